@@ -1,0 +1,21 @@
+# kinetostat_room(NAME SOURCES a.cpp ... [PUBLIC lib ...] [PRIVATE lib ...])
+#
+# A room is a folder, a namespace and one static library: kinetostat::NAME. Its headers lie beside its sources.
+function(kinetostat_room name)
+  cmake_parse_arguments(ROOM "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  set(target kinetostat_${name})
+  add_library(${target} STATIC ${ROOM_SOURCES})
+  add_library(kinetostat::${name} ALIAS ${target})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
+  target_include_directories(${target} PUBLIC
+    $<BUILD_INTERFACE:${KINETOSTAT_INCLUDE_DIR}>
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  target_link_libraries(${target}
+    PUBLIC ${ROOM_PUBLIC}
+    PRIVATE ${ROOM_PRIVATE} $<BUILD_INTERFACE:kinetostat_settings>)
+  install(TARGETS ${target} EXPORT kinetostat ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  install(DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/
+    DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/kinetostat/${name}
+    FILES_MATCHING PATTERN "*.h")
+endfunction()

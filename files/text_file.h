@@ -1,0 +1,20 @@
+// Whole files read and written; nothing is ever left half-written.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace kinetostat::files {
+
+/// The whole content of a file. Throws InputError when it cannot be read.
+std::string read_text(const std::filesystem::path& file);
+
+/// Writes to a temporary file in the same folder, flushes it to disk, then renames it over `file`:
+/// at every moment the old content or the new is there, never a part. Folders that are missing are
+/// made. Throws InputError when the folder cannot be written to.
+void write_atomically(const std::filesystem::path& file, const std::string& content);
+
+/// SHA-256 of some bytes, 64 lower-case hexadecimal digits.
+std::string sha256(const std::string& bytes);
+
+}  // namespace kinetostat::files

@@ -1,0 +1,318 @@
+#include "kinetostat/files/yaml.h"
+
+#include <cmath>
+#include <set>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "kinetostat/files/error.h"
+#include "kinetostat/files/text_file.h"
+#include "kinetostat/spatial/rotation.h"
+#include "kinetostat/spatial/spelling.h"
+
+namespace kinetostat::files {
+namespace {
+
+using spatial::Dimension;
+using spatial::UnitSystem;
+using spatial::Vector3;
+
+std::string hint(const std::string& word, const std::vector<std::string>& candidates) {
+  const std::string near = spatial::nearest_spelling(word, candidates);
+  return near.empty() ? fmt::format("Known here: {}", fmt::join(candidates, ", "))
+                      : fmt::format("Did you mean '{}'?", near);
+}
+
+std::string kind_of(const YAML::Node& node) {
+  switch (node.Type()) {
+    case YAML::NodeType::Scalar:
+      return fmt::format("the value '{}'", node.Scalar());
+    case YAML::NodeType::Sequence:
+      return fmt::format("a list of {}", node.size());
+    case YAML::NodeType::Map:
+      return "a map of keys";
+    default:
+      return "nothing";
+  }
+}
+
+}  // namespace
+
+YamlNode::YamlNode(YAML::Node node, std::shared_ptr<const std::filesystem::path> file,
+                   std::string path)
+    : node_(std::move(node)), file_(std::move(file)), path_(std::move(path)) {}
+
+int YamlNode::line() const { return node_.Mark().line + 1; }
+
+YamlNode YamlNode::child(const YAML::Node& node, const std::string& name) const {
+  return {node, file_, path_.empty() ? name : path_ + (name.front() == '[' ? "" : ".") + name};
+}
+
+void YamlNode::fail(const std::string& what, const std::string& cure) const {
+  throw InputError({.file = *file_, .line = line(), .key = path_, .what = what, .cure = cure});
+}
+
+// Units and numbers complain with std::invalid_argument; their message gets its place in the file.
+template <class Read>
+auto YamlNode::decorated(Read read) const {
+  try {
+    return read();
+  } catch (const std::invalid_argument& error) {
+    fail(error.what());
+  }
+}
+
+void YamlNode::allow_only(const std::vector<std::string>& keys) const {
+  if (!is_map())
+    fail(fmt::format("a map of keys is expected here, not {}", kind_of(node_)),
+         fmt::format("Known here: {}", fmt::join(keys, ", ")));
+  std::set<std::string> seen;
+  for (const auto& [key, value] : members()) {
+    if (!seen.insert(key).second) value.fail(fmt::format("the key '{}' is given twice", key));
+    if (std::find(keys.begin(), keys.end(), key) == keys.end())
+      value.fail(fmt::format("the key '{}' is not known here", key), hint(key, keys));
+  }
+}
+
+bool YamlNode::has(const std::string& key) const {
+  return is_map() && static_cast<bool>(node_[key]);
+}
+
+std::optional<YamlNode> YamlNode::find(const std::string& key) const {
+  if (!has(key)) return std::nullopt;
+  return child(node_[key], key);
+}
+
+YamlNode YamlNode::at(const std::string& key) const {
+  if (!is_map())
+    fail(fmt::format("a map with the key '{}' is expected here, not {}", key, kind_of(node_)));
+  if (auto found = find(key)) return *found;
+  fail(fmt::format("the key '{}' is missing", key));
+}
+
+std::pair<std::string, YamlNode> YamlNode::one_of(const std::vector<std::string>& keys) const {
+  std::vector<std::string> found;
+  for (const std::string& key : keys)
+    if (has(key)) found.push_back(key);
+  if (found.size() == 1) return {found[0], at(found[0])};
+  if (found.size() > 1)
+    fail(fmt::format("the keys {} exclude each other", fmt::join(found, " and ")), "Keep one");
+  for (const auto& [key, value] : is_map() ? members() : decltype(members()){}) {
+    const std::string near = spatial::nearest_spelling(key, keys);
+    if (!near.empty())
+      value.fail(fmt::format("the key '{}' is not known here", key),
+                 fmt::format("Did you mean '{}'?", near));
+  }
+  fail(fmt::format("one of the keys {} is expected here", fmt::join(keys, ", ")));
+}
+
+std::vector<std::pair<std::string, YamlNode>> YamlNode::members() const {
+  if (!is_map()) fail(fmt::format("a map of keys is expected here, not {}", kind_of(node_)));
+  std::vector<std::pair<std::string, YamlNode>> result;
+  for (const auto& member : node_) {
+    const std::string key = member.first.IsScalar() ? member.first.Scalar() : "?";
+    result.emplace_back(key, child(member.second, key));
+  }
+  return result;
+}
+
+std::vector<YamlNode> YamlNode::items() const {
+  if (!is_sequence()) fail(fmt::format("a list is expected here, not {}", kind_of(node_)));
+  std::vector<YamlNode> result;
+  for (std::size_t i = 0; i < node_.size(); ++i)
+    result.push_back(child(node_[i], fmt::format("[{}]", i)));
+  return result;
+}
+
+std::vector<YamlNode> YamlNode::items(std::size_t size) const {
+  std::vector<YamlNode> result = items();
+  if (result.size() != size)
+    fail(fmt::format("a list of {} is expected here, not of {}", size, result.size()));
+  return result;
+}
+
+std::string YamlNode::text() const {
+  if (!is_scalar() || node_.Scalar().empty())
+    fail(fmt::format("a text is expected here, not {}", kind_of(node_)));
+  return node_.Scalar();
+}
+
+bool YamlNode::boolean() const {
+  const std::string word = choice({"true", "false"});
+  return word == "true";
+}
+
+double YamlNode::number() const { return quantity(spatial::dimension::none, {}); }
+
+int YamlNode::integer(int lowest, int highest) const {
+  const double value = number();
+  if (value != std::floor(value) || value < lowest || value > highest)
+    fail(fmt::format("'{}' is not a whole number from {} to {}", text(), lowest, highest));
+  return static_cast<int>(value);
+}
+
+std::string YamlNode::choice(const std::vector<std::string>& words) const {
+  const std::string word = text();
+  if (std::find(words.begin(), words.end(), word) != words.end()) return word;
+  fail(fmt::format("'{}' is not one of {}", word, fmt::join(words, ", ")), hint(word, words));
+}
+
+double YamlNode::quantity(const Dimension& dimension, const UnitSystem& units) const {
+  const std::string value = text();
+  const double si = decorated(
+      [&] { return spatial::parse_quantity(value, dimension, units.unit_for(dimension)); });
+  if (!std::isfinite(si)) fail(fmt::format("'{}' is not a finite number", value));
+  return si;
+}
+
+double YamlNode::positive(const Dimension& dimension, const UnitSystem& units) const {
+  const double si = quantity(dimension, units);
+  if (!(si > 0)) fail(fmt::format("'{}' is not positive", text()), "Give a value above zero");
+  return si;
+}
+
+double YamlNode::quantity_with_unit(const Dimension& dimension) const {
+  const std::string value = text();
+  const double si = decorated([&] { return spatial::parse_quantity(value, dimension); });
+  if (!std::isfinite(si)) fail(fmt::format("'{}' is not a finite number", value));
+  return si;
+}
+
+Vector3 YamlNode::vector3(const Dimension& dimension, const UnitSystem& units) const {
+  Vector3 v;
+  Eigen::Index i = 0;
+  for (const YamlNode& item : items(3)) v[i++] = item.quantity(dimension, units);
+  return v;
+}
+
+Vector3 YamlNode::direction() const {
+  const Vector3 v = vector3(spatial::dimension::none, {});
+  if (!(v.norm() > 0)) fail("the direction [0, 0, 0] points nowhere");
+  return v.normalized();
+}
+
+spatial::Matrix6 YamlNode::matrix6() const {
+  spatial::Matrix6 m;
+  Eigen::Index i = 0;
+  for (const YamlNode& row : items(6)) {
+    Eigen::Index j = 0;
+    for (const YamlNode& entry : row.items(6)) m(i, j++) = entry.number();
+    ++i;
+  }
+  return m;
+}
+
+std::filesystem::path YamlNode::existing_file() const {
+  const std::filesystem::path given = text();
+  const std::filesystem::path full = given.is_absolute() ? given : file_->parent_path() / given;
+  if (std::filesystem::is_regular_file(full)) return full.lexically_normal();
+  std::vector<std::string> neighbours;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(
+           full.parent_path().empty() ? "." : full.parent_path(), ignored))
+    neighbours.push_back(entry.path().filename().string());
+  const std::string near = spatial::nearest_spelling(full.filename().string(), neighbours);
+  fail(fmt::format("the file '{}' does not exist", full.lexically_normal().string()),
+       near.empty() ? "Paths are taken relative to the folder of this file"
+                    : fmt::format("Did you mean '{}'?", near));
+}
+
+YamlNode parse_yaml(const std::string& text, const std::filesystem::path& name) {
+  const auto file = std::make_shared<const std::filesystem::path>(name);
+  try {
+    const YAML::Node root = YAML::Load(text);
+    if (!root.IsMap())
+      throw InputError(name, fmt::format("the file holds {}, not a map of keys", kind_of(root)),
+                       "A kinetostat file begins with 'kinetostat: 1'");
+    return {root, file, ""};
+  } catch (const YAML::Exception& error) {
+    throw InputError({.file = name,
+                      .line = error.mark.line + 1,
+                      .column = error.mark.column + 1,
+                      .what = "not valid YAML: " + error.msg,
+                      .cure = "Check indentation, brackets and quotes near this place"});
+  }
+}
+
+YamlNode read_yaml(const std::filesystem::path& file) { return parse_yaml(read_text(file), file); }
+
+void check_format_version(const YamlNode& top) {
+  if (!top.has("kinetostat"))
+    top.fail("the key 'kinetostat' is missing",
+             "Write 'kinetostat: 1' (the version of the file format) at the top");
+  const YamlNode version = top.at("kinetostat");
+  if (version.text() != "1")
+    version.fail(fmt::format("file format version '{}' is not known", version.text()),
+                 "This program reads version 1");
+}
+
+UnitSystem read_units(const YamlNode& node) {
+  node.allow_only({"length", "force", "angle", "time", "temperature", "mass"});
+  UnitSystem units;
+  const auto read = [&node](const char* key, const Dimension& dimension, std::string& unit) {
+    const auto found = node.find(key);
+    if (!found) return;
+    unit = found->text();
+    try {
+      if (spatial::parse_unit(unit).dimension == dimension) return;
+    } catch (const std::invalid_argument& error) {
+      found->fail(error.what());
+    }
+    found->fail(fmt::format("'{}' is not a unit of {}", unit, key));
+  };
+  node.at("length");
+  node.at("force");
+  read("length", spatial::dimension::length, units.length);
+  read("force", spatial::dimension::force, units.force);
+  read("angle", spatial::dimension::angle, units.angle);
+  read("time", spatial::dimension::time, units.time);
+  read("temperature", spatial::dimension::temperature, units.temperature);
+  read("mass", spatial::dimension::mass, units.mass);
+  return units;
+}
+
+namespace {
+
+spatial::Matrix3 read_axes(const YamlNode& node) {
+  const bool x = node.has("x"), y = node.has("y"), z = node.has("z");
+  if (x + y + z != 2) node.fail("two of the axis directions x, y, z are expected");
+  const auto axis = [&node](const char* key) { return node.at(key).direction(); };
+  spatial::Matrix3 rotation;
+  try {
+    if (x && y) {
+      rotation = spatial::rotation_from_axes(axis("x"), axis("y"));
+    } else if (x) {
+      rotation = spatial::rotation_from_axes(axis("x"), axis("z").cross(axis("x")));
+    } else {
+      rotation = spatial::rotation_from_axes(axis("y").cross(axis("z")), axis("y"));
+    }
+  } catch (const std::invalid_argument& error) {
+    node.fail(error.what());
+  }
+  return rotation;
+}
+
+}  // namespace
+
+spatial::Pose read_pose(const YamlNode& node, const UnitSystem& units) {
+  if (node.is_sequence())
+    return spatial::Pose::translation(node.vector3(spatial::dimension::length, units));
+  node.allow_only({"point", "rpy", "rotation_vector", "x", "y", "z"});
+  const bool axes = node.has("x") || node.has("y") || node.has("z");
+  if (node.has("rpy") + node.has("rotation_vector") + axes > 1)
+    node.fail("the rotation is given in more than one way",
+              "Keep one of rpy, rotation_vector, axes");
+  Vector3 point = Vector3::Zero();
+  if (const auto given = node.find("point"))
+    point = given->vector3(spatial::dimension::length, units);
+  spatial::Matrix3 rotation = spatial::Matrix3::Identity();
+  if (const auto rpy = node.find("rpy"))
+    rotation = spatial::rotation_from_rpy(rpy->vector3(spatial::dimension::angle, units));
+  if (const auto vector = node.find("rotation_vector"))
+    rotation = spatial::exp_rotation(vector->vector3(spatial::dimension::angle, units));
+  if (axes) rotation = read_axes(node);
+  return {rotation, point};
+}
+
+}  // namespace kinetostat::files
