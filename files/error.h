@@ -1,4 +1,4 @@
-// What is wrong with a file, said so that its author can mend it.
+// What a run can fail with, said so that its user can mend it.
 #pragma once
 
 #include <filesystem>
@@ -28,6 +28,19 @@ class InputError : public std::runtime_error {
 
  private:
   Details details_;
+};
+
+/// A computation on sound input that did not reach its tolerance. what() says how far it came and
+/// what to change. The program ends with exit code 4.
+class NoConvergence : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// The data cannot tell what was asked of them. what() says what is missing. Exit code 5.
+class NotIdentifiable : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
 };
 
 }  // namespace kinetostat::files

@@ -1,0 +1,25 @@
+#include "kinetostat/apps/cancellation.h"
+
+#include <csignal>
+
+namespace kinetostat::apps {
+namespace {
+
+// A signal handler can reach nothing but globals.
+volatile std::sig_atomic_t received = 0;
+
+void remember(int signal) { received = signal; }
+
+}  // namespace
+
+void catch_signals() {
+  struct sigaction action = {};
+  action.sa_handler = remember;
+  action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+int cancelling_signal() { return received; }
+
+}  // namespace kinetostat::apps

@@ -1,0 +1,238 @@
+#include "kinetostat/apps/command.h"
+
+#include <algorithm>
+#include <sstream>
+#include <thread>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "kinetostat/apps/cancellation.h"
+#include "kinetostat/apps/progress_bar.h"
+#include "kinetostat/apps/version.h"
+#include "kinetostat/files/error.h"
+#include "kinetostat/files/text_file.h"
+#include "kinetostat/spatial/spelling.h"
+
+namespace kinetostat::apps {
+namespace {
+
+constexpr char common_group[] = "Options of every command";
+constexpr int most_threads = 1024;
+
+int processor_count() {
+  return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, most_threads);
+}
+
+// The options that decide the result, as (name, value) with defaults filled in. The common ones
+// (threads, files, quiet) change no figure, so they are left out: the same input gives the same
+// bytes on any machine.
+std::vector<std::pair<std::string, std::string>> options_in_effect(const CLI::App& app) {
+  std::vector<std::pair<std::string, std::string>> result;
+  for (const CLI::Option* option : app.get_options()) {
+    if (option->get_group() == common_group || option == app.get_help_ptr()) continue;
+    const std::string value = option->count() > 0
+                                  ? fmt::format("{}", fmt::join(option->results(), " "))
+                                  : option->get_default_str();
+    if (value.empty()) continue;
+    result.emplace_back(option->get_single_name(), value);
+  }
+  return result;
+}
+
+std::string echo(const CommandInfo& info, const CLI::App& app) {
+  const auto options = options_in_effect(app);
+  std::size_t width = 0;
+  for (const auto& [name, value] : options) width = std::max(width, name.size());
+  std::string text = fmt::format("kinetostat {}\n", info.name);
+  for (const auto& [name, value] : options)
+    text += fmt::format("  {:<{}}  {}\n", name, width, value);
+  return text + "\n";
+}
+
+files::Json provenance(const CommandInfo& info, const CLI::App& app) {
+  files::Json json;
+  json["tool"] = fmt::format("kinetostat {}", version());
+  json["command"] = info.name;
+  files::Json options = files::Json::object();
+  for (const auto& [name, value] : options_in_effect(app)) options[name] = value;
+  json["options"] = options;
+  return json;
+}
+
+}  // namespace
+
+std::optional<std::filesystem::path> Run::out() const {
+  if (options_.out.empty()) return std::nullopt;
+  return options_.out;
+}
+
+Program::Program(Streams streams)
+    : streams_(streams),
+      app_("Stiffness of robots and machine tools, from the CAD mesh of a link to measurements.",
+           "kinetostat") {
+  app_.set_help_flag("-h,--help", "Print this help and exit");
+  app_.add_flag("--version")->description("Print the version, what is linked and its licences");
+  app_.option_defaults()->always_capture_default();
+  app_.footer([this] { return help_footer(); });
+}
+
+CLI::App& Program::add(const CommandInfo& info, Action action) {
+  const std::string name = info.name.substr(info.name.rfind(' ') + 1);
+  CLI::App* app = group_of(info.name).add_subcommand(name, info.summary);
+  app->set_help_flag("-h,--help", "Print this help and exit")->group(common_group);
+  app->footer(fmt::format("Example:\n  {}", info.example));
+  add_common_options(*app, info);
+  commands_.push_back(std::make_unique<Command>(Command{info, app, std::move(action)}));
+  return *app;
+}
+
+// The app that holds a command: "mesh" for "mesh check", the program itself for "stiffness".
+CLI::App& Program::group_of(const std::string& name) {
+  const std::size_t blank = name.rfind(' ');
+  if (blank == std::string::npos) return app_;
+  const std::string group = name.substr(0, blank);
+  for (CLI::App* known : app_.get_subcommands({}))
+    if (known->get_name() == group) return *known;
+  CLI::App* app = app_.add_subcommand(group, fmt::format("Commands about a {}", group));
+  app->require_subcommand(1);
+  return *app;
+}
+
+void Program::add_common_options(CLI::App& app, const CommandInfo& info) {
+  const auto add = [&app](const char* name, auto& variable, const std::string& description) {
+    return app.add_option(name, variable, description)->group(common_group);
+  };
+  add("--json", options_.json, "Write the result as JSON; '-' is standard output")
+      ->type_name("FILE");
+  add("-o,--out", options_.out, info.out.empty() ? "Write the report to a file as well" : info.out)
+      ->type_name("FILE");
+  add("--threads", options_.threads, "Threads to use; all processors unless given")
+      ->type_name("N")
+      ->check(CLI::Range(1, most_threads));
+  app.add_flag("-q,--quiet", options_.quiet, "No echo of options and no progress")
+      ->group(common_group);
+}
+
+std::string Program::help_footer() const {
+  std::string text = "Examples:\n";
+  for (const auto& command : commands_) text += fmt::format("  {}\n", command->info.example);
+  return text + "\n'kinetostat COMMAND --help' describes one command.";
+}
+
+const Program::Command* Program::chosen() const {
+  for (const auto& command : commands_)
+    if (command->app->parsed()) return command.get();
+  return nullptr;
+}
+
+int Program::run(int argc, const char* const* argv) {
+  const auto complain = [this](ExitCode code, const std::string& what) {
+    fmt::print(streams_.err, "kinetostat: {}\n", what);
+    return code;
+  };
+  try {
+    return parse_and_run(argc, argv);
+  } catch (const files::Cancelled&) {
+    fmt::print(streams_.err, "kinetostat: stopped; no result was written.\n");
+    return 128 + cancelling_signal();
+  } catch (const files::InputError& error) {
+    return complain(bad_input, error.what());
+  } catch (const files::NoConvergence& error) {
+    return complain(no_convergence, error.what());
+  } catch (const files::NotIdentifiable& error) {
+    return complain(not_identifiable, error.what());
+  } catch (const std::bad_alloc&) {
+    return complain(failure, "there is not enough memory for this computation.");
+  } catch (const std::exception& error) {
+    return complain(failure, fmt::format("this is a fault of the program, please report it with "
+                                         "the files that caused it: {}",
+                                         error.what()));
+  }
+}
+
+int Program::parse_and_run(int argc, const char* const* argv) {
+  options_ = {};
+  options_.threads = processor_count();
+  try {
+    app_.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    write(app_.help());
+    return done;
+  } catch (const CLI::ParseError& error) {
+    return usage_error(error.what(), {argv + std::min(argc, 1), argv + argc});
+  }
+  if (const Command* command = chosen()) {
+    run_action(*command);
+  } else {
+    write(app_["--version"]->count() > 0 ? version_report() : app_.help());
+  }
+  return done;
+}
+
+int Program::usage_error(const std::string& what, const std::vector<std::string>& arguments) {
+  const Command* command = chosen();
+  const std::string name = command == nullptr ? "" : " " + command->info.name;
+  fmt::print(streams_.err, "kinetostat{}: {}.{}\nSee 'kinetostat{} --help'.\n", name, what,
+             hint(arguments), name);
+  return bad_usage;
+}
+
+// "Did you mean" for the first argument that looks like a slip in a command or an option.
+std::string Program::hint(const std::vector<std::string>& arguments) const {
+  const Command* command = chosen();
+  std::vector<std::string> known;
+  if (command == nullptr) {
+    for (const CLI::App* app : app_.get_subcommands({})) known.push_back(app->get_name());
+  } else {
+    for (const CLI::Option* option : command->app->get_options())
+      for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  }
+  for (const std::string& argument : arguments) {
+    const std::string word = argument.substr(0, argument.find('='));
+    if (command != nullptr && !word.starts_with("--")) continue;
+    if (std::find(known.begin(), known.end(), word) != known.end()) continue;
+    const std::string near = spatial::nearest_spelling(word, known);
+    if (!near.empty()) return fmt::format(" Did you mean '{}'?", near);
+  }
+  return {};
+}
+
+void Program::run_action(const Command& command) {
+  if (!options_.out.empty() && options_.out == options_.json)
+    throw files::InputError(options_.out, "is named by both --out and --json",
+                            "Name two different files");
+  const bool text = options_.json != "-";
+  if (text && !options_.quiet) write(echo(command.info, *command.app));
+  ProgressBar progress(streams_.err, options_.quiet ? ProgressBar::Style::none
+                                                    : ProgressBar::style_for(streams_.err));
+  Run run(options_, progress);
+  files::Json result = command.action(run);
+  progress.wipe();
+  if (progress.cancelled()) throw files::Cancelled();
+  deliver(command, run, std::move(result));
+}
+
+void Program::deliver(const Command& command, const Run& run, files::Json result) {
+  if (run.out() && command.info.out.empty()) files::write_atomically(*run.out(), run.report());
+  if (!options_.json.empty()) {
+    files::Json json = provenance(command.info, *command.app);
+    json.update(result);
+    if (options_.json == "-") {
+      write(files::to_text(json));
+      return;
+    }
+    files::write_json(options_.json, json);
+  }
+  write(run.report());
+}
+
+// A full disk or a closed pipe behind standard output must not pass for success.
+void Program::write(std::string_view text) {
+  std::fwrite(text.data(), 1, text.size(), streams_.out);
+  if (std::fflush(streams_.out) != 0 || std::ferror(streams_.out) != 0)
+    throw files::InputError("standard output", "cannot be written to",
+                            "Check that the disk behind it is not full");
+}
+
+}  // namespace kinetostat::apps

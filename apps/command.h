@@ -1,0 +1,118 @@
+// What all commands of the program share: options, output, progress, exit codes.
+//
+// A command is one file with one function, `void add_<command>(Program&)`, which names the command,
+// adds its options and gives the action. Everything else happens here.
+#pragma once
+
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "kinetostat/files/json.h"
+#include "kinetostat/files/progress.h"
+
+namespace kinetostat::apps {
+
+/// How the program ends. Cancellation ends it with 128 + the signal's number, as shells expect.
+enum ExitCode : int {
+  done = 0,
+  failure = 1,  // a fault of the program itself
+  bad_usage = 2,
+  bad_input = 3,
+  no_convergence = 4,
+  not_identifiable = 5,
+};
+
+/// Where text goes. Tests put their own streams here.
+struct Streams {
+  std::FILE* out = stdout;
+  std::FILE* err = stderr;
+};
+
+/// The options that every command has.
+struct CommonOptions {
+  std::string json;  // a file, or "-" for standard output; empty when not asked for
+  std::string out;   // a file; empty when not asked for
+  int threads = 1;
+  bool quiet = false;
+};
+
+/// One run of one command, as its action sees it.
+class Run {
+ public:
+  Run(const CommonOptions& options, files::Progress& progress)
+      : options_(options), progress_(progress) {}
+
+  /// Adds to the report for people, which goes to standard output. The text brings its own line
+  /// ends.
+  void print(std::string_view text) { report_ += text; }
+
+  files::Progress& progress() { return progress_; }
+  int threads() const { return options_.threads; }
+  /// The file of --out, for commands whose product is not the report itself.
+  std::optional<std::filesystem::path> out() const;
+
+  const std::string& report() const { return report_; }
+
+ private:
+  const CommonOptions& options_;
+  files::Progress& progress_;
+  std::string report_;
+};
+
+/// What a command is called and does.
+struct CommandInfo {
+  std::string name;     // "stiffness", or "mesh check" for a command in a group
+  std::string summary;  // one line, no full stop
+  std::string example;  // a whole command line that works in the source folder
+  /// What --out holds when it is not the report as text; the action then writes it to run.out().
+  std::string out = {};
+};
+
+/// Computes, prints the report for people through the run, and returns the result for programs.
+/// Throws files::InputError, NoConvergence, NotIdentifiable or Cancelled for what users can mend.
+using Action = std::function<files::Json(Run&)>;
+
+class Program {
+ public:
+  explicit Program(Streams streams = {});
+
+  /// The returned object takes the options of this command. Options that name files must not check
+  /// that they exist: a missing file is bad input, not bad usage.
+  CLI::App& add(const CommandInfo& info, Action action);
+
+  /// Parses, runs, reports. Never throws.
+  int run(int argc, const char* const* argv);
+
+ private:
+  struct Command {
+    CommandInfo info;
+    CLI::App* app;
+    Action action;
+  };
+
+  int parse_and_run(int argc, const char* const* argv);
+  CLI::App& group_of(const std::string& name);
+  void add_common_options(CLI::App& app, const CommandInfo& info);
+  std::string help_footer() const;
+  const Command* chosen() const;
+  int usage_error(const std::string& what, const std::vector<std::string>& arguments);
+  std::string hint(const std::vector<std::string>& arguments) const;
+  void run_action(const Command& command);
+  void deliver(const Command& command, const Run& run, files::Json result);
+  void write(std::string_view text);
+
+  Streams streams_;
+  CommonOptions options_;
+  std::vector<std::unique_ptr<Command>> commands_;
+  CLI::App app_;
+};
+
+}  // namespace kinetostat::apps

@@ -1,0 +1,9 @@
+#include "kinetostat/apps/cancellation.h"
+#include "kinetostat/apps/command.h"
+#include "kinetostat/apps/commands.h"
+
+int main(int argc, char** argv) {
+  kinetostat::apps::catch_signals();
+  kinetostat::apps::Program program;
+  return program.run(argc, argv);
+}

@@ -1,0 +1,47 @@
+// Progress on standard error: a bar on a terminal, a few plain lines in a log.
+#pragma once
+
+#include <chrono>
+#include <cstdio>
+#include <mutex>
+#include <string>
+
+#include "kinetostat/files/progress.h"
+
+namespace kinetostat::apps {
+
+/// "1:05" for 65 s, "2:00:00" for two hours.
+std::string clock_text(double seconds);
+
+class ProgressBar : public files::Progress {
+ public:
+  enum class Style { none, lines, bar };
+
+  /// A bar when `stream` is a terminal that can redraw a line, otherwise lines.
+  static Style style_for(std::FILE* stream);
+
+  ProgressBar(std::FILE* stream, Style style);
+  ~ProgressBar() override { wipe(); }
+
+  /// Takes the bar off the screen, before something else is printed.
+  void wipe();
+  bool cancelled() const override;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void show(std::string_view phase, double fraction) override;
+  void draw_bar(double fraction);
+  void print_line(double fraction);
+  std::string time_left(double fraction) const;
+
+  std::FILE* stream_;
+  Style style_;
+  std::mutex mutex_;
+  std::string phase_;
+  Clock::time_point phase_began_;
+  Clock::time_point last_shown_;
+  bool drawn_ = false;
+};
+
+}  // namespace kinetostat::apps

@@ -1,0 +1,185 @@
+#include "kinetostat/apps/command.h"
+
+#include <csignal>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kinetostat/apps/cancellation.h"
+#include "kinetostat/files/error.h"
+#include "kinetostat/files/text_file.h"
+
+namespace kinetostat::apps {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+// A stream that collects what is printed to it.
+class Memory {
+ public:
+  Memory() : stream_(open_memstream(&text_, &size_)) {}
+  Memory(const Memory&) = delete;
+  Memory& operator=(const Memory&) = delete;
+  ~Memory() {
+    std::fclose(stream_);
+    std::free(text_);
+  }
+  std::FILE* stream() { return stream_; }
+  std::string text() {
+    std::fflush(stream_);
+    return {text_, size_};
+  }
+
+ private:
+  char* text_ = nullptr;
+  std::size_t size_ = 0;
+  std::FILE* stream_;
+};
+
+struct Outcome {
+  int code;
+  std::string out, err;
+};
+
+// Runs a program with two commands: "weigh", which does what `action` does, and "mesh check".
+Outcome run(std::vector<const char*> arguments, const Action& action, const std::string& out = {}) {
+  Memory standard_output, standard_error;
+  Program program({standard_output.stream(), standard_error.stream()});
+  double load = 3;
+  CLI::App& weigh =
+      program.add({"weigh", "Weigh a thing", "kinetostat weigh thing.yaml", out}, action);
+  std::string file;
+  weigh.add_option("THING", file, "What to weigh")->required();
+  weigh.add_option("--load", load, "The load");
+  program.add({"mesh check", "Check a mesh", "kinetostat mesh check a.stl"}, [](apps::Run&) {
+    return files::Json{{"checked", true}};
+  });
+  arguments.insert(arguments.begin(), "kinetostat");
+  const int code = program.run(static_cast<int>(arguments.size()), arguments.data());
+  return {code, standard_output.text(), standard_error.text()};
+}
+
+files::Json weigh(Run& run) {
+  run.print("7 kg\n");
+  return {{"mass", 7}};
+}
+
+Outcome run_throwing(const std::function<void()>& fail) {
+  return run({"weigh", "thing.yaml"}, [&](apps::Run&) -> files::Json {
+    fail();
+    return {};
+  });
+}
+
+TEST(Program, WithoutArgumentsShowsEveryCommandWithAnExample) {
+  const Outcome outcome = run({}, weigh);
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_THAT(outcome.out, HasSubstr("Weigh a thing"));
+  EXPECT_THAT(outcome.out, HasSubstr("kinetostat weigh thing.yaml"));
+  EXPECT_THAT(outcome.out, HasSubstr("kinetostat mesh check a.stl"));
+}
+
+TEST(Program, EchoesOptionsInEffectThenTheReport) {
+  const Outcome outcome = run({"weigh", "thing.yaml"}, weigh);
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_EQ(outcome.out, "kinetostat weigh\n  THING  thing.yaml\n  load   3\n\n7 kg\n");
+}
+
+TEST(Program, QuietPrintsTheReportOnly) {
+  EXPECT_EQ(run({"weigh", "thing.yaml", "--quiet"}, weigh).out, "7 kg\n");
+}
+
+TEST(Program, ThreadsDoNotChangeTheOutput) {
+  EXPECT_EQ(run({"weigh", "t", "--threads", "1"}, weigh).out,
+            run({"weigh", "t", "--threads", "2"}, weigh).out);
+}
+
+TEST(Program, JsonOnStandardOutputIsAllThatIsThere) {
+  const Outcome outcome = run({"weigh", "thing.yaml", "--load", "4", "--json", "-"}, weigh);
+  const files::Json json = files::Json::parse(outcome.out);
+  EXPECT_EQ(json["mass"], 7);
+  EXPECT_EQ(json["command"], "weigh");
+  EXPECT_EQ(json["options"]["load"], "4");
+}
+
+TEST(Program, OutHoldsTheReportUnlessTheCommandWritesItItself) {
+  const std::string file = testing::TempDir() + "/report.txt";
+  std::filesystem::remove(file);
+  EXPECT_EQ(run({"weigh", "t", "-o", file.c_str()}, weigh).code, 0);
+  EXPECT_EQ(files::read_text(file), "7 kg\n");
+
+  std::filesystem::remove(file);
+  const auto own = [](apps::Run& run) {
+    files::write_atomically(run.out().value(), "own product");
+    return weigh(run);
+  };
+  EXPECT_EQ(run({"weigh", "t", "-o", file.c_str()}, own, "The product").code, 0);
+  EXPECT_EQ(files::read_text(file), "own product");
+}
+
+TEST(Program, ExitCodesSayWhatWentWrong) {
+  const auto code = [](const std::function<void()>& fail) { return run_throwing(fail).code; };
+  EXPECT_EQ(code([] {}), 0);
+  EXPECT_EQ(code([] { throw std::logic_error("broken"); }), 1);
+  EXPECT_EQ(code([] { throw files::InputError("a.yaml", "is odd"); }), 3);
+  EXPECT_EQ(code([] { throw files::NoConvergence("stopped at 1e-3"); }), 4);
+  EXPECT_EQ(code([] { throw files::NotIdentifiable("no load along z"); }), 5);
+}
+
+TEST(Program, MessagesOfFailuresReachStandardError) {
+  EXPECT_EQ(run_throwing([] { throw files::InputError("a.yaml", "is odd", "Make it even"); }).err,
+            "kinetostat: a.yaml: is odd. Make it even.\n");
+  EXPECT_THAT(run_throwing([] { throw std::logic_error("broken"); }).err,
+              HasSubstr("please report it"));
+}
+
+TEST(Program, BadUsageIsRefusedWithAHint) {
+  const Outcome command = run({"wiegh", "thing.yaml"}, weigh);
+  EXPECT_EQ(command.code, 2);
+  EXPECT_THAT(command.err, HasSubstr("Did you mean 'weigh'?"));
+  const Outcome option = run({"weigh", "thing.yaml", "--laod=3"}, weigh);
+  EXPECT_EQ(option.code, 2);
+  EXPECT_THAT(option.err, HasSubstr("Did you mean '--load'?"));
+  EXPECT_EQ(run({"weigh"}, weigh).code, 2);
+  EXPECT_EQ(run({"mesh"}, weigh).code, 2);
+  EXPECT_EQ(run({"weigh", "thing.yaml", "--threads", "0"}, weigh).code, 2);
+}
+
+TEST(Program, CommandsInGroupsAreFound) {
+  const Outcome outcome = run({"mesh", "check", "--json", "-"}, weigh);
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_EQ(files::Json::parse(outcome.out)["checked"], true);
+}
+
+TEST(Program, FullDiskBehindStandardOutputIsAnError) {
+  std::FILE* full = std::fopen("/dev/full", "w");
+  ASSERT_NE(full, nullptr);
+  Memory standard_error;
+  Program program({full, standard_error.stream()});
+  const char* arguments[] = {"kinetostat", "--version"};
+  EXPECT_EQ(program.run(2, arguments), 3);
+  EXPECT_THAT(standard_error.text(), HasSubstr("standard output"));
+  std::fclose(full);
+}
+
+// The signal stays received for the rest of the process, so this runs in a child.
+TEST(ProgramDeathTest, TerminationStopsAtTheNextReportAndWritesNothing) {
+  const std::string file = testing::TempDir() + "/never.json";
+  std::filesystem::remove(file);
+  const auto stopped = [&] {
+    catch_signals();
+    const Outcome outcome = run({"weigh", "t", "--json", file.c_str()}, [](apps::Run& run) {
+      std::raise(SIGTERM);
+      run.progress().report("weighing", 0.5);
+      return files::Json{};
+    });
+    std::exit(outcome.code);
+  };
+  EXPECT_EXIT(stopped(), testing::ExitedWithCode(128 + SIGTERM), "");
+  EXPECT_FALSE(std::filesystem::exists(file));
+}
+
+}  // namespace
+}  // namespace kinetostat::apps
