@@ -310,15 +310,15 @@ double parse_quantity(std::string_view text, const Dimension& expected,
   return number * unit.factor;
 }
 
-std::string format_quantity(double si_value, std::string_view unit) {
+std::string format_quantity(double value_in_si, std::string_view unit) {
   const double factor = parse_unit(unit).factor;
-  const double exact = si_value / factor;
+  const double exact = value_in_si / factor;
   // 1.5e-5 / 1e-6 is 15.000000000000002: prefer the shorter number when it reads back to the same.
   for (int digits = 1; digits <= 17; ++digits) {
     const std::string text = fmt::format("{:.{}g}", exact, digits);
     double back = 0;
     std::from_chars(text.data(), text.data() + text.size(), back);
-    if (back * factor == si_value || digits == 17) return fmt::format("{} {}", text, unit);
+    if (back * factor == value_in_si || digits == 17) return fmt::format("{} {}", text, unit);
   }
   return {};
 }

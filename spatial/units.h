@@ -59,7 +59,7 @@ double parse_quantity(std::string_view text, const Dimension& expected,
 
 /// Writes an SI value in a unit, with the fewest digits that read back to the same number:
 /// format_quantity(1.5e-5, "um") == "15 um".
-std::string format_quantity(double si_value, std::string_view unit);
+std::string format_quantity(double value_in_si, std::string_view unit);
 
 /// The unit-of-measure choices of a file (`units: {length: mm, force: N, angle: deg}`). Bare
 /// numbers of compound dimension are taken in the compound of these units, torsional stiffness per
