@@ -1,0 +1,130 @@
+// A serial chain of the virtual joint method: joints, links with springs, tool.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "kinetostat/spatial/pose.h"
+#include "kinetostat/spatial/stiffness.h"
+
+namespace kinetostat::vjm {
+
+/// Elementary motion along or about an axis of the moving frame.
+enum class Motion { tx, ty, tz, rx, ry, rz };
+
+inline bool is_rotation(Motion motion) { return motion >= Motion::rx; }
+/// 0, 1, 2 for x, y, z.
+inline int axis_index(Motion motion) { return static_cast<int>(motion) % 3; }
+/// "Tx" ... "Rz".
+std::string to_string(Motion motion);
+
+/// Who decides the value of a coordinate.
+enum class Role {
+  actuated,  // the controller: a command, to which the joint's spring (if any) adds its deflection
+  passive,   // nobody, or a spring with a given rest value
+  elastic    // a virtual spring of a link; rest value 0
+};
+
+/// One generalised coordinate x_k of a chain [m or rad].
+struct Coordinate {
+  std::string name;  // "rho", "u1.Rz", "leg.Ty"
+  Role role = Role::passive;
+  Motion motion = Motion::tx;
+  double home = 0;  // where the search for a posture starts
+};
+
+/// A linear spring over one coordinate, or over the six of a link: force = -stiffness (x - rest).
+/// For an actuated coordinate the rest value is the command and comes with the posture.
+struct Spring {
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
+
+  std::string name;
+  Eigen::Index first = 0;  // first coordinate; the others follow
+  Matrix stiffness;        // symmetric positive definite
+};
+
+/// One elementary joint in the product of transformations: `before`, then `motion` by
+/// factor * x[coordinate]. Several joints may share a coordinate (a parallelogram, JAMRIS09 eq.
+/// 22).
+struct Joint {
+  spatial::Pose before;
+  bool before_is_identity = true;
+  Motion motion = Motion::tx;
+  Eigen::Index coordinate = 0;
+  double factor = 1;
+};
+
+/// Constant description of a chain, built from base to end in the order of JAMRIS09 eq. 1:
+///
+///     Chain chain("x", base);
+///     chain.actuator("rho", Motion::tx, 1e8).link("foot", offset, spring).passive("u1.Rz",
+///     Motion::rz);
+///
+/// Everything is given in the local frame that the elements before have led to. Builders throw
+/// std::invalid_argument on non-positive stiffness, names used twice and unknown names.
+class Chain {
+ public:
+  explicit Chain(std::string name, const spatial::Pose& base = {});
+
+  /// A constant offset: a rigid link, a flange, a tool.
+  Chain& offset(const spatial::Pose& pose);
+  /// An actuated joint. Stiffness [N/m or N m/rad]; none: it holds its command rigidly.
+  Chain& actuator(const std::string& name, Motion motion, std::optional<double> stiffness,
+                  double home = 0);
+  /// A perfect passive joint.
+  Chain& passive(const std::string& name, Motion motion, double home = 0);
+  /// A passive joint with a spring that is relaxed at `rest` [m or rad] (MMT11 eq. 2).
+  Chain& passive(const std::string& name, Motion motion, double stiffness, double rest,
+                 double home);
+  /// A further joint that moves by `factor` times the coordinate of an earlier actuated or passive
+  /// one.
+  Chain& coupled(const std::string& name, Motion motion, double factor);
+  /// A flexible link: `offset` to its end, then the virtual joint Tx Ty Tz Rx Ry Rz there
+  /// (JAMRIS09 eq. 1). The compliance is taken at the link's end in the axes of the end frame; its
+  /// own frame() is ignored: bring it there with Compliance6::in.
+  Chain& link(const std::string& name, const spatial::Pose& offset,
+              const spatial::Compliance6& compliance);
+
+  const std::string& name() const { return name_; }
+  const std::vector<Coordinate>& coordinates() const { return coordinates_; }
+  const std::vector<Joint>& joints() const { return joints_; }
+  const std::vector<Spring>& springs() const { return springs_; }
+  const spatial::Pose& tail() const { return tail_; }  // after the last joint
+  Eigen::Index size() const { return static_cast<Eigen::Index>(coordinates_.size()); }
+
+  /// Index of a coordinate. Throws std::invalid_argument with did-you-mean.
+  Eigen::Index index_of(const std::string& coordinate) const;
+  /// The springs' stiffness as one size() x size() matrix (zero rows for coordinates without).
+  const Eigen::MatrixXd& stiffness() const { return stiffness_; }
+  /// Coordinates that move in equilibrium: all but actuated joints without a spring.
+  const std::vector<Eigen::Index>& free_coordinates() const { return free_; }
+  /// Coordinates that a posture chooses: actuated and passive.
+  const std::vector<Eigen::Index>& posture_coordinates() const { return posture_; }
+  /// Rest values: given ones for passive springs, 0 for links and (to be overwritten by the
+  /// posture) for actuators.
+  const Eigen::VectorXd& default_rest() const { return rest_; }
+  Eigen::VectorXd home() const;
+
+  /// The same chain with a spring's stiffness multiplied. Throws std::invalid_argument for an
+  /// unknown spring, or a factor that is not positive.
+  Chain with_scaled_spring(const std::string& spring, double factor) const;
+
+ private:
+  Eigen::Index add_coordinate(const Coordinate& coordinate);
+  void add_joint(Motion motion, Eigen::Index coordinate, double factor);
+  void add_spring(const std::string& name, Eigen::Index first, const Spring::Matrix& stiffness);
+
+  std::string name_;
+  std::vector<Coordinate> coordinates_;
+  std::vector<Joint> joints_;
+  std::vector<Spring> springs_;
+  spatial::Pose tail_;
+  Eigen::MatrixXd stiffness_;
+  Eigen::VectorXd rest_;
+  std::vector<Eigen::Index> free_, posture_;
+};
+
+}  // namespace kinetostat::vjm

@@ -1,0 +1,204 @@
+#include "kinetostat/vjm/equilibrium.h"
+
+#include <cmath>
+#include <limits>
+
+#include <Eigen/LU>
+#include <fmt/format.h>
+
+namespace kinetostat::vjm {
+namespace {
+
+using spatial::Matrix6;
+using spatial::Pose;
+using spatial::Vector6;
+
+// What is asked for: a platform pose, or a load. Both are approached in steps from the posture.
+struct Task {
+  bool pose_given;
+  Pose start, target;
+  Load load;
+
+  Pose pose(double share) const {
+    return spatial::displaced(start, share * spatial::pose_difference(start, target));
+  }
+};
+
+struct NewtonResult {
+  bool converged = false;
+  bool consistent = true;
+  SystemState state;
+  std::vector<double> corrections;
+};
+
+// Newton's method with Deuflhard's natural monotonicity test: a damped step is accepted when the
+// correction seen from its end, with the old matrix, is smaller. This does not depend on how forces
+// and lengths are weighed.
+NewtonResult newton(EquilibriumSystem& system, const SystemState& start, const Load& load,
+                    bool platform_held, const EquilibriumOptions& options) {
+  NewtonResult result;
+  result.state = start;
+  const double reach = system.scale().length;
+  const double enough = options.tolerance * reach;
+  for (int i = 0; i < options.max_iterations; ++i) {
+    system.set(result.state, load);
+    system.linearise(platform_held);
+    const SystemVector correction = system.solve(system.newton_right_hand_side());
+    result.consistent = system.consistent();
+    const double size = correction.norm();
+    result.corrections.push_back(size / reach);
+    if (!std::isfinite(size) || size > 1e6 * reach) return result;
+
+    double factor = 1;
+    SystemState next;
+    double simplified = 0;
+    while (true) {
+      next = system.moved(result.state, correction, factor);
+      system.set(next, load);
+      simplified = system.solve(system.newton_right_hand_side()).norm();
+      // Once corrections are down at rounding they cannot be asked to fall further.
+      if (simplified <= (1 - factor / 4) * size || size <= enough) break;
+      factor /= 2;
+      if (factor < 1.0 / 1024) return result;
+    }
+    result.state = next;
+    const bool at_rounding = size <= 1e-7 * reach && simplified <= 1e-2 * size;
+    if (factor == 1 && (simplified <= enough || (at_rounding && simplified <= 1e3 * enough))) {
+      result.converged = result.consistent;
+      return result;
+    }
+  }
+  return result;
+}
+
+std::string failure_reason(const Task& task, double reached, bool consistent) {
+  if (!consistent)
+    return task.pose_given
+               ? "the pose cannot be held: some chain is rigid against part of this displacement"
+               : "the load works on a motion that nothing resists; see the free motions that "
+                 "'stiffness' lists";
+  return fmt::format(
+      "no equilibrium was found beyond {:.4g} % of the {}: the path ends near there (a limit point "
+      "or "
+      "a bifurcation), or the target is out of reach",
+      100 * reached, task.pose_given ? "displacement" : "load");
+}
+
+// Signs for the platform left free. With finite chain stiffness the inertia is that of the held
+// chains plus that of the sum of their stiffnesses (Haynsworth); otherwise from the whole energy.
+Stability free_stability(const EquilibriumSystem& system, const Equilibrium& equilibrium,
+                         const Load& load) {
+  if (!equilibrium.stiffness) return stability_of(system.free_energy_hessian());
+  const Matrix6 tangent = equilibrium.stiffness->matrix() - load.derivative(equilibrium.platform);
+  const Matrix6 scaled = system.scale().wrench().asDiagonal() * tangent *
+                         system.scale().twist().cwiseInverse().asDiagonal();
+  return combined(equilibrium.held, stability_of(0.5 * (scaled + scaled.transpose())));
+}
+
+void describe_chain(EquilibriumSystem& system, std::size_t c, const SystemState& state,
+                    const spatial::Frame& frame, Equilibrium& equilibrium) {
+  ChainEquilibrium chain;
+  chain.coordinates = state.coordinates[c];
+  chain.wrench = spatial::Wrench::from_coordinates(state.wrenches[c], frame);
+  chain.held = stability_of(system.held_energy_hessian(c));
+  if (!system.has_rigid_directions())
+    chain.stiffness = spatial::Stiffness6(system.chain_stiffness(c), frame);
+  chain.motion = system.chain_motion(c);
+  equilibrium.held = c == 0 ? chain.held : combined(equilibrium.held, chain.held);
+  equilibrium.energy += system.chains()[c].energy();
+  equilibrium.chains.push_back(std::move(chain));
+}
+
+void describe_tangent(EquilibriumSystem& system, const SystemState& state, const Load& load,
+                      const spatial::Frame& frame, Equilibrium& equilibrium) {
+  if (!system.has_rigid_directions()) {
+    Matrix6 sum = Matrix6::Zero();
+    for (const ChainEquilibrium& chain : equilibrium.chains) sum += chain.stiffness->matrix();
+    equilibrium.stiffness = spatial::Stiffness6(sum, frame);
+    try {
+      equilibrium.compliance = equilibrium.stiffness->inverse();
+    } catch (const std::domain_error&) {
+      // Some motion is free: there is no compliance.
+    }
+    return;
+  }
+  system.set(state, load);
+  system.linearise(false);
+  const Matrix6 compliance = system.platform_compliance();
+  if (system.consistent()) equilibrium.compliance = spatial::Compliance6(compliance, frame);
+}
+
+Equilibrium describe(EquilibriumSystem& system, const Posture& posture, const SystemState& state,
+                     const Load& load) {
+  Equilibrium equilibrium;
+  equilibrium.platform = state.platform;
+  const spatial::Frame frame{state.platform.position()};
+  equilibrium.displacement = spatial::Twist::from_coordinates(
+      spatial::pose_difference(posture.platform, state.platform), frame);
+  Vector6 wrench = Vector6::Zero();
+  for (const Vector6& w : state.wrenches) wrench += w;
+  equilibrium.wrench = spatial::Wrench::from_coordinates(wrench, frame);
+  system.set(state, load);
+  system.linearise(true);
+  for (std::size_t c = 0; c < state.wrenches.size(); ++c)
+    describe_chain(system, c, state, frame, equilibrium);
+  describe_tangent(system, state, load, frame, equilibrium);
+  equilibrium.free = free_stability(system, equilibrium, load);
+  return equilibrium;
+}
+
+// The whole task first; when Newton's method fails, in steps that halve and double.
+Equilibrium follow(const Manipulator& manipulator, const Posture& posture, const Task& task,
+                   const EquilibriumOptions& options) {
+  EquilibriumSystem system(manipulator, posture);
+  SystemState state = system.relaxed_state();
+  double reached = 0, step = 1;
+  bool consistent = true;
+  std::vector<double> corrections;
+  int steps = 0;
+  while (reached < 1 && steps < options.max_steps) {
+    ++steps;
+    const double share = std::min(1.0, reached + step);
+    SystemState guess = state;
+    if (task.pose_given) guess.platform = task.pose(share);
+    const NewtonResult result =
+        newton(system, guess, task.load.scaled(share), task.pose_given, options);
+    corrections = result.corrections;
+    if (result.converged) {
+      state = result.state;
+      reached = share;
+      step *= 2;
+    } else {
+      consistent = result.consistent;
+      step /= 2;
+      if (step < 1e-6 || !consistent) break;
+    }
+  }
+  Equilibrium equilibrium = describe(system, posture, state, task.load.scaled(reached));
+  equilibrium.steps = steps;
+  equilibrium.reached = reached;
+  equilibrium.corrections = std::move(corrections);
+  if (reached == 1) {
+    equilibrium.status = EquilibriumStatus::converged;
+    return equilibrium;
+  }
+  equilibrium.reason = failure_reason(task, reached, consistent);
+  if (!consistent)
+    equilibrium.status =
+        task.pose_given ? EquilibriumStatus::rigid : EquilibriumStatus::unsupported;
+  return equilibrium;
+}
+
+}  // namespace
+
+Equilibrium equilibrium_at_pose(const Manipulator& manipulator, const Posture& posture,
+                                const Pose& pose, const EquilibriumOptions& options) {
+  return follow(manipulator, posture, {true, posture.platform, pose, {}}, options);
+}
+
+Equilibrium equilibrium_under_load(const Manipulator& manipulator, const Posture& posture,
+                                   const Load& load, const EquilibriumOptions& options) {
+  return follow(manipulator, posture, {false, posture.platform, posture.platform, load}, options);
+}
+
+}  // namespace kinetostat::vjm

@@ -1,0 +1,206 @@
+#include "kinetostat/vjm/link_model.h"
+
+#include <stdexcept>
+
+#include <Eigen/Cholesky>
+#include <fmt/format.h>
+
+#include "kinetostat/files/json.h"
+#include "kinetostat/spatial/rotation.h"
+
+namespace kinetostat::vjm {
+namespace {
+
+using files::YamlNode;
+using spatial::Compliance6;
+using spatial::Frame;
+using spatial::Matrix3;
+using spatial::Matrix6;
+using spatial::Pose;
+using spatial::UnitSystem;
+using spatial::Vector3;
+namespace dimension = spatial::dimension;
+
+Material read_material(const YamlNode& node, const UnitSystem& units,
+                       const std::optional<YamlNode>& materials) {
+  if (node.is_scalar()) {
+    if (!materials)
+      node.fail(fmt::format("the material '{}' is not defined", node.text()),
+                "Add 'materials:' to this file, or write {E: 210 GPa, nu: 0.3} here");
+    std::vector<std::string> names;
+    for (const auto& [name, value] : materials->members()) names.push_back(name);
+    return read_material(materials->at(node.choice(names)), units, std::nullopt);
+  }
+  node.allow_only({"E", "G", "nu", "density"});
+  Material material;
+  material.young_modulus = node.at("E").positive(dimension::pressure, units);
+  const auto [key, value] = node.one_of({"G", "nu"});
+  if (key == "G") {
+    material.shear_modulus = value.positive(dimension::pressure, units);
+  } else {
+    const double nu = value.number();
+    if (!(nu > -1 && nu < 0.5))
+      value.fail(fmt::format("Poisson's ratio {} is not between -1 and 0.5", nu),
+                 "Metals have 0.27 to 0.35");
+    material.shear_modulus = material.young_modulus / (2 * (1 + nu));
+  }
+  if (const auto density = node.find("density"))
+    material.density = density->positive(dimension::density, units);
+  return material;
+}
+
+Section read_general_section(const YamlNode& node, const UnitSystem& units) {
+  node.allow_only({"A", "Iy", "Iz", "J", "shear_y", "shear_z"});
+  Section section;
+  section.area = node.at("A").positive(dimension::area, units);
+  section.second_moment_y = node.at("Iy").positive(dimension::second_moment, units);
+  section.second_moment_z = node.at("Iz").positive(dimension::second_moment, units);
+  section.torsion_constant = node.at("J").positive(dimension::second_moment, units);
+  if (const auto shear = node.find("shear_y"))
+    section.shear_coefficient_y = shear->positive(dimension::none, units);
+  if (const auto shear = node.find("shear_z"))
+    section.shear_coefficient_z = shear->positive(dimension::none, units);
+  return section;
+}
+
+Section read_section(const YamlNode& node, const UnitSystem& units) {
+  const auto [kind, value] = node.one_of({"rectangle", "circle", "tube", "general"});
+  node.allow_only({kind});
+  const auto length = [&](const YamlNode& parent, const char* key) {
+    return parent.at(key).positive(dimension::length, units);
+  };
+  if (kind == "general") return read_general_section(value, units);
+  if (kind == "rectangle") {
+    value.allow_only({"y", "z"});
+    return Section::rectangle(length(value, "y"), length(value, "z"));
+  }
+  if (kind == "circle") {
+    value.allow_only({"diameter"});
+    return Section::circle(length(value, "diameter"));
+  }
+  value.allow_only({"outer", "inner"});
+  const double outer = length(value, "outer"), inner = length(value, "inner");
+  if (inner >= outer) value.fail("the inner diameter of a tube must be below the outer one");
+  return Section::tube(outer, inner);
+}
+
+// Axes of the beam in the link's frame: x along the beam; y as given, or so that z is as near as
+// can be to the frame's z (to its y for a beam along z).
+Matrix3 section_axes(const YamlNode& node, const Vector3& direction) {
+  const auto given = node.find("section_y");
+  Vector3 y = Vector3::UnitZ().cross(direction);
+  if (y.norm() < 1e-9) y = Vector3::UnitY();
+  if (given) y = given->direction();
+  try {
+    return spatial::rotation_from_axes(direction, y);
+  } catch (const std::invalid_argument&) {
+    given->fail("the section's y axis is parallel to the beam");
+  }
+}
+
+LinkModel read_beam(const YamlNode& node, const UnitSystem& units,
+                    const std::optional<YamlNode>& materials) {
+  node.allow_only(
+      {"length", "direction", "section", "section_y", "material", "theory", "segments"});
+  const double length = node.at("length").positive(dimension::length, units);
+  const auto direction_given = node.find("direction");
+  const Vector3 direction = direction_given ? direction_given->direction() : Vector3::UnitX();
+  const Section section = read_section(node.at("section"), units);
+  const Material material = read_material(node.at("material"), units, materials);
+  const auto theory_given = node.find("theory");
+  const BeamTheory theory =
+      !theory_given || theory_given->choice({"euler-bernoulli", "timoshenko"}) == "timoshenko"
+          ? BeamTheory::timoshenko
+          : BeamTheory::euler_bernoulli;
+  if (theory == BeamTheory::timoshenko &&
+      !(section.shear_coefficient_y && section.shear_coefficient_z))
+    node.fail("Timoshenko theory needs shear_y and shear_z of a general section",
+              "Add them, or write 'theory: euler-bernoulli'");
+  const auto segments_given = node.find("segments");
+  const int segments = segments_given ? segments_given->integer(1, 1000) : 1;
+
+  const double piece = length / segments;
+  // The compliance at the tip in section axes, taken in the axes of the link's frame.
+  const Matrix3 axes = section_axes(node, direction);
+  const Compliance6 tip = beam_compliance(piece, section, material, theory);
+  const Compliance6 turned(tip.matrix(), Frame{Vector3::Zero(), axes});
+  const LinkPart part{Pose::translation(piece * direction), turned.in(Frame{})};
+  return {.parts = std::vector<LinkPart>(static_cast<std::size_t>(segments), part)};
+}
+
+Compliance6 divided_by_copies(const Compliance6& compliance, const YamlNode& node) {
+  const auto copies = node.find("copies");
+  return Compliance6(compliance.matrix() / (copies ? copies->integer(1, 1000) : 1),
+                     compliance.frame());
+}
+
+LinkModel read_identified(const YamlNode& node, const YamlNode& value, const UnitSystem& units) {
+  node.allow_only({"compliance", "start", "end_axes", "copies"});
+  const std::filesystem::path file = value.existing_file();
+  const Compliance6 identified = files::read_compliance(file);
+  Pose start;
+  if (const auto given = node.find("start")) start = files::read_pose(*given, units);
+  Matrix3 end_axes = start.rotation();
+  if (const auto given = node.find("end_axes"))
+    end_axes = files::read_pose(*given, units).rotation();
+  const Pose end(end_axes, identified.frame().point);
+  const Compliance6 at_end = identified.in(Frame{end.position(), end.rotation()});
+  return {.parts = {{start.inverse() * end, divided_by_copies(at_end, node)}}, .file = file};
+}
+
+// Scales the blocks of a matrix from the file's units to SI. Exponents: of length for the four
+// blocks relative to force per length.
+Matrix6 stiffness_to_si(const Matrix6& matrix, const UnitSystem& units) {
+  const double force = spatial::parse_unit(units.force).factor;
+  const double length = spatial::parse_unit(units.length).factor;
+  spatial::Vector6 scale = spatial::Vector6::Ones();
+  scale.tail<3>().setConstant(length);
+  return (force / length) * (scale.asDiagonal() * matrix * scale.asDiagonal());
+}
+
+LinkModel read_inline(const YamlNode& node, const YamlNode& value, const std::string& kind,
+                      const UnitSystem& units) {
+  node.allow_only({kind, "end", "copies"});
+  const Matrix6 given = value.matrix6();
+  if (spatial::symmetry_defect(given) > 1e-6) value.fail("the 6x6 matrix is not symmetric");
+  if (Eigen::LLT<Matrix6>(given).info() != Eigen::Success)
+    value.fail("the 6x6 matrix is not positive definite");
+  Pose end;
+  if (const auto pose = node.find("end")) end = files::read_pose(*pose, units);
+  // A compliance scales by the inverse of what its stiffness scales by, entry by entry.
+  const Matrix6 unit = stiffness_to_si(Matrix6::Ones(), units);
+  const Compliance6 compliance = kind == "stiffness"
+                                     ? spatial::Stiffness6(given.cwiseProduct(unit)).inverse()
+                                     : Compliance6(given.cwiseQuotient(unit));
+  return {.parts = {{end, divided_by_copies(compliance, node)}}};
+}
+
+}  // namespace
+
+void LinkModel::append_to(Chain& chain, const std::string& name) const {
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (!parts[i].compliance) {
+      chain.offset(parts[i].offset);
+      continue;
+    }
+    chain.link(parts.size() == 1 ? name : fmt::format("{}.{}", name, i + 1), parts[i].offset,
+               *parts[i].compliance);
+  }
+}
+
+LinkModel read_link(const YamlNode& node, const UnitSystem& units,
+                    const std::optional<YamlNode>& materials) {
+  const auto [kind, value] = node.one_of({"rigid", "beam", "compliance", "stiffness"});
+  if (kind == "rigid") {
+    node.allow_only({"rigid"});
+    return {.parts = {{files::read_pose(value, units), std::nullopt}}};
+  }
+  if (kind == "beam") {
+    node.allow_only({"beam"});
+    return read_beam(value, units, materials);
+  }
+  if (kind == "compliance" && value.is_scalar()) return read_identified(node, value, units);
+  return read_inline(node, value, kind, units);
+}
+
+}  // namespace kinetostat::vjm

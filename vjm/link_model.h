@@ -1,0 +1,35 @@
+// A link of a robot file: from its start frame to its end frame, with the compliance between them.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kinetostat/files/yaml.h"
+#include "kinetostat/vjm/beam.h"
+#include "kinetostat/vjm/chain.h"
+
+namespace kinetostat::vjm {
+
+/// One rigid offset followed by an optional spring at its end.
+struct LinkPart {
+  spatial::Pose offset;                                 // start frame to end frame
+  std::optional<spatial::Compliance6> compliance = {};  // at the end, in the axes of the end frame
+};
+
+/// A link: one part, or as many as it has segments.
+struct LinkModel {
+  std::vector<LinkPart> parts;
+  std::optional<std::filesystem::path> file = {};  // of an identified link
+
+  /// Appends the link to a chain; the springs of several segments are named "name.1", "name.2", ...
+  void append_to(Chain& chain, const std::string& name) const;
+};
+
+/// Reads `{rigid: ...}`, `{beam: ...}`, `{compliance: file or 6x6, ...}` or `{stiffness: 6x6,
+/// ...}`. `materials` is the robot file's map of named materials, if it has one.
+LinkModel read_link(const files::YamlNode& node, const spatial::UnitSystem& units,
+                    const std::optional<files::YamlNode>& materials);
+
+}  // namespace kinetostat::vjm

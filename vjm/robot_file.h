@@ -1,0 +1,38 @@
+// Robot files: YAML that people write, to a manipulator. The format is in
+// docs/reference/robot-file.md.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "kinetostat/spatial/units.h"
+#include "kinetostat/vjm/manipulator.h"
+#include "kinetostat/vjm/sensitivity.h"
+
+namespace kinetostat::vjm {
+
+/// A stiffness that its owner declares uncertain: the springs of one name, scaled together.
+struct UncertainStiffness {
+  std::string name;  // as written: "leg", or "x.rho"
+  std::vector<SpringParameter> springs;
+};
+
+struct Robot {
+  std::filesystem::path file;
+  std::string name;
+  spatial::UnitSystem units;
+  Manipulator manipulator;
+  std::vector<UncertainStiffness> uncertain;
+  std::vector<std::filesystem::path> link_files;  // read for this robot, in order of first use
+};
+
+/// Throws files::InputError naming file, line, key, what was expected and the nearest thing that
+/// would work.
+Robot read_robot(const std::filesystem::path& file);
+
+/// The same manipulator with the springs of a parameter multiplied by `factor`.
+Manipulator with_scaled(const Manipulator& manipulator, const UncertainStiffness& parameter,
+                        double factor);
+
+}  // namespace kinetostat::vjm

@@ -1,0 +1,146 @@
+#include "kinetostat/vjm/stiffness.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+
+#include "kinetostat/vjm/equilibrium_system.h"
+
+namespace kinetostat::vjm {
+namespace {
+
+using spatial::Matrix6;
+using spatial::Stiffness6;
+using spatial::Vector6;
+
+double length_of(const ChainKinematics& kinematics) {
+  return kinematics.reach > 0 ? kinematics.reach : 1.0;
+}
+
+bool has_spring(const Chain& chain, Eigen::Index coordinate) {
+  return chain.stiffness()(coordinate, coordinate) != 0;
+}
+
+// Twists that perfect passive joints allow, rotations scaled to lengths.
+Matrix6X passive_jacobian(const Chain& chain, const ChainKinematics& kinematics,
+                          const Vector6& scale) {
+  Matrix6X passive(6, chain.size());
+  Eigen::Index count = 0;
+  for (Eigen::Index k = 0; k < chain.size(); ++k) {
+    if (chain.coordinates()[static_cast<std::size_t>(k)].role != Role::passive ||
+        has_spring(chain, k))
+      continue;
+    Vector6 column = scale.cwiseProduct(kinematics.jacobian.col(k));
+    // A unit column keeps the rank decision independent of how far away the joint is.
+    const double norm = column.norm();
+    if (norm > 0) passive.col(count++) = column / norm;
+  }
+  return passive.leftCols(count);
+}
+
+// Compliance of the springs felt at the end, J_s K_s^-1 J_s'.
+Matrix6 spring_compliance(const Chain& chain, const ChainKinematics& kinematics,
+                          const Vector6& scale) {
+  Matrix6 compliance = Matrix6::Zero();
+  for (const Spring& spring : chain.springs()) {
+    const Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 6> jacobian =
+        scale.asDiagonal() * kinematics.jacobian.middleCols(spring.first, spring.stiffness.rows());
+    compliance += jacobian * spring.stiffness.llt().solve(jacobian.transpose());
+  }
+  return compliance;
+}
+
+// Platform motions that cost no energy, from the closure of all loops: for manipulators with rigid
+// chains, which have no stiffness to sum.
+Matrix6X motions_without_energy(const EquilibriumSystem& system, const Vector6& scale) {
+  Eigen::Index size = 6;
+  for (const ChainEquations& chain : system.chains()) size += chain.size();
+  const auto chains = static_cast<Eigen::Index>(system.chains().size());
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(6 * chains + size - 6, size);
+  Eigen::Index at = 6, row = 0;
+  for (const ChainEquations& chain : system.chains()) {
+    rows.block<6, 6>(row, 0) = -Matrix6::Identity();
+    rows.block(row, at, 6, chain.size()) = chain.jacobian();
+    rows.block(row + 6, at, chain.size(), chain.size()) = chain.energy_hessian();
+    row += 6 + chain.size();
+    at += chain.size();
+  }
+  const Eigen::MatrixXd null = null_space(rows, 1e-11).topRows<6>();
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
+  qr.setThreshold(1e-9);
+  qr.compute(null);
+  if (null.cols() == 0 || qr.rank() == 0) return Matrix6X(6, 0);
+  const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(6, qr.rank());
+  return scale.cwiseInverse().asDiagonal() * q;
+}
+
+// Stiffness and compliance of a manipulator with rigid chains, through the whole system of
+// equations.
+void add_rigid_case(const Manipulator& manipulator, const Posture& posture,
+                    const spatial::Frame& frame, UnloadedStiffness& result) {
+  EquilibriumSystem system(manipulator, posture);
+  system.set(system.relaxed_state(), {});
+  system.linearise(false);
+  const Matrix6 compliance = system.platform_compliance();
+  result.free =
+      describe_twists(motions_without_energy(system, system.scale().twist()), frame, result.length);
+  if (result.free.rank < 6) return;
+  result.compliance = spatial::Compliance6(0.5 * (compliance + compliance.transpose()), frame);
+  result.rigid = rigid_wrenches(*result.compliance, result.length);
+}
+
+}  // namespace
+
+std::optional<Stiffness6> unloaded_stiffness(const Chain& chain,
+                                             const ChainKinematics& kinematics) {
+  const spatial::Frame frame{kinematics.end.position()};
+  Vector6 scale = Vector6::Ones();
+  scale.tail<3>().setConstant(length_of(kinematics));
+
+  const Matrix6X passive = passive_jacobian(chain, kinematics, scale);
+  Eigen::ColPivHouseholderQR<Matrix6X> qr;
+  qr.setThreshold(1e-10);
+  qr.compute(passive);
+  const Eigen::Index transmitted = 6 - (passive.cols() > 0 ? qr.rank() : 0);
+  if (transmitted == 0) return Stiffness6(Matrix6::Zero(), frame);
+  Matrix6 complete = Matrix6::Identity();
+  if (passive.cols() > 0) complete = qr.householderQ() * complete;
+  const Matrix6X basis = complete.rightCols(transmitted);
+
+  const Matrix6 compliance = spring_compliance(chain, kinematics, scale);
+  using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
+  const Small reduced = basis.transpose() * compliance * basis;
+  const Eigen::LDLT<Small> factor(reduced);
+  if (!(factor.vectorD().minCoeff() > 1e-13 * factor.vectorD().maxCoeff())) return std::nullopt;
+  const Matrix6 scaled = basis * factor.solve(basis.transpose().eval());
+  const Matrix6 matrix = scale.asDiagonal() * scaled * scale.asDiagonal();
+  return Stiffness6(0.5 * (matrix + matrix.transpose()), frame);
+}
+
+UnloadedStiffness unloaded_stiffness(const Manipulator& manipulator, const Posture& posture) {
+  const spatial::Frame frame{posture.platform.position()};
+  UnloadedStiffness result;
+  ChainKinematics kinematics;
+  Matrix6 sum = Matrix6::Zero();
+  bool rigid = false;
+  double reach = 0;
+  for (std::size_t c = 0; c < manipulator.size(); ++c) {
+    evaluate(manipulator.chains()[c], posture.coordinates[c], kinematics);
+    reach = std::max(reach, kinematics.reach);
+    result.per_chain.push_back(unloaded_stiffness(manipulator.chains()[c], kinematics));
+    rigid |= !result.per_chain.back();
+    if (result.per_chain.back()) sum += result.per_chain.back()->matrix();
+  }
+  result.length = reach > 0 ? reach : 1.0;
+  for (const auto& chain : result.per_chain)
+    result.free_per_chain.push_back(chain ? free_motions(*chain, result.length) : FreeMotions{});
+  if (rigid) {
+    add_rigid_case(manipulator, posture, frame, result);
+    return result;
+  }
+  result.stiffness = Stiffness6(sum, frame);
+  result.free = free_motions(*result.stiffness, result.length);
+  if (result.free.rank == 6) result.compliance = result.stiffness->inverse();
+  return result;
+}
+
+}  // namespace kinetostat::vjm
