@@ -152,7 +152,9 @@ class UnitParser {
 
   Unit symbol() {
     const std::size_t begin = at_;
-    while (at_ < text_.size() && !is_operator(text_[at_]) && !is_digit(text_[at_])) ++at_;
+    while (at_ < text_.size() && !is_operator(text_[at_]) && !is_digit(text_[at_]) &&
+           !at_superscript())
+      ++at_;
     if (at_ == begin && take('1')) return {};
     const std::string name(text_.substr(begin, at_ - begin));
     if (name.empty()) fail("a unit is missing");
@@ -166,8 +168,10 @@ class UnitParser {
   }
 
   int exponent() {
-    if (text_.substr(at_).starts_with("²")) return at_ += std::string_view("²").size(), 2;
-    if (text_.substr(at_).starts_with("³")) return at_ += std::string_view("³").size(), 3;
+    if (const int power = at_superscript()) {
+      at_ += std::string_view("²").size();
+      return power;
+    }
     const bool explicit_power = take('^') || (text_.substr(at_).starts_with("**") && (at_ += 2));
     if (!explicit_power && !(at_ < text_.size() && is_digit(text_[at_]))) return 1;
     int value = 0;
@@ -179,6 +183,11 @@ class UnitParser {
     return value;
   }
 
+  // 2 at "²", 3 at "³", otherwise 0.
+  int at_superscript() const {
+    const std::string_view rest = text_.substr(at_);
+    return rest.starts_with("²") ? 2 : rest.starts_with("³") ? 3 : 0;
+  }
   bool starts_factor() const {
     return at_ < text_.size() && text_[at_] != ')' && text_[at_] != '/' && text_[at_] != '*' &&
            text_[at_] != '^';
@@ -251,16 +260,35 @@ std::string example_units(const Dimension& expected) {
   return "a quantity in " + to_string(expected);
 }
 
-double read_number(std::string_view& text, std::string_view whole, const Dimension& expected) {
+bool starts_with_digit(std::string_view text) {
+  return !text.empty() && text.front() >= '0' && text.front() <= '9';
+}
+
+// Takes the number off the front of `text`, which is part of `whole`.
+double take_number(std::string_view& text, std::string_view whole, const Dimension& expected) {
+  const auto fail = [&](const char* why) {
+    throw std::invalid_argument(
+        fmt::format("'{}' {}: expected {}", whole, why, example_units(expected)));
+  };
   double value = 0;
   std::string_view digits = text;
-  if (digits.starts_with('+')) digits.remove_prefix(1);
+  if (digits.starts_with('+') && !digits.starts_with("+-")) digits.remove_prefix(1);
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (error != std::errc())
-    throw std::invalid_argument(fmt::format("'{}' does not begin with a number: expected {}", whole,
-                                            example_units(expected)));
+  if (error == std::errc::result_out_of_range) fail("is too large or too small a number");
+  if (error != std::errc() || std::isnan(value)) fail("does not begin with a number");
   text = trimmed(std::string_view(end, static_cast<std::size_t>(text.data() + text.size() - end)));
+  if (text.starts_with(',')) fail("has a comma in its number (write a decimal point)");
+  // "1 000" is not one number; "3 1/s" is.
+  if (starts_with_digit(text) && !trimmed(text.substr(1)).starts_with('/'))
+    fail("holds more than one number");
   return value;
+}
+
+// Powers of ten below one are not exact in binary, their reciprocals are: dividing by these makes
+// "15 um" the double that is nearest to 1.5e-5.
+double to_si(double number, double factor) {
+  const double divisor = std::round(1 / factor);
+  return divisor > 1 && 1 / divisor == factor ? number / divisor : number * factor;
 }
 
 }  // namespace
@@ -296,31 +324,31 @@ double parse_quantity(std::string_view text, const Dimension& expected,
                       std::string_view default_unit) {
   const std::string_view whole = trimmed(text);
   std::string_view rest = whole;
-  const double number = read_number(rest, whole, expected);
+  const double number = take_number(rest, whole, expected);
   if (rest.empty()) {
     if (default_unit.empty() && expected != dimension::none)
       throw std::invalid_argument(
           fmt::format("'{}' has no unit: expected {}", whole, example_units(expected)));
-    return default_unit.empty() ? number : number * parse_unit(default_unit).factor;
+    return default_unit.empty() ? number : to_si(number, parse_unit(default_unit).factor);
   }
   const Unit unit = parse_unit(rest);
   if (!fits(unit.dimension, expected))
     throw std::invalid_argument(fmt::format("'{}' is in {}: expected {}", whole,
                                             to_string(unit.dimension), example_units(expected)));
-  return number * unit.factor;
+  return to_si(number, unit.factor);
 }
 
 std::string format_quantity(double value_in_si, std::string_view unit) {
   const double factor = parse_unit(unit).factor;
   const double exact = value_in_si / factor;
-  // 1.5e-5 / 1e-6 is 15.000000000000002: prefer the shorter number when it reads back to the same.
+  // Division leaves rounding behind: take the shortest number that reads back to the same value.
+  double shown = exact;
   for (int digits = 1; digits <= 17; ++digits) {
-    const std::string text = fmt::format("{:.{}g}", exact, digits);
-    double back = 0;
-    std::from_chars(text.data(), text.data() + text.size(), back);
-    if (back * factor == value_in_si || digits == 17) return fmt::format("{} {}", text, unit);
+    const std::string text = fmt::format("{:.{}e}", exact, digits - 1);
+    std::from_chars(text.data(), text.data() + text.size(), shown);
+    if (to_si(shown, factor) == value_in_si) break;
   }
-  return {};
+  return fmt::format("{} {}", shown == 0 ? 0.0 : shown, unit);
 }
 
 std::string UnitSystem::unit_for(const Dimension& d) const {

@@ -57,8 +57,9 @@ Unit parse_unit(std::string_view text);
 double parse_quantity(std::string_view text, const Dimension& expected,
                       std::string_view default_unit = {});
 
-/// Writes an SI value in a unit, with the fewest digits that read back to the same number:
-/// format_quantity(1.5e-5, "um") == "15 um".
+/// Writes an SI value in a unit, with the fewest digits that read back to the same number (or,
+/// where the unit's factor allows none, to its neighbour): format_quantity(1.5e-5, "um") == "15
+/// um".
 std::string format_quantity(double value_in_si, std::string_view unit);
 
 /// The unit-of-measure choices of a file (`units: {length: mm, force: N, angle: deg}`). Bare

@@ -1,0 +1,24 @@
+#include "kinetostat/spatial/spelling.h"
+
+#include <gtest/gtest.h>
+
+namespace kinetostat::spatial {
+namespace {
+
+TEST(Spelling, FindsSlips) {
+  const std::vector<std::string> keys{"length", "section", "material", "segments"};
+  EXPECT_EQ(nearest_spelling("lenght", keys), "length");       // swapped
+  EXPECT_EQ(nearest_spelling("segment", keys), "segments");    // left out
+  EXPECT_EQ(nearest_spelling("materiall", keys), "material");  // doubled
+  EXPECT_EQ(nearest_spelling("SECTION", keys), "section");
+}
+
+TEST(Spelling, DoesNotGuessWildly) {
+  EXPECT_EQ(nearest_spelling("colour", {"length", "section"}), "");
+  EXPECT_EQ(nearest_spelling("x", {"m", "s"}), "");  // no letter in common
+  EXPECT_EQ(nearest_spelling("word", {}), "");
+  EXPECT_EQ(nearest_spelling("", {"m"}), "");
+}
+
+}  // namespace
+}  // namespace kinetostat::spatial
