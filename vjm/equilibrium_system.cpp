@@ -73,6 +73,7 @@ MatrixXd RobustFactor::solve(const MatrixXd& right, bool* consistent) const {
 }
 
 MatrixXd null_space(const MatrixXd& matrix, double tolerance) {
+  if (matrix.size() == 0) return MatrixXd::Identity(matrix.cols(), matrix.cols());
   Eigen::ColPivHouseholderQR<MatrixXd> qr;
   qr.setThreshold(tolerance);
   qr.compute(matrix.transpose());

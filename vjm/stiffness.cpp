@@ -37,6 +37,12 @@ Matrix6X passive_jacobian(const Chain& chain, const ChainKinematics& kinematics,
   return passive.leftCols(count);
 }
 
+// Orthonormal basis of the wrenches that do no work on the passive joints.
+Matrix6X transmitted_wrenches(const Matrix6X& passive) {
+  if (passive.cols() == 0) return Matrix6::Identity();
+  return null_space(passive.transpose());
+}
+
 // Compliance of the springs felt at the end, J_s K_s^-1 J_s'.
 Matrix6 spring_compliance(const Chain& chain, const ChainKinematics& kinematics,
                           const Vector6& scale) {
@@ -65,10 +71,10 @@ Matrix6X motions_without_energy(const EquilibriumSystem& system, const Vector6& 
     at += chain.size();
   }
   const Eigen::MatrixXd null = null_space(rows, 1e-11).topRows<6>();
+  if (null.cols() == 0) return Matrix6X(6, 0);
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
   qr.setThreshold(1e-9);
   qr.compute(null);
-  if (null.cols() == 0 || qr.rank() == 0) return Matrix6X(6, 0);
   const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(6, qr.rank());
   return scale.cwiseInverse().asDiagonal() * q;
 }
@@ -96,15 +102,8 @@ std::optional<Stiffness6> unloaded_stiffness(const Chain& chain,
   Vector6 scale = Vector6::Ones();
   scale.tail<3>().setConstant(length_of(kinematics));
 
-  const Matrix6X passive = passive_jacobian(chain, kinematics, scale);
-  Eigen::ColPivHouseholderQR<Matrix6X> qr;
-  qr.setThreshold(1e-10);
-  qr.compute(passive);
-  const Eigen::Index transmitted = 6 - (passive.cols() > 0 ? qr.rank() : 0);
-  if (transmitted == 0) return Stiffness6(Matrix6::Zero(), frame);
-  Matrix6 complete = Matrix6::Identity();
-  if (passive.cols() > 0) complete = qr.householderQ() * complete;
-  const Matrix6X basis = complete.rightCols(transmitted);
+  const Matrix6X basis = transmitted_wrenches(passive_jacobian(chain, kinematics, scale));
+  if (basis.cols() == 0) return Stiffness6(Matrix6::Zero(), frame);
 
   const Matrix6 compliance = spring_compliance(chain, kinematics, scale);
   using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
