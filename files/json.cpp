@@ -33,12 +33,15 @@ void add_frame(Json& json, const spatial::Frame& frame) {
   json["axes"] = rows(frame.axes.transpose().eval());
 }
 
+Json coordinate_order() { return {"tx", "ty", "tz", "rx", "ry", "rz"}; }
+Json si_units() { return {{"length", "m"}, {"force", "N"}, {"angle", "rad"}}; }
+
 Json matrix_json(const char* name, const Matrix6& matrix, const spatial::Frame& frame) {
   Json json;
   json[name] = rows(matrix);
-  json["order"] = {"tx", "ty", "tz", "rx", "ry", "rz"};
+  json["order"] = coordinate_order();
   add_frame(json, frame);
-  json["units"] = {{"length", "m"}, {"force", "N"}, {"angle", "rad"}};
+  json["units"] = si_units();
   return json;
 }
 
@@ -105,6 +108,11 @@ class MatrixReader {
     const Json& list = at(key);
     if (!list.is_array() || list.size() != 3) fail(key, "three numbers are expected");
     return {number(key, list[0]), number(key, list[1]), number(key, list[2])};
+  }
+
+  // A matrix in other units or another order would be misread without a word.
+  void require(const char* key, const Json& value) const {
+    if (at(key) != value) fail(key, fmt::format("{} is expected", value.dump()));
   }
 
   [[noreturn]] void fail(const char* key, const std::string& what) const {
@@ -178,6 +186,8 @@ Json to_json(const spatial::Twist& twist) {
 spatial::Compliance6 read_compliance(const std::filesystem::path& file) {
   const Json json = read_json(file);
   const MatrixReader reader(file, json);
+  reader.require("order", coordinate_order());
+  reader.require("units", si_units());
   const Matrix6 matrix = reader.matrix<6, 6>("compliance");
   const spatial::Frame frame{reader.vector("point"), reader.matrix<3, 3>("axes").transpose()};
   if (!spatial::is_rotation(frame.axes, 1e-6))

@@ -28,8 +28,8 @@ Json to_json(const spatial::Twist& twist);
 Json to_json(const spatial::Vector3& vector);
 
 /// Reads what to_json(Compliance6) wrote, or a link result that has the same keys. Throws
-/// InputError naming the key that is missing or malformed, and when the matrix is not symmetric to
-/// 1e-6 or not positive definite.
+/// InputError naming the key that is missing or malformed, when order or units are others than
+/// to_json writes, and when the matrix is not symmetric to 1e-6 or not positive definite.
 spatial::Compliance6 read_compliance(const std::filesystem::path& file);
 
 }  // namespace kinetostat::files

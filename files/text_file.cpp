@@ -32,6 +32,20 @@ void write_all(int descriptor, const std::string& content, const std::filesystem
   if (::fsync(descriptor) != 0 && errno != EINVAL) fail_to_write(file, errno);
 }
 
+// Opens, writes and closes `path`; errors name `file`, which is what the user asked for.
+void write_file(const std::filesystem::path& path, int flags, const std::string& content,
+                const std::filesystem::path& file) {
+  const int descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | flags, 0666);
+  if (descriptor < 0) fail_to_write(file, errno);
+  try {
+    write_all(descriptor, content, file);
+  } catch (...) {
+    ::close(descriptor);
+    throw;
+  }
+  ::close(descriptor);
+}
+
 }  // namespace
 
 std::string read_text(const std::filesystem::path& file) {
@@ -47,23 +61,28 @@ std::string read_text(const std::filesystem::path& file) {
 }
 
 void write_atomically(const std::filesystem::path& file, const std::string& content) {
-  const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
   std::error_code error;
+  if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error)) {
+    // A device or a pipe has no content to protect, and must not be replaced by a file.
+    write_file(file, 0, content, file);
+    return;
+  }
+  // Renaming over a symbolic link would replace the link, so its target is written.
+  const bool is_link = std::filesystem::is_symlink(file, error);
+  const std::filesystem::path target =
+      is_link ? std::filesystem::weakly_canonical(file, error) : file;
+  const std::filesystem::path folder = target.has_parent_path() ? target.parent_path() : ".";
   std::filesystem::create_directories(folder, error);
   if (error) fail_to_write(file, error.value());
   const std::filesystem::path temporary =
-      folder / fmt::format(".{}.{}.tmp", file.filename().string(), ::getpid());
-  const int descriptor = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (descriptor < 0) fail_to_write(file, errno);
+      folder / fmt::format(".{}.{}.tmp", target.filename().string(), ::getpid());
   try {
-    write_all(descriptor, content, file);
+    write_file(temporary, O_CREAT | O_TRUNC, content, file);
   } catch (...) {
-    ::close(descriptor);
     ::unlink(temporary.c_str());
     throw;
   }
-  ::close(descriptor);
-  if (::rename(temporary.c_str(), file.c_str()) != 0) {
+  if (::rename(temporary.c_str(), target.c_str()) != 0) {
     const int rename_error = errno;
     ::unlink(temporary.c_str());
     fail_to_write(file, rename_error);

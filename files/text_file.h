@@ -11,7 +11,8 @@ std::string read_text(const std::filesystem::path& file);
 
 /// Writes to a temporary file in the same folder, flushes it to disk, then renames it over `file`:
 /// at every moment the old content or the new is there, never a part. Folders that are missing are
-/// made. Throws InputError when the folder cannot be written to.
+/// made. Symbolic links are followed; devices and pipes are written to directly. Throws InputError
+/// when the folder cannot be written to.
 void write_atomically(const std::filesystem::path& file, const std::string& content);
 
 /// SHA-256 of some bytes, 64 lower-case hexadecimal digits.

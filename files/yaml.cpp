@@ -46,7 +46,7 @@ YamlNode::YamlNode(YAML::Node node, std::shared_ptr<const std::filesystem::path>
 int YamlNode::line() const { return node_.Mark().line + 1; }
 
 YamlNode YamlNode::child(const YAML::Node& node, const std::string& name) const {
-  return {node, file_, path_.empty() ? name : path_ + (name.front() == '[' ? "" : ".") + name};
+  return {node, file_, path_.empty() ? name : path_ + (name.starts_with('[') ? "" : ".") + name};
 }
 
 void YamlNode::fail(const std::string& what, const std::string& cure) const {

@@ -1,0 +1,107 @@
+#include "kinetostat/files/text_file.h"
+
+#include <csignal>
+#include <fstream>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kinetostat/files/error.h"
+
+namespace kinetostat::files {
+namespace {
+
+class TextFile : public testing::Test {
+ protected:
+  TextFile() : folder_(std::filesystem::path(testing::TempDir()) / "kinetostat_text_file") {
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  ~TextFile() override { std::filesystem::remove_all(folder_); }
+
+  std::size_t number_of_files() const {
+    return static_cast<std::size_t>(
+        std::distance(std::filesystem::directory_iterator(folder_), {}));
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(TextFile, WritesAnyBytesAndReadsThemBack) {
+  std::string bytes("a\0b\r\n\xff", 6);
+  write_atomically(folder_ / "a", bytes);
+  EXPECT_EQ(read_text(folder_ / "a"), bytes);
+  write_atomically(folder_ / "a", "");
+  EXPECT_EQ(read_text(folder_ / "a"), "");
+  EXPECT_EQ(number_of_files(), 1u);
+}
+
+TEST_F(TextFile, MakesMissingFolders) {
+  write_atomically(folder_ / "x" / "y" / "a", "deep");
+  EXPECT_EQ(read_text(folder_ / "x" / "y" / "a"), "deep");
+}
+
+// A process that may write 4 kB only is as good as a full disk.
+void write_beyond_the_limit(const std::filesystem::path& file) {
+  std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit limit{4096, 4096};
+  setrlimit(RLIMIT_FSIZE, &limit);
+  try {
+    write_atomically(file, std::string(100000, 'x'));
+  } catch (const InputError&) {
+    std::exit(3);
+  }
+  std::exit(0);
+}
+
+TEST_F(TextFile, FullDiskLeavesTheOldContentAndNothingElse) {
+  const std::filesystem::path file = folder_ / "a";
+  write_atomically(file, "old");
+  EXPECT_EXIT(write_beyond_the_limit(file), testing::ExitedWithCode(3), "");
+  EXPECT_EQ(read_text(file), "old");
+  EXPECT_EQ(number_of_files(), 1u);
+}
+
+TEST_F(TextFile, FoldersThatCannotBeWrittenToAreNamed) {
+  std::ofstream(folder_ / "file") << "x";
+  EXPECT_THROW(write_atomically(folder_ / "file" / "a", "x"), InputError);
+  EXPECT_THROW(write_atomically("/proc/nothing/a", "x"), InputError);
+  EXPECT_THROW(write_atomically(folder_, "x"), InputError);
+}
+
+// Renaming a file over a device would replace the device.
+TEST_F(TextFile, DevicesAndPipesAreWrittenToNotReplaced) {
+  const std::filesystem::path link = folder_ / "null";
+  std::filesystem::create_symlink("/dev/null", link);
+  write_atomically(link, "gone");
+  EXPECT_TRUE(std::filesystem::is_character_file(link));
+  EXPECT_EQ(number_of_files(), 1u);
+}
+
+TEST_F(TextFile, LinksAreFollowed) {
+  write_atomically(folder_ / "real", "old");
+  std::filesystem::create_symlink("real", folder_ / "link");
+  write_atomically(folder_ / "link", "new");
+  EXPECT_TRUE(std::filesystem::is_symlink(folder_ / "link"));
+  EXPECT_EQ(read_text(folder_ / "real"), "new");
+}
+
+TEST_F(TextFile, ReadingWhatIsNotAFileIsAnInputError) {
+  EXPECT_THROW(read_text(folder_), InputError);
+  EXPECT_THROW(read_text(folder_ / "missing"), InputError);
+}
+
+// FIPS 180-2, appendix B.
+TEST(Sha256, PublishedVectors) {
+  EXPECT_EQ(sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(sha256("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
+            "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
+  EXPECT_EQ(sha256(std::string(1000000, 'a')),
+            "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+  EXPECT_EQ(sha256(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+}
+
+}  // namespace
+}  // namespace kinetostat::files

@@ -1,0 +1,224 @@
+#include "kinetostat/files/yaml.h"
+
+#include <fstream>
+#include <functional>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kinetostat/files/error.h"
+#include "kinetostat/spatial/rotation.h"
+
+#include "support/matrix_near.h"
+
+namespace kinetostat::files {
+namespace {
+
+using spatial::Vector3;
+using test::matrix_near;
+using testing::AllOf;
+using testing::HasSubstr;
+
+const spatial::UnitSystem mm_newton_deg{.length = "mm", .force = "N", .angle = "deg"};
+
+// What reading complains, or "" when it does not.
+std::string complaint(const std::string& text, const std::function<void(const YamlNode&)>& read) {
+  try {
+    read(parse_yaml(text, "robot.yaml"));
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+TEST(Yaml, ReadsWhatIsThere) {
+  const YamlNode top = parse_yaml(
+      "name: foot\n"
+      "count: 3\n"
+      "stiff: true\n"
+      "length: 310\n"
+      "modulus: 70 GPa\n"
+      "point: [1, 2 cm, 3]\n"
+      "axis: [0, 0, 2]\n",
+      "robot.yaml");
+  EXPECT_EQ(top.at("name").text(), "foot");
+  EXPECT_EQ(top.at("count").integer(1, 5), 3);
+  EXPECT_TRUE(top.at("stiff").boolean());
+  EXPECT_DOUBLE_EQ(top.at("length").positive(spatial::dimension::length, mm_newton_deg), 0.31);
+  EXPECT_DOUBLE_EQ(top.at("modulus").quantity_with_unit(spatial::dimension::pressure), 70e9);
+  EXPECT_TRUE(matrix_near(top.at("point").vector3(spatial::dimension::length, mm_newton_deg),
+                          Vector3(0.001, 0.02, 0.003), 1e-18));
+  EXPECT_TRUE(matrix_near(top.at("axis").direction(), Vector3(0, 0, 1), 0));
+  EXPECT_FALSE(top.has("colour"));
+  EXPECT_FALSE(top.find("colour"));
+}
+
+TEST(Yaml, MisspeltKeyNamesFileLineAndTheNearestKey) {
+  const auto read = [](const YamlNode& top) { top.at("beam").allow_only({"length", "material"}); };
+  EXPECT_THAT(complaint("beam:\n  material: steel\n  lenght: 3\n", read),
+              AllOf(HasSubstr("robot.yaml:3: beam.lenght"), HasSubstr("Did you mean 'length'?")));
+  EXPECT_THAT(complaint("beam:\n  colour: red\n", read), HasSubstr("Known here: length, material"));
+  EXPECT_EQ(complaint("beam: {length: 3, material: steel}\n", read), "");
+}
+
+TEST(Yaml, KeyGivenTwiceIsRefused) {
+  EXPECT_THAT(complaint("a: 1\nb: 2\na: 3\n",
+                        [](const YamlNode& top) {
+                          top.allow_only({"a", "b"});
+                        }),
+              AllOf(HasSubstr("robot.yaml:3"), HasSubstr("'a' is given twice")));
+}
+
+TEST(Yaml, MissingKeyIsNamed) {
+  EXPECT_THAT(
+      complaint("beam:\n  length: 3\n", [](const YamlNode& top) { top.at("beam").at("material"); }),
+      AllOf(HasSubstr("robot.yaml:2: beam"), HasSubstr("'material' is missing")));
+}
+
+TEST(Yaml, EmptyValueAndEmptyKeyAreRefusedNotCrashedOn) {
+  EXPECT_THAT(complaint("length:\n", [](const YamlNode& top) { (void)top.at("length").text(); }),
+              HasSubstr("not nothing"));
+  EXPECT_THAT(complaint("\"\": 3\n", [](const YamlNode& top) { top.allow_only({"a"}); }),
+              HasSubstr("is not known here"));
+  EXPECT_THAT(complaint("[a, b]: 3\n", [](const YamlNode& top) { top.allow_only({"a"}); }),
+              HasSubstr("is not known here"));
+}
+
+TEST(Yaml, WrongKindsAreNamed) {
+  const auto wrong = [](const char* value, const std::function<void(const YamlNode&)>& read) {
+    return complaint(std::string("x: ") + value + "\n",
+                     [&](const YamlNode& top) { read(top.at("x")); });
+  };
+  EXPECT_THAT(wrong("[1, 2]", [](auto& x) { (void)x.text(); }), HasSubstr("a list of 2"));
+  EXPECT_THAT(wrong("{a: 1}", [](auto& x) { (void)x.number(); }), HasSubstr("a map of keys"));
+  EXPECT_THAT(wrong("3", [](auto& x) { (void)x.items(); }), HasSubstr("a list is expected"));
+  EXPECT_THAT(wrong("3", [](auto& x) { (void)x.members(); }),
+              HasSubstr("a map of keys is expected"));
+  EXPECT_THAT(wrong("3", [](auto& x) { x.allow_only({"a"}); }),
+              HasSubstr("a map of keys is expected"));
+  EXPECT_THAT(wrong("3", [](auto& x) { (void)x.at("a"); }), HasSubstr("a map with the key 'a'"));
+  EXPECT_THAT(wrong("abc", [](auto& x) { (void)x.number(); }),
+              HasSubstr("'abc' does not begin with a number"));
+  EXPECT_THAT(wrong("3 mm", [](auto& x) { (void)x.number(); }), HasSubstr("a plain number"));
+  EXPECT_THAT(wrong(".nan", [](auto& x) { (void)x.number(); }), HasSubstr("number"));
+  EXPECT_THAT(wrong("inf", [](auto& x) { (void)x.number(); }), HasSubstr("not a finite number"));
+  EXPECT_THAT(wrong("2.5", [](auto& x) { (void)x.integer(1, 9); }),
+              HasSubstr("whole number from 1 to 9"));
+  EXPECT_THAT(wrong("10", [](auto& x) { (void)x.integer(1, 9); }),
+              HasSubstr("whole number from 1 to 9"));
+  EXPECT_THAT(wrong("maybe", [](auto& x) { (void)x.boolean(); }),
+              HasSubstr("not one of true, false"));
+  EXPECT_THAT(wrong("rigit",
+                    [](auto& x) {
+                      (void)x.choice({"rigid", "body"});
+                    }),
+              HasSubstr("Did you mean 'rigid'?"));
+}
+
+TEST(Yaml, WrongLengthsAreNamed) {
+  const auto vector = [](const YamlNode& top) {
+    (void)top.at("p").vector3(spatial::dimension::length, mm_newton_deg);
+  };
+  EXPECT_THAT(complaint("p: [1, 2]\n", vector),
+              HasSubstr("a list of 3 is expected here, not of 2"));
+  EXPECT_THAT(complaint("p: [1, 2, 3 kg]\n", vector),
+              AllOf(HasSubstr("robot.yaml:1: p[2]"), HasSubstr("a length such as")));
+  EXPECT_THAT(complaint("m: [[1, 2, 3, 4, 5, 6]]\n",
+                        [](const YamlNode& top) { (void)top.at("m").matrix6(); }),
+              HasSubstr("a list of 6 is expected here, not of 1"));
+}
+
+TEST(Yaml, PositiveRefusesZeroAndNegative) {
+  const auto read = [](const YamlNode& top) {
+    (void)top.at("E").positive(spatial::dimension::pressure, mm_newton_deg);
+  };
+  EXPECT_THAT(complaint("E: -70 GPa\n", read), HasSubstr("'-70 GPa' is not positive"));
+  EXPECT_THAT(complaint("E: 0\n", read), HasSubstr("not positive"));
+  EXPECT_THAT(complaint("E: 70 mm\n", read), HasSubstr("a modulus or pressure such as"));
+}
+
+TEST(Yaml, ZeroDirectionIsRefused) {
+  EXPECT_THAT(
+      complaint("n: [0, 0, 0]\n", [](const YamlNode& top) { (void)top.at("n").direction(); }),
+      HasSubstr("points nowhere"));
+}
+
+TEST(Yaml, OneOfWantsExactlyOne) {
+  const auto read = [](const YamlNode& top) { (void)top.one_of({"plane", "cylinder"}); };
+  EXPECT_EQ(complaint("plane: 1\n", read), "");
+  EXPECT_THAT(complaint("plane: 1\ncylinder: 2\n", read), HasSubstr("exclude each other"));
+  EXPECT_THAT(complaint("cilinder: 2\n", read), HasSubstr("Did you mean 'cylinder'?"));
+  EXPECT_THAT(complaint("ball: 2\n", read), HasSubstr("one of the keys plane, cylinder"));
+}
+
+TEST(Yaml, SyntaxErrorsNameThePlace) {
+  EXPECT_THAT(complaint("a: 1\nb: [1, 2\nc: 3\n", [](const YamlNode&) {}),
+              HasSubstr("robot.yaml:3"));
+  EXPECT_THAT(complaint("a: 1\n\tb: 2\n", [](const YamlNode&) {}), HasSubstr("not valid YAML"));
+  EXPECT_THAT(complaint("", [](const YamlNode&) {}), HasSubstr("begins with 'kinetostat: 1'"));
+  EXPECT_THAT(complaint("just words\n", [](const YamlNode&) {}), HasSubstr("not a map of keys"));
+}
+
+TEST(Yaml, FormatVersionIsChecked) {
+  const auto check = [](const YamlNode& top) { check_format_version(top); };
+  EXPECT_EQ(complaint("kinetostat: 1\n", check), "");
+  EXPECT_THAT(complaint("kinetostat: 7\n", check), HasSubstr("version '7' is not known"));
+  EXPECT_THAT(complaint("name: x\n", check), HasSubstr("Write 'kinetostat: 1'"));
+}
+
+TEST(Yaml, UnitsAreChecked) {
+  const auto read = [](const YamlNode& top) { (void)read_units(top.at("units")); };
+  EXPECT_EQ(complaint("units: {length: mm, force: N, angle: deg, time: s}\n", read), "");
+  EXPECT_THAT(complaint("units: {length: mm}\n", read), HasSubstr("'force' is missing"));
+  EXPECT_THAT(complaint("units: {length: mmm, force: N}\n", read), HasSubstr("did you mean 'mm'?"));
+  EXPECT_THAT(complaint("units: {length: kg, force: N}\n", read),
+              HasSubstr("not a unit of length"));
+}
+
+TEST(Yaml, PosesInEveryWayOfWritingThem) {
+  const auto pose = [](const std::string& text) {
+    return read_pose(parse_yaml("pose: " + text + "\n", "robot.yaml").at("pose"), mm_newton_deg);
+  };
+  EXPECT_TRUE(matrix_near(pose("[10, 0, 5]").position(), Vector3(0.01, 0, 0.005), 1e-18));
+  const spatial::Matrix3 expected = spatial::exp_rotation({0, 0, std::acos(0.0)});
+  EXPECT_TRUE(matrix_near(pose("{rpy: [0, 0, 90]}").rotation(), expected, 1e-15));
+  EXPECT_TRUE(matrix_near(pose("{rotation_vector: [0, 0, 90]}").rotation(), expected, 1e-15));
+  EXPECT_TRUE(matrix_near(pose("{x: [0, 1, 0], y: [-1, 0, 0]}").rotation(), expected, 1e-15));
+  EXPECT_TRUE(matrix_near(pose("{x: [0, 1, 0], z: [0, 0, 1]}").rotation(), expected, 1e-15));
+  EXPECT_TRUE(matrix_near(pose("{y: [-1, 0, 0], z: [0, 0, 1]}").rotation(), expected, 1e-15));
+}
+
+TEST(Yaml, PosesThatContradictThemselvesAreRefused) {
+  const auto read = [](const YamlNode& top) { (void)read_pose(top.at("pose"), mm_newton_deg); };
+  EXPECT_THAT(complaint("pose: {rpy: [0, 0, 0], x: [1, 0, 0], y: [0, 1, 0]}\n", read),
+              HasSubstr("more than one way"));
+  EXPECT_THAT(complaint("pose: {x: [1, 0, 0]}\n", read), HasSubstr("two of the axis directions"));
+  EXPECT_THAT(complaint("pose: {x: [1, 0, 0], y: [2, 0, 0]}\n", read), HasSubstr("parallel"));
+  EXPECT_THAT(complaint("pose: {x: [1, 0, 0], z: [2, 0, 0]}\n", read), HasSubstr("parallel"));
+}
+
+TEST(Yaml, FilesAreTakenFromTheFolderOfTheFile) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "links";
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "foot.stl") << "solid";
+  const auto read = [&](const char* name) {
+    return parse_yaml(std::string("file: ") + name + "\n", folder / "foot.yaml")
+        .at("file")
+        .existing_file();
+  };
+  EXPECT_EQ(read("foot.stl"), folder / "foot.stl");
+  try {
+    read("fot.stl");
+    FAIL() << "a missing file was accepted";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("Did you mean 'foot.stl'?"));
+  }
+}
+
+TEST(Yaml, MissingFileIsAnInputError) {
+  EXPECT_THROW(read_yaml("/nowhere/robot.yaml"), InputError);
+  EXPECT_THROW(read_yaml(testing::TempDir()), InputError);
+}
+
+}  // namespace
+}  // namespace kinetostat::files
