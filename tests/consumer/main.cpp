@@ -1,0 +1,26 @@
+// Uses something of every room, so that every library and its dependencies must link.
+#include <cmath>
+#include <cstdio>
+#include <kinetostat/files/yaml.h>
+#include <kinetostat/vjm/beam.h>
+
+// The tip deflection of a clamped bar, once from its 6x6 compliance and once by hand.
+int main() {
+  using namespace kinetostat;
+  const files::YamlNode file =
+      files::parse_yaml("units: {length: mm, force: N}\nspan: 310\nload: 2\n", "example.yaml");
+  const spatial::UnitSystem units = files::read_units(file.at("units"));
+  const double span = file.at("span").positive(spatial::dimension::length, units);
+  const double load = file.at("load").positive(spatial::dimension::force, units);
+
+  const vjm::Material steel{.young_modulus = 210e9, .shear_modulus = 80e9, .density = 7850};
+  const vjm::Section section = vjm::Section::rectangle(0.020, 0.012);
+  const spatial::Compliance6 tip =
+      vjm::beam_compliance(span, section, steel, vjm::BeamTheory::euler_bernoulli);
+  const spatial::Wrench force{{0, load, 0}, {0, 0, 0}, tip.frame()};
+  const double deflection = (tip * force).translation.y();
+
+  const double by_hand = load * std::pow(span, 3) / (3 * 210e9 * section.second_moment_z);
+  std::printf("deflection %g um, by hand %g um\n", 1e6 * deflection, 1e6 * by_hand);
+  return std::abs(deflection - by_hand) < 1e-12 * by_hand ? 0 : 1;
+}
