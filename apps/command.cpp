@@ -211,6 +211,7 @@ void Program::run_action(const Command& command) {
   progress.wipe();
   if (progress.cancelled()) throw files::Cancelled();
   deliver(command, run, std::move(result));
+  if (!run.shortfall().empty()) throw files::NoConvergence(run.shortfall());
 }
 
 void Program::deliver(const Command& command, const Run& run, files::Json result) {

@@ -54,17 +54,23 @@ class Run {
   /// ends.
   void print(std::string_view text) { report_ += text; }
 
+  /// The result is only part of what was asked for: it is delivered, then the reason is said and
+  /// the program ends with exit code 4.
+  void stop_short(std::string reason) { shortfall_ = std::move(reason); }
+
   files::Progress& progress() { return progress_; }
   int threads() const { return options_.threads; }
   /// The file of --out, for commands whose product is not the report itself.
   std::optional<std::filesystem::path> out() const;
 
   const std::string& report() const { return report_; }
+  const std::string& shortfall() const { return shortfall_; }
 
  private:
   const CommonOptions& options_;
   files::Progress& progress_;
   std::string report_;
+  std::string shortfall_;
 };
 
 /// What a command is called and does.

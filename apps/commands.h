@@ -5,4 +5,7 @@ namespace kinetostat::apps {
 
 class Program;
 
+void add_stiffness(Program& program);
+void add_deflect(Program& program);
+
 }  // namespace kinetostat::apps

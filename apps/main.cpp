@@ -5,5 +5,7 @@
 int main(int argc, char** argv) {
   kinetostat::apps::catch_signals();
   kinetostat::apps::Program program;
+  kinetostat::apps::add_stiffness(program);
+  kinetostat::apps::add_deflect(program);
   return program.run(argc, argv);
 }

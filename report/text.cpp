@@ -138,20 +138,19 @@ std::string Table::text() const {
 std::string text(const spatial::Compliance6& compliance, const UnitSystem& units) {
   const double length = factor(units.length), force = factor(units.force);
   const Matrix6 shown =
-      for_display(compliance.matrix(), halves(1 / length, 1 / factor(units.angle)),
-                  halves(force, force * length));
-  return fmt::format("Compliance {}; [{}; {}] per [{}; {}]\n",
-                     frame_text(compliance.frame(), units), units.length, units.angle, units.force,
+      for_display(compliance.matrix(), halves(1 / length, 1), halves(force, force * length));
+  return fmt::format("Compliance {}; [{}; rad] per [{}; {}]\n",
+                     frame_text(compliance.frame(), units), units.length, units.force,
                      moment_unit(units)) +
          matrix_text(shown, motions, loads);
 }
 
 std::string text(const spatial::Stiffness6& stiffness, const UnitSystem& units) {
   const double length = factor(units.length), force = factor(units.force);
-  const Matrix6 shown = for_display(stiffness.matrix(), halves(1 / force, 1 / (force * length)),
-                                    halves(length, factor(units.angle)));
-  return fmt::format("Stiffness {}; [{}; {}] per [{}; {}]\n", frame_text(stiffness.frame(), units),
-                     units.force, moment_unit(units), units.length, units.angle) +
+  const Matrix6 shown =
+      for_display(stiffness.matrix(), halves(1 / force, 1 / (force * length)), halves(length, 1));
+  return fmt::format("Stiffness {}; [{}; {}] per [{}; rad]\n", frame_text(stiffness.frame(), units),
+                     units.force, moment_unit(units), units.length) +
          matrix_text(shown, loads, motions);
 }
 

@@ -29,8 +29,8 @@ class Table {
 };
 
 /// A heading line (what, reference point, axes, units) and six labelled rows. Entries below 1e-10
-/// of the size of their block are printed as 0. Units for length, force and angle are taken from
-/// `units`.
+/// of the size of their block are printed as 0. Units for length and force are taken from `units`;
+/// angles are in rad, as in every published stiffness matrix.
 std::string text(const spatial::Compliance6& compliance, const spatial::UnitSystem& units);
 std::string text(const spatial::Stiffness6& stiffness, const spatial::UnitSystem& units);
 

@@ -1,5 +1,6 @@
 #include "kinetostat/vjm/stability.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -13,7 +14,7 @@ Stability stability_of(const Eigen::MatrixXd& energy_hessian, double tolerance) 
   const Eigen::VectorXd values =
       Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(energy_hessian, Eigen::EigenvaluesOnly)
           .eigenvalues();
-  const double zero = tolerance * values.cwiseAbs().maxCoeff();
+  const double zero = tolerance * std::max(1.0, values.cwiseAbs().maxCoeff());
   for (const double value : values) {
     if (std::abs(value) <= zero) {
       ++result.neutral;

@@ -99,7 +99,7 @@ TEST_P(Orthoglide, TheWrenchFoundForAPoseLeadsBackToThatPose) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Points, Orthoglide, testing::ValuesIn(rows),
-                         [](const auto& info) { return fmt::format("Q{}", info.index); });
+                         [](const auto& row) { return fmt::format("Q{}", row.index); });
 
 }  // namespace
 }  // namespace kinetostat::vjm

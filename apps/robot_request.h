@@ -1,0 +1,35 @@
+// The options by which commands are told a robot, a posture, and a load or displacement.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "kinetostat/vjm/equilibrium.h"
+#include "kinetostat/vjm/posture.h"
+#include "kinetostat/vjm/robot_file.h"
+
+namespace kinetostat::apps {
+
+/// ROBOT.yaml with --at or --joints.
+struct PostureRequest {
+  std::string robot_file, at, joints;
+
+  void add_options(CLI::App& app);
+  vjm::Robot read() const;
+  /// Throws files::InputError for a malformed option, files::NoConvergence for an unreachable pose.
+  vjm::Posture posture(const vjm::Robot& robot) const;
+};
+
+/// --wrench with --point, or --move.
+struct LoadRequest {
+  std::string wrench, point, move;
+
+  void add_options(CLI::App& app);
+  bool given() const { return !wrench.empty() || !move.empty(); }
+  vjm::Equilibrium solve(const vjm::Robot& robot, const vjm::Posture& posture) const;
+};
+
+}  // namespace kinetostat::apps

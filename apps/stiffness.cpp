@@ -1,0 +1,50 @@
+// kinetostat stiffness: the Cartesian stiffness matrix in a posture, without or under load.
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "kinetostat/apps/command.h"
+#include "kinetostat/apps/commands.h"
+#include "kinetostat/apps/robot_request.h"
+#include "kinetostat/report/manipulator.h"
+
+namespace kinetostat::apps {
+namespace {
+
+struct Request {
+  PostureRequest posture;
+  LoadRequest load;
+};
+
+files::Json stiffness(const Request& request, Run& run) {
+  const vjm::Robot robot = request.posture.read();
+  const vjm::Posture posture = request.posture.posture(robot);
+  const vjm::UnloadedStiffness unloaded = unloaded_stiffness(robot.manipulator, posture);
+  run.print(fmt::format("{}\n", robot.name) + report::text(robot, posture));
+  run.print("Unloaded\n--------\n" + report::text(robot, unloaded));
+  files::Json json{{"inputs", report::provenance(robot)},
+                   {"posture", report::to_json(robot, posture)},
+                   {"unloaded", report::to_json(robot, unloaded)}};
+  if (!request.load.given()) return json;
+
+  const vjm::Equilibrium loaded = request.load.solve(robot, posture);
+  run.print("\nLoaded\n------\n" + report::text(robot, loaded));
+  json["loaded"] = report::to_json(robot, loaded);
+  if (loaded.status != vjm::EquilibriumStatus::converged) run.stop_short(loaded.reason);
+  return json;
+}
+
+}  // namespace
+
+void add_stiffness(Program& program) {
+  const auto request = std::make_shared<Request>();
+  CLI::App& app = program.add(
+      {.name = "stiffness",
+       .summary = "Cartesian stiffness of a manipulator in a posture, unloaded and under load",
+       .example = "kinetostat stiffness data/robots/orthoglide.yaml --at 0,0,0"},
+      [request](Run& run) { return stiffness(*request, run); });
+  request->posture.add_options(app);
+  request->load.add_options(app);
+}
+
+}  // namespace kinetostat::apps

@@ -1,0 +1,238 @@
+#include "kinetostat/report/manipulator.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "kinetostat/files/text_file.h"
+#include "kinetostat/report/text.h"
+#include "kinetostat/spatial/rotation.h"
+
+namespace kinetostat::report {
+namespace {
+
+using files::Json;
+using spatial::Vector3;
+using vjm::Chain;
+using vjm::Equilibrium;
+using vjm::EquilibriumStatus;
+using vjm::Robot;
+using vjm::Stability;
+using vjm::UnloadedStiffness;
+
+double unit(const std::string& name) { return spatial::parse_unit(name).factor; }
+
+std::string vector_text(const Vector3& v, double factor, double negligible) {
+  const auto shown = [&](double x) { return number(std::abs(x) < negligible ? 0 : x / factor, 7); };
+  return fmt::format("({}, {}, {})", shown(v.x()), shown(v.y()), shown(v.z()));
+}
+
+// Joint values that a posture chooses, "rho = -449.5 mm".
+std::vector<std::string> joint_values(const Robot& robot, const Chain& chain,
+                                      const Eigen::VectorXd& x) {
+  std::vector<std::string> values;
+  for (const Eigen::Index k : chain.posture_coordinates()) {
+    const vjm::Coordinate& c = chain.coordinates()[static_cast<std::size_t>(k)];
+    const std::string& u = is_rotation(c.motion) ? robot.units.angle : robot.units.length;
+    const double value = std::abs(x[k]) < 1e-12 ? 0 : x[k] / unit(u);
+    values.push_back(fmt::format("{} = {} {}", c.name, number(value, 7), u));
+  }
+  return values;
+}
+
+template <class Matrix>
+Json matrix_json(const Matrix& matrix, const char* key) {
+  const Json keyed = files::to_json(matrix);
+  Json json{{"matrix", nullptr}};
+  for (const auto& [name, value] : keyed.items()) json[name == key ? "matrix" : name] = value;
+  return json;
+}
+
+Json optional_json(const std::optional<spatial::Stiffness6>& m) {
+  return m ? matrix_json(*m, "stiffness") : Json();
+}
+Json optional_json(const std::optional<spatial::Compliance6>& m) {
+  return m ? matrix_json(*m, "compliance") : Json();
+}
+
+std::string matrices_text(const Robot& robot, const std::optional<spatial::Stiffness6>& stiffness,
+                          const std::optional<spatial::Compliance6>& compliance) {
+  std::string out;
+  if (stiffness) out += text(*stiffness, robot.units) + "\n";
+  if (compliance) out += text(*compliance, robot.units) + "\n";
+  return out;
+}
+
+Json coordinates_json(const Chain& chain, const Eigen::VectorXd& x) {
+  Json json = Json::object();
+  for (Eigen::Index k = 0; k < chain.size(); ++k)
+    json[chain.coordinates()[static_cast<std::size_t>(k)].name] = x[k];
+  return json;
+}
+
+Json pose_json(const spatial::Pose& pose) {
+  return {{"position", files::to_json(pose.position())},
+          {"rotation_vector", files::to_json(spatial::log_rotation(pose.rotation()))}};
+}
+
+Json stability_json(const Stability& s) {
+  // JSON has no infinity: no margin means that no motion is left to be unstable.
+  return {{"stable", s.stable()},
+          {"unstable_directions", s.unstable},
+          {"neutral_directions", s.neutral},
+          {"margin", std::isfinite(s.margin) ? Json(s.margin) : Json()}};
+}
+
+std::string stability_text(const Stability& s) {
+  std::string out = s.stable() ? "stable"
+                               : fmt::format("unstable in {} direction{}", s.unstable,
+                                             s.unstable == 1 ? "" : "s");
+  if (s.neutral > 0)
+    out += fmt::format(", {} motion{} cost{} nothing", s.neutral, s.neutral == 1 ? "" : "s",
+                       s.neutral == 1 ? "s" : "");
+  return out;
+}
+
+std::string status_name(EquilibriumStatus status) {
+  switch (status) {
+    case EquilibriumStatus::converged:
+      return "converged";
+    case EquilibriumStatus::rigid:
+      return "rigid";
+    case EquilibriumStatus::unsupported:
+      return "unsupported";
+    case EquilibriumStatus::not_converged:
+      break;
+  }
+  return "not converged";
+}
+
+std::string chain_wrenches_text(const Robot& robot, const Equilibrium& equilibrium) {
+  const double force = unit(robot.units.force), length = unit(robot.units.length);
+  const std::string moment = robot.units.force + " " + robot.units.length;
+  Table table({"wrench on chain", "Fx", "Fy", "Fz", "Mx", "My", "Mz", "held"});
+  for (std::size_t c = 0; c < equilibrium.chains.size(); ++c) {
+    const vjm::ChainEquilibrium& chain = equilibrium.chains[c];
+    std::vector<std::string> row{robot.manipulator.chains()[c].name()};
+    for (int i = 0; i < 3; ++i) row.push_back(number(chain.wrench.force[i] / force, 6));
+    for (int i = 0; i < 3; ++i) row.push_back(number(chain.wrench.moment[i] / (force * length), 6));
+    row.push_back(stability_text(chain.held));
+    table.add_row(row);
+  }
+  return fmt::format("Wrenches on the chains at the platform point, base axes [{}; {}]:\n{}",
+                     robot.units.force, moment, table.text());
+}
+
+}  // namespace
+
+std::string text(const Robot& robot, const vjm::Posture& posture) {
+  const double length = unit(robot.units.length), angle = unit(robot.units.angle);
+  std::string out =
+      fmt::format("Platform at {} {}, rotation vector {} {}\n",
+                  vector_text(posture.platform.position(), length, 1e-12), robot.units.length,
+                  vector_text(spatial::log_rotation(posture.platform.rotation()), angle, 1e-12),
+                  robot.units.angle);
+  for (std::size_t c = 0; c < robot.manipulator.size(); ++c) {
+    const Chain& chain = robot.manipulator.chains()[c];
+    out += fmt::format("  chain {}: {}\n", chain.name(),
+                       fmt::join(joint_values(robot, chain, posture.coordinates[c]), ", "));
+  }
+  return out + "\n";
+}
+
+Json to_json(const Robot& robot, const vjm::Posture& posture) {
+  Json json = pose_json(posture.platform);
+  for (std::size_t c = 0; c < robot.manipulator.size(); ++c) {
+    const Chain& chain = robot.manipulator.chains()[c];
+    Json joints = Json::object();
+    for (const Eigen::Index k : chain.posture_coordinates())
+      joints[chain.coordinates()[static_cast<std::size_t>(k)].name] = posture.coordinates[c][k];
+    json["joints"][chain.name()] = joints;
+  }
+  return json;
+}
+
+std::string text(const Robot& robot, const UnloadedStiffness& s) {
+  std::string out = matrices_text(robot, s.stiffness, s.compliance);
+  if (!s.stiffness && !s.compliance)
+    out += "Some motions are free and others rigid: neither matrix exists.\n";
+  out += fmt::format("Rank {}.\n", s.stiffness ? s.free.rank : s.rigid.rank);
+  for (const std::string& sentence : s.free.sentences) out += "  " + sentence + "\n";
+  for (const std::string& sentence : s.rigid.sentences) out += "  " + sentence + "\n";
+  if (s.per_chain.size() == 1) return out;
+  for (std::size_t c = 0; c < s.per_chain.size(); ++c) {
+    out += fmt::format("  chain {} alone: ", robot.manipulator.chains()[c].name());
+    out += s.per_chain[c] ? fmt::format("rank {}\n", s.free_per_chain[c].rank)
+                          : "rigid in some direction\n";
+  }
+  return out;
+}
+
+Json to_json(const Robot& robot, const UnloadedStiffness& s) {
+  Json json{{"stiffness", optional_json(s.stiffness)},
+            {"compliance", optional_json(s.compliance)},
+            {"rank", s.stiffness ? s.free.rank : s.rigid.rank},
+            {"free_motions", s.free.sentences},
+            {"rigid_directions", s.rigid.sentences},
+            {"chains", Json::array()}};
+  for (std::size_t c = 0; c < s.per_chain.size(); ++c)
+    json["chains"].push_back({{"name", robot.manipulator.chains()[c].name()},
+                              {"stiffness", optional_json(s.per_chain[c])},
+                              {"rank", s.per_chain[c] ? Json(s.free_per_chain[c].rank) : Json()},
+                              {"free_motions", s.free_per_chain[c].sentences}});
+  return json;
+}
+
+std::string text(const Robot& robot, const Equilibrium& e) {
+  std::string out;
+  if (e.status != EquilibriumStatus::converged)
+    out += fmt::format("NOT REACHED: {}.\nThe last equilibrium on the way, at {:.4g} %:\n\n",
+                       e.reason, 100 * e.reached);
+  out += text(e.displacement, robot.units);
+  out += text(e.wrench, robot.units) + "\n";
+  out += matrices_text(robot, e.stiffness, e.compliance);
+  out += chain_wrenches_text(robot, e);
+  out += fmt::format("Platform held: {}. Platform free under the dead load: {}.\n",
+                     stability_text(e.held), stability_text(e.free));
+  out += fmt::format("Elastic energy {} J. {} load step{}, last Newton corrections {:.1e}.\n",
+                     number(e.energy, 6), e.steps, e.steps == 1 ? "" : "s",
+                     fmt::join(e.corrections, ", "));
+  return out;
+}
+
+Json to_json(const Robot& robot, const Equilibrium& e) {
+  Json json{
+      {"status", status_name(e.status)},
+      {"reason", e.reason},
+      {"reached", e.reached},
+      {"platform", pose_json(e.platform)},
+      {"displacement", files::to_json(e.displacement)},
+      {"wrench", files::to_json(e.wrench)},
+      {"stiffness", optional_json(e.stiffness)},
+      {"compliance", optional_json(e.compliance)},
+      {"stability",
+       {{"platform_held", stability_json(e.held)}, {"platform_free", stability_json(e.free)}}},
+      {"energy", e.energy},
+      {"load_steps", e.steps},
+      {"newton_corrections", e.corrections},
+      {"chains", Json::array()}};
+  for (std::size_t c = 0; c < e.chains.size(); ++c) {
+    const Chain& chain = robot.manipulator.chains()[c];
+    json["chains"].push_back({{"name", chain.name()},
+                              {"wrench", files::to_json(e.chains[c].wrench)},
+                              {"stiffness", optional_json(e.chains[c].stiffness)},
+                              {"stability", stability_json(e.chains[c].held)},
+                              {"coordinates", coordinates_json(chain, e.chains[c].coordinates)}});
+  }
+  return json;
+}
+
+Json provenance(const Robot& robot) {
+  const auto entry = [](const std::filesystem::path& file) {
+    return Json{{"file", file.string()}, {"sha256", files::sha256(files::read_text(file))}};
+  };
+  Json json{{"name", robot.name}, {"robot", entry(robot.file)}, {"links", Json::array()}};
+  for (const auto& file : robot.link_files) json["links"].push_back(entry(file));
+  return json;
+}
+
+}  // namespace kinetostat::report

@@ -1,0 +1,29 @@
+// Stiffness and equilibrium of a manipulator, for people and for programs.
+#pragma once
+
+#include <string>
+
+#include "kinetostat/files/json.h"
+#include "kinetostat/vjm/equilibrium.h"
+#include "kinetostat/vjm/robot_file.h"
+#include "kinetostat/vjm/stiffness.h"
+
+namespace kinetostat::report {
+
+/// Platform pose and joint values, in the units of the robot file.
+std::string text(const vjm::Robot& robot, const vjm::Posture& posture);
+files::Json to_json(const vjm::Robot& robot, const vjm::Posture& posture);
+
+/// Stiffness, compliance, rank, free and rigid motions in words, rank of each chain.
+std::string text(const vjm::Robot& robot, const vjm::UnloadedStiffness& stiffness);
+files::Json to_json(const vjm::Robot& robot, const vjm::UnloadedStiffness& stiffness);
+
+/// Displacement, wrench, internal wrenches of the chains, tangent stiffness, stability, energy; or
+/// the last equilibrium found and why there is none beyond.
+std::string text(const vjm::Robot& robot, const vjm::Equilibrium& equilibrium);
+files::Json to_json(const vjm::Robot& robot, const vjm::Equilibrium& equilibrium);
+
+/// Name, file and SHA-256 of the robot file and of the link files that it reads.
+files::Json provenance(const vjm::Robot& robot);
+
+}  // namespace kinetostat::report
