@@ -207,14 +207,14 @@ void Program::run_action(const Command& command) {
   ProgressBar progress(streams_.err, options_.quiet ? ProgressBar::Style::none
                                                     : ProgressBar::style_for(streams_.err));
   Run run(options_, progress);
-  files::Json result = command.action(run);
+  const files::Json result = command.action(run);
   progress.wipe();
   if (progress.cancelled()) throw files::Cancelled();
-  deliver(command, run, std::move(result));
+  deliver(command, run, result);
   if (!run.shortfall().empty()) throw files::NoConvergence(run.shortfall());
 }
 
-void Program::deliver(const Command& command, const Run& run, files::Json result) {
+void Program::deliver(const Command& command, const Run& run, const files::Json& result) {
   if (run.out() && command.info.out.empty()) files::write_atomically(*run.out(), run.report());
   if (!options_.json.empty()) {
     files::Json json = provenance(command.info, *command.app);

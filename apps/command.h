@@ -112,7 +112,7 @@ class Program {
   int usage_error(const std::string& what, const std::vector<std::string>& arguments);
   std::string hint(const std::vector<std::string>& arguments) const;
   void run_action(const Command& command);
-  void deliver(const Command& command, const Run& run, files::Json result);
+  void deliver(const Command& command, const Run& run, const files::Json& result);
   void write(std::string_view text);
 
   Streams streams_;

@@ -26,7 +26,7 @@ target_compile_features(kinetostat_settings INTERFACE cxx_std_20)
 # Contracting a*b+c differs between compilers and machines; the printed tables must not.
 target_compile_options(kinetostat_settings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -ffp-contract=off
-  -Wno-restrict)  # GCC 12 warns wrongly about std::string (its bug 105651)
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)  # GCC 12 warns wrongly about std::string (its bug 105651)
 if(KINETOSTAT_STRICT)
   target_compile_options(kinetostat_settings INTERFACE -Werror)
   target_compile_definitions(kinetostat_settings INTERFACE _GLIBCXX_ASSERTIONS)

@@ -49,8 +49,8 @@ bool is_flat(const Json& list) {
   return std::none_of(list.begin(), list.end(), [](const Json& v) { return v.is_structured(); });
 }
 
-void write_value(std::string& out, const Json& json, int indent) {
-  const auto new_line = [&out](int depth) { out += "\n" + std::string(2 * depth, ' '); };
+void write_value(std::string& out, const Json& json, std::size_t indent) {
+  const auto new_line = [&out](std::size_t depth) { out += "\n" + std::string(2 * depth, ' '); };
   if (json.is_object() && !json.empty()) {
     out += "{";
     const char* separator = "";

@@ -39,9 +39,9 @@ std::string kind_of(const YAML::Node& node) {
 
 }  // namespace
 
-YamlNode::YamlNode(YAML::Node node, std::shared_ptr<const std::filesystem::path> file,
+YamlNode::YamlNode(const YAML::Node& node, std::shared_ptr<const std::filesystem::path> file,
                    std::string path)
-    : node_(std::move(node)), file_(std::move(file)), path_(std::move(path)) {}
+    : node_(node), file_(std::move(file)), path_(std::move(path)) {}
 
 int YamlNode::line() const { return node_.Mark().line + 1; }
 
@@ -153,7 +153,7 @@ int YamlNode::integer(int lowest, int highest) const {
 }
 
 std::string YamlNode::choice(const std::vector<std::string>& words) const {
-  const std::string word = text();
+  std::string word = text();
   if (std::find(words.begin(), words.end(), word) != words.end()) return word;
   fail(fmt::format("'{}' is not one of {}", word, fmt::join(words, ", ")), hint(word, words));
 }

@@ -20,7 +20,8 @@ namespace kinetostat::files {
 /// Every accessor throws InputError naming them when the value is not what is asked for.
 class YamlNode {
  public:
-  YamlNode(YAML::Node node, std::shared_ptr<const std::filesystem::path> file, std::string path);
+  YamlNode(const YAML::Node& node, std::shared_ptr<const std::filesystem::path> file,
+           std::string path);
 
   const std::filesystem::path& file() const { return *file_; }
   const std::string& path() const { return path_; }

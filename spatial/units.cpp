@@ -237,7 +237,7 @@ bool fits(const Dimension& got, const Dimension& expected) {
 std::string example_units(const Dimension& expected) {
   struct Example {
     Dimension dimension;
-    const char* text;
+    const char* text = "";
   };
   static const Example examples[] = {
       {dimension::length, "a length such as '15 um', '3 mm' or '0.2 m'"},

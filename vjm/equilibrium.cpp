@@ -15,7 +15,7 @@ using spatial::Vector6;
 
 // What is asked for: a platform pose, or a load. Both are approached in steps from the posture.
 struct Task {
-  bool pose_given;
+  bool pose_given = false;
   Pose start, target;
   Load load;
 
