@@ -51,7 +51,7 @@ double critical_force(const Manipulator& column, double largest_shortening) {
 
 // MMT11 section 6.1, model A: links of length L, one rotary spring K in each of the two actuators.
 TEST(Stability, UrrsChainWithActuatorSpringsBucklesAtKOverL) {
-  const double length = 0.3, k = 100, guide = 1e10;
+  const double length = 0.3, k = 100, guide = 1e9;
   Chain chain("urrs");
   const Pose link = Pose::translation({length, 0, 0});
   chain.passive("u.Rz", Motion::rz).passive("u.Ry", Motion::ry).offset(link);
@@ -60,7 +60,7 @@ TEST(Stability, UrrsChainWithActuatorSpringsBucklesAtKOverL) {
   chain.actuator("x", Motion::tx, guide);  // a stiff axial spring, so that the chain can be pushed
   chain.passive("s.Rx", Motion::rx).passive("s.Ry", Motion::ry).passive("s.Rz", Motion::rz);
   const Manipulator urrs("urrs", {chain});
-  EXPECT_NEAR(critical_force(urrs, 2 * k / length / guide), k / length, 3e-6 * k / length);
+  EXPECT_NEAR(critical_force(urrs, 2 * k / length / guide), k / length, 4e-6 * k / length);
 }
 
 struct Column {
