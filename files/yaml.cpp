@@ -68,10 +68,11 @@ void YamlNode::allow_only(const std::vector<std::string>& keys) const {
     fail(fmt::format("a map of keys is expected here, not {}", kind_of(node_)),
          fmt::format("Known here: {}", fmt::join(keys, ", ")));
   std::set<std::string> seen;
-  for (const auto& [key, value] : members()) {
-    if (!seen.insert(key).second) value.fail(fmt::format("the key '{}' is given twice", key));
+  for (const YamlNode& place : key_nodes()) {
+    const std::string key = place.text();
+    if (!seen.insert(key).second) place.fail(fmt::format("the key '{}' is given twice", key));
     if (std::find(keys.begin(), keys.end(), key) == keys.end())
-      value.fail(fmt::format("the key '{}' is not known here", key), hint(key, keys));
+      place.fail(fmt::format("the key '{}' is not known here", key), hint(key, keys));
   }
 }
 
@@ -98,13 +99,20 @@ std::pair<std::string, YamlNode> YamlNode::one_of(const std::vector<std::string>
   if (found.size() == 1) return {found[0], at(found[0])};
   if (found.size() > 1)
     fail(fmt::format("the keys {} exclude each other", fmt::join(found, " and ")), "Keep one");
-  for (const auto& [key, value] : is_map() ? members() : decltype(members()){}) {
-    const std::string near = spatial::nearest_spelling(key, keys);
+  for (const YamlNode& place : is_map() ? key_nodes() : std::vector<YamlNode>{}) {
+    const std::string near = spatial::nearest_spelling(place.text(), keys);
     if (!near.empty())
-      value.fail(fmt::format("the key '{}' is not known here", key),
+      place.fail(fmt::format("the key '{}' is not known here", place.text()),
                  fmt::format("Did you mean '{}'?", near));
   }
   fail(fmt::format("one of the keys {} is expected here", fmt::join(keys, ", ")));
+}
+
+std::vector<YamlNode> YamlNode::key_nodes() const {
+  std::vector<YamlNode> result;
+  for (const auto& member : node_)
+    result.push_back(child(member.first, member.first.IsScalar() ? member.first.Scalar() : "?"));
+  return result;
 }
 
 std::vector<std::pair<std::string, YamlNode>> YamlNode::members() const {
