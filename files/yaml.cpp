@@ -68,8 +68,7 @@ void YamlNode::allow_only(const std::vector<std::string>& keys) const {
     fail(fmt::format("a map of keys is expected here, not {}", kind_of(node_)),
          fmt::format("Known here: {}", fmt::join(keys, ", ")));
   std::set<std::string> seen;
-  for (const YamlNode& place : key_nodes()) {
-    const std::string key = place.text();
+  for (const auto& [key, place] : key_places()) {
     if (!seen.insert(key).second) place.fail(fmt::format("the key '{}' is given twice", key));
     if (std::find(keys.begin(), keys.end(), key) == keys.end())
       place.fail(fmt::format("the key '{}' is not known here", key), hint(key, keys));
@@ -99,19 +98,21 @@ std::pair<std::string, YamlNode> YamlNode::one_of(const std::vector<std::string>
   if (found.size() == 1) return {found[0], at(found[0])};
   if (found.size() > 1)
     fail(fmt::format("the keys {} exclude each other", fmt::join(found, " and ")), "Keep one");
-  for (const YamlNode& place : is_map() ? key_nodes() : std::vector<YamlNode>{}) {
-    const std::string near = spatial::nearest_spelling(place.text(), keys);
+  for (const auto& [key, place] : is_map() ? key_places() : decltype(members()){}) {
+    const std::string near = spatial::nearest_spelling(key, keys);
     if (!near.empty())
-      place.fail(fmt::format("the key '{}' is not known here", place.text()),
+      place.fail(fmt::format("the key '{}' is not known here", key),
                  fmt::format("Did you mean '{}'?", near));
   }
   fail(fmt::format("one of the keys {} is expected here", fmt::join(keys, ", ")));
 }
 
-std::vector<YamlNode> YamlNode::key_nodes() const {
-  std::vector<YamlNode> result;
-  for (const auto& member : node_)
-    result.push_back(child(member.first, member.first.IsScalar() ? member.first.Scalar() : "?"));
+std::vector<std::pair<std::string, YamlNode>> YamlNode::key_places() const {
+  std::vector<std::pair<std::string, YamlNode>> result;
+  for (const auto& member : node_) {
+    const std::string key = key_text(member.first);
+    result.emplace_back(key, child(member.first, key));
+  }
   return result;
 }
 
@@ -119,7 +120,7 @@ std::vector<std::pair<std::string, YamlNode>> YamlNode::members() const {
   if (!is_map()) fail(fmt::format("a map of keys is expected here, not {}", kind_of(node_)));
   std::vector<std::pair<std::string, YamlNode>> result;
   for (const auto& member : node_) {
-    const std::string key = member.first.IsScalar() ? member.first.Scalar() : "?";
+    const std::string key = key_text(member.first);
     result.emplace_back(key, child(member.second, key));
   }
   return result;

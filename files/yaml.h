@@ -77,8 +77,8 @@ class YamlNode {
   [[noreturn]] void fail(const std::string& what, const std::string& cure = {}) const;
 
  private:
-  /// The keys of a map as nodes of their own: their line is the key's, not the value's.
-  std::vector<YamlNode> key_nodes() const;
+  /// The keys of a map with nodes of their own, whose line is the key's, not the value's.
+  std::vector<std::pair<std::string, YamlNode>> key_places() const;
   YamlNode child(const YAML::Node& node, const std::string& path) const;
   template <class Read>
   auto decorated(Read read) const;
