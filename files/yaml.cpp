@@ -37,6 +37,8 @@ std::string kind_of(const YAML::Node& node) {
   }
 }
 
+std::string key_text(const YAML::Node& key) { return key.IsScalar() ? key.Scalar() : "?"; }
+
 }  // namespace
 
 YamlNode::YamlNode(const YAML::Node& node, std::shared_ptr<const std::filesystem::path> file,
