@@ -16,8 +16,8 @@ struct Stability {
   bool stable() const { return unstable == 0; }
 };
 
-/// Counts the signs of the eigenvalues of a symmetric matrix that has been made dimensionless so that
-/// the stiffest spring is 1; those below `tolerance` in magnitude are neutral.
+/// Counts the signs of the eigenvalues of a symmetric matrix that has been made dimensionless so
+/// that the stiffest spring is 1; those below `tolerance` in magnitude are neutral.
 Stability stability_of(const Eigen::MatrixXd& energy_hessian, double tolerance = 1e-13);
 
 /// The worst of two, counts added.

@@ -115,6 +115,19 @@ std::optional<Stiffness6> unloaded_stiffness(const Chain& chain,
   return Stiffness6(0.5 * (matrix + matrix.transpose()), frame);
 }
 
+std::optional<Stiffness6> unloaded_stiffness_matrix(const Manipulator& manipulator,
+                                                    const Posture& posture) {
+  ChainKinematics kinematics;
+  Matrix6 sum = Matrix6::Zero();
+  for (std::size_t c = 0; c < manipulator.size(); ++c) {
+    evaluate(manipulator.chains()[c], posture.coordinates[c], kinematics);
+    const auto chain = unloaded_stiffness(manipulator.chains()[c], kinematics);
+    if (!chain) return std::nullopt;
+    sum += chain->matrix();
+  }
+  return Stiffness6(sum, {posture.platform.position()});
+}
+
 UnloadedStiffness unloaded_stiffness(const Manipulator& manipulator, const Posture& posture) {
   const spatial::Frame frame{posture.platform.position()};
   UnloadedStiffness result;

@@ -22,6 +22,11 @@ namespace kinetostat::vjm {
 std::optional<spatial::Stiffness6> unloaded_stiffness(const Chain& chain,
                                                       const ChainKinematics& kinematics);
 
+/// The sum over the chains (IROS11 eq. 12) at the platform reference point in base axes; nothing
+/// when a chain is rigid in some direction. The quick way, for maps.
+std::optional<spatial::Stiffness6> unloaded_stiffness_matrix(const Manipulator& manipulator,
+                                                             const Posture& posture);
+
 /// A manipulator in a posture, springs relaxed. Motions may be free (no stiffness against them:
 /// then there is no compliance matrix) or rigid (no compliance: then there is no stiffness matrix).
 struct UnloadedStiffness {

@@ -1,0 +1,81 @@
+// Poses per second of the 3-PUU: unloaded stiffness, loaded equilibrium with stiffness and
+// stability, postures.
+#include <benchmark/benchmark.h>
+
+#include "kinetostat/vjm/equilibrium.h"
+#include "kinetostat/vjm/posture.h"
+#include "kinetostat/vjm/robot_file.h"
+#include "kinetostat/vjm/stiffness.h"
+
+namespace kinetostat::vjm {
+namespace {
+
+const Robot& orthoglide() {
+  static const Robot robot =
+      read_robot(std::string(KINETOSTAT_SOURCE_DIR) + "/data/robots/orthoglide.yaml");
+  return robot;
+}
+
+// A cube of postures inside the workspace.
+const std::vector<Posture>& postures() {
+  static const std::vector<Posture> all = [] {
+    std::vector<Posture> result;
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j)
+        for (int k = 0; k < 4; ++k)
+          result.push_back(posture_at(orthoglide().manipulator,
+                                      spatial::Pose::translation(
+                                          {-0.06 + 0.05 * i, -0.06 + 0.05 * j, -0.06 + 0.05 * k}))
+                               .posture);
+    return result;
+  }();
+  return all;
+}
+
+void unloaded(benchmark::State& state) {
+  for (auto _ : state)
+    for (const Posture& posture : postures())
+      benchmark::DoNotOptimize(unloaded_stiffness_matrix(orthoglide().manipulator, posture));
+  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(postures().size()));
+}
+BENCHMARK(unloaded)->Name("3-PUU unloaded 6x6, posture known");
+
+void unloaded_report(benchmark::State& state) {
+  for (auto _ : state)
+    for (const Posture& posture : postures())
+      benchmark::DoNotOptimize(unloaded_stiffness(orthoglide().manipulator, posture));
+  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(postures().size()));
+}
+BENCHMARK(unloaded_report)->Name("3-PUU unloaded, with rank and free motions in words");
+
+void loaded(benchmark::State& state) {
+  const spatial::Vector6 shift{5e-4, 5e-4, 5e-4, 0, 0, 0};
+  for (auto _ : state)
+    for (const Posture& posture : postures())
+      benchmark::DoNotOptimize(equilibrium_at_pose(orthoglide().manipulator, posture,
+                                                   spatial::displaced(posture.platform, shift)));
+  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(postures().size()));
+}
+BENCHMARK(loaded)->Name("3-PUU held 0.5 mm away: equilibrium, stiffness, stability");
+
+void under_load(benchmark::State& state) {
+  for (auto _ : state)
+    for (const Posture& posture : postures())
+      benchmark::DoNotOptimize(
+          equilibrium_under_load(orthoglide().manipulator, posture, {{100, -50, 80}}));
+  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(postures().size()));
+}
+BENCHMARK(under_load)->Name("3-PUU under a wrench: equilibrium, stiffness, stability");
+
+void inverse_kinematics(benchmark::State& state) {
+  for (auto _ : state)
+    for (const Posture& posture : postures())
+      benchmark::DoNotOptimize(posture_at(orthoglide().manipulator, posture.platform));
+  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(postures().size()));
+}
+BENCHMARK(inverse_kinematics)->Name("3-PUU posture from a pose");
+
+}  // namespace
+}  // namespace kinetostat::vjm
+
+BENCHMARK_MAIN();
