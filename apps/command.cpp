@@ -62,6 +62,9 @@ files::Json provenance(const CommandInfo& info, const CLI::App& app) {
 
 }  // namespace
 
+UsageError::UsageError(const std::string& option, const std::string& what, const std::string& cure)
+    : std::runtime_error(files::InputError(option, what, cure).what()) {}
+
 std::optional<std::filesystem::path> Run::out() const {
   if (options_.out.empty()) return std::nullopt;
   return options_.out;
@@ -71,6 +74,7 @@ Program::Program(Streams streams)
     : streams_(streams),
       app_("Stiffness of robots and machine tools, from the CAD mesh of a link to measurements.",
            "kinetostat") {
+  app_.get_formatter()->label("TEXT", "");
   app_.set_help_flag("-h,--help", "Print this help and exit");
   app_.add_flag("--version")->description("Print the version, what is linked and its licences");
   app_.option_defaults()->always_capture_default();
@@ -80,9 +84,8 @@ Program::Program(Streams streams)
 CLI::App& Program::add(const CommandInfo& info, Action action) {
   const std::string name = info.name.substr(info.name.rfind(' ') + 1);
   CLI::App* app = group_of(info.name).add_subcommand(name, info.summary);
-  app->set_help_flag("-h,--help", "Print this help and exit")->group(common_group);
+  app->set_help_flag("-h,--help", "Print this help and exit");
   app->footer(fmt::format("Example:\n  {}", info.example));
-  add_common_options(*app, info);
   commands_.push_back(std::make_unique<Command>(Command{info, app, std::move(action)}));
   return *app;
 }
@@ -109,7 +112,8 @@ void Program::add_common_options(CLI::App& app, const CommandInfo& info) {
       ->type_name("FILE");
   add("--threads", options_.threads, "Threads to use; all processors unless given")
       ->type_name("N")
-      ->check(CLI::Range(1, most_threads));
+      ->default_str("")
+      ->check(CLI::Range(1, most_threads).description(""));
   app.add_flag("-q,--quiet", options_.quiet, "No echo of options and no progress")
       ->group(common_group);
 }
@@ -136,6 +140,8 @@ int Program::run(int argc, const char* const* argv) {
   } catch (const files::Cancelled&) {
     fmt::print(streams_.err, "kinetostat: stopped; no result was written.\n");
     return 128 + cancelling_signal();
+  } catch (const UsageError& error) {
+    return complain(bad_usage, error.what());
   } catch (const files::InputError& error) {
     return complain(bad_input, error.what());
   } catch (const files::NoConvergence& error) {
@@ -152,8 +158,9 @@ int Program::run(int argc, const char* const* argv) {
 }
 
 int Program::parse_and_run(int argc, const char* const* argv) {
-  options_ = {};
   options_.threads = processor_count();
+  // Last, so that the help of a command begins with its own options.
+  for (const auto& command : commands_) add_common_options(*command->app, command->info);
   try {
     app_.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
@@ -183,6 +190,7 @@ std::string Program::hint(const std::vector<std::string>& arguments) const {
   const Command* command = chosen();
   std::vector<std::string> known;
   if (command == nullptr) {
+    known = {"--help", "--version"};
     for (const CLI::App* app : app_.get_subcommands({})) known.push_back(app->get_name());
   } else {
     for (const CLI::Option* option : command->app->get_options())
@@ -200,8 +208,8 @@ std::string Program::hint(const std::vector<std::string>& arguments) const {
 
 void Program::run_action(const Command& command) {
   if (!options_.out.empty() && options_.out == options_.json)
-    throw files::InputError(options_.out, "is named by both --out and --json",
-                            "Name two different files");
+    throw UsageError("--out", fmt::format("'{}' is named by --json too", options_.out),
+                     "Name two different files");
   const bool text = options_.json != "-";
   if (text && !options_.quiet) write(echo(command.info, *command.app));
   ProgressBar progress(streams_.err, options_.quiet ? ProgressBar::Style::none

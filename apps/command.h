@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,6 +29,13 @@ enum ExitCode : int {
   bad_input = 3,
   no_convergence = 4,
   not_identifiable = 5,
+};
+
+/// An option whose value is not understood, when only the command itself can tell. Reads "--at:
+/// '1,2' has 2 values, not 3 or 6. Separate them with commas." Ends the program with exit code 2.
+class UsageError : public std::runtime_error {
+ public:
+  UsageError(const std::string& option, const std::string& what, const std::string& cure = {});
 };
 
 /// Where text goes. Tests put their own streams here.
@@ -83,7 +91,8 @@ struct CommandInfo {
 };
 
 /// Computes, prints the report for people through the run, and returns the result for programs.
-/// Throws files::InputError, NoConvergence, NotIdentifiable or Cancelled for what users can mend.
+/// Throws UsageError, files::InputError, NoConvergence, NotIdentifiable or Cancelled for what users
+/// can mend.
 using Action = std::function<files::Json(Run&)>;
 
 class Program {
@@ -94,7 +103,7 @@ class Program {
   /// that they exist: a missing file is bad input, not bad usage.
   CLI::App& add(const CommandInfo& info, Action action);
 
-  /// Parses, runs, reports. Never throws.
+  /// Parses, runs, reports. Never throws. Call it once.
   int run(int argc, const char* const* argv);
 
  private:

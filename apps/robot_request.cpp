@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/apps/command.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/spatial/rotation.h"
 
@@ -31,7 +32,7 @@ double quantity(const std::string& option, const std::string& text, const Dimens
   try {
     return spatial::parse_quantity(text, dimension, units.unit_for(dimension));
   } catch (const std::invalid_argument& error) {
-    throw files::InputError(option, error.what());
+    throw UsageError(option, error.what());
   }
 }
 
@@ -40,9 +41,8 @@ spatial::Vector6 six(const std::string& option, const std::string& text, const D
                      const Dimension& second, const spatial::UnitSystem& units) {
   const std::vector<std::string> parts = split(text);
   if (parts.size() != 3 && parts.size() != 6)
-    throw files::InputError(option,
-                            fmt::format("'{}' has {} values, not 3 or 6", text, parts.size()),
-                            "Separate them with commas and no blanks, such as 0,0,-100");
+    throw UsageError(option, fmt::format("'{}' has {} values, not 3 or 6", text, parts.size()),
+                     "Separate them with commas and no blanks, such as 0,0,-100");
   spatial::Vector6 values = spatial::Vector6::Zero();
   for (std::size_t i = 0; i < parts.size(); ++i)
     values[static_cast<Eigen::Index>(i)] =
@@ -64,8 +64,8 @@ vjm::PostureResult from_joints(const vjm::Robot& robot, const std::string& text)
   for (const std::string& part : split(text)) {
     const std::size_t equals = part.find('=');
     if (equals == std::string::npos)
-      throw files::InputError("--joints", fmt::format("'{}' is not of the form name=value", part),
-                              "Write --joints q1=30,q2=-45");
+      throw UsageError("--joints", fmt::format("'{}' is not of the form name=value", part),
+                       "Write --joints q1=30,q2=-45");
     const std::string name = part.substr(0, equals);
     const Dimension dimension = joint_dimension(robot, name);
     const std::string value = part.substr(equals + 1);
@@ -74,12 +74,12 @@ vjm::PostureResult from_joints(const vjm::Robot& robot, const std::string& text)
                                 ? 0
                                 : quantity("--joints", value, dimension, robot.units))
              .second)
-      throw files::InputError("--joints", fmt::format("'{}' is given twice", name));
+      throw UsageError("--joints", fmt::format("'{}' is given twice", name));
   }
   try {
     return posture_from_joints(robot.manipulator, values);
   } catch (const std::invalid_argument& error) {
-    throw files::InputError("--joints", error.what());
+    throw UsageError("--joints", error.what());
   }
 }
 

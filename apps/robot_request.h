@@ -19,7 +19,7 @@ struct PostureRequest {
 
   void add_options(CLI::App& app);
   vjm::Robot read() const;
-  /// Throws files::InputError for a malformed option, files::NoConvergence for an unreachable pose.
+  /// Throws UsageError for a malformed option, files::NoConvergence for an unreachable pose.
   vjm::Posture posture(const vjm::Robot& robot) const;
 };
 

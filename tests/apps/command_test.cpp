@@ -123,6 +123,7 @@ TEST(Program, ExitCodesSayWhatWentWrong) {
   const auto code = [](const std::function<void()>& fail) { return run_throwing(fail).code; };
   EXPECT_EQ(code([] {}), 0);
   EXPECT_EQ(code([] { throw std::logic_error("broken"); }), 1);
+  EXPECT_EQ(code([] { throw UsageError("--at", "'1,2' has 2 values"); }), 2);
   EXPECT_EQ(code([] { throw files::InputError("a.yaml", "is odd"); }), 3);
   EXPECT_EQ(code([] { throw files::NoConvergence("stopped at 1e-3"); }), 4);
   EXPECT_EQ(code([] { throw files::NotIdentifiable("no load along z"); }), 5);
@@ -133,6 +134,27 @@ TEST(Program, MessagesOfFailuresReachStandardError) {
             "kinetostat: a.yaml: is odd. Make it even.\n");
   EXPECT_THAT(run_throwing([] { throw std::logic_error("broken"); }).err,
               HasSubstr("please report it"));
+}
+
+TEST(Program, PartOfAResultIsDeliveredAndExitsAsNotConverged) {
+  const Outcome outcome = run({"weigh", "t", "-q"}, [](apps::Run& run) {
+    run.print("so far\n");
+    run.stop_short("the scale still swings");
+    return files::Json{};
+  });
+  EXPECT_EQ(outcome.code, 4);
+  EXPECT_EQ(outcome.out, "so far\n");
+  EXPECT_THAT(outcome.err, HasSubstr("still swings"));
+}
+
+TEST(Program, HelpOfACommandBeginsWithItsOwnOptions) {
+  const std::string help = run({"weigh", "--help"}, weigh).out;
+  EXPECT_LT(help.find("--load"), help.find("--json"));
+  EXPECT_THAT(help, HasSubstr("kinetostat weigh thing.yaml"));
+}
+
+TEST(Program, OneFileIsNotWrittenTwice) {
+  EXPECT_EQ(run({"weigh", "t", "--json", "same", "--out", "same"}, weigh).code, 2);
 }
 
 TEST(Program, BadUsageIsRefusedWithAHint) {
