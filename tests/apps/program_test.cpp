@@ -1,0 +1,161 @@
+// The program as its users meet it: arguments and files in, exit code and text out.
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <sys/wait.h>
+#include <vector>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kinetostat/files/json.h"
+#include "kinetostat/files/text_file.h"
+
+namespace kinetostat {
+namespace {
+
+using testing::HasSubstr;
+
+struct Outcome {
+  int code;
+  std::string out, err;
+};
+
+// A folder of its own that looks like the source folder, so that files which commands write do not
+// end up there.
+class WorkingFolder {
+ public:
+  WorkingFolder()
+      : path_(std::filesystem::path(testing::TempDir()) / fmt::format("kinetostat_{}", getpid())) {
+    std::filesystem::create_directories(path_);
+    for (const char* name : {"data", "meshes", "CONTRIBUTING.md"})
+      std::filesystem::create_symlink(std::filesystem::path(KINETOSTAT_SOURCE_DIR) / name,
+                                      path_ / name);
+  }
+  WorkingFolder(const WorkingFolder&) = delete;
+  WorkingFolder& operator=(const WorkingFolder&) = delete;
+  ~WorkingFolder() { std::filesystem::remove_all(path_); }
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+const std::filesystem::path& working_folder() {
+  static const WorkingFolder folder;
+  return folder.path();
+}
+
+// Runs the program through the shell in the working folder.
+Outcome kinetostat(const std::string& arguments) {
+  const std::string command = fmt::format("cd '{}' && timeout 120 '{}' {} 2>stderr",
+                                          working_folder().string(), KINETOSTAT_PROGRAM, arguments);
+  std::FILE* pipe = popen(command.c_str(), "r");
+  std::string out;
+  std::array<char, 4096> buffer{};
+  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe))
+    out.append(buffer.data(), n);
+  const int status = pclose(pipe);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, out,
+          files::read_text(working_folder() / "stderr")};
+}
+
+const std::string orthoglide = "data/robots/orthoglide.yaml";
+
+TEST(ProgramRun, VersionNamesPartsAndLicences) {
+  const Outcome outcome = kinetostat("--version");
+  EXPECT_EQ(outcome.code, 0);
+  for (const char* part : {"Eigen", "CHOLMOD", "GPL", "TetGen", "AGPL", "Apache-2.0"})
+    EXPECT_THAT(outcome.out, HasSubstr(part));
+}
+
+TEST(ProgramRun, ExampleOfEveryCommandWorks) {
+  const std::string help = kinetostat("").out;
+  const std::size_t begin = help.find("Examples:\n");
+  ASSERT_NE(begin, std::string::npos);
+  std::istringstream lines(help.substr(begin + 10));
+  int examples = 0;
+  for (std::string line; std::getline(lines, line) && line.starts_with("  kinetostat ");) {
+    const std::string arguments = line.substr(13);
+    if (arguments.starts_with("demo")) continue;  // takes minutes; scripts/demo runs it
+    const Outcome outcome = kinetostat(arguments);
+    EXPECT_EQ(outcome.code, 0) << line << '\n' << outcome.err;
+    ++examples;
+  }
+  EXPECT_GT(examples, 0);
+}
+
+TEST(ProgramRun, OutputIsTheSameBytesForAnyNumberOfThreads) {
+  const std::string arguments = "stiffness " + orthoglide + " --at 0,0,0 --json - --threads ";
+  const Outcome one = kinetostat(arguments + "1");
+  EXPECT_EQ(one.code, 0);
+  EXPECT_EQ(one.out, kinetostat(arguments + "2").out);
+}
+
+TEST(ProgramRun, JsonFileAndJsonOnStandardOutputAreTheSame) {
+  EXPECT_EQ(kinetostat("stiffness " + orthoglide + " --at 0,0,0 --json result.json").code, 0);
+  EXPECT_EQ(files::read_text(working_folder() / "result.json"),
+            kinetostat("stiffness " + orthoglide + " --at 0,0,0 --json -").out);
+}
+
+TEST(ProgramRun, NothingOnStandardErrorWhenQuietAndDone) {
+  EXPECT_EQ(kinetostat("stiffness " + orthoglide + " --at 0,0,0 --quiet").err, "");
+}
+
+TEST(ProgramRun, FullDiskIsNotSuccess) {
+  EXPECT_EQ(kinetostat("stiffness " + orthoglide + " --at 0,0,0 >/dev/full").code, 3);
+  EXPECT_EQ(kinetostat("stiffness " + orthoglide + " --at 0,0,0 --json /dev/full").code, 3);
+}
+
+// One mistake, how the program ends, and what its message must name.
+struct Mistake {
+  const char* name;
+  std::string arguments;
+  int code;
+  std::vector<std::string> message;
+};
+
+class ProgramMistake : public testing::TestWithParam<Mistake> {};
+
+TEST_P(ProgramMistake, EndsWithItsCodeAndSaysWhatToDo) {
+  const Outcome outcome = kinetostat(GetParam().arguments);
+  EXPECT_EQ(outcome.code, GetParam().code) << outcome.err;
+  for (const std::string& part : GetParam().message) EXPECT_THAT(outcome.err, HasSubstr(part));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Usage, ProgramMistake,
+    testing::Values(
+        Mistake{"unknown_command", "stifness", 2, {"Did you mean 'stiffness'?"}},
+        Mistake{"unknown_option", "stiffness " + orthoglide + " --wrensh 1,0,0", 2, {"'--wrench'"}},
+        Mistake{"missing_argument", "stiffness", 2, {"ROBOT is required"}},
+        Mistake{"too_few_values", "stiffness " + orthoglide + " --at 0,0", 2, {"--at", "'0,0'"}},
+        Mistake{"not_a_number", "stiffness " + orthoglide + " --at 0,0,x", 2, {"--at", "'x'"}},
+        Mistake{
+            "wrong_unit", "stiffness " + orthoglide + " --at '0,0,1 kg'", 2, {"'1 kg'", "length"}},
+        Mistake{
+            "excluded", "stiffness " + orthoglide + " --at 0,0,0 --joints a=1", 2, {"excludes"}},
+        Mistake{"no_threads", "stiffness " + orthoglide + " --threads 0", 2, {"--threads"}}),
+    [](const auto& test) { return test.param.name; });
+
+INSTANTIATE_TEST_SUITE_P(
+    Input, ProgramMistake,
+    testing::Values(
+        Mistake{"missing_file", "stiffness nowhere.yaml", 3, {"nowhere.yaml", "No such file"}},
+        Mistake{"folder", "stiffness data", 3, {"is a folder"}},
+        Mistake{"not_a_robot", "stiffness CONTRIBUTING.md", 3, {"CONTRIBUTING.md"}},
+        Mistake{
+            "unreachable_pose", "stiffness " + orthoglide + " --at 5000,0,0", 4, {"cannot reach"}},
+        Mistake{"unwritable",
+                "stiffness " + orthoglide + " --at 0,0,0 --json /proc/x.json",
+                3,
+                {"/proc/x.json"}}),
+    [](const auto& test) { return test.param.name; });
+
+}  // namespace
+}  // namespace kinetostat
