@@ -62,6 +62,7 @@ bool CsvTable::next_line() {
 }
 
 void CsvTable::read_header() {
+  header_line_ = line_;
   const std::size_t end = std::min(buffer_.find('\n', position_), buffer_.size());
   const std::string_view header(buffer_.data() + position_, end - position_);
   for (const char candidate : {'\t', ';', ','})

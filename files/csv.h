@@ -26,6 +26,8 @@ class CsvTable {
   const std::vector<std::string>& columns() const { return columns_; }
   std::size_t rows() const { return row_lines_.size(); }
   std::optional<std::size_t> find(std::string_view column) const;
+  /// Line of the column names, counted from 1.
+  int header_line() const { return header_line_; }
 
   /// Line of the file on which a row begins, counted from 1.
   int line(std::size_t row) const { return row_lines_[row]; }
@@ -64,6 +66,8 @@ class CsvTable {
   std::vector<Cell> cells_;  // row-major
   std::vector<int> row_lines_;
   std::deque<std::string> unescaped_;
+
+  int header_line_ = 1;
 
   // Where reading stands.
   std::size_t position_ = 0;

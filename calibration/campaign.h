@@ -1,0 +1,92 @@
+// A measurement campaign: what was done to a robot, and what was read.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kinetostat/spatial/pose.h"
+#include "kinetostat/spatial/units.h"
+#include "kinetostat/vjm/equilibrium.h"
+
+namespace kinetostat::calibration {
+
+/// The six components of a displacement, in the order of every Vector6 of this room:
+/// [translation; rotation vector] of the platform's reference point, base axes.
+inline constexpr std::array<const char*, 6> component_names = {"dx", "dy", "dz", "rx", "ry", "rz"};
+inline constexpr bool is_rotation(Eigen::Index component) { return component >= 3; }
+
+/// What a displacement is counted from.
+enum class DisplacementKind {
+  difference,  // the unloaded posture: gravity, geometry and thermal offsets cancel
+  absolute     // the base frame: the pose of the platform itself
+};
+
+enum class ZeroReading {
+  known,     // the readings are counted from the unloaded state
+  estimated  // they are off by one unknown constant per session and component
+};
+
+enum class LoadDirection { unstated, loading, unloading };
+
+/// What the controller was told: a platform pose, or joint coordinates (home values where not
+/// given).
+struct Configuration {
+  std::optional<spatial::Pose> target;   // base axes
+  std::map<std::string, double> joints;  // "chain.joint" [m or rad]
+};
+
+/// One reading; one row of the table.
+struct Reading {
+  std::string id;
+  int line = 0;             // in the file of readings
+  std::size_t session = 0;  // in Campaign::sessions
+  std::string cycle, setting, replicate;
+  std::optional<double> step, time, temperature;  // [-], [s], [K]
+  LoadDirection direction = LoadDirection::unstated;
+  std::size_t configuration = 0;  // in Campaign::configurations
+  vjm::Load load;
+  spatial::Vector6 displacement;  // [m; rad]; NaN where not measured
+  spatial::Vector6 sigma;         // standard deviation of the noise [m; rad]; NaN where not stated
+  bool masked = false;            // kept and shown, but not used
+  std::string mask_reason;
+
+  bool uses(Eigen::Index component) const;  // measured and not masked
+};
+
+/// A column that the format does not know, kept as it stands, one text a reading.
+struct Covariate {
+  std::string name;
+  std::vector<std::string> values;
+};
+
+struct Campaign {
+  std::filesystem::path file, readings_file;
+  std::string name;
+  std::optional<std::filesystem::path> robot;  // as named in the file, relative to its folder
+  spatial::UnitSystem units;
+  DisplacementKind displacement = DisplacementKind::difference;
+  ZeroReading zero = ZeroReading::known;
+  /// Every value that is used has a standard deviation, or none has.
+  bool noise_stated = false;
+
+  std::vector<Reading> readings;              // in the order of the file
+  std::vector<Configuration> configurations;  // the distinct ones
+  std::vector<std::string> sessions;          // sorted; {""} when there is no such column
+  std::vector<Covariate> covariates;
+  std::vector<std::string> notes;  // what was assumed, in sentences
+};
+
+/// The robot file that a campaign file names, if it names one. Throws files::InputError when the
+/// campaign cannot be read or the named file does not exist.
+std::optional<std::filesystem::path> robot_named_in(const std::filesystem::path& campaign);
+
+/// Reads a campaign file and its readings. The manipulator says which columns are joints. The
+/// format is in docs/reference/campaign-file.md. Throws files::InputError naming file, line,
+/// column, value and cure.
+Campaign read_campaign(const std::filesystem::path& file, const vjm::Manipulator& manipulator);
+
+}  // namespace kinetostat::calibration

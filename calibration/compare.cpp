@@ -1,0 +1,150 @@
+#include "kinetostat/calibration/compare.h"
+
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+namespace kinetostat::calibration {
+namespace {
+
+using spatial::Vector6;
+
+// What all assessments of one campaign share.
+struct Evidence {
+  const Campaign& campaign;
+  std::vector<ReplicateGroup> groups;
+  Noise noise;
+  PureError pure;  // whitened by `noise`
+};
+
+ResidualStatistics statistics(const Evidence& evidence, const Assessment& assessment,
+                              Eigen::Index component, std::optional<std::size_t> session) {
+  ResidualStatistics s{.component = component, .session = session};
+  double squares = 0, whitened = 0;
+  for (std::size_t i = 0; i < evidence.campaign.readings.size(); ++i) {
+    const Reading& reading = evidence.campaign.readings[i];
+    if (!reading.uses(component) || (session && reading.session != *session)) continue;
+    const double r = assessment.residual[i][component];
+    ++s.count;
+    s.bias += r;
+    squares += r * r;
+    whitened += std::pow(assessment.whitened[i][component], 2);
+    if (s.count == 1 || std::abs(r) > s.max) {
+      s.max = std::abs(r);
+      s.worst_reading = i;
+    }
+  }
+  if (s.count == 0) return s;
+  s.bias /= static_cast<double>(s.count);
+  s.rms = std::sqrt(squares / static_cast<double>(s.count));
+  const double total = assessment.fit.squared_error;
+  s.share = total > 0 ? whitened / total : 0;
+  return s;
+}
+
+void add_statistics(const Evidence& evidence, Assessment& assessment) {
+  const std::size_t sessions = evidence.campaign.sessions.size();
+  for (Eigen::Index k = 0; k < 6; ++k) {
+    const ResidualStatistics all = statistics(evidence, assessment, k, std::nullopt);
+    if (all.count == 0) continue;
+    assessment.by_component.push_back(all);
+    for (std::size_t session = 0; sessions > 1 && session < sessions; ++session)
+      if (const auto s = statistics(evidence, assessment, k, session); s.count > 0)
+        assessment.by_session.push_back(s);
+  }
+}
+
+void add_residuals(const Evidence& evidence, Assessment& assessment) {
+  for (std::size_t i = 0; i < evidence.campaign.readings.size(); ++i) {
+    const Vector6 residual =
+        evidence.campaign.readings[i].displacement - assessment.fit.predicted[i];
+    assessment.residual.push_back(residual);
+    assessment.whitened.push_back(residual.cwiseQuotient(evidence.noise.sigma[i]));
+  }
+}
+
+// Only a sum over quantities of one kind has a unit.
+std::optional<double> residual_deviation(const Assessment& assessment) {
+  if (assessment.fit.degrees_of_freedom() <= 0) return std::nullopt;
+  double squares = 0;
+  for (const ResidualStatistics& s : assessment.by_component) {
+    if (is_rotation(s.component) != is_rotation(assessment.by_component[0].component))
+      return std::nullopt;
+    squares += static_cast<double>(s.count) * s.rms * s.rms;
+  }
+  return std::sqrt(squares / static_cast<double>(assessment.fit.degrees_of_freedom()));
+}
+
+// The noise comes from `evidence`, which has not seen any residual.
+void add_tests(const Evidence& evidence, Assessment& assessment) {
+  const BaseFit& fit = assessment.fit;
+  if (evidence.noise.source == NoiseSource::stated && fit.degrees_of_freedom() > 0)
+    assessment.chi_square = chi_square_test(fit.squared_error, fit.degrees_of_freedom());
+  const auto lack = static_cast<Eigen::Index>(evidence.groups.size()) - fit.estimated();
+  if (evidence.noise.comparable && evidence.pure.degrees_of_freedom > 0 && evidence.pure.sum > 0 &&
+      lack > 0)
+    assessment.lack_of_fit =
+        lack_of_fit_test(std::max(0.0, fit.squared_error - evidence.pure.sum), lack,
+                         evidence.pure.sum, evidence.pure.degrees_of_freedom);
+  const int tests = assessment.chi_square.has_value() + assessment.lack_of_fit.has_value();
+  if (tests == 0) return;
+  double smallest = 1;
+  if (assessment.chi_square) smallest = std::min(smallest, assessment.chi_square->p_value);
+  if (assessment.lack_of_fit) smallest = std::min(smallest, assessment.lack_of_fit->p_value);
+  assessment.adequacy =
+      smallest < significance_level / tests ? Adequacy::inadequate : Adequacy::adequate;
+}
+
+Assessment assess(const Evidence& evidence, BaseFit fit) {
+  Assessment assessment;
+  assessment.fit = std::move(fit);
+  add_residuals(evidence, assessment);
+  add_statistics(evidence, assessment);
+  assessment.residual_deviation = residual_deviation(assessment);
+  add_tests(evidence, assessment);
+  return assessment;
+}
+
+std::vector<std::string> notes(const Evidence& evidence) {
+  std::vector<std::string> result;
+  const bool stated = evidence.noise.source == NoiseSource::stated;
+  if (!stated) result.push_back("No noise is stated, so there is no chi-square test.");
+  if (evidence.pure.degrees_of_freedom == 0)
+    result.push_back("No reading is repeated, so there is no lack-of-fit test.");
+  else if (!(evidence.pure.sum > 0))
+    result.push_back(
+        "Repeated readings are equal to the last digit: they tell nothing about the noise, so "
+        "there "
+        "is no lack-of-fit test.");
+  if (!stated && evidence.noise.source == NoiseSource::unknown)
+    result.push_back(
+        "Adequacy is not evaluated: nothing but the residual tells how large the noise is. State "
+        "'noise' in the campaign file, or repeat readings.");
+  return result;
+}
+
+}  // namespace
+
+Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int threads,
+                   files::Progress& progress) {
+  Evidence evidence{campaign, replicate_groups(campaign), {}, {}};
+  evidence.noise = noise_of(campaign, evidence.groups);
+  evidence.pure = pure_error(campaign, evidence.groups, evidence.noise.sigma);
+  const Predictor predictor(robot.manipulator, campaign, threads, progress);
+  const auto fit = [&](const std::vector<Parameter>& parameters) {
+    return assess(evidence, fit_base(predictor, campaign, evidence.noise, parameters, progress));
+  };
+  Comparison result;
+  result.noise_source = evidence.noise.source;
+  result.groups = static_cast<Eigen::Index>(evidence.groups.size());
+  result.as_designed = fit({});
+  if (!robot.uncertain.empty()) result.refitted = fit(uncertain_parameters(robot));
+  if (evidence.pure.degrees_of_freedom > 0) result.replicates = evidence.pure;
+  if (result.replicates && evidence.noise.source == NoiseSource::stated)
+    result.noise_check = chi_square_test(evidence.pure.sum, evidence.pure.degrees_of_freedom);
+  result.notes = notes(evidence);
+  return result;
+}
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,63 @@
+// Compares a model with measurements: where does it fail, and is that more than noise?
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kinetostat/calibration/base_fit.h"
+#include "kinetostat/calibration/goodness_of_fit.h"
+
+namespace kinetostat::calibration {
+
+/// Residuals (measured - predicted) of one component [m or rad].
+struct ResidualStatistics {
+  Eigen::Index component = 0;
+  std::optional<std::size_t> session;  // none: over all sessions
+  Eigen::Index count = 0;
+  double rms = 0;
+  double max = 0;                 // largest magnitude
+  std::size_t worst_reading = 0;  // where that is
+  double bias = 0;                // mean
+  double share = 0;               // of the whole whitened sum of squares
+};
+
+enum class Adequacy {
+  adequate,      // no test finds more than noise
+  inadequate,    // a test does, at 5 % shared by the tests that were made (Bonferroni)
+  not_evaluated  // nothing but the residual itself tells the noise
+};
+
+/// A model, with its zeros and (when refitted) its parameters at their best values, against the
+/// readings.
+struct Assessment {
+  BaseFit fit;
+  std::vector<spatial::Vector6> residual;  // one a reading [m; rad]; NaN where not measured
+  std::vector<spatial::Vector6> whitened;  // over the noise
+  std::vector<ResidualStatistics> by_component;
+  std::vector<ResidualStatistics> by_session;  // empty with one session
+  /// sqrt(sum of squares / degrees of freedom) [m or rad], when only translations or only rotations
+  /// are measured. A description of the misfit, not an estimate of the noise.
+  std::optional<double> residual_deviation;
+  std::optional<ChiSquareTest> chi_square;   // only with a stated noise
+  std::optional<LackOfFitTest> lack_of_fit;  // only with replicates
+  Adequacy adequacy = Adequacy::not_evaluated;
+};
+
+struct Comparison {
+  NoiseSource noise_source = NoiseSource::unknown;
+  Eigen::Index groups = 0;  // distinct states times components
+  /// Scatter of the replicates, over the stated noise if there is one, else raw; when they exist.
+  std::optional<PureError> replicates;
+  /// Does the scatter of the replicates agree with the stated noise? When both exist.
+  std::optional<ChiSquareTest> noise_check;
+  Assessment as_designed;
+  std::optional<Assessment> refitted;  // when the robot file declares something uncertain
+  std::vector<std::string> notes;      // why a test was not made
+};
+
+/// Throws what Predictor and fit_base throw.
+Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int threads,
+                   files::Progress& progress);
+
+}  // namespace kinetostat::calibration

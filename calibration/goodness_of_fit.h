@@ -1,0 +1,40 @@
+// Tests of whether a model is adequate. Every one compares the residual with a noise that does not
+// come from the residual.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace kinetostat::calibration {
+
+/// A significance level for one question; several tests of it share the level.
+inline constexpr double significance_level = 0.05;
+
+/// Sum of squares over the stated noise.
+struct ChiSquareTest {
+  double statistic = 0;
+  Eigen::Index degrees_of_freedom = 0;
+  double critical = 0;       // 5 % of sound models exceed it
+  double p_value = 1;        // share of sound models with a larger statistic
+  double lower_p_value = 1;  // with a smaller one
+
+  double reduced() const { return statistic / static_cast<double>(degrees_of_freedom); }
+};
+
+/// Requires degrees_of_freedom > 0.
+ChiSquareTest chi_square_test(double statistic, Eigen::Index degrees_of_freedom);
+
+/// Misfit of the group means against the scatter within groups (Fisher's lack-of-fit test).
+struct LackOfFitTest {
+  double f = 0;
+  Eigen::Index degrees_of_freedom_lack = 0;  // groups minus estimated unknowns
+  Eigen::Index degrees_of_freedom_pure = 0;  // values minus groups
+  double critical = 0;
+  double p_value = 1;
+};
+
+/// Of the two sums of squares, in the same whitening. Requires both degrees of freedom > 0 and a
+/// pure error above zero.
+LackOfFitTest lack_of_fit_test(double lack, Eigen::Index degrees_of_freedom_lack, double pure,
+                               Eigen::Index degrees_of_freedom_pure);
+
+}  // namespace kinetostat::calibration

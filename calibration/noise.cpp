@@ -1,0 +1,50 @@
+#include "kinetostat/calibration/noise.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kinetostat::calibration {
+namespace {
+
+using spatial::Vector6;
+
+bool measures(const Campaign& campaign, bool rotation) {
+  return std::any_of(campaign.readings.begin(), campaign.readings.end(),
+                     [rotation](const Reading& r) {
+                       for (Eigen::Index k = 0; k < 6; ++k)
+                         if (is_rotation(k) == rotation && r.uses(k)) return true;
+                       return false;
+                     });
+}
+
+}  // namespace
+
+Noise noise_of(const Campaign& campaign, const std::vector<ReplicateGroup>& groups) {
+  const std::size_t n = campaign.readings.size();
+  Noise noise;
+  if (campaign.noise_stated) {
+    noise.source = NoiseSource::stated;
+    for (const Reading& reading : campaign.readings) noise.sigma.push_back(reading.sigma);
+    return noise;
+  }
+  noise.sigma.assign(n, Vector6::Ones());
+  Vector6 pooled = Vector6::Ones();
+  bool complete = true;
+  for (const bool rotation : {false, true}) {
+    if (!measures(campaign, rotation)) continue;
+    const Eigen::Index first = rotation ? 3 : 0;
+    const PureError scatter = pure_error(campaign, groups, noise.sigma, first, 3);
+    const bool usable = scatter.degrees_of_freedom > 0 && scatter.sum > 0;
+    complete = complete && usable;
+    if (usable)
+      pooled.segment<3>(first).setConstant(
+          std::sqrt(scatter.sum / static_cast<double>(scatter.degrees_of_freedom)));
+  }
+  noise.comparable = complete || !(measures(campaign, false) && measures(campaign, true));
+  if (!complete) return noise;
+  noise.source = NoiseSource::replicates;
+  noise.sigma.assign(n, pooled);
+  return noise;
+}
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,28 @@
+// How exact the readings are. Never taken from the residual of a model.
+#pragma once
+
+#include <vector>
+
+#include "kinetostat/calibration/replicates.h"
+
+namespace kinetostat::calibration {
+
+enum class NoiseSource {
+  stated,      // by the campaign file or its sigma columns
+  replicates,  // pooled scatter of repeated readings, translations and rotations apart
+  unknown      // neither: residuals are not weighted, and no test of adequacy is possible
+};
+
+struct Noise {
+  NoiseSource source = NoiseSource::unknown;
+  /// Standard deviations by which residuals are divided [m; rad], one entry a reading. With an
+  /// unknown noise they are 1.
+  std::vector<spatial::Vector6> sigma;
+  /// False when translations and rotations are measured together and nothing says how their errors
+  /// compare: then they cannot enter one sum of squares.
+  bool comparable = true;
+};
+
+Noise noise_of(const Campaign& campaign, const std::vector<ReplicateGroup>& groups);
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,39 @@
+// What a base fit may change in a model: the only file that knows the kinds of parameters.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kinetostat/vjm/robot_file.h"
+
+namespace kinetostat::calibration {
+
+/// Springs of one name, scaled together. The coordinate in which it is fitted is the natural
+/// logarithm of the factor: 0 as designed, no bounds needed.
+struct Parameter {
+  std::string name;  // as in the robot file: "leg", or "x.rho"
+  std::vector<vjm::SpringParameter> springs;
+  /// Stiffness as designed, where all the springs are one-dimensional and equal [N/m or N m/rad].
+  std::optional<double> stiffness;
+  bool is_torsional = false;
+};
+
+/// What the robot file declares uncertain.
+std::vector<Parameter> uncertain_parameters(const vjm::Robot& robot);
+
+/// The manipulator with its parameters at `values` (one logarithm each).
+vjm::Manipulator with_values(const vjm::Manipulator& manipulator,
+                             const std::vector<Parameter>& parameters,
+                             const Eigen::VectorXd& values);
+
+/// Derivatives of the loaded platform pose at an equilibrium with respect to the coordinates of the
+/// parameters: [translation m; rotation increment rad], base axes, a column each. Exact (implicit
+/// differentiation of the equations of equilibrium).
+Eigen::Matrix<double, 6, Eigen::Dynamic> pose_derivatives(const vjm::Manipulator& manipulator,
+                                                          const vjm::Posture& posture,
+                                                          const vjm::Load& load,
+                                                          const vjm::Equilibrium& equilibrium,
+                                                          const std::vector<Parameter>& parameters);
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,87 @@
+#include "kinetostat/calibration/replicates.h"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <tuple>
+
+namespace kinetostat::calibration {
+namespace {
+
+using LoadKey = std::array<double, 9>;
+
+LoadKey key_of(const vjm::Load& load) {
+  LoadKey key;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    key[i] = load.force[k];
+    key[3 + i] = load.moment[k];
+    key[6 + i] = load.point_on_platform[k];
+  }
+  return key;
+}
+
+using StateKey = std::tuple<std::size_t, LoadKey, LoadDirection, std::string, std::size_t>;
+
+StateKey state_of(const Campaign& campaign, const Reading& reading) {
+  const bool own_zero = campaign.zero == ZeroReading::estimated;
+  return {reading.configuration, key_of(reading.load), reading.direction, reading.setting,
+          own_zero ? reading.session : 0};
+}
+
+std::vector<std::size_t> in_order_of_time(const std::vector<Reading>& readings) {
+  std::vector<std::size_t> order(readings.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto key = [&readings](std::size_t i) {
+    const Reading& r = readings[i];
+    return std::tuple(r.time, r.step, std::string_view(r.id));
+  };
+  std::stable_sort(order.begin(), order.end(),
+                   [&key](std::size_t a, std::size_t b) { return key(a) < key(b); });
+  return order;
+}
+
+}  // namespace
+
+std::vector<ReplicateGroup> replicate_groups(const Campaign& campaign) {
+  // Value: number of the visit to this state within one replicate.
+  std::map<std::tuple<StateKey, std::string, Eigen::Index>, int> visits;
+  std::map<std::tuple<StateKey, int, Eigen::Index>, std::vector<std::size_t>> groups;
+  for (const std::size_t i : in_order_of_time(campaign.readings)) {
+    const Reading& reading = campaign.readings[i];
+    const StateKey state = state_of(campaign, reading);
+    for (Eigen::Index k = 0; k < 6; ++k) {
+      if (!reading.uses(k)) continue;
+      const int visit = reading.replicate.empty() ? 0 : visits[{state, reading.replicate, k}]++;
+      groups[{state, visit, k}].push_back(i);
+    }
+  }
+  std::vector<ReplicateGroup> result;
+  for (auto& [key, members] : groups) result.push_back({std::get<2>(key), std::move(members)});
+  return result;
+}
+
+PureError pure_error(const Campaign& campaign, const std::vector<ReplicateGroup>& groups,
+                     const std::vector<spatial::Vector6>& sigma, Eigen::Index first,
+                     Eigen::Index count) {
+  PureError result;
+  for (const ReplicateGroup& group : groups) {
+    const Eigen::Index k = group.component;
+    if (k < first || k >= first + count) continue;
+    double weights = 0, mean = 0;
+    for (const std::size_t i : group.readings) {
+      const double weight = 1 / (sigma[i][k] * sigma[i][k]);
+      weights += weight;
+      mean += weight * campaign.readings[i].displacement[k];
+    }
+    mean /= weights;
+    for (const std::size_t i : group.readings) {
+      const double deviation = (campaign.readings[i].displacement[k] - mean) / sigma[i][k];
+      result.sum += deviation * deviation;
+    }
+    result.degrees_of_freedom += static_cast<Eigen::Index>(group.readings.size()) - 1;
+  }
+  return result;
+}
+
+}  // namespace kinetostat::calibration

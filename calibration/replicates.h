@@ -1,0 +1,34 @@
+// Readings repeated under the same conditions, and what their scatter says about the noise.
+#pragma once
+
+#include <vector>
+
+#include "kinetostat/calibration/campaign.h"
+
+namespace kinetostat::calibration {
+
+/// Readings of one component that every model predicts to be equal; a single one also is a group.
+struct ReplicateGroup {
+  Eigen::Index component = 0;
+  std::vector<std::size_t> readings;
+};
+
+/// Groups of readings in use with exactly the same configuration, load and point, direction of load
+/// and setting (and session, when zeros are estimated per session). Where the table has a column
+/// `replicate`, the k-th visit to a state in one replicate belongs with the k-th visit in the
+/// others: rows of the same replicate never form a group, since what differs between them (creep,
+/// return to zero) is not pure error. Visits are counted in the order of time, step, id.
+std::vector<ReplicateGroup> replicate_groups(const Campaign& campaign);
+
+/// Scatter within groups.
+struct PureError {
+  double sum = 0;                       // of squares about the weighted group means, over sigma^2
+  Eigen::Index degrees_of_freedom = 0;  // number of values minus number of groups
+};
+
+/// Over the components [first, first + count), with one sigma a reading and component [m; rad].
+PureError pure_error(const Campaign& campaign, const std::vector<ReplicateGroup>& groups,
+                     const std::vector<spatial::Vector6>& sigma, Eigen::Index first = 0,
+                     Eigen::Index count = 6);
+
+}  // namespace kinetostat::calibration
