@@ -7,5 +7,6 @@ class Program;
 
 void add_stiffness(Program& program);
 void add_deflect(Program& program);
+void add_compare(Program& program);
 
 }  // namespace kinetostat::apps

@@ -7,5 +7,6 @@ int main(int argc, char** argv) {
   kinetostat::apps::Program program;
   kinetostat::apps::add_stiffness(program);
   kinetostat::apps::add_deflect(program);
+  kinetostat::apps::add_compare(program);
   return program.run(argc, argv);
 }

@@ -21,8 +21,8 @@ using Eigen::VectorXd;
 constexpr double rounding = 1e-9;
 // A stiffness factor beyond e^16 either way: the data want the spring rigid, or gone.
 constexpr double runaway = 16;
-// Longest step of a logarithm: a factor of 7.
-constexpr double longest_step = 2;
+// Longest step of a logarithm: a factor of e.
+constexpr double longest_step = 1;
 
 std::vector<Zero> zeros_of(const Campaign& campaign) {
   std::set<std::pair<std::size_t, Index>> found;
@@ -199,11 +199,12 @@ VectorXd damped_step(const Problem::Linearisation& state, double damping) {
   return matrix.householderQr().solve(right).cwiseQuotient(lengths);
 }
 
-// The step, shortened where it would change a stiffness beyond what the linearisation can foresee.
-VectorXd limited(const Problem& problem, const VectorXd& step) {
-  const auto p = static_cast<Index>(problem.parameters().size());
-  const double largest = p > 0 ? step.head(p).cwiseAbs().maxCoeff() : 0;
-  return largest > longest_step ? VectorXd(step * (longest_step / largest)) : step;
+// Each stiffness changes by a bounded factor. A weak parameter beside a strong one that is far off
+// would otherwise run away on what the strong one's curvature leaves over.
+VectorXd limited(const Problem& problem, VectorXd step) {
+  for (Index k = 0; k < static_cast<Index>(problem.parameters().size()); ++k)
+    step[k] = std::clamp(step[k], -longest_step, longest_step);
+  return step;
 }
 
 void require_bounded(const Problem& problem, const VectorXd& q) {

@@ -79,21 +79,25 @@ std::optional<double> residual_deviation(const Assessment& assessment) {
 // The noise comes from `evidence`, which has not seen any residual.
 void add_tests(const Evidence& evidence, Assessment& assessment) {
   const BaseFit& fit = assessment.fit;
-  if (evidence.noise.source == NoiseSource::stated && fit.degrees_of_freedom() > 0)
-    assessment.chi_square = chi_square_test(fit.squared_error, fit.degrees_of_freedom());
   const auto lack = static_cast<Eigen::Index>(evidence.groups.size()) - fit.estimated();
-  if (evidence.noise.comparable && evidence.pure.degrees_of_freedom > 0 && evidence.pure.sum > 0 &&
-      lack > 0)
+  const bool by_stated_noise =
+      evidence.noise.source == NoiseSource::stated && fit.degrees_of_freedom() > 0;
+  const bool by_replicates = evidence.noise.comparable && evidence.pure.degrees_of_freedom > 0 &&
+                             evidence.pure.sum > 0 && lack > 0;
+  if (!by_stated_noise && !by_replicates) return;
+  const double level = significance_level / (by_stated_noise + by_replicates);
+  bool fails = false;
+  if (by_stated_noise) {
+    assessment.chi_square = chi_square_test(fit.squared_error, fit.degrees_of_freedom(), level);
+    fails = assessment.chi_square->p_value < level;
+  }
+  if (by_replicates) {
     assessment.lack_of_fit =
         lack_of_fit_test(std::max(0.0, fit.squared_error - evidence.pure.sum), lack,
-                         evidence.pure.sum, evidence.pure.degrees_of_freedom);
-  const int tests = assessment.chi_square.has_value() + assessment.lack_of_fit.has_value();
-  if (tests == 0) return;
-  double smallest = 1;
-  if (assessment.chi_square) smallest = std::min(smallest, assessment.chi_square->p_value);
-  if (assessment.lack_of_fit) smallest = std::min(smallest, assessment.lack_of_fit->p_value);
-  assessment.adequacy =
-      smallest < significance_level / tests ? Adequacy::inadequate : Adequacy::adequate;
+                         evidence.pure.sum, evidence.pure.degrees_of_freedom, level);
+    fails = fails || assessment.lack_of_fit->p_value < level;
+  }
+  assessment.adequacy = fails ? Adequacy::inadequate : Adequacy::adequate;
 }
 
 Assessment assess(const Evidence& evidence, BaseFit fit) {

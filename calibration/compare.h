@@ -24,7 +24,7 @@ struct ResidualStatistics {
 
 enum class Adequacy {
   adequate,      // no test finds more than noise
-  inadequate,    // a test does, at 5 % shared by the tests that were made (Bonferroni)
+  inadequate,    // a test does, at 5 % shared by the tests that were made
   not_evaluated  // nothing but the residual itself tells the noise
 };
 

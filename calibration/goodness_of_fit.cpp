@@ -9,17 +9,18 @@ using boost::math::cdf;
 using boost::math::complement;
 using boost::math::quantile;
 
-ChiSquareTest chi_square_test(double statistic, Eigen::Index degrees_of_freedom) {
+ChiSquareTest chi_square_test(double statistic, Eigen::Index degrees_of_freedom, double level) {
   const boost::math::chi_squared distribution(static_cast<double>(degrees_of_freedom));
   return {.statistic = statistic,
           .degrees_of_freedom = degrees_of_freedom,
-          .critical = quantile(complement(distribution, significance_level)),
+          .level = level,
+          .critical = quantile(complement(distribution, level)),
           .p_value = cdf(complement(distribution, statistic)),
           .lower_p_value = cdf(distribution, statistic)};
 }
 
 LackOfFitTest lack_of_fit_test(double lack, Eigen::Index degrees_of_freedom_lack, double pure,
-                               Eigen::Index degrees_of_freedom_pure) {
+                               Eigen::Index degrees_of_freedom_pure, double level) {
   const auto n = static_cast<double>(degrees_of_freedom_lack);
   const auto d = static_cast<double>(degrees_of_freedom_pure);
   const boost::math::fisher_f distribution(n, d);
@@ -27,7 +28,8 @@ LackOfFitTest lack_of_fit_test(double lack, Eigen::Index degrees_of_freedom_lack
   return {.f = f,
           .degrees_of_freedom_lack = degrees_of_freedom_lack,
           .degrees_of_freedom_pure = degrees_of_freedom_pure,
-          .critical = quantile(complement(distribution, significance_level)),
+          .level = level,
+          .critical = quantile(complement(distribution, level)),
           .p_value = cdf(complement(distribution, f))};
 }
 

@@ -6,14 +6,15 @@
 
 namespace kinetostat::calibration {
 
-/// A significance level for one question; several tests of it share the level.
+/// For one question; several tests of it share the level (Bonferroni).
 inline constexpr double significance_level = 0.05;
 
 /// Sum of squares over the stated noise.
 struct ChiSquareTest {
   double statistic = 0;
   Eigen::Index degrees_of_freedom = 0;
-  double critical = 0;       // 5 % of sound models exceed it
+  double level = significance_level;
+  double critical = 0;       // this share of sound models exceeds it
   double p_value = 1;        // share of sound models with a larger statistic
   double lower_p_value = 1;  // with a smaller one
 
@@ -21,13 +22,15 @@ struct ChiSquareTest {
 };
 
 /// Requires degrees_of_freedom > 0.
-ChiSquareTest chi_square_test(double statistic, Eigen::Index degrees_of_freedom);
+ChiSquareTest chi_square_test(double statistic, Eigen::Index degrees_of_freedom,
+                              double level = significance_level);
 
 /// Misfit of the group means against the scatter within groups (Fisher's lack-of-fit test).
 struct LackOfFitTest {
   double f = 0;
   Eigen::Index degrees_of_freedom_lack = 0;  // groups minus estimated unknowns
   Eigen::Index degrees_of_freedom_pure = 0;  // values minus groups
+  double level = significance_level;
   double critical = 0;
   double p_value = 1;
 };
@@ -35,6 +38,7 @@ struct LackOfFitTest {
 /// Of the two sums of squares, in the same whitening. Requires both degrees of freedom > 0 and a
 /// pure error above zero.
 LackOfFitTest lack_of_fit_test(double lack, Eigen::Index degrees_of_freedom_lack, double pure,
-                               Eigen::Index degrees_of_freedom_pure);
+                               Eigen::Index degrees_of_freedom_pure,
+                               double level = significance_level);
 
 }  // namespace kinetostat::calibration

@@ -1,0 +1,466 @@
+#include "kinetostat/report/comparison.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "kinetostat/files/csv.h"
+#include "kinetostat/files/text_file.h"
+#include "kinetostat/report/text.h"
+
+namespace kinetostat::report {
+namespace {
+
+using calibration::Adequacy;
+using calibration::Assessment;
+using calibration::Campaign;
+using calibration::ChiSquareTest;
+using calibration::Comparison;
+using calibration::LackOfFitTest;
+using calibration::NoiseSource;
+using calibration::ResidualStatistics;
+using files::Json;
+
+// A model as it is called in sentences.
+struct Named {
+  std::string name;
+  const Assessment* assessment;
+};
+
+std::vector<Named> models(const Comparison& comparison) {
+  std::vector<Named> result = {{"The model as designed", &comparison.as_designed}};
+  if (comparison.refitted) result.push_back({"The refitted model", &*comparison.refitted});
+  return result;
+}
+
+const Assessment& best(const Comparison& comparison) {
+  return comparison.refitted ? *comparison.refitted : comparison.as_designed;
+}
+
+std::string name_of(Eigen::Index component) {
+  return calibration::component_names[static_cast<std::size_t>(component)];
+}
+
+const std::string& unit_of(const Campaign& campaign, Eigen::Index component) {
+  return calibration::is_rotation(component) ? campaign.units.angle : campaign.units.length;
+}
+
+double in_units(const Campaign& campaign, Eigen::Index component, double si) {
+  return si / spatial::parse_unit(unit_of(campaign, component)).factor;
+}
+
+std::string quantity(const Campaign& campaign, Eigen::Index component, double si) {
+  return number(in_units(campaign, component, si), 4) + " " + unit_of(campaign, component);
+}
+
+std::string probability(double p) {
+  return p < 1e-300 ? "p < 1e-300" : fmt::format("p = {}", number(p, 2));
+}
+
+// The mean of a residual whose constant is fitted is rounding; it is shown as 0.
+double shown_bias(const ResidualStatistics& s) {
+  return std::abs(s.bias) < 1e-9 * s.max ? 0 : s.bias;
+}
+
+struct Finding {
+  double severity;  // 1 where a test is just failed
+  std::string sentence;
+};
+
+Finding finding(const std::string& model, const LackOfFitTest& test) {
+  return {
+      test.f / test.critical,
+      fmt::format("{} {}: lack-of-fit F = {} against {} ({} %, {} and {} degrees of freedom, "
+                  "{}).",
+                  model, test.p_value < test.level ? "fails" : "is not refuted by the replicates",
+                  number(test.f, 4), number(test.critical, 4), number(100 * test.level, 3),
+                  test.degrees_of_freedom_lack, test.degrees_of_freedom_pure,
+                  probability(test.p_value))};
+}
+
+Finding finding(const std::string& model, const ChiSquareTest& test) {
+  std::string sentence = fmt::format(
+      "{} {}: its error is {} times the stated noise (chi-square {} against {}, {} %, "
+      "{} degrees of freedom, {}).",
+      model, test.p_value < test.level ? "fails" : "is not refuted by the stated noise",
+      number(std::sqrt(test.reduced()), 3), number(test.statistic, 4), number(test.critical, 4),
+      number(100 * test.level, 3), test.degrees_of_freedom, probability(test.p_value));
+  if (test.lower_p_value < test.level / 2)
+    sentence += " That is less than the stated noise allows: it seems overstated.";
+  return {test.statistic / test.critical, sentence};
+}
+
+// Only a disagreement is worth a sentence; it comes first, because it undermines the chi-square.
+void add_noise_check(const Comparison& comparison, std::vector<Finding>& findings) {
+  if (!comparison.noise_check) return;
+  const ChiSquareTest& test = *comparison.noise_check;
+  if (2 * std::min(test.p_value, test.lower_p_value) >= test.level) return;
+  findings.push_back(
+      {std::numeric_limits<double>::infinity(),
+       fmt::format("Repeated readings scatter {} times the stated noise (chi-square {} on {} "
+                   "degrees of freedom): correct the stated noise before the chi-square tests "
+                   "below are believed.",
+                   number(std::sqrt(test.reduced()), 3), number(test.statistic, 4),
+                   test.degrees_of_freedom)});
+}
+
+std::string axis_sentence(const Campaign& campaign, const std::string& model,
+                          const ResidualStatistics& s) {
+  return fmt::format(
+      "{} leaves {} % of its squared error in {}: rms {}, largest {} at reading "
+      "'{}', bias {}.",
+      model, number(100 * s.share, 3), name_of(s.component), quantity(campaign, s.component, s.rms),
+      quantity(campaign, s.component, s.max), campaign.readings[s.worst_reading].id,
+      quantity(campaign, s.component, shown_bias(s)));
+}
+
+void add_axes(const Campaign& campaign, const Named& model, std::vector<Finding>& findings) {
+  for (const ResidualStatistics& s : model.assessment->by_component)
+    findings.push_back({s.share - 10, axis_sentence(campaign, model.name, s)});
+}
+
+std::string_view noise_text(NoiseSource source) {
+  switch (source) {
+    case NoiseSource::stated:
+      return "stated";
+    case NoiseSource::replicates:
+      return "replicates";
+    default:
+      return "unknown";
+  }
+}
+
+std::string_view adequacy_text(Adequacy adequacy) {
+  switch (adequacy) {
+    case Adequacy::adequate:
+      return "adequate";
+    case Adequacy::inadequate:
+      return "inadequate";
+    default:
+      return "not_evaluated";
+  }
+}
+
+std::string session_name(const Campaign& campaign, const ResidualStatistics& s) {
+  return s.session ? campaign.sessions[*s.session] : "all";
+}
+
+std::string statistics_text(const Campaign& campaign, const Assessment& assessment) {
+  const bool sessions = !assessment.by_session.empty();
+  std::vector<std::string> header = {"", "values", "rms", "max", "at reading", "bias", "unit"};
+  if (sessions) header.insert(header.begin() + 1, "session");
+  Table table(header);
+  std::vector<ResidualStatistics> rows = assessment.by_component;
+  rows.insert(rows.end(), assessment.by_session.begin(), assessment.by_session.end());
+  for (const ResidualStatistics& s : rows) {
+    const auto show = [&](double si) { return number(in_units(campaign, s.component, si), 4); };
+    std::vector<std::string> row = {name_of(s.component),
+                                    std::to_string(s.count),
+                                    show(s.rms),
+                                    show(s.max),
+                                    campaign.readings[s.worst_reading].id,
+                                    show(shown_bias(s)),
+                                    unit_of(campaign, s.component)};
+    if (sessions) row.insert(row.begin() + 1, session_name(campaign, s));
+    table.add_row(row);
+  }
+  return table.text();
+}
+
+std::string parameters_text(const Campaign& campaign, const Assessment& assessment) {
+  if (assessment.fit.parameters.empty()) return {};
+  Table table({"stiffness", "designed", "fitted", "+-", "unit", "factor"});
+  for (const calibration::ParameterEstimate& e : assessment.fit.parameters) {
+    const double factor = std::exp(e.log_factor);
+    if (!e.parameter.stiffness) {
+      table.add_row({e.parameter.name, "1", number(factor, 6), number(factor * e.standard_error, 2),
+                     "-", number(factor, 6)});
+      continue;
+    }
+    const std::string unit =
+        e.parameter.is_torsional
+            ? fmt::format("{} {}/rad", campaign.units.force, campaign.units.length)
+            : fmt::format("{}/{}", campaign.units.force, campaign.units.length);
+    const double designed = *e.parameter.stiffness / spatial::parse_unit(unit).factor;
+    table.add_row({e.parameter.name, number(designed, 6), number(designed * factor, 7),
+                   number(designed * factor * e.standard_error, 2), unit, number(factor, 6)});
+  }
+  return "\n" + table.text();
+}
+
+std::string zeros_text(const Campaign& campaign, const Assessment& assessment) {
+  if (assessment.fit.zeros.empty()) return {};
+  Table table({"zero of", "session", "value", "+-", "unit"});
+  for (const calibration::Zero& zero : assessment.fit.zeros)
+    table.add_row({name_of(zero.component), campaign.sessions[zero.session],
+                   number(in_units(campaign, zero.component, zero.value), 6),
+                   number(in_units(campaign, zero.component, zero.standard_error), 2),
+                   unit_of(campaign, zero.component)});
+  return "\n" + table.text();
+}
+
+// Whose word the standard errors are.
+std::string error_text(const Assessment& assessment) {
+  if (assessment.fit.estimated() == 0) return {};
+  if (assessment.adequacy == Adequacy::inadequate)
+    return "  The model fails, so these standard errors are too small to be believed.\n";
+  if (assessment.fit.error_source == NoiseSource::unknown)
+    return "  The standard errors come from the residual: they take the model to be right.\n";
+  return {};
+}
+
+std::string deviation_text(const Campaign& campaign, const Assessment& assessment) {
+  if (!assessment.residual_deviation) return {};
+  return fmt::format(
+      "  Residual standard deviation {} on {} degrees of freedom.\n",
+      quantity(campaign, assessment.by_component[0].component, *assessment.residual_deviation),
+      assessment.fit.degrees_of_freedom());
+}
+
+std::string assessment_text(const Campaign& campaign, const std::string& title,
+                            const Assessment& assessment) {
+  return fmt::format("\n{}\n{}\n", title, std::string(title.size(), '-')) +
+         statistics_text(campaign, assessment) + deviation_text(campaign, assessment) +
+         parameters_text(campaign, assessment) + zeros_text(campaign, assessment) +
+         error_text(assessment);
+}
+
+Json to_json(const ChiSquareTest& test) {
+  return {{"chi_square", test.statistic},       {"degrees_of_freedom", test.degrees_of_freedom},
+          {"reduced", test.reduced()},          {"level", test.level},
+          {"critical", test.critical},          {"p_value", test.p_value},
+          {"lower_p_value", test.lower_p_value}};
+}
+
+Json to_json(const LackOfFitTest& test) {
+  return {{"f", test.f},
+          {"degrees_of_freedom", {test.degrees_of_freedom_lack, test.degrees_of_freedom_pure}},
+          {"level", test.level},
+          {"critical", test.critical},
+          {"p_value", test.p_value}};
+}
+
+Json to_json(const Campaign& campaign, const ResidualStatistics& s) {
+  Json json{{"component", name_of(s.component)}};
+  if (s.session) json["session"] = campaign.sessions[*s.session];
+  json["unit"] = calibration::is_rotation(s.component) ? "rad" : "m";
+  json["values"] = s.count;
+  json["rms"] = s.rms;
+  json["max"] = s.max;
+  json["worst_reading"] = campaign.readings[s.worst_reading].id;
+  json["bias"] = s.bias;
+  json["share"] = s.share;
+  return json;
+}
+
+Json to_json(const calibration::ParameterEstimate& e) {
+  const double factor = std::exp(e.log_factor);
+  Json json{{"stiffness", e.parameter.name},
+            {"factor", factor},
+            {"log_factor", e.log_factor},
+            {"standard_error_of_log_factor", e.standard_error}};
+  if (e.parameter.stiffness) {
+    json["designed"] = *e.parameter.stiffness;
+    json["fitted"] = *e.parameter.stiffness * factor;
+    json["standard_error"] = *e.parameter.stiffness * factor * e.standard_error;
+    json["unit"] = e.parameter.is_torsional ? "N m/rad" : "N/m";
+  }
+  return json;
+}
+
+Json to_json(const Campaign& campaign, const calibration::Zero& zero) {
+  return {{"component", name_of(zero.component)},
+          {"session", campaign.sessions[zero.session]},
+          {"value", zero.value},
+          {"standard_error", zero.standard_error},
+          {"unit", calibration::is_rotation(zero.component) ? "rad" : "m"}};
+}
+
+Json covariance_json(const Eigen::MatrixXd& covariance) {
+  Json rows = Json::array();
+  for (Eigen::Index i = 0; i < covariance.rows(); ++i) {
+    Json row = Json::array();
+    for (Eigen::Index j = 0; j < covariance.cols(); ++j) row.push_back(covariance(i, j));
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+Json to_json(const Campaign& campaign, const Assessment& assessment) {
+  const calibration::BaseFit& fit = assessment.fit;
+  Json json{{"adequacy", adequacy_text(assessment.adequacy)},
+            {"values", fit.values},
+            {"estimated", fit.estimated()},
+            {"degrees_of_freedom", fit.degrees_of_freedom()},
+            {"whitened_sum_of_squares", fit.squared_error},
+            {"residual_standard_deviation", nullptr},
+            {"chi_square", nullptr},
+            {"lack_of_fit", nullptr}};
+  if (assessment.residual_deviation)
+    json["residual_standard_deviation"] = *assessment.residual_deviation;
+  if (assessment.chi_square) json["chi_square"] = to_json(*assessment.chi_square);
+  if (assessment.lack_of_fit) json["lack_of_fit"] = to_json(*assessment.lack_of_fit);
+  for (const char* key : {"parameters", "zeros", "by_component", "by_session"})
+    json[key] = Json::array();
+  for (const auto& e : fit.parameters) json["parameters"].push_back(to_json(e));
+  for (const auto& zero : fit.zeros) json["zeros"].push_back(to_json(campaign, zero));
+  json["covariance"] = covariance_json(fit.covariance);
+  json["standard_errors_from"] =
+      fit.error_source == NoiseSource::unknown ? "residual" : noise_text(fit.error_source);
+  json["iterations"] = fit.iterations;
+  for (const auto& s : assessment.by_component)
+    json["by_component"].push_back(to_json(campaign, s));
+  for (const auto& s : assessment.by_session) json["by_session"].push_back(to_json(campaign, s));
+  return json;
+}
+
+// null where nothing was measured.
+Json numbers(const spatial::Vector6& v) {
+  Json json = Json::array();
+  for (const double x : v) json.push_back(std::isnan(x) ? Json() : Json(x));
+  return json;
+}
+
+Json readings_json(const Campaign& campaign, const Comparison& comparison) {
+  Json list = Json::array();
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+    const calibration::Reading& reading = campaign.readings[i];
+    Json json{{"id", reading.id},
+              {"line", reading.line},
+              {"session", campaign.sessions[reading.session]},
+              {"masked", reading.masked},
+              {"measured", numbers(reading.displacement)},
+              {"predicted", numbers(comparison.as_designed.fit.predicted[i])},
+              {"residual", numbers(comparison.as_designed.residual[i])}};
+    if (reading.masked) json["mask_reason"] = reading.mask_reason;
+    if (comparison.refitted) {
+      json["refitted_predicted"] = numbers(comparison.refitted->fit.predicted[i]);
+      json["refitted_residual"] = numbers(comparison.refitted->residual[i]);
+    }
+    list.push_back(json);
+  }
+  return list;
+}
+
+Json file_json(const std::filesystem::path& file) {
+  return {{"file", file.string()}, {"sha256", files::sha256(files::read_text(file))}};
+}
+
+std::size_t masked(const Campaign& campaign) {
+  return static_cast<std::size_t>(std::count_if(campaign.readings.begin(), campaign.readings.end(),
+                                                [](const auto& r) { return r.masked; }));
+}
+
+std::string summary(const Campaign& campaign, const Comparison& comparison) {
+  std::string text = fmt::format(
+      "Campaign '{}': {} readings in use, {} masked, {} values of {} states; noise {}.\n",
+      campaign.name, campaign.readings.size() - masked(campaign), masked(campaign),
+      comparison.as_designed.fit.values, comparison.groups,
+      comparison.noise_source == NoiseSource::replicates ? "from replicates"
+                                                         : noise_text(comparison.noise_source));
+  for (const std::string& note : campaign.notes) text += "  " + note + "\n";
+  for (const std::string& note : comparison.notes) text += "  " + note + "\n";
+  return text;
+}
+
+std::vector<Eigen::Index> measured_components(const Comparison& comparison) {
+  std::vector<Eigen::Index> result;
+  for (const auto& s : comparison.as_designed.by_component) result.push_back(s.component);
+  return result;
+}
+
+std::string cell(double value) { return std::isnan(value) ? "" : fmt::format(",{}", value); }
+
+std::string cell(const Campaign& campaign, Eigen::Index component, double si) {
+  return std::isnan(si) ? "," : cell(in_units(campaign, component, si));
+}
+
+}  // namespace
+
+std::vector<std::string> findings(const Campaign& campaign, const Comparison& comparison) {
+  std::vector<Finding> all;
+  add_noise_check(comparison, all);
+  for (const Named& model : models(comparison)) {
+    if (const auto& test = model.assessment->lack_of_fit) all.push_back(finding(model.name, *test));
+    if (const auto& test = model.assessment->chi_square) all.push_back(finding(model.name, *test));
+  }
+  add_axes(campaign, models(comparison).back(), all);
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
+  std::vector<std::string> sentences;
+  for (const Finding& finding : all) sentences.push_back(finding.sentence);
+  return sentences;
+}
+
+std::string text(const Campaign& campaign, const Comparison& comparison) {
+  std::string text = summary(campaign, comparison) + "\nFindings, worst first\n";
+  for (const std::string& sentence : findings(campaign, comparison))
+    text += "  - " + sentence + "\n";
+  text += fmt::format("  Adequacy: {}.\n", adequacy_text(best(comparison).adequacy));
+  text += assessment_text(campaign, "As designed", comparison.as_designed);
+  if (comparison.refitted) text += assessment_text(campaign, "Refitted", *comparison.refitted);
+  return text;
+}
+
+Json to_json(const Campaign& campaign, const Comparison& comparison) {
+  Json json{{"campaign",
+             {{"name", campaign.name},
+              {"campaign", file_json(campaign.file)},
+              {"readings", file_json(campaign.readings_file)},
+              {"in_use", campaign.readings.size() - masked(campaign)},
+              {"masked", masked(campaign)},
+              {"notes", campaign.notes}}},
+            {"noise", noise_text(comparison.noise_source)},
+            {"states", comparison.groups},
+            {"pure_error", nullptr},
+            {"noise_check", nullptr},
+            {"notes", comparison.notes},
+            {"adequacy", adequacy_text(best(comparison).adequacy)},
+            {"findings", findings(campaign, comparison)},
+            {"as_designed", to_json(campaign, comparison.as_designed)},
+            {"refitted", nullptr}};
+  if (comparison.replicates)
+    json["pure_error"] = {{"whitened_sum_of_squares", comparison.replicates->sum},
+                          {"degrees_of_freedom", comparison.replicates->degrees_of_freedom}};
+  if (comparison.noise_check) json["noise_check"] = to_json(*comparison.noise_check);
+  if (comparison.refitted) json["refitted"] = to_json(campaign, *comparison.refitted);
+  json["components"] = calibration::component_names;
+  json["readings"] = readings_json(campaign, comparison);
+  return json;
+}
+
+std::string residual_table(const Campaign& campaign, const Comparison& comparison) {
+  std::string text = fmt::format("# {}, translations in {}, rotations in {}\n", campaign.name,
+                                 campaign.units.length, campaign.units.angle) +
+                     "id,session,masked,mask_reason";
+  const std::vector<Eigen::Index> components = measured_components(comparison);
+  const std::vector<Named> all = models(comparison);
+  for (const Eigen::Index k : components) {
+    text += "," + name_of(k);
+    for (const char* model : {"designed", "refitted"})
+      if (model == std::string("designed") || comparison.refitted)
+        text +=
+            fmt::format(",predicted_{0}_{1},residual_{0}_{1},whitened_{0}_{1}", name_of(k), model);
+  }
+  text += "\n";
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+    const calibration::Reading& reading = campaign.readings[i];
+    text += fmt::format("{},{},{},{}", files::csv_cell(reading.id),
+                        files::csv_cell(campaign.sessions[reading.session]), reading.masked ? 1 : 0,
+                        files::csv_cell(reading.mask_reason));
+    for (const Eigen::Index k : components) {
+      text += cell(campaign, k, reading.displacement[k]);
+      for (const Named& model : all)
+        text +=
+            cell(campaign, k, model.assessment->fit.predicted[i][k]) +
+            cell(campaign, k, model.assessment->residual[i][k]) +
+            (std::isnan(model.assessment->whitened[i][k]) ? ","
+                                                          : cell(model.assessment->whitened[i][k]));
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace kinetostat::report

@@ -1,0 +1,103 @@
+#include "kinetostat/calibration/predict.h"
+
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "calibration/synthetic.h"
+#include "support/matrix_near.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::VectorXd;
+using spatial::Vector3;
+
+// Large enough loads that the rotation vector is not its own increment.
+std::vector<test::Planned> strongly_loaded() {
+  std::vector<test::Planned> plan = test::orthoglide_plan(2, 2, 3);
+  for (test::Planned& reading : plan) reading.load.moment *= 3;
+  test::measure(test::orthoglide().manipulator, plan);
+  return plan;
+}
+
+class PredictionDerivatives : public testing::TestWithParam<const char*> {};
+
+TEST_P(PredictionDerivatives, AgreeWithCentralDifferences) {
+  const vjm::Robot robot = test::orthoglide();
+  std::filesystem::path file = test::write(strongly_loaded(), {});
+  std::string yaml = files::read_text(file);
+  yaml.replace(yaml.find("difference"), 10, GetParam());
+  files::write_atomically(file, yaml);
+  const Campaign campaign = read_campaign(file, robot.manipulator);
+  files::Progress silent;
+  const Predictor predictor(robot.manipulator, campaign, 1, silent);
+  const std::vector<Parameter> parameters = uncertain_parameters(robot);
+  const VectorXd at = VectorXd::LinSpaced(2, 0.1, -0.2);
+  const Predictions exact = predictor.predict(parameters, at, true, silent);
+  ASSERT_FALSE(exact.failure);
+  const double h = 1e-3;
+  for (Eigen::Index p = 0; p < 2; ++p) {
+    const auto shifted = [&](double by) {
+      return predictor.predict(parameters, at + by * VectorXd::Unit(2, p), false, silent);
+    };
+    const Predictions plus = shifted(h), minus = shifted(-h);
+    for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+      EXPECT_GT(exact.displacement[i].tail<3>().norm(), 0.01);
+      EXPECT_TRUE(kinetostat::test::matrix_near_relative(
+          exact.derivatives[i].col(p), (plus.displacement[i] - minus.displacement[i]) / (2 * h),
+          1e-6));
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, PredictionDerivatives, testing::Values("difference", "absolute"),
+                         [](const auto& kind) { return std::string(kind.param); });
+
+TEST(Prediction, IsTheChangeFromTheUnloadedPostureOrThePoseItself) {
+  const vjm::Robot robot = test::orthoglide();
+  const std::vector<test::Planned> plan = strongly_loaded();
+  const std::filesystem::path file = test::write(plan, {});
+  Campaign campaign = read_campaign(file, robot.manipulator);
+  files::Progress silent;
+  const auto predict = [&] {
+    return Predictor(robot.manipulator, campaign, 2, silent).predict({}, VectorXd(), false, silent);
+  };
+  const Predictions difference = predict();
+  campaign.displacement = DisplacementKind::absolute;
+  const Predictions absolute = predict();
+  for (std::size_t i = 0; i < plan.size(); ++i) {
+    EXPECT_TRUE(
+        kinetostat::test::matrix_near(difference.displacement[i], plan[i].displacement, 1e-10));
+    EXPECT_TRUE(kinetostat::test::matrix_near(absolute.displacement[i].head<3>(),
+                                              plan[i].position + plan[i].displacement.head<3>(),
+                                              1e-10));
+    EXPECT_TRUE(kinetostat::test::matrix_near(absolute.displacement[i].tail<3>(),
+                                              plan[i].displacement.tail<3>(), 1e-10));
+  }
+}
+
+TEST(Prediction, DoesNotDependOnTheNumberOfThreads) {
+  const vjm::Robot robot = test::orthoglide();
+  const Campaign campaign = read_campaign(test::write(strongly_loaded(), {}), robot.manipulator);
+  files::Progress silent;
+  const auto predict = [&](int threads) {
+    return Predictor(robot.manipulator, campaign, threads, silent)
+        .predict({}, VectorXd(), false, silent)
+        .displacement;
+  };
+  EXPECT_EQ(predict(1), predict(7));
+}
+
+TEST(Prediction, TakesTheRotationVectorNearestToTheMeasuredOne) {
+  const double pi = std::numbers::pi;
+  const Vector3 vector(0, 0, 3.1);
+  const double nan = std::nan("");
+  EXPECT_NEAR(nearest_rotation_vector(vector, Vector3(0, 0, -3.1)).z(), 3.1 - 2 * pi, 1e-15);
+  EXPECT_EQ(nearest_rotation_vector(vector, Vector3(0, 0, 3.0)), vector);
+  EXPECT_NEAR(nearest_rotation_vector(vector, Vector3(nan, nan, -3.1)).z(), 3.1 - 2 * pi, 1e-15);
+  EXPECT_EQ(nearest_rotation_vector(vector, Vector3(nan, nan, nan)), vector);
+}
+
+}  // namespace
+}  // namespace kinetostat::calibration

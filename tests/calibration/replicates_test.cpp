@@ -1,0 +1,69 @@
+#include "kinetostat/calibration/replicates.h"
+
+#include <gtest/gtest.h>
+
+#include "calibration/synthetic.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+Campaign campaign(const std::string& csv, const std::string& more = "") {
+  return read_campaign(
+      test::write_campaign("kinetostat: 1\ncampaign: c\nunits: {length: mm, force: N, time: s}\n"
+                           "displacement: difference\nreadings: readings.csv\n" +
+                               more,
+                           csv),
+      test::bench().manipulator);
+}
+
+// Sizes of the groups, largest first.
+std::vector<std::size_t> sizes(const Campaign& c) {
+  std::vector<std::size_t> result;
+  for (const ReplicateGroup& group : replicate_groups(c)) result.push_back(group.readings.size());
+  std::sort(result.rbegin(), result.rend());
+  return result;
+}
+
+using Sizes = std::vector<std::size_t>;
+
+TEST(Replicates, AreReadingsOfEqualPoseLoadDirectionAndSetting) {
+  EXPECT_EQ(sizes(campaign("fz,dz\n1,1\n1,2\n2,3\n")), (Sizes{2, 1}));
+  EXPECT_EQ(sizes(campaign("spring,fz,dz\n0,1,1\n5,1,2\n0,1,3\n")), (Sizes{2, 1}));
+  EXPECT_EQ(sizes(campaign("fz,setting,dz\n1,a,1\n1,b,2\n1,a,3\n")), (Sizes{2, 1}));
+  EXPECT_EQ(sizes(campaign("fz,direction,dz\n1,loading,1\n1,unloading,2\n")), (Sizes{1, 1}));
+  EXPECT_EQ(sizes(campaign("fz,px,py,pz,dz\n1,0,0,0,1\n1,0,0,3,2\n")), (Sizes{1, 1}));
+}
+
+TEST(Replicates, NeverContainMaskedReadings) {
+  EXPECT_EQ(sizes(campaign("fz,dz,mask,mask_reason\n1,1,,\n1,9,1,slipped\n1,2,,\n")), (Sizes{2}));
+}
+
+TEST(Replicates, OfDifferentSessionsCountOnlyWhenTheZeroIsKnown) {
+  const std::string csv = "fz,session,dz\n1,a,1\n1,b,2\n";
+  EXPECT_EQ(sizes(campaign(csv)), (Sizes{2}));
+  EXPECT_EQ(sizes(campaign(csv, "zero: estimate\n")), (Sizes{1, 1}));
+}
+
+// Zero load at the begin and the end of each run: the difference within a run is not pure error.
+TEST(Replicates, VisitsWithinOneReplicateAreKeptApart) {
+  const Campaign c = campaign(
+      "fz,replicate,time,dz\n"
+      "0,1,0,0.00\n1,1,1,1.0\n0,1,2,0.50\n"
+      "0,2,10,0.02\n1,2,11,1.0\n0,2,12,0.52\n");
+  EXPECT_EQ(sizes(c), (Sizes{2, 2, 2}));
+  const std::vector<spatial::Vector6> sigma(6, spatial::Vector6::Constant(1e-3));
+  const PureError scatter = pure_error(c, replicate_groups(c), sigma);
+  EXPECT_EQ(scatter.degrees_of_freedom, 3);
+  EXPECT_NEAR(scatter.sum, 2 * 2 * 0.01 * 0.01, 1e-12);
+}
+
+TEST(Replicates, PureErrorIsWeightedByTheNoiseOfEachReading) {
+  const Campaign c = campaign("fz,dz\n1,1\n1,4\n");
+  const std::vector<spatial::Vector6> sigma = {spatial::Vector6::Constant(1e-3),
+                                               spatial::Vector6::Constant(2e-3)};
+  // Difference 3 mm with variance 1 + 4 mm^2.
+  EXPECT_NEAR(pure_error(c, replicate_groups(c), sigma).sum, 9.0 / 5.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace kinetostat::calibration
