@@ -10,6 +10,8 @@
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/text_file.h"
 
+#include "support/temporary_folder.h"
+
 namespace kinetostat::apps {
 namespace {
 
@@ -105,8 +107,8 @@ TEST(Program, JsonOnStandardOutputIsAllThatIsThere) {
 }
 
 TEST(Program, OutHoldsTheReportUnlessTheCommandWritesItItself) {
-  const std::string file = testing::TempDir() + "/report.txt";
-  std::filesystem::remove(file);
+  const test::TemporaryFolder folder;
+  const std::string file = folder.path() / "report.txt";
   EXPECT_EQ(run({"weigh", "t", "-o", file.c_str()}, weigh).code, 0);
   EXPECT_EQ(files::read_text(file), "7 kg\n");
 
@@ -188,8 +190,8 @@ TEST(Program, FullDiskBehindStandardOutputIsAnError) {
 
 // The signal stays received for the rest of the process, so this runs in a child.
 TEST(ProgramDeathTest, TerminationStopsAtTheNextReportAndWritesNothing) {
-  const std::string file = testing::TempDir() + "/never.json";
-  std::filesystem::remove(file);
+  const test::TemporaryFolder folder;
+  const std::string file = folder.path() / "never.json";
   const auto stopped = [&] {
     catch_signals();
     const Outcome outcome = run({"weigh", "t", "--json", file.c_str()}, [](apps::Run& run) {

@@ -15,6 +15,8 @@
 #include "kinetostat/files/json.h"
 #include "kinetostat/files/text_file.h"
 
+#include "support/temporary_folder.h"
+
 namespace kinetostat {
 namespace {
 
@@ -25,25 +27,18 @@ struct Outcome {
   std::string out, err;
 };
 
-// A folder of its own that looks like the source folder, so that files which commands write do not
-// end up there.
+// Looks like the source folder, but what commands write there is thrown away.
 class WorkingFolder {
  public:
-  WorkingFolder()
-      : path_(std::filesystem::path(testing::TempDir()) / fmt::format("kinetostat_{}", getpid())) {
-    std::filesystem::create_directories(path_);
+  WorkingFolder() {
     for (const char* name : {"data", "meshes", "CONTRIBUTING.md"})
       std::filesystem::create_symlink(std::filesystem::path(KINETOSTAT_SOURCE_DIR) / name,
-                                      path_ / name);
+                                      path() / name);
   }
-  WorkingFolder(const WorkingFolder&) = delete;
-  WorkingFolder& operator=(const WorkingFolder&) = delete;
-  ~WorkingFolder() { std::filesystem::remove_all(path_); }
-
-  const std::filesystem::path& path() const { return path_; }
+  const std::filesystem::path& path() const { return folder_.path(); }
 
  private:
-  std::filesystem::path path_;
+  test::TemporaryFolder folder_;
 };
 
 const std::filesystem::path& working_folder() {

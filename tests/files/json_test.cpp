@@ -10,6 +10,7 @@
 
 #include "support/matrix_near.h"
 #include "support/random.h"
+#include "support/temporary_folder.h"
 
 namespace kinetostat::files {
 namespace {
@@ -19,10 +20,6 @@ using test::matrix_near;
 using testing::AllOf;
 using testing::HasSubstr;
 
-std::filesystem::path temporary(const char* name) {
-  return std::filesystem::path(testing::TempDir()) / name;
-}
-
 Json example() {
   test::Random random(1);
   return to_json(Compliance6(1e-6 * random.positive_definite(), random.frame()));
@@ -30,7 +27,8 @@ Json example() {
 
 // What read_compliance complains about a file with this content.
 std::string complaint(const std::string& content) {
-  const std::filesystem::path file = temporary("bad.link.json");
+  const test::TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "bad.link.json";
   std::ofstream(file) << content;
   try {
     read_compliance(file);
@@ -42,7 +40,8 @@ std::string complaint(const std::string& content) {
 
 TEST(Json, ComplianceReadsBackToTheLastBit) {
   test::Random random(2);
-  const std::filesystem::path file = temporary("link.json");
+  const test::TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "link.json";
   for (int i = 0; i < 20; ++i) {
     const Compliance6 compliance(1e-7 * random.positive_definite(), random.frame());
     write_json(file, to_json(compliance));

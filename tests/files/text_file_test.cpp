@@ -10,23 +10,20 @@
 
 #include "kinetostat/files/error.h"
 
+#include "support/temporary_folder.h"
+
 namespace kinetostat::files {
 namespace {
 
 class TextFile : public testing::Test {
  protected:
-  TextFile() : folder_(std::filesystem::path(testing::TempDir()) / "kinetostat_text_file") {
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
-  ~TextFile() override { std::filesystem::remove_all(folder_); }
-
   std::size_t number_of_files() const {
     return static_cast<std::size_t>(
         std::distance(std::filesystem::directory_iterator(folder_), {}));
   }
 
-  std::filesystem::path folder_;
+  test::TemporaryFolder temporary_;
+  const std::filesystem::path folder_ = temporary_.path();
 };
 
 TEST_F(TextFile, WritesAnyBytesAndReadsThemBack) {

@@ -10,6 +10,7 @@
 #include "kinetostat/spatial/rotation.h"
 
 #include "support/matrix_near.h"
+#include "support/temporary_folder.h"
 
 namespace kinetostat::files {
 namespace {
@@ -198,8 +199,8 @@ TEST(Yaml, PosesThatContradictThemselvesAreRefused) {
 }
 
 TEST(Yaml, FilesAreTakenFromTheFolderOfTheFile) {
-  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "links";
-  std::filesystem::create_directories(folder);
+  const test::TemporaryFolder temporary;
+  const std::filesystem::path folder = temporary.path();
   std::ofstream(folder / "foot.stl") << "solid";
   const auto read = [&](const char* name) {
     return parse_yaml(std::string("file: ") + name + "\n", folder / "foot.yaml")
