@@ -25,10 +25,50 @@ std::string to_string(Motion motion) {
   return names[static_cast<int>(motion)];
 }
 
-Chain::Chain(std::string name, const spatial::Pose& base) : name_(std::move(name)), tail_(base) {}
+StopLaw::StopLaw(double lower, double upper, double stiffness)
+    : lower_(lower), upper_(upper), stiffness_(stiffness) {
+  if (!(lower < upper)) throw std::invalid_argument("the lower stop must be below the upper one");
+  if (!(stiffness > 0)) throw std::invalid_argument("the stiffness of a stop must be positive");
+}
+
+CoordinateLaw::Value StopLaw::at(double x) const {
+  const double beyond = x > upper_ ? x - upper_ : x < lower_ ? x - lower_ : 0.0;
+  return {0.5 * stiffness_ * beyond * beyond, stiffness_ * beyond, beyond != 0 ? stiffness_ : 0};
+}
+
+Chain::Chain(std::string name, const spatial::Pose& base)
+    : name_(std::move(name)), tail_(base), nominal_tail_(base) {}
 
 Chain& Chain::offset(const spatial::Pose& pose) {
   tail_ = tail_ * pose;
+  nominal_tail_ = nominal_tail_ * pose;
+  return *this;
+}
+
+Chain& Chain::error(const spatial::Pose& pose) {
+  tail_ = tail_ * pose;
+  has_errors_ = true;
+  return *this;
+}
+
+Chain& Chain::law(const std::string& name, std::shared_ptr<const CoordinateLaw> law) {
+  laws_.emplace_back(index_of(name), std::move(law));
+  return *this;
+}
+
+Chain& Chain::node(const std::string& name, const spatial::Vector3& position) {
+  for (const Node& other : nodes_)
+    if (other.name == name)
+      throw std::invalid_argument(fmt::format("chain '{}' has two nodes named '{}'", name_, name));
+  nodes_.push_back({name, static_cast<Eigen::Index>(joints_.size()), tail_ * position});
+  return *this;
+}
+
+Chain& Chain::mass(const std::string& name, double mass, const spatial::Vector3& position) {
+  if (!(mass >= 0) || !std::isfinite(mass))
+    throw std::invalid_argument(fmt::format("the mass of '{}' must not be negative", name));
+  node(name, position);
+  masses_.push_back({nodes_.size() - 1, mass});
   return *this;
 }
 
@@ -96,6 +136,29 @@ Eigen::Index Chain::index_of(const std::string& coordinate) const {
                   near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
 }
 
+std::size_t Chain::node_index(const std::string& node) const {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    if (nodes_[i].name == node) return i;
+    names.push_back(nodes_[i].name);
+  }
+  const std::string near = spatial::nearest_spelling(node, names);
+  throw std::invalid_argument(
+      fmt::format("chain '{}' has no node '{}'{}", name_, node,
+                  near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
+}
+
+Chain Chain::without_errors() const {
+  Chain nominal = *this;
+  for (Joint& joint : nominal.joints_) {
+    joint.before = joint.nominal_before;
+    joint.before_is_identity = is_identity(joint.before);
+  }
+  nominal.tail_ = nominal_tail_;
+  nominal.has_errors_ = false;
+  return nominal;
+}
+
 Eigen::VectorXd Chain::home() const {
   Eigen::VectorXd x(size());
   for (Eigen::Index k = 0; k < size(); ++k) x[k] = coordinates_[static_cast<std::size_t>(k)].home;
@@ -128,8 +191,8 @@ Eigen::Index Chain::add_coordinate(const Coordinate& coordinate) {
 }
 
 void Chain::add_joint(Motion motion, Eigen::Index coordinate, double factor) {
-  joints_.push_back({tail_, is_identity(tail_), motion, coordinate, factor});
-  tail_ = {};
+  joints_.push_back({tail_, nominal_tail_, is_identity(tail_), motion, coordinate, factor});
+  tail_ = nominal_tail_ = {};
 }
 
 void Chain::add_spring(const std::string& name, Eigen::Index first,

@@ -1,6 +1,7 @@
 // A serial chain of the virtual joint method: joints, links with springs, tool.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -46,11 +47,51 @@ struct Spring {
   Matrix stiffness;        // symmetric positive definite
 };
 
+/// A force on one coordinate beside the linear springs: a stop, a gap, a hardening spring.
+/// Immutable.
+class CoordinateLaw {
+ public:
+  struct Value {
+    double energy;   // [J]
+    double force;    // derivative of the energy: what the law resists with [N or N m]
+    double tangent;  // derivative of the force
+  };
+  virtual ~CoordinateLaw() = default;
+  virtual Value at(double x) const = 0;
+};
+
+/// A joint that may move freely between two stops and meets a contact spring beyond them.
+class StopLaw : public CoordinateLaw {
+ public:
+  /// Bounds [m or rad], contact stiffness [N/m or N m/rad]. Throws std::invalid_argument unless
+  /// lower < upper and the stiffness is positive.
+  StopLaw(double lower, double upper, double stiffness);
+  Value at(double x) const override;
+
+ private:
+  double lower_, upper_, stiffness_;
+};
+
+/// A point that moves with the chain: position [m] in the frame that the first `joints` joints have
+/// led to.
+struct Node {
+  std::string name;
+  Eigen::Index joints = 0;
+  spatial::Vector3 position = spatial::Vector3::Zero();
+};
+
+/// A mass [kg] at a node.
+struct PointMass {
+  std::size_t node = 0;
+  double mass = 0;
+};
+
 /// One elementary joint in the product of transformations: `before`, then `motion` by
 /// factor * x[coordinate]. Several joints may share a coordinate (a parallelogram, JAMRIS09 eq.
 /// 22).
 struct Joint {
-  spatial::Pose before;
+  spatial::Pose before;          // with the geometric errors
+  spatial::Pose nominal_before;  // without
   bool before_is_identity = true;
   Motion motion = Motion::tx;
   Eigen::Index coordinate = 0;
@@ -88,13 +129,31 @@ class Chain {
   Chain& link(const std::string& name, const spatial::Pose& offset,
               const spatial::Compliance6& compliance);
 
+  /// A geometric error: an offset that the built chain has and the nominal one has not. Postures
+  /// are found for the nominal chain (without_errors()).
+  Chain& error(const spatial::Pose& pose);
+  /// A further law on an earlier actuated or passive joint.
+  Chain& law(const std::string& name, std::shared_ptr<const CoordinateLaw> law);
+  /// A named point here, for loads; throws when the name is taken.
+  Chain& node(const std::string& name, const spatial::Vector3& position = spatial::Vector3::Zero());
+  /// A mass here, at a position in the current frame.
+  Chain& mass(const std::string& name, double mass, const spatial::Vector3& position);
+
   const std::string& name() const { return name_; }
   const std::vector<Coordinate>& coordinates() const { return coordinates_; }
   const std::vector<Joint>& joints() const { return joints_; }
   const std::vector<Spring>& springs() const { return springs_; }
   const spatial::Pose& tail() const { return tail_; }  // after the last joint
+  const std::vector<Node>& nodes() const { return nodes_; }
+  const std::vector<PointMass>& masses() const { return masses_; }
+  /// Laws beside the springs, with the coordinate that each acts on.
+  const std::vector<std::pair<Eigen::Index, std::shared_ptr<const CoordinateLaw>>>& laws() const {
+    return laws_;
+  }
   Eigen::Index size() const { return static_cast<Eigen::Index>(coordinates_.size()); }
 
+  /// Index of a node. Throws std::invalid_argument with did-you-mean.
+  std::size_t node_index(const std::string& node) const;
   /// Index of a coordinate. Throws std::invalid_argument with did-you-mean.
   Eigen::Index index_of(const std::string& coordinate) const;
   /// The springs' stiffness as one size() x size() matrix (zero rows for coordinates without).
@@ -107,6 +166,9 @@ class Chain {
   /// posture) for actuators.
   const Eigen::VectorXd& default_rest() const { return rest_; }
   Eigen::VectorXd home() const;
+
+  bool has_errors() const { return has_errors_; }
+  Chain without_errors() const;
 
   /// The same chain with a spring's stiffness multiplied. Throws std::invalid_argument for an
   /// unknown spring, or a factor that is not positive.
@@ -121,7 +183,11 @@ class Chain {
   std::vector<Coordinate> coordinates_;
   std::vector<Joint> joints_;
   std::vector<Spring> springs_;
-  spatial::Pose tail_;
+  spatial::Pose tail_, nominal_tail_;
+  bool has_errors_ = false;
+  std::vector<Node> nodes_;
+  std::vector<PointMass> masses_;
+  std::vector<std::pair<Eigen::Index, std::shared_ptr<const CoordinateLaw>>> laws_;
   Eigen::MatrixXd stiffness_;
   Eigen::VectorXd rest_;
   std::vector<Eigen::Index> free_, posture_;

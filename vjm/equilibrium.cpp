@@ -6,6 +6,8 @@
 #include <Eigen/LU>
 #include <fmt/format.h>
 
+#include "kinetostat/vjm/equilibrium_system.h"
+
 namespace kinetostat::vjm {
 namespace {
 
@@ -84,37 +86,44 @@ std::string failure_reason(const Task& task, double reached, bool consistent) {
       100 * reached, task.pose_given ? "displacement" : "load");
 }
 
-// Signs for the platform left free. With finite chain stiffness the inertia is that of the held
-// chains plus that of the sum of their stiffnesses (Haynsworth); otherwise from the whole energy.
-Stability free_stability(const EquilibriumSystem& system, const Equilibrium& equilibrium,
-                         const Load& load) {
-  if (!equilibrium.stiffness) return stability_of(system.free_energy_hessian());
+// Signs for the platform held and left free. For chains of finite stiffness that all run from the
+// base, the inertia is that of the held chains plus that of the sum of their stiffnesses
+// (Haynsworth), which is quick; otherwise that of the whole energy.
+void describe_stability(const EquilibriumSystem& system, const Manipulator& manipulator,
+                        const Load& load, Equilibrium& equilibrium) {
+  if (!equilibrium.stiffness || !manipulator.is_parallel()) {
+    equilibrium.held = stability_of(system.energy_hessian(true));
+    equilibrium.free = stability_of(system.energy_hessian(false));
+    return;
+  }
+  equilibrium.held = equilibrium.chains[0].held;
+  for (std::size_t c = 1; c < equilibrium.chains.size(); ++c)
+    equilibrium.held = combined(equilibrium.held, equilibrium.chains[c].held);
   const Matrix6 tangent = equilibrium.stiffness->matrix() - load.derivative(equilibrium.platform);
   const Matrix6 scaled = system.scale().wrench().asDiagonal() * tangent *
                          system.scale().twist().cwiseInverse().asDiagonal();
-  return combined(equilibrium.held, stability_of(0.5 * (scaled + scaled.transpose())));
+  equilibrium.free = combined(equilibrium.held, stability_of(0.5 * (scaled + scaled.transpose())));
 }
 
-void describe_chain(EquilibriumSystem& system, std::size_t c, const SystemState& state,
-                    const spatial::Frame& frame, Equilibrium& equilibrium) {
+void describe_chain(const EquilibriumSystem& system, std::size_t c, const SystemState& state,
+                    Equilibrium& equilibrium) {
+  const spatial::Frame frame{system.chains()[c].end().position()};
   ChainEquilibrium chain;
   chain.coordinates = state.coordinates[c];
   chain.wrench = spatial::Wrench::from_coordinates(state.wrenches[c], frame);
-  chain.held = stability_of(system.held_energy_hessian(c));
-  if (!system.has_rigid_directions())
+  chain.held = stability_of(system.chain_energy_hessian(c));
+  if (!system.has_rigid_directions()) {
     chain.stiffness = spatial::Stiffness6(system.chain_stiffness(c), frame);
-  chain.motion = system.chain_motion(c);
-  equilibrium.held = c == 0 ? chain.held : combined(equilibrium.held, chain.held);
+    chain.motion = system.chain_motion(c);
+  }
   equilibrium.energy += system.chains()[c].energy();
   equilibrium.chains.push_back(std::move(chain));
 }
 
-void describe_tangent(EquilibriumSystem& system, const SystemState& state, const Load& load,
-                      const spatial::Frame& frame, Equilibrium& equilibrium) {
+void describe_tangent(const EquilibriumSystem& system, const spatial::Frame& frame,
+                      Equilibrium& equilibrium) {
   if (!system.has_rigid_directions()) {
-    Matrix6 sum = Matrix6::Zero();
-    for (const ChainEquilibrium& chain : equilibrium.chains) sum += chain.stiffness->matrix();
-    equilibrium.stiffness = spatial::Stiffness6(sum, frame);
+    equilibrium.stiffness = spatial::Stiffness6(system.platform_stiffness(), frame);
     try {
       equilibrium.compliance = equilibrium.stiffness->inverse();
     } catch (const std::domain_error&) {
@@ -122,28 +131,29 @@ void describe_tangent(EquilibriumSystem& system, const SystemState& state, const
     }
     return;
   }
-  system.set(state, load);
-  system.linearise(false);
   const Matrix6 compliance = system.platform_compliance();
   if (system.consistent()) equilibrium.compliance = spatial::Compliance6(compliance, frame);
 }
 
-Equilibrium describe(EquilibriumSystem& system, const Posture& posture, const SystemState& state,
-                     const Load& load) {
+Equilibrium describe(EquilibriumSystem& system, const Manipulator& manipulator,
+                     const Posture& posture, const SystemState& state, const Load& load) {
   Equilibrium equilibrium;
-  equilibrium.platform = state.platform;
-  const spatial::Frame frame{state.platform.position()};
+  equilibrium.platform = state.bodies[0];
+  equilibrium.inner_bodies.assign(state.bodies.begin() + 1, state.bodies.end());
+  const spatial::Frame frame{equilibrium.platform.position()};
   equilibrium.displacement = spatial::Twist::from_coordinates(
-      spatial::pose_difference(posture.platform, state.platform), frame);
-  Vector6 wrench = Vector6::Zero();
-  for (const Vector6& w : state.wrenches) wrench += w;
-  equilibrium.wrench = spatial::Wrench::from_coordinates(wrench, frame);
+      spatial::pose_difference(posture.platform, equilibrium.platform), frame);
   system.set(state, load);
-  system.linearise(true);
-  for (std::size_t c = 0; c < state.wrenches.size(); ++c)
-    describe_chain(system, c, state, frame, equilibrium);
-  describe_tangent(system, state, load, frame, equilibrium);
-  equilibrium.free = free_stability(system, equilibrium, load);
+  equilibrium.wrench = spatial::Wrench::from_coordinates(system.platform_wrench(), frame);
+  if (system.has_rigid_directions()) {
+    system.linearise(false);
+  } else {
+    system.linearise_by_chains();
+  }
+  for (std::size_t c = 0; c < manipulator.size(); ++c)
+    describe_chain(system, c, state, equilibrium);
+  describe_tangent(system, frame, equilibrium);
+  describe_stability(system, manipulator, load, equilibrium);
   return equilibrium;
 }
 
@@ -160,7 +170,7 @@ Equilibrium follow(const Manipulator& manipulator, const Posture& posture, const
     ++steps;
     const double share = std::min(1.0, reached + step);
     SystemState guess = state;
-    if (task.pose_given) guess.platform = task.pose(share);
+    if (task.pose_given) guess.bodies[0] = task.pose(share);
     const NewtonResult result =
         newton(system, guess, task.load.scaled(share), task.pose_given, options);
     corrections = result.corrections;
@@ -174,7 +184,8 @@ Equilibrium follow(const Manipulator& manipulator, const Posture& posture, const
       if (step < 1e-6 || !consistent) break;
     }
   }
-  Equilibrium equilibrium = describe(system, posture, state, task.load.scaled(reached));
+  Equilibrium equilibrium =
+      describe(system, manipulator, posture, state, task.load.scaled(reached));
   equilibrium.steps = steps;
   equilibrium.reached = reached;
   equilibrium.corrections = std::move(corrections);
@@ -192,8 +203,10 @@ Equilibrium follow(const Manipulator& manipulator, const Posture& posture, const
 }  // namespace
 
 Equilibrium equilibrium_at_pose(const Manipulator& manipulator, const Posture& posture,
-                                const Pose& pose, const EquilibriumOptions& options) {
-  return follow(manipulator, posture, {true, posture.platform, pose, {}}, options);
+                                const Pose& pose, const EquilibriumOptions& options,
+                                const std::vector<NodeLoad>& node_loads) {
+  return follow(manipulator, posture, {true, posture.platform, pose, {.nodes = node_loads}},
+                options);
 }
 
 Equilibrium equilibrium_under_load(const Manipulator& manipulator, const Posture& posture,

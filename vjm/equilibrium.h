@@ -1,12 +1,12 @@
 // Static equilibrium of a loaded manipulator: platform pose given, or load given.
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "kinetostat/vjm/equilibrium_system.h"
+#include "kinetostat/vjm/load.h"
+#include "kinetostat/vjm/manipulator.h"
 #include "kinetostat/vjm/stability.h"
 
 namespace kinetostat::vjm {
@@ -36,11 +36,12 @@ struct ChainEquilibrium {
 
 struct Equilibrium {
   EquilibriumStatus status = EquilibriumStatus::not_converged;
-  std::string reason;           // empty when converged
-  double reached = 0;           // share of the load or displacement that was reached, 0..1
-  spatial::Pose platform;       // in base axes
-  spatial::Twist displacement;  // from the posture; rotation as a rotation vector
-  spatial::Wrench wrench;       // on the platform, at its reference point there, base axes
+  std::string reason;      // empty when converged
+  double reached = 0;      // share of the load or displacement that was reached, 0..1
+  spatial::Pose platform;  // in base axes
+  std::vector<spatial::Pose> inner_bodies;  // of the manipulator, in base axes
+  spatial::Twist displacement;              // from the posture; rotation as a rotation vector
+  spatial::Wrench wrench;  // on the platform, at its reference point there, base axes
   /// Tangent stiffness for a wrench that is constant in base axes; with moments it is not
   /// symmetric. None when a chain is rigid in some direction.
   std::optional<spatial::Stiffness6> stiffness;
@@ -56,12 +57,15 @@ struct Equilibrium {
 };
 
 /// Moves the platform to `pose` and finds the wrench that holds it there (MMT11 eq. 5-10, solved by
-/// Newton's method with the exact Hessian instead of the paper's fixed point). On failure the state
-/// is the last equilibrium found on the way, `reached` says how far that is.
+/// Newton's method with the exact Hessian instead of the paper's fixed point), gravity and the
+/// loads at nodes acting. On failure the state is the last equilibrium found on the way, `reached`
+/// says how far that is.
 Equilibrium equilibrium_at_pose(const Manipulator& manipulator, const Posture& posture,
-                                const spatial::Pose& pose, const EquilibriumOptions& options = {});
+                                const spatial::Pose& pose, const EquilibriumOptions& options = {},
+                                const std::vector<NodeLoad>& node_loads = {});
 
-/// Finds the pose that the platform takes under a dead load (MMT11 eq. 11, NONPERF eq. 21).
+/// Finds the pose that the platform takes under dead loads and gravity (MMT11 eq. 11, NONPERF eq.
+/// 21).
 Equilibrium equilibrium_under_load(const Manipulator& manipulator, const Posture& posture,
                                    const Load& load, const EquilibriumOptions& options = {});
 

@@ -10,7 +10,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using spatial::Matrix6;
 using spatial::Pose;
-using spatial::Vector3;
 using spatial::Vector6;
 
 double stiffest(const Manipulator& manipulator, double length) {
@@ -23,131 +22,30 @@ double stiffest(const Manipulator& manipulator, double length) {
   return largest > 0 ? largest : 1.0;
 }
 
+// Masses under gravity and loads at nodes, per chain.
+std::vector<std::pair<std::size_t, Vector6>> node_loads(const Manipulator& manipulator,
+                                                        std::size_t chain, const Load& load) {
+  std::vector<std::pair<std::size_t, Vector6>> loads;
+  const auto add = [&loads](std::size_t node, const spatial::Vector3& force,
+                            const spatial::Vector3& moment) {
+    Vector6 wrench;
+    wrench << force, moment;
+    if (!wrench.isZero(0)) loads.emplace_back(node, wrench);
+  };
+  for (const PointMass& mass : manipulator.chains()[chain].masses())
+    add(mass.node, load.gravity * mass.mass * manipulator.gravity(), spatial::Vector3::Zero());
+  for (const NodeLoad& node : load.nodes)
+    if (node.chain == chain) add(node.node, node.force, node.moment);
+  return loads;
+}
+
 }  // namespace
 
-Vector6 Scale::twist() const {
-  Vector6 s = Vector6::Ones();
-  s.tail<3>().setConstant(length);
-  return s;
-}
-
-Vector6 Scale::wrench() const { return twist().cwiseInverse() / stiffness; }
-
-Vector6 Load::at_reference_point(const Pose& platform) const {
-  Vector6 wrench;
-  wrench << force, moment + (platform.rotation() * point_on_platform).cross(force);
-  return wrench;
-}
-
-Matrix6 Load::derivative(const Pose& platform) const {
-  // d((dphi x r) x f) with r = R * point_on_platform
-  Matrix6 d = Matrix6::Zero();
-  d.bottomRightCorner<3, 3>() =
-      spatial::skew(force) * spatial::skew(platform.rotation() * point_on_platform);
-  return d;
-}
-
 double SystemVector::norm() const {
-  double sum = platform.squaredNorm();
+  double sum = bodies.squaredNorm();
   for (const Vector6& w : wrenches) sum += w.squaredNorm();
   for (const VectorXd& x : coordinates) sum += x.squaredNorm();
   return std::sqrt(sum);
-}
-
-void RobustFactor::compute(const MatrixXd& matrix) {
-  lu_.compute(matrix);
-  const auto pivots = lu_.matrixLU().diagonal().cwiseAbs();
-  singular_ = !(pivots.minCoeff() > 1e-13 * pivots.maxCoeff());
-  if (!singular_) return;
-  matrix_ = matrix;
-  orthogonal_.setThreshold(1e-11);
-  orthogonal_.compute(matrix);
-}
-
-MatrixXd RobustFactor::solve(const MatrixXd& right, bool* consistent) const {
-  if (consistent) *consistent = true;
-  if (!singular_) return lu_.solve(right);
-  MatrixXd solution = orthogonal_.solve(right);
-  if (consistent) *consistent = (matrix_ * solution - right).norm() <= 1e-8 * right.norm();
-  return solution;
-}
-
-MatrixXd null_space(const MatrixXd& matrix, double tolerance) {
-  if (matrix.size() == 0) return MatrixXd::Identity(matrix.cols(), matrix.cols());
-  Eigen::ColPivHouseholderQR<MatrixXd> qr;
-  qr.setThreshold(tolerance);
-  qr.compute(matrix.transpose());
-  const MatrixXd q = qr.householderQ() * MatrixXd::Identity(matrix.cols(), matrix.cols());
-  return q.rightCols(matrix.cols() - qr.rank());
-}
-
-ChainEquations::ChainEquations(const Chain& chain, VectorXd rest, const Scale& scale)
-    : chain_(chain), rest_(std::move(rest)), scale_(scale), free_(chain.free_coordinates()) {
-  unit_.resize(size());
-  for (Index k = 0; k < size(); ++k) {
-    const auto c = static_cast<std::size_t>(free_[static_cast<std::size_t>(k)]);
-    unit_[k] = is_rotation(chain.coordinates()[c].motion) ? scale.length : 1.0;
-  }
-}
-
-void ChainEquations::set(const VectorXd& x, const Vector6& wrench) {
-  x_ = x;
-  wrench_ = wrench;
-  evaluate(chain_, x, kinematics_);
-}
-
-VectorXd ChainEquations::gather_force(const VectorXd& full) const {
-  return full(free_).cwiseQuotient(unit_) / scale_.stiffness;
-}
-
-VectorXd ChainEquations::unbalanced() const {
-  return gather_force(kinematics_.jacobian.transpose() * wrench_ -
-                      chain_.stiffness() * (x_ - rest_));
-}
-
-MatrixXd ChainEquations::jacobian() const {
-  return scale_.twist().asDiagonal() * kinematics_.jacobian(Eigen::all, free_) *
-         unit_.cwiseInverse().asDiagonal();
-}
-
-MatrixXd ChainEquations::energy_hessian() const {
-  const MatrixXd lower = matrix_.bottomRightCorner(size(), size());
-  return -0.5 * (lower + lower.transpose());
-}
-
-VectorXd ChainEquations::unbalanced_by_log_stiffness(const Spring& spring) const {
-  VectorXd force = VectorXd::Zero(chain_.size());
-  const Index n = spring.stiffness.rows();
-  force.segment(spring.first, n) = -spring.stiffness * (x_ - rest_).segment(spring.first, n);
-  return gather_force(force);
-}
-
-double ChainEquations::energy() const {
-  const VectorXd deflection = x_ - rest_;
-  return 0.5 * deflection.dot(chain_.stiffness() * deflection);
-}
-
-VectorXd ChainEquations::full_increment(const VectorXd& scaled) const {
-  VectorXd full = VectorXd::Zero(chain_.size());
-  full(free_) = scaled.cwiseQuotient(unit_);
-  return full;
-}
-
-VectorXd ChainEquations::scaled_increment(const VectorXd& full) const {
-  return full(free_).cwiseProduct(unit_);
-}
-
-void ChainEquations::linearise(bool factorise) {
-  const Index n = size();
-  wrench_hessian(chain_, kinematics_, wrench_, hessian_);
-  const VectorXd inverse_unit = unit_.cwiseInverse();
-  matrix_.setZero(6 + n, 6 + n);
-  matrix_.topRightCorner(6, n) = jacobian();
-  matrix_.bottomLeftCorner(n, 6) = matrix_.topRightCorner(6, n).transpose();
-  matrix_.bottomRightCorner(n, n) = inverse_unit.asDiagonal() *
-                                    (hessian_ - chain_.stiffness())(free_, free_) *
-                                    inverse_unit.asDiagonal() / scale_.stiffness;
-  if (factorise) factor_.compute(matrix_);
 }
 
 EquilibriumSystem::EquilibriumSystem(const Manipulator& manipulator, const Posture& posture)
@@ -162,115 +60,186 @@ EquilibriumSystem::EquilibriumSystem(const Manipulator& manipulator, const Postu
   scale_.stiffness = stiffest(manipulator, scale_.length);
   for (std::size_t c = 0; c < manipulator.size(); ++c) {
     const Chain& chain = manipulator.chains()[c];
-    chains_.emplace_back(chain, posture.rest(chain, c), scale_);
-    chains_.back().set(posture.coordinates[c], Vector6::Zero());
+    const int from = manipulator.span(c).from;
+    chains_.emplace_back(chain, posture.rest(chain, c), scale_, from != Span::base);
+    chains_.back().set(posture.body(from), posture.coordinates[c], Vector6::Zero());
     const MatrixXd jacobian = chains_.back().jacobian();
     rigid_ |= jacobian.cols() < 6 || null_space(jacobian.transpose()).cols() > 0;
   }
+  by_end_.resize(chains_.size());
+  by_origin_.resize(chains_.size());
 }
 
 SystemState EquilibriumSystem::relaxed_state() const {
   SystemState state;
-  state.platform = posture_.platform;
+  for (int body = 0; body < static_cast<int>(manipulator_.body_count()); ++body)
+    state.bodies.push_back(posture_.body(body));
   state.wrenches.assign(chains_.size(), Vector6::Zero());
   state.coordinates = posture_.coordinates;
-  // Preloaded passive springs start at the posture too: their force is part of the first residual.
   return state;
 }
 
 void EquilibriumSystem::set(const SystemState& state, const Load& load) {
   state_ = state;
   load_ = load;
-  for (std::size_t c = 0; c < chains_.size(); ++c)
-    chains_[c].set(state.coordinates[c], state.wrenches[c]);
+  for (std::size_t c = 0; c < chains_.size(); ++c) {
+    const int from = manipulator_.span(c).from;
+    chains_[c].set_node_loads(node_loads(manipulator_, c, load));
+    chains_[c].set(from == Span::base ? Pose() : state.bodies[static_cast<std::size_t>(from)],
+                   state.coordinates[c], state.wrenches[c]);
+  }
+}
+
+Index EquilibriumSystem::free_bodies() const {
+  return static_cast<Index>(manipulator_.body_count()) - (held_ ? 1 : 0);
+}
+
+Index EquilibriumSystem::row_of(int body) const {
+  if (body == Span::base) return -1;
+  return 6 * (body - (held_ ? 1 : 0));
+}
+
+Matrix6 EquilibriumSystem::load_matrix() const {
+  return scale_.wrench().asDiagonal() * load_.derivative(state_.bodies[0]) *
+         scale_.twist().cwiseInverse().asDiagonal();
 }
 
 void EquilibriumSystem::linearise(bool platform_held) {
   held_ = platform_held;
-  if (!held_ && one_dense_matrix()) {
+  if (one_dense_matrix()) {
     linearise_dense();
   } else {
-    linearise_by_chains();
+    factorise_by_chains();
   }
 }
 
 void EquilibriumSystem::linearise_by_chains() {
-  Matrix6 sum = Matrix6::Zero();
-  for (ChainEquations& chain : chains_) {
-    chain.linearise(true);
-    if (held_) continue;
-    MatrixXd unit = MatrixXd::Zero(6 + chain.size(), 6);
-    unit.topRows<6>().setIdentity();
-    sum += chain.factor().solve(unit).topRows<6>();
-  }
-  if (held_) return;
-  const Matrix6 load = scale_.wrench().asDiagonal() * load_.derivative(state_.platform) *
-                       scale_.twist().cwiseInverse().asDiagonal();
-  platform_factor_.compute(sum - load);
+  held_ = false;
+  factorise_by_chains();
 }
 
-// Rows: gap of each chain, balance of each chain, balance of the platform; columns: t, then F_i,
-// x_i.
+// Adds a chain, its own unknowns eliminated, to the balance of the bodies.
+void EquilibriumSystem::add_chain_to_bodies(std::size_t c, MatrixXd& matrix, Index to,
+                                            Index from) const {
+  const Index n = chains_[c].size();
+  if (to >= 0) matrix.block<6, 6>(to, to) += by_end_[c].topRows<6>();
+  if (from < 0) return;
+  const ChainEquations& chain = chains_[c];
+  const auto on_origin = [&](const MatrixXd& response) {
+    return Matrix6(chain.end_by_origin().transpose() * response.topRows<6>() +
+                   chain.origin_by_balance() * response.bottomRows(n));
+  };
+  matrix.block<6, 6>(from, from) -= on_origin(by_origin_[c]) + chain.origin_by_origin();
+  if (to < 0) return;
+  matrix.block<6, 6>(to, from) += by_origin_[c].topRows<6>();
+  matrix.block<6, 6>(from, to) -= on_origin(by_end_[c]);
+}
+
+void EquilibriumSystem::factorise_by_chains() {
+  MatrixXd matrix = MatrixXd::Zero(6 * free_bodies(), 6 * free_bodies());
+  if (!held_) matrix.topLeftCorner<6, 6>() = -load_matrix();
+  for (std::size_t c = 0; c < chains_.size(); ++c) {
+    ChainEquations& chain = chains_[c];
+    chain.linearise(true);
+    const Index to = row_of(manipulator_.span(c).to), from = row_of(manipulator_.span(c).from);
+    if (to < 0 && from < 0) continue;
+    MatrixXd right = MatrixXd::Zero(6 + chain.size(), 6);
+    right.topRows<6>().setIdentity();
+    by_end_[c] = chain.factor().solve(right);
+    if (chain.origin_moves()) {
+      right << -chain.end_by_origin(), -chain.balance_by_origin();
+      by_origin_[c] = chain.factor().solve(right);
+    }
+    add_chain_to_bodies(c, matrix, to, from);
+  }
+  factor_.compute(matrix);
+}
+
+// Rows: balance of the bodies, then gap and balance of each chain; columns: t_b, then F_i, x_i.
 void EquilibriumSystem::linearise_dense() {
-  Index size = 6;
+  Index size = 6 * free_bodies();
   for (ChainEquations& chain : chains_) {
     chain.linearise(false);
     size += chain.matrix().rows();
   }
   MatrixXd matrix = MatrixXd::Zero(size, size);
-  matrix.topLeftCorner<6, 6>() =
-      -(scale_.wrench().asDiagonal() * load_.derivative(state_.platform) *
-        scale_.twist().cwiseInverse().asDiagonal());
-  Index at = 6;
-  for (const ChainEquations& chain : chains_) {
-    matrix.block(0, at, 6, 6).setIdentity();
-    matrix.block(at, 0, 6, 6) = -Matrix6::Identity();
-    matrix.block(at, at, chain.matrix().rows(), chain.matrix().cols()) = chain.matrix();
-    at += chain.matrix().rows();
+  if (!held_) matrix.topLeftCorner<6, 6>() = -load_matrix();
+  Index at = 6 * free_bodies();
+  for (std::size_t c = 0; c < chains_.size(); ++c) {
+    const ChainEquations& chain = chains_[c];
+    const Index n = chain.size();
+    matrix.block(at, at, 6 + n, 6 + n) = chain.matrix();
+    const Index to = row_of(manipulator_.span(c).to), from = row_of(manipulator_.span(c).from);
+    if (to >= 0) {
+      matrix.block(to, at, 6, 6).setIdentity();
+      matrix.block(at, to, 6, 6) = -Matrix6::Identity();
+    }
+    if (from >= 0) {
+      matrix.block(from, at, 6, 6) = -chain.end_by_origin().transpose();
+      matrix.block(from, at + 6, 6, n) = -chain.origin_by_balance();
+      matrix.block<6, 6>(from, from) -= chain.origin_by_origin();
+      matrix.block(at, from, 6, 6) = chain.end_by_origin();
+      matrix.block(at + 6, from, n, 6) = chain.balance_by_origin();
+    }
+    at += 6 + n;
   }
-  platform_factor_.compute(matrix);
+  factor_.compute(matrix);
 }
 
 SystemVector EquilibriumSystem::zero() const {
   SystemVector v;
+  v.bodies = VectorXd::Zero(6 * static_cast<Index>(manipulator_.body_count()));
   v.wrenches.assign(chains_.size(), Vector6::Zero());
   for (const ChainEquations& chain : chains_) v.coordinates.push_back(VectorXd::Zero(chain.size()));
   return v;
 }
 
+Vector6 EquilibriumSystem::platform_wrench() const {
+  Vector6 sum = Vector6::Zero();
+  for (std::size_t c = 0; c < chains_.size(); ++c) {
+    if (manipulator_.span(c).to == Span::platform) sum += state_.wrenches[c];
+    if (manipulator_.span(c).from == Span::platform) sum -= chains_[c].wrench_on_origin();
+  }
+  return sum;
+}
+
 SystemVector EquilibriumSystem::newton_right_hand_side() const {
   SystemVector right = zero();
-  right.platform = load_.at_reference_point(state_.platform);
+  right.bodies.head<6>() = load_.at_reference_point(state_.bodies[0]);
   for (std::size_t c = 0; c < chains_.size(); ++c) {
-    right.platform -= state_.wrenches[c];
-    right.wrenches[c] =
-        scale_.twist().cwiseProduct(spatial::pose_difference(chains_[c].end(), state_.platform));
+    const Span& span = manipulator_.span(c);
+    right.bodies.segment<6>(6 * span.to) -= state_.wrenches[c];
+    if (span.from != Span::base)
+      right.bodies.segment<6>(6 * span.from) += chains_[c].wrench_on_origin();
+    right.wrenches[c] = scale_.twist().cwiseProduct(spatial::pose_difference(
+        chains_[c].end(), state_.bodies[static_cast<std::size_t>(span.to)]));
     right.coordinates[c] = -chains_[c].unbalanced();
   }
-  right.platform = scale_.wrench().cwiseProduct(right.platform);
-  if (held_) right.platform.setZero();
+  for (Index b = 0; b < right.bodies.size(); b += 6)
+    right.bodies.segment<6>(b) = scale_.wrench().cwiseProduct(right.bodies.segment<6>(b));
+  if (held_) right.bodies.head<6>().setZero();
   return right;
 }
 
 SystemVector EquilibriumSystem::solve(const SystemVector& right) const {
-  return !held_ && one_dense_matrix() ? solve_dense(right) : solve_by_chains(right);
+  return one_dense_matrix() ? solve_dense(right) : solve_by_chains(right);
 }
 
 SystemVector EquilibriumSystem::solve_dense(const SystemVector& right) const {
-  Index size = 6;
+  const Index bodies = 6 * free_bodies();
+  Index size = bodies;
   for (const ChainEquations& chain : chains_) size += 6 + chain.size();
   VectorXd r(size);
-  r.head<6>() = right.platform;
-  Index at = 6;
+  r.head(bodies) = right.bodies.tail(bodies);
+  Index at = bodies;
   for (std::size_t c = 0; c < chains_.size(); ++c) {
-    r.segment<6>(at) = right.wrenches[c];
-    r.segment(at + 6, chains_[c].size()) = right.coordinates[c];
+    r.segment(at, 6 + chains_[c].size()) << right.wrenches[c], right.coordinates[c];
     at += 6 + chains_[c].size();
   }
-  const VectorXd z = platform_factor_.solve(r, &consistent_);
+  const VectorXd z = factor_.solve(r, &consistent_);
   SystemVector solution = zero();
-  solution.platform = z.head<6>();
-  at = 6;
+  solution.bodies.tail(bodies) = z.head(bodies);
+  at = bodies;
   for (std::size_t c = 0; c < chains_.size(); ++c) {
     solution.wrenches[c] = z.segment<6>(at);
     solution.coordinates[c] = z.segment(at + 6, chains_[c].size());
@@ -279,38 +248,60 @@ SystemVector EquilibriumSystem::solve_dense(const SystemVector& right) const {
   return solution;
 }
 
+// Right-hand side of a chain's own equations when the bodies move.
+VectorXd EquilibriumSystem::chain_right(std::size_t c, const SystemVector& right,
+                                        const VectorXd& bodies) const {
+  VectorXd r(6 + chains_[c].size());
+  r << right.wrenches[c], right.coordinates[c];
+  const Span& span = manipulator_.span(c);
+  r.head<6>() += bodies.segment<6>(6 * span.to);
+  if (span.from != Span::base) {
+    const Vector6 origin = bodies.segment<6>(6 * span.from);
+    r.head<6>() -= chains_[c].end_by_origin() * origin;
+    r.tail(chains_[c].size()) -= chains_[c].balance_by_origin() * origin;
+  }
+  return r;
+}
+
 SystemVector EquilibriumSystem::solve_by_chains(const SystemVector& right) const {
   SystemVector solution = zero();
   consistent_ = true;
-  const auto solve_chain = [&](std::size_t c, const Vector6& gap) {
-    VectorXd r(6 + chains_[c].size());
-    r << gap, right.coordinates[c];
+  const auto solve_chain = [&](std::size_t c) {
     bool consistent = true;
-    const VectorXd z = chains_[c].factor().solve(r, &consistent);
+    const VectorXd z =
+        chains_[c].factor().solve(chain_right(c, right, solution.bodies), &consistent);
     consistent_ &= consistent;
     solution.wrenches[c] = z.head<6>();
     solution.coordinates[c] = z.tail(chains_[c].size());
   };
-  if (!held_) {
-    Vector6 balance = right.platform;
+  const Index bodies = 6 * free_bodies();
+  if (bodies > 0) {
+    VectorXd balance = right.bodies;
     for (std::size_t c = 0; c < chains_.size(); ++c) {
-      solve_chain(c, right.wrenches[c]);
-      balance -= solution.wrenches[c];
+      solve_chain(c);
+      const Span& span = manipulator_.span(c);
+      balance.segment<6>(6 * span.to) -= solution.wrenches[c];
+      if (span.from != Span::base)
+        balance.segment<6>(6 * span.from) +=
+            chains_[c].end_by_origin().transpose() * solution.wrenches[c] +
+            chains_[c].origin_by_balance() * solution.coordinates[c];
     }
     bool consistent = true;
-    solution.platform = platform_factor_.solve(balance, &consistent);
+    solution.bodies.tail(bodies) = factor_.solve(balance.tail(bodies).eval(), &consistent);
     consistent_ &= consistent;
   }
-  for (std::size_t c = 0; c < chains_.size(); ++c)
-    solve_chain(c, right.wrenches[c] + solution.platform);
+  for (std::size_t c = 0; c < chains_.size(); ++c) solve_chain(c);
   return solution;
 }
 
 SystemState EquilibriumSystem::moved(const SystemState& state, const SystemVector& correction,
                                      double factor) const {
   SystemState next = state;
-  next.platform = spatial::displaced(state.platform,
-                                     factor * correction.platform.cwiseQuotient(scale_.twist()));
+  for (std::size_t b = 0; b < state.bodies.size(); ++b)
+    next.bodies[b] = spatial::displaced(
+        state.bodies[b],
+        factor *
+            correction.bodies.segment<6>(static_cast<Index>(6 * b)).cwiseQuotient(scale_.twist()));
   for (std::size_t c = 0; c < chains_.size(); ++c) {
     next.wrenches[c] += factor * correction.wrenches[c].cwiseQuotient(scale_.wrench());
     next.coordinates[c] += factor * chains_[c].full_increment(correction.coordinates[c]);
@@ -334,42 +325,96 @@ MatrixXd EquilibriumSystem::chain_motion(std::size_t c) const {
   return motion;
 }
 
-Matrix6 EquilibriumSystem::platform_compliance() {
+Matrix6 EquilibriumSystem::platform_stiffness() const {
+  const Index inner = 6 * static_cast<Index>(manipulator_.body_count()) - 6;
+  MatrixXd matrix = MatrixXd::Zero(6 + inner, 6 + inner);
+  for (std::size_t c = 0; c < chains_.size(); ++c) {
+    const Span& span = manipulator_.span(c);
+    add_chain_to_bodies(c, matrix, 6 * span.to, span.from == Span::base ? -1 : 6 * span.from);
+  }
+  Matrix6 scaled = matrix.topLeftCorner<6, 6>();
+  if (inner > 0) {
+    RobustFactor followers;
+    followers.compute(matrix.bottomRightCorner(inner, inner));
+    scaled -= matrix.topRightCorner(6, inner) * followers.solve(matrix.bottomLeftCorner(inner, 6));
+  }
+  return scale_.wrench().cwiseInverse().asDiagonal() * scaled * scale_.twist().asDiagonal();
+}
+
+Matrix6 EquilibriumSystem::platform_compliance() const {
   Matrix6 compliance;
   bool all_consistent = true;
   for (int j = 0; j < 6; ++j) {
     SystemVector right = zero();
-    right.platform[j] = scale_.wrench()[j];
-    compliance.col(j) = solve(right).platform.cwiseQuotient(scale_.twist());
+    right.bodies[j] = scale_.wrench()[j];
+    compliance.col(j) = solve(right).bodies.head<6>().cwiseQuotient(scale_.twist());
     all_consistent &= consistent_;
   }
   consistent_ = all_consistent;
   return compliance;
 }
 
-MatrixXd EquilibriumSystem::held_energy_hessian(std::size_t c) const {
+MatrixXd EquilibriumSystem::chain_energy_hessian(std::size_t c) const {
   const MatrixXd basis = null_space(chains_[c].jacobian());
   return basis.transpose() * chains_[c].energy_hessian() * basis;
 }
 
-MatrixXd EquilibriumSystem::free_energy_hessian() const {
-  Index size = 6;
-  for (const ChainEquations& chain : chains_) size += chain.size();
-  const auto m = static_cast<Index>(6 * chains_.size());
-  MatrixXd constraint = MatrixXd::Zero(m, size), hessian = MatrixXd::Zero(size, size);
-  const Matrix6 load = scale_.wrench().asDiagonal() * load_.derivative(state_.platform) *
-                       scale_.twist().cwiseInverse().asDiagonal();
-  hessian.topLeftCorner<6, 6>() = -0.5 * (load + load.transpose());
-  Index at = 6;
-  for (std::size_t c = 0; c < chains_.size(); ++c) {
+namespace {
+
+// Rows that tie the chains' ends to the bodies, and the second derivative of the energy, in
+// [bodies; coordinates of all chains].
+struct ConstrainedEnergy {
+  MatrixXd constraint, hessian;
+};
+
+ConstrainedEnergy constrained_energy(const Manipulator& manipulator,
+                                     const std::vector<ChainEquations>& chains) {
+  const Index bodies = 6 * static_cast<Index>(manipulator.body_count());
+  Index size = bodies;
+  for (const ChainEquations& chain : chains) size += chain.size();
+  ConstrainedEnergy e{MatrixXd::Zero(static_cast<Index>(6 * chains.size()), size),
+                      MatrixXd::Zero(size, size)};
+  Index at = bodies;
+  for (std::size_t c = 0; c < chains.size(); ++c) {
     const auto row = static_cast<Index>(6 * c);
-    constraint.block<6, 6>(row, 0) = -Matrix6::Identity();
-    constraint.block(row, at, 6, chains_[c].size()) = chains_[c].jacobian();
-    hessian.block(at, at, chains_[c].size(), chains_[c].size()) = chains_[c].energy_hessian();
-    at += chains_[c].size();
+    const Span& span = manipulator.span(c);
+    const Index n = chains[c].size();
+    e.constraint.block<6, 6>(row, 6 * span.to) = -Matrix6::Identity();
+    e.constraint.block(row, at, 6, n) = chains[c].jacobian();
+    e.hessian.block(at, at, n, n) = chains[c].energy_hessian();
+    if (span.from != Span::base) {
+      e.constraint.block<6, 6>(row, 6 * span.from) = chains[c].end_by_origin();
+      e.hessian.block(at, 6 * span.from, n, 6) -= chains[c].balance_by_origin();
+      e.hessian.block(6 * span.from, at, 6, n) -= chains[c].origin_by_balance();
+      e.hessian.block<6, 6>(6 * span.from, 6 * span.from) -= chains[c].origin_by_origin();
+    }
+    at += n;
   }
-  const MatrixXd basis = null_space(constraint);
-  return basis.transpose() * hessian * basis;
+  return e;
+}
+
+}  // namespace
+
+MatrixXd EquilibriumSystem::energy_hessian(bool platform_held) const {
+  ConstrainedEnergy e = constrained_energy(manipulator_, chains_);
+  e.hessian.topLeftCorner<6, 6>() -= load_matrix();
+  const Index first = platform_held ? 6 : 0, size = e.hessian.rows() - first;
+  const MatrixXd basis = null_space(e.constraint.rightCols(size));
+  const MatrixXd reduced = basis.transpose() * e.hessian.bottomRightCorner(size, size) * basis;
+  return 0.5 * (reduced + reduced.transpose());
+}
+
+Matrix6X EquilibriumSystem::motions_without_energy() const {
+  const ConstrainedEnergy e = constrained_energy(manipulator_, chains_);
+  MatrixXd rows(e.constraint.rows() + e.hessian.rows(), e.hessian.cols());
+  rows << e.constraint, e.hessian;
+  const MatrixXd null = null_space(rows, 1e-11).topRows<6>();
+  if (null.cols() == 0) return Matrix6X(6, 0);
+  Eigen::ColPivHouseholderQR<MatrixXd> qr;
+  qr.setThreshold(1e-9);
+  qr.compute(null);
+  const MatrixXd q = qr.householderQ() * MatrixXd::Identity(6, qr.rank());
+  return scale_.twist().cwiseInverse().asDiagonal() * q;
 }
 
 }  // namespace kinetostat::vjm

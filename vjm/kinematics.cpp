@@ -18,17 +18,30 @@ void turn(Matrix3& rotation, int axis, double angle) {
   rotation.col(b) = c * v - s * u;
 }
 
+// Velocity of a point that a joint moves, from the joint's twist at the end point.
+Vector3 velocity_at(const Matrix6X& twists, Eigen::Index joint, const Vector3& from_end) {
+  return twists.col(joint).head<3>() + twists.col(joint).tail<3>().cross(from_end);
+}
+
 }  // namespace
 
-void evaluate(const Chain& chain, const Eigen::VectorXd& x, ChainKinematics& kinematics) {
+void evaluate(const Chain& chain, const Eigen::VectorXd& x, ChainKinematics& kinematics,
+              const spatial::Pose& origin) {
   const auto joints = static_cast<Eigen::Index>(chain.joints().size());
   Matrix6X& twists = kinematics.joint_twists;
   twists.resize(6, joints);
-  Matrix3 rotation = Matrix3::Identity();
-  Vector3 position = Vector3::Zero();
+  Matrix3 rotation = origin.rotation();
+  Vector3 position = origin.position();
+  kinematics.nodes.resize(chain.nodes().size());
+  std::size_t node = 0;
+  const auto place_nodes = [&](Eigen::Index joints_passed) {
+    for (; node < chain.nodes().size() && chain.nodes()[node].joints == joints_passed; ++node)
+      kinematics.nodes[node] = position + rotation * chain.nodes()[node].position;
+  };
 
   // First pass: the axis of each joint in the tail rows, its origin in the head rows.
   for (Eigen::Index j = 0; j < joints; ++j) {
+    place_nodes(j);
     const Joint& joint = chain.joints()[static_cast<std::size_t>(j)];
     if (!joint.before_is_identity) {
       position += rotation * joint.before.position();
@@ -43,6 +56,7 @@ void evaluate(const Chain& chain, const Eigen::VectorXd& x, ChainKinematics& kin
       position += value * rotation.col(axis);
     }
   }
+  place_nodes(joints);
   position += rotation * chain.tail().position();
   rotation = rotation * chain.tail().rotation();
   // Rounding in a long product leaves the rotation orthonormal to about 1e-15 per joint.
@@ -65,25 +79,43 @@ void evaluate(const Chain& chain, const Eigen::VectorXd& x, ChainKinematics& kin
   }
 }
 
-void wrench_hessian(const Chain& chain, const ChainKinematics& kinematics, const Vector6& wrench,
-                    Eigen::MatrixXd& result) {
-  const Vector3 force = wrench.head<3>(), moment = wrench.tail<3>();
+PointWrench at_end(const Chain& chain, const ChainKinematics& kinematics, const Vector6& wrench) {
+  return {wrench, kinematics.end.position(), static_cast<Eigen::Index>(chain.joints().size())};
+}
+
+PointWrench at_node(const Chain& chain, const ChainKinematics& kinematics, std::size_t node,
+                    const Vector6& wrench) {
+  return {wrench, kinematics.nodes[node], chain.nodes()[node].joints};
+}
+
+void add_generalised_force(const Chain& chain, const ChainKinematics& kinematics,
+                           const PointWrench& load, Eigen::VectorXd& force) {
+  const Vector3 from_end = load.point - kinematics.end.position();
+  for (Eigen::Index j = 0; j < load.joints; ++j)
+    force[chain.joints()[static_cast<std::size_t>(j)].coordinate] +=
+        load.wrench.head<3>().dot(velocity_at(kinematics.joint_twists, j, from_end)) +
+        load.wrench.tail<3>().dot(kinematics.joint_twists.col(j).tail<3>());
+}
+
+void add_wrench_hessian(const Chain& chain, const ChainKinematics& kinematics,
+                        const PointWrench& load, Eigen::MatrixXd& hessian) {
+  const Vector3 force = load.wrench.head<3>(), moment = load.wrench.tail<3>();
+  const Vector3 from_end = load.point - kinematics.end.position();
   const Matrix6X& twists = kinematics.joint_twists;
   const auto& joints = chain.joints();
-  result.setZero(chain.size(), chain.size());
-  for (Eigen::Index i = 0; i < twists.cols(); ++i) {
+  for (Eigen::Index i = 0; i < load.joints; ++i) {
     const Joint& inner = joints[static_cast<std::size_t>(i)];
     if (!is_rotation(inner.motion)) continue;  // every term has w_i
     const Vector3 w = twists.col(i).tail<3>();
     // f . (w x v) = (f x w) . v
     const Vector3 force_arm = force.cross(w), moment_arm = moment.cross(w);
     const Eigen::Index k = inner.coordinate;
-    result(k, k) += force_arm.dot(twists.col(i).head<3>());
-    for (Eigen::Index j = i + 1; j < twists.cols(); ++j) {
+    hessian(k, k) += force_arm.dot(velocity_at(twists, i, from_end));
+    for (Eigen::Index j = i + 1; j < load.joints; ++j) {
       const Eigen::Index l = joints[static_cast<std::size_t>(j)].coordinate;
-      const double f = force_arm.dot(twists.col(j).head<3>());
-      result(l, k) += f + moment_arm.dot(twists.col(j).tail<3>());
-      result(k, l) += f;
+      const double f = force_arm.dot(velocity_at(twists, j, from_end));
+      hessian(l, k) += f + moment_arm.dot(twists.col(j).tail<3>());
+      hessian(k, l) += f;
     }
   }
 }

@@ -1,6 +1,7 @@
 #include "kinetostat/vjm/posture.h"
 
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include <Eigen/Cholesky>
@@ -184,88 +185,185 @@ JointName find_joint(const Manipulator& manipulator, const std::string& name) {
                                           near.empty() ? "" : " (did you mean '" + near + "'?)"));
 }
 
-// Passive joints of all chains and the platform pose, solved together.
-PostureResult close_loops(const Manipulator& manipulator, Posture posture,
-                          const PostureOptions& options) {
-  struct Unknown {
+// Closes all loops at once: unknown are the poses of the bodies (the platform's too, unless it is
+// given) and the joints that are free to choose.
+class LoopCloser {
+ public:
+  LoopCloser(const Manipulator& manipulator, std::vector<VectorXd> start,
+             const std::optional<Pose>& platform, const PostureOptions& options)
+      : manipulator_(manipulator), options_(options), platform_given_(platform) {
+    posture_.coordinates = std::move(start);
+    kinematics_.resize(manipulator.size());
+    for (std::size_t c = 0; c < manipulator.size(); ++c)
+      length_ = std::max(
+          length_, chain_scale(manipulator.chains()[c], kinematics_[c], posture_.coordinates[c]));
+    place_bodies();
+    choose_joints();
+  }
+
+  PostureResult solve() {
+    const auto n = static_cast<Index>(joints_.size());
+    const std::vector<Pose> origin = bodies_;
+    VectorXd z = VectorXd::Zero(6 * moving_bodies() + n);
+    for (Index k = 0; k < n; ++k) z[6 * moving_bodies() + k] = value(k);
+    const double accepted = std::max(options_.tolerance, 1e-12 * length_);
+    const auto evaluate_loops = [&](const VectorXd& values, Residual& residual) {
+      set(values, origin);
+      fill(residual);
+    };
+    z = solve_least_squares(z, evaluate_loops, 0.1 * accepted, options_.max_iterations);
+    Residual residual;
+    evaluate_loops(z, residual);
+    return result(residual, accepted);
+  }
+
+ private:
+  struct Joint {
     std::size_t chain;
     Index coordinate;
     double unit;
   };
-  std::vector<ChainKinematics> kinematics(manipulator.size());
-  double length = 0;
-  for (std::size_t c = 0; c < manipulator.size(); ++c)
-    length = std::max(length,
-                      chain_scale(manipulator.chains()[c], kinematics[c], posture.coordinates[c]));
-  posture.platform = kinematics[0].end;
-  std::vector<Unknown> unknowns;
-  for (std::size_t c = 0; c < manipulator.size(); ++c) {
-    const Chain& chain = manipulator.chains()[c];
-    for (const Index k : chain.posture_coordinates()) {
-      const Coordinate& coordinate = chain.coordinates()[static_cast<std::size_t>(k)];
-      if (coordinate.role == Role::passive)
-        unknowns.push_back({c, k, is_rotation(coordinate.motion) ? length : 1.0});
-    }
-  }
-  const auto n = static_cast<Index>(unknowns.size());
-  const auto m = static_cast<Index>(6 * manipulator.size());
-  const Pose origin = posture.platform;
-  const auto set = [&](const VectorXd& z) {
-    for (Index k = 0; k < n; ++k) {
-      const Unknown& u = unknowns[static_cast<std::size_t>(k)];
-      posture.coordinates[u.chain][u.coordinate] = z[6 + k] / u.unit;
-    }
-    Vector6 displacement = z.head<6>();
-    displacement.tail<3>() /= length;
-    posture.platform = spatial::displaced(origin, displacement);
-  };
-  VectorXd z = VectorXd::Zero(6 + n);
-  for (Index k = 0; k < n; ++k) {
-    const Unknown& u = unknowns[static_cast<std::size_t>(k)];
-    z[6 + k] = posture.coordinates[u.chain][u.coordinate] * u.unit;
-  }
-  const auto evaluate_loops = [&](const VectorXd& values, Residual& residual) {
-    set(values);
-    residual.error.resize(m);
-    residual.jacobian.setZero(m, 6 + n);
-    for (std::size_t c = 0; c < manipulator.size(); ++c) {
-      evaluate(manipulator.chains()[c], posture.coordinates[c], kinematics[c]);
-      const auto row = static_cast<Index>(6 * c);
-      residual.error.segment<6>(row) =
-          scaled_difference(kinematics[c].end, posture.platform, length);
-      residual.jacobian.block<6, 6>(row, 0).setIdentity();
-    }
-    for (Index k = 0; k < n; ++k) {
-      const Unknown& u = unknowns[static_cast<std::size_t>(k)];
-      const auto row = static_cast<Index>(6 * u.chain);
-      residual.jacobian.block<6, 1>(row, 6 + k) =
-          -kinematics[u.chain].jacobian.col(u.coordinate) / u.unit;
-      residual.jacobian.block<3, 1>(row + 3, 6 + k) *= length;
-    }
-  };
-  const double accepted = std::max(options.tolerance, 1e-12 * length);
-  z = solve_least_squares(z, evaluate_loops, 0.1 * accepted, options.max_iterations);
 
-  Residual residual;
-  evaluate_loops(z, residual);
-  PostureResult result;
-  result.posture = posture;
-  result.reached = residual.error.lpNorm<Eigen::Infinity>() <= accepted;
-  Index worst = 0;
-  residual.error.cwiseAbs().maxCoeff(&worst);
-  result.error = residual.error.segment<6>(worst - worst % 6);
-  result.error.tail<3>() /= length;
-  if (!result.reached)
-    result.reason =
-        "the loops cannot be closed with these joint values: " +
-        miss_text(manipulator.chains()[static_cast<std::size_t>(worst / 6)].name(), result.error);
-  return result;
+  Index moving_bodies() const {
+    return static_cast<Index>(bodies_.size()) - (platform_given_ ? 1 : 0);
+  }
+  Index column_of(int body) const { return 6 * (body - (platform_given_ ? 1 : 0)); }
+  Pose origin_of(std::size_t c) const {
+    const int from = manipulator_.span(c).from;
+    return from == Span::base ? Pose() : bodies_[static_cast<std::size_t>(from)];
+  }
+
+  // Each body where the first chain that leads to it from a known one puts it.
+  void place_bodies() {
+    bodies_.resize(manipulator_.body_count());
+    std::vector<bool> known(bodies_.size(), false);
+    if (platform_given_) bodies_[0] = *platform_given_;
+    if (platform_given_) known[0] = true;
+    for (std::size_t pass = 0; pass < bodies_.size(); ++pass)
+      for (std::size_t c = 0; c < manipulator_.size(); ++c) {
+        const Span& span = manipulator_.span(c);
+        const auto to = static_cast<std::size_t>(span.to);
+        if (known[to] || (span.from != Span::base && !known[static_cast<std::size_t>(span.from)]))
+          continue;
+        evaluate(manipulator_.chains()[c], posture_.coordinates[c], kinematics_[c], origin_of(c));
+        bodies_[to] = kinematics_[c].end;
+        known[to] = true;
+      }
+  }
+
+  void choose_joints() {
+    for (std::size_t c = 0; c < manipulator_.size(); ++c) {
+      const Chain& chain = manipulator_.chains()[c];
+      for (const Index k : chain.posture_coordinates()) {
+        const Coordinate& coordinate = chain.coordinates()[static_cast<std::size_t>(k)];
+        if (coordinate.role == Role::passive || platform_given_)
+          joints_.push_back({c, k, is_rotation(coordinate.motion) ? length_ : 1.0});
+      }
+    }
+  }
+
+  double value(Index k) const {
+    const Joint& joint = joints_[static_cast<std::size_t>(k)];
+    return posture_.coordinates[joint.chain][joint.coordinate] * joint.unit;
+  }
+
+  void set(const VectorXd& z, const std::vector<Pose>& origin) {
+    for (std::size_t b = platform_given_ ? 1 : 0; b < bodies_.size(); ++b) {
+      Vector6 displacement = z.segment<6>(column_of(static_cast<int>(b)));
+      displacement.tail<3>() /= length_;
+      bodies_[b] = spatial::displaced(origin[b], displacement);
+    }
+    for (std::size_t k = 0; k < joints_.size(); ++k)
+      posture_.coordinates[joints_[k].chain][joints_[k].coordinate] =
+          z[6 * moving_bodies() + static_cast<Index>(k)] / joints_[k].unit;
+  }
+
+  void fill(Residual& residual) {
+    const Index bodies = 6 * moving_bodies();
+    residual.error.resize(static_cast<Index>(6 * manipulator_.size()));
+    residual.jacobian.setZero(residual.error.size(), bodies + static_cast<Index>(joints_.size()));
+    for (std::size_t c = 0; c < manipulator_.size(); ++c) {
+      const Span& span = manipulator_.span(c);
+      evaluate(manipulator_.chains()[c], posture_.coordinates[c], kinematics_[c], origin_of(c));
+      const auto row = static_cast<Index>(6 * c);
+      const Pose& end = kinematics_[c].end;
+      residual.error.segment<6>(row) =
+          scaled_difference(end, bodies_[static_cast<std::size_t>(span.to)], length_);
+      if (column_of(span.to) >= 0)
+        residual.jacobian.block<6, 6>(row, column_of(span.to)).setIdentity();
+      if (span.from != Span::base && column_of(span.from) >= 0) {
+        residual.jacobian.block<6, 6>(row, column_of(span.from)) = -spatial::Matrix6::Identity();
+        residual.jacobian.block<3, 3>(row, column_of(span.from) + 3) =
+            spatial::skew(end.position() - origin_of(c).position()) / length_;
+      }
+    }
+    for (std::size_t k = 0; k < joints_.size(); ++k) {
+      const auto row = static_cast<Index>(6 * joints_[k].chain);
+      const Index column = bodies + static_cast<Index>(k);
+      residual.jacobian.block<6, 1>(row, column) =
+          -kinematics_[joints_[k].chain].jacobian.col(joints_[k].coordinate) / joints_[k].unit;
+      residual.jacobian.block<3, 1>(row + 3, column) *= length_;
+    }
+  }
+
+  PostureResult result(const Residual& residual, double accepted) const {
+    PostureResult result;
+    result.posture = posture_;
+    result.posture.platform = bodies_[0];
+    result.posture.inner_bodies.assign(bodies_.begin() + 1, bodies_.end());
+    result.reached = residual.error.lpNorm<Eigen::Infinity>() <= accepted;
+    Index worst = 0;
+    residual.error.cwiseAbs().maxCoeff(&worst);
+    result.error = residual.error.segment<6>(worst - worst % 6);
+    result.error.tail<3>() /= length_;
+    if (!result.reached)
+      result.reason =
+          (platform_given_ ? "" : "the loops cannot be closed with these joint values: ") +
+          miss_text(manipulator_.chains()[static_cast<std::size_t>(worst / 6)].name(),
+                    result.error);
+    return result;
+  }
+
+  const Manipulator& manipulator_;
+  PostureOptions options_;
+  std::optional<Pose> platform_given_;
+  Posture posture_;
+  std::vector<Pose> bodies_;
+  std::vector<Joint> joints_;
+  std::vector<ChainKinematics> kinematics_;
+  double length_ = 0;
+};
+
+std::vector<VectorXd> home_of(const Manipulator& manipulator) {
+  std::vector<VectorXd> home;
+  for (const Chain& chain : manipulator.chains()) home.push_back(chain.home());
+  return home;
+}
+
+// Mechanisms with inner bodies: from home, then from scattered starts like single chains.
+PostureResult mechanism_posture_at(const Manipulator& manipulator, const Pose& target,
+                                   const PostureOptions& options) {
+  PostureResult best;
+  for (int start = 0; start <= options.restarts; ++start) {
+    std::vector<VectorXd> coordinates;
+    ChainKinematics kinematics;
+    for (const Chain& chain : manipulator.chains())
+      coordinates.push_back(
+          starting_point(chain, start, chain_scale(chain, kinematics, chain.home())));
+    PostureResult result = LoopCloser(manipulator, std::move(coordinates), target, options).solve();
+    if (start == 0 || result.reached || result.error.norm() < best.error.norm())
+      best = std::move(result);
+    if (best.reached) break;
+  }
+  return best;
 }
 
 }  // namespace
 
 PostureResult posture_at(const Manipulator& manipulator, const Pose& target,
                          const PostureOptions& options) {
+  if (manipulator.has_errors()) return posture_at(manipulator.without_errors(), target, options);
+  if (!manipulator.is_parallel()) return mechanism_posture_at(manipulator, target, options);
   PostureResult result;
   result.reached = true;
   result.error.setZero();
@@ -289,20 +387,22 @@ PostureResult posture_at(const Manipulator& manipulator, const Pose& target,
 PostureResult posture_from_joints(const Manipulator& manipulator,
                                   const std::map<std::string, double>& coordinates,
                                   const PostureOptions& options) {
-  Posture posture;
-  for (const Chain& chain : manipulator.chains()) posture.coordinates.push_back(chain.home());
+  if (manipulator.has_errors())
+    return posture_from_joints(manipulator.without_errors(), coordinates, options);
+  std::vector<VectorXd> start = home_of(manipulator);
   for (const auto& [name, value] : coordinates) {
     const JointName joint = find_joint(manipulator, name);
-    posture.coordinates[joint.chain][joint.coordinate] = value;
+    start[joint.chain][joint.coordinate] = value;
   }
-  if (manipulator.size() > 1) return close_loops(manipulator, std::move(posture), options);
+  if (manipulator.size() > 1)
+    return LoopCloser(manipulator, std::move(start), std::nullopt, options).solve();
   PostureResult result;
   ChainKinematics kinematics;
-  evaluate(manipulator.chains()[0], posture.coordinates[0], kinematics);
-  posture.platform = kinematics.end;
+  evaluate(manipulator.chains()[0], start[0], kinematics);
+  result.posture.platform = kinematics.end;
+  result.posture.coordinates = std::move(start);
   result.reached = true;
   result.error.setZero();
-  result.posture = std::move(posture);
   return result;
 }
 

@@ -23,6 +23,8 @@ struct PostureResult {
   std::string reason;      // empty when reached; otherwise a sentence with chain and distances
 };
 
+/// Both work on the nominal manipulator, without geometric errors.
+///
 /// Actuated and passive coordinates that bring every chain to `target` with relaxed links, by
 /// damped least squares from the home values (so that the branch nearest to them is found), then
 /// from scattered starts. A redundant chain takes the solution nearest to its start.

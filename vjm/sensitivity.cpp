@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/vjm/equilibrium_system.h"
+
 namespace kinetostat::vjm {
 namespace {
 
@@ -25,7 +27,8 @@ Eigen::Matrix<double, 6, Eigen::Dynamic> displacement_by_log_stiffness(
     const Equilibrium& equilibrium, const std::vector<SpringParameter>& parameters) {
   EquilibriumSystem system(manipulator, posture);
   SystemState state;
-  state.platform = equilibrium.platform;
+  state.bodies.push_back(equilibrium.platform);
+  for (const spatial::Pose& body : equilibrium.inner_bodies) state.bodies.push_back(body);
   for (const ChainEquilibrium& chain : equilibrium.chains) {
     state.wrenches.push_back(chain.wrench.coordinates());
     state.coordinates.push_back(chain.coordinates);
@@ -36,14 +39,11 @@ Eigen::Matrix<double, 6, Eigen::Dynamic> displacement_by_log_stiffness(
   Eigen::Matrix<double, 6, Eigen::Dynamic> derivatives(6, parameters.size());
   for (std::size_t p = 0; p < parameters.size(); ++p) {
     const Spring& spring = find_spring(manipulator, parameters[p]);
-    SystemVector right;
-    right.wrenches.assign(manipulator.size(), spatial::Vector6::Zero());
-    for (const ChainEquations& chain : system.chains())
-      right.coordinates.push_back(Eigen::VectorXd::Zero(chain.size()));
+    SystemVector right = system.zero();
     right.coordinates[parameters[p].chain] =
         -system.chains()[parameters[p].chain].unbalanced_by_log_stiffness(spring);
     derivatives.col(static_cast<Eigen::Index>(p)) =
-        system.solve(right).platform.cwiseQuotient(system.scale().twist());
+        system.solve(right).bodies.head<6>().cwiseQuotient(system.scale().twist());
   }
   return derivatives;
 }

@@ -55,30 +55,6 @@ Matrix6 spring_compliance(const Chain& chain, const ChainKinematics& kinematics,
   return compliance;
 }
 
-// Platform motions that cost no energy, from the closure of all loops: for manipulators with rigid
-// chains, which have no stiffness to sum.
-Matrix6X motions_without_energy(const EquilibriumSystem& system, const Vector6& scale) {
-  Eigen::Index size = 6;
-  for (const ChainEquations& chain : system.chains()) size += chain.size();
-  const auto chains = static_cast<Eigen::Index>(system.chains().size());
-  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(6 * chains + size - 6, size);
-  Eigen::Index at = 6, row = 0;
-  for (const ChainEquations& chain : system.chains()) {
-    rows.block<6, 6>(row, 0) = -Matrix6::Identity();
-    rows.block(row, at, 6, chain.size()) = chain.jacobian();
-    rows.block(row + 6, at, chain.size(), chain.size()) = chain.energy_hessian();
-    row += 6 + chain.size();
-    at += chain.size();
-  }
-  const Eigen::MatrixXd null = null_space(rows, 1e-11).topRows<6>();
-  if (null.cols() == 0) return Matrix6X(6, 0);
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
-  qr.setThreshold(1e-9);
-  qr.compute(null);
-  const Eigen::MatrixXd q = qr.householderQ() * Eigen::MatrixXd::Identity(6, qr.rank());
-  return scale.cwiseInverse().asDiagonal() * q;
-}
-
 // Stiffness and compliance of a manipulator with rigid chains, through the whole system of
 // equations.
 void add_rigid_case(const Manipulator& manipulator, const Posture& posture,
@@ -87,8 +63,7 @@ void add_rigid_case(const Manipulator& manipulator, const Posture& posture,
   system.set(system.relaxed_state(), {});
   system.linearise(false);
   const Matrix6 compliance = system.platform_compliance();
-  result.free =
-      describe_twists(motions_without_energy(system, system.scale().twist()), frame, result.length);
+  result.free = describe_twists(system.motions_without_energy(), frame, result.length);
   if (result.free.rank < 6) return;
   result.compliance = spatial::Compliance6(0.5 * (compliance + compliance.transpose()), frame);
   result.rigid = rigid_wrenches(*result.compliance, result.length);

@@ -38,7 +38,8 @@ TEST(Kinematics, HessianIsTheDerivativeOfTheGeneralisedForces) {
     const VectorXd x = random.state(chain, 1.0);
     const Vector6 wrench = random.vector6(1.0, 1.0);
     evaluate(chain, x, at);
-    wrench_hessian(chain, at, wrench, hessian);
+    hessian.setZero(chain.size(), chain.size());
+    add_wrench_hessian(chain, at, at_end(chain, at, wrench), hessian);
     const double h = 1e-6;
     for (Eigen::Index l = 0; l < chain.size(); ++l) {
       const VectorXd step = h * VectorXd::Unit(chain.size(), l);
@@ -50,15 +51,48 @@ TEST(Kinematics, HessianIsTheDerivativeOfTheGeneralisedForces) {
   }
 }
 
+TEST(Kinematics, WrenchesAtNodesHaveExactForcesAndHessians) {
+  testing::RandomChains random(4);
+  ChainKinematics at, before, after;
+  for (int trial = 0; trial < 20; ++trial) {
+    const Chain chain = random.chain(trial % 4, true);
+    const VectorXd x = random.state(chain, 1.0);
+    const Vector6 wrench = random.vector6(1.0, trial % 2);
+    const std::size_t node = chain.node_index("elbow");
+    const auto force = [&](const VectorXd& state, ChainKinematics& kinematics) {
+      evaluate(chain, state, kinematics);
+      VectorXd f = VectorXd::Zero(chain.size());
+      add_generalised_force(chain, kinematics, at_node(chain, kinematics, node, wrench), f);
+      return f;
+    };
+    const VectorXd f = force(x, at);
+    MatrixXd hessian = MatrixXd::Zero(chain.size(), chain.size());
+    add_wrench_hessian(chain, at, at_node(chain, at, node, wrench), hessian);
+    const double h = 1e-6;
+    for (Eigen::Index l = 0; l < chain.size(); ++l) {
+      const VectorXd step = h * VectorXd::Unit(chain.size(), l);
+      const VectorXd slope = (force(x + step, after) - force(x - step, before)) / (2 * h);
+      EXPECT_LT((slope - hessian.col(l)).norm(), 1e-8);
+      // The force part alone is the derivative of the node's position.
+      if (wrench.tail<3>().isZero()) {
+        EXPECT_NEAR((after.nodes[node] - before.nodes[node]).dot(wrench.head<3>()) / (2 * h), f[l],
+                    1e-8);
+      }
+    }
+  }
+}
+
 TEST(Kinematics, HessianOfAPureForceIsSymmetricAndThatOfAMomentIsNot) {
   testing::RandomChains random(3);
   const Chain chain = random.chain(3);
   ChainKinematics at;
   MatrixXd hessian;
   evaluate(chain, random.state(chain, 1.0), at);
-  wrench_hessian(chain, at, random.vector6(1.0, 0.0), hessian);
+  hessian.setZero(chain.size(), chain.size());
+  add_wrench_hessian(chain, at, at_end(chain, at, random.vector6(1.0, 0.0)), hessian);
   EXPECT_LT((hessian - hessian.transpose()).norm(), 1e-14);
-  wrench_hessian(chain, at, random.vector6(0.0, 1.0), hessian);
+  hessian.setZero();
+  add_wrench_hessian(chain, at, at_end(chain, at, random.vector6(0.0, 1.0)), hessian);
   EXPECT_GT((hessian - hessian.transpose()).norm(), 1e-2);
 }
 

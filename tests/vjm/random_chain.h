@@ -34,7 +34,7 @@ class RandomChains {
     return spatial::Compliance6(scale.asDiagonal() * c * scale.asDiagonal());
   }
   /// Actuated, passive, coupled and elastic coordinates in mixed order, with offsets between.
-  Chain chain(int passive_joints) {
+  Chain chain(int passive_joints, bool with_node = false) {
     Chain chain("random", pose(0.3));
     chain.actuator("a1", motion(), 1e6);
     chain.offset(pose(0.3));
@@ -44,6 +44,7 @@ class RandomChains {
       chain.offset(pose(0.2));
     }
     if (passive_joints > 0) chain.coupled("p0", chain.coordinates()[7].motion, -1);
+    if (with_node) chain.node("elbow", vector(0.2));
     chain.link("l2", pose(0.3), compliance());
     chain.passive("sprung", motion(), 2e4, 0.0, 0.0);
     chain.offset(pose(0.1));

@@ -1,0 +1,89 @@
+// The equations of equilibrium of one chain and their derivatives. Internal to this room.
+#pragma once
+
+#include <vector>
+
+#include "kinetostat/vjm/kinematics.h"
+#include "kinetostat/vjm/robust_factor.h"
+
+namespace kinetostat::vjm {
+
+/// What makes lengths and rotations, forces and moments comparable.
+struct Scale {
+  double length = 1;     // reach of the longest chain [m]
+  double stiffness = 1;  // of the stiffest spring [N/m]
+
+  spatial::Vector6 twist() const;   // twist' = twist() .* twist
+  spatial::Vector6 wrench() const;  // wrench' = wrench() .* wrench
+};
+
+/// A chain whose end takes the wrench F and whose nodes take loads P:
+///
+///     balance:  J'F + sum J_n'P_n - K (x - rest) - laws(x) = 0        (MMT11 eq. 5)
+///     matrix:   [0 J; J' G-K] with G the derivative of J'F + ...      (MMT11 eq. 28)
+///
+/// in the coordinates that are free to move (actuated joints without a spring stay put). Everything
+/// is made dimensionless by Scale. When the chain starts from a body that moves, `origin` is that
+/// body's pose, and the derivatives with respect to its displacement are given too.
+class ChainEquations {
+ public:
+  ChainEquations(const Chain& chain, Eigen::VectorXd rest, const Scale& scale, bool origin_moves);
+
+  void set(const spatial::Pose& origin, const Eigen::VectorXd& x, const spatial::Vector6& wrench);
+  /// Loads at nodes, [force; moment] in base axes; kept until changed.
+  void set_node_loads(std::vector<std::pair<std::size_t, spatial::Vector6>> loads);
+  /// Builds the matrix at the last state set; factorises it when asked to.
+  void linearise(bool factorise);
+
+  Eigen::Index size() const { return static_cast<Eigen::Index>(free_.size()); }
+  bool origin_moves() const { return origin_moves_; }
+  const spatial::Pose& end() const { return kinematics_.end; }
+  const Eigen::MatrixXd& matrix() const { return matrix_; }
+  const RobustFactor& factor() const { return factor_; }
+
+  /// Left side of the balance, scaled.
+  Eigen::VectorXd unbalanced() const;
+  /// What the chain presses on the body it starts from, about that body's origin; unscaled.
+  spatial::Vector6 wrench_on_origin() const;
+  /// 6 x size() Jacobian, scaled.
+  Eigen::MatrixXd jacobian() const;
+  /// Second derivative of the energy, scaled: -(lower block + its transpose) / 2.
+  Eigen::MatrixXd energy_hessian() const;
+
+  /// With a moving origin, scaled: displacement of the end (6x6), derivative of the balance
+  /// (size() x 6), of the wrench on the origin with respect to x (6 x size()) and to the origin
+  /// (6x6).
+  const spatial::Matrix6& end_by_origin() const { return end_by_origin_; }
+  const Eigen::MatrixXd& balance_by_origin() const { return balance_by_origin_; }
+  const Eigen::MatrixXd& origin_by_balance() const { return origin_by_balance_; }
+  const spatial::Matrix6& origin_by_origin() const { return origin_by_origin_; }
+
+  /// Derivative of unbalanced() with respect to the logarithm of one spring's stiffness.
+  Eigen::VectorXd unbalanced_by_log_stiffness(const Spring& spring) const;
+  /// Elastic energy of springs and laws [J].
+  double energy() const;
+
+  Eigen::VectorXd full_increment(const Eigen::VectorXd& scaled) const;
+
+ private:
+  Eigen::VectorXd gather_force(const Eigen::VectorXd& full) const;
+  std::vector<PointWrench> point_wrenches() const;
+  void linearise_origin();
+
+  const Chain& chain_;
+  Eigen::VectorXd rest_, unit_;
+  Scale scale_;
+  bool origin_moves_;
+  std::vector<Eigen::Index> free_;
+  std::vector<std::pair<std::size_t, spatial::Vector6>> node_loads_;
+  spatial::Vector3 origin_ = spatial::Vector3::Zero();
+  ChainKinematics kinematics_;
+  Eigen::VectorXd x_;
+  spatial::Vector6 wrench_ = spatial::Vector6::Zero();
+  Eigen::MatrixXd hessian_, matrix_;
+  RobustFactor factor_;
+  spatial::Matrix6 end_by_origin_, origin_by_origin_;
+  Eigen::MatrixXd balance_by_origin_, origin_by_balance_;
+};
+
+}  // namespace kinetostat::vjm

@@ -1,0 +1,34 @@
+// What acts on a manipulator from outside.
+#pragma once
+
+#include <vector>
+
+#include "kinetostat/spatial/pose.h"
+
+namespace kinetostat::vjm {
+
+/// A wrench constant in base axes at a node of a chain: force [N], moment [N m].
+struct NodeLoad {
+  std::size_t chain = 0;
+  std::size_t node = 0;
+  spatial::Vector3 force = spatial::Vector3::Zero();
+  spatial::Vector3 moment = spatial::Vector3::Zero();
+};
+
+/// Dead loads: force and moment constant in base axes, at a point fixed to the platform and at
+/// nodes of the chains, and the share of gravity that acts (1, but for the steps on the way to it).
+struct Load {
+  spatial::Vector3 force = spatial::Vector3::Zero();              // [N]
+  spatial::Vector3 moment = spatial::Vector3::Zero();             // about `point` [N m]
+  spatial::Vector3 point_on_platform = spatial::Vector3::Zero();  // [m], platform axes
+  std::vector<NodeLoad> nodes = {};
+  double gravity = 1;
+
+  /// [force; moment about the platform's reference point] of the platform's part.
+  spatial::Vector6 at_reference_point(const spatial::Pose& platform) const;
+  /// Derivative of that with respect to a displacement of the platform.
+  spatial::Matrix6 derivative(const spatial::Pose& platform) const;
+  Load scaled(double factor) const;
+};
+
+}  // namespace kinetostat::vjm

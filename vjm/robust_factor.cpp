@@ -1,0 +1,44 @@
+#include "kinetostat/vjm/robust_factor.h"
+
+namespace kinetostat::vjm {
+
+using Eigen::MatrixXd;
+
+void RobustFactor::compute(const MatrixXd& matrix) {
+  singular_ = false;
+  if (matrix.size() == 0) return;
+  lu_.compute(matrix);
+  const auto pivots = lu_.matrixLU().diagonal().cwiseAbs();
+  singular_ = !(pivots.minCoeff() > 1e-13 * pivots.maxCoeff());
+  if (!singular_) return;
+  matrix_ = matrix;
+  orthogonal_.setThreshold(1e-11);
+  orthogonal_.compute(matrix);
+}
+
+MatrixXd RobustFactor::solve(const MatrixXd& right, bool* consistent) const {
+  if (consistent) *consistent = true;
+  if (right.rows() == 0) return right;
+  if (!singular_) return lu_.solve(right);
+  MatrixXd solution = orthogonal_.solve(right);
+  if (consistent) *consistent = (matrix_ * solution - right).norm() <= 1e-8 * right.norm();
+  return solution;
+}
+
+int RobustFactor::determinant_sign() const {
+  if (singular_) return 0;
+  int sign = lu_.permutationP().determinant() > 0 ? 1 : -1;
+  for (const double pivot : lu_.matrixLU().diagonal()) sign *= pivot < 0 ? -1 : 1;
+  return sign;
+}
+
+MatrixXd null_space(const MatrixXd& matrix, double tolerance) {
+  if (matrix.size() == 0) return MatrixXd::Identity(matrix.cols(), matrix.cols());
+  Eigen::ColPivHouseholderQR<MatrixXd> qr;
+  qr.setThreshold(tolerance);
+  qr.compute(matrix.transpose());
+  const MatrixXd q = qr.householderQ() * MatrixXd::Identity(matrix.cols(), matrix.cols());
+  return q.rightCols(matrix.cols() - qr.rank());
+}
+
+}  // namespace kinetostat::vjm

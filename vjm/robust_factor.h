@@ -1,0 +1,31 @@
+// Small dense linear systems that may be singular.
+#pragma once
+
+#include <Eigen/LU>
+#include <Eigen/QR>
+
+namespace kinetostat::vjm {
+
+/// LU where it is safe, a rank-revealing orthogonal decomposition (least squares, shortest
+/// solution) where pivots vanish: redundant passive joints and indeterminate reactions.
+class RobustFactor {
+ public:
+  void compute(const Eigen::MatrixXd& matrix);
+  /// `consistent` becomes false when no solution exists.
+  Eigen::MatrixXd solve(const Eigen::MatrixXd& right, bool* consistent = nullptr) const;
+  bool singular() const { return singular_; }
+  /// Sign of the determinant: +1 or -1, 0 when singular.
+  int determinant_sign() const;
+
+ private:
+  Eigen::MatrixXd matrix_;
+  Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> orthogonal_;
+  bool singular_ = false;
+};
+
+/// Columns spanning the null space of a matrix, orthonormal; pivots below `tolerance` times the
+/// largest count as zero.
+Eigen::MatrixXd null_space(const Eigen::MatrixXd& matrix, double tolerance = 1e-10);
+
+}  // namespace kinetostat::vjm
