@@ -125,13 +125,37 @@ LinkModel read_beam(const YamlNode& node, const UnitSystem& units,
   const Compliance6 tip = beam_compliance(piece, section, material, theory);
   const Compliance6 turned(tip.matrix(), Frame{Vector3::Zero(), axes});
   const LinkPart part{Pose::translation(piece * direction), turned.in(Frame{})};
-  return {.parts = std::vector<LinkPart>(static_cast<std::size_t>(segments), part)};
+  LinkModel link{.parts = std::vector<LinkPart>(static_cast<std::size_t>(segments), part)};
+  if (material.density)
+    link.mass = {*material.density * section.area * length, 0.5 * piece * direction};
+  return link;
+}
+
+// `mass: {mass: 12 kg, center: [x, y, z]}` of a rigid or inline link.
+std::optional<LinkMass> read_mass(const YamlNode& node, const UnitSystem& units) {
+  const auto given = node.find("mass");
+  if (!given) return std::nullopt;
+  given->allow_only({"mass", "center"});
+  return LinkMass{given->at("mass").positive(dimension::mass, units),
+                  given->at("center").vector3(dimension::length, units)};
 }
 
 Compliance6 divided_by_copies(const Compliance6& compliance, const YamlNode& node) {
   const auto copies = node.find("copies");
   return Compliance6(compliance.matrix() / (copies ? copies->integer(1, 1000) : 1),
                      compliance.frame());
+}
+
+// Mass and centre from the identified link's file, when its material has a density.
+std::optional<LinkMass> identified_mass(const std::filesystem::path& file, const Pose& start,
+                                        const YamlNode& node) {
+  const files::Json json = files::read_json(file);
+  if (!json.contains("mass") || !json["mass"].is_number()) return std::nullopt;
+  const files::Json& c = json["center_of_mass"];
+  const auto copies = node.find("copies");
+  return LinkMass{
+      json["mass"].get<double>() * (copies ? copies->integer(1, 1000) : 1),
+      start.inverse() * Vector3(c[0].get<double>(), c[1].get<double>(), c[2].get<double>())};
 }
 
 LinkModel read_identified(const YamlNode& node, const YamlNode& value, const UnitSystem& units) {
@@ -145,7 +169,9 @@ LinkModel read_identified(const YamlNode& node, const YamlNode& value, const Uni
     end_axes = files::read_pose(*given, units).rotation();
   const Pose end(end_axes, identified.frame().point);
   const Compliance6 at_end = identified.in(Frame{end.position(), end.rotation()});
-  return {.parts = {{start.inverse() * end, divided_by_copies(at_end, node)}}, .file = file};
+  LinkModel link{.parts = {{start.inverse() * end, divided_by_copies(at_end, node)}}, .file = file};
+  link.mass = identified_mass(file, start, node);
+  return link;
 }
 
 // Scales the blocks of a matrix from the file's units to SI. Exponents: of length for the four
@@ -160,7 +186,7 @@ Matrix6 stiffness_to_si(const Matrix6& matrix, const UnitSystem& units) {
 
 LinkModel read_inline(const YamlNode& node, const YamlNode& value, const std::string& kind,
                       const UnitSystem& units) {
-  node.allow_only({kind, "end", "copies"});
+  node.allow_only({kind, "end", "copies", "mass"});
   const Matrix6 given = value.matrix6();
   if (spatial::symmetry_defect(given) > 1e-6) value.fail("the 6x6 matrix is not symmetric");
   if (Eigen::LLT<Matrix6>(given).info() != Eigen::Success)
@@ -172,19 +198,28 @@ LinkModel read_inline(const YamlNode& node, const YamlNode& value, const std::st
   const Compliance6 compliance = kind == "stiffness"
                                      ? spatial::Stiffness6(given.cwiseProduct(unit)).inverse()
                                      : Compliance6(given.cwiseQuotient(unit));
-  return {.parts = {{end, divided_by_copies(compliance, node)}}};
+  LinkModel link{.parts = {{end, divided_by_copies(compliance, node)}}};
+  link.mass = read_mass(node, units);
+  return link;
 }
 
 }  // namespace
 
 void LinkModel::append_to(Chain& chain, const std::string& name) const {
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    if (!parts[i].compliance) {
-      chain.offset(parts[i].offset);
-      continue;
+    const std::string part_name = parts.size() == 1 ? name : fmt::format("{}.{}", name, i + 1);
+    const Pose& offset = parts[i].offset;
+    const double share = mass ? 0.5 * mass->mass / static_cast<double>(parts.size()) : 0;
+    const Vector3 center = mass ? mass->center : Vector3::Zero();
+    const Vector3 third = offset.position() / 3;
+    if (share > 0) chain.mass(part_name + ".mass1", share, center - third);
+    if (parts[i].compliance) {
+      chain.link(part_name, offset, *parts[i].compliance);
+    } else {
+      chain.offset(offset);
     }
-    chain.link(parts.size() == 1 ? name : fmt::format("{}.{}", name, i + 1), parts[i].offset,
-               *parts[i].compliance);
+    if (share > 0)
+      chain.mass(part_name + ".mass2", share, offset.inverse() * Vector3(center + third));
   }
 }
 
@@ -192,8 +227,10 @@ LinkModel read_link(const YamlNode& node, const UnitSystem& units,
                     const std::optional<YamlNode>& materials) {
   const auto [kind, value] = node.one_of({"rigid", "beam", "compliance", "stiffness"});
   if (kind == "rigid") {
-    node.allow_only({"rigid"});
-    return {.parts = {{files::read_pose(value, units), std::nullopt}}};
+    node.allow_only({"rigid", "mass"});
+    LinkModel link{.parts = {{files::read_pose(value, units), std::nullopt}}};
+    link.mass = read_mass(node, units);
+    return link;
   }
   if (kind == "beam") {
     node.allow_only({"beam"});

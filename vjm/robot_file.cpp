@@ -1,13 +1,17 @@
 #include "kinetostat/vjm/robot_file.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <map>
+#include <memory>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/yaml.h"
+#include "kinetostat/spatial/rotation.h"
 #include "kinetostat/vjm/link_model.h"
 
 namespace kinetostat::vjm {
@@ -49,14 +53,27 @@ void add_actuator(Chain& chain, const YamlNode& node, const UnitSystem& units) {
                  home ? home->quantity(coordinate_dimension(motion), units) : 0);
 }
 
+// `stops: {lower, upper, stiffness}`: contact springs beyond two values of the joint.
+void add_stops(Chain& chain, const YamlNode& node, const std::string& joint, Motion motion,
+               const UnitSystem& units) {
+  node.allow_only({"lower", "upper", "stiffness"});
+  const auto bound = [&](const char* key, double otherwise) {
+    const auto given = node.find(key);
+    return given ? given->quantity(coordinate_dimension(motion), units) : otherwise;
+  };
+  const double infinity = std::numeric_limits<double>::infinity();
+  chain.law(joint, std::make_shared<StopLaw>(bound("lower", -infinity), bound("upper", infinity),
+                                             read_stiffness(node.at("stiffness"), motion, units)));
+}
+
 // A joint with one axis may have a spring; with several, each coordinate is "name.axis".
 void add_passive(Chain& chain, const YamlNode& node, const UnitSystem& units) {
-  node.allow_only({"name", "axis", "axes", "stiffness", "rest", "home"});
+  node.allow_only({"name", "axis", "axes", "stiffness", "rest", "home", "stops"});
   const std::string name = node.at("name").text();
   const auto [key, value] = node.one_of({"axis", "axes"});
   const auto home = node.find("home");
   if (key == "axes") {
-    for (const char* single : {"stiffness", "rest"})
+    for (const char* single : {"stiffness", "rest", "stops"})
       if (const auto given = node.find(single))
         given->fail("a spring needs a passive joint with one axis",
                     "Write one 'passive' per axis, each with 'axis:'");
@@ -76,6 +93,7 @@ void add_passive(Chain& chain, const YamlNode& node, const UnitSystem& units) {
     return given ? given->quantity(coordinate_dimension(motion), units) : otherwise;
   };
   const double start = read("home", 0);
+  const auto stops = node.find("stops");
   if (const auto stiffness = node.find("stiffness")) {
     chain.passive(name, motion, read_stiffness(*stiffness, motion, units), read("rest", 0), start);
   } else if (const auto rest = node.find("rest")) {
@@ -83,6 +101,7 @@ void add_passive(Chain& chain, const YamlNode& node, const UnitSystem& units) {
   } else {
     chain.passive(name, motion, start);
   }
+  if (stops) add_stops(chain, *stops, name, motion, units);
 }
 
 void add_coupled(Chain& chain, const YamlNode& node) {
@@ -108,27 +127,94 @@ void add_link(Chain& chain, const YamlNode& node, const Parts& parts) {
   parts.links.at(name).append_to(chain, unique);
 }
 
+void add_mass(Chain& chain, const YamlNode& node, const UnitSystem& units) {
+  node.allow_only({"name", "mass", "at"});
+  const auto at = node.find("at");
+  chain.mass(
+      node.at("name").text(), node.at("mass").positive(dimension::mass, units),
+      at ? at->vector3(dimension::length, units) : spatial::Vector3(spatial::Vector3::Zero()));
+}
+
+void add_node(Chain& chain, const YamlNode& node, const UnitSystem& units) {
+  node.allow_only({"name", "at"});
+  const auto at = node.find("at");
+  chain.node(node.at("name").text(), at ? at->vector3(dimension::length, units)
+                                        : spatial::Vector3(spatial::Vector3::Zero()));
+}
+
 void add_element(Chain& chain, const YamlNode& element, const Parts& parts) {
   const auto [kind, value] =
-      element.one_of({"actuator", "passive", "coupled", "link", "offset", "tool"});
+      element.one_of({"actuator", "passive", "coupled", "link", "offset", "tool", "mass", "node"});
   element.allow_only({kind});
   try {
     if (kind == "actuator") add_actuator(chain, value, parts.units);
     if (kind == "passive") add_passive(chain, value, parts.units);
     if (kind == "coupled") add_coupled(chain, value);
     if (kind == "link") add_link(chain, value, parts);
+    if (kind == "mass") add_mass(chain, value, parts.units);
+    if (kind == "node") add_node(chain, value, parts.units);
     if (kind == "offset" || kind == "tool") chain.offset(files::read_pose(value, parts.units));
   } catch (const std::invalid_argument& error) {
     value.fail(error.what());
   }
 }
 
+// A geometric error of one chain: after the element `at` ("base", "end", or the name of a joint or
+// link of its type).
+struct ChainError {
+  std::string at;
+  Pose pose;
+};
+
+std::vector<ChainError> read_errors(const YamlNode& chain, const UnitSystem& units) {
+  std::vector<ChainError> errors;
+  const auto list = chain.find("errors");
+  if (!list) return errors;
+  for (const YamlNode& item : list->items()) {
+    item.allow_only({"at", "point", "rotation_vector"});
+    spatial::Vector6 displacement = spatial::Vector6::Zero();
+    if (const auto point = item.find("point"))
+      displacement.head<3>() = point->vector3(dimension::length, units);
+    if (const auto turn = item.find("rotation_vector"))
+      displacement.tail<3>() = turn->vector3(dimension::angle, units);
+    errors.push_back({item.at("at").text(), spatial::displaced(Pose(), displacement)});
+  }
+  return errors;
+}
+
+// The name by which an error can be placed after an element.
+std::string element_name(const YamlNode& element) {
+  for (const char* kind : {"actuator", "passive", "mass", "node"})
+    if (const auto value = element.find(kind)) return value->at("name").text();
+  const auto link = element.find("link");
+  return link ? link->text() : "";
+}
+
 Chain read_chain(const YamlNode& elements, const std::string& name, const Pose& base,
-                 const Parts& parts) {
+                 const std::vector<ChainError>& errors, const Parts& parts) {
   Chain chain(name, base);
-  for (const YamlNode& element : elements.items()) add_element(chain, element, parts);
+  const auto add_errors = [&](const std::string& place) {
+    for (const ChainError& error : errors)
+      if (error.at == place) chain.error(error.pose);
+  };
+  add_errors("base");
+  for (const YamlNode& element : elements.items()) {
+    add_element(chain, element, parts);
+    const std::string place = element_name(element);
+    if (!place.empty()) add_errors(place);
+  }
   if (chain.size() == 0) elements.fail("the chain has neither a joint nor a flexible link");
   return chain;
+}
+
+// Refuses errors at places that the chain has not.
+void check_error_places(const YamlNode& chain, const YamlNode& elements) {
+  const auto list = chain.find("errors");
+  if (!list) return;
+  std::vector<std::string> places{"base", "end"};
+  for (const YamlNode& element : elements.items())
+    if (const std::string place = element_name(element); !place.empty()) places.push_back(place);
+  for (const YamlNode& item : list->items()) item.at("at").choice(places);
 }
 
 YamlNode chain_type(const YamlNode& top, const YamlNode& name) {
@@ -142,6 +228,36 @@ Pose pose_or_identity(const YamlNode& node, const char* key, const UnitSystem& u
   return given ? files::read_pose(*given, units) : Pose();
 }
 
+// Copies of a chain, each turned by the next multiple of an angle about an axis through the origin.
+struct PatternOfChains {
+  std::vector<std::string> names;
+  spatial::Vector3 axis = spatial::Vector3::UnitZ();
+  double angle = 0;
+};
+
+// `pattern: {count: 3, axis: [0, 0, 1], angle: 120 deg, names: [..]}`; the angle divides the full
+// turn evenly unless given, the names are "leg1", "leg2", ... unless given.
+PatternOfChains read_pattern(const std::optional<YamlNode>& node, const std::string& name,
+                             const UnitSystem& units) {
+  PatternOfChains pattern;
+  if (!node) {
+    pattern.names = {name};
+    return pattern;
+  }
+  node->allow_only({"count", "axis", "angle", "names"});
+  const int count = node->at("count").integer(2, 1000);
+  if (const auto axis = node->find("axis")) pattern.axis = axis->direction();
+  const auto angle = node->find("angle");
+  pattern.angle = angle ? angle->quantity(dimension::angle, units) : 2 * M_PI / count;
+  if (const auto names = node->find("names")) {
+    for (const YamlNode& item : names->items(static_cast<std::size_t>(count)))
+      pattern.names.push_back(item.text());
+    return pattern;
+  }
+  for (int i = 1; i <= count; ++i) pattern.names.push_back(fmt::format("{}{}", name, i));
+  return pattern;
+}
+
 // Where the chain ends on the platform. Unless `platform` says otherwise, its last frame is
 // parallel to its base frame when the platform is parallel to the robot's base.
 Pose attachment(const YamlNode& node, const Pose& base, const UnitSystem& units) {
@@ -153,25 +269,88 @@ Pose attachment(const YamlNode& node, const Pose& base, const UnitSystem& units)
                                      : spatial::Vector3(spatial::Vector3::Zero()));
 }
 
-std::vector<Chain> read_chains(const YamlNode& top, const Parts& parts) {
-  const YamlNode node = top.at("manipulator");
-  node.allow_only({"chain", "base", "chains"});
-  const auto [key, value] = node.one_of({"chain", "chains"});
-  if (key == "chain") {
-    const Pose base = pose_or_identity(node, "base", parts.units);
-    return {read_chain(chain_type(top, value), value.text(), base, parts)};
-  }
-  if (node.has("base")) node.at("base").fail("with several chains each has its own base");
+// The chains of a file with the bodies that they join.
+struct Assembly {
   std::vector<Chain> chains;
-  for (const YamlNode& item : value.items()) {
-    item.allow_only({"name", "type", "base", "platform", "platform_point"});
-    const Pose base = pose_or_identity(item, "base", parts.units);
-    chains.push_back(
-        read_chain(chain_type(top, item.at("type")), item.at("name").text(), base, parts));
-    chains.back().offset(attachment(item, base, parts.units).inverse());
+  std::vector<Span> spans;
+  std::vector<std::string> inner_bodies;
+};
+
+int read_body(const YamlNode& item, const char* key, int otherwise,
+              const std::vector<std::string>& inner_bodies) {
+  const auto given = item.find(key);
+  if (!given) return otherwise;
+  std::vector<std::string> known{"base", "platform"};
+  known.insert(known.end(), inner_bodies.begin(), inner_bodies.end());
+  const std::string name = given->choice(known);
+  return static_cast<int>(std::find(known.begin(), known.end(), name) - known.begin()) - 1;
+}
+
+// One chain, or as many turned copies as its pattern asks for.
+void add_chain(const YamlNode& top, const YamlNode& item, const Parts& parts, Assembly& assembly) {
+  item.allow_only(
+      {"name", "type", "base", "platform", "platform_point", "from", "to", "errors", "pattern"});
+  const YamlNode elements = chain_type(top, item.at("type"));
+  check_error_places(item, elements);
+  const Span span{read_body(item, "from", Span::base, assembly.inner_bodies),
+                  read_body(item, "to", Span::platform, assembly.inner_bodies)};
+  const Pose base = pose_or_identity(item, "base", parts.units);
+  const Pose end = attachment(item, base, parts.units);
+  const std::vector<ChainError> errors = read_errors(item, parts.units);
+  const std::string name = item.at("name").text();
+  const auto pattern = item.find("pattern");
+  const PatternOfChains copies = read_pattern(pattern, name, parts.units);
+  if (pattern && (span.from != Span::base || span.to != Span::platform))
+    pattern->fail("a pattern repeats chains from the base to the platform");
+  for (std::size_t i = 0; i < copies.names.size(); ++i) {
+    const Pose turn =
+        Pose::rotation(spatial::exp_rotation(static_cast<double>(i) * copies.angle * copies.axis));
+    Chain chain = read_chain(elements, copies.names[i], turn * base, errors, parts);
+    // The platform turns with the base: its axes are the base's when it is at rest.
+    chain.offset((turn * end).inverse());
+    for (const ChainError& error : errors)
+      if (error.at == "end") chain.error(error.pose);
+    assembly.chains.push_back(std::move(chain));
+    assembly.spans.push_back(span);
   }
-  if (chains.empty()) value.fail("at least one chain is expected");
-  return chains;
+}
+
+Assembly read_assembly(const YamlNode& top, const Parts& parts) {
+  const YamlNode node = top.at("manipulator");
+  node.allow_only({"chain", "base", "chains", "bodies", "errors"});
+  const auto [key, value] = node.one_of({"chain", "chains"});
+  Assembly assembly;
+  if (key == "chain") {
+    if (node.has("bodies")) node.at("bodies").fail("a single chain has no inner bodies");
+    const Pose base = pose_or_identity(node, "base", parts.units);
+    const YamlNode elements = chain_type(top, value);
+    check_error_places(node, elements);
+    const std::vector<ChainError> errors = read_errors(node, parts.units);
+    assembly.chains.push_back(read_chain(elements, value.text(), base, errors, parts));
+    for (const ChainError& error : errors)
+      if (error.at == "end") assembly.chains.back().error(error.pose);
+    assembly.spans.push_back({});
+    return assembly;
+  }
+  for (const char* single : {"base", "errors"})
+    if (const auto given = node.find(single))
+      given->fail(fmt::format("with several chains each has its own {}", single));
+  if (const auto bodies = node.find("bodies"))
+    for (const YamlNode& body : bodies->items()) assembly.inner_bodies.push_back(body.text());
+  for (const YamlNode& item : value.items()) add_chain(top, item, parts, assembly);
+  if (assembly.chains.empty()) value.fail("at least one chain is expected");
+  return assembly;
+}
+
+// `gravity: {direction: [0, 0, -1], acceleration: 9.80665 m/s^2}`.
+spatial::Vector3 read_gravity(const YamlNode& top) {
+  const auto node = top.find("gravity");
+  if (!node) return spatial::Vector3::Zero();
+  node->allow_only({"direction", "acceleration"});
+  const auto acceleration = node->find("acceleration");
+  constexpr spatial::Dimension per_second_squared{.length = 1, .time = -2};
+  return (acceleration ? acceleration->quantity_with_unit(per_second_squared) : 9.80665) *
+         node->at("direction").direction();
 }
 
 // "leg" means the springs of that name (all its segments) in every chain, "x.leg" those in chain x.
@@ -217,8 +396,8 @@ void refuse_effects(const YamlNode& top) {
 Robot read_robot(const std::filesystem::path& file) {
   const YamlNode top = files::read_yaml(file);
   files::check_format_version(top);
-  top.allow_only({"kinetostat", "name", "origin", "units", "materials", "links", "chain_types",
-                  "manipulator", "uncertain", "effects"});
+  top.allow_only({"kinetostat", "name", "origin", "units", "gravity", "materials", "links",
+                  "chain_types", "manipulator", "uncertain", "effects"});
   refuse_effects(top);
   Parts parts{.units = files::read_units(top.at("units")), .links = {}};
   std::vector<std::filesystem::path> link_files;
@@ -230,9 +409,12 @@ Robot read_robot(const std::filesystem::path& file) {
     }
   }
   const std::string name = top.at("name").text();
-  std::vector<Chain> chains = read_chains(top, parts);
+  Assembly assembly = read_assembly(top, parts);
+  const spatial::Vector3 gravity = read_gravity(top);
   try {
-    Manipulator manipulator(name, std::move(chains));
+    const Manipulator bare(name, std::move(assembly.chains), std::move(assembly.spans),
+                           std::move(assembly.inner_bodies));
+    Manipulator manipulator = bare.with_gravity(gravity);
     std::vector<UncertainStiffness> uncertain = read_uncertain(top, manipulator);
     return {file, name, parts.units, std::move(manipulator), std::move(uncertain), link_files};
   } catch (const std::invalid_argument& error) {
