@@ -107,6 +107,37 @@ TEST(ProgramRun, FullDiskIsNotSuccess) {
   EXPECT_EQ(kinetostat("stiffness " + orthoglide + " --at 0,0,0 --json /dev/full").code, 3);
 }
 
+const std::string load_cell = "data/measurements/nist_load_cell/campaign.yaml";
+
+TEST(ProgramRun, CompareReportsThePublishedLackOfFit) {
+  const Outcome outcome = kinetostat("compare data/robots/bench.yaml " + load_cell);
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_THAT(outcome.out, HasSubstr("lack-of-fit F = 214.7 against 2.15"));
+  // The robot that the campaign names is the same one.
+  const Outcome named = kinetostat("compare " + load_cell);
+  EXPECT_EQ(outcome.out.substr(outcome.out.find("Robot")),
+            named.out.substr(named.out.find("Robot")));
+}
+
+TEST(ProgramRun, CompareSaysWhenAnotherRobotIsUsedThanTheCampaignNames) {
+  std::filesystem::copy_file(working_folder() / "data/robots/bench.yaml",
+                             working_folder() / "other.yaml");
+  const Outcome outcome = kinetostat("compare other.yaml " + load_cell + " --csv residuals.csv");
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_THAT(outcome.out, HasSubstr("'other.yaml' of the command line is used instead"));
+  EXPECT_TRUE(std::filesystem::exists(working_folder() / "residuals.csv"));
+}
+
+TEST(ProgramRun, CompareEndsWithFiveWhenTheReadingsCannotTell) {
+  files::write_atomically(working_folder() / "unloaded.yaml",
+                          "kinetostat: 1\ncampaign: c\nunits: {length: mm, force: N}\n"
+                          "displacement: difference\nreadings: unloaded.csv\n");
+  files::write_atomically(working_folder() / "unloaded.csv", "fz,dz\n0,0.1\n0,0.2\n");
+  const Outcome outcome = kinetostat("compare data/robots/bench.yaml unloaded.yaml");
+  EXPECT_EQ(outcome.code, 5);
+  EXPECT_THAT(outcome.err, HasSubstr("no reading depends on the stiffness of 'spring'"));
+}
+
 // One mistake, how the program ends, and what its message must name.
 struct Mistake {
   const char* name;
@@ -146,6 +177,14 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"not_a_robot", "stiffness CONTRIBUTING.md", 3, {"CONTRIBUTING.md"}},
         Mistake{
             "unreachable_pose", "stiffness " + orthoglide + " --at 5000,0,0", 4, {"cannot reach"}},
+        Mistake{"campaign_without_robot",
+                "compare data/robots/bench.yaml",
+                3,
+                {"bench.yaml", "'name' is not known here"}},
+        Mistake{"missing_campaign",
+                "compare data/robots/bench.yaml nowhere.yaml",
+                3,
+                {"nowhere.yaml", "No such file"}},
         Mistake{"unwritable",
                 "stiffness " + orthoglide + " --at 0,0,0 --json /proc/x.json",
                 3,

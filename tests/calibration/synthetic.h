@@ -6,7 +6,6 @@
 #include <functional>
 #include <map>
 #include <string>
-#include <unistd.h>
 #include <vector>
 
 #include <fmt/format.h>
@@ -18,20 +17,15 @@
 #include "kinetostat/vjm/posture.h"
 
 #include "support/random.h"
+#include "support/temporary_folder.h"
 
 namespace kinetostat::calibration::test {
 
-/// A folder of this test alone.
-inline std::filesystem::path test_folder() {
-  const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-  std::string name = fmt::format("{}_{}_{}", info->test_suite_name(), info->name(), ::getpid());
-  std::replace(name.begin(), name.end(), '/', '_');
-  return std::filesystem::path(testing::TempDir()) / name;
-}
-
 /// Writes campaign.yaml and readings.csv; returns the former.
 inline std::filesystem::path write_campaign(const std::string& yaml, const std::string& csv) {
-  const std::filesystem::path folder = test_folder();
+  static const kinetostat::test::TemporaryFolder temporary;
+  static int count = 0;
+  const std::filesystem::path folder = temporary.path() / std::to_string(++count);
   files::write_atomically(folder / "readings.csv", csv);
   files::write_atomically(folder / "campaign.yaml", yaml);
   return folder / "campaign.yaml";
