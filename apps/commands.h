@@ -5,6 +5,8 @@ namespace kinetostat::apps {
 
 class Program;
 
+void add_mesh_check(Program& program);
+void add_identify(Program& program);
 void add_stiffness(Program& program);
 void add_deflect(Program& program);
 void add_compare(Program& program);

@@ -5,6 +5,8 @@
 int main(int argc, char** argv) {
   kinetostat::apps::catch_signals();
   kinetostat::apps::Program program;
+  kinetostat::apps::add_mesh_check(program);
+  kinetostat::apps::add_identify(program);
   kinetostat::apps::add_stiffness(program);
   kinetostat::apps::add_deflect(program);
   kinetostat::apps::add_compare(program);

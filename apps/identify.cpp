@@ -1,0 +1,108 @@
+// kinetostat identify: from a link's mesh to its 6x6 compliance.
+#include "kinetostat/fea/identify.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "kinetostat/apps/command.h"
+#include "kinetostat/apps/commands.h"
+#include "kinetostat/files/error.h"
+#include "kinetostat/report/text.h"
+
+namespace kinetostat::apps {
+namespace {
+
+struct Options {
+  std::string link, vtu;
+  double time_limit = fea::TetrahedralizeOptions{}.time_limit;
+};
+
+// Components that are rounding beside the largest, or below a nanometre, are shown as 0.
+std::string text(const spatial::Vector3& v, double unit) {
+  const double noise = std::max(1e-9 * v.cwiseAbs().maxCoeff(), 1e-12);
+  const auto shown = [&](double x) { return report::number(std::abs(x) < noise ? 0 : x / unit); };
+  return fmt::format("[{}, {}, {}]", shown(v.x()), shown(v.y()), shown(v.z()));
+}
+
+std::string interface_line(const char* name, const fea::Interface& interface, double length,
+                           const std::string& unit) {
+  return fmt::format("  {:<7} area {} {}^2, centroid {} {}, {} nodes, radii of gyration {} {}\n",
+                     name, report::number(interface.area / (length * length)), unit,
+                     text(interface.centroid, length), unit, interface.nodes.size(),
+                     text(interface.gyration, length), unit);
+}
+
+void print_inputs(Run& run, const fea::LinkSpec& spec) {
+  run.print(fmt::format("link {}: {} in {}, E = {} Pa, nu = {}\n", spec.name, spec.mesh_name,
+                        spec.unit, report::number(spec.material.young()),
+                        report::number(spec.material.poisson())));
+}
+
+void print_result(Run& run, const fea::LinkResult& result) {
+  const double length = spatial::parse_quantity("1 " + result.unit, spatial::dimension::length);
+  run.print(fmt::format("mesh: {} tetrahedra of {} nodes (size {} {}), {} nodes, {} unknowns\n",
+                        result.mesh.element_count(), result.mesh.nodes_per_element(),
+                        report::number(result.element_size / length), result.unit,
+                        result.mesh.nodes.size(), result.unknowns));
+  run.print("interfaces (rigid coupling):\n");
+  run.print(interface_line("fixed", result.fixed, length, result.unit));
+  run.print(interface_line("loaded", result.loaded, length, result.unit));
+  if (result.mass)
+    run.print(fmt::format("mass {} kg, centre of mass {} {}\n", report::number(*result.mass),
+                          text(result.center_of_mass, length), result.unit));
+  run.print("\n" + report::text(result.compliance,
+                                spatial::UnitSystem{.length = result.unit, .force = "N"}));
+  run.print(fmt::format("\nsymmetry defect {:.1e}\n", result.symmetry_defect));
+  const spatial::EigenStiffness eigen = spatial::eigen_stiffness(result.compliance);
+  run.print(fmt::format("eigen-stiffness: {} N/m, {} N m/rad\n", text(eigen.translation, 1),
+                        text(eigen.rotation, 1)));
+  for (const std::string& warning : result.warnings)
+    run.print(fmt::format("warning: {}\n", warning));
+}
+
+fea::LinkResult identified(Run& run, const Options& options, const fea::LinkSpec& spec) {
+  fea::IdentifyOptions settings;
+  settings.meshing.time_limit = options.time_limit;
+  try {
+    return fea::identify(spec, settings, run.progress());
+  } catch (const fea::SurfaceError& error) {
+    if (!options.vtu.empty() && !error.facets().connectivity.empty())
+      files::write_vtu(options.vtu, error.facets());
+    throw;
+  }
+}
+
+files::Json identify(Run& run, const Options& options) {
+  const fea::LinkSpec spec = fea::read_link(options.link);
+  print_inputs(run, spec);
+  const fea::LinkResult result = identified(run, options, spec);
+  print_result(run, result);
+  files::Json json = fea::to_json(result);
+  if (run.out()) files::write_json(*run.out(), json);
+  if (!options.vtu.empty()) files::write_vtu(options.vtu, fea::displacement_fields(result));
+  return json;
+}
+
+}  // namespace
+
+void add_identify(Program& program) {
+  auto options = std::make_shared<Options>();
+  CLI::App& app = program.add(
+      {.name = "identify",
+       .summary = "6x6 compliance of a link from its CAD mesh, by finite elements",
+       .example = "kinetostat identify meshes/foot.yaml -o foot.link.json --vtu foot.vtu",
+       .out = "Write the link result, for the robot file, to a JSON file"},
+      [options](Run& run) { return identify(run, *options); });
+  app.add_option("link", options->link, "Link file")->required()->type_name("FILE");
+  app.add_option("--vtu", options->vtu,
+                 "Write the six displacement fields for ParaView; the offending facets when the "
+                 "surface is refused")
+      ->type_name("FILE");
+  app.add_option("--mesh-time", options->time_limit, "Seconds that meshing may take")
+      ->type_name("S")
+      ->check(CLI::PositiveNumber);
+}
+
+}  // namespace kinetostat::apps

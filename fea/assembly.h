@@ -1,0 +1,56 @@
+// The equations of a supported, partly rigid solid: K u = f in the motions that are free.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "kinetostat/fea/elasticity.h"
+#include "kinetostat/fea/reference_body.h"
+#include "kinetostat/fea/symmetric_matrix.h"
+#include "kinetostat/fea/tet_mesh.h"
+#include "kinetostat/files/progress.h"
+
+namespace kinetostat::fea {
+
+/// What moves freely. Unknowns come in blocks of three: first the displacements of the free nodes
+/// in the order of the mesh, then the translation and the rotation of each reference body.
+class Unknowns {
+ public:
+  /// Throws std::invalid_argument when a node has two masters, or is fixed and has one.
+  Unknowns(const TetMesh& mesh, const std::vector<int>& fixed_nodes,
+           std::vector<ReferenceBody> bodies);
+
+  const std::vector<ReferenceBody>& bodies() const { return bodies_; }
+  int node_blocks() const { return node_blocks_; }
+  int blocks() const { return node_blocks_ + 2 * static_cast<int>(bodies_.size()); }
+  /// First of the two blocks of a body.
+  int body_block(std::size_t body) const { return node_blocks_ + 2 * static_cast<int>(body); }
+
+  bool is_fixed(int node) const { return master_[static_cast<std::size_t>(node)] == fixed; }
+  /// The body that the node follows, or -1.
+  int body_of(int node) const { return std::max(master_[static_cast<std::size_t>(node)], -1); }
+  /// Block of a free node, -1 for others.
+  int block_of(int node) const { return block_[static_cast<std::size_t>(node)]; }
+
+  /// The displacements of all nodes of the mesh, one column each [m], for values of the unknowns.
+  Eigen::Matrix3Xd displacements(const TetMesh& mesh, const Eigen::VectorXd& values) const;
+
+ private:
+  static constexpr int free = -1, fixed = -2;
+  std::vector<int> master_;  // free, fixed or the number of a body
+  std::vector<int> block_;
+  std::vector<ReferenceBody> bodies_;
+  int node_blocks_ = 0;
+};
+
+struct Equations {
+  BlockPattern pattern;
+  SymmetricMatrix stiffness;
+};
+
+/// Assembles the stiffness of the free motions, T' K T with T the rigid motions. Two passes: first
+/// the pattern, then the values; the order of summation is that of the elements.
+Equations assemble(const TetMesh& mesh, const Material& material, const Unknowns& unknowns,
+                   files::Progress& progress);
+
+}  // namespace kinetostat::fea

@@ -1,0 +1,32 @@
+// A helper program run to its end, within limits, without touching the disk.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "kinetostat/files/progress.h"
+
+namespace kinetostat::fea {
+
+struct ChildResult {
+  enum class End { exited, killed_by_signal, timed_out };
+  End end = End::exited;
+  int code = 0;        // exit code, or number of the signal
+  std::string answer;  // what it wrote to file descriptor 3
+  std::string words;   // what it wrote to standard output and standard error
+};
+
+struct ChildCall {
+  std::filesystem::path program;
+  std::vector<std::string> arguments;
+  std::string input;      // on its standard input
+  double time_limit = 0;  // [s]; then it is killed
+};
+
+/// Runs the program and waits. It is killed when the time is over, when `progress` is cancelled and
+/// when this process ends for whatever reason. Data pass through anonymous memory files, which
+/// leave nothing behind. Throws std::system_error when it cannot be started.
+ChildResult run_child(const ChildCall& call, const std::string& phase, files::Progress& progress);
+
+}  // namespace kinetostat::fea

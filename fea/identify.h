@@ -1,0 +1,83 @@
+// A link's mesh in, its 6x6 compliance out.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "kinetostat/fea/blas.h"
+#include "kinetostat/fea/interface_selection.h"
+#include "kinetostat/fea/link_file.h"
+#include "kinetostat/fea/surface_check.h"
+#include "kinetostat/fea/tetrahedralize.h"
+#include "kinetostat/fea/unit_wrenches.h"
+#include "kinetostat/files/json.h"
+#include "kinetostat/files/progress.h"
+#include "kinetostat/spatial/stiffness.h"
+
+namespace kinetostat::fea {
+
+/// The surface of the link cannot be meshed. Ends the program like any other bad input, but keeps
+/// the facets for a picture.
+class SurfaceError : public files::InputError {
+ public:
+  SurfaceError(Details details, files::VtuGrid facets)
+      : InputError(std::move(details)), facets_(std::move(facets)) {}
+
+  /// Empty when no facet is to blame.
+  const files::VtuGrid& facets() const { return facets_; }
+
+ private:
+  files::VtuGrid facets_;
+};
+
+struct LinkResult {
+  LinkResult(std::string link_name, const Material& link_material)
+      : name(std::move(link_name)), material(link_material) {}
+
+  std::string name;
+  /// At the loaded interface's point, mesh axes; the fixed interface does not move.
+  spatial::Compliance6 compliance{Matrix6::Zero()};
+  double symmetry_defect = 0;  // of the matrix before it was made symmetric
+  Material material;
+
+  std::optional<double> mass;      // [kg]; without a density there is none
+  Vector3 center_of_mass;          // [m]
+  std::optional<Matrix3> inertia;  // [kg m^2] about the centre of mass, mesh axes
+
+  Interface fixed, loaded;
+  TetMesh mesh;
+  MassProperties geometry;
+  MeshQuality quality;
+  double element_size = 0;    // [m] asked for
+  double surface_volume = 0;  // [m^3] enclosed by the input facets
+  WeldReport weld;
+  std::size_t facets = 0;
+  std::size_t unknowns = 0;
+
+  UnitWrenchResponse response;  // with the six displacement fields
+  std::vector<std::string> warnings;
+  std::vector<std::pair<std::string, double>> timings;  // [s], by phase
+  BlasInfo blas;
+
+  std::string link_sha256, mesh_sha256, mesh_file, unit;
+};
+
+struct IdentifyOptions {
+  TetrahedralizeOptions meshing = {};  // edge_length is set from the link file
+};
+
+/// Throws SurfaceError and InputError for what the user can mend, Cancelled.
+LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
+                    files::Progress& progress);
+
+/// The link result file. Its bytes depend on the input alone, `timings` apart.
+files::Json to_json(const LinkResult& result);
+
+/// The mesh with the six displacement fields as point data "Fx" .. "Mz" (per unit wrench) and the
+/// interfaces (1 fixed, 2 loaded).
+files::VtuGrid displacement_fields(const LinkResult& result);
+
+}  // namespace kinetostat::fea

@@ -1,0 +1,139 @@
+#include "kinetostat/fea/link_file.h"
+
+#include <stdexcept>
+
+#include "kinetostat/files/text_file.h"
+#include "kinetostat/files/yaml.h"
+
+namespace kinetostat::fea {
+namespace {
+
+using files::YamlNode;
+using spatial::UnitSystem;
+namespace dimension = spatial::dimension;
+
+std::string read_unit(const YamlNode& mesh) {
+  const auto unit = mesh.find("unit");
+  // Without one, read_surface() refuses with the sizes to choose by.
+  if (!unit) return {};
+  try {
+    spatial::parse_quantity("1 " + unit->text(), dimension::length);
+  } catch (const std::invalid_argument& error) {
+    unit->fail(error.what(), "Use mm, m or inch");
+  }
+  return unit->text();
+}
+
+Material read_material(const YamlNode& node) {
+  node.allow_only({"E", "nu", "density"});
+  const double young = node.at("E").quantity_with_unit(dimension::pressure);
+  if (!(young > 0))
+    node.at("E").fail("'" + node.at("E").text() + "' is not above zero",
+                      "Give Young's modulus, for steel 210 GPa");
+  const double poisson = node.at("nu").number();
+  if (!(poisson > -1 && poisson < 0.5))
+    node.at("nu").fail(
+        "'" + node.at("nu").text() + "' is not between -1 and 0.5",
+        "0.5 is incompressible, which these elements cannot be; rubber is near 0.49");
+  std::optional<double> density;
+  if (const auto value = node.find("density")) {
+    density = value->quantity_with_unit(dimension::density);
+    if (!(*density > 0))
+      value->fail("'" + value->text() + "' is not above zero", "Steel has 7850 kg/m^3");
+  }
+  return Material(young, poisson, density);
+}
+
+CylinderSelector read_cylinder(const YamlNode& node, const UnitSystem& units) {
+  node.allow_only({"axis_point", "axis", "radius", "length"});
+  CylinderSelector cylinder{.axis_point = node.at("axis_point").vector3(dimension::length, units),
+                            .axis = node.at("axis").direction(),
+                            .radius = node.at("radius").positive(dimension::length, units),
+                            .length = {}};
+  if (const auto length = node.find("length"))
+    cylinder.length = length->positive(dimension::length, units);
+  return cylinder;
+}
+
+BoxSelector read_box(const YamlNode& node, const UnitSystem& units) {
+  node.allow_only({"min", "max"});
+  const Vector3 low = node.at("min").vector3(dimension::length, units);
+  const Vector3 high = node.at("max").vector3(dimension::length, units);
+  if ((low.array() > high.array()).any())
+    node.fail("a coordinate of min is above that of max", "Swap them");
+  return {Box(low, high)};
+}
+
+Selector read_selector(const std::string& kind, const YamlNode& node, const UnitSystem& units) {
+  if (kind == "cylinder") return read_cylinder(node, units);
+  if (kind == "box") return read_box(node, units);
+  if (kind == "plane") {
+    node.allow_only({"point", "normal"});
+    return PlaneSelector{node.at("point").vector3(dimension::length, units),
+                         node.at("normal").direction()};
+  }
+  node.allow_only({"point", "direction"});
+  return NearestFaceSelector{node.at("point").vector3(dimension::length, units),
+                             node.at("direction").direction()};
+}
+
+const std::vector<std::string> selector_kinds{"plane", "cylinder", "box", "nearest_face"};
+
+void check_coupling(const YamlNode& node) {
+  const auto coupling = node.find("coupling");
+  if (!coupling) return;
+  const std::string word = coupling->choice({"rigid", "distributing", "body"});
+  if (word != "rigid")
+    coupling->fail("coupling '" + word + "' is not available in this version", "Use rigid");
+}
+
+InterfaceSpec read_interface(const YamlNode& node, const UnitSystem& units, bool is_loaded) {
+  std::vector<std::string> keys = selector_kinds;
+  keys.emplace_back("coupling");
+  if (is_loaded) keys.emplace_back("point");
+  node.allow_only(keys);
+  check_coupling(node);
+  const auto [kind, selection] = node.one_of(selector_kinds);
+  InterfaceSpec spec{
+      .selector = read_selector(kind, selection, units),
+      .point = {},
+      .origin = {.file = selection.file(), .line = selection.line(), .key = selection.path()}};
+  if (const auto point = node.find("point")) spec.point = point->vector3(dimension::length, units);
+  return spec;
+}
+
+void read_elements(const YamlNode& node, const UnitSystem& units, LinkSpec& spec) {
+  node.allow_only({"order", "size", "accuracy"});
+  if (const auto accuracy = node.find("accuracy"))
+    accuracy->fail("accuracy on demand is not available in this version",
+                   "Give a size, and halve it to see how much the result changes");
+  if (const auto order = node.find("order")) spec.order = order->integer(1, 2);
+  if (const auto size = node.find("size")) spec.size = size->positive(dimension::length, units);
+}
+
+}  // namespace
+
+LinkSpec read_link(const std::filesystem::path& file) {
+  const YamlNode top = files::read_yaml(file);
+  files::check_format_version(top);
+  top.allow_only({"kinetostat", "link", "mesh", "material", "fixed", "loaded", "elements"});
+  const YamlNode mesh = top.at("mesh");
+  mesh.allow_only({"file", "unit"});
+  const std::string unit = read_unit(mesh);
+  UnitSystem units;
+  if (!unit.empty()) units.length = unit;
+  LinkSpec spec{.name = top.at("link").text(),
+                .file = file,
+                .mesh_file = mesh.at("file").existing_file(),
+                .mesh_name = mesh.at("file").text(),
+                .unit = unit,
+                .material = read_material(top.at("material")),
+                .fixed = read_interface(top.at("fixed"), units, false),
+                .loaded = read_interface(top.at("loaded"), units, true),
+                .size = {},
+                .sha256 = files::sha256(files::read_text(file))};
+  if (const auto elements = top.find("elements")) read_elements(*elements, units, spec);
+  return spec;
+}
+
+}  // namespace kinetostat::fea

@@ -1,0 +1,53 @@
+// The link file: what to identify, as people write it.
+//
+//     kinetostat: 1
+//     link: foot
+//     mesh: {file: foot.stl, unit: mm}
+//     material: {E: 70 GPa, nu: 0.33, density: 2700 kg/m^3}
+//     fixed:  {plane: {point: [0, 0, 0], normal: [-1, 0, 0]}}
+//     loaded: {cylinder: {axis_point: [110, 110, 0], axis: [0, 0, 1], radius: 8},
+//              point: [110, 110, 0], coupling: rigid}
+//     elements: {order: 2, size: 5}
+//
+// Bare lengths are in the mesh's unit. `density`, `point` and `elements` may be left out: then
+// there is no mass, the point is the interface's centroid, and the size follows from volume over
+// area.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "kinetostat/fea/elasticity.h"
+#include "kinetostat/fea/interface_selection.h"
+#include "kinetostat/files/error.h"
+
+namespace kinetostat::fea {
+
+/// How an interface is fastened to what is outside the link.
+enum class Coupling { rigid };
+
+struct InterfaceSpec {
+  Selector selector;
+  std::optional<Vector3> point;  // [m] reference point; the centroid when not given
+  Coupling coupling = Coupling::rigid;
+  files::InputError::Details origin;  // file, line and key, for messages
+};
+
+struct LinkSpec {
+  std::string name;
+  std::filesystem::path file;       // the link file
+  std::filesystem::path mesh_file;  // where it is
+  std::string mesh_name;            // as the link file spells it
+  std::string unit;                 // of the mesh
+  Material material;
+  InterfaceSpec fixed, loaded;
+  int order = 2;               // of the elements, 1 or 2
+  std::optional<double> size;  // [m] of the elements
+  std::string sha256;          // of the link file
+};
+
+/// Throws InputError with file, line and key.
+LinkSpec read_link(const std::filesystem::path& file);
+
+}  // namespace kinetostat::fea

@@ -1,0 +1,118 @@
+// LinkResult as files: JSON for programs, VTU for pictures.
+#include "kinetostat/fea/identify.h"
+
+namespace kinetostat::fea {
+namespace {
+
+using files::Json;
+using files::to_json;
+
+Json rows(const Matrix3& matrix) {
+  Json list = Json::array();
+  for (int i = 0; i < 3; ++i) list.push_back(to_json(Vector3(matrix.row(i).transpose())));
+  return list;
+}
+
+Json interface_json(const Interface& interface) {
+  return {{"area", interface.area},
+          {"centroid", to_json(interface.centroid)},
+          {"nodes", interface.nodes.size()},
+          {"faces", interface.faces},
+          {"radii_of_gyration", to_json(interface.gyration)},
+          {"principal_axes", rows(interface.principal_axes.transpose())},
+          {"coupling", "rigid"}};
+}
+
+Json eigen_json(const spatial::Compliance6& compliance) {
+  const spatial::EigenStiffness eigen = spatial::eigen_stiffness(compliance);
+  return {{"translation", to_json(eigen.translation)},
+          {"translation_axes", rows(eigen.translation_axes.transpose())},
+          {"rotation", to_json(eigen.rotation)},
+          {"rotation_axes", rows(eigen.rotation_axes.transpose())}};
+}
+
+Json material_json(const Material& material) {
+  Json json{{"E", material.young()}, {"nu", material.poisson()}};
+  json["density"] = material.density() ? Json(*material.density()) : Json();
+  return json;
+}
+
+Json mesh_json(const LinkResult& result) {
+  return {{"order", result.mesh.order},
+          {"size", result.element_size},
+          {"elements", result.mesh.element_count()},
+          {"nodes", result.mesh.nodes.size()},
+          {"unknowns", result.unknowns},
+          {"volume", result.geometry.volume},
+          {"surface_volume", result.surface_volume},
+          {"surface_facets", result.facets},
+          {"weld_tolerance", result.weld.tolerance},
+          {"welded_points", result.weld.points_before - result.weld.points_after},
+          {"collapsed_facets", result.weld.collapsed.size()},
+          {"least_dihedral_deg", result.quality.least_dihedral},
+          {"median_dihedral_deg", result.quality.median_dihedral},
+          {"largest_edge_ratio", result.quality.largest_edge_ratio},
+          {"mean_edge", result.quality.mean_edge}};
+}
+
+// All that may differ between two runs on the same input.
+Json timings_json(const LinkResult& result) {
+  Json json;
+  for (const auto& [phase, seconds] : result.timings) json[phase] = seconds;
+  json["ordering"] = result.response.factorisation.ordering_seconds;
+  json["factorisation"] = result.response.factorisation.factor_seconds;
+  json["six_solves"] = result.response.solve_seconds;
+  json["blas"] = result.blas.name;
+  json["blas_threads"] = result.blas.threads;
+  return json;
+}
+
+}  // namespace
+
+Json to_json(const LinkResult& result) {
+  Json json{{"kinetostat", 1}, {"link", result.name}};
+  const Json matrix = to_json(result.compliance);
+  for (const auto& [key, value] : matrix.items()) json[key] = value;
+  json["symmetry_defect"] = result.symmetry_defect;
+  json["eigen_stiffness"] = eigen_json(result.compliance);
+  json["mass"] = result.mass ? Json(*result.mass) : Json();
+  json["center_of_mass"] = to_json(result.center_of_mass);
+  json["inertia"] = result.inertia ? rows(*result.inertia) : Json();
+  json["material"] = material_json(result.material);
+  json["interfaces"] = {{"fixed", interface_json(result.fixed)},
+                        {"loaded", interface_json(result.loaded)}};
+  json["mesh"] = mesh_json(result);
+  json["solver"] = {{"method", "supernodal Cholesky, nested dissection"},
+                    {"factor_entries", result.response.factorisation.entries},
+                    {"reciprocal_condition", result.response.factorisation.reciprocal_condition},
+                    {"refinement_steps", result.response.refinement_steps}};
+  json["warnings"] = result.warnings;
+  json["timings"] = timings_json(result);
+  json["inputs"] = {{"link_sha256", result.link_sha256},
+                    {"mesh_file", result.mesh_file},
+                    {"mesh_sha256", result.mesh_sha256},
+                    {"mesh_unit", result.unit},
+                    {"tool", "kinetostat " KINETOSTAT_VERSION}};
+  return json;
+}
+
+files::VtuGrid displacement_fields(const LinkResult& result) {
+  const TetMesh& mesh = result.mesh;
+  files::VtuGrid grid{
+      .cell = mesh.order == 2 ? files::VtuCell::quadratic_tetra : files::VtuCell::tetra,
+      .nodes_per_cell = static_cast<int>(mesh.nodes_per_element()),
+      .connectivity = mesh.connectivity};
+  for (const Vector3& p : mesh.nodes) grid.points.insert(grid.points.end(), {p.x(), p.y(), p.z()});
+  static constexpr const char* names[] = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
+  for (std::size_t j = 0; j < result.response.fields.size(); ++j) {
+    const Eigen::Matrix3Xd& u = result.response.fields[j];
+    grid.point_fields.push_back({names[j], 3, {u.data(), u.data() + u.size()}});
+  }
+  files::VtuField parts{.name = "interface", .values = std::vector<double>(mesh.nodes.size(), 0)};
+  for (const int node : result.fixed.nodes) parts.values[static_cast<std::size_t>(node)] = 1;
+  for (const int node : result.loaded.nodes) parts.values[static_cast<std::size_t>(node)] = 2;
+  grid.point_fields.push_back(std::move(parts));
+  return grid;
+}
+
+}  // namespace kinetostat::fea

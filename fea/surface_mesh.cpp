@@ -1,0 +1,316 @@
+#include "kinetostat/fea/surface_mesh.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <numeric>
+#include <sstream>
+#include <unordered_map>
+
+#include <assimp/Importer.hpp>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <fmt/format.h>
+
+#include "kinetostat/files/error.h"
+#include "kinetostat/files/text_file.h"
+#include "kinetostat/spatial/units.h"
+
+namespace kinetostat::fea {
+namespace {
+
+using files::InputError;
+
+constexpr std::size_t stl_header = 84, stl_facet = 50;
+
+// Cubic cells as wide as the tolerance: a point's partners lie in its cell or the 26 around it.
+class PointGrid {
+ public:
+  PointGrid(const Vector3& origin, double width) : origin_(origin), width_(width) {}
+
+  // The kept point that `point` becomes, or -1.
+  int find(const Vector3& point, const std::vector<Vector3>& kept) const {
+    const Cell centre = cell(point);
+    int best = -1;
+    for (int dx = -1; dx <= 1; ++dx)
+      for (int dy = -1; dy <= 1; ++dy)
+        for (int dz = -1; dz <= 1; ++dz) {
+          const auto entry = cells_.find({centre[0] + dx, centre[1] + dy, centre[2] + dz});
+          if (entry == cells_.end()) continue;
+          for (const int candidate : entry->second)
+            if ((kept[static_cast<std::size_t>(candidate)] - point).norm() <= width_ &&
+                (best < 0 || candidate < best))
+              best = candidate;
+        }
+    return best;
+  }
+  void add(const Vector3& point, int index) { cells_[cell(point)].push_back(index); }
+
+ private:
+  using Cell = std::array<std::int64_t, 3>;
+  struct Hash {
+    std::size_t operator()(const Cell& c) const {
+      std::uint64_t h = 0;
+      for (const std::int64_t k : c)
+        h = (h ^ static_cast<std::uint64_t>(k)) * 0x9E3779B97F4A7C15u + (h >> 29);
+      return h ^ h >> 32;
+    }
+  };
+  Cell cell(const Vector3& p) const {
+    const Vector3 scaled = (p - origin_) / width_;
+    return {std::llround(scaled.x()), std::llround(scaled.y()), std::llround(scaled.z())};
+  }
+
+  Vector3 origin_;
+  double width_;
+  std::unordered_map<Cell, std::vector<int>, Hash> cells_;
+};
+
+// Numbers identical points alike; `points` shrinks to one of each, in order of first appearance.
+std::vector<int> merge_identical(std::vector<Vector3>& points) {
+  std::vector<int> order(points.size());
+  std::iota(order.begin(), order.end(), 0);
+  const auto key = [&points](int i) {
+    const Vector3& p = points[static_cast<std::size_t>(i)];
+    return std::array<double, 3>{p.x(), p.y(), p.z()};
+  };
+  std::sort(order.begin(), order.end(), [&key](int a, int b) {
+    const auto ka = key(a), kb = key(b);
+    return ka != kb ? ka < kb : a < b;
+  });
+  std::vector<int> first(points.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool same = i > 0 && key(order[i]) == key(order[i - 1]);
+    first[static_cast<std::size_t>(order[i])] =
+        same ? first[static_cast<std::size_t>(order[i - 1])] : order[i];
+  }
+  std::vector<int> number(points.size());
+  std::vector<Vector3> kept;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (first[i] == static_cast<int>(i)) {
+      number[i] = static_cast<int>(kept.size());
+      kept.push_back(points[i]);
+    } else {
+      number[i] = number[static_cast<std::size_t>(first[i])];
+    }
+  }
+  points = std::move(kept);
+  return number;
+}
+
+std::vector<int> merge_near(std::vector<Vector3>& points, double tolerance) {
+  std::vector<int> number(points.size());
+  std::vector<Vector3> kept;
+  PointGrid grid(bounding_box(points).min(), tolerance);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    number[i] = grid.find(points[i], kept);
+    if (number[i] >= 0) continue;
+    number[i] = static_cast<int>(kept.size());
+    grid.add(points[i], number[i]);
+    kept.push_back(points[i]);
+  }
+  points = std::move(kept);
+  return number;
+}
+
+std::string lower_extension(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension.empty() ? extension : extension.substr(1);
+}
+
+std::size_t occurrences(const std::string& text, const std::string& word) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1))
+    ++count;
+  return count;
+}
+
+void check_ascii_stl(const std::filesystem::path& file, std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::size_t ends = occurrences(text, "endfacet");
+  const std::size_t begins = occurrences(text, "facet") - ends;
+  if (begins != ends || text.find("endsolid") == std::string::npos)
+    throw InputError(
+        file,
+        fmt::format("this ASCII STL is cut short: {} facets begin, {} end{}", begins, ends,
+                    text.find("endsolid") == std::string::npos ? ", no 'endsolid'" : ""),
+        "Export the mesh again");
+}
+
+// The importer trusts the facet count of a binary STL and stops silently at the end of an ASCII
+// one.
+void check_stl(const std::filesystem::path& file, const std::string& bytes) {
+  const std::size_t text_begin = bytes.find_first_not_of(" \t\r\n");
+  const bool says_solid =
+      text_begin != std::string::npos && bytes.compare(text_begin, 5, "solid") == 0;
+  std::uint32_t count = 0;
+  if (bytes.size() >= stl_header) std::memcpy(&count, bytes.data() + 80, sizeof count);
+  const std::size_t expected = stl_header + stl_facet * std::size_t{count};
+  if (bytes.size() >= stl_header && bytes.size() == expected) return;
+  if (says_solid && bytes.find('\0') == std::string::npos) return check_ascii_stl(file, bytes);
+  if (bytes.size() < stl_header)
+    throw InputError(file, fmt::format("{} bytes are too few for an STL file", bytes.size()),
+                     "Export the mesh again");
+  throw InputError(file,
+                   fmt::format("the binary STL header announces {} facets ({} bytes), the file has "
+                               "{} bytes",
+                               count, expected, bytes.size()),
+                   bytes.size() < expected ? "The file is cut short: export the mesh again"
+                                           : "Is this an STL file? Export the mesh again");
+}
+
+// The importer believes the counts of a PLY header and works for hours on a huge one. It also finds
+// counts in damaged lines; so no number of the header may exceed the number of bytes after it.
+void check_ply(const std::filesystem::path& file, const std::string& bytes) {
+  const std::size_t header_end = bytes.find("end_header");
+  if (bytes.compare(0, 3, "ply") != 0 || header_end == std::string::npos)
+    throw InputError(file, "not a PLY file: no header", "Export the mesh again");
+  std::istringstream header(bytes.substr(0, header_end));
+  for (std::string line; std::getline(header, line);) {
+    if (line.starts_with("comment ") || line.starts_with("obj_info ")) continue;
+    double count = 0;
+    for (const char c : line) {
+      count = std::isdigit(static_cast<unsigned char>(c)) ? 10 * count + (c - '0') : 0;
+      if (count > static_cast<double>(bytes.size() - header_end))
+        throw InputError(file,
+                         fmt::format("the header announces more than the {} bytes after it hold",
+                                     bytes.size() - header_end),
+                         "The file is cut short or damaged: export the mesh again");
+    }
+  }
+}
+
+SurfaceMesh triangles_of(const aiScene& scene) {
+  SurfaceMesh mesh;
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    const aiMesh& part = *scene.mMeshes[m];
+    const int base = static_cast<int>(mesh.points.size());
+    for (unsigned i = 0; i < part.mNumVertices; ++i)
+      mesh.points.emplace_back(part.mVertices[i].x, part.mVertices[i].y, part.mVertices[i].z);
+    for (unsigned i = 0; i < part.mNumFaces; ++i) {
+      const aiFace& face = part.mFaces[i];
+      if (face.mNumIndices != 3) continue;  // loose points and lines of OBJ and PLY
+      mesh.triangles.push_back({base + static_cast<int>(face.mIndices[0]),
+                                base + static_cast<int>(face.mIndices[1]),
+                                base + static_cast<int>(face.mIndices[2])});
+    }
+  }
+  return mesh;
+}
+
+SurfaceMesh import_triangles(const std::filesystem::path& file, const std::string& bytes) {
+  const std::string kind = lower_extension(file);
+  if (kind != "stl" && kind != "obj" && kind != "ply")
+    throw InputError(file, fmt::format("'.{}' is not a surface format that is read here", kind),
+                     "Export the link as STL, OBJ or PLY");
+  if (bytes.empty()) throw InputError(file, "the file is empty", "Export the mesh again");
+  if (kind == "stl") check_stl(file, bytes);
+  if (kind == "ply") check_ply(file, bytes);
+  Assimp::Importer importer;
+  const aiScene* scene = nullptr;
+  std::string reason;
+  try {
+    scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate,
+                                        kind.c_str());
+    reason = importer.GetErrorString();
+  } catch (const std::exception& error) {
+    reason = error.what();
+  }
+  if (scene == nullptr)
+    throw InputError(file, fmt::format("not a readable {} file: {}", kind, reason),
+                     "Export the mesh again");
+  SurfaceMesh mesh = triangles_of(*scene);
+  if (mesh.triangles.empty())
+    throw InputError(file, "the file holds no triangles", "Export the surface of the link");
+  return mesh;
+}
+
+void check_coordinates(const std::filesystem::path& file, const SurfaceMesh& mesh) {
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
+    for (const int corner : mesh.triangles[f]) {
+      if (corner < 0 || static_cast<std::size_t>(corner) >= mesh.points.size())
+        throw InputError(file, fmt::format("facet {} names point {} of {}", f + 1, corner + 1,
+                                           mesh.points.size()));
+      const Vector3& p = mesh.points[static_cast<std::size_t>(corner)];
+      if (!p.allFinite())
+        throw InputError(file, fmt::format("facet {} has a corner that is not finite", f + 1),
+                         "Export the mesh again");
+    }
+}
+
+double metres_per_unit(const std::filesystem::path& file, const std::string& unit,
+                       const SurfaceMesh& mesh) {
+  const Vector3 size = bounding_box(mesh.points).sizes();
+  if (unit.empty())
+    throw InputError(
+        file,
+        fmt::format("the mesh has no unit of length; its bounding box would be "
+                    "{0:.4g} x {1:.4g} x {2:.4g} m in mm, {3:.4g} x {4:.4g} x {5:.4g} "
+                    "m in m, {6:.4g} x {7:.4g} x {8:.4g} m in inch",
+                    size.x() * 1e-3, size.y() * 1e-3, size.z() * 1e-3, size.x(), size.y(), size.z(),
+                    size.x() * 0.0254, size.y() * 0.0254, size.z() * 0.0254),
+        "State the unit: mm, m or inch");
+  try {
+    return spatial::parse_quantity("1 " + unit, spatial::dimension::length);
+  } catch (const std::invalid_argument& error) {
+    throw InputError(file, fmt::format("unit '{}': {}", unit, error.what()),
+                     "State a unit of length: mm, m or inch");
+  }
+}
+
+}  // namespace
+
+Box bounding_box(const std::vector<Vector3>& points) {
+  Box box;
+  for (const Vector3& p : points) box.extend(p);
+  return box;
+}
+
+double weld_tolerance(const std::vector<Vector3>& points) {
+  const Box box = bounding_box(points);
+  const double farthest =
+      std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
+  return std::max(1e-6 * box.diagonal().norm(),
+                  4 * double{std::numeric_limits<float>::epsilon()} * farthest);
+}
+
+WeldReport weld(SurfaceMesh& mesh, double tolerance) {
+  WeldReport report{.tolerance = tolerance, .points_before = mesh.points.size()};
+  const std::vector<int> identical = merge_identical(mesh.points);
+  std::vector<int> near(mesh.points.size());
+  std::iota(near.begin(), near.end(), 0);
+  if (tolerance > 0) near = merge_near(mesh.points, tolerance);
+  std::vector<Triangle> kept;
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    Triangle t = mesh.triangles[f];
+    for (int& corner : t)
+      corner = near[static_cast<std::size_t>(identical[static_cast<std::size_t>(corner)])];
+    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0])
+      report.collapsed.push_back(static_cast<int>(f));
+    else
+      kept.push_back(t);
+  }
+  mesh.triangles = std::move(kept);
+  report.points_after = mesh.points.size();
+  return report;
+}
+
+ImportedSurface read_surface(const std::filesystem::path& file, const std::string& unit) {
+  const std::string bytes = files::read_text(file);
+  SurfaceMesh mesh = import_triangles(file, bytes);
+  check_coordinates(file, mesh);
+  const double scale = metres_per_unit(file, unit, mesh);
+  for (Vector3& p : mesh.points) p *= scale;
+  const WeldReport report = weld(mesh, weld_tolerance(mesh.points));
+  if (mesh.triangles.empty())
+    throw InputError(file, "all facets collapse to points or lines", "Export the mesh again");
+  return {std::move(mesh), report, files::sha256(bytes)};
+}
+
+}  // namespace kinetostat::fea

@@ -1,0 +1,70 @@
+// The boundary of a link as triangles, read from a CAD export.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include "kinetostat/spatial/linear_algebra.h"
+
+namespace kinetostat::fea {
+
+using spatial::Matrix3;
+using spatial::Matrix6;
+using spatial::Vector3;
+using spatial::Vector6;
+using Box = Eigen::AlignedBox3d;
+using Triangle = std::array<int, 3>;
+
+/// Points [m] shared by triangles whose corners run counterclockwise seen from outside.
+struct SurfaceMesh {
+  std::vector<Vector3> points = {};
+  std::vector<Triangle> triangles = {};
+
+  const Vector3& corner(std::size_t facet, std::size_t k) const {
+    return points[static_cast<std::size_t>(triangles[facet][k])];
+  }
+  Vector3 centroid(std::size_t facet) const {
+    return (corner(facet, 0) + corner(facet, 1) + corner(facet, 2)) / 3;
+  }
+  /// Area times the outward unit normal [m^2].
+  Vector3 area_vector(std::size_t facet) const {
+    return 0.5 * (corner(facet, 1) - corner(facet, 0)).cross(corner(facet, 2) - corner(facet, 0));
+  }
+};
+
+Box bounding_box(const std::vector<Vector3>& points);
+
+/// What welding did.
+struct WeldReport {
+  double tolerance = 0;  // [m]: points nearer than this became one
+  std::size_t points_before = 0, points_after = 0;
+  std::vector<int> collapsed =
+      {};  // facets of the file (from 0) that lost a corner and were left out
+};
+
+/// Gives coinciding corners one point: identical ones first, then those nearer than `tolerance` [m]
+/// to a point already kept. The result does not depend on anything but the order of the points.
+/// Facets that collapse are left out and reported.
+WeldReport weld(SurfaceMesh& mesh, double tolerance);
+
+/// The tolerance that read_surface welds with: a millionth of the diagonal of the bounding box, or
+/// the rounding of 32-bit coordinates when the part lies far from the origin.
+double weld_tolerance(const std::vector<Vector3>& points);
+
+struct ImportedSurface {
+  SurfaceMesh mesh;
+  WeldReport weld;
+  std::string sha256;  // of the file
+};
+
+/// Reads STL (binary or ASCII), OBJ or PLY whose lengths are in `unit` ("mm"). Throws InputError
+/// when the file is missing, truncated, empty, of another kind or not finite; and when `unit` is
+/// empty, with the bounding box in mm, m and inch to choose by.
+ImportedSurface read_surface(const std::filesystem::path& file, const std::string& unit);
+
+}  // namespace kinetostat::fea

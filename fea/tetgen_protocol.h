@@ -1,0 +1,94 @@
+// What kinetostat and its helper program kinetostat-tetgen say to one another. Nothing but the
+// standard library, so that the helper shares no code with the rest.
+//
+// The helper reads one request from standard input and writes one answer to file descriptor
+// answer_descriptor; both are sequences of little blocks: a 64-bit count, then that many items.
+//   request: switches (char), points (3 doubles each), triangles (3 int32 each), markers (int32 per
+//            triangle), hole points (3 doubles each)
+//   answer:  points (3 doubles each), tetrahedra (4 int32 each), boundary triangles (3 int32 each),
+//            their markers (int32 each)
+// TetGen's own words go to standard output. Limits are arguments: --memory BYTES.
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <string>
+#include <vector>
+
+namespace kinetostat::fea::tetgen {
+
+inline constexpr int answer_descriptor = 3;
+
+/// Exit codes of the helper; other TetGen codes are passed on as refused_base + code.
+inline constexpr int exit_done = 0, exit_bad_request = 64, exit_out_of_memory = 65,
+                     refused_base = 70;
+
+struct Request {
+  std::string switches;
+  std::vector<double> points;
+  std::vector<std::int32_t> triangles, markers;
+  std::vector<double> holes;
+};
+
+struct Answer {
+  std::vector<double> points;
+  std::vector<std::int32_t> tetrahedra, triangles, markers;
+};
+
+template <class Items>
+void append_block(std::string& bytes, const Items& items) {
+  const std::uint64_t count = items.size();
+  bytes.append(reinterpret_cast<const char*>(&count), sizeof count);
+  if (count > 0)
+    bytes.append(reinterpret_cast<const char*>(items.data()), count * sizeof(items[0]));
+}
+
+/// Takes one block off the front of bytes[at..]; false when the bytes end too early.
+template <class Items>
+bool take_block(const std::string& bytes, std::size_t& at, Items& items) {
+  std::uint64_t count = 0;
+  if (bytes.size() - at < sizeof count) return false;
+  std::memcpy(&count, bytes.data() + at, sizeof count);
+  at += sizeof count;
+  if ((bytes.size() - at) / sizeof(items[0]) < count) return false;
+  items.resize(count);
+  if (count > 0) std::memcpy(items.data(), bytes.data() + at, count * sizeof(items[0]));
+  at += count * sizeof(items[0]);
+  return true;
+}
+
+inline std::string encode(const Request& request) {
+  std::string bytes;
+  append_block(bytes, request.switches);
+  append_block(bytes, request.points);
+  append_block(bytes, request.triangles);
+  append_block(bytes, request.markers);
+  append_block(bytes, request.holes);
+  return bytes;
+}
+
+inline bool decode(const std::string& bytes, Request& request) {
+  std::size_t at = 0;
+  return take_block(bytes, at, request.switches) && take_block(bytes, at, request.points) &&
+         take_block(bytes, at, request.triangles) && take_block(bytes, at, request.markers) &&
+         take_block(bytes, at, request.holes) && at == bytes.size();
+}
+
+inline std::string encode(const Answer& answer) {
+  std::string bytes;
+  append_block(bytes, answer.points);
+  append_block(bytes, answer.tetrahedra);
+  append_block(bytes, answer.triangles);
+  append_block(bytes, answer.markers);
+  return bytes;
+}
+
+inline bool decode(const std::string& bytes, Answer& answer) {
+  std::size_t at = 0;
+  return take_block(bytes, at, answer.points) && take_block(bytes, at, answer.tetrahedra) &&
+         take_block(bytes, at, answer.triangles) && take_block(bytes, at, answer.markers) &&
+         at == bytes.size();
+}
+
+}  // namespace kinetostat::fea::tetgen

@@ -1,0 +1,127 @@
+#include "kinetostat/fea/assembly.h"
+
+#include <gtest/gtest.h>
+
+#include "kinetostat/fea/factorisation.h"
+#include "kinetostat/fea/interface_selection.h"
+
+#include "fea/shapes.h"
+
+namespace kinetostat::fea {
+namespace {
+
+const Material steel(210e9, 0.3);
+
+Eigen::MatrixXd dense(const SymmetricMatrix& matrix) {
+  Eigen::MatrixXd full = Eigen::MatrixXd::Zero(matrix.size(), matrix.size());
+  for (Eigen::Index j = 0; j < matrix.size(); ++j)
+    for (int k = matrix.column_start[static_cast<std::size_t>(j)];
+         k < matrix.column_start[static_cast<std::size_t>(j) + 1]; ++k) {
+      full(matrix.row[static_cast<std::size_t>(k)], j) = matrix.value[static_cast<std::size_t>(k)];
+      full(j, matrix.row[static_cast<std::size_t>(k)]) = matrix.value[static_cast<std::size_t>(k)];
+    }
+  return full;
+}
+
+// The sum of all elements, entry by entry.
+Eigen::MatrixXd summed(const TetMesh& mesh) {
+  const auto size = 3 * static_cast<Eigen::Index>(mesh.nodes.size());
+  Eigen::MatrixXd full = Eigen::MatrixXd::Zero(size, size);
+  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
+    const auto k = stiffness_tet10(mesh.corners(e), steel);
+    const auto tet = mesh.element(e);
+    for (int i = 0; i < 10; ++i)
+      for (int j = 0; j < 10; ++j)
+        full.block<3, 3>(3 * tet[static_cast<std::size_t>(i)],
+                         3 * tet[static_cast<std::size_t>(j)]) += k.block<3, 3>(3 * i, 3 * j);
+  }
+  return full;
+}
+
+// Column by column, how all nodes move with the unknowns.
+Eigen::MatrixXd motions(const TetMesh& mesh, const Unknowns& unknowns) {
+  const Eigen::Index count = 3 * unknowns.blocks();
+  Eigen::MatrixXd t(3 * static_cast<Eigen::Index>(mesh.nodes.size()), count);
+  for (Eigen::Index j = 0; j < count; ++j)
+    t.col(j) = unknowns.displacements(mesh, Eigen::VectorXd::Unit(count, j)).reshaped();
+  return t;
+}
+
+TEST(Assembly, IsTheElementsSumSeenThroughTheFreeMotions) {
+  files::Progress silent;
+  const TetMesh mesh = with_mid_nodes(box_mesh({0.2, 0.1, 0.1}, 2, 1, 1));
+  const Unknowns unknowns(mesh, interface_on(mesh, 1).nodes,
+                          {{Vector3(0.3, 0, 0.1), interface_on(mesh, 2).nodes}});
+  const Eigen::MatrixXd t = motions(mesh, unknowns);
+  const Eigen::MatrixXd expected = t.transpose() * summed(mesh) * t;
+  const Eigen::MatrixXd k = dense(assemble(mesh, steel, unknowns, silent).stiffness);
+  EXPECT_LT((k - expected).cwiseAbs().maxCoeff(), 1e-14 * expected.cwiseAbs().maxCoeff());
+}
+
+TEST(Assembly, SixRigidMotionsStoreNoEnergy) {
+  files::Progress silent;
+  const TetMesh mesh = with_mid_nodes(box_mesh({0.31, 0.02, 0.012}, 10, 2, 2));
+  const Unknowns unknowns(mesh, {}, {});
+  const SymmetricMatrix k = assemble(mesh, steel, unknowns, silent).stiffness;
+  const double stiffness = *std::max_element(k.value.begin(), k.value.end());
+  for (int motion = 0; motion < 6; ++motion) {
+    Eigen::VectorXd u(k.size());
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+      u.segment<3>(3 * static_cast<Eigen::Index>(n)) =
+          rigid_motion(mesh.nodes[n] - Vector3(0.15, 0, 0)).col(motion);
+    const double energy = -0.5 * u.dot(k.residual(Eigen::VectorXd::Zero(k.size()), u).col(0));
+    EXPECT_LT(std::abs(energy), 1e-15 * stiffness * u.squaredNorm()) << motion;
+  }
+}
+
+// The patch test: boundary nodes moved by u = A x, all others must follow exactly.
+TEST(Assembly, PatchTestIsPassedByBothElements) {
+  files::Progress silent;
+  Matrix3 a;
+  a << 3, -2, 7, 1, 5, -4, -6, 2, 9;
+  a *= 1e-4;
+  for (const int order : {1, 2}) {
+    TetMesh mesh = box_mesh({0.3, 0.3, 0.3}, 3, 3, 3);
+    // Irregular inside.
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+      if ((mesh.nodes[n].array() > 0.01).all() && (mesh.nodes[n].array() < 0.29).all())
+        mesh.nodes[n] += 0.02 * Vector3(std::sin(7.0 * double(n)), std::cos(5.0 * double(n)),
+                                        std::sin(3.0 * double(n)));
+    if (order == 2) mesh = with_mid_nodes(mesh);
+    std::vector<int> moved;
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+      if ((mesh.nodes[n].array() < 1e-9).any() || (mesh.nodes[n].array() > 0.3 - 1e-9).any())
+        moved.push_back(static_cast<int>(n));
+    // The whole stiffness once, and that of the inner nodes alone.
+    const Unknowns everything(mesh, {}, {}), inner(mesh, moved, {});
+    ASSERT_GT(inner.blocks(), 0);
+    const SymmetricMatrix whole = assemble(mesh, steel, everything, silent).stiffness;
+    const Equations equations = assemble(mesh, steel, inner, silent);
+    Eigen::VectorXd prescribed = Eigen::VectorXd::Zero(whole.size());
+    for (const int n : moved)
+      prescribed.segment<3>(3 * n) = a * mesh.nodes[static_cast<std::size_t>(n)];
+    const Eigen::VectorXd forces =
+        whole.residual(Eigen::VectorXd::Zero(whole.size()), prescribed).col(0);
+    Eigen::VectorXd load(3 * inner.blocks());
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+      if (const int block = inner.block_of(static_cast<int>(n)); block >= 0)
+        load.segment<3>(3 * block) = forces.segment<3>(3 * static_cast<Eigen::Index>(n));
+    const Eigen::VectorXd u =
+        Factorisation(equations.stiffness, equations.pattern, 0).solve(load).col(0);
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+      const int block = inner.block_of(static_cast<int>(n));
+      if (block < 0) continue;
+      EXPECT_LT((u.segment<3>(3 * block) - a * mesh.nodes[n]).norm(), 1e-15) << order;
+    }
+  }
+}
+
+TEST(Unknowns, RefusesANodeWithTwoMasters) {
+  const TetMesh mesh = box_mesh({1, 1, 1}, 1, 1, 1);
+  EXPECT_THROW(Unknowns(mesh, {0, 1}, {{Vector3::Zero(), {1, 2}}}), std::invalid_argument);
+  EXPECT_THROW(Unknowns(mesh, {}, {{Vector3::Zero(), {1}}, {Vector3::Zero(), {1}}}),
+               std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace kinetostat::fea

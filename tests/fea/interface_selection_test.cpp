@@ -1,0 +1,109 @@
+#include "kinetostat/fea/interface_selection.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kinetostat/fea/surface_faces.h"
+
+#include "fea/shapes.h"
+
+namespace kinetostat::fea {
+namespace {
+
+using testing::HasSubstr;
+
+const SurfaceMesh box = box_surface({0, 0, 0}, {0.3, 0.2, 0.1});
+const SurfaceMesh tube = tube_surface(0.008, 0.02, 0.05, 24);
+
+double area(const SurfaceMesh& mesh, const std::vector<int>& facets) {
+  double sum = 0;
+  for (const int f : facets) sum += mesh.area_vector(static_cast<std::size_t>(f)).norm();
+  return sum;
+}
+
+TEST(Selection, APlaneTakesItsFaceAndNotTheSides) {
+  const auto facets = select_facets(box, PlaneSelector{{0, 0.1, 0}, {-1, 0, 0}});
+  EXPECT_EQ(facets, (std::vector<int>{8, 9}));
+}
+
+TEST(Selection, APlaneLooksOutOfTheMaterial) {
+  const PlaneSelector inwards{{0, 0, 0}, {1, 0, 0}};
+  EXPECT_TRUE(select_facets(box, inwards).empty());
+  EXPECT_THAT(nearest_candidates(box, inwards, "mm"), HasSubstr("normal [-1, 0, 0]"));
+}
+
+TEST(Selection, AMissedPlaneNamesTheNearestFace) {
+  const PlaneSelector plane{{0.29, 0, 0}, {1, 0, 0}};
+  EXPECT_TRUE(select_facets(box, plane).empty());
+  EXPECT_THAT(nearest_candidates(box, plane, "mm"),
+              HasSubstr("flat faces: point [300, 100, 50] mm, normal [1, 0, 0]"));
+}
+
+TEST(Selection, ACylinderTakesTheBoreAndNotTheEnds) {
+  const auto facets = select_facets(tube, CylinderSelector{{0, 0, 1}, {0, 0, 1}, 0.008, {}});
+  EXPECT_EQ(facets.size(), 48u);
+  EXPECT_NEAR(area(tube, facets), 24 * 2 * 0.008 * std::sin(M_PI / 24) * 0.05, 1e-12);
+}
+
+TEST(Selection, ACylinderWithALengthTakesOnlyThatPart) {
+  SurfaceMesh two = tube;
+  append(two, tube_surface(0.008, 0.02, 0.05, 24));
+  for (std::size_t i = tube.points.size(); i < two.points.size(); ++i) two.points[i].z() += 0.1;
+  const CylinderSelector whole{{0, 0, 0}, {0, 0, 1}, 0.008, {}};
+  const CylinderSelector first{{0, 0, 0}, {0, 0, 1}, 0.008, 0.06};
+  EXPECT_EQ(select_facets(two, whole).size(), 96u);
+  EXPECT_EQ(select_facets(two, first).size(), 48u);
+}
+
+TEST(Selection, AWrongRadiusNamesTheCylindersThatAreThere) {
+  const CylinderSelector wrong{{0, 0, 0}, {0, 0, 1}, 0.010, {}};
+  EXPECT_TRUE(select_facets(tube, wrong).empty());
+  const std::string text = nearest_candidates(tube, wrong, "mm");
+  EXPECT_THAT(text, HasSubstr("radius 8 mm about axis [0, 0, 1] through [0, 0, 25], length 50"));
+  EXPECT_THAT(text, HasSubstr("radius 20 mm"));
+}
+
+TEST(Selection, AFlatCutOfACylinderIsNoCylinder) {
+  // A square bar has its corners on a circle.
+  const SurfaceMesh square = tube_surface(0.5, 1, 2, 4);
+  EXPECT_TRUE(select_facets(square, CylinderSelector{{0, 0, 0}, {0, 0, 1}, 1, {}}).empty());
+}
+
+TEST(Selection, ABoxTakesFacetsThatAreWhollyInside) {
+  EXPECT_EQ(select_facets(box, BoxSelector{Box(Vector3(-1, -1, -1), Vector3(0.1, 1, 1))}),
+            (std::vector<int>{8, 9}));
+  const BoxSelector beside{Box(Vector3(1, 1, 1), Vector3(2, 2, 2))};
+  EXPECT_TRUE(select_facets(box, beside).empty());
+  EXPECT_THAT(nearest_candidates(box, beside, "m"), HasSubstr("from [0, 0, 0] to [0.3, 0.2, 0.1]"));
+}
+
+TEST(Selection, TheNearestFaceIsTheOneTheRayMeetsFirst) {
+  EXPECT_EQ(select_facets(box, NearestFaceSelector{{0.15, 0.1, 5}, {0, 0, -1}}),
+            (std::vector<int>{2, 3}));
+  const NearestFaceSelector past{{5, 5, 5}, {1, 0, 0}};
+  EXPECT_TRUE(select_facets(box, past).empty());
+  EXPECT_THAT(nearest_candidates(box, past, "m"), HasSubstr("normal"));
+}
+
+TEST(Interface, OfARectangleHasItsAreaCentroidAndAxes) {
+  const TetMesh mesh = with_mid_nodes(box_mesh({0.3, 0.2, 0.1}, 3, 4, 2));
+  const Interface face = interface_on(mesh, 2);
+  EXPECT_NEAR(face.area, 0.02, 1e-15);
+  EXPECT_NEAR((face.centroid - Vector3(0.3, 0.1, 0.05)).norm(), 0, 1e-15);
+  EXPECT_EQ(face.faces, 16u);
+  EXPECT_EQ(face.nodes.size(), 45u);  // 9 x 5: corners and middles
+  EXPECT_NEAR(face.gyration[0], 0.2 / std::sqrt(12.0), 1e-15);
+  EXPECT_NEAR(face.gyration[1], 0.1 / std::sqrt(12.0), 1e-15);
+  EXPECT_NEAR(std::abs(face.principal_axes(1, 0)), 1, 1e-12);
+  EXPECT_NEAR(std::abs(face.principal_axes(0, 2)), 1, 1e-12);
+}
+
+TEST(SurfaceFaces, ABoxHasSixAndATubeTwoCylinders) {
+  EXPECT_EQ(flat_faces(box, 1e-6).size(), 6u);
+  const auto flat = flat_faces(tube, 1e-6);
+  EXPECT_EQ(flat.size(), 50u);
+  EXPECT_EQ(round_faces(tube, flat).size(), 2u);
+}
+
+}  // namespace
+}  // namespace kinetostat::fea

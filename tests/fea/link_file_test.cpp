@@ -1,0 +1,90 @@
+#include "kinetostat/fea/link_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kinetostat/files/error.h"
+
+#include "fea/shapes.h"
+
+namespace kinetostat::fea {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr const char* good =
+    "kinetostat: 1\n"
+    "link: foot\n"
+    "mesh: {file: foot.stl, unit: mm}\n"
+    "material: {E: 70 GPa, nu: 0.33, density: 2700 kg/m^3}\n"
+    "fixed:  {plane: {point: [0, 0, 0], normal: [-2, 0, 0]}}\n"
+    "loaded: {cylinder: {axis_point: [110, 110, 0], axis: [0, 0, 1], radius: 8}, point: [110, 110, "
+    "0], coupling: rigid}\n"
+    "elements: {order: 2, size: 5}\n";
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  if (at == std::string::npos) throw std::logic_error("not in the text: " + from);
+  return text.replace(at, from.size(), to);
+}
+
+class LinkFile : public testing::Test {
+ protected:
+  void SetUp() override { folder_.file("foot.stl", "solid\nendsolid\n"); }
+  LinkSpec read(const std::string& text) { return read_link(folder_.file("foot.yaml", text)); }
+  std::string message(const std::string& from, const std::string& to) {
+    try {
+      read(replaced(good, from, to));
+    } catch (const files::InputError& error) {
+      return error.what();
+    }
+    return "";
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(LinkFile, IsReadInSiUnits) {
+  const LinkSpec spec = read(good);
+  EXPECT_EQ(spec.name, "foot");
+  EXPECT_EQ(spec.mesh_name, "foot.stl");
+  EXPECT_EQ(spec.material.young(), 70e9);
+  EXPECT_EQ(spec.material.density(), 2700);
+  EXPECT_EQ(std::get<PlaneSelector>(spec.fixed.selector).normal, Vector3(-1, 0, 0));
+  const auto& bore = std::get<CylinderSelector>(spec.loaded.selector);
+  EXPECT_NEAR(bore.radius, 0.008, 1e-18);
+  EXPECT_NEAR((bore.axis_point - Vector3(0.11, 0.11, 0)).norm(), 0, 1e-16);
+  EXPECT_NEAR((*spec.loaded.point - Vector3(0.11, 0.11, 0)).norm(), 0, 1e-16);
+  EXPECT_EQ(spec.order, 2);
+  EXPECT_NEAR(*spec.size, 0.005, 1e-18);
+}
+
+TEST_F(LinkFile, DensityPointAndElementsMayBeLeftOut) {
+  std::string text = replaced(good, ", density: 2700 kg/m^3", "");
+  text = replaced(text, ", point: [110, 110, 0], coupling: rigid", "");
+  const LinkSpec spec = read(replaced(text, "elements: {order: 2, size: 5}\n", ""));
+  EXPECT_FALSE(spec.material.density());
+  EXPECT_FALSE(spec.loaded.point);
+  EXPECT_FALSE(spec.size);
+  EXPECT_EQ(spec.order, 2);
+}
+
+TEST_F(LinkFile, EveryMistakeIsNamedWithItsLineAndKey) {
+  EXPECT_THAT(message("nu: 0.33", "nu: 0.5"), HasSubstr("foot.yaml:4"));
+  EXPECT_THAT(message("nu: 0.33", "nu: 0.5"), HasSubstr("material.nu"));
+  EXPECT_THAT(message("70 GPa", "-70 GPa"), HasSubstr("not above zero"));
+  EXPECT_THAT(message("70 GPa", "70"), HasSubstr("material.E"));
+  EXPECT_THAT(message("70 GPa", "70 mm"), HasSubstr("material.E"));
+  EXPECT_THAT(message("radius: 8", "radius: -8"), HasSubstr("loaded.cylinder.radius"));
+  EXPECT_THAT(message("radius: 8", "raduis: 8"), HasSubstr("radius"));
+  EXPECT_THAT(message("[-2, 0, 0]", "[0, 0, 0]"), HasSubstr("fixed.plane.normal"));
+  EXPECT_THAT(message("unit: mm", "unit: kg"), HasSubstr("mesh.unit"));
+  EXPECT_THAT(message("foot.stl", "feet.stl"), HasSubstr("feet.stl"));
+  EXPECT_THAT(message("order: 2", "order: 3"), HasSubstr("elements.order"));
+  EXPECT_THAT(message("coupling: rigid", "coupling: distributing"), HasSubstr("Use rigid"));
+  EXPECT_THAT(message("coupling: rigid", "coupling: ridgid"), HasSubstr("rigid"));
+  EXPECT_THAT(message("size: 5", "accuracy: 1 %"), HasSubstr("Give a size"));
+  EXPECT_THAT(message("plane:", "sphere:"), HasSubstr("fixed"));
+}
+
+}  // namespace
+}  // namespace kinetostat::fea
