@@ -1,64 +1,23 @@
 // The program as its users meet it: arguments and files in, exit code and text out.
-#include <array>
-#include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
+#include <sstream>
 #include <string>
-#include <sys/wait.h>
 #include <vector>
 
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "kinetostat/files/json.h"
 #include "kinetostat/files/text_file.h"
 
-#include "support/temporary_folder.h"
+#include "run_program.h"
 
 namespace kinetostat {
 namespace {
 
+using test::kinetostat;
+using test::Outcome;
+using test::working_folder;
 using testing::HasSubstr;
-
-struct Outcome {
-  int code;
-  std::string out, err;
-};
-
-// Looks like the source folder, but what commands write there is thrown away.
-class WorkingFolder {
- public:
-  WorkingFolder() {
-    for (const char* name : {"data", "meshes", "CONTRIBUTING.md"})
-      std::filesystem::create_symlink(std::filesystem::path(KINETOSTAT_SOURCE_DIR) / name,
-                                      path() / name);
-  }
-  const std::filesystem::path& path() const { return folder_.path(); }
-
- private:
-  test::TemporaryFolder folder_;
-};
-
-const std::filesystem::path& working_folder() {
-  static const WorkingFolder folder;
-  return folder.path();
-}
-
-// Runs the program through the shell in the working folder.
-Outcome kinetostat(const std::string& arguments) {
-  const std::string command = fmt::format("cd '{}' && timeout 120 '{}' {} 2>stderr",
-                                          working_folder().string(), KINETOSTAT_PROGRAM, arguments);
-  std::FILE* pipe = popen(command.c_str(), "r");
-  std::string out;
-  std::array<char, 4096> buffer{};
-  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe))
-    out.append(buffer.data(), n);
-  const int status = pclose(pipe);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, out,
-          files::read_text(working_folder() / "stderr")};
-}
 
 const std::string orthoglide = "data/robots/orthoglide.yaml";
 

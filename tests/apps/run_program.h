@@ -1,0 +1,21 @@
+// Runs the program as its users do: through the shell, in a folder.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace kinetostat::test {
+
+struct Outcome {
+  int code;  // -1 when a signal ended the program
+  std::string out, err;
+};
+
+/// A folder that looks like the source folder, with data and meshes in it. What commands write
+/// there is thrown away when the test program ends.
+const std::filesystem::path& working_folder();
+
+/// `arguments` as they are typed; the working folder is working_folder(). Ends after two minutes.
+Outcome kinetostat(const std::string& arguments);
+
+}  // namespace kinetostat::test
