@@ -1,6 +1,7 @@
 #include "kinetostat/calibration/base_fit.h"
 
 #include <cmath>
+#include <numeric>
 #include <set>
 
 #include <Eigen/QR>
@@ -19,8 +20,8 @@ using Eigen::VectorXd;
 
 // Relative size below which a sensitivity is nothing but rounding of the equilibrium.
 constexpr double rounding = 1e-9;
-// A stiffness factor beyond e^16 either way: the data want the spring rigid, or gone.
-constexpr double runaway = 16;
+// A stiffness factor beyond e^10 either way: the data want the spring rigid, or gone.
+constexpr double runaway = 10;
 // Longest step of a logarithm: a factor of e.
 constexpr double longest_step = 1;
 
@@ -187,23 +188,38 @@ void require_identifiable(const Problem& problem, const Problem::Linearisation& 
   require_independence(problem, state.jacobian.colwise().normalized());
 }
 
-// Step that minimises |residual - J step|^2 + damping |D step|^2, D the lengths of J's columns.
-VectorXd damped_step(const Problem::Linearisation& state, double damping) {
-  const Index n = state.jacobian.cols(), m = state.jacobian.rows();
-  const VectorXd lengths = state.jacobian.colwise().norm();
+// Step of some unknowns that minimises |residual - J step|^2 + damping |D step|^2, with D the
+// lengths of J's columns.
+VectorXd damped_step(const MatrixXd& jacobian, const VectorXd& residual, double damping) {
+  const Index n = jacobian.cols(), m = jacobian.rows();
+  const VectorXd lengths = jacobian.colwise().norm();
   MatrixXd matrix(m + n, n);
-  matrix.topRows(m) = state.jacobian * lengths.cwiseInverse().asDiagonal();
+  matrix.topRows(m) = jacobian * lengths.cwiseInverse().asDiagonal();
   matrix.bottomRows(n) = std::sqrt(damping) * MatrixXd::Identity(n, n);
   VectorXd right(m + n);
-  right << state.residual, VectorXd::Zero(n);
+  right << residual, VectorXd::Zero(n);
   return matrix.householderQr().solve(right).cwiseQuotient(lengths);
 }
 
-// Each stiffness changes by a bounded factor. A weak parameter beside a strong one that is far off
-// would otherwise run away on what the strong one's curvature leaves over.
-VectorXd limited(const Problem& problem, VectorXd step) {
-  for (Index k = 0; k < static_cast<Index>(problem.parameters().size()); ++k)
-    step[k] = std::clamp(step[k], -longest_step, longest_step);
+// The same with no stiffness changing by more than a bounded factor: one after the other, the worst
+// is held at its bound while the rest find their best. Without bounds a weak parameter beside a
+// strong one that is far off runs away on what the strong one's curvature leaves over.
+VectorXd bounded_step(const Problem& problem, const Problem::Linearisation& state, double damping) {
+  const auto p = static_cast<Index>(problem.parameters().size());
+  std::vector<Index> moving(static_cast<std::size_t>(problem.unknowns()));
+  std::iota(moving.begin(), moving.end(), 0);
+  VectorXd step = VectorXd::Zero(problem.unknowns());
+  VectorXd residual = state.residual;
+  while (!moving.empty()) {
+    step(moving) = damped_step(state.jacobian(Eigen::all, moving), residual, damping);
+    const auto worst = std::max_element(moving.begin(), moving.end(), [&](Index a, Index b) {
+      return (a < p ? std::abs(step[a]) : 0) < (b < p ? std::abs(step[b]) : 0);
+    });
+    if (*worst >= p || std::abs(step[*worst]) <= longest_step) break;
+    step[*worst] = std::copysign(longest_step, step[*worst]);
+    residual -= step[*worst] * state.jacobian.col(*worst);
+    moving.erase(worst);
+  }
   return step;
 }
 
@@ -234,16 +250,16 @@ Solution solve(const Problem& problem, const BaseFitOptions& options) {
   while (now.iterations < options.max_iterations) {
     ++now.iterations;
     require_identifiable(problem, now.state);
-    const VectorXd step = limited(problem, damped_step(now.state, damping));
+    const VectorXd step = bounded_step(problem, now.state, damping);
     const double change = (now.state.jacobian * step).norm();
     if (change <= options.tolerance * size) return now;
     const VectorXd candidate = now.unknowns + step;
-    require_bounded(problem, candidate);
     Problem::Linearisation next = problem.at(candidate);
     const bool better = !next.failure && next.cost() <= now.state.cost();
     // Where rounding of the equilibrium hides the progress there is none left to make.
     if (!better && change <= 1e-9 * size) return now;
     if (better) {
+      require_bounded(problem, candidate);
       now.unknowns = candidate;
       now.state = std::move(next);
       damping = damping > 1e-8 ? damping / 10 : 0;

@@ -24,15 +24,22 @@ double factor(const Comparison& comparison, std::size_t parameter) {
   return std::exp(comparison.refitted.value().fit.parameters.at(parameter).log_factor);
 }
 
-TEST(BaseFit, RecoversKnownStiffnessesWithoutNoise) {
+class Recovery : public testing::TestWithParam<std::vector<double>> {};
+
+TEST_P(Recovery, FindsKnownStiffnessesWithoutNoise) {
   const vjm::Robot designed = test::orthoglide();
   std::vector<test::Planned> plan = test::orthoglide_plan(4, 3, 1);
-  test::measure(test::scaled(designed, {0.7, 1.6}).manipulator, plan);
+  test::measure(test::scaled(designed, GetParam()).manipulator, plan);
   const auto file = test::write(plan, {.more = "noise: {translation: 10 um, rotation: 20 urad}\n"});
   const Comparison c = test::compare_files(designed, file);
-  EXPECT_NEAR(factor(c, 0), 0.7, 1e-8);
-  EXPECT_NEAR(factor(c, 1), 1.6, 1e-8);
+  for (std::size_t i = 0; i < GetParam().size(); ++i)
+    EXPECT_NEAR(factor(c, i) / GetParam()[i], 1, 1e-8);
 }
+
+INSTANTIATE_TEST_SUITE_P(Factors, Recovery,
+                         testing::Values(std::vector<double>{1, 1}, std::vector<double>{0.7, 1.6},
+                                         std::vector<double>{3, 0.3},
+                                         std::vector<double>{0.5, 0.02}));
 
 TEST(BaseFit, FindsStiffnessesFarFromTheDesignedOnes) {
   for (const double true_factor : {0.01, 100.0}) {
