@@ -1,0 +1,223 @@
+#include "kinetostat/calibration/readings_columns.h"
+
+#include <algorithm>
+#include <cctype>
+
+#include <fmt/format.h>
+
+#include "kinetostat/files/error.h"
+#include "kinetostat/spatial/spelling.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using spatial::Dimension;
+namespace dimension = spatial::dimension;
+
+const std::vector<std::string>& reserved_names() {
+  static const std::vector<std::string> names = {
+      "id",        "session",  "cycle",     "step",       "time",     "temperature", "setting",
+      "replicate", "x",        "y",         "z",          "roll",     "pitch",       "yaw",
+      "fx",        "fy",       "fz",        "mx",         "my",       "mz",          "px",
+      "py",        "pz",       "direction", "dx",         "dy",       "dz",          "rx",
+      "ry",        "rz",       "sigma",     "sigma_dx",   "sigma_dy", "sigma_dz",    "sigma_rx",
+      "sigma_ry",  "sigma_rz", "mask",      "mask_reason"};
+  return names;
+}
+
+// "Fx [N]" -> "fx": what a column name comes down to when case, unit and blanks are taken off.
+std::string bare_name(const std::string& column) {
+  std::string bare;
+  for (const char c : column.substr(0, column.find_first_of("[(")))
+    if (c != ' ') bare += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return bare;
+}
+
+// A joint whose coordinate a reading may give.
+struct Joint {
+  std::string name;   // "chain.joint"
+  std::string alone;  // "joint" where no other chain has one of that name, else the same
+  bool actuated = false;
+  Dimension dimension;
+};
+
+std::vector<Joint> joints_of(const vjm::Manipulator& manipulator) {
+  std::vector<Joint> joints;
+  std::map<std::string, int> uses;
+  for (const vjm::Chain& chain : manipulator.chains())
+    for (const Eigen::Index k : chain.posture_coordinates()) {
+      const vjm::Coordinate& joint = chain.coordinates()[static_cast<std::size_t>(k)];
+      ++uses[joint.name];
+      joints.push_back({chain.name() + "." + joint.name, joint.name,
+                        joint.role == vjm::Role::actuated,
+                        vjm::is_rotation(joint.motion) ? dimension::angle : dimension::length});
+    }
+  for (Joint& joint : joints)
+    if (uses[joint.alone] > 1) joint.alone = joint.name;
+  return joints;
+}
+
+class ColumnFinder {
+ public:
+  ColumnFinder(const files::CsvTable& table, const ReadingsContext& context,
+               const vjm::Manipulator& manipulator, Campaign& campaign)
+      : table_(table), context_(context), campaign_(campaign), joints_(joints_of(manipulator)) {}
+
+  ReadingsColumns find() {
+    for (const char* name : {"id", "session", "cycle", "step", "time", "temperature", "setting",
+                             "replicate", "direction", "mask", "mask_reason"})
+      found_.texts[name] = column(name);
+    for (std::size_t i = 0; i < 6; ++i) {
+      found_.displacement[i] = column(component_names[i]);
+      found_.sigma[i] = column(std::string("found_.sigma") + component_names[i]);
+      found_.wrench[i] = column(std::array{"fx", "fy", "fz", "mx", "my", "mz"}[i]);
+    }
+    found_.any_sigma = column("sigma");
+    found_.point = together("px", "py", "pz");
+    found_.position = together("x", "y", "z");
+    found_.orientation = together("roll", "pitch", "yaw");
+    find_joint_columns();
+    check_slips();
+    check_columns();
+    check_units();
+    return std::move(found_);
+  }
+
+ private:
+  Column column(const std::string& name) {
+    const Column found = table_.find(name);
+    if (found) found_.known.insert(*found);
+    return found;
+  }
+
+  [[noreturn]] void fail_header(const std::string& column, const std::string& what,
+                                const std::string& cure) const {
+    throw files::InputError({.file = table_.file(),
+                             .line = table_.header_line(),
+                             .key = column,
+                             .what = what,
+                             .cure = cure});
+  }
+
+  // Three columns that only have a meaning together.
+  Columns3 together(const char* a, const char* b, const char* c) {
+    const Columns3 columns = {column(a), column(b), column(c)};
+    const std::string names[] = {a, b, c};
+    const std::size_t missing = static_cast<std::size_t>(
+        std::find(columns.begin(), columns.end(), std::nullopt) - columns.begin());
+    if (missing < 3 && (columns[0] || columns[1] || columns[2]))
+      fail_header(names[missing],
+                  fmt::format("the column '{}' is missing: {}, {} and {} go together",
+                              names[missing], a, b, c),
+                  "Add it, with 0 in every row if need be");
+    return columns;
+  }
+
+  void find_joint_columns() {
+    std::vector<std::string> missing;
+    for (const Joint& joint : joints_) {
+      Column found = column(joint.name);
+      const auto& reserved = reserved_names();
+      if (!found && std::find(reserved.begin(), reserved.end(), joint.alone) == reserved.end())
+        found = column(joint.alone);
+      if (found) found_.joints.push_back({*found, joint.name, joint.dimension});
+      if (!found && joint.actuated) missing.push_back(joint.alone);
+    }
+    if (!found_.joints.empty() && !missing.empty())
+      fail_header(missing[0],
+                  fmt::format("the actuated joint '{}' has no column, but others have", missing[0]),
+                  "Add its column, with the coordinate at which it stood in every row");
+    if (!found_.joints.empty() && found_.position[0])
+      fail_header("x", "the posture is given twice: by x, y, z and by joint coordinates",
+                  "Keep one; rename the other columns to keep them as covariates");
+    if (found_.orientation[0] && !found_.position[0])
+      fail_header("x", "roll, pitch, yaw need a position as well", "Add the columns x, y, z");
+  }
+
+  // "Fx" or "fx [N]" beside "fx" is surely a slip; a near spelling may be one.
+  void check_slips() {
+    std::vector<std::string> names = reserved_names();
+    for (const Joint& joint : joints_) names.insert(names.end(), {joint.name, joint.alone});
+    for (std::size_t i = 0; i < table_.columns().size(); ++i) {
+      const std::string& name = table_.columns()[i];
+      if (found_.known.count(i) > 0) continue;
+      const auto same = std::find_if(names.begin(), names.end(), [&](const std::string& known) {
+        return bare_name(name) == bare_name(known);
+      });
+      if (same != names.end())
+        fail_header(name, fmt::format("the column '{}' is not known", name),
+                    fmt::format("Write '{}'; units belong in the campaign file", *same));
+      const std::string near = spatial::nearest_spelling(name, names);
+      if (!near.empty())
+        campaign_.notes.push_back(fmt::format(
+            "The column '{}' is kept as a covariate; if '{}' was meant, rename it.", name, near));
+    }
+  }
+
+  void check_columns() {
+    const auto any = [](const auto& columns) {
+      return std::any_of(columns.begin(), columns.end(), [](const Column& c) { return c; });
+    };
+    if (!any(found_.displacement))
+      fail_header("", "there is no column of displacement",
+                  "Name at least one of dx, dy, dz, rx, ry, rz");
+    if (!any(found_.wrench) && campaign_.displacement == DisplacementKind::difference)
+      fail_header("", "there is no column of load, so no difference to the unloaded state",
+                  "Name at least one of fx, fy, fz, mx, my, mz");
+    const bool moments = found_.wrench[3] || found_.wrench[4] || found_.wrench[5];
+    const bool point_given = found_.point[0] || context_.wrench_point;
+    if (moments && !point_given)
+      fail_header(found_.wrench[3]   ? "mx"
+                  : found_.wrench[4] ? "my"
+                                     : "mz",
+                  "moments are given without the point that they are taken about",
+                  "Add the columns px, py, pz, or 'wrench_point: reference' or 'wrench_point: "
+                  "[x, y, z]' to the campaign file");
+    if (!moments && !point_given && any(found_.wrench))
+      campaign_.notes.push_back(
+          "No point of application is given: forces act at the platform's reference point.");
+    if (found_.any_sigma && !found_.displacement[0] && !found_.displacement[1] &&
+        !found_.displacement[2])
+      fail_header("sigma", "'sigma' is the deviation of translations, and none is measured",
+                  "Write sigma_rx, sigma_ry, sigma_rz");
+    if (!found_.position[0] && found_.joints.empty())
+      campaign_.notes.push_back(
+          "No column tells the posture: the robot stands at its home coordinates.");
+  }
+
+  void check_units() {
+    Column angle;
+    for (const Column& c : {found_.displacement[3], found_.displacement[4], found_.displacement[5],
+                            found_.orientation[0]})
+      if (c && !angle) angle = c;
+    for (const JointColumn& c : found_.joints)
+      if (c.dimension == dimension::angle && !angle) angle = c.column;
+    const auto require = [this](const Column& column, bool stated, const char* key,
+                                const char* example) {
+      if (!column || stated) return;
+      throw files::InputError(
+          {.file = campaign_.file,
+           .key = fmt::format("units.{}", key),
+           .what = fmt::format("no unit of {} is stated, but the readings have the column '{}'",
+                               key, table_.columns()[*column]),
+           .cure = fmt::format("Write '{}: {}' under 'units'", key, example)});
+    };
+    require(angle, context_.angle_stated, "angle", "deg");
+    require(found_.texts["time"], context_.time_stated, "time", "s");
+  }
+
+  const files::CsvTable& table_;
+  const ReadingsContext& context_;
+  Campaign& campaign_;
+  std::vector<Joint> joints_;
+  ReadingsColumns found_;
+};
+
+}  // namespace
+
+ReadingsColumns find_columns(const files::CsvTable& table, const ReadingsContext& context,
+                             const vjm::Manipulator& manipulator, Campaign& campaign) {
+  return ColumnFinder(table, context, manipulator, campaign).find();
+}
+
+}  // namespace kinetostat::calibration
