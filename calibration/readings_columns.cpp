@@ -69,7 +69,7 @@ class ColumnFinder {
       found_.texts[name] = column(name);
     for (std::size_t i = 0; i < 6; ++i) {
       found_.displacement[i] = column(component_names[i]);
-      found_.sigma[i] = column(std::string("found_.sigma") + component_names[i]);
+      found_.sigma[i] = column(std::string("sigma_") + component_names[i]);
       found_.wrench[i] = column(std::array{"fx", "fy", "fz", "mx", "my", "mz"}[i]);
     }
     found_.any_sigma = column("sigma");

@@ -252,11 +252,10 @@ class Reader {
       throw files::InputError(table_.file(), "every reading is masked",
                               "At least one reading must be used");
     if (stated > 0 && stated < used)
-      table_.fail(
-          without->first, *columns_.displacement[without->second],
-          "this value has no standard deviation, but others have",
-          fmt::format("State it under 'noise' in the campaign file or in a column columns_.sigma{}",
-                      component_names[without->second]));
+      table_.fail(without->first, *columns_.displacement[without->second],
+                  "this value has no standard deviation, but others have",
+                  fmt::format("State it under 'noise' in the campaign file or in a column sigma_{}",
+                              component_names[without->second]));
     campaign_.noise_stated = stated == used;
   }
 
