@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdio>
 #include <kinetostat/calibration/goodness_of_fit.h>
+#include <kinetostat/fea/elasticity.h>
 #include <kinetostat/files/yaml.h>
 #include <kinetostat/vjm/beam.h>
 
@@ -27,5 +28,17 @@ int main() {
   // Half of all sound models exceed the median of chi-square with two degrees of freedom, 2 ln 2.
   const double half = calibration::chi_square_test(2 * std::log(2.0), 2).p_value;
   std::printf("p value of the median %g\n", half);
-  return std::abs(deflection - by_hand) < 1e-12 * by_hand && std::abs(half - 0.5) < 1e-12 ? 0 : 1;
+
+  // An element resists no translation.
+  const fea::ElementStiffness<10> element = fea::stiffness_tet10(
+      {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, fea::Material(210e9, 0.3));
+  Eigen::Matrix<double, 30, 1> along_x = Eigen::Matrix<double, 30, 1>::Zero();
+  for (int node = 0; node < 10; ++node) along_x[3 * node] = 1;
+  const double resistance = (element * along_x).norm();
+  std::printf("resistance to translation %g N/m\n", resistance);
+
+  return std::abs(deflection - by_hand) < 1e-12 * by_hand && std::abs(half - 0.5) < 1e-12 &&
+                 resistance < 1e-12 * element.norm()
+             ? 0
+             : 1;
 }
