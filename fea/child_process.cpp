@@ -7,6 +7,7 @@
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <system_error>
 #include <thread>
@@ -14,6 +15,8 @@
 
 namespace kinetostat::fea {
 namespace {
+
+constexpr rlim_t isolated_memory = rlim_t{8} << 30;  // [bytes] of address space
 
 [[noreturn]] void fail(const char* what) {
   throw std::system_error(errno, std::generic_category(), what);
@@ -100,6 +103,53 @@ class Child {
   _exit(127);
 }
 
+// In the copy: nothing of the parent may run but the work, not even its exit handlers.
+[[noreturn]] void work_alone(const std::function<std::string()>& work, const MemoryFile& answer,
+                             const MemoryFile& words, pid_t parent) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent) _exit(1);
+  const rlimit no_core{0, 0};
+  setrlimit(RLIMIT_CORE, &no_core);
+#ifndef __SANITIZE_ADDRESS__  // which reserves terabytes of address space
+  const rlimit memory{isolated_memory, isolated_memory};
+  setrlimit(RLIMIT_AS, &memory);
+#endif
+  try {
+    answer.write_all(work());
+  } catch (const std::exception& error) {
+    words.write_all(error.what());
+    _exit(1);
+  }
+  _exit(0);
+}
+
+// Waits for the child, which must write to the two files.
+template <class Tick>
+ChildResult finish(pid_t pid, const MemoryFile& answer, const MemoryFile& words, double time_limit,
+                   Tick tick) {
+  using Clock = std::chrono::steady_clock;
+  Child child(pid);
+  const auto start = Clock::now();
+  auto nap = std::chrono::microseconds(200);
+  int status = 0;
+  while (!child.has_ended(status)) {
+    const double elapsed = std::chrono::duration<double>(Clock::now() - start).count();
+    if (time_limit > 0 && elapsed > time_limit)
+      return {.end = ChildResult::End::timed_out, .answer = {}, .words = words.read_all()};
+    tick();
+    std::this_thread::sleep_for(nap);
+    nap = std::min(nap * 2, std::chrono::microseconds(20000));
+  }
+  ChildResult result{.answer = answer.read_all(), .words = words.read_all()};
+  if (WIFSIGNALED(status)) {
+    result.end = ChildResult::End::killed_by_signal;
+    result.code = WTERMSIG(status);
+  } else {
+    result.code = WEXITSTATUS(status);
+  }
+  return result;
+}
+
 }  // namespace
 
 ChildResult run_child(const ChildCall& call, const std::string& phase, files::Progress& progress) {
@@ -119,28 +169,16 @@ ChildResult run_child(const ChildCall& call, const std::string& phase, files::Pr
   const pid_t pid = fork();
   if (pid < 0) fail("fork");
   if (pid == 0) become(program.c_str(), arguments.data(), descriptors, parent);
+  return finish(pid, answer, words, call.time_limit, [&] { progress.report(phase, 0); });
+}
 
-  Child child(pid);
-  using Clock = std::chrono::steady_clock;
-  const auto start = Clock::now();
-  auto nap = std::chrono::microseconds(200);
-  int status = 0;
-  while (!child.has_ended(status)) {
-    const double elapsed = std::chrono::duration<double>(Clock::now() - start).count();
-    if (call.time_limit > 0 && elapsed > call.time_limit)
-      return {.end = ChildResult::End::timed_out, .answer = {}, .words = words.read_all()};
-    progress.report(phase, 0);
-    std::this_thread::sleep_for(nap);
-    nap = std::min(nap * 2, std::chrono::microseconds(20000));
-  }
-  ChildResult result{.answer = answer.read_all(), .words = words.read_all()};
-  if (WIFSIGNALED(status)) {
-    result.end = ChildResult::End::killed_by_signal;
-    result.code = WTERMSIG(status);
-  } else {
-    result.code = WEXITSTATUS(status);
-  }
-  return result;
+ChildResult run_isolated(const std::function<std::string()>& work, double time_limit) {
+  const MemoryFile answer("answer"), words("words");
+  const pid_t parent = getpid();
+  const pid_t pid = fork();
+  if (pid < 0) fail("fork");
+  if (pid == 0) work_alone(work, answer, words, parent);
+  return finish(pid, answer, words, time_limit, [] {});
 }
 
 }  // namespace kinetostat::fea

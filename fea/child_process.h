@@ -1,7 +1,8 @@
-// A helper program run to its end, within limits, without touching the disk.
+// Work done in another process, within limits, without touching the disk.
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -28,5 +29,10 @@ struct ChildCall {
 /// when this process ends for whatever reason. Data pass through anonymous memory files, which
 /// leave nothing behind. Throws std::system_error when it cannot be started.
 ChildResult run_child(const ChildCall& call, const std::string& phase, files::Progress& progress);
+
+/// Runs `work` in a copy of this process and returns its value as the answer: for libraries that
+/// may crash or never end on damaged input. An exception of `work` ends the copy with exit code 1
+/// and what() among the words.
+ChildResult run_isolated(const std::function<std::string()>& work, double time_limit);
 
 }  // namespace kinetostat::fea

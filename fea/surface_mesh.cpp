@@ -15,6 +15,7 @@
 #include <assimp/scene.h>
 #include <fmt/format.h>
 
+#include "kinetostat/fea/child_process.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/text_file.h"
 #include "kinetostat/spatial/units.h"
@@ -186,21 +187,40 @@ void check_ply(const std::filesystem::path& file, const std::string& bytes) {
   }
 }
 
-SurfaceMesh triangles_of(const aiScene& scene) {
-  SurfaceMesh mesh;
-  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
-    const aiMesh& part = *scene.mMeshes[m];
-    const int base = static_cast<int>(mesh.points.size());
-    for (unsigned i = 0; i < part.mNumVertices; ++i)
-      mesh.points.emplace_back(part.mVertices[i].x, part.mVertices[i].y, part.mVertices[i].z);
+// Corners of all triangles, three floats each, in the order of the file. Throws with a reason.
+std::string triangle_soup(const std::string& bytes, const std::string& kind) {
+  Assimp::Importer importer;
+  const aiScene* scene =
+      importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate, kind.c_str());
+  if (scene == nullptr) throw std::runtime_error(importer.GetErrorString());
+  std::string soup;
+  for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
+    const aiMesh& part = *scene->mMeshes[m];
     for (unsigned i = 0; i < part.mNumFaces; ++i) {
       const aiFace& face = part.mFaces[i];
       if (face.mNumIndices != 3) continue;  // loose points and lines of OBJ and PLY
-      mesh.triangles.push_back({base + static_cast<int>(face.mIndices[0]),
-                                base + static_cast<int>(face.mIndices[1]),
-                                base + static_cast<int>(face.mIndices[2])});
+      for (unsigned k = 0; k < 3; ++k) {
+        if (face.mIndices[k] >= part.mNumVertices)
+          throw std::runtime_error(fmt::format("facet {} names point {} of {}", i + 1,
+                                               face.mIndices[k] + 1, part.mNumVertices));
+        const aiVector3D& p = part.mVertices[face.mIndices[k]];
+        const float corner[3] = {p.x, p.y, p.z};
+        soup.append(reinterpret_cast<const char*>(corner), sizeof corner);
+      }
     }
   }
+  return soup;
+}
+
+SurfaceMesh mesh_of(const std::string& soup) {
+  SurfaceMesh mesh;
+  for (std::size_t at = 0; at < soup.size(); at += 3 * sizeof(float)) {
+    float corner[3];
+    std::memcpy(corner, soup.data() + at, sizeof corner);
+    mesh.points.emplace_back(corner[0], corner[1], corner[2]);
+  }
+  for (int i = 0; i + 2 < static_cast<int>(mesh.points.size()); i += 3)
+    mesh.triangles.push_back({i, i + 1, i + 2});
   return mesh;
 }
 
@@ -212,20 +232,17 @@ SurfaceMesh import_triangles(const std::filesystem::path& file, const std::strin
   if (bytes.empty()) throw InputError(file, "the file is empty", "Export the mesh again");
   if (kind == "stl") check_stl(file, bytes);
   if (kind == "ply") check_ply(file, bytes);
-  Assimp::Importer importer;
-  const aiScene* scene = nullptr;
-  std::string reason;
-  try {
-    scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate,
-                                        kind.c_str());
-    reason = importer.GetErrorString();
-  } catch (const std::exception& error) {
-    reason = error.what();
-  }
-  if (scene == nullptr)
-    throw InputError(file, fmt::format("not a readable {} file: {}", kind, reason),
+  // The importer can crash or run for hours on a damaged file.
+  const double time_limit = 5 + 2e-6 * static_cast<double>(bytes.size());
+  const ChildResult result = run_isolated([&] { return triangle_soup(bytes, kind); }, time_limit);
+  if (result.end != ChildResult::End::exited || result.code != 0)
+    throw InputError(file,
+                     fmt::format("not a readable {} file: {}", kind,
+                                 result.end == ChildResult::End::timed_out ? "reading never ends"
+                                 : result.words.empty()                    ? "reading it fails"
+                                                                           : result.words),
                      "Export the mesh again");
-  SurfaceMesh mesh = triangles_of(*scene);
+  SurfaceMesh mesh = mesh_of(result.answer);
   if (mesh.triangles.empty())
     throw InputError(file, "the file holds no triangles", "Export the surface of the link");
   return mesh;
@@ -233,15 +250,10 @@ SurfaceMesh import_triangles(const std::filesystem::path& file, const std::strin
 
 void check_coordinates(const std::filesystem::path& file, const SurfaceMesh& mesh) {
   for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
-    for (const int corner : mesh.triangles[f]) {
-      if (corner < 0 || static_cast<std::size_t>(corner) >= mesh.points.size())
-        throw InputError(file, fmt::format("facet {} names point {} of {}", f + 1, corner + 1,
-                                           mesh.points.size()));
-      const Vector3& p = mesh.points[static_cast<std::size_t>(corner)];
-      if (!p.allFinite())
+    for (std::size_t k = 0; k < 3; ++k)
+      if (!mesh.corner(f, k).allFinite())
         throw InputError(file, fmt::format("facet {} has a corner that is not finite", f + 1),
                          "Export the mesh again");
-    }
 }
 
 double metres_per_unit(const std::filesystem::path& file, const std::string& unit,

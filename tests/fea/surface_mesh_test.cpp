@@ -1,8 +1,14 @@
 #include "kinetostat/fea/surface_mesh.h"
 
+#include <csignal>
+#include <limits>
+#include <stdexcept>
+#include <unistd.h>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "kinetostat/fea/child_process.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/text_file.h"
 
@@ -102,6 +108,28 @@ TEST(ReadSurface, NeverCrashesOnDamagedFiles) {
         EXPECT_THAT(error.what(), HasSubstr(names[s]));
       }
     }
+}
+
+TEST(RunIsolated, ReturnsTheAnswerAndSurvivesWhateverHappens) {
+  EXPECT_EQ(run_isolated([] { return std::string("done"); }, 10).answer, "done");
+  const ChildResult thrown =
+      run_isolated([]() -> std::string { throw std::runtime_error("why"); }, 10);
+  EXPECT_EQ(thrown.code, 1);
+  EXPECT_EQ(thrown.words, "why");
+  const ChildResult killed = run_isolated(
+      [] {
+        std::raise(SIGKILL);
+        return std::string();
+      },
+      10);
+  EXPECT_EQ(killed.end, ChildResult::End::killed_by_signal);
+  const ChildResult endless = run_isolated(
+      [] {
+        pause();
+        return std::string();
+      },
+      0.2);
+  EXPECT_EQ(endless.end, ChildResult::End::timed_out);
 }
 
 TEST(ReadSurface, RefusesCoordinatesThatAreNotNumbers) {
