@@ -51,10 +51,10 @@ class Membership {
              (!cylinder.length || (along >= -tolerance_ && along <= *cylinder.length + tolerance_));
     });
     if (!on_radius) return false;
-    // Not an annulus at the end, nor a flat cut through the cylinder: fewer than eight facets
-    // around are not a cylinder.
+    // Not an annulus at the end (slanting triangles of a coarse cylinder lean a few degrees), nor a
+    // flat cut through the cylinder: fewer than eight facets around are not a cylinder.
     const Vector3 normal = surface_.area_vector(f).normalized();
-    return std::abs(normal.dot(cylinder.axis)) < std::sin(2 * degree) &&
+    return std::abs(normal.dot(cylinder.axis)) < std::sin(30 * degree) &&
            distance_from_axis(surface_.centroid(f), cylinder.axis_point, cylinder.axis) >
                std::cos(180 * degree / 8) * cylinder.radius - slack;
   }

@@ -36,7 +36,7 @@ struct NearestFaceSelector {
 using Selector = std::variant<PlaneSelector, CylinderSelector, BoxSelector, NearestFaceSelector>;
 
 /// Facets of the surface (from 0, ascending). Empty when there are none. Distances agree to 1e-4 of
-/// the diagonal of the bounding box, a radius also to 1 %, normals to 1 degree.
+/// the diagonal of the bounding box, a radius also to 1 %, normals of planes to 1 degree.
 std::vector<int> select_facets(const SurfaceMesh& surface, const Selector& selector);
 
 /// What would have been a selection near the one asked for, in a sentence; lengths in `unit`.

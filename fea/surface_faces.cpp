@@ -127,20 +127,71 @@ bool fit_cylinder(const SurfaceMesh& mesh, const Vector3& axis, RoundFace& round
   return true;
 }
 
-// Faces reached from `seed` over smooth links whose normals stay perpendicular to one axis.
-std::vector<int> band(const std::vector<FlatFace>& flat, const std::vector<std::set<int>>& links,
-                      int seed, const Vector3& axis, const std::vector<bool>& taken) {
+// Walks over smooth links from the seed to the faces that `joins` lets in, `most` of them at most.
+template <class Joins>
+std::vector<int> reached(const std::vector<std::set<int>>& links, int seed, std::size_t most,
+                         const std::vector<bool>& taken, Joins joins) {
   std::vector<int> faces{seed};
   std::set<int> seen{seed};
-  for (std::size_t i = 0; i < faces.size(); ++i)
+  for (std::size_t i = 0; i < faces.size() && faces.size() < most; ++i)
     for (const int next : links[static_cast<std::size_t>(faces[i])]) {
-      if (taken[static_cast<std::size_t>(next)] || seen.count(next) ||
-          std::abs(flat[static_cast<std::size_t>(next)].normal.dot(axis)) > 0.02)
-        continue;
+      if (taken[static_cast<std::size_t>(next)] || seen.count(next) || !joins(next)) continue;
       seen.insert(next);
       faces.push_back(next);
     }
   return faces;
+}
+
+std::vector<int> facets_of(const std::vector<FlatFace>& flat, const std::vector<int>& faces) {
+  std::vector<int> facets;
+  for (const int face : faces) {
+    const std::vector<int>& part = flat[static_cast<std::size_t>(face)].facets;
+    facets.insert(facets.end(), part.begin(), part.end());
+  }
+  std::sort(facets.begin(), facets.end());
+  return facets;
+}
+
+// The direction to which the normals are most nearly perpendicular.
+Vector3 axis_of(const std::vector<FlatFace>& flat, const std::vector<int>& faces) {
+  Matrix3 sum = Matrix3::Zero();
+  for (const int face : faces) {
+    const FlatFace& f = flat[static_cast<std::size_t>(face)];
+    sum += f.area * f.normal * f.normal.transpose();
+  }
+  return canonical(Eigen::SelfAdjointEigenSolver<Matrix3>(sum).eigenvectors().col(0));
+}
+
+bool is_on(const SurfaceMesh& mesh, const FlatFace& face, const RoundFace& round) {
+  return std::all_of(face.facets.begin(), face.facets.end(), [&](int facet) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vector3 arm = mesh.corner(static_cast<std::size_t>(facet), k) - round.axis_point;
+      const double distance = (arm - round.axis * round.axis.dot(arm)).norm();
+      if (std::abs(distance - round.radius) > 0.02 * round.radius) return false;
+    }
+    return true;
+  });
+}
+
+constexpr std::size_t first_guess = 24;  // faces for the first fit
+constexpr std::size_t fewest = 4;        // faces of a cylinder
+
+// Fits a cylinder near the seed, then takes in all faces that lie on it and fits again.
+bool grow_round(const SurfaceMesh& mesh, const std::vector<FlatFace>& flat,
+                const std::vector<std::set<int>>& links, int seed, std::vector<bool>& taken,
+                RoundFace& round) {
+  std::vector<int> faces =
+      reached(links, seed, first_guess, taken, [](int /*any*/) { return true; });
+  for (int pass = 0; pass < 3; ++pass) {
+    if (faces.size() < fewest) return false;
+    round.facets = facets_of(flat, faces);
+    if (!fit_cylinder(mesh, axis_of(flat, faces), round)) return false;
+    faces = reached(links, seed, flat.size(), taken, [&](int face) {
+      return is_on(mesh, flat[static_cast<std::size_t>(face)], round);
+    });
+  }
+  for (const int face : faces) taken[static_cast<std::size_t>(face)] = true;
+  return true;
 }
 
 }  // namespace
@@ -160,22 +211,9 @@ std::vector<RoundFace> round_faces(const SurfaceMesh& mesh, const std::vector<Fl
   std::vector<bool> taken(flat.size(), false);
   std::vector<RoundFace> found;
   for (std::size_t seed = 0; seed < flat.size(); ++seed) {
-    if (taken[seed]) continue;
-    for (const int partner : links[seed]) {
-      const Vector3 axis = canonical(
-          flat[seed].normal.cross(flat[static_cast<std::size_t>(partner)].normal).normalized());
-      const std::vector<int> faces = band(flat, links, static_cast<int>(seed), axis, taken);
-      if (faces.size() < 4) continue;
-      RoundFace round;
-      for (const int face : faces)
-        round.facets.insert(round.facets.end(), flat[static_cast<std::size_t>(face)].facets.begin(),
-                            flat[static_cast<std::size_t>(face)].facets.end());
-      std::sort(round.facets.begin(), round.facets.end());
-      if (!fit_cylinder(mesh, axis, round)) continue;
-      for (const int face : faces) taken[static_cast<std::size_t>(face)] = true;
+    RoundFace round;
+    if (!taken[seed] && grow_round(mesh, flat, links, static_cast<int>(seed), taken, round))
       found.push_back(std::move(round));
-      break;
-    }
   }
   return found;
 }

@@ -15,7 +15,7 @@ struct FlatFace {
   double area;              // [m^2]
 };
 
-/// Strips of flat facets around an axis: a bore or a boss, whole or in part.
+/// Small flat faces around an axis: a bore or a boss, whole or in part.
 struct RoundFace {
   std::vector<int> facets;
   Vector3 axis_point;  // on the axis, at the middle of the face [m]
@@ -28,8 +28,8 @@ struct RoundFace {
 /// within `tolerance` [m] of a plane are in it.
 std::vector<FlatFace> flat_faces(const SurfaceMesh& mesh, double tolerance);
 
-/// Cylinders fitted to runs of neighbouring narrow flat faces; corners agree with the radius within
-/// 1 %.
+/// Cylinders fitted to neighbouring flat faces that turn by small angles, in strips or any other
+/// triangles; corners agree with the radius within 1 %.
 std::vector<RoundFace> round_faces(const SurfaceMesh& mesh, const std::vector<FlatFace>& flat);
 
 }  // namespace kinetostat::fea

@@ -1,5 +1,8 @@
 #include "kinetostat/fea/interface_selection.h"
 
+#include <algorithm>
+#include <filesystem>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -61,6 +64,34 @@ TEST(Selection, AWrongRadiusNamesTheCylindersThatAreThere) {
   const std::string text = nearest_candidates(tube, wrong, "mm");
   EXPECT_THAT(text, HasSubstr("radius 8 mm about axis [0, 0, 1] through [0, 0, 25], length 50"));
   EXPECT_THAT(text, HasSubstr("radius 20 mm"));
+}
+
+// Mesh generators leave slanting triangles on a bore; no hole may remain in the selection.
+TEST(Selection, ACylinderOfIrregularTrianglesIsTakenWhole) {
+  const std::filesystem::path meshes = KINETOSTAT_SOURCE_DIR "/meshes";
+  const SurfaceMesh rod = read_surface(meshes / "bar.stl", "mm").mesh;
+  const double radius = 0.005, length = 0.018;
+  const auto bore = select_facets(rod, CylinderSelector{{0, 0, 0}, {0, 1, 0}, radius, {}});
+  const double exact = 2 * M_PI * radius * length;
+  EXPECT_LT(area(rod, bore), exact);
+  EXPECT_GT(area(rod, bore), 0.99 * exact);
+  Vector3 sum = Vector3::Zero();  // of a surface of revolution: none
+  for (const int f : bore) sum += rod.area_vector(static_cast<std::size_t>(f));
+  EXPECT_LT(sum.norm(), 1e-6 * exact);
+}
+
+TEST(Selection, AWrongRadiusOnIrregularTrianglesNamesTheBore) {
+  const std::filesystem::path meshes = KINETOSTAT_SOURCE_DIR "/meshes";
+  const SurfaceMesh foot = read_surface(meshes / "foot.stl", "mm").mesh;
+  const CylinderSelector wrong{{0.11, 0.11, 0}, {0, 0, 1}, 0.009, {}};
+  const std::vector<RoundFace> round = round_faces(foot, flat_faces(foot, 1e-6));
+  const auto bore = std::find_if(round.begin(), round.end(), [](const RoundFace& face) {
+    return std::abs(face.radius - 0.008) < 2e-5 && std::abs(face.length - 0.024) < 1e-4;
+  });
+  ASSERT_NE(bore, round.end());
+  EXPECT_LT((bore->axis_point - Vector3(0.11, 0.11, 0)).norm(), 2e-5);
+  EXPECT_GT(std::abs(bore->axis.z()), 0.9999);
+  EXPECT_THAT(nearest_candidates(foot, wrong, "mm"), HasSubstr("cylinders: radius "));
 }
 
 TEST(Selection, AFlatCutOfACylinderIsNoCylinder) {
