@@ -10,5 +10,6 @@ void add_identify(Program& program);
 void add_stiffness(Program& program);
 void add_deflect(Program& program);
 void add_compare(Program& program);
+void add_demo(Program& program);
 
 }  // namespace kinetostat::apps

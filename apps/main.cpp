@@ -10,5 +10,6 @@ int main(int argc, char** argv) {
   kinetostat::apps::add_stiffness(program);
   kinetostat::apps::add_deflect(program);
   kinetostat::apps::add_compare(program);
+  kinetostat::apps::add_demo(program);
   return program.run(argc, argv);
 }
