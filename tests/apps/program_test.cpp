@@ -36,12 +36,26 @@ TEST(ProgramRun, ExampleOfEveryCommandWorks) {
   int examples = 0;
   for (std::string line; std::getline(lines, line) && line.starts_with("  kinetostat ");) {
     const std::string arguments = line.substr(13);
-    if (arguments.starts_with("demo")) continue;  // takes minutes; scripts/demo runs it
+    if (arguments.starts_with("demo")) continue;  // has a test of its own
     const Outcome outcome = kinetostat(arguments);
     EXPECT_EQ(outcome.code, 0) << line << '\n' << outcome.err;
     ++examples;
   }
   EXPECT_GT(examples, 0);
+}
+
+TEST(ProgramRun, DemoGoesTheWholeWay) {
+  const Outcome outcome = kinetostat("demo --folder demo");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("lack-of-fit F = 214.7"));
+  EXPECT_THAT(outcome.out, HasSubstr("The linear spring FAILS"));
+  // The shipped link files are what identification gives.
+  for (const char* link : {"foot", "bar"}) {
+    const std::string name = std::string("links/") + link + ".link.json";
+    const auto made = files::read_compliance(working_folder() / "demo" / name).matrix();
+    const auto shipped = files::read_compliance(working_folder() / "data" / name).matrix();
+    EXPECT_LT((made - shipped).norm(), 1e-6 * shipped.norm()) << link;
+  }
 }
 
 TEST(ProgramRun, OutputIsTheSameBytesForAnyNumberOfThreads) {
