@@ -220,6 +220,25 @@ const Mistake mistakes[] = {
 INSTANTIATE_TEST_SUITE_P(All, RobotMistakes, ::testing::ValuesIn(mistakes),
                          [](const auto& mistake) { return mistake.param.name; });
 
+// The same file is held against the published schema in tests/tree/schema_test.
+TEST_F(RobotFile, EveryOptionalKeyOfTheSchemaIsRead) {
+  const Manipulator robot =
+      read_robot(KINETOSTAT_SOURCE_DIR "/tests/tree/full_robot.yaml").manipulator;
+  EXPECT_EQ(robot.gravity(), Vector3(0, 0, -9.81));
+  EXPECT_EQ(robot.body_names(), (std::vector<std::string>{"platform", "crosspiece"}));
+  ASSERT_EQ(robot.size(), 5u);
+  EXPECT_EQ(robot.span(0).to, 1);
+  EXPECT_EQ(robot.span(1).from, 1);
+  const Chain& turned = robot.chains()[3];
+  EXPECT_EQ(turned.name(), "b");
+  EXPECT_TRUE(turned.has_errors());
+  EXPECT_EQ(turned.laws().size(), 1u);
+  EXPECT_NO_THROW(turned.node_index("hook"));
+  double mass = 0;
+  for (const PointMass& point : turned.masses()) mass += point.mass;
+  EXPECT_DOUBLE_EQ(mass, 2 + 3 + 1);
+}
+
 TEST_F(RobotFile, ALinkFileWithANonSymmetricMatrixIsRefused) {
   auto json = files::to_json(spatial::Compliance6(1e-6 * spatial::Matrix6::Identity()));
   json["compliance"][0][1] = 1e-7;
