@@ -17,8 +17,9 @@ using spatial::Vector6;
 
 struct Predictor::CaseResult {
   std::string failure;  // empty when solved
-  Vector6 displacement = Vector6::Constant(std::numeric_limits<double>::quiet_NaN());
+  spatial::Pose pose;
   Eigen::Matrix<double, 6, Eigen::Dynamic> derivatives;  // rotations as increments
+  Vector6 displacement = Vector6::Constant(std::numeric_limits<double>::quiet_NaN());
 };
 
 namespace {
@@ -87,13 +88,31 @@ Predictor::CaseResult Predictor::solve(const vjm::Manipulator& manipulator,
     result.failure = equilibrium.reason;
     return result;
   }
-  const bool absolute = campaign_.displacement == DisplacementKind::absolute;
-  result.displacement = spatial::pose_difference(
-      absolute ? spatial::Pose() : start.posture.platform, equilibrium.platform);
+  result.pose = equilibrium.platform;
   if (with_derivatives)
     result.derivatives =
         pose_derivatives(manipulator, start.posture, load_case.load, equilibrium, parameters);
   return result;
+}
+
+// The state of every configuration without load, from which differences are measured.
+std::vector<Predictor::CaseResult> Predictor::references(const vjm::Manipulator& manipulator,
+                                                         const std::vector<Parameter>& parameters,
+                                                         bool with_derivatives,
+                                                         files::Progress& progress) const {
+  std::vector<CaseResult> states(postures_.size());
+  if (manipulator.is_relaxed_when_unloaded()) {
+    for (std::size_t i = 0; i < states.size(); ++i) {
+      states[i].pose = postures_[i].posture.platform;
+      if (with_derivatives)
+        states[i].derivatives.setZero(6, static_cast<Eigen::Index>(parameters.size()));
+    }
+    return states;
+  }
+  parallel_for(states.size(), threads_, "states without load", progress, [&](std::size_t i) {
+    states[i] = solve(manipulator, {i, {}}, parameters, with_derivatives);
+  });
+  return states;
 }
 
 void Predictor::enter(const CaseResult& result, const Reading& reading, std::size_t index,
@@ -113,6 +132,18 @@ void Predictor::enter(const CaseResult& result, const Reading& reading, std::siz
       spatial::left_jacobian_inverse(displacement.tail<3>()) * result.derivatives.bottomRows<3>();
 }
 
+// The displacement from one state to another, with its derivatives: a rotation increment of the
+// first state counts turned by the displacement.
+void Predictor::subtract(const CaseResult& from, CaseResult& to) {
+  if (to.failure.empty()) to.failure = from.failure;
+  if (!to.failure.empty()) return;
+  to.displacement = spatial::pose_difference(from.pose, to.pose);
+  if (to.derivatives.size() == 0) return;
+  const spatial::Matrix3 turn = to.pose.rotation() * from.pose.rotation().transpose();
+  to.derivatives.topRows<3>() -= from.derivatives.topRows<3>();
+  to.derivatives.bottomRows<3>() -= turn * from.derivatives.bottomRows<3>();
+}
+
 Predictions Predictor::predict(const std::vector<Parameter>& parameters,
                                const Eigen::VectorXd& values, bool with_derivatives,
                                files::Progress& progress) const {
@@ -121,6 +152,15 @@ Predictions Predictor::predict(const std::vector<Parameter>& parameters,
   parallel_for(cases_.size(), threads_, "loaded equilibria", progress, [&](std::size_t i) {
     results[i] = solve(manipulator, cases_[i], parameters, with_derivatives);
   });
+  if (campaign_.displacement == DisplacementKind::absolute) {
+    for (CaseResult& result : results)
+      result.displacement = spatial::pose_difference(spatial::Pose(), result.pose);
+  } else {
+    const std::vector<CaseResult> unloaded =
+        references(manipulator, parameters, with_derivatives, progress);
+    for (std::size_t i = 0; i < cases_.size(); ++i)
+      subtract(unloaded[cases_[i].configuration], results[i]);
+  }
   const std::size_t n = campaign_.readings.size();
   Predictions predictions;
   predictions.displacement.assign(n, CaseResult().displacement);

@@ -21,8 +21,9 @@ struct PredictionFailure {
 /// One entry a reading, in the order of the campaign.
 struct Predictions {
   /// Displacement of the platform's reference point [m; rad], in the sense of the campaign: change
-  /// from the unloaded posture, or position and rotation vector of the pose. Of the equivalent
-  /// rotation vectors the one nearest to the measured. NaN for a masked reading that fails.
+  /// from the state without load (weight, preloads and geometric errors act in both), or position
+  /// and rotation vector of the pose. Of the equivalent rotation vectors the one nearest to the
+  /// measured. NaN for a masked reading that fails.
   std::vector<spatial::Vector6> displacement;
   /// Its derivatives with respect to the parameters; empty when not asked for.
   std::vector<Eigen::Matrix<double, 6, Eigen::Dynamic>> derivatives;
@@ -55,6 +56,10 @@ class Predictor {
   void find_cases();
   CaseResult solve(const vjm::Manipulator& manipulator, const LoadCase& load_case,
                    const std::vector<Parameter>& parameters, bool with_derivatives) const;
+  std::vector<CaseResult> references(const vjm::Manipulator& manipulator,
+                                     const std::vector<Parameter>& parameters,
+                                     bool with_derivatives, files::Progress& progress) const;
+  static void subtract(const CaseResult& from, CaseResult& to);
   void enter(const CaseResult& result, const Reading& reading, std::size_t index,
              Predictions& predictions) const;
 

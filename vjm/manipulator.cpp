@@ -59,6 +59,17 @@ Manipulator Manipulator::with_chain(std::size_t index, Chain chain) const {
   return copy;
 }
 
+bool Manipulator::is_relaxed_when_unloaded() const {
+  for (const Chain& chain : chains_) {
+    if (!chain.masses().empty() && !gravity_.isZero(0)) return false;
+    if (chain.has_errors() || !chain.laws().empty()) return false;
+    for (const Spring& spring : chain.springs())
+      if (chain.coordinates()[static_cast<std::size_t>(spring.first)].role == Role::passive)
+        return false;
+  }
+  return true;
+}
+
 bool Manipulator::has_errors() const {
   for (const Chain& chain : chains_)
     if (chain.has_errors()) return true;

@@ -48,6 +48,9 @@ class Manipulator {
   Manipulator with_reference_point(const spatial::Vector3& point_on_platform) const;
   /// The same manipulator with one chain exchanged.
   Manipulator with_chain(std::size_t index, Chain chain) const;
+  /// Whether a posture is an equilibrium by itself: no weight, no geometric errors, no passive
+  /// springs or stops that could press.
+  bool is_relaxed_when_unloaded() const;
   bool has_errors() const;
   /// The nominal manipulator, without geometric errors of its chains.
   Manipulator without_errors() const;

@@ -21,13 +21,28 @@ std::vector<test::Planned> strongly_loaded() {
   return plan;
 }
 
-class PredictionDerivatives : public testing::TestWithParam<const char*> {};
+// With a heavy tool on one chain: it sags without load.
+vjm::Robot heavy_orthoglide() {
+  vjm::Robot robot = test::orthoglide();
+  vjm::Chain chain = robot.manipulator.chains()[0];
+  chain.mass("tool", 3, {0.2, 0.1, -0.1});
+  robot.manipulator = robot.manipulator.with_chain(0, chain).with_gravity({0, 0, -9.81});
+  return robot;
+}
+
+struct Kind {
+  const char* name;
+  const char* displacement;
+  bool heavy;
+};
+
+class PredictionDerivatives : public testing::TestWithParam<Kind> {};
 
 TEST_P(PredictionDerivatives, AgreeWithCentralDifferences) {
-  const vjm::Robot robot = test::orthoglide();
+  const vjm::Robot robot = GetParam().heavy ? heavy_orthoglide() : test::orthoglide();
   std::filesystem::path file = test::write(strongly_loaded(), {});
   std::string yaml = files::read_text(file);
-  yaml.replace(yaml.find("difference"), 10, GetParam());
+  yaml.replace(yaml.find("difference"), 10, GetParam().displacement);
   files::write_atomically(file, yaml);
   const Campaign campaign = read_campaign(file, robot.manipulator);
   files::Progress silent;
@@ -53,8 +68,35 @@ TEST_P(PredictionDerivatives, AgreeWithCentralDifferences) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, PredictionDerivatives, testing::Values("difference", "absolute"),
-                         [](const auto& kind) { return std::string(kind.param); });
+INSTANTIATE_TEST_SUITE_P(Kinds, PredictionDerivatives,
+                         testing::Values(Kind{"difference", "difference", false},
+                                         Kind{"absolute", "absolute", false},
+                                         Kind{"heavy_difference", "difference", true},
+                                         Kind{"heavy_absolute", "absolute", true}),
+                         [](const auto& kind) { return std::string(kind.param.name); });
+
+// Weight moves the platform before and after the load: a difference leaves it out.
+TEST(Prediction, ADifferenceIsTakenFromTheStateThatSagsUnderItsWeight) {
+  const vjm::Robot robot = heavy_orthoglide();
+  const std::filesystem::path file = test::write(strongly_loaded(), {});
+  const Campaign campaign = read_campaign(file, robot.manipulator);
+  files::Progress silent;
+  const Predictions predictions =
+      Predictor(robot.manipulator, campaign, 2, silent).predict({}, VectorXd(), false, silent);
+  ASSERT_FALSE(predictions.failure);
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+    const Reading& reading = campaign.readings[i];
+    const vjm::Posture posture =
+        vjm::posture_at(robot.manipulator, *campaign.configurations[reading.configuration].target)
+            .posture;
+    const spatial::Pose sagged = equilibrium_under_load(robot.manipulator, posture, {}).platform;
+    const spatial::Pose loaded =
+        equilibrium_under_load(robot.manipulator, posture, reading.load).platform;
+    EXPECT_GT(spatial::pose_difference(posture.platform, sagged).norm(), 1e-4);
+    EXPECT_TRUE(kinetostat::test::matrix_near(predictions.displacement[i],
+                                              spatial::pose_difference(sagged, loaded), 1e-10));
+  }
+}
 
 TEST(Prediction, IsTheChangeFromTheUnloadedPostureOrThePoseItself) {
   const vjm::Robot robot = test::orthoglide();
