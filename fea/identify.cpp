@@ -32,6 +32,19 @@ class Stopwatch {
   std::vector<std::pair<std::string, double>> laps_;
 };
 
+// A missing unit is a fault of the link file, though only the mesh shows what it might be.
+ImportedSurface import(const LinkSpec& spec) {
+  try {
+    return read_surface(spec.mesh_file, spec.unit);
+  } catch (const MissingUnit& error) {
+    InputError::Details details = spec.mesh_origin;
+    details.what = error.details().what;
+    details.cure =
+        fmt::format("Add it, for example 'mesh: {{file: {}, unit: mm}}'", spec.mesh_name);
+    throw InputError(details);
+  }
+}
+
 void require_sound(const LinkSpec& spec, const SurfaceMesh& surface, const SurfaceReport& report) {
   if (!report.sound()) {
     std::vector<std::string> wrong;
@@ -179,7 +192,7 @@ LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
                     files::Progress& progress) {
   Stopwatch watch;
   progress.report("surface", 0);
-  ImportedSurface imported = read_surface(spec.mesh_file, spec.unit);
+  ImportedSurface imported = import(spec);
   const SurfaceMesh& surface = imported.mesh;
   const SurfaceReport report = check_surface(surface, imported.weld.tolerance);
   require_sound(spec, surface, report);

@@ -14,7 +14,7 @@ namespace dimension = spatial::dimension;
 
 std::string read_unit(const YamlNode& mesh) {
   const auto unit = mesh.find("unit");
-  // Without one, read_surface() refuses with the sizes to choose by.
+  // Without one, identify() refuses with the sizes to choose by.
   if (!unit) return {};
   try {
     spatial::parse_quantity("1 " + unit->text(), dimension::length);
@@ -77,6 +77,14 @@ Selector read_selector(const std::string& kind, const YamlNode& node, const Unit
                              node.at("direction").direction()};
 }
 
+files::InputError::Details place(const YamlNode& node) {
+  files::InputError::Details details;
+  details.file = node.file();
+  details.line = node.line();
+  details.key = node.path();
+  return details;
+}
+
 const std::vector<std::string> selector_kinds{"plane", "cylinder", "box", "nearest_face"};
 
 void check_coupling(const YamlNode& node) {
@@ -94,10 +102,9 @@ InterfaceSpec read_interface(const YamlNode& node, const UnitSystem& units, bool
   node.allow_only(keys);
   check_coupling(node);
   const auto [kind, selection] = node.one_of(selector_kinds);
-  InterfaceSpec spec{
-      .selector = read_selector(kind, selection, units),
-      .point = {},
-      .origin = {.file = selection.file(), .line = selection.line(), .key = selection.path()}};
+  InterfaceSpec spec;
+  spec.selector = read_selector(kind, selection, units);
+  spec.origin = place(selection);
   if (const auto point = node.find("point")) spec.point = point->vector3(dimension::length, units);
   return spec;
 }
@@ -122,16 +129,17 @@ LinkSpec read_link(const std::filesystem::path& file) {
   const std::string unit = read_unit(mesh);
   UnitSystem units;
   if (!unit.empty()) units.length = unit;
-  LinkSpec spec{.name = top.at("link").text(),
-                .file = file,
-                .mesh_file = mesh.at("file").existing_file(),
-                .mesh_name = mesh.at("file").text(),
-                .unit = unit,
-                .material = read_material(top.at("material")),
-                .fixed = read_interface(top.at("fixed"), units, false),
-                .loaded = read_interface(top.at("loaded"), units, true),
-                .size = {},
-                .sha256 = files::sha256(files::read_text(file))};
+  // Filled one by one: when a value in nested braces throws, g++ 12 destroys members never made.
+  LinkSpec spec(read_material(top.at("material")));
+  spec.name = top.at("link").text();
+  spec.file = file;
+  spec.mesh_file = mesh.at("file").existing_file();
+  spec.mesh_name = mesh.at("file").text();
+  spec.unit = unit;
+  spec.mesh_origin = place(mesh);
+  spec.fixed = read_interface(top.at("fixed"), units, false);
+  spec.loaded = read_interface(top.at("loaded"), units, true);
+  spec.sha256 = files::sha256(files::read_text(file));
   if (const auto elements = top.find("elements")) read_elements(*elements, units, spec);
   return spec;
 }

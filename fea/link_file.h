@@ -35,11 +35,14 @@ struct InterfaceSpec {
 };
 
 struct LinkSpec {
+  explicit LinkSpec(const Material& of) : material(of) {}
+
   std::string name;
-  std::filesystem::path file;       // the link file
-  std::filesystem::path mesh_file;  // where it is
-  std::string mesh_name;            // as the link file spells it
-  std::string unit;                 // of the mesh
+  std::filesystem::path file;              // the link file
+  std::filesystem::path mesh_file;         // where it is
+  std::string mesh_name;                   // as the link file spells it
+  std::string unit;                        // of the mesh; empty when the file does not state it
+  files::InputError::Details mesh_origin;  // of the key `mesh`, for messages
   Material material;
   InterfaceSpec fixed, loaded;
   int order = 2;               // of the elements, 1 or 2

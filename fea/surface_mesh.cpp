@@ -260,7 +260,7 @@ double metres_per_unit(const std::filesystem::path& file, const std::string& uni
                        const SurfaceMesh& mesh) {
   const Vector3 size = bounding_box(mesh.points).sizes();
   if (unit.empty())
-    throw InputError(
+    throw MissingUnit(
         file,
         fmt::format("the mesh has no unit of length; its bounding box would be "
                     "{0:.4g} x {1:.4g} x {2:.4g} m in mm, {3:.4g} x {4:.4g} x {5:.4g} "

@@ -9,6 +9,7 @@
 
 #include <Eigen/Geometry>
 
+#include "kinetostat/files/error.h"
 #include "kinetostat/spatial/linear_algebra.h"
 
 namespace kinetostat::fea {
@@ -62,9 +63,15 @@ struct ImportedSurface {
   std::string sha256;  // of the file
 };
 
+/// The unit of a mesh is not stated. Whoever knows where it should have been stated adds that.
+class MissingUnit : public files::InputError {
+ public:
+  using InputError::InputError;
+};
+
 /// Reads STL (binary or ASCII), OBJ or PLY whose lengths are in `unit` ("mm"). Throws InputError
-/// when the file is missing, truncated, empty, of another kind or not finite; and when `unit` is
-/// empty, with the bounding box in mm, m and inch to choose by.
+/// when the file is missing, truncated, empty, of another kind or not finite; MissingUnit when
+/// `unit` is empty, with the bounding box in mm, m and inch to choose by.
 ImportedSurface read_surface(const std::filesystem::path& file, const std::string& unit);
 
 }  // namespace kinetostat::fea

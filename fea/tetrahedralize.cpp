@@ -321,10 +321,13 @@ MeshingError::MeshingError(Cause cause, const std::string& what, const std::stri
 
 std::filesystem::path find_tetgen_helper() {
   std::error_code ignored;
-  const std::filesystem::path here =
-      std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path();
-  for (const std::filesystem::path& folder :
-       {here, here / "../libexec/kinetostat", std::filesystem::path(KINETOSTAT_LIBEXEC_DIR)})
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", ignored);
+  std::vector<std::filesystem::path> folders;
+  if (!program.empty())  // or the folders below would be those of whoever calls
+    folders = {program.parent_path(),
+               program.parent_path().parent_path() / "libexec" / "kinetostat"};
+  folders.emplace_back(KINETOSTAT_LIBEXEC_DIR);
+  for (const std::filesystem::path& folder : folders)
     if (std::filesystem::exists(folder / "kinetostat-tetgen", ignored))
       return folder / "kinetostat-tetgen";
   return {};

@@ -37,8 +37,8 @@ struct TetrahedralizeOptions {
   std::filesystem::path helper = {};  // kinetostat-tetgen; empty: find_tetgen_helper()
 };
 
-/// Beside the running program, else in the folder that was fixed when kinetostat was configured.
-/// Empty when it is in neither.
+/// Beside the running program, else in ../libexec/kinetostat from there (an installation may be
+/// moved), else in the folder that was fixed when kinetostat was configured. Empty when in none.
 std::filesystem::path find_tetgen_helper();
 
 /// Fills the surface, of order 1. `surface` must be sound (surface_check.h), cavities included.

@@ -110,7 +110,12 @@ TEST_P(BrokenLink, IsBadInputWithItsPlaceNamed) {
 INSTANTIATE_TEST_SUITE_P(
     File, BrokenLink,
     testing::Values(
-        Mistake{"no_unit", link(", unit: mm", ""), stl(cube()), {"no unit", "bounding box"}},
+        Mistake{"no_unit",
+                link(", unit: mm", ""),
+                stl(cube()),
+                {"cube.yaml:3", "no unit", "bounding box", "unit: mm"}},
+        Mistake{
+            "empty_unit", link("unit: mm", "unit: "), stl(cube()), {"cube.yaml:3", "mesh.unit"}},
         Mistake{
             "unknown_unit", link("unit: mm", "unit: mmm"), stl(cube()), {"cube.yaml:3", "'mm'"}},
         Mistake{"not_a_length", link("unit: mm", "unit: kg"), stl(cube()), {"cube.yaml:3", "kg"}},

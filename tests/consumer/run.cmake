@@ -9,3 +9,8 @@ run(${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK}/build -G Ninja -D CMAKE_PREFIX_PATH
   -D CMAKE_CXX_FLAGS=${CXX_FLAGS})
 run(${CMAKE_COMMAND} --build ${WORK}/build)
 run(${WORK}/build/consumer)
+
+# The installed program finds its helper beside itself: what it was configured for is another prefix.
+file(RENAME ${WORK}/prefix ${WORK}/moved)
+run(${WORK}/moved/bin/kinetostat identify ${SOURCE}/../../meshes/bar.yaml --quiet
+  --out ${WORK}/bar.link.json)
