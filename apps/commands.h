@@ -9,6 +9,7 @@ void add_mesh_check(Program& program);
 void add_identify(Program& program);
 void add_stiffness(Program& program);
 void add_deflect(Program& program);
+void add_assemble(Program& program);
 void add_compare(Program& program);
 void add_demo(Program& program);
 

@@ -9,6 +9,7 @@ int main(int argc, char** argv) {
   kinetostat::apps::add_identify(program);
   kinetostat::apps::add_stiffness(program);
   kinetostat::apps::add_deflect(program);
+  kinetostat::apps::add_assemble(program);
   kinetostat::apps::add_compare(program);
   kinetostat::apps::add_demo(program);
   return program.run(argc, argv);

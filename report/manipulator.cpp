@@ -1,5 +1,8 @@
 #include "kinetostat/report/manipulator.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -106,20 +109,37 @@ std::string status_name(EquilibriumStatus status) {
   return "not converged";
 }
 
-std::string chain_wrenches_text(const Robot& robot, const Equilibrium& equilibrium) {
+// One row a chain: its wrench in the units of the file, and a last column.
+std::string wrench_table(const Robot& robot, const std::vector<spatial::Wrench>& wrenches,
+                         const std::string& last_heading, const std::vector<std::string>& last) {
   const double force = unit(robot.units.force), length = unit(robot.units.length);
-  const std::string moment = robot.units.force + " " + robot.units.length;
-  Table table({"wrench on chain", "Fx", "Fy", "Fz", "Mx", "My", "Mz", "held"});
-  for (std::size_t c = 0; c < equilibrium.chains.size(); ++c) {
-    const vjm::ChainEquilibrium& chain = equilibrium.chains[c];
+  double size = 0;
+  for (const spatial::Wrench& w : wrenches)
+    size = std::max({size, w.force.norm(), w.moment.norm() / length});
+  const auto shown = [size](double v, double factor) {
+    return number(std::abs(v) <= 1e-12 * size * factor ? 0 : v / factor, 6);
+  };
+  Table table({"wrench on chain", "Fx", "Fy", "Fz", "Mx", "My", "Mz", last_heading});
+  for (std::size_t c = 0; c < wrenches.size(); ++c) {
     std::vector<std::string> row{robot.manipulator.chains()[c].name()};
-    for (int i = 0; i < 3; ++i) row.push_back(number(chain.wrench.force[i] / force, 6));
-    for (int i = 0; i < 3; ++i) row.push_back(number(chain.wrench.moment[i] / (force * length), 6));
-    row.push_back(stability_text(chain.held));
+    for (int i = 0; i < 3; ++i) row.push_back(shown(wrenches[c].force[i], force));
+    for (int i = 0; i < 3; ++i) row.push_back(shown(wrenches[c].moment[i], force * length));
+    row.push_back(last[c]);
     table.add_row(row);
   }
-  return fmt::format("Wrenches on the chains at the platform point, base axes [{}; {}]:\n{}",
-                     robot.units.force, moment, table.text());
+  return table.text();
+}
+
+std::string chain_wrenches_text(const Robot& robot, const Equilibrium& equilibrium) {
+  std::vector<spatial::Wrench> wrenches;
+  std::vector<std::string> held;
+  for (const vjm::ChainEquilibrium& chain : equilibrium.chains) {
+    wrenches.push_back(chain.wrench);
+    held.push_back(stability_text(chain.held));
+  }
+  return fmt::format("Wrenches on the chains at their ends, base axes [{}; {} {}]:\n{}",
+                     robot.units.force, robot.units.force, robot.units.length,
+                     wrench_table(robot, wrenches, "held", held));
 }
 
 }  // namespace
@@ -223,6 +243,27 @@ Json to_json(const Robot& robot, const Equilibrium& e) {
                               {"stability", stability_json(e.chains[c].held)},
                               {"coordinates", coordinates_json(chain, e.chains[c].coordinates)}});
   }
+  return json;
+}
+
+std::string text(const Robot& robot, const vjm::Assembly& a) {
+  std::string out;
+  if (a.assembled.status != EquilibriumStatus::converged)
+    out += fmt::format("NOT ASSEMBLED: {}.\n", a.assembled.reason);
+  out += "To first order\n" + text(a.linear_shift, robot.units);
+  out += "On the full equations\n" + text(a.assembled.displacement, robot.units) + "\n";
+  out += chain_wrenches_text(robot, a.assembled);
+  out += fmt::format("Elastic energy {} J. Platform: {}.\n", number(a.assembled.energy, 6),
+                     stability_text(a.assembled.free));
+  return out;
+}
+
+Json to_json(const Robot& robot, const vjm::Assembly& a) {
+  Json json{{"linear_shift", files::to_json(a.linear_shift)}, {"linear_wrenches", Json::array()}};
+  for (std::size_t c = 0; c < a.linear_wrenches.size(); ++c)
+    json["linear_wrenches"].push_back({{"name", robot.manipulator.chains()[c].name()},
+                                       {"wrench", files::to_json(a.linear_wrenches[c])}});
+  json["assembled"] = to_json(robot, a.assembled);
   return json;
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "kinetostat/files/json.h"
+#include "kinetostat/vjm/assembly.h"
 #include "kinetostat/vjm/equilibrium.h"
 #include "kinetostat/vjm/robot_file.h"
 #include "kinetostat/vjm/stiffness.h"
@@ -22,6 +23,10 @@ files::Json to_json(const vjm::Robot& robot, const vjm::UnloadedStiffness& stiff
 /// the last equilibrium found and why there is none beyond.
 std::string text(const vjm::Robot& robot, const vjm::Equilibrium& equilibrium);
 files::Json to_json(const vjm::Robot& robot, const vjm::Equilibrium& equilibrium);
+
+/// Shift of the platform, internal wrenches and what every joint and spring gives way by.
+std::string text(const vjm::Robot& robot, const vjm::Assembly& assembly);
+files::Json to_json(const vjm::Robot& robot, const vjm::Assembly& assembly);
 
 /// Name, file and SHA-256 of the robot file and of the link files that it reads.
 files::Json provenance(const vjm::Robot& robot);

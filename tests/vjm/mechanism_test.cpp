@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "kinetostat/files/text_file.h"
+#include "kinetostat/vjm/assembly.h"
 #include "kinetostat/vjm/beam.h"
 #include "kinetostat/vjm/equilibrium.h"
 #include "kinetostat/vjm/posture.h"
@@ -245,6 +246,21 @@ TEST(GeometricErrors, ATwistedChainOfAnOverconstrainedRobotLoadsTheOthers) {
   EXPECT_GT(largest, 0.1);                // internal wrenches
   EXPECT_LT(sum.norm(), 1e-9 * largest);  // that balance
   EXPECT_GT(e.energy, 0);
+}
+
+// The linear solution is the limit of the full one: their difference falls with the square.
+TEST(GeometricErrors, TheLinearAssemblyIsTheLimitOfTheFullOne) {
+  const std::string twisted = files::read_text(robots + "orthoglide_errors.yaml");
+  const auto difference = [&](const std::string& degrees) {
+    const Robot robot = read_text(replaced_all(twisted, "rotation_vector: [1, 0, 0]",
+                                               "rotation_vector: [" + degrees + ", 0, 0]"));
+    const Assembly a =
+        assemble(robot.manipulator, posture_of(robot.manipulator, {0.03, -0.02, 0.05}));
+    EXPECT_EQ(a.assembled.status, EquilibriumStatus::converged) << a.assembled.reason;
+    return (a.linear_shift.coordinates() - a.assembled.displacement.coordinates()).norm();
+  };
+  const double coarse = difference("0.4"), fine = difference("0.1");
+  EXPECT_NEAR(coarse / fine, 16, 3);
 }
 
 TEST(Patterns, ThreeTurnedCopiesAreTheOrthoglide) {
