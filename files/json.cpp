@@ -49,6 +49,12 @@ bool is_flat(const Json& list) {
   return std::none_of(list.begin(), list.end(), [](const Json& v) { return v.is_structured(); });
 }
 
+// Names and file names are whatever bytes the user's system has; JSON holds UTF-8 only. Bytes that
+// are not UTF-8 become the replacement character instead of losing the result.
+std::string scalar(const Json& value) {
+  return value.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
 void write_value(std::string& out, const Json& json, std::size_t indent) {
   const auto new_line = [&out](std::size_t depth) { out += "\n" + std::string(2 * depth, ' '); };
   if (json.is_object() && !json.empty()) {
@@ -57,7 +63,7 @@ void write_value(std::string& out, const Json& json, std::size_t indent) {
     for (const auto& [key, value] : json.items()) {
       out += separator;
       new_line(indent + 1);
-      out += Json(key).dump() + ": ";
+      out += scalar(key) + ": ";
       write_value(out, value, indent + 1);
       separator = ",";
     }
@@ -76,10 +82,10 @@ void write_value(std::string& out, const Json& json, std::size_t indent) {
     out += "]";
   } else if (json.is_array()) {
     out += "[";
-    for (std::size_t i = 0; i < json.size(); ++i) out += (i ? ", " : "") + json[i].dump();
+    for (std::size_t i = 0; i < json.size(); ++i) out += (i ? ", " : "") + scalar(json[i]);
     out += "]";
   } else {
-    out += json.dump();
+    out += scalar(json);
   }
 }
 

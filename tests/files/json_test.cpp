@@ -106,6 +106,18 @@ TEST(Json, WrongComplianceNamesTheKey) {
   EXPECT_THAT(with("axes", {{1, 0, 0}, {0, 1, 0}, {0, 0, -1}}), HasSubstr("right-handed"));
 }
 
+TEST(Json, BytesThatAreNotUtf8AreReplacedAndLoseNothingElse) {
+  const std::string text = to_text({{"n\xff",
+                                     "sc\xff"
+                                     "ara"},
+                                    {"list", {"\xc3", "\xc3\xbc"}}});
+  const Json read = Json::parse(text);
+  EXPECT_EQ(read["n\xef\xbf\xbd"],
+            "sc\xef\xbf\xbd"
+            "ara");
+  EXPECT_EQ(read["list"], Json({"\xef\xbf\xbd", "\xc3\xbc"}));
+}
+
 TEST(Json, OtherUnitsOrOrderAreRefusedNotMisread) {
   Json json = example();
   json["units"]["length"] = "mm";
