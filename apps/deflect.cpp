@@ -6,7 +6,6 @@
 #include "kinetostat/apps/command.h"
 #include "kinetostat/apps/commands.h"
 #include "kinetostat/apps/robot_request.h"
-#include "kinetostat/files/error.h"
 #include "kinetostat/report/manipulator.h"
 
 namespace kinetostat::apps {
@@ -19,8 +18,8 @@ struct Request {
 
 files::Json deflect(const Request& request, Run& run) {
   if (!request.load.given())
-    throw files::InputError("--wrench", "no load is given",
-                            "Give --wrench Fx,Fy,Fz[,Mx,My,Mz], or --move for a displacement");
+    throw UsageError("--wrench", "no load is given",
+                     "Give --wrench Fx,Fy,Fz[,Mx,My,Mz], or --move for a displacement");
   const vjm::Robot robot = request.posture.read();
   const vjm::Posture posture = request.posture.posture(robot);
   const vjm::Equilibrium equilibrium = request.load.solve(robot, posture);

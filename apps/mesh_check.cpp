@@ -4,7 +4,6 @@
 #include "kinetostat/apps/command.h"
 #include "kinetostat/apps/commands.h"
 #include "kinetostat/fea/surface_check.h"
-#include "kinetostat/files/error.h"
 #include "kinetostat/spatial/units.h"
 
 namespace kinetostat::apps {
@@ -54,15 +53,31 @@ files::Json report_json(const fea::ImportedSurface& surface, const fea::SurfaceR
 
 double read_density(const std::string& text) {
   if (text.empty()) return 0;
+  const char cure[] = "Steel has '7850 kg/m^3'";
+  double density = 0;
   try {
-    return spatial::parse_quantity(text, spatial::dimension::density);
+    density = spatial::parse_quantity(text, spatial::dimension::density);
   } catch (const std::invalid_argument& error) {
-    throw files::InputError("--density", error.what(), "Steel has '7850 kg/m^3'");
+    throw UsageError("--density", error.what(), cure);
+  }
+  if (!(density > 0))
+    throw UsageError("--density", fmt::format("'{}' is not above zero", text), cure);
+  return density;
+}
+
+// A missing unit is left to read_surface(), which shows the sizes to choose by.
+void check_unit(const std::string& text) {
+  if (text.empty()) return;
+  try {
+    spatial::parse_quantity("1 " + text, spatial::dimension::length);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError("--unit", error.what(), "Use mm, m or inch");
   }
 }
 
 files::Json check(Run& run, const Options& options) {
   const double density = read_density(options.density);
+  check_unit(options.unit);
   run.progress().report("reading", 0);
   const fea::ImportedSurface surface = fea::read_surface(options.mesh, options.unit);
   run.progress().report("checking", 0);

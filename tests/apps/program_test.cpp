@@ -139,6 +139,19 @@ INSTANTIATE_TEST_SUITE_P(
             "wrong_unit", "stiffness " + orthoglide + " --at '0,0,1 kg'", 2, {"'1 kg'", "length"}},
         Mistake{
             "excluded", "stiffness " + orthoglide + " --at 0,0,0 --joints a=1", 2, {"excludes"}},
+        Mistake{"no_load", "deflect " + orthoglide, 2, {"--wrench", "no load is given"}},
+        Mistake{"density_without_unit",
+                "mesh check meshes/foot.stl --unit mm --density 7",
+                2,
+                {"--density", "'7' has no unit"}},
+        Mistake{"negative_density",
+                "mesh check meshes/foot.stl --unit mm --density '-5 kg/m^3'",
+                2,
+                {"--density", "not above zero"}},
+        Mistake{"unknown_unit",
+                "mesh check meshes/foot.stl --unit furlong",
+                2,
+                {"--unit", "'furlong'", "Use mm, m or inch"}},
         Mistake{"no_threads", "stiffness " + orthoglide + " --threads 0", 2, {"--threads"}}),
     [](const auto& test) { return test.param.name; });
 
