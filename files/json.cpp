@@ -154,6 +154,8 @@ Json read_json(const std::filesystem::path& file) {
                       .line = 1 + static_cast<int>(std::count(text.begin(), end, '\n')),
                       .what = "not valid JSON",
                       .cure = "Write this file with kinetostat rather than by hand"});
+  } catch (const Json::out_of_range&) {
+    throw InputError(file, "a number is too large", "Numbers must lie within +-1.8e308");
   }
 }
 

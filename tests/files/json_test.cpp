@@ -86,6 +86,10 @@ TEST(Json, BrokenFilesNameTheLine) {
   EXPECT_NE(complaint("[]"), "");
 }
 
+TEST(Json, NumbersThatNoDoubleHoldsAreRefused) {
+  EXPECT_THAT(complaint(R"({"mass": 1e999})"), HasSubstr("bad.link.json: a number is too large"));
+}
+
 TEST(Json, WrongComplianceNamesTheKey) {
   const auto with = [](const char* key, const Json& value) {
     Json json = example();
