@@ -1,10 +1,12 @@
 #include "kinetostat/vjm/link_model.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
 
+#include "kinetostat/files/error.h"
 #include "kinetostat/files/json.h"
 #include "kinetostat/spatial/rotation.h"
 
@@ -146,15 +148,26 @@ Compliance6 divided_by_copies(const Compliance6& compliance, const YamlNode& nod
                      compliance.frame());
 }
 
+[[noreturn]] void fail_at(const std::filesystem::path& file, const char* key, const char* what) {
+  throw files::InputError(
+      {.file = file, .key = key, .what = what, .cure = "Write it with 'kinetostat identify'"});
+}
+
 // Mass and centre from the identified link's file, when its material has a density.
 std::optional<LinkMass> identified_mass(const std::filesystem::path& file, const Pose& start,
                                         const YamlNode& node) {
   const files::Json json = files::read_json(file);
-  if (!json.contains("mass") || !json["mass"].is_number()) return std::nullopt;
-  const files::Json& c = json["center_of_mass"];
+  const files::Json mass = json.value("mass", files::Json());
+  if (mass.is_null()) return std::nullopt;
+  if (!mass.is_number() || !(mass.get<double>() > 0))
+    fail_at(file, "mass", "a number above zero, or null, is expected");
+  const files::Json c = json.value("center_of_mass", files::Json());
+  if (!c.is_array() || c.size() != 3 ||
+      !std::all_of(c.begin(), c.end(), [](const files::Json& x) { return x.is_number(); }))
+    fail_at(file, "center_of_mass", "three numbers are expected, since the link has a mass");
   const auto copies = node.find("copies");
   return LinkMass{
-      json["mass"].get<double>() * (copies ? copies->integer(1, 1000) : 1),
+      mass.get<double>() * (copies ? copies->integer(1, 1000) : 1),
       start.inverse() * Vector3(c[0].get<double>(), c[1].get<double>(), c[2].get<double>())};
 }
 

@@ -158,6 +158,35 @@ TEST_F(RobotFile, InlineMatricesAndIdentifiedLinksAreTheSameLink) {
   EXPECT_EQ(identified.link_files.size(), 1u);
 }
 
+// A link file mended by hand: its mass is either usable or refused by name.
+TEST_F(RobotFile, TheMassOfAnIdentifiedLinkNeedsACentre) {
+  const auto refusal = [&](const files::Json& mass, const files::Json& center) {
+    files::Json link = files::to_json(beam_compliance(
+        0.4, Section::circle(0.03), {210e9, 210e9 / 2.6, {}}, BeamTheory::timoshenko));
+    link["mass"] = mass;
+    if (!center.is_null()) link["center_of_mass"] = center;
+    files::write_json(folder_ / "upper.link.json", link);
+    try {
+      read(replaced(good,
+                    "{beam: {length: 400, section: {circle: {diameter: 30}}, material: steel}}",
+                    "{compliance: upper.link.json}"));
+    } catch (const files::InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("upper.link.json"));
+      return error.details().key;
+    }
+    return std::string("none");
+  };
+  const files::Json middle{0.2, 0.0, 0.0};
+  EXPECT_EQ(refusal(2.2, middle), "none");
+  EXPECT_EQ(refusal(nullptr, nullptr), "none");
+  EXPECT_EQ(refusal(2.2, nullptr), "center_of_mass");
+  EXPECT_EQ(refusal(2.2, 0.2), "center_of_mass");
+  EXPECT_EQ(refusal(2.2, {0.2, 0.0}), "center_of_mass");
+  EXPECT_EQ(refusal(2.2, {0.2, "0", 0.0}), "center_of_mass");
+  EXPECT_EQ(refusal("2.2", middle), "mass");
+  EXPECT_EQ(refusal(-1, middle), "mass");
+}
+
 TEST_F(RobotFile, UnitsOfTheFileDoNotMatter) {
   const Robot mm = read(good);
   std::string metres =
