@@ -82,7 +82,8 @@ class ChainEquations {
   spatial::Vector6 wrench_ = spatial::Vector6::Zero();
   Eigen::MatrixXd hessian_, matrix_;
   RobustFactor factor_;
-  spatial::Matrix6 end_by_origin_, origin_by_origin_;
+  spatial::Matrix6 end_by_origin_ = spatial::Matrix6::Zero();
+  spatial::Matrix6 origin_by_origin_ = spatial::Matrix6::Zero();
   Eigen::MatrixXd balance_by_origin_, origin_by_balance_;
 };
 

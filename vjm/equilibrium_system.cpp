@@ -12,6 +12,9 @@ using spatial::Matrix6;
 using spatial::Pose;
 using spatial::Vector6;
 
+// First of the six rows of a body where all bodies have theirs.
+Index first_row(int body) { return Index{6} * body; }
+
 double stiffest(const Manipulator& manipulator, double length) {
   double largest = 0;
   for (const Chain& chain : manipulator.chains())
@@ -96,7 +99,7 @@ Index EquilibriumSystem::free_bodies() const {
 
 Index EquilibriumSystem::row_of(int body) const {
   if (body == Span::base) return -1;
-  return 6 * (body - (held_ ? 1 : 0));
+  return first_row(body - (held_ ? 1 : 0));
 }
 
 Matrix6 EquilibriumSystem::load_matrix() const {
@@ -208,9 +211,9 @@ SystemVector EquilibriumSystem::newton_right_hand_side() const {
   right.bodies.head<6>() = load_.at_reference_point(state_.bodies[0]);
   for (std::size_t c = 0; c < chains_.size(); ++c) {
     const Span& span = manipulator_.span(c);
-    right.bodies.segment<6>(6 * span.to) -= state_.wrenches[c];
+    right.bodies.segment<6>(first_row(span.to)) -= state_.wrenches[c];
     if (span.from != Span::base)
-      right.bodies.segment<6>(6 * span.from) += chains_[c].wrench_on_origin();
+      right.bodies.segment<6>(first_row(span.from)) += chains_[c].wrench_on_origin();
     right.wrenches[c] = scale_.twist().cwiseProduct(spatial::pose_difference(
         chains_[c].end(), state_.bodies[static_cast<std::size_t>(span.to)]));
     right.coordinates[c] = -chains_[c].unbalanced();
@@ -254,9 +257,9 @@ VectorXd EquilibriumSystem::chain_right(std::size_t c, const SystemVector& right
   VectorXd r(6 + chains_[c].size());
   r << right.wrenches[c], right.coordinates[c];
   const Span& span = manipulator_.span(c);
-  r.head<6>() += bodies.segment<6>(6 * span.to);
+  r.head<6>() += bodies.segment<6>(first_row(span.to));
   if (span.from != Span::base) {
-    const Vector6 origin = bodies.segment<6>(6 * span.from);
+    const Vector6 origin = bodies.segment<6>(first_row(span.from));
     r.head<6>() -= chains_[c].end_by_origin() * origin;
     r.tail(chains_[c].size()) -= chains_[c].balance_by_origin() * origin;
   }
@@ -280,9 +283,9 @@ SystemVector EquilibriumSystem::solve_by_chains(const SystemVector& right) const
     for (std::size_t c = 0; c < chains_.size(); ++c) {
       solve_chain(c);
       const Span& span = manipulator_.span(c);
-      balance.segment<6>(6 * span.to) -= solution.wrenches[c];
+      balance.segment<6>(first_row(span.to)) -= solution.wrenches[c];
       if (span.from != Span::base)
-        balance.segment<6>(6 * span.from) +=
+        balance.segment<6>(first_row(span.from)) +=
             chains_[c].end_by_origin().transpose() * solution.wrenches[c] +
             chains_[c].origin_by_balance() * solution.coordinates[c];
     }
@@ -330,7 +333,8 @@ Matrix6 EquilibriumSystem::platform_stiffness() const {
   MatrixXd matrix = MatrixXd::Zero(6 + inner, 6 + inner);
   for (std::size_t c = 0; c < chains_.size(); ++c) {
     const Span& span = manipulator_.span(c);
-    add_chain_to_bodies(c, matrix, 6 * span.to, span.from == Span::base ? -1 : 6 * span.from);
+    add_chain_to_bodies(c, matrix, first_row(span.to),
+                        span.from == Span::base ? -1 : first_row(span.from));
   }
   Matrix6 scaled = matrix.topLeftCorner<6, 6>();
   if (inner > 0) {
@@ -379,14 +383,15 @@ ConstrainedEnergy constrained_energy(const Manipulator& manipulator,
     const auto row = static_cast<Index>(6 * c);
     const Span& span = manipulator.span(c);
     const Index n = chains[c].size();
-    e.constraint.block<6, 6>(row, 6 * span.to) = -Matrix6::Identity();
+    e.constraint.block<6, 6>(row, first_row(span.to)) = -Matrix6::Identity();
     e.constraint.block(row, at, 6, n) = chains[c].jacobian();
     e.hessian.block(at, at, n, n) = chains[c].energy_hessian();
     if (span.from != Span::base) {
-      e.constraint.block<6, 6>(row, 6 * span.from) = chains[c].end_by_origin();
-      e.hessian.block(at, 6 * span.from, n, 6) -= chains[c].balance_by_origin();
-      e.hessian.block(6 * span.from, at, 6, n) -= chains[c].origin_by_balance();
-      e.hessian.block<6, 6>(6 * span.from, 6 * span.from) -= chains[c].origin_by_origin();
+      e.constraint.block<6, 6>(row, first_row(span.from)) = chains[c].end_by_origin();
+      e.hessian.block(at, first_row(span.from), n, 6) -= chains[c].balance_by_origin();
+      e.hessian.block(first_row(span.from), at, 6, n) -= chains[c].origin_by_balance();
+      e.hessian.block<6, 6>(first_row(span.from), first_row(span.from)) -=
+          chains[c].origin_by_origin();
     }
     at += n;
   }

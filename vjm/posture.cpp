@@ -227,7 +227,7 @@ class LoopCloser {
   Index moving_bodies() const {
     return static_cast<Index>(bodies_.size()) - (platform_given_ ? 1 : 0);
   }
-  Index column_of(int body) const { return 6 * (body - (platform_given_ ? 1 : 0)); }
+  Index column_of(int body) const { return Index{6} * (body - (platform_given_ ? 1 : 0)); }
   Pose origin_of(std::size_t c) const {
     const int from = manipulator_.span(c).from;
     return from == Span::base ? Pose() : bodies_[static_cast<std::size_t>(from)];
@@ -366,7 +366,6 @@ PostureResult posture_at(const Manipulator& manipulator, const Pose& target,
   if (!manipulator.is_parallel()) return mechanism_posture_at(manipulator, target, options);
   PostureResult result;
   result.reached = true;
-  result.error.setZero();
   result.posture.platform = target;
   for (const Chain& chain : manipulator.chains()) {
     ChainPostureSolver solver(chain, target, options);
@@ -402,7 +401,6 @@ PostureResult posture_from_joints(const Manipulator& manipulator,
   result.posture.platform = kinematics.end;
   result.posture.coordinates = std::move(start);
   result.reached = true;
-  result.error.setZero();
   return result;
 }
 

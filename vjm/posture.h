@@ -18,9 +18,10 @@ struct PostureOptions {
 
 struct PostureResult {
   bool reached = false;
-  Posture posture;         // the nearest found when not reached
-  spatial::Vector6 error;  // [translation m; rotation rad] still missing, worst chain
-  std::string reason;      // empty when reached; otherwise a sentence with chain and distances
+  Posture posture;  // the nearest found when not reached
+  /// [translation m; rotation rad] still missing, worst chain.
+  spatial::Vector6 error = spatial::Vector6::Zero();
+  std::string reason;  // empty when reached; otherwise a sentence with chain and distances
 };
 
 /// Both work on the nominal manipulator, without geometric errors.
