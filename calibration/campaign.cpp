@@ -14,7 +14,7 @@ using spatial::Dimension;
 namespace dimension = spatial::dimension;
 
 YamlNode read_top(const std::filesystem::path& file) {
-  const YamlNode top = files::read_yaml(file);
+  YamlNode top = files::read_yaml(file);
   files::check_format_version(top);
   top.allow_only({"kinetostat", "campaign", "origin", "robot", "units", "displacement", "zero",
                   "wrench_point", "noise", "readings"});
