@@ -219,6 +219,7 @@ void Program::run_action(const Command& command) {
   progress.wipe();
   if (progress.cancelled()) throw files::Cancelled();
   deliver(command, run, result);
+  if (run.refusal()) throw *run.refusal();
   if (!run.shortfall().empty()) throw files::NoConvergence(run.shortfall());
 }
 

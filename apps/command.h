@@ -16,6 +16,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "kinetostat/files/error.h"
 #include "kinetostat/files/json.h"
 #include "kinetostat/files/progress.h"
 
@@ -65,6 +66,9 @@ class Run {
   /// The result is only part of what was asked for: it is delivered, then the reason is said and
   /// the program ends with exit code 4.
   void stop_short(std::string reason) { shortfall_ = std::move(reason); }
+  /// The result says that the input is unsound: it is delivered, then the program ends with exit
+  /// code 3 and this error.
+  void refuse(files::InputError error) { refusal_ = std::move(error); }
 
   files::Progress& progress() { return progress_; }
   int threads() const { return options_.threads; }
@@ -73,12 +77,14 @@ class Run {
 
   const std::string& report() const { return report_; }
   const std::string& shortfall() const { return shortfall_; }
+  const std::optional<files::InputError>& refusal() const { return refusal_; }
 
  private:
   const CommonOptions& options_;
   files::Progress& progress_;
   std::string report_;
   std::string shortfall_;
+  std::optional<files::InputError> refusal_;
 };
 
 /// What a command is called and does.

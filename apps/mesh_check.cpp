@@ -91,6 +91,9 @@ files::Json check(Run& run, const Options& options) {
     files::write_vtu(options.vtu, fea::offending_facets(surface.mesh, report));
     run.print(fmt::format("offending facets written to {}\n", options.vtu));
   }
+  if (!report.sound())
+    run.refuse({options.mesh, "the surface does not bound a solid, see above",
+                "Mend it in the program it came from, then check again"});
   return report_json(surface, report, density);
 }
 

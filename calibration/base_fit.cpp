@@ -141,10 +141,11 @@ class Problem {
 
 void require_enough_values(const Problem& problem) {
   if (problem.values() > problem.unknowns() || problem.unknowns() == 0) return;
-  throw files::NotIdentifiable(fmt::format(
-      "{} values cannot determine {} unknowns (parameters and zeros). Measure more, or declare "
-      "less uncertain.",
-      problem.values(), problem.unknowns()));
+  throw files::NotIdentifiable(
+      fmt::format("{} measured values for {} unknowns (parameters and zeros) leave nothing to "
+                  "judge the fit by. "
+                  "Measure more, or declare less uncertain.",
+                  problem.values(), problem.unknowns()));
 }
 
 void require_sensitivity(const Problem& problem, const Problem::Linearisation& state) {

@@ -173,8 +173,14 @@ double YamlNode::quantity(const Dimension& dimension, const UnitSystem& units) c
   const std::string value = text();
   const double si = decorated(
       [&] { return spatial::parse_quantity(value, dimension, units.unit_for(dimension)); });
-  if (!std::isfinite(si)) fail(fmt::format("'{}' is not a finite number", value));
+  require_sensible(si, value);
   return si;
+}
+
+// Beyond 1e100 squares and products overflow, and a matrix of NaN would be the answer.
+void YamlNode::require_sensible(double si, const std::string& value) const {
+  if (!std::isfinite(si)) fail(fmt::format("'{}' is not a finite number", value));
+  if (std::abs(si) > 1e100) fail(fmt::format("'{}' is too large to compute with", value));
 }
 
 double YamlNode::positive(const Dimension& dimension, const UnitSystem& units) const {
@@ -186,7 +192,7 @@ double YamlNode::positive(const Dimension& dimension, const UnitSystem& units) c
 double YamlNode::quantity_with_unit(const Dimension& dimension) const {
   const std::string value = text();
   const double si = decorated([&] { return spatial::parse_quantity(value, dimension); });
-  if (!std::isfinite(si)) fail(fmt::format("'{}' is not a finite number", value));
+  require_sensible(si, value);
   return si;
 }
 

@@ -80,6 +80,7 @@ class YamlNode {
   /// The keys of a map with nodes of their own, whose line is the key's, not the value's.
   std::vector<std::pair<std::string, YamlNode>> key_places() const;
   YamlNode child(const YAML::Node& node, const std::string& path) const;
+  void require_sensible(double si, const std::string& value) const;
   template <class Read>
   auto decorated(Read read) const;
 

@@ -1,4 +1,5 @@
 // The program as its users meet it: arguments and files in, exit code and text out.
+#include <fstream>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -42,6 +43,16 @@ TEST(ProgramRun, ExampleOfEveryCommandWorks) {
     ++examples;
   }
   EXPECT_GT(examples, 0);
+}
+
+TEST(ProgramRun, MeshCheckReportsAnOpenSurfaceAndRefusesIt) {
+  std::ofstream(working_folder() / "open.stl")
+      << "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+         "endloop\nendfacet\nendsolid s\n";
+  const Outcome outcome = kinetostat("mesh check open.stl --unit mm --json open.json");
+  EXPECT_EQ(outcome.code, 3);
+  EXPECT_THAT(outcome.err, HasSubstr("does not bound a solid"));
+  EXPECT_THAT(files::read_text(working_folder() / "open.json"), HasSubstr("\"sound\": false"));
 }
 
 TEST(ProgramRun, DemoGoesTheWholeWay) {

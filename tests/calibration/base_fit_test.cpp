@@ -112,7 +112,7 @@ TEST(BaseFit, SaysWhichUnknownsCannotBeToldApart) {
 
 TEST(BaseFit, SaysWhenThereAreTooFewValues) {
   EXPECT_THAT(message<files::NotIdentifiable>(test::bench(), bench_campaign("fz,dz\n1000,1\n")),
-              HasSubstr("1 values cannot determine 1 unknowns"));
+              HasSubstr("1 measured values for 1 unknowns"));
 }
 
 TEST(BaseFit, SaysWhenTheReadingsContradictAnySpring) {

@@ -138,6 +138,13 @@ TEST(Yaml, PositiveRefusesZeroAndNegative) {
   EXPECT_THAT(complaint("E: 70 mm\n", read), HasSubstr("a modulus or pressure such as"));
 }
 
+TEST(Yaml, NumbersThatWouldOverflowAreRefused) {
+  EXPECT_THAT(complaint("x: 1e300\n", [](const YamlNode& top) { (void)top.at("x").number(); }),
+              HasSubstr("too large to compute with"));
+  EXPECT_THAT(complaint("x: inf\n", [](const YamlNode& top) { (void)top.at("x").number(); }),
+              HasSubstr("not a finite number"));
+}
+
 TEST(Yaml, ZeroDirectionIsRefused) {
   EXPECT_THAT(
       complaint("n: [0, 0, 0]\n", [](const YamlNode& top) { (void)top.at("n").direction(); }),
