@@ -9,24 +9,20 @@
 namespace kinetostat::spatial {
 namespace {
 
-// Ratio of the rotational to the translational diagonal, as a length: makes blocks comparable.
-double characteristic_length(const Matrix6& matrix) {
+// Row and column factors that make the blocks comparable: 1 and one over the length that is the
+// ratio of the rotational to the translational diagonal.
+Vector6 comparable(const Matrix6& matrix) {
   const double translation = matrix.diagonal().head<3>().cwiseAbs().maxCoeff();
   const double rotation = matrix.diagonal().tail<3>().cwiseAbs().maxCoeff();
-  return translation > 0 && rotation > 0 ? std::sqrt(rotation / translation) : 1.0;
-}
-
-Matrix6 scaled(const Matrix6& matrix) {
   Vector6 scale = Vector6::Ones();
-  scale.tail<3>().setConstant(1.0 / characteristic_length(matrix));
-  return scale.asDiagonal() * matrix * scale.asDiagonal();
+  if (translation > 0 && rotation > 0)
+    scale.tail<3>().setConstant(1.0 / std::sqrt(rotation / translation));
+  return scale;
 }
 
 Matrix6 checked_inverse(const Matrix6& matrix, const char* what) {
-  const double length = characteristic_length(matrix);
-  Vector6 scale = Vector6::Ones();
-  scale.tail<3>().setConstant(1.0 / length);
-  const Eigen::FullPivLU<Matrix6> lu(scaled(matrix));
+  const Vector6 scale = comparable(matrix);
+  const Eigen::FullPivLU<Matrix6> lu(scale.asDiagonal() * matrix * scale.asDiagonal());
   if (!matrix.allFinite() || !lu.isInvertible())
     throw std::domain_error(std::string("the ") + what + " matrix is singular");
   return scale.asDiagonal() * lu.inverse() * scale.asDiagonal();
@@ -75,7 +71,8 @@ Compliance6 operator+(const Compliance6& a, const Compliance6& b) {
 }
 
 double symmetry_defect(const Matrix6& matrix) {
-  const Matrix6 m = scaled(matrix);
+  const Vector6 scale = comparable(matrix);
+  const Matrix6 m = scale.asDiagonal() * matrix * scale.asDiagonal();
   const double largest = m.cwiseAbs().maxCoeff();
   return largest > 0 ? (m - m.transpose()).cwiseAbs().maxCoeff() / largest : 0.0;
 }

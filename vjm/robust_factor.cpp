@@ -25,13 +25,6 @@ MatrixXd RobustFactor::solve(const MatrixXd& right, bool* consistent) const {
   return solution;
 }
 
-int RobustFactor::determinant_sign() const {
-  if (singular_) return 0;
-  int sign = lu_.permutationP().determinant() > 0 ? 1 : -1;
-  for (const double pivot : lu_.matrixLU().diagonal()) sign *= pivot < 0 ? -1 : 1;
-  return sign;
-}
-
 MatrixXd null_space(const MatrixXd& matrix, double tolerance) {
   if (matrix.size() == 0) return MatrixXd::Identity(matrix.cols(), matrix.cols());
   Eigen::ColPivHouseholderQR<MatrixXd> qr;

@@ -14,8 +14,6 @@ class RobustFactor {
   /// `consistent` becomes false when no solution exists.
   Eigen::MatrixXd solve(const Eigen::MatrixXd& right, bool* consistent = nullptr) const;
   bool singular() const { return singular_; }
-  /// Sign of the determinant: +1 or -1, 0 when singular.
-  int determinant_sign() const;
 
  private:
   Eigen::MatrixXd matrix_;

@@ -74,8 +74,7 @@ void add_rigid_case(const Manipulator& manipulator, const Posture& posture,
 std::optional<Stiffness6> unloaded_stiffness(const Chain& chain,
                                              const ChainKinematics& kinematics) {
   const spatial::Frame frame{kinematics.end.position()};
-  Vector6 scale = Vector6::Ones();
-  scale.tail<3>().setConstant(length_of(kinematics));
+  const Vector6 scale = Scale{.length = length_of(kinematics)}.twist();
 
   const Matrix6X basis = transmitted_wrenches(passive_jacobian(chain, kinematics, scale));
   if (basis.cols() == 0) return Stiffness6(Matrix6::Zero(), frame);
