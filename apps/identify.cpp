@@ -26,12 +26,14 @@ std::string text(const spatial::Vector3& v, double unit) {
   return fmt::format("[{}, {}, {}]", shown(v.x()), shown(v.y()), shown(v.z()));
 }
 
-std::string interface_line(const char* name, const fea::Interface& interface, double length,
+std::string interface_line(const fea::CoupledInterface& coupled, double length,
                            const std::string& unit) {
-  return fmt::format("  {:<7} area {} {}^2, centroid {} {}, {} nodes, radii of gyration {} {}\n",
-                     name, report::number(interface.area / (length * length)), unit,
-                     text(interface.centroid, length), unit, interface.nodes.size(),
-                     text(interface.gyration, length), unit);
+  const fea::Interface& interface = coupled.geometry;
+  return fmt::format(
+      "  {:<7} {}, area {} {}^2, centroid {} {}, {} nodes, radii of gyration {} {}\n", coupled.name,
+      name(coupled.coupling), report::number(interface.area / (length * length)), unit,
+      text(interface.centroid, length), unit, interface.nodes.size(),
+      text(interface.gyration, length), unit);
 }
 
 void print_inputs(Run& run, const fea::LinkSpec& spec) {
@@ -45,10 +47,10 @@ void print_result(Run& run, const fea::LinkResult& result) {
   run.print(fmt::format("mesh: {} tetrahedra of {} nodes (size {} {}), {} nodes, {} unknowns\n",
                         result.mesh.element_count(), result.mesh.nodes_per_element(),
                         report::number(result.element_size / length), result.unit,
-                        result.mesh.nodes.size(), result.unknowns));
-  run.print("interfaces (rigid coupling):\n");
-  run.print(interface_line("fixed", result.fixed, length, result.unit));
-  run.print(interface_line("loaded", result.loaded, length, result.unit));
+                        result.mesh.nodes.size(), result.response.unknowns));
+  run.print("interfaces:\n");
+  for (const fea::CoupledInterface& interface : result.interfaces)
+    run.print(interface_line(interface, length, result.unit));
   if (result.mass)
     run.print(fmt::format("mass {} kg, centre of mass {} {}\n", report::number(*result.mass),
                           text(result.center_of_mass, length), result.unit));

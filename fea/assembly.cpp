@@ -226,8 +226,8 @@ Eigen::Matrix3Xd Unknowns::displacements(const TetMesh& mesh, const Eigen::Vecto
   return u;
 }
 
-Equations assemble(const TetMesh& mesh, const Material& material, const Unknowns& unknowns,
-                   files::Progress& progress) {
+Equations assemble(const TetMesh& mesh, const std::vector<Material>& materials,
+                   const Unknowns& unknowns, files::Progress& progress) {
   progress.report(phase, 0);
   Equations equations;
   equations.pattern = find_pattern(mesh, unknowns);
@@ -236,10 +236,15 @@ Equations assemble(const TetMesh& mesh, const Material& material, const Unknowns
   for (std::size_t e = 0; e < mesh.element_count(); ++e) {
     if (e % 8192 == 0)
       progress.report(phase, static_cast<double>(e) / static_cast<double>(mesh.element_count()));
+    const Material& material = materials[mesh.material_of(e)];
     if (mesh.order == 2)
       scatter.add<10>(e, stiffness_tet10(mesh.corners(e), material));
     else
       scatter.add<4>(e, stiffness_tet4(mesh.corners(e), material));
+  }
+  for (const GroundSpring& spring : unknowns.springs()) {
+    const int block = unknowns.block_of(spring.node);
+    add_block(equations.pattern, equations.stiffness, block, block, spring.stiffness);
   }
   return equations;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "kinetostat/fea/elasticity.h"
@@ -12,6 +13,12 @@
 
 namespace kinetostat::fea {
 
+/// A spring between a node and the ground [N/m].
+struct GroundSpring {
+  int node;
+  Matrix3 stiffness;
+};
+
 /// What moves freely. Unknowns come in blocks of three: first the displacements of the free nodes
 /// in the order of the mesh, then the translation and the rotation of each reference body.
 class Unknowns {
@@ -21,6 +28,9 @@ class Unknowns {
            std::vector<ReferenceBody> bodies);
 
   const std::vector<ReferenceBody>& bodies() const { return bodies_; }
+  /// Springs belong to the equations: assemble() adds them. Requires free nodes.
+  const std::vector<GroundSpring>& springs() const { return springs_; }
+  void set_springs(std::vector<GroundSpring> springs) { springs_ = std::move(springs); }
   int node_blocks() const { return node_blocks_; }
   int blocks() const { return node_blocks_ + 2 * static_cast<int>(bodies_.size()); }
   /// First of the two blocks of a body.
@@ -40,6 +50,7 @@ class Unknowns {
   std::vector<int> master_;  // free, fixed or the number of a body
   std::vector<int> block_;
   std::vector<ReferenceBody> bodies_;
+  std::vector<GroundSpring> springs_;
   int node_blocks_ = 0;
 };
 
@@ -49,8 +60,14 @@ struct Equations {
 };
 
 /// Assembles the stiffness of the free motions, T' K T with T the rigid motions. Two passes: first
-/// the pattern, then the values; the order of summation is that of the elements.
-Equations assemble(const TetMesh& mesh, const Material& material, const Unknowns& unknowns,
-                   files::Progress& progress);
+/// the pattern, then the values; the order of summation is that of the elements. `materials` are
+/// those that the elements name by number.
+Equations assemble(const TetMesh& mesh, const std::vector<Material>& materials,
+                   const Unknowns& unknowns, files::Progress& progress);
+/// The same for one material.
+inline Equations assemble(const TetMesh& mesh, const Material& material, const Unknowns& unknowns,
+                          files::Progress& progress) {
+  return assemble(mesh, std::vector<Material>{material}, unknowns, progress);
+}
 
 }  // namespace kinetostat::fea

@@ -14,8 +14,6 @@ namespace {
 
 using files::InputError;
 
-enum Tag { free_surface = 0, fixed_tag = 1, loaded_tag = 2 };
-
 // Collects the wall-clock time of each phase.
 class Stopwatch {
  public:
@@ -85,38 +83,59 @@ void require_area(const InterfaceSpec& spec, const SurfaceMesh& surface,
   throw InputError(details);
 }
 
-// Tags of all facets. The two interfaces may not even touch: a node cannot be held and follow.
-std::vector<int> tag_facets(const LinkSpec& spec, const SurfaceMesh& surface) {
-  std::vector<int> tags(surface.triangles.size(), free_surface);
-  std::vector<bool> is_fixed(surface.points.size(), false);
-  const std::vector<int> fixed = select(spec.fixed, surface, spec.unit);
-  const std::vector<int> loaded = select(spec.loaded, surface, spec.unit);
-  require_area(spec.fixed, surface, fixed);
-  require_area(spec.loaded, surface, loaded);
-  for (const int f : fixed) {
-    tags[static_cast<std::size_t>(f)] = fixed_tag;
+// Refuses interfaces that overlap or touch: a node cannot follow two bodies.
+void require_apart(const LinkSpec& spec, const SurfaceMesh& surface, std::size_t one,
+                   const std::vector<int>& facets_of_one, std::size_t other,
+                   const std::vector<int>& facets_of_other) {
+  std::vector<bool> in_one(surface.points.size(), false);
+  for (const int f : facets_of_one)
     for (const int p : surface.triangles[static_cast<std::size_t>(f)])
-      is_fixed[static_cast<std::size_t>(p)] = true;
-  }
+      in_one[static_cast<std::size_t>(p)] = true;
   std::size_t common_facets = 0, touching = 0;
-  for (const int f : loaded) {
-    int& tag = tags[static_cast<std::size_t>(f)];
-    if (tag == fixed_tag) ++common_facets;
-    tag = loaded_tag;
+  for (const int f : facets_of_other) {
+    if (std::binary_search(facets_of_one.begin(), facets_of_one.end(), f)) ++common_facets;
     const Triangle& t = surface.triangles[static_cast<std::size_t>(f)];
-    if (std::any_of(t.begin(), t.end(),
-                    [&](int p) { return is_fixed[static_cast<std::size_t>(p)]; }))
+    if (std::any_of(t.begin(), t.end(), [&](int p) { return in_one[static_cast<std::size_t>(p)]; }))
       ++touching;
   }
-  if (touching == 0) return tags;
-  InputError::Details details = spec.loaded.origin;
-  details.what =
-      common_facets > 0
-          ? fmt::format("{} facets are in both interfaces, fixed and loaded", common_facets)
-          : fmt::format("the loaded interface touches the fixed one in {} facets", touching);
+  if (touching == 0) return;
+  const InterfaceSpec &a = spec.interfaces[one], &b = spec.interfaces[other];
+  InputError::Details details = b.origin;
+  details.what = common_facets > 0 ? fmt::format("{} facets are in both interfaces, {} and {}",
+                                                 common_facets, a.name, b.name)
+                                   : fmt::format("the {} interface touches the {} one in {} facets",
+                                                 b.name, a.name, touching);
   details.cure = "Choose interfaces without a common edge or corner. " +
-                 nearest_candidates(surface, spec.loaded.selector, spec.unit);
+                 nearest_candidates(surface, b.selector, spec.unit);
   throw InputError(details);
+}
+
+// Tags of all facets: 0, or 1 + the number of the interface.
+std::vector<int> tag_facets(const LinkSpec& spec, const SurfaceMesh& surface) {
+  std::vector<int> tags(surface.triangles.size(), 0);
+  std::vector<std::vector<int>> selected;
+  for (const InterfaceSpec& interface : spec.interfaces) {
+    selected.push_back(select(interface, surface, spec.unit));
+    require_area(interface, surface, selected.back());
+    for (const int f : selected.back())
+      tags[static_cast<std::size_t>(f)] = static_cast<int>(selected.size());
+    for (std::size_t other = 0; other + 1 < selected.size(); ++other)
+      require_apart(spec, surface, other, selected[other], selected.size() - 1, selected.back());
+  }
+  return tags;
+}
+
+std::vector<CoupledInterface> coupled_interfaces(const LinkSpec& spec, const TetMesh& mesh) {
+  std::vector<CoupledInterface> interfaces;
+  for (const InterfaceSpec& interface : spec.interfaces) {
+    const Interface geometry = interface_on(mesh, static_cast<int>(interfaces.size()) + 1);
+    interfaces.push_back({.name = interface.name,
+                          .geometry = geometry,
+                          .point = interface.point.value_or(geometry.centroid),
+                          .coupling = interface.coupling,
+                          .modulus_ratio = interface.modulus_ratio});
+  }
+  return interfaces;
 }
 
 TetMesh make_mesh(const LinkSpec& spec, const SurfaceMesh& surface, const std::vector<int>& tags,
@@ -156,18 +175,9 @@ void add_warnings(const LinkSpec& spec, const SurfaceReport& report, LinkResult&
                                           result.quality.least_dihedral));
 }
 
-UnitWrenchResponse solve(const LinkSpec& spec, LinkResult& result, Stopwatch& watch,
-                         files::Progress& progress) {
-  const Vector3 point = spec.loaded.point.value_or(result.loaded.centroid);
-  const Unknowns unknowns(result.mesh, result.fixed.nodes, {{point, result.loaded.nodes}});
+LinkResponse solve(const LinkSpec& spec, const LinkResult& result, files::Progress& progress) {
   try {
-    const Equations equations = assemble(result.mesh, spec.material, unknowns, progress);
-    result.unknowns = static_cast<std::size_t>(equations.stiffness.size());
-    watch.lap("assembly");
-    UnitWrenchResponse response =
-        respond_to_unit_wrenches(result.mesh, equations, unknowns, 0, progress);
-    watch.lap("solution");
-    return response;
+    return respond(result.mesh, {spec.material}, result.interfaces, progress);
   } catch (const SingularStiffness& error) {
     throw InputError(spec.file, error.what(),
                      "Is the body in one piece and the fixed interface a proper face of it?");
@@ -208,15 +218,15 @@ LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
   if (count_pieces(result.mesh) != 1)
     throw InputError(spec.mesh_file, "the mesh falls into pieces that do not hang together",
                      "Unite the bodies in the CAD program");
-  result.fixed = interface_on(result.mesh, fixed_tag);
-  result.loaded = interface_on(result.mesh, loaded_tag);
+  result.interfaces = coupled_interfaces(spec, result.mesh);
   watch.lap("tetrahedra");
 
-  result.response = solve(spec, result, watch, progress);
-  const Matrix6& raw = result.response.compliance;
+  result.response = solve(spec, result, progress);
+  watch.lap("response");
+  const Matrix6 raw = result.response.compliance();
   result.symmetry_defect = spatial::symmetry_defect(raw);
-  result.compliance = spatial::Compliance6(
-      0.5 * (raw + raw.transpose()), {.point = spec.loaded.point.value_or(result.loaded.centroid)});
+  result.compliance =
+      spatial::Compliance6(0.5 * (raw + raw.transpose()), {.point = result.interfaces[1].point});
   result.surface_volume = report.volume;
   result.weld = imported.weld;
   result.facets = report.facets;

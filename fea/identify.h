@@ -10,9 +10,9 @@
 #include "kinetostat/fea/blas.h"
 #include "kinetostat/fea/interface_selection.h"
 #include "kinetostat/fea/link_file.h"
+#include "kinetostat/fea/link_response.h"
 #include "kinetostat/fea/surface_check.h"
 #include "kinetostat/fea/tetrahedralize.h"
-#include "kinetostat/fea/unit_wrenches.h"
 #include "kinetostat/files/json.h"
 #include "kinetostat/files/progress.h"
 #include "kinetostat/spatial/stiffness.h"
@@ -47,7 +47,7 @@ struct LinkResult {
   Vector3 center_of_mass;          // [m]
   std::optional<Matrix3> inertia;  // [kg m^2] about the centre of mass, mesh axes
 
-  Interface fixed, loaded;
+  std::vector<CoupledInterface> interfaces;  // the fixed one first
   TetMesh mesh;
   MassProperties geometry;
   MeshQuality quality;
@@ -55,9 +55,8 @@ struct LinkResult {
   double surface_volume = 0;  // [m^3] enclosed by the input facets
   WeldReport weld;
   std::size_t facets = 0;
-  std::size_t unknowns = 0;
 
-  UnitWrenchResponse response;  // with the six displacement fields
+  LinkResponse response;  // with the displacement fields
   std::vector<std::string> warnings;
   std::vector<std::pair<std::string, double>> timings;  // [s], by phase
   BlasInfo blas;

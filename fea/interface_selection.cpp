@@ -222,6 +222,7 @@ std::string nearest_candidates(const SurfaceMesh& surface, const Selector& selec
 
 Interface interface_on(const TetMesh& mesh, int tag) {
   Interface result;
+  result.tag = tag;
   Vector3 first = Vector3::Zero();
   Matrix3 second = Matrix3::Zero();
   // Moments are summed about a point of the interface, so that a far origin costs no digits.

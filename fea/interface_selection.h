@@ -45,6 +45,7 @@ std::string nearest_candidates(const SurfaceMesh& surface, const Selector& selec
 
 /// A selected interface on the volume mesh.
 struct Interface {
+  int tag = 0;             // of its boundary faces
   std::vector<int> nodes;  // of the mesh, ascending
   std::size_t faces = 0;
   double area = 0;   // [m^2]

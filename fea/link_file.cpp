@@ -87,26 +87,50 @@ files::InputError::Details place(const YamlNode& node) {
 
 const std::vector<std::string> selector_kinds{"plane", "cylinder", "box", "nearest_face"};
 
-void check_coupling(const YamlNode& node) {
-  const auto coupling = node.find("coupling");
-  if (!coupling) return;
-  const std::string word = coupling->choice({"rigid", "distributing", "body"});
-  if (word != "rigid")
-    coupling->fail("coupling '" + word + "' is not available in this version", "Use rigid");
+Coupling read_coupling(const YamlNode& node) {
+  const std::string word = node.choice({"rigid", "distributing", "body"});
+  if (word == "body")
+    node.fail("coupling 'body' is not available in this version", "Use rigid or distributing");
+  return word == "rigid" ? Coupling::rigid : Coupling::distributing;
 }
 
-InterfaceSpec read_interface(const YamlNode& node, const UnitSystem& units, bool is_loaded) {
+InterfaceSpec read_interface(const std::string& name, const YamlNode& node,
+                             const UnitSystem& units) {
   std::vector<std::string> keys = selector_kinds;
-  keys.emplace_back("coupling");
-  if (is_loaded) keys.emplace_back("point");
+  keys.insert(keys.end(), {"coupling", "point"});
   node.allow_only(keys);
-  check_coupling(node);
   const auto [kind, selection] = node.one_of(selector_kinds);
   InterfaceSpec spec;
+  spec.name = name;
+  if (const auto coupling = node.find("coupling")) spec.coupling = read_coupling(*coupling);
   spec.selector = read_selector(kind, selection, units);
   spec.origin = place(selection);
   if (const auto point = node.find("point")) spec.point = point->vector3(dimension::length, units);
   return spec;
+}
+
+// Named interfaces, and which of them is fixed.
+std::vector<InterfaceSpec> read_named_interfaces(const YamlNode& top, const UnitSystem& units) {
+  const YamlNode node = top.at("interfaces");
+  std::vector<std::string> names;
+  for (const auto& [name, member] : node.members()) names.push_back(name);
+  if (names.size() < 2)
+    node.fail("a link has two interfaces at least", "Give the fixed one and a loaded one");
+  if (const auto loaded = top.find("loaded"))
+    loaded->fail("all of `interfaces` are loaded but the fixed one", "Leave 'loaded' out");
+  const std::string fixed = top.at("fixed").choice(names);
+  std::vector<InterfaceSpec> specs{read_interface(fixed, node.at(fixed), units)};
+  for (const auto& [name, member] : node.members())
+    if (name != fixed) specs.push_back(read_interface(name, member, units));
+  return specs;
+}
+
+std::vector<InterfaceSpec> read_interfaces(const YamlNode& top, const UnitSystem& units) {
+  if (top.has("interfaces")) return read_named_interfaces(top, units);
+  std::vector<InterfaceSpec> specs;
+  for (const char* name : {"fixed", "loaded"})
+    specs.push_back(read_interface(name, top.at(name), units));
+  return specs;
 }
 
 void read_elements(const YamlNode& node, const UnitSystem& units, LinkSpec& spec) {
@@ -123,7 +147,8 @@ void read_elements(const YamlNode& node, const UnitSystem& units, LinkSpec& spec
 LinkSpec read_link(const std::filesystem::path& file) {
   const YamlNode top = files::read_yaml(file);
   files::check_format_version(top);
-  top.allow_only({"kinetostat", "link", "mesh", "material", "fixed", "loaded", "elements"});
+  top.allow_only(
+      {"kinetostat", "link", "mesh", "material", "interfaces", "fixed", "loaded", "elements"});
   const YamlNode mesh = top.at("mesh");
   mesh.allow_only({"file", "unit"});
   const std::string unit = read_unit(mesh);
@@ -137,8 +162,7 @@ LinkSpec read_link(const std::filesystem::path& file) {
   spec.mesh_name = mesh.at("file").text();
   spec.unit = unit;
   spec.mesh_origin = place(mesh);
-  spec.fixed = read_interface(top.at("fixed"), units, false);
-  spec.loaded = read_interface(top.at("loaded"), units, true);
+  spec.interfaces = read_interfaces(top, units);
   spec.sha256 = files::sha256(files::read_text(file));
   if (const auto elements = top.find("elements")) read_elements(*elements, units, spec);
   return spec;

@@ -9,6 +9,15 @@
 //              point: [110, 110, 0], coupling: rigid}
 //     elements: {order: 2, size: 5}
 //
+// With more than two interfaces, instead of `fixed` and `loaded` (all but the fixed one are
+// loaded):
+//
+//     interfaces:
+//       base: {plane: {point: [0, 0, 0], normal: [-1, 0, 0]}, coupling: distributing}
+//       left: {cylinder: {axis_point: [110, 40, 0], axis: [0, 0, 1], radius: 8}}
+//       right: {cylinder: {axis_point: [110, -40, 0], axis: [0, 0, 1], radius: 8}}
+//     fixed: base
+//
 // Bare lengths are in the mesh's unit. `density`, `point` and `elements` may be left out: then
 // there is no mass, the point is the interface's centroid, and the size follows from volume over
 // area.
@@ -17,21 +26,22 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "kinetostat/fea/coupling.h"
 #include "kinetostat/fea/elasticity.h"
 #include "kinetostat/fea/interface_selection.h"
 #include "kinetostat/files/error.h"
 
 namespace kinetostat::fea {
 
-/// How an interface is fastened to what is outside the link.
-enum class Coupling { rigid };
-
 struct InterfaceSpec {
+  std::string name;
   Selector selector;
   std::optional<Vector3> point;  // [m] reference point; the centroid when not given
   Coupling coupling = Coupling::rigid;
-  files::InputError::Details origin;  // file, line and key, for messages
+  double modulus_ratio = default_modulus_ratio;  // of a `body` coupling
+  files::InputError::Details origin;             // file, line and key, for messages
 };
 
 struct LinkSpec {
@@ -44,10 +54,10 @@ struct LinkSpec {
   std::string unit;                        // of the mesh; empty when the file does not state it
   files::InputError::Details mesh_origin;  // of the key `mesh`, for messages
   Material material;
-  InterfaceSpec fixed, loaded;
-  int order = 2;               // of the elements, 1 or 2
-  std::optional<double> size;  // [m] of the elements
-  std::string sha256;          // of the link file
+  std::vector<InterfaceSpec> interfaces;  // two or more; the first is fixed, the others loaded
+  int order = 2;                          // of the elements, 1 or 2
+  std::optional<double> size;             // [m] of the elements
+  std::string sha256;                     // of the link file
 };
 
 /// Throws InputError with file, line and key.

@@ -13,14 +13,16 @@ Json rows(const Matrix3& matrix) {
   return list;
 }
 
-Json interface_json(const Interface& interface) {
+Json interface_json(const CoupledInterface& coupled) {
+  const Interface& interface = coupled.geometry;
   return {{"area", interface.area},
           {"centroid", to_json(interface.centroid)},
           {"nodes", interface.nodes.size()},
           {"faces", interface.faces},
           {"radii_of_gyration", to_json(interface.gyration)},
           {"principal_axes", rows(interface.principal_axes.transpose())},
-          {"coupling", "rigid"}};
+          {"coupling", name(coupled.coupling)},
+          {"point", to_json(coupled.point)}};
 }
 
 Json eigen_json(const spatial::Compliance6& compliance) {
@@ -42,7 +44,7 @@ Json mesh_json(const LinkResult& result) {
           {"size", result.element_size},
           {"elements", result.mesh.element_count()},
           {"nodes", result.mesh.nodes.size()},
-          {"unknowns", result.unknowns},
+          {"unknowns", result.response.unknowns},
           {"volume", result.geometry.volume},
           {"surface_volume", result.surface_volume},
           {"surface_facets", result.facets},
@@ -61,7 +63,8 @@ Json timings_json(const LinkResult& result) {
   for (const auto& [phase, seconds] : result.timings) json[phase] = seconds;
   json["ordering"] = result.response.factorisation.ordering_seconds;
   json["factorisation"] = result.response.factorisation.factor_seconds;
-  json["six_solves"] = result.response.solve_seconds;
+  json["assembly"] = result.response.assembly_seconds;
+  json["solution"] = result.response.solve_seconds;
   json["blas"] = result.blas.name;
   json["blas_threads"] = result.blas.threads;
   return json;
@@ -79,8 +82,8 @@ Json to_json(const LinkResult& result) {
   json["center_of_mass"] = to_json(result.center_of_mass);
   json["inertia"] = result.inertia ? rows(*result.inertia) : Json();
   json["material"] = material_json(result.material);
-  json["interfaces"] = {{"fixed", interface_json(result.fixed)},
-                        {"loaded", interface_json(result.loaded)}};
+  for (const CoupledInterface& interface : result.interfaces)
+    json["interfaces"][interface.name] = interface_json(interface);
   json["mesh"] = mesh_json(result);
   json["solver"] = {{"method", "supernodal Cholesky, nested dissection"},
                     {"factor_entries", result.response.factorisation.entries},
@@ -109,8 +112,9 @@ files::VtuGrid displacement_fields(const LinkResult& result) {
     grid.point_fields.push_back({names[j], 3, {u.data(), u.data() + u.size()}});
   }
   files::VtuField parts{.name = "interface", .values = std::vector<double>(mesh.nodes.size(), 0)};
-  for (const int node : result.fixed.nodes) parts.values[static_cast<std::size_t>(node)] = 1;
-  for (const int node : result.loaded.nodes) parts.values[static_cast<std::size_t>(node)] = 2;
+  for (const CoupledInterface& interface : result.interfaces)
+    for (const int node : interface.geometry.nodes)
+      parts.values[static_cast<std::size_t>(node)] = interface.geometry.tag;
   grid.point_fields.push_back(std::move(parts));
   return grid;
 }

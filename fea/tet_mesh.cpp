@@ -106,6 +106,7 @@ TetMesh with_mid_nodes(const TetMesh& linear) {
       mesh.connectivity.push_back(
           middle(tet[static_cast<std::size_t>(a)], tet[static_cast<std::size_t>(b)]));
   }
+  mesh.materials = linear.materials;
   mesh.boundary = linear.boundary;
   for (BoundaryFace& face : mesh.boundary)
     for (std::size_t k = 0; k < 3; ++k)
@@ -129,9 +130,12 @@ TetMesh reordered(const TetMesh& linear) {
     centres.push_back((p[0] + p[1] + p[2] + p[3]) / 4);
   }
   mesh.connectivity.reserve(linear.connectivity.size());
-  for (const int e : ascending(curve_places(centres)))
+  for (const int e : ascending(curve_places(centres))) {
     for (const int node : linear.element(static_cast<std::size_t>(e)))
       mesh.connectivity.push_back(new_number[static_cast<std::size_t>(node)]);
+    if (!linear.materials.empty())
+      mesh.materials.push_back(linear.materials[static_cast<std::size_t>(e)]);
+  }
   mesh.boundary = linear.boundary;
   for (BoundaryFace& face : mesh.boundary)
     for (std::size_t k = 0; k < 3; ++k)

@@ -23,6 +23,7 @@ struct TetMesh {
   std::vector<Vector3> nodes = {};
   std::vector<int> connectivity = {};
   std::vector<BoundaryFace> boundary = {};
+  std::vector<int> materials = {};  // number of each element's material; empty: all 0
 
   std::size_t nodes_per_element() const { return order == 1 ? 4 : 10; }
   std::size_t nodes_per_face() const { return order == 1 ? 3 : 6; }
@@ -31,6 +32,9 @@ struct TetMesh {
     return std::span(connectivity).subspan(e * nodes_per_element(), nodes_per_element());
   }
   std::array<Vector3, 4> corners(std::size_t e) const;
+  std::size_t material_of(std::size_t e) const {
+    return materials.empty() ? 0 : static_cast<std::size_t>(materials[e]);
+  }
 };
 
 /// The pairs of corners whose middles are nodes 4 to 9.

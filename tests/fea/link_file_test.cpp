@@ -49,11 +49,11 @@ TEST_F(LinkFile, IsReadInSiUnits) {
   EXPECT_EQ(spec.mesh_name, "foot.stl");
   EXPECT_EQ(spec.material.young(), 70e9);
   EXPECT_EQ(spec.material.density(), 2700);
-  EXPECT_EQ(std::get<PlaneSelector>(spec.fixed.selector).normal, Vector3(-1, 0, 0));
-  const auto& bore = std::get<CylinderSelector>(spec.loaded.selector);
+  EXPECT_EQ(std::get<PlaneSelector>(spec.interfaces[0].selector).normal, Vector3(-1, 0, 0));
+  const auto& bore = std::get<CylinderSelector>(spec.interfaces[1].selector);
   EXPECT_NEAR(bore.radius, 0.008, 1e-18);
   EXPECT_NEAR((bore.axis_point - Vector3(0.11, 0.11, 0)).norm(), 0, 1e-16);
-  EXPECT_NEAR((*spec.loaded.point - Vector3(0.11, 0.11, 0)).norm(), 0, 1e-16);
+  EXPECT_NEAR((*spec.interfaces[1].point - Vector3(0.11, 0.11, 0)).norm(), 0, 1e-16);
   EXPECT_EQ(spec.order, 2);
   EXPECT_NEAR(*spec.size, 0.005, 1e-18);
 }
@@ -63,7 +63,7 @@ TEST_F(LinkFile, DensityPointAndElementsMayBeLeftOut) {
   text = replaced(text, ", point: [110, 110, 0], coupling: rigid", "");
   const LinkSpec spec = read(replaced(text, "elements: {order: 2, size: 5}\n", ""));
   EXPECT_FALSE(spec.material.density());
-  EXPECT_FALSE(spec.loaded.point);
+  EXPECT_FALSE(spec.interfaces[1].point);
   EXPECT_FALSE(spec.size);
   EXPECT_EQ(spec.order, 2);
 }
@@ -80,7 +80,7 @@ TEST_F(LinkFile, EveryMistakeIsNamedWithItsLineAndKey) {
   EXPECT_THAT(message("unit: mm", "unit: kg"), HasSubstr("mesh.unit"));
   EXPECT_THAT(message("foot.stl", "feet.stl"), HasSubstr("feet.stl"));
   EXPECT_THAT(message("order: 2", "order: 3"), HasSubstr("elements.order"));
-  EXPECT_THAT(message("coupling: rigid", "coupling: distributing"), HasSubstr("Use rigid"));
+  EXPECT_THAT(message("coupling: rigid", "coupling: body"), HasSubstr("Use rigid"));
   EXPECT_THAT(message("coupling: rigid", "coupling: ridgid"), HasSubstr("rigid"));
   EXPECT_THAT(message("size: 5", "accuracy: 1 %"), HasSubstr("Give a size"));
   EXPECT_THAT(message("plane:", "sphere:"), HasSubstr("fixed"));

@@ -1,9 +1,8 @@
 // The bar of the acceptance test: 310 x 20 x 12 mm of steel along x, root held, tip rigid.
 #pragma once
 
-#include "kinetostat/fea/interface_selection.h"
+#include "kinetostat/fea/link_response.h"
 #include "kinetostat/fea/tetrahedralize.h"
-#include "kinetostat/fea/unit_wrenches.h"
 
 #include "fea/shapes.h"
 
@@ -30,10 +29,9 @@ struct ReferenceBar {
 
   Matrix6 compliance() const {
     files::Progress silent;
-    const Unknowns unknowns(mesh, interface_on(mesh, 1).nodes,
-                            {{tip, interface_on(mesh, 2).nodes}});
-    const Equations equations = assemble(mesh, steel, unknowns, silent);
-    return respond_to_unit_wrenches(mesh, equations, unknowns, 0, silent).compliance;
+    std::vector<CoupledInterface> ends = coupled_ends(mesh);
+    ends[1].point = tip;
+    return respond(mesh, {steel}, ends, silent).compliance();
   }
 };
 

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "kinetostat/fea/assembly.h"
+#include "kinetostat/fea/coupling.h"
 #include "kinetostat/fea/surface_check.h"
 #include "kinetostat/fea/tet_mesh.h"
 
@@ -109,6 +110,21 @@ inline TetMesh box_mesh(const Vector3& size, int nx, int ny, int nz) {
       mesh.boundary.push_back(face);
     }
   return mesh;
+}
+
+/// The interfaces of a mesh whose boundary faces are tagged 1 and 2, at their centroids.
+inline std::vector<CoupledInterface> coupled_ends(const TetMesh& mesh,
+                                                  Coupling fixed = Coupling::rigid,
+                                                  Coupling loaded = Coupling::rigid) {
+  std::vector<CoupledInterface> ends;
+  for (const Coupling coupling : {fixed, loaded}) {
+    const Interface geometry = interface_on(mesh, static_cast<int>(ends.size()) + 1);
+    ends.push_back({.name = ends.empty() ? "fixed" : "loaded",
+                    .geometry = geometry,
+                    .point = geometry.centroid,
+                    .coupling = coupling});
+  }
+  return ends;
 }
 
 /// A folder that lives as long as the object.
