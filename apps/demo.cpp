@@ -37,10 +37,11 @@ files::Json identify_link(const std::string& name, const path& folder, Run& run)
   const path link_file = folder / "links" / (name + ".link.json");
   files::write_json(link_file, fea::to_json(result));
   files::write_vtu(folder / "links" / (name + ".vtu"), fea::displacement_fields(result));
-  run.print(fmt::format(
-      "Link '{}': {} tetrahedra, {} unknowns, {} kg, symmetry defect {:.0e}\n{}\n", name,
-      result.mesh.element_count(), result.unknowns, report::number(result.mass.value_or(0)),
-      result.symmetry_defect, report::text(result.compliance, mm_newton)));
+  run.print(
+      fmt::format("Link '{}': {} tetrahedra, {} unknowns, {} kg, symmetry defect {:.0e}\n{}\n",
+                  name, result.mesh.element_count(), result.response.unknowns,
+                  report::number(result.mass.value_or(0)), result.symmetry_defect,
+                  report::text(result.compliance, mm_newton)));
   return {{"file", link_file.string()},
           {"compliance", files::to_json(result.compliance)},
           {"mass", result.mass.value_or(0)}};

@@ -67,6 +67,7 @@ void print_result(Run& run, const fea::LinkResult& result) {
 fea::LinkResult identified(Run& run, const Options& options, const fea::LinkSpec& spec) {
   fea::IdentifyOptions settings;
   settings.meshing.time_limit = options.time_limit;
+  settings.solver.threads = run.threads();
   try {
     return fea::identify(spec, settings, run.progress());
   } catch (const fea::SurfaceError& error) {

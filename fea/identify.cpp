@@ -175,9 +175,10 @@ void add_warnings(const LinkSpec& spec, const SurfaceReport& report, LinkResult&
                                           result.quality.least_dihedral));
 }
 
-LinkResponse solve(const LinkSpec& spec, const LinkResult& result, files::Progress& progress) {
+LinkResponse solve(const LinkSpec& spec, const SolverOptions& options, const LinkResult& result,
+                   files::Progress& progress) {
   try {
-    return respond(result.mesh, {spec.material}, result.interfaces, progress);
+    return respond(result.mesh, {spec.material}, result.interfaces, options, progress);
   } catch (const SingularStiffness& error) {
     throw InputError(spec.file, error.what(),
                      "Is the body in one piece and the fixed interface a proper face of it?");
@@ -221,7 +222,7 @@ LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
   result.interfaces = coupled_interfaces(spec, result.mesh);
   watch.lap("tetrahedra");
 
-  result.response = solve(spec, result, progress);
+  result.response = solve(spec, options.solver, result, progress);
   watch.lap("response");
   const Matrix6 raw = result.response.compliance();
   result.symmetry_defect = spatial::symmetry_defect(raw);

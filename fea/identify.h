@@ -66,6 +66,7 @@ struct LinkResult {
 
 struct IdentifyOptions {
   TetrahedralizeOptions meshing = {};  // edge_length is set from the link file
+  SolverOptions solver = {};
 };
 
 /// Throws SurfaceError and InputError for what the user can mend, Cancelled.

@@ -16,40 +16,6 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-constexpr int most_refinement_steps = 4;
-
-struct Solution {
-  Eigen::MatrixXd x;
-  FactorisationStats factorisation;
-  int refinement_steps = 0;
-};
-
-double change(const Eigen::MatrixXd& correction, const Eigen::MatrixXd& solution) {
-  return (correction.colwise().norm().array() / solution.colwise().norm().array()).maxCoeff();
-}
-
-Solution solve(const Equations& equations, const Unknowns& unknowns, const Eigen::MatrixXd& loads,
-               files::Progress& progress) {
-  progress.report("factorisation", 0);
-  const Factorisation factorisation(equations.stiffness, equations.pattern,
-                                    static_cast<int>(unknowns.bodies().size()));
-  progress.report("unit wrenches", 0);
-  Solution solution{.x = factorisation.solve(loads), .factorisation = factorisation.stats()};
-  // Each step multiplies the error by about the same factor, which the last two corrections show.
-  double last = 1, expected = 1;
-  while (expected > 1e-14 && solution.refinement_steps < most_refinement_steps) {
-    const Eigen::MatrixXd correction =
-        factorisation.solve(equations.stiffness.residual(loads, solution.x));
-    const double now = change(correction, solution.x);
-    if (now > 0.5 * last) break;
-    solution.x += correction;
-    ++solution.refinement_steps;
-    expected = now * (now / last);
-    last = now;
-  }
-  return solution;
-}
-
 // Motion [translation; rotation] at `to` of a body that has the motion q at `from`: shift * q.
 Matrix6 shift(const Vector3& from, const Vector3& to) {
   Matrix6 matrix = Matrix6::Identity();
@@ -187,7 +153,8 @@ class Couplings {
 }  // namespace
 
 LinkResponse respond(const TetMesh& mesh, const std::vector<Material>& materials,
-                     const std::vector<CoupledInterface>& interfaces, files::Progress& progress) {
+                     const std::vector<CoupledInterface>& interfaces, const SolverOptions& options,
+                     files::Progress& progress) {
   if (interfaces.size() < 2) throw std::invalid_argument("respond: two interfaces at least");
   auto start = std::chrono::steady_clock::now();
   const Couplings couplings(mesh, materials, interfaces);
@@ -196,9 +163,9 @@ LinkResponse respond(const TetMesh& mesh, const std::vector<Material>& materials
   response.unknowns = static_cast<std::size_t>(equations.stiffness.size());
   response.assembly_seconds = seconds_since(start);
   start = std::chrono::steady_clock::now();
-  const Solution solution = solve(equations, couplings.unknowns(), couplings.loads(), progress);
-  response.factorisation = solution.factorisation;
-  response.refinement_steps = solution.refinement_steps;
+  const Solution solution =
+      solve(mesh, equations, couplings.unknowns(), couplings.loads(), options, progress);
+  response.solver = solution.stats;
   const Eigen::Index cases = solution.x.cols();
   response.flexibility.resize(cases, cases);
   response.fit_residuals.assign(interfaces.size(), 0.0);

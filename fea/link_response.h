@@ -5,7 +5,7 @@
 
 #include "kinetostat/fea/assembly.h"
 #include "kinetostat/fea/coupling.h"
-#include "kinetostat/fea/factorisation.h"
+#include "kinetostat/fea/solver.h"
 #include "kinetostat/files/progress.h"
 
 namespace kinetostat::fea {
@@ -24,20 +24,20 @@ struct LinkResponse {
   std::vector<double> fit_residuals;
 
   std::size_t unknowns = 0;
-  FactorisationStats factorisation;
-  int refinement_steps = 0;
+  SolverStats solver;
   double assembly_seconds = 0, solve_seconds = 0;
 
   /// Of the first loaded interface.
   Matrix6 compliance() const { return flexibility.topLeftCorner<6, 6>(); }
 };
 
-/// One factorisation, 6m right-hand sides. `interfaces` are two or more that share no node, the
+/// One set of equations, 6m right-hand sides. `interfaces` are two or more that share no node, the
 /// first is held. The elements of the mesh name `materials` by number. With any coupling the
 /// equations stay positive definite: a link without a rigid interface is held by six springs that
 /// carry nothing, because every load case is in equilibrium, and moved back afterwards so that the
-/// held interface has no (mean) motion. Throws SingularStiffness and std::bad_alloc.
+/// held interface has no (mean) motion. Throws what `solve` throws.
 LinkResponse respond(const TetMesh& mesh, const std::vector<Material>& materials,
-                     const std::vector<CoupledInterface>& interfaces, files::Progress& progress);
+                     const std::vector<CoupledInterface>& interfaces, const SolverOptions& options,
+                     files::Progress& progress);
 
 }  // namespace kinetostat::fea

@@ -61,8 +61,8 @@ Json mesh_json(const LinkResult& result) {
 Json timings_json(const LinkResult& result) {
   Json json;
   for (const auto& [phase, seconds] : result.timings) json[phase] = seconds;
-  json["ordering"] = result.response.factorisation.ordering_seconds;
-  json["factorisation"] = result.response.factorisation.factor_seconds;
+  json["ordering"] = result.response.solver.factor.ordering_seconds;
+  json["factorisation"] = result.response.solver.factor.factor_seconds;
   json["assembly"] = result.response.assembly_seconds;
   json["solution"] = result.response.solve_seconds;
   json["blas"] = result.blas.name;
@@ -85,10 +85,10 @@ Json to_json(const LinkResult& result) {
   for (const CoupledInterface& interface : result.interfaces)
     json["interfaces"][interface.name] = interface_json(interface);
   json["mesh"] = mesh_json(result);
-  json["solver"] = {{"method", "supernodal Cholesky, nested dissection"},
-                    {"factor_entries", result.response.factorisation.entries},
-                    {"reciprocal_condition", result.response.factorisation.reciprocal_condition},
-                    {"refinement_steps", result.response.refinement_steps}};
+  json["solver"] = {{"method", result.response.solver.method},
+                    {"factor_entries", result.response.solver.factor.entries},
+                    {"reciprocal_condition", result.response.solver.factor.reciprocal_condition},
+                    {"iterations", result.response.solver.iterations}};
   json["warnings"] = result.warnings;
   json["timings"] = timings_json(result);
   json["inputs"] = {{"link_sha256", result.link_sha256},

@@ -122,7 +122,7 @@ TEST_F(Identify, TheComplianceOfTurnedElementsIsTheTurnedCompliance) {
     TetMesh mesh = with_mid_nodes(box_mesh({0.1, 0.02, 0.012}, 8, 2, 2));
     for (Vector3& p : mesh.nodes) p = r * p;
     const std::vector<CoupledInterface> ends = coupled_ends(mesh);
-    return spatial::Compliance6(respond(mesh, {steel}, ends, silent).compliance(),
+    return spatial::Compliance6(respond(mesh, {steel}, ends, {}, silent).compliance(),
                                 {.point = ends[1].point});
   };
   const spatial::Compliance6 straight = compliance(Matrix3::Identity()), turned = compliance(turn);

@@ -31,7 +31,7 @@ struct ReferenceBar {
     files::Progress silent;
     std::vector<CoupledInterface> ends = coupled_ends(mesh);
     ends[1].point = tip;
-    return respond(mesh, {steel}, ends, silent).compliance();
+    return respond(mesh, {steel}, ends, {}, silent).compliance();
   }
 };
 
