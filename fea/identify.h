@@ -9,7 +9,7 @@
 
 #include "kinetostat/fea/blas.h"
 #include "kinetostat/fea/interface_selection.h"
-#include "kinetostat/fea/link_file.h"
+#include "kinetostat/fea/link_geometry.h"
 #include "kinetostat/fea/link_response.h"
 #include "kinetostat/fea/surface_check.h"
 #include "kinetostat/fea/tetrahedralize.h"
@@ -18,20 +18,6 @@
 #include "kinetostat/spatial/stiffness.h"
 
 namespace kinetostat::fea {
-
-/// The surface of the link cannot be meshed. Ends the program like any other bad input, but keeps
-/// the facets for a picture.
-class SurfaceError : public files::InputError {
- public:
-  SurfaceError(Details details, files::VtuGrid facets)
-      : InputError(std::move(details)), facets_(std::move(facets)) {}
-
-  /// Empty when no facet is to blame.
-  const files::VtuGrid& facets() const { return facets_; }
-
- private:
-  files::VtuGrid facets_;
-};
 
 struct LinkResult {
   LinkResult(std::string link_name, const Material& link_material)
