@@ -7,6 +7,7 @@ class Program;
 
 void add_mesh_check(Program& program);
 void add_identify(Program& program);
+void add_beam(Program& program);
 void add_stiffness(Program& program);
 void add_deflect(Program& program);
 void add_assemble(Program& program);

@@ -7,6 +7,7 @@ int main(int argc, char** argv) {
   kinetostat::apps::Program program;
   kinetostat::apps::add_mesh_check(program);
   kinetostat::apps::add_identify(program);
+  kinetostat::apps::add_beam(program);
   kinetostat::apps::add_stiffness(program);
   kinetostat::apps::add_deflect(program);
   kinetostat::apps::add_assemble(program);

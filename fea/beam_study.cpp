@@ -60,8 +60,8 @@ BeamElement element(const BeamStation& station, double length) {
 
 // Straight from one interface to the other, with the section in the middle of the axis turned to
 // lie across.
-BeamElement straight_beam(const BeamStation& half_way, const Curve& axis) {
-  const Vector3 start = axis.points().front(), end = axis.points().back();
+BeamElement straight_beam(const BeamStation& half_way, const LinkBody& body) {
+  const Vector3 start = body.fixed.centroid, end = body.loaded.centroid;
   BeamElement beam = element(half_way, (end - start).norm());
   beam.middle = section_frame((start + end) / 2, end - start, half_way.frame.axes.col(1));
   const Vector2 shift = beam.section.centroid;
@@ -95,7 +95,8 @@ void warn_of_pieces(BeamStudy& study) {
 std::string percent(double fraction) { return fmt::format("{:.2g} %", 100 * fraction); }
 
 std::string with_worst(const BeamComparison& c) {
-  return fmt::format("{} is off by up to {} ({} under {})", c.name, percent(c.worst),
+  return fmt::format("{} {} by up to {} ({} under {})", c.name,
+                     c.name.starts_with("1 ") ? "differs" : "differ", percent(c.worst),
                      displacements[c.worst_row], loads[c.worst_column]);
 }
 
@@ -162,7 +163,7 @@ BeamStudy study_beams(const LinkBody& body, const Material& material, const Vect
   const auto add = [&](std::vector<BeamElement> beams) {
     study.models.push_back(model(std::move(beams), material, point));
   };
-  add({straight_beam(half_way, study.axis)});
+  add({straight_beam(half_way, body)});
   add(elements(survey(options.beams), length / options.beams));
   add(elements(study.stations, length / options.stations));
   warn_of_pieces(study);
@@ -199,10 +200,10 @@ std::string verdict(const std::vector<BeamComparison>& comparisons, double toler
   std::string so_far;
   for (const BeamComparison& c : comparisons) {
     if (c.worst <= tolerance)
-      return fmt::format(
-          "A model of {} is enough for {}: it is within {} of FEA in every "
-          "significant entry{}.",
-          c.name, percent(tolerance), percent(c.worst), so_far.empty() ? "" : "; " + so_far);
+      return fmt::format("{} {} enough for {}: {} within {} of FEA in every significant entry{}.",
+                         c.name, c.name.starts_with("1 ") ? "is" : "are", percent(tolerance),
+                         c.name.starts_with("1 ") ? "it is" : "they are", percent(c.worst),
+                         so_far.empty() ? "" : "; " + so_far);
     so_far += (so_far.empty() ? "" : ", ") + with_worst(c);
   }
   return fmt::format("No beam model is within {} of FEA: {}; use the FEA result.",

@@ -1,6 +1,7 @@
 #include "kinetostat/fea/link_axis.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 
@@ -13,7 +14,9 @@ namespace {
 // Pieces of one section may differ by so much of the potential between the interfaces.
 constexpr double same_section = 0.1;
 constexpr int corrections = 2;
-constexpr double least_progress = 0.3;  // of a step from one centroid to the next
+// A centroid farther from the axis, in terms of the root of the area, is that of a section with
+// more than the axis' own material in it, at a flange or a rib: no reason to bend the axis.
+constexpr double largest_correction = 0.2;
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
@@ -109,7 +112,9 @@ Vector3 Curve::point(double arc) const {
 }
 
 Vector3 Curve::tangent(double arc) const {
-  const double reach = 2 * length_ / static_cast<double>(points_.size() - 1);
+  const double step = length_ / static_cast<double>(points_.size() - 1);
+  // To both sides alike, or the ends of a curved axis would lean.
+  const double reach = std::max(std::min({2 * step, arc, length_ - arc}), 1e-3 * step);
   return (point(arc + reach) - point(arc - reach)).normalized();
 }
 
@@ -147,8 +152,10 @@ double SectionCutter::potential_of(const SectionPiece& piece, const spatial::Fra
 
 std::optional<Section> SectionCutter::section_at(const Vector3& point,
                                                  const Vector3& tangent) const {
-  Section section{
-      .frame = section_frame(point, tangent, up_), .pieces = {}, .centroid = Vector3::Zero()};
+  Section section{.frame = section_frame(point, tangent, up_),
+                  .pieces = {},
+                  .area = 0,
+                  .centroid = Vector3::Zero()};
   std::vector<SectionPiece> all = pieces(cut(body_.surface, section.frame, tolerance_));
   if (all.empty()) return std::nullopt;
   if (all.size() > 1) {
@@ -159,12 +166,14 @@ std::optional<Section> SectionCutter::section_at(const Vector3& point,
   }
   section.pieces = std::move(all);
   const auto [area, moment] = area_and_moment(section.pieces);
+  section.area = area;
   section.centroid = in_space(moment / area, section.frame);
   return section;
 }
 
-// Elements in the order of their potential, in groups of equal volume.
-std::vector<Vector3> SectionCutter::slice_centroids(int slices) const {
+// Elements in the order of their potential, in groups of equal volume. Where nothing flows, in a
+// flange or beyond a bore, there is no axis either: the squared gradient is the weight.
+std::vector<Vector3> SectionCutter::slice_centres(int slices) const {
   const TetMesh& mesh = body_.mesh;
   std::vector<std::size_t> order(mesh.element_count());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -176,43 +185,42 @@ std::vector<Vector3> SectionCutter::slice_centroids(int slices) const {
   }
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return height[a] < height[b]; });
-  std::vector<Vector3> centroids;
+  std::vector<Vector3> centres;
   Vector3 moment = Vector3::Zero();
-  double in_slice = 0;
+  double in_slice = 0, flow = 0;
   for (const std::size_t e : order) {
     const std::array<Vector3, 4> c = mesh.corners(e);
-    const double v = volume(c);
-    moment += v * (c[0] + c[1] + c[2] + c[3]) / 4;
-    in_slice += v;
+    const double weight = volume(c) * gradient(mesh, e, potential_).squaredNorm();
+    moment += weight * (c[0] + c[1] + c[2] + c[3]) / 4;
+    flow += weight;
+    in_slice += volume(c);
     if (in_slice < total / slices) continue;
-    centroids.emplace_back(moment / in_slice);
+    centres.emplace_back(moment / flow);
     moment.setZero();
-    in_slice = 0;
+    in_slice = flow = 0;
   }
-  return centroids;
+  return centres;
 }
 
 Curve SectionCutter::find_axis(int points) const {
-  const int slices = std::clamp(static_cast<int>(body_.mesh.element_count() / 200), 4, points);
-  Curve axis(between(body_.fixed.centroid, slice_centroids(slices), body_.loaded.centroid), points);
+  const int slices = std::clamp(static_cast<int>(body_.mesh.element_count() / 40), 4, points);
+  const Vector3 start = flow_centre(body_.mesh, potential_, body_.fixed.nodes),
+                end = flow_centre(body_.mesh, potential_, body_.loaded.nodes);
+  Curve axis(between(start, slice_centres(slices), end), points);
   for (int correction = 0; correction < corrections; ++correction) {
-    const double step = axis.length() / (points - 1);
-    std::vector<Vector3> centroids{body_.fixed.centroid};
+    std::vector<Vector3> corrected = axis.points();
     int met = 0;
     for (int k = 1; k + 1 < points; ++k) {
-      const Vector3 tangent = axis.tangent(k * step);
-      const auto section = section_at(axis.points()[at(k)], tangent);
+      Vector3& point = corrected[at(k)];
+      const auto section = section_at(point, axis.tangent(axis.length() * k / (points - 1)));
       if (!section) continue;
       ++met;
-      // Where the planes of a sharp bend cross within the material, centroids may run backwards.
-      if (tangent.dot(section->centroid - centroids.back()) > least_progress * step)
-        centroids.push_back(section->centroid);
+      if ((section->centroid - point).norm() < largest_correction * std::sqrt(section->area))
+        point = section->centroid;
     }
     if (2 * met < points)
       throw SectionError("the planes across the line between the interfaces miss the link");
-    axis = Curve(between(body_.fixed.centroid, {centroids.begin() + 1, centroids.end()},
-                         body_.loaded.centroid),
-                 points);
+    axis = Curve(corrected, points);
   }
   return axis;
 }

@@ -20,7 +20,7 @@ class Curve {
   double length() const { return length_; }  // [m]
   /// At the distance `arc` from the start [m], 0 to length().
   Vector3 point(double arc) const;
-  /// Unit vector, averaged over two steps to either side.
+  /// Unit vector, averaged over two steps to either side, less near the ends. 0 < arc < length().
   Vector3 tangent(double arc) const;
 
  private:
@@ -32,6 +32,7 @@ class Curve {
 struct Section {
   spatial::Frame frame;  // x along the axis; the pieces are in its y-z plane
   std::vector<SectionPiece> pieces;
+  double area;       // of all pieces [m^2]
   Vector3 centroid;  // of all pieces [m]
 };
 
@@ -52,15 +53,15 @@ class SectionCutter {
   /// plane meets nothing.
   std::optional<Section> section_at(const Vector3& point, const Vector3& tangent) const;
 
-  /// The curve of section centroids from the centroid of the fixed interface to that of the loaded
-  /// one. It starts from the centroids of slices of equal volume between surfaces of equal
-  /// potential, and is then corrected by the centroids of plane sections. Throws SectionError when
-  /// the planes miss the link.
+  /// The axis runs from where the flow of the potential enters through the fixed interface to where
+  /// it leaves through the loaded one. It starts as the centres of flow in slices of equal volume
+  /// between surfaces of equal potential, and is then moved onto the centroids of plane sections.
+  /// Throws SectionError when the planes miss the link.
   Curve find_axis(int points) const;
 
  private:
   double potential_of(const SectionPiece& piece, const spatial::Frame& frame) const;
-  std::vector<Vector3> slice_centroids(int slices) const;
+  std::vector<Vector3> slice_centres(int slices) const;
 
   LinkBody body_;
   double tolerance_;           // [m] for the corners of outlines

@@ -68,4 +68,29 @@ Eigen::VectorXd potential(const TetMesh& mesh, const std::vector<int>& low,
   return value;
 }
 
+Vector3 flow_centre(const TetMesh& mesh, const Eigen::VectorXd& field,
+                    const std::vector<int>& nodes) {
+  std::vector<bool> wanted(mesh.nodes.size(), false);
+  for (const int node : nodes) wanted[at(node)] = true;
+  double flow = 0;
+  Vector3 moment = Vector3::Zero();
+  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
+    const std::array<Vector3, 4> corners = mesh.corners(e);
+    const Eigen::Vector4d shares = volume(corners) * slopes(corners) * gradient(mesh, e, field);
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (!wanted[at(mesh.element(e)[k])]) continue;
+      flow += shares[static_cast<Eigen::Index>(k)];
+      moment += shares[static_cast<Eigen::Index>(k)] * corners[k];
+    }
+  }
+  return moment / flow;
+}
+
+Vector3 gradient(const TetMesh& mesh, std::size_t e, const Eigen::VectorXd& values) {
+  const auto element = mesh.element(e);
+  const Eigen::Vector4d corners(values[element[0]], values[element[1]], values[element[2]],
+                                values[element[3]]);
+  return slopes(mesh.corners(e)).transpose() * corners;
+}
+
 }  // namespace kinetostat::fea

@@ -12,4 +12,12 @@ namespace kinetostat::fea {
 Eigen::VectorXd potential(const TetMesh& mesh, const std::vector<int>& low,
                           const std::vector<int>& high);
 
+/// Where the field's flow enters or leaves through these nodes: their mean position [m], weighted
+/// with their share of the flow.
+Vector3 flow_centre(const TetMesh& mesh, const Eigen::VectorXd& field,
+                    const std::vector<int>& nodes);
+
+/// The gradient of a field of nodal values in element `e`, from its corners [1/m].
+Vector3 gradient(const TetMesh& mesh, std::size_t e, const Eigen::VectorXd& values);
+
 }  // namespace kinetostat::fea
