@@ -8,6 +8,7 @@
 
 #include "kinetostat/apps/command.h"
 #include "kinetostat/apps/commands.h"
+#include "kinetostat/apps/link_exports.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/report/text.h"
 
@@ -16,6 +17,7 @@ namespace {
 
 struct Options {
   std::string link, vtu;
+  LinkExports exports;
   double time_limit = fea::TetrahedralizeOptions{}.time_limit;
 };
 
@@ -85,6 +87,7 @@ files::Json identify(Run& run, const Options& options) {
   files::Json json = fea::to_json(result);
   if (run.out()) files::write_json(*run.out(), json);
   if (!options.vtu.empty()) files::write_vtu(options.vtu, fea::displacement_fields(result));
+  options.exports.write(result);
   return json;
 }
 
@@ -103,6 +106,7 @@ void add_identify(Program& program) {
                  "Write the six displacement fields for ParaView; the offending facets when the "
                  "surface is refused")
       ->type_name("FILE");
+  options->exports.add_options(app);
   app.add_option("--mesh-time", options->time_limit, "Seconds that meshing may take")
       ->type_name("S")
       ->check(CLI::PositiveNumber);

@@ -1,90 +1,91 @@
-// The same tetrahedra solved by CalculiX, an independent program.
+// The exported deck solved by CalculiX, an independent program.
 #include <cstdlib>
-#include <sstream>
 
 #include <gtest/gtest.h>
 
+#include "kinetostat/fea/calculix_deck.h"
+#include "kinetostat/fea/link_response.h"
 #include "kinetostat/files/text_file.h"
 
-#include "fea/reference_bar.h"
+#include "fea/shapes.h"
 
 namespace kinetostat::fea {
 namespace {
 
-std::string node_set(const char* name, const std::vector<int>& nodes) {
-  std::ostringstream text;
-  text << "*NSET, NSET=" << name << "\n";
-  for (const int n : nodes) text << n + 1 << ",\n";
-  return text.str();
-}
-
-// One step per wrench; REF takes the force, ROT the moment, both at the reference point.
-std::string deck(const ReferenceBar& bar) {
-  const TetMesh& mesh = bar.mesh;
-  std::ostringstream text;
-  text << std::scientific;
-  text.precision(12);  // CalculiX reads fields of at most 20 characters
-  const auto node = [&text](std::size_t number, const Vector3& p) {
-    text << number << ", " << p.x() << ", " << p.y() << ", " << p.z() << "\n";
-  };
-  text << "*NODE, NSET=ALL\n";
-  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) node(n + 1, mesh.nodes[n]);
-  const std::size_t ref = mesh.nodes.size() + 1, rot = ref + 1;
-  text << "*NODE, NSET=REF\n";
-  node(ref, bar.tip);
-  text << "*NODE, NSET=ROT\n";
-  node(rot, bar.tip);
-  text << "*ELEMENT, TYPE=C3D10, ELSET=SOLID\n";
-  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
-    text << e + 1;
-    for (const int n : mesh.element(e)) text << ", " << n + 1;
-    text << "\n";
-  }
-  text << node_set("ROOT", interface_on(mesh, 1).nodes)
-       << node_set("TIP", interface_on(mesh, 2).nodes) << "*MATERIAL, NAME=STEEL\n*ELASTIC\n"
-       << bar.steel.young() << ", " << bar.steel.poisson()
-       << "\n*SOLID SECTION, ELSET=SOLID, MATERIAL=STEEL\n*RIGID BODY, NSET=TIP, REF NODE=" << ref
-       << ", ROT NODE=" << rot << "\n*BOUNDARY\nROOT, 1, 3, 0.\n";
-  for (int wrench = 0; wrench < 6; ++wrench)
-    text << "*STEP\n*STATIC\n*CLOAD, OP=NEW\n"
-         << (wrench < 3 ? ref : rot) << ", " << wrench % 3 + 1
-         << ", 1.\n*NODE PRINT, NSET=REF\nU\n*NODE PRINT, NSET=ROT\nU\n*END STEP\n";
-  return text.str();
-}
-
-// The .dat file lists, step by step, "node ux uy uz" for REF and then for ROT.
-Matrix6 read_displacements(const std::string& dat) {
-  Matrix6 c = Matrix6::Zero();
-  std::istringstream lines(dat);
-  int rows = 0;
-  for (std::string line; std::getline(lines, line);) {
-    std::istringstream words(line);
-    long node = 0;
-    Vector3 u;
-    if (!(words >> node >> u.x() >> u.y() >> u.z())) continue;
-    if (rows < 12) c.block<3, 1>(3 * (rows % 2), rows / 2) = u;
-    ++rows;
-  }
-  EXPECT_EQ(rows, 12);
-  return c;
-}
-
-TEST(CalculiX, AgreesOnTheSameTetrahedraWithinATenthOfAPercent) {
-  if (std::system("command -v ccx > /dev/null 2>&1") != 0)
-    GTEST_SKIP() << "CalculiX (Debian package calculix-ccx) is not installed";
-  const ReferenceBar bar(0.008);
-  const TemporaryFolder folder;
-  folder.file("bar.inp", deck(bar));
-  const std::string call = "cd '" + folder.path().string() + "' && ccx bar > ccx.log 2>&1";
-  ASSERT_EQ(std::system(call.c_str()), 0) << files::read_text(folder.path() / "ccx.log");
-  const Matrix6 other = read_displacements(files::read_text(folder.path() / "bar.dat"));
-  const Matrix6 ours = bar.compliance();
-  for (int i = 0; i < 6; ++i)
-    for (int j = 0; j < 6; ++j) {
-      const double size = std::sqrt(ours(i, i) * ours(j, j));
-      // CalculiX prints seven digits.
-      EXPECT_NEAR(ours(i, j), other(i, j), 1e-3 * std::abs(other(i, j)) + 1e-6 * size) << i << j;
+// A bent block, so that nothing is symmetric. The top near the end is a third interface.
+TetMesh bent_block(int order) {
+  TetMesh mesh = box_mesh({0.1, 0.03, 0.02}, 8, 3, 2);
+  for (std::size_t e = 0; e < mesh.element_count(); ++e)
+    for (const auto& side : {std::array{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}) {
+      BoundaryFace face{.nodes = {-1, -1, -1, -1, -1, -1}, .tag = 3};
+      bool on_top = true;
+      for (std::size_t c = 0; c < 3; ++c) {
+        face.nodes[c] = mesh.element(e)[static_cast<std::size_t>(side[c])];
+        const Vector3& p = mesh.nodes[static_cast<std::size_t>(face.nodes[c])];
+        on_top = on_top && p.z() == 0.02 && p.x() > 0.03 && p.x() < 0.07;
+      }
+      if (on_top) mesh.boundary.push_back(face);
     }
+  for (Vector3& p : mesh.nodes) p += Vector3(0.1 * p.z(), 3 * p.x() * p.x(), 0.2 * p.x());
+  return order == 2 ? with_mid_nodes(mesh) : mesh;
+}
+
+Eigen::MatrixXd solved_by_calculix(const std::string& deck, int loaded) {
+  const TemporaryFolder folder;
+  folder.file("link.inp", deck);
+  const std::string call = "cd '" + folder.path().string() + "' && ccx link > ccx.log 2>&1";
+  EXPECT_EQ(std::system(call.c_str()), 0) << files::read_text(folder.path() / "ccx.log");
+  return read_calculix_flexibility(files::read_text(folder.path() / "link.dat"), loaded);
+}
+
+void expect_agreement(const TetMesh& mesh, const std::vector<Coupling>& couplings) {
+  std::vector<CoupledInterface> interfaces;
+  for (const Coupling coupling : couplings) {
+    const Interface geometry = interface_on(mesh, static_cast<int>(interfaces.size()) + 1);
+    interfaces.push_back({.name = "i" + std::to_string(interfaces.size()),
+                          .geometry = geometry,
+                          .point = geometry.centroid + Vector3(0.01, 0.02, -0.03),
+                          .coupling = coupling});
+  }
+  const std::vector<Material> materials{Material(210e9, 0.3)};
+  files::Progress silent;
+  const Eigen::MatrixXd ours = respond(mesh, materials, interfaces, {}, silent).flexibility;
+  const Eigen::MatrixXd other =
+      solved_by_calculix(calculix_deck("bent block", mesh, materials, interfaces),
+                         static_cast<int>(couplings.size()) - 1);
+  for (Eigen::Index i = 0; i < ours.rows(); ++i)
+    for (Eigen::Index j = 0; j < ours.cols(); ++j)
+      // 0.05 %; CalculiX prints seven digits.
+      EXPECT_NEAR(ours(i, j), other(i, j),
+                  5e-4 * std::abs(other(i, j)) + 1e-6 * std::sqrt(ours(i, i) * ours(j, j)))
+          << i << j;
+}
+
+class CalculiX : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (std::system("command -v ccx > /dev/null 2>&1") != 0)
+      GTEST_SKIP() << "CalculiX (Debian package calculix-ccx) is not installed";
+  }
+};
+
+TEST_F(CalculiX, AgreesOnTheSameModelWithRigidInterfaces) {
+  expect_agreement(bent_block(2), {Coupling::rigid, Coupling::rigid});
+  expect_agreement(bent_block(1), {Coupling::rigid, Coupling::rigid});
+}
+
+TEST_F(CalculiX, AgreesWithDistributingInterfacesAtEitherEnd) {
+  expect_agreement(bent_block(2), {Coupling::rigid, Coupling::distributing});
+  expect_agreement(bent_block(2), {Coupling::distributing, Coupling::rigid});
+  expect_agreement(bent_block(2), {Coupling::distributing, Coupling::distributing});
+}
+
+TEST_F(CalculiX, AgreesOnThreeInterfaces) {
+  expect_agreement(bent_block(2), {Coupling::rigid, Coupling::rigid, Coupling::distributing});
+}
+
+TEST(CalculixDat, MustHoldEveryStep) {
+  EXPECT_THROW(read_calculix_flexibility("  7  1.0 2.0 3.0\n", 1), std::runtime_error);
 }
 
 }  // namespace

@@ -1,0 +1,29 @@
+#include "kinetostat/apps/link_exports.h"
+
+#include "kinetostat/fea/calculix_deck.h"
+#include "kinetostat/fea/gmsh_export.h"
+#include "kinetostat/fea/matrix_export.h"
+#include "kinetostat/files/text_file.h"
+
+namespace kinetostat::apps {
+
+void LinkExports::add_options(CLI::App& app) {
+  const auto add = [&app](const char* name, std::string& path, const char* description) {
+    app.add_option(name, path, description)->type_name("FILE");
+  };
+  add("--deck", deck, "Write the finite-element model as a CalculiX deck, a step per unit wrench");
+  add("--msh", msh, "Write the volume mesh with its interfaces for Gmsh");
+  add("--csv", csv, "Write the flexibility between the loaded interfaces as a table");
+  add("--matlab", matlab, "Write flexibility and stiffness as a MATLAB script");
+}
+
+void LinkExports::write(const fea::LinkResult& result) const {
+  if (!deck.empty())
+    files::write_atomically(
+        deck, fea::calculix_deck(result.name, result.mesh, {result.material}, result.interfaces));
+  if (!msh.empty()) files::write_atomically(msh, fea::gmsh_mesh(result.mesh, result.interfaces));
+  if (!csv.empty()) files::write_atomically(csv, fea::flexibility_csv(result));
+  if (!matlab.empty()) files::write_atomically(matlab, fea::flexibility_matlab(result));
+}
+
+}  // namespace kinetostat::apps

@@ -1,0 +1,20 @@
+// Files of an identified link for other programs.
+#pragma once
+
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "kinetostat/fea/identify.h"
+
+namespace kinetostat::apps {
+
+/// Paths; empty when not asked for.
+struct LinkExports {
+  std::string deck, msh, csv, matlab;
+
+  void add_options(CLI::App& app);
+  void write(const fea::LinkResult& result) const;
+};
+
+}  // namespace kinetostat::apps
