@@ -281,8 +281,8 @@ files::Json pose_json(const spatial::Pose& pose) {
 
 files::Json states_json(const std::vector<MapPoint>& points) {
   files::Json json = files::Json::object();
-  for (const MapState state :
-       {MapState::reached, MapState::free_motion, MapState::unstable, MapState::no_equilibrium, MapState::unreachable})
+  for (const MapState state : {MapState::reached, MapState::free_motion, MapState::unstable,
+                               MapState::no_equilibrium, MapState::unreachable})
     json[to_string(state)] = std::count_if(points.begin(), points.end(),
                                            [state](const MapPoint& p) { return p.state == state; });
   return json;
