@@ -217,7 +217,8 @@ void Program::run_action(const Command& command) {
   Run run(options_, progress);
   const files::Json result = command.action(run);
   progress.wipe();
-  if (progress.cancelled()) throw files::Cancelled();
+  // What an action gives although it was stopped is worth having.
+  if (progress.cancelled() && run.shortfall().empty()) throw files::Cancelled();
   deliver(command, run, result);
   if (run.refusal()) throw *run.refusal();
   if (!run.shortfall().empty()) throw files::NoConvergence(run.shortfall());

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/apps/accuracy_text.h"
 #include "kinetostat/apps/command.h"
 #include "kinetostat/apps/commands.h"
 #include "kinetostat/apps/link_exports.h"
@@ -19,6 +20,7 @@ struct Options {
   std::string link, vtu;
   LinkExports exports;
   double time_limit = fea::TetrahedralizeOptions{}.time_limit;
+  fea::RefinementOptions refinement;
 };
 
 // Components that are rounding beside the largest, or below a nanometre, are shown as 0.
@@ -46,9 +48,12 @@ void print_inputs(Run& run, const fea::LinkSpec& spec) {
 
 void print_result(Run& run, const fea::LinkResult& result) {
   const double length = spatial::parse_quantity("1 " + result.unit, spatial::dimension::length);
-  run.print(fmt::format("mesh: {} tetrahedra of {} nodes (size {} {}), {} nodes, {} unknowns\n",
-                        result.mesh.element_count(), result.mesh.nodes_per_element(),
-                        report::number(result.element_size / length), result.unit,
+  const std::string size =
+      result.element_size > 0
+          ? fmt::format(" (size {} {})", report::number(result.element_size / length), result.unit)
+          : "";
+  run.print(fmt::format("mesh: {} tetrahedra of {} nodes{}, {} nodes, {} unknowns\n",
+                        result.mesh.element_count(), result.mesh.nodes_per_element(), size,
                         result.mesh.nodes.size(), result.response.unknowns));
   run.print("interfaces:\n");
   for (const fea::CoupledInterface& interface : result.interfaces)
@@ -58,6 +63,7 @@ void print_result(Run& run, const fea::LinkResult& result) {
                           text(result.center_of_mass, length), result.unit));
   run.print("\n" + report::text(result.compliance,
                                 spatial::UnitSystem{.length = result.unit, .force = "N"}));
+  run.print("\n" + accuracy_text(result));
   run.print(fmt::format("\nsymmetry defect {:.1e}\n", result.symmetry_defect));
   const spatial::EigenStiffness eigen = spatial::eigen_stiffness(result.compliance);
   run.print(fmt::format("eigen-stiffness: {} N/m, {} N m/rad\n", text(eigen.translation, 1),
@@ -70,6 +76,7 @@ fea::LinkResult identified(Run& run, const Options& options, const fea::LinkSpec
   fea::IdentifyOptions settings;
   settings.meshing.time_limit = options.time_limit;
   settings.solver.threads = run.threads();
+  settings.refinement = options.refinement;
   try {
     return fea::identify(spec, settings, run.progress());
   } catch (const fea::SurfaceError& error) {
@@ -84,6 +91,8 @@ files::Json identify(Run& run, const Options& options) {
   print_inputs(run, spec);
   const fea::LinkResult result = identified(run, options, spec);
   print_result(run, result);
+  if (!result.accuracy.shortfall.empty())
+    run.stop_short(fmt::format("{}: {}", spec.name, result.accuracy.shortfall));
   files::Json json = fea::to_json(result);
   if (run.out()) files::write_json(*run.out(), json);
   if (!options.vtu.empty()) files::write_vtu(options.vtu, fea::displacement_fields(result));
@@ -107,6 +116,14 @@ void add_identify(Program& program) {
                  "surface is refused")
       ->type_name("FILE");
   options->exports.add_options(app);
+  app.add_option("--time", options->refinement.time_limit,
+                 "Begin no finer mesh after so many seconds; the best result so far is given")
+      ->type_name("S")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--unknowns", options->refinement.most_unknowns,
+                 "Go on to no mesh with more unknowns than this")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber);
   app.add_option("--mesh-time", options->time_limit, "Seconds that meshing may take")
       ->type_name("S")
       ->check(CLI::PositiveNumber);

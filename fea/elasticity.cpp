@@ -10,9 +10,9 @@
 namespace kinetostat::fea {
 namespace {
 
-using Gradients = Eigen::Matrix<double, 3, 4>;  // column k: of the barycentric coordinate k [1/m]
+using Gradients = BarycentricGradients;
 
-Gradients barycentric_gradients(const std::array<Vector3, 4>& p, double& volume_out) {
+Gradients gradients_and_volume(const std::array<Vector3, 4>& p, double& volume_out) {
   Matrix3 edges;
   edges << p[1] - p[0], p[2] - p[0], p[3] - p[0];
   const Vector3 a = edges.col(1).cross(edges.col(2)), b = edges.col(2).cross(edges.col(0)),
@@ -68,10 +68,21 @@ Material::Material(double young, double poisson, std::optional<double> density)
     throw std::invalid_argument(fmt::format("density {} kg/m^3 is not above zero", *density));
 }
 
+BarycentricGradients barycentric_gradients(const std::array<Vector3, 4>& corners) {
+  double volume = 0;
+  return gradients_and_volume(corners, volume);
+}
+
+Eigen::Matrix3Xd shape_gradients(const BarycentricGradients& gradients, int order,
+                                 const Eigen::Vector4d& point) {
+  if (order == 1) return gradients;
+  return quadratic_gradients(gradients, point).reshaped(3, 10);
+}
+
 ElementStiffness<4> stiffness_tet4(const std::array<Vector3, 4>& corners,
                                    const Material& material) {
   double volume = 0;
-  const Gradients g = barycentric_gradients(corners, volume);
+  const Gradients g = gradients_and_volume(corners, volume);
   const Eigen::Map<const Eigen::Matrix<double, 12, 1>> all(g.data());
   return stiffness_from<4>(volume * all * all.transpose(), material);
 }
@@ -79,7 +90,7 @@ ElementStiffness<4> stiffness_tet4(const std::array<Vector3, 4>& corners,
 ElementStiffness<10> stiffness_tet10(const std::array<Vector3, 4>& corners,
                                      const Material& material) {
   double volume = 0;
-  const Gradients g = barycentric_gradients(corners, volume);
+  const Gradients g = gradients_and_volume(corners, volume);
   // Four points of equal weight, exact to second degree.
   const double near = (5 + 3 * std::sqrt(5.0)) / 20, far = (5 - std::sqrt(5.0)) / 20;
   Eigen::Matrix<double, 30, 4> at_points;

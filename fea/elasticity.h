@@ -27,6 +27,15 @@ class Material {
   std::optional<double> density_;
 };
 
+/// Gradients of the four barycentric coordinates [1/m], one column each.
+using BarycentricGradients = Eigen::Matrix<double, 3, 4>;
+BarycentricGradients barycentric_gradients(const std::array<Vector3, 4>& corners);
+
+/// Gradients of the 4 or 10 shape functions [1/m], one column each, at the point with the given
+/// barycentric coordinates.
+Eigen::Matrix3Xd shape_gradients(const BarycentricGradients& gradients, int order,
+                                 const Eigen::Vector4d& point);
+
 /// Stiffness of an element with `Nodes` nodes [N/m]; unknowns x, y, z of each node in turn.
 template <int Nodes>
 using ElementStiffness = Eigen::Matrix<double, 3 * Nodes, 3 * Nodes>;

@@ -28,8 +28,10 @@ class Stopwatch {
 
 void add_warnings(const LinkSpec& spec, const SurfaceReport& report, LinkResult& result) {
   if (spec.order == 1)
-    result.warnings.emplace_back(
-        "4-node elements are too stiff, in bending often by tens of percent: use order 2");
+    result.warnings.push_back(
+        fmt::format("4-node elements are too stiff: here an entry of the compliance may be off by "
+                    "{:.2g} %. Use order 2",
+                    100 * result.accuracy.bars.relative_error));
   for (const Defect& defect : report.defects)
     result.warnings.push_back(
         fmt::format("{} {}s in the surface", defect.count, name(defect.kind)));
@@ -45,18 +47,42 @@ void add_warnings(const LinkSpec& spec, const SurfaceReport& report, LinkResult&
                                           result.quality.least_dihedral));
 }
 
-LinkResponse solve(const LinkSpec& spec, const SolverOptions& options, const LinkResult& result,
+// One mesh of the link, and its response.
+LinkModel model_on(const LinkSpec& spec, const LinkGeometry& geometry,
+                   const TetrahedralizeOptions& meshing, const SolverOptions& solver,
                    files::Progress& progress) {
+  LinkModel model{.mesh = fill(spec, geometry, meshing, progress), .materials = {spec.material}};
+  model.interfaces = interfaces_on(spec, model.mesh);
   try {
-    return respond(result.mesh, {spec.material}, result.interfaces, options, progress);
+    model.response = respond(model.mesh, model.materials, model.interfaces, solver, progress);
+    return model;
   } catch (const SingularStiffness& error) {
     throw InputError(spec.file, error.what(),
                      "Is the body in one piece and the fixed interface a proper face of it?");
   } catch (const std::bad_alloc&) {
     throw InputError(
-        spec.file, fmt::format("{} nodes need more memory than there is", result.mesh.nodes.size()),
-        "Use a larger element size");
+        spec.file, fmt::format("{} nodes need more memory than there is", model.mesh.nodes.size()),
+        "Use a larger element size, or ask for less accuracy");
   }
+}
+
+RefinedModel model_as_asked(const LinkSpec& spec, const LinkGeometry& geometry,
+                            const IdentifyOptions& options, files::Progress& progress) {
+  TetrahedralizeOptions meshing = options.meshing;
+  if (spec.size) {
+    meshing.edge_length = *spec.size;
+    LinkModel model = model_on(spec, geometry, meshing, options.solver, progress);
+    progress.report("error estimate", 0);
+    Accuracy accuracy = accuracy_of(model);
+    return {.model = std::move(model), .accuracy = std::move(accuracy)};
+  }
+  const Solve solve = [&](const SizeField& sizes) {
+    meshing.sizes = sizes;
+    return model_on(spec, geometry, meshing, options.solver, progress);
+  };
+  RefinementOptions refinement = options.refinement;
+  refinement.accuracy = spec.accuracy;
+  return refine(solve, size_from_surface(geometry.imported.mesh), refinement, progress);
 }
 
 void add_mass(LinkResult& result) {
@@ -78,16 +104,16 @@ LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
   watch.lap("surface");
 
   LinkResult result(spec.name, spec.material);
-  TetrahedralizeOptions meshing = options.meshing;
-  meshing.edge_length = result.element_size = spec.size.value_or(default_size(report));
-  result.mesh = fill(spec, geometry, meshing, progress);
+  RefinedModel refined = model_as_asked(spec, geometry, options, progress);
+  result.element_size = spec.size.value_or(0);
+  result.mesh = std::move(refined.model.mesh);
+  result.interfaces = std::move(refined.model.interfaces);
+  result.response = std::move(refined.model.response);
+  result.accuracy = std::move(refined.accuracy);
   result.geometry = mass_properties(result.mesh);
   result.quality = quality(result.mesh);
-  result.interfaces = interfaces_on(spec, result.mesh);
-  watch.lap("tetrahedra");
+  watch.lap("model");
 
-  result.response = solve(spec, options.solver, result, progress);
-  watch.lap("response");
   const Matrix6 raw = result.response.compliance();
   result.symmetry_defect = spatial::symmetry_defect(raw);
   result.compliance =

@@ -11,6 +11,7 @@
 #include "kinetostat/fea/interface_selection.h"
 #include "kinetostat/fea/link_geometry.h"
 #include "kinetostat/fea/link_response.h"
+#include "kinetostat/fea/refinement.h"
 #include "kinetostat/fea/surface_check.h"
 #include "kinetostat/fea/tetrahedralize.h"
 #include "kinetostat/files/json.h"
@@ -37,12 +38,13 @@ struct LinkResult {
   TetMesh mesh;
   MassProperties geometry;
   MeshQuality quality;
-  double element_size = 0;    // [m] asked for
+  double element_size = 0;    // [m] asked for; 0 when accuracy was
   double surface_volume = 0;  // [m^3] enclosed by the input facets
   WeldReport weld;
   std::size_t facets = 0;
 
   LinkResponse response;  // with the displacement fields
+  Accuracy accuracy;      // error bars of the flexibility, and the meshes on the way to it
   std::vector<std::string> warnings;
   std::vector<std::pair<std::string, double>> timings;  // [s], by phase
   BlasInfo blas;
@@ -51,8 +53,9 @@ struct LinkResult {
 };
 
 struct IdentifyOptions {
-  TetrahedralizeOptions meshing = {};  // edge_length is set from the link file
+  TetrahedralizeOptions meshing = {};  // edge_length and sizes are set from the link file
   SolverOptions solver = {};
+  RefinementOptions refinement = {};  // accuracy is set from the link file
 };
 
 /// Throws SurfaceError and InputError for what the user can mend, Cancelled.
@@ -63,7 +66,7 @@ LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
 files::Json to_json(const LinkResult& result);
 
 /// The mesh with the six displacement fields as point data "Fx" .. "Mz" (per unit wrench) and the
-/// interfaces (1 fixed, 2 loaded).
+/// interfaces (1 fixed, 2 loaded), and as cell data the share of each element in the error.
 files::VtuGrid displacement_fields(const LinkResult& result);
 
 }  // namespace kinetostat::fea

@@ -133,13 +133,25 @@ std::vector<InterfaceSpec> read_interfaces(const YamlNode& top, const UnitSystem
   return specs;
 }
 
+// "1 %" or 0.01.
+double read_accuracy(const YamlNode& node) {
+  const double accuracy = node.quantity(dimension::none, {});
+  if (!(accuracy >= 1e-5 && accuracy <= 0.5))
+    node.fail("'" + node.text() + "' is not between 0.001 % and 50 %",
+              "1 % is usual, 0.1 % costs a good deal more");
+  return accuracy;
+}
+
 void read_elements(const YamlNode& node, const UnitSystem& units, LinkSpec& spec) {
   node.allow_only({"order", "size", "accuracy"});
-  if (const auto accuracy = node.find("accuracy"))
-    accuracy->fail("accuracy on demand is not available in this version",
-                   "Give a size, and halve it to see how much the result changes");
   if (const auto order = node.find("order")) spec.order = order->integer(1, 2);
   if (const auto size = node.find("size")) spec.size = size->positive(dimension::length, units);
+  if (const auto accuracy = node.find("accuracy")) {
+    if (spec.size)
+      accuracy->fail("both a size and an accuracy are asked for",
+                     "Give the accuracy alone: the sizes follow from it");
+    spec.accuracy = read_accuracy(*accuracy);
+  }
 }
 
 }  // namespace

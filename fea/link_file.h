@@ -56,7 +56,8 @@ struct LinkSpec {
   Material material;
   std::vector<InterfaceSpec> interfaces;  // two or more; the first is fixed, the others loaded
   int order = 2;                          // of the elements, 1 or 2
-  std::optional<double> size;             // [m] of the elements
+  std::optional<double> size;             // [m] of the elements; else
+  double accuracy = 0.01;                 // of every significant entry of the result
   std::string sha256;                     // of the link file
 };
 

@@ -1,4 +1,5 @@
 // LinkResult as files: JSON for programs, VTU for pictures.
+#include "kinetostat/fea/accuracy_json.h"
 #include "kinetostat/fea/identify.h"
 
 namespace kinetostat::fea {
@@ -41,7 +42,7 @@ Json material_json(const Material& material) {
 
 Json mesh_json(const LinkResult& result) {
   return {{"order", result.mesh.order},
-          {"size", result.element_size},
+          {"size", result.element_size > 0 ? Json(result.element_size) : Json()},
           {"elements", result.mesh.element_count()},
           {"nodes", result.mesh.nodes.size()},
           {"unknowns", result.response.unknowns},
@@ -76,6 +77,7 @@ Json to_json(const LinkResult& result) {
   Json json{{"kinetostat", 1}, {"link", result.name}};
   const Json matrix = to_json(result.compliance);
   for (const auto& [key, value] : matrix.items()) json[key] = value;
+  json["error"] = to_json(result.accuracy);
   json["symmetry_defect"] = result.symmetry_defect;
   json["eigen_stiffness"] = eigen_json(result.compliance);
   json["mass"] = result.mass ? Json(*result.mass) : Json();
@@ -116,6 +118,7 @@ files::VtuGrid displacement_fields(const LinkResult& result) {
     for (const int node : interface.geometry.nodes)
       parts.values[static_cast<std::size_t>(node)] = interface.geometry.tag;
   grid.point_fields.push_back(std::move(parts));
+  grid.cell_fields.push_back({.name = "error_indicator", .values = result.accuracy.indicator});
   return grid;
 }
 

@@ -278,6 +278,22 @@ double metres_per_unit(const std::filesystem::path& file, const std::string& uni
 
 }  // namespace
 
+// Moeller and Trumbore 1997, Journal of Graphics Tools 2:21.
+double ray_hit(const SurfaceMesh& surface, std::size_t facet, const Vector3& from,
+               const Vector3& direction) {
+  const Vector3 &a = surface.corner(facet, 0), ab = surface.corner(facet, 1) - a,
+                ac = surface.corner(facet, 2) - a, cross = direction.cross(ac);
+  const double determinant = ab.dot(cross);
+  const double miss = std::numeric_limits<double>::infinity();
+  if (determinant == 0) return miss;
+  const Vector3 arm = from - a;
+  const double u = arm.dot(cross) / determinant;
+  const double v = direction.dot(arm.cross(ab)) / determinant;
+  if (u < 0 || v < 0 || u + v > 1) return miss;
+  const double distance = ac.dot(arm.cross(ab)) / determinant;
+  return distance > 0 ? distance : miss;
+}
+
 Box bounding_box(const std::vector<Vector3>& points) {
   Box box;
   for (const Vector3& p : points) box.extend(p);

@@ -38,6 +38,10 @@ struct SurfaceMesh {
   }
 };
 
+/// Distance [m] along the ray to the facet, or infinity; `direction` is a unit vector.
+double ray_hit(const SurfaceMesh& surface, std::size_t facet, const Vector3& from,
+               const Vector3& direction);
+
 Box bounding_box(const std::vector<Vector3>& points);
 
 /// What welding did.

@@ -4,7 +4,9 @@
 // The helper reads one request from standard input and writes one answer to file descriptor
 // answer_descriptor; both are sequences of little blocks: a 64-bit count, then that many items.
 //   request: switches (char), points (3 doubles each), triangles (3 int32 each), markers (int32 per
-//            triangle), hole points (3 doubles each)
+//            triangle), hole points (3 doubles each), sizes (4 doubles each: a point and the
+//            largest volume of the elements whose centroid is nearer to it than to the others; may
+//            be none)
 //   answer:  points (3 doubles each), tetrahedra (4 int32 each), boundary triangles (3 int32 each),
 //            their markers (int32 each)
 // TetGen's own words go to standard output. Limits are arguments: --memory BYTES.
@@ -29,6 +31,7 @@ struct Request {
   std::vector<double> points;
   std::vector<std::int32_t> triangles, markers;
   std::vector<double> holes;
+  std::vector<double> sizes;
 };
 
 struct Answer {
@@ -65,6 +68,7 @@ inline std::string encode(const Request& request) {
   append_block(bytes, request.triangles);
   append_block(bytes, request.markers);
   append_block(bytes, request.holes);
+  append_block(bytes, request.sizes);
   return bytes;
 }
 
@@ -72,7 +76,8 @@ inline bool decode(const std::string& bytes, Request& request) {
   std::size_t at = 0;
   return take_block(bytes, at, request.switches) && take_block(bytes, at, request.points) &&
          take_block(bytes, at, request.triangles) && take_block(bytes, at, request.markers) &&
-         take_block(bytes, at, request.holes) && at == bytes.size();
+         take_block(bytes, at, request.holes) && take_block(bytes, at, request.sizes) &&
+         at == bytes.size();
 }
 
 inline std::string encode(const Answer& answer) {

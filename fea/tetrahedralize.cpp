@@ -46,22 +46,6 @@ Markers mark(const SurfaceMesh& surface, const std::vector<int>& tags) {
   return markers;
 }
 
-// Distance along the ray to the facet, or infinity (Moeller and Trumbore).
-double hit(const SurfaceMesh& surface, std::size_t facet, const Vector3& from,
-           const Vector3& direction) {
-  const Vector3 &a = surface.corner(facet, 0), ab = surface.corner(facet, 1) - a,
-                ac = surface.corner(facet, 2) - a, cross = direction.cross(ac);
-  const double determinant = ab.dot(cross);
-  const double miss = std::numeric_limits<double>::infinity();
-  if (determinant == 0) return miss;
-  const Vector3 arm = from - a;
-  const double u = arm.dot(cross) / determinant;
-  const double v = direction.dot(arm.cross(ab)) / determinant;
-  if (u < 0 || v < 0 || u + v > 1) return miss;
-  const double distance = ac.dot(arm.cross(ab)) / determinant;
-  return distance > 0 ? distance : miss;
-}
-
 // Half way from a cavity's largest facet to what it faces.
 Vector3 point_inside(const SurfaceMesh& surface, const Shell& cavity) {
   int largest = cavity.facets.front();
@@ -74,14 +58,14 @@ Vector3 point_inside(const SurfaceMesh& surface, const Shell& cavity) {
   const Vector3 direction = surface.area_vector(start).normalized();
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t f = 0; f < surface.triangles.size(); ++f)
-    if (f != start) nearest = std::min(nearest, hit(surface, f, from, direction));
+    if (f != start) nearest = std::min(nearest, ray_hit(surface, f, from, direction));
   return std::isfinite(nearest) ? Vector3(from + 0.5 * nearest * direction) : from;
 }
 
 double regular_tetrahedron_volume(double edge) { return edge * edge * edge / (6 * std::sqrt(2.0)); }
 
 tetgen::Request request_for(const SurfaceMesh& surface, const Markers& markers,
-                            const SurfaceReport& report) {
+                            const SurfaceReport& report, const SizeField& sizes) {
   tetgen::Request request;
   for (const Vector3& p : surface.points)
     request.points.insert(request.points.end(), p.data(), p.data() + 3);
@@ -92,6 +76,11 @@ tetgen::Request request_for(const SurfaceMesh& surface, const Markers& markers,
     if (shell.depth % 2 == 0) continue;
     const Vector3 inside = point_inside(surface, shell);
     request.holes.insert(request.holes.end(), inside.data(), inside.data() + 3);
+  }
+  for (std::size_t i = 0; i < sizes.points.size(); ++i) {
+    const Vector3& p = sizes.points[i];
+    request.sizes.insert(request.sizes.end(),
+                         {p.x(), p.y(), p.z(), regular_tetrahedron_volume(sizes.sizes[i])});
   }
   return request;
 }
@@ -341,7 +330,7 @@ TetMesh tetrahedralize(const SurfaceMesh& surface, const std::vector<int>& tags,
   const SurfaceReport report = check_surface(surface, weld_tolerance(surface.points));
   refuse_too_many(report, options);
   const Markers markers = mark(surface, tags);
-  Mesher mesher(request_for(surface, markers, report), options, progress);
+  Mesher mesher(request_for(surface, markers, report, options.sizes), options, progress);
   ChildResult first_failure;
   bool failed = false, flat = false;
   for (const auto& [switches, share] : attempts(options)) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "kinetostat/fea/size_field.h"
 #include "kinetostat/fea/tet_mesh.h"
 #include "kinetostat/files/progress.h"
 
@@ -29,6 +30,7 @@ class MeshingError : public std::runtime_error {
 
 struct TetrahedralizeOptions {
   double edge_length = 0;  // [m] no element larger than a regular tetrahedron of it; 0: any size
+  SizeField sizes = {};    // no element larger than wished for where it lies
   double radius_edge_ratio = 1.4;  // >= 1.2: of circumscribed sphere to shortest edge
   double least_dihedral = 14;      // [deg] asked for, 0 to 18; given up when it cannot be had
   double time_limit = 300;         // [s] for all attempts, > 0

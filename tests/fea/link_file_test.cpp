@@ -82,7 +82,9 @@ TEST_F(LinkFile, EveryMistakeIsNamedWithItsLineAndKey) {
   EXPECT_THAT(message("order: 2", "order: 3"), HasSubstr("elements.order"));
   EXPECT_THAT(message("coupling: rigid", "coupling: body"), HasSubstr("Use rigid"));
   EXPECT_THAT(message("coupling: rigid", "coupling: ridgid"), HasSubstr("rigid"));
-  EXPECT_THAT(message("size: 5", "accuracy: 1 %"), HasSubstr("Give a size"));
+  EXPECT_THAT(message("size: 5", "size: 5, accuracy: 1 %"), HasSubstr("Give the accuracy alone"));
+  EXPECT_THAT(message("size: 5", "accuracy: 0"), HasSubstr("not between 0.001 % and 50 %"));
+  EXPECT_THAT(message("size: 5", "accuracy: 200 %"), HasSubstr("elements.accuracy"));
   EXPECT_THAT(message("plane:", "sphere:"), HasSubstr("fixed"));
 }
 

@@ -1,0 +1,59 @@
+// What is known of the error of a flexibility matrix from a sequence of meshes: an error bar for
+// every entry, and whether two independent estimates agree. docs/theory/link-accuracy.md says why.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace kinetostat::fea {
+
+/// The outcome on one mesh of the sequence.
+struct MeshOutcome {
+  std::size_t unknowns = 0, elements = 0;
+  Eigen::MatrixXd flexibility;     // symmetric
+  Eigen::MatrixXd recovery_error;  // ErrorEstimate::total
+  /// Largest bar of a significant entry, relative to the entry, as it was judged on this mesh.
+  double relative_error = 0;
+};
+
+struct ErrorBars {
+  /// Of the entries |C_ij| >= significance * sqrt(C_ii C_jj), a measure that no choice of units
+  /// changes. The others are small by symmetry or nearly so: they have a bar, but no relative one.
+  static constexpr double significance = 0.05;
+  /// A bar is this times the larger of the two estimates ...
+  static constexpr double safety = 1.5;
+  /// ... plus this times the root of the estimates of the two diagonal entries: the estimate of an
+  /// entry off the diagonal may be small by chance.
+  static constexpr double cross_share = 0.1;
+  /// Two estimates of the error agree when neither is more than this times the other.
+  static constexpr double agreement_factor = 3;
+
+  Eigen::MatrixXd bar;            // half width, same units as the flexibility
+  Eigen::MatrixXd recovery;       // signed estimate of exact minus computed
+  Eigen::MatrixXd extrapolation;  // the same from the sequence; empty for a single mesh
+  Eigen::Matrix<bool, Eigen::Dynamic, Eigen::Dynamic> significant;
+  double relative_error = 0;  // largest bar of a significant entry beside the entry
+
+  /// The error falls as unknowns^-rate: as observed on the last three meshes, if there are three
+  /// and they converge.
+  std::optional<double> observed_rate;
+  /// The rate that elements of this order can have where the stresses are smooth: 2/3 of the order.
+  double best_rate = 0;
+  /// Mean over all load cases, extrapolation beside recovery; 1 is perfect agreement.
+  std::optional<double> agreement;
+  /// A singular stress, at the edge of a held face or a re-entrant edge of the part, that the
+  /// meshes do not resolve: the rate is under three quarters of the best one.
+  bool convergence_is_slow() const { return observed_rate && *observed_rate < 0.75 * best_rate; }
+  bool estimates_agree() const {
+    return agreement && *agreement <= agreement_factor && *agreement >= 1 / agreement_factor;
+  }
+};
+
+/// For the last mesh of the sequence (one or more), of elements of this order. Requires positive
+/// diagonals.
+ErrorBars error_bars(const std::vector<MeshOutcome>& sequence, int order);
+
+}  // namespace kinetostat::fea

@@ -1,0 +1,159 @@
+#include "kinetostat/fea/refinement.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <new>
+
+#include <fmt/format.h>
+
+#include "kinetostat/fea/error_estimate.h"
+#include "kinetostat/fea/tetrahedralize.h"
+
+namespace kinetostat::fea {
+namespace {
+
+// Of the error: a step must change the result enough to be seen, and not be guided too far by the
+// indicators of a coarse mesh.
+constexpr double most_share = 0.5, least_share = 0.08;
+constexpr double most_growth = 8;  // of the number of elements
+constexpr double aim = 0.7;        // at this part of what is asked for
+
+// The bars' errors, element by element: those of all significant entries, beside the entry, and the
+// more important the worse the entry is known.
+std::vector<double> indicators(const ErrorEstimate& estimate, const Eigen::MatrixXd& flexibility,
+                               const ErrorBars& bars) {
+  Eigen::VectorXd weights(estimate.by_element.rows());
+  Eigen::Index entry = 0;
+  for (Eigen::Index j = 0; j < flexibility.cols(); ++j)
+    for (Eigen::Index i = 0; i <= j; ++i) {
+      const double size = std::abs(flexibility(i, j));
+      weights[entry++] = bars.significant(i, j) ? bars.bar(i, j) / (size * size) : 0;
+    }
+  const Eigen::VectorXd error = estimate.by_element.cwiseAbs().transpose() * weights;
+  const double sum = error.sum();
+  std::vector<double> shares(static_cast<std::size_t>(error.size()), 0.0);
+  if (sum > 0)
+    for (std::size_t e = 0; e < shares.size(); ++e)
+      shares[e] = error[static_cast<Eigen::Index>(e)] / sum;
+  return shares;
+}
+
+Concentration concentration_of(const std::vector<double>& indicator, const TetMesh& mesh) {
+  std::vector<double> sorted = indicator;
+  std::sort(sorted.begin(), sorted.end(), std::greater<>());
+  Concentration found;
+  const std::size_t few = std::max<std::size_t>(1, sorted.size() / 100);
+  for (std::size_t i = 0; i < few; ++i) found.share += sorted[i];
+  const auto worst = static_cast<std::size_t>(std::max_element(indicator.begin(), indicator.end()) -
+                                              indicator.begin());
+  for (const Vector3& corner : mesh.corners(worst)) found.place += corner / 4;
+  return found;
+}
+
+// Adds the outcome on this mesh and judges the sequence again.
+void assess(const LinkModel& model, Accuracy& accuracy) {
+  const ErrorEstimate estimate = estimate_error(model.mesh, model.materials, model.response.fields);
+  const Eigen::MatrixXd& raw = model.response.flexibility;
+  accuracy.meshes.push_back({.unknowns = model.response.unknowns,
+                             .elements = model.mesh.element_count(),
+                             .flexibility = 0.5 * (raw + raw.transpose()),
+                             .recovery_error = estimate.total});
+  accuracy.bars = error_bars(accuracy.meshes, model.mesh.order);
+  accuracy.meshes.back().relative_error = accuracy.bars.relative_error;
+  accuracy.indicator = indicators(estimate, accuracy.meshes.back().flexibility, accuracy.bars);
+  accuracy.concentration = concentration_of(accuracy.indicator, model.mesh);
+}
+
+std::string percent(double fraction) { return fmt::format("{:.2g} %", 100 * fraction); }
+
+// Why the sequence is not good enough yet; empty when it is.
+std::string lacking(const Accuracy& accuracy, double asked) {
+  if (!(accuracy.bars.relative_error <= asked))
+    return fmt::format("the error bars reach {} of an entry, {} was asked for",
+                       percent(accuracy.bars.relative_error), percent(asked));
+  if (!accuracy.bars.agreement) return "there is no second mesh to confirm the error estimate";
+  if (!accuracy.bars.estimates_agree())
+    return fmt::format(
+        "the two estimates of the error differ by a factor of {:.2g}, more than {:g}",
+        std::max(*accuracy.bars.agreement, 1 / std::abs(*accuracy.bars.agreement)),
+        ErrorBars::agreement_factor);
+  return {};
+}
+
+class Refinement {
+ public:
+  Refinement(const Solve& solve, const RefinementOptions& options, files::Progress& progress)
+      : solve_(solve), options_(options), progress_(progress) {}
+
+  RefinedModel run(SizeField sizes) {
+    RefinedModel best{.model = solve_(sizes), .accuracy = {}};
+    best.accuracy.asked = options_.accuracy;
+    assess(best.model, best.accuracy);
+    while (true) {
+      const std::string lack = lacking(best.accuracy, options_.accuracy);
+      best.accuracy.converged = lack.empty();
+      if (lack.empty()) return best;
+      const std::string obstacle = step(best);
+      if (obstacle.empty()) continue;
+      best.accuracy.shortfall = lack + "; " + obstacle;
+      return best;
+    }
+  }
+
+ private:
+  // One mesh more. Returns why there cannot be one, and then leaves `best` alone.
+  std::string step(RefinedModel& best) {
+    const MeshOutcome& last = best.accuracy.meshes.back();
+    if (best.accuracy.meshes.size() >= options_.most_meshes)
+      return fmt::format("{} meshes are the limit", options_.most_meshes);
+    if (options_.time_limit > 0 && elapsed() > options_.time_limit)
+      return fmt::format("the time limit of {:g} s is reached", options_.time_limit);
+    const double room =
+        static_cast<double>(options_.most_unknowns) / static_cast<double>(last.unknowns);
+    if (room < 1.2) return fmt::format("{} unknowns are the limit", options_.most_unknowns);
+    const double share = std::clamp(aim * options_.accuracy / best.accuracy.bars.relative_error,
+                                    least_share, most_share);
+    try {
+      progress_.report("size field", 0);
+      LinkModel model = solve_(size_from_error(best.model.mesh, best.accuracy.indicator, share,
+                                               std::min(room, most_growth)));
+      Accuracy accuracy = best.accuracy;
+      assess(model, accuracy);
+      best.model = std::move(model);
+      best.accuracy = std::move(accuracy);
+      return {};
+    } catch (const files::Cancelled&) {
+      return "it was stopped before the next mesh was done";
+    } catch (const std::bad_alloc&) {
+      return "a finer mesh needs more memory than there is";
+    } catch (const files::InputError& error) {
+      return "a finer mesh failed: " + error.details().what;
+    }
+  }
+
+  double elapsed() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+  const Solve& solve_;
+  const RefinementOptions& options_;
+  files::Progress& progress_;
+  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
+
+Accuracy accuracy_of(const LinkModel& model) {
+  Accuracy accuracy;
+  assess(model, accuracy);
+  return accuracy;
+}
+
+RefinedModel refine(const Solve& solve, SizeField first, const RefinementOptions& options,
+                    files::Progress& progress) {
+  return Refinement(solve, options, progress).run(std::move(first));
+}
+
+}  // namespace kinetostat::fea

@@ -1,0 +1,36 @@
+// How large the elements shall be, and where.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "kinetostat/fea/surface_mesh.h"
+#include "kinetostat/fea/tet_mesh.h"
+
+namespace kinetostat::fea {
+
+/// Edge lengths [m] of regular tetrahedra, wished for at points [m]: an element takes the wish of
+/// the point that is nearest to its centroid. Empty: no wish.
+struct SizeField {
+  std::vector<Vector3> points = {};
+  std::vector<double> sizes = {};
+
+  bool empty() const { return points.empty(); }
+};
+
+/// From the shape alone: about as large as the material is thick along the inward normal, as the
+/// radius of curvature, or a tenth of the diagonal, whichever is smallest. Requires a sound
+/// surface.
+SizeField size_from_surface(const SurfaceMesh& surface);
+
+/// From an error on a mesh, `error_of[e]` >= 0 from element e. The mesh with the fewest elements
+/// whose errors sum to a share of the present sum has, with elements of order p,
+/// h_new = h (K / error)^(1/(2p + 3)) [Zienkiewicz and Zhu 1987, Int. J. Numer. Meth. Engng 24:337;
+/// elements that are expensive because they are small are refined less]. K follows from `share`,
+/// the error aimed at beside the present one, in (0, 1]. No size changes more than fourfold.
+/// `growth` limits how many times more elements are aimed at.
+SizeField size_from_error(const TetMesh& mesh, const std::vector<double>& error_of, double share,
+                          double growth);
+
+}  // namespace kinetostat::fea
