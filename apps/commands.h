@@ -8,9 +8,12 @@ class Program;
 void add_mesh_check(Program& program);
 void add_identify(Program& program);
 void add_beam(Program& program);
+void add_import(Program& program);
 void add_stiffness(Program& program);
 void add_deflect(Program& program);
 void add_assemble(Program& program);
+void add_map(Program& program);
+void add_compensate(Program& program);
 void add_compare(Program& program);
 void add_demo(Program& program);
 

@@ -17,10 +17,11 @@ struct Request {
 };
 
 files::Json deflect(const Request& request, Run& run) {
-  if (!request.load.given())
-    throw UsageError("--wrench", "no load is given",
-                     "Give --wrench Fx,Fy,Fz[,Mx,My,Mz], or --move for a displacement");
   const vjm::Robot robot = request.posture.read();
+  if (!request.load.given() && robot.manipulator.is_relaxed_when_unloaded())
+    throw UsageError(
+        "--wrench", "no load is given, and the robot has no weight",
+        "Give --wrench Fx,Fy,Fz[,Mx,My,Mz], --node-load, or --move for a displacement");
   const vjm::Posture posture = request.posture.posture(robot);
   const vjm::Equilibrium equilibrium = request.load.solve(robot, posture);
   run.print(fmt::format("{}\n", robot.name) + report::text(robot, posture) +

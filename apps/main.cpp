@@ -8,9 +8,12 @@ int main(int argc, char** argv) {
   kinetostat::apps::add_mesh_check(program);
   kinetostat::apps::add_identify(program);
   kinetostat::apps::add_beam(program);
+  kinetostat::apps::add_import(program);
   kinetostat::apps::add_stiffness(program);
   kinetostat::apps::add_deflect(program);
   kinetostat::apps::add_assemble(program);
+  kinetostat::apps::add_map(program);
+  kinetostat::apps::add_compensate(program);
   kinetostat::apps::add_compare(program);
   kinetostat::apps::add_demo(program);
   return program.run(argc, argv);

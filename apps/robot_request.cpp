@@ -3,52 +3,19 @@
 #include <stdexcept>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "kinetostat/apps/command.h"
+#include "kinetostat/apps/option_values.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/spatial/spelling.h"
 
 namespace kinetostat::apps {
 namespace {
 
 using spatial::Dimension;
-using spatial::Vector3;
 namespace dimension = spatial::dimension;
-
-std::vector<std::string> split(const std::string& text) {
-  std::vector<std::string> parts(1);
-  for (const char c : text) {
-    if (c == ',') {
-      parts.emplace_back();
-    } else {
-      parts.back() += c;
-    }
-  }
-  return parts;
-}
-
-double quantity(const std::string& option, const std::string& text, const Dimension& dimension,
-                const spatial::UnitSystem& units) {
-  try {
-    return spatial::parse_quantity(text, dimension, units.unit_for(dimension));
-  } catch (const std::invalid_argument& error) {
-    throw UsageError(option, error.what());
-  }
-}
-
-// Three values, then three more that may be left out.
-spatial::Vector6 six(const std::string& option, const std::string& text, const Dimension& first,
-                     const Dimension& second, const spatial::UnitSystem& units) {
-  const std::vector<std::string> parts = split(text);
-  if (parts.size() != 3 && parts.size() != 6)
-    throw UsageError(option, fmt::format("'{}' has {} values, not 3 or 6", text, parts.size()),
-                     "Separate them with commas and no blanks, such as 0,0,-100");
-  spatial::Vector6 values = spatial::Vector6::Zero();
-  for (std::size_t i = 0; i < parts.size(); ++i)
-    values[static_cast<Eigen::Index>(i)] =
-        quantity(option, parts[i], i < 3 ? first : second, units);
-  return values;
-}
 
 // The unit of a joint value depends on whether the joint turns.
 Dimension joint_dimension(const vjm::Robot& robot, const std::string& name) {
@@ -83,6 +50,45 @@ vjm::PostureResult from_joints(const vjm::Robot& robot, const std::string& text)
   }
 }
 
+// "node" or "chain.node" of a robot; node names may hold dots themselves.
+vjm::NodeLoad find_node(const vjm::Robot& robot, const std::string& name) {
+  std::vector<vjm::NodeLoad> found;
+  std::vector<std::string> known, words;
+  const auto& chains = robot.manipulator.chains();
+  for (std::size_t c = 0; c < chains.size(); ++c)
+    for (std::size_t n = 0; n < chains[c].nodes().size(); ++n) {
+      const std::string& node = chains[c].nodes()[n].name;
+      known.push_back(chains.size() == 1 ? node : chains[c].name() + "." + node);
+      words.insert(words.end(), {node, known.back()});
+      if (name == node || name == chains[c].name() + "." + node)
+        found.push_back({.chain = c, .node = n});
+    }
+  if (found.size() == 1) return found[0];
+  if (found.size() > 1)
+    throw UsageError("--node-load", fmt::format("the node '{}' is in several chains", name),
+                     fmt::format("Write <chain>.{}", name));
+  if (known.empty())
+    throw UsageError("--node-load", "the robot has no nodes",
+                     "Name points of its chains with '- node: {name: ..., at: ...}'");
+  const std::string near = spatial::nearest_spelling(name, words);
+  throw UsageError("--node-load", fmt::format("there is no node '{}'", name),
+                   near.empty() ? fmt::format("Known are: {}", fmt::join(known, ", "))
+                                : fmt::format("Did you mean '{}'?", near));
+}
+
+vjm::NodeLoad read_node_load(const vjm::Robot& robot, const std::string& text) {
+  const std::size_t equals = text.rfind('=');
+  if (equals == std::string::npos)
+    throw UsageError("--node-load", fmt::format("'{}' is not of the form node=Fx,Fy,Fz", text),
+                     "Write --node-load elbow=0,0,-500");
+  vjm::NodeLoad load = find_node(robot, text.substr(0, equals));
+  const spatial::Vector6 values = six_values("--node-load", text.substr(equals + 1),
+                                             dimension::force, dimension::moment, robot.units);
+  load.force = values.head<3>();
+  load.moment = values.tail<3>();
+  return load;
+}
+
 }  // namespace
 
 void PostureRequest::add_options(CLI::App& app) {
@@ -99,7 +105,7 @@ vjm::Posture PostureRequest::posture(const vjm::Robot& robot) const {
   vjm::PostureResult result;
   if (!at.empty()) {
     const spatial::Vector6 values =
-        six("--at", at, dimension::length, dimension::angle, robot.units);
+        six_values("--at", at, dimension::length, dimension::angle, robot.units);
     result =
         posture_at(robot.manipulator, {spatial::exp_rotation(values.tail<3>()), values.head<3>()});
   } else if (!joints.empty()) {
@@ -112,30 +118,47 @@ vjm::Posture PostureRequest::posture(const vjm::Robot& robot) const {
 }
 
 void LoadRequest::add_options(CLI::App& app) {
+  add_load_options(app);
+  app.add_option("--move", move,
+                 "Displacement to hold instead, dx,dy,dz or dx,dy,dz,rx,ry,rz, base axes")
+      ->excludes("--wrench");
+}
+
+void LoadRequest::add_load_options(CLI::App& app) {
   auto* wrench_option = app.add_option(
       "--wrench", wrench,
       "Load on the platform, Fx,Fy,Fz or Fx,Fy,Fz,Mx,My,Mz, base axes, in the units of the file");
   app.add_option("--point", point, "Where it acts, x,y,z on the platform (default: its origin)")
       ->needs(wrench_option);
-  app.add_option("--move", move,
-                 "Displacement to hold instead, dx,dy,dz or dx,dy,dz,rx,ry,rz, base axes")
-      ->excludes(wrench_option);
+  app.add_option("--node-load", node_loads,
+                 "Load at a node of a chain, base axes, node=Fx,Fy,Fz[,Mx,My,Mz] with "
+                 "chain.node where several chains have the node; may be repeated")
+      ->type_name("LOAD")
+      ->default_str("")
+      ->allow_extra_args(false);
+}
+
+vjm::Load LoadRequest::load(const vjm::Robot& robot) const {
+  vjm::Load load;
+  if (!wrench.empty()) {
+    const spatial::Vector6 values =
+        six_values("--wrench", wrench, dimension::force, dimension::moment, robot.units);
+    load.force = values.head<3>();
+    load.moment = values.tail<3>();
+  }
+  if (!point.empty())
+    load.point_on_platform = three_values("--point", point, dimension::length, robot.units);
+  for (const std::string& text : node_loads) load.nodes.push_back(read_node_load(robot, text));
+  return load;
 }
 
 vjm::Equilibrium LoadRequest::solve(const vjm::Robot& robot, const vjm::Posture& posture) const {
-  if (!move.empty()) {
-    const spatial::Vector6 displacement =
-        six("--move", move, dimension::length, dimension::angle, robot.units);
-    return equilibrium_at_pose(robot.manipulator, posture,
-                               spatial::displaced(posture.platform, displacement));
-  }
-  const spatial::Vector6 values =
-      six("--wrench", wrench, dimension::force, dimension::moment, robot.units);
-  vjm::Load load{values.head<3>(), values.tail<3>(), Vector3::Zero()};
-  if (!point.empty())
-    load.point_on_platform =
-        six("--point", point, dimension::length, dimension::length, robot.units).head<3>();
-  return equilibrium_under_load(robot.manipulator, posture, load);
+  const vjm::Load acting = load(robot);
+  if (move.empty()) return equilibrium_under_load(robot.manipulator, posture, acting);
+  const spatial::Vector6 displacement =
+      six_values("--move", move, dimension::length, dimension::angle, robot.units);
+  return equilibrium_at_pose(robot.manipulator, posture,
+                             spatial::displaced(posture.platform, displacement), {}, acting.nodes);
 }
 
 }  // namespace kinetostat::apps

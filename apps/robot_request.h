@@ -23,12 +23,17 @@ struct PostureRequest {
   vjm::Posture posture(const vjm::Robot& robot) const;
 };
 
-/// --wrench with --point, or --move.
+/// --wrench with --point and --node-load, or --move.
 struct LoadRequest {
   std::string wrench, point, move;
+  std::vector<std::string> node_loads;
 
   void add_options(CLI::App& app);
-  bool given() const { return !wrench.empty() || !move.empty(); }
+  /// Only those that say what acts: not --move.
+  void add_load_options(CLI::App& app);
+  bool given() const { return !wrench.empty() || !move.empty() || !node_loads.empty(); }
+  /// Throws UsageError.
+  vjm::Load load(const vjm::Robot& robot) const;
   vjm::Equilibrium solve(const vjm::Robot& robot, const vjm::Posture& posture) const;
 };
 

@@ -25,7 +25,7 @@ files::Json stiffness(const Request& request, Run& run) {
   files::Json json{{"inputs", report::provenance(robot)},
                    {"posture", report::to_json(robot, posture)},
                    {"unloaded", report::to_json(robot, unloaded)}};
-  if (!request.load.given()) return json;
+  if (!request.load.given() && robot.manipulator.is_relaxed_when_unloaded()) return json;
 
   const vjm::Equilibrium loaded = request.load.solve(robot, posture);
   run.print("\nLoaded\n------\n" + report::text(robot, loaded));

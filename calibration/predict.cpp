@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/calibration/parallel.h"
 #include "kinetostat/files/error.h"
+#include "kinetostat/files/parallel.h"
 #include "kinetostat/spatial/rotation.h"
 
 namespace kinetostat::calibration {
@@ -41,9 +41,10 @@ Predictor::Predictor(const vjm::Manipulator& manipulator, const Campaign& campai
 
 void Predictor::find_postures(files::Progress& progress) {
   postures_.resize(campaign_.configurations.size());
-  parallel_for(postures_.size(), threads_, "unloaded postures", progress, [this](std::size_t i) {
-    postures_[i] = unloaded_posture(manipulator_, campaign_.configurations[i]);
-  });
+  files::parallel_for(postures_.size(), threads_, "unloaded postures", progress,
+                      [this](std::size_t i) {
+                        postures_[i] = unloaded_posture(manipulator_, campaign_.configurations[i]);
+                      });
   for (const Reading& reading : campaign_.readings)
     if (const vjm::PostureResult& posture = postures_[reading.configuration];
         !posture.reached && !reading.masked)
@@ -109,7 +110,7 @@ std::vector<Predictor::CaseResult> Predictor::references(const vjm::Manipulator&
     }
     return states;
   }
-  parallel_for(states.size(), threads_, "states without load", progress, [&](std::size_t i) {
+  files::parallel_for(states.size(), threads_, "states without load", progress, [&](std::size_t i) {
     states[i] = solve(manipulator, {i, {}}, parameters, with_derivatives);
   });
   return states;
@@ -149,7 +150,7 @@ Predictions Predictor::predict(const std::vector<Parameter>& parameters,
                                files::Progress& progress) const {
   const vjm::Manipulator manipulator = with_values(manipulator_, parameters, values);
   std::vector<CaseResult> results(cases_.size());
-  parallel_for(cases_.size(), threads_, "loaded equilibria", progress, [&](std::size_t i) {
+  files::parallel_for(cases_.size(), threads_, "loaded equilibria", progress, [&](std::size_t i) {
     results[i] = solve(manipulator, cases_[i], parameters, with_derivatives);
   });
   if (campaign_.displacement == DisplacementKind::absolute) {

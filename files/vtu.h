@@ -11,8 +11,12 @@ namespace kinetostat::files {
 /// VTK's cell numbers; the order of nodes is VTK's (quadratic_tetra: corners 0..3, then the middles
 /// of 01 12 20 03 13 23).
 enum class VtuCell : std::uint8_t {
+  vertex = 1,
+  line = 3,
   triangle = 5,
+  quad = 9,
   tetra = 10,
+  hexahedron = 12,
   quadratic_triangle = 22,
   quadratic_tetra = 24
 };

@@ -55,17 +55,25 @@ Matrix6 spring_compliance(const Chain& chain, const ChainKinematics& kinematics,
   return compliance;
 }
 
-// Stiffness and compliance of a manipulator with rigid chains, through the whole system of
-// equations.
-void add_rigid_case(const Manipulator& manipulator, const Posture& posture,
-                    const spatial::Frame& frame, UnloadedStiffness& result) {
+// Stiffness and compliance of a manipulator with rigid chains or inner bodies, whose chains do not
+// simply add up: through the whole system of equations.
+void add_from_equations(const Manipulator& manipulator, const Posture& posture,
+                        const spatial::Frame& frame, UnloadedStiffness& result) {
+  const auto symmetric = [](const Matrix6& m) { return Matrix6(0.5 * (m + m.transpose())); };
   EquilibriumSystem system(manipulator, posture);
   system.set(system.relaxed_state(), {});
+  if (!system.has_rigid_directions()) {
+    system.linearise_by_chains();
+    result.stiffness = Stiffness6(symmetric(system.platform_stiffness()), frame);
+    result.free = free_motions(*result.stiffness, result.length);
+    if (result.free.rank == 6) result.compliance = result.stiffness->inverse();
+    return;
+  }
   system.linearise(false);
   const Matrix6 compliance = system.platform_compliance();
   result.free = describe_twists(system.motions_without_energy(), frame, result.length);
   if (result.free.rank < 6) return;
-  result.compliance = spatial::Compliance6(0.5 * (compliance + compliance.transpose()), frame);
+  result.compliance = spatial::Compliance6(symmetric(compliance), frame);
   result.rigid = rigid_wrenches(*result.compliance, result.length);
 }
 
@@ -91,6 +99,7 @@ std::optional<Stiffness6> unloaded_stiffness(const Chain& chain,
 
 std::optional<Stiffness6> unloaded_stiffness_matrix(const Manipulator& manipulator,
                                                     const Posture& posture) {
+  if (!manipulator.is_parallel()) return unloaded_stiffness(manipulator, posture).stiffness;
   ChainKinematics kinematics;
   Matrix6 sum = Matrix6::Zero();
   for (std::size_t c = 0; c < manipulator.size(); ++c) {
@@ -110,7 +119,8 @@ UnloadedStiffness unloaded_stiffness(const Manipulator& manipulator, const Postu
   bool rigid = false;
   double reach = 0;
   for (std::size_t c = 0; c < manipulator.size(); ++c) {
-    evaluate(manipulator.chains()[c], posture.coordinates[c], kinematics);
+    evaluate(manipulator.chains()[c], posture.coordinates[c], kinematics,
+             posture.body(manipulator.span(c).from));
     reach = std::max(reach, kinematics.reach);
     result.per_chain.push_back(unloaded_stiffness(manipulator.chains()[c], kinematics));
     rigid |= !result.per_chain.back();
@@ -119,8 +129,8 @@ UnloadedStiffness unloaded_stiffness(const Manipulator& manipulator, const Postu
   result.length = reach > 0 ? reach : 1.0;
   for (const auto& chain : result.per_chain)
     result.free_per_chain.push_back(chain ? free_motions(*chain, result.length) : FreeMotions{});
-  if (rigid) {
-    add_rigid_case(manipulator, posture, frame, result);
+  if (rigid || !manipulator.is_parallel()) {
+    add_from_equations(manipulator, posture, frame, result);
     return result;
   }
   result.stiffness = Stiffness6(sum, frame);

@@ -22,8 +22,9 @@ namespace kinetostat::vjm {
 std::optional<spatial::Stiffness6> unloaded_stiffness(const Chain& chain,
                                                       const ChainKinematics& kinematics);
 
-/// The sum over the chains (IROS11 eq. 12) at the platform reference point in base axes; nothing
-/// when a chain is rigid in some direction. The quick way, for maps.
+/// The sum over the chains (IROS11 eq. 12; with inner bodies from the whole system of equations) at
+/// the platform reference point in base axes; nothing when a chain is rigid in some direction. The
+/// quick way, for maps.
 std::optional<spatial::Stiffness6> unloaded_stiffness_matrix(const Manipulator& manipulator,
                                                              const Posture& posture);
 
@@ -34,9 +35,10 @@ struct UnloadedStiffness {
   std::optional<spatial::Compliance6>
       compliance;  // its inverse, of rank below 6 with rigid motions
   std::vector<std::optional<spatial::Stiffness6>>
-      per_chain;                            // same frame: they add up (IROS11 eq. 12)
-  FreeMotions free;                         // motions that nothing resists
-  FreeMotions rigid;                        // wrenches to which nothing yields
+      per_chain;      // each at its end; same frame, and they add up (IROS11 eq. 12), without inner
+                      // bodies
+  FreeMotions free;   // motions that nothing resists
+  FreeMotions rigid;  // wrenches to which nothing yields
   std::vector<FreeMotions> free_per_chain;  // of the chains that have a stiffness
   double length = 1;                        // reach of the longest chain [m], scales rotations
 };

@@ -12,13 +12,13 @@
 
 #include "kinetostat/files/progress.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::files {
 
 /// Calls work(i) for every i below `count`. The calls must not depend on each other. When some
 /// throw, the exception of the smallest such i that was tried is passed on; cancellation ends the
-/// loop early with files::Cancelled.
+/// loop early with Cancelled.
 template <class Work>
-void parallel_for(std::size_t count, int threads, std::string_view phase, files::Progress& progress,
+void parallel_for(std::size_t count, int threads, std::string_view phase, Progress& progress,
                   const Work& work) {
   std::atomic<std::size_t> next = 0;
   std::atomic<bool> stop = false;
@@ -49,4 +49,4 @@ void parallel_for(std::size_t count, int threads, std::string_view phase, files:
   if (error) std::rethrow_exception(error);
 }
 
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::files

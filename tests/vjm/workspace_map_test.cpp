@@ -1,0 +1,241 @@
+#include "kinetostat/vjm/workspace_map.h"
+
+#include <cmath>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kinetostat/files/error.h"
+#include "kinetostat/files/text_file.h"
+#include "kinetostat/vjm/equilibrium.h"
+#include "kinetostat/vjm/posture.h"
+#include "kinetostat/vjm/robot_file.h"
+
+#include "support/temporary_folder.h"
+
+namespace kinetostat::vjm {
+namespace {
+
+using spatial::Pose;
+using spatial::Vector3;
+using Kind = MapIndex::Kind;
+
+Robot shipped(const std::string& name) {
+  return read_robot(std::string(KINETOSTAT_SOURCE_DIR) + "/data/robots/" + name);
+}
+
+// Three slides with springs, one after the other; nothing can turn.
+Manipulator slides() {
+  Chain chain("slides");
+  chain.actuator("x", Motion::tx, 1e6)
+      .actuator("y", Motion::ty, 2e6)
+      .actuator("z", Motion::tz, 4e6);
+  return {"slides", {chain}};
+}
+
+TEST(WorkspaceMap, SpringsInSeriesHaveTheirClosedForm) {
+  const std::vector<MapIndex> indices = {
+      {.kind = Kind::stiffness, .direction = Vector3(1, 1, 0).normalized()},
+      {.kind = Kind::weakest_translation},
+      {.kind = Kind::rotational, .direction = Vector3::UnitZ()},
+      {.kind = Kind::deflection}};
+  const TargetPose target{Pose::translation({0.1, 0.2, 0.3}), {.force = {300, 0, 0}}};
+  const MapPoint point = map_point(slides(), target, indices);
+  EXPECT_EQ(point.state, MapState::reached);
+  EXPECT_NEAR(point.values[0], 2 / (1 / 1e6 + 1 / 2e6), 1e-3);
+  EXPECT_NEAR(point.values[1], 1e6, 1e-3);
+  EXPECT_TRUE(std::isinf(point.values[2]));
+  EXPECT_NEAR(point.values[3], 300 / 1e6, 1e-12);
+}
+
+// Spherical end joint: turning meets no resistance, forces through its centre do.
+TEST(WorkspaceMap, FreeMotionSpoilsOnlyTheIndicesThatItMoves) {
+  Chain chain("slides with a ball");
+  chain.actuator("x", Motion::tx, 1e6).actuator("y", Motion::ty, 2e6);
+  chain.actuator("z", Motion::tz, 4e6);
+  chain.passive("a", Motion::rx).passive("b", Motion::ry).passive("c", Motion::rz);
+  const MapPoint point = map_point({"ball", {chain}}, {},
+                                   {{.kind = Kind::weakest_translation},
+                                    {.kind = Kind::weakest_rotation},
+                                    {.kind = Kind::weakest, .length = 0.1},
+                                    {.kind = Kind::condition, .length = 0.1}});
+  EXPECT_EQ(point.state, MapState::free_motion);
+  EXPECT_NEAR(point.values[0], 1e6, 1e-3);
+  EXPECT_EQ(point.values[1], 0);
+  EXPECT_EQ(point.values[2], 0);
+  EXPECT_TRUE(std::isinf(point.values[3]));
+}
+
+TEST(WorkspaceMap, ScaledIndicesAreEigenvaluesOfADiagonalStiffness) {
+  Chain chain("six springs");
+  const double translation[] = {1e6, 2e6, 3e6}, rotation[] = {1e4, 2e4, 5e4};
+  for (int i = 0; i < 3; ++i)
+    chain.actuator("t" + std::to_string(i), static_cast<Motion>(i), translation[i]);
+  for (int i = 0; i < 3; ++i)
+    chain.actuator("r" + std::to_string(i), static_cast<Motion>(3 + i), rotation[i]);
+  // Rotations times 0.05 m: 1e4/0.05^2 = 4e6 N/m is the softest of them, 2e7 N/m the stiffest.
+  const MapPoint point = map_point({"six", {chain}}, {},
+                                   {{.kind = Kind::weakest, .length = 0.05},
+                                    {.kind = Kind::condition, .length = 0.05},
+                                    {.kind = Kind::weakest_rotation}});
+  EXPECT_NEAR(point.values[0], 1e6, 1e-3);
+  EXPECT_NEAR(point.values[1], 20, 1e-9);
+  EXPECT_NEAR(point.values[2], 1e4, 1e-6);
+}
+
+TEST(WorkspaceMap, StiffnessUnderLoadIsTheSlopeOfTheNonlinearDeflection) {
+  const Robot robot = shipped("orthoglide.yaml");
+  const Vector3 direction = Vector3(1, -2, 0.5).normalized();
+  const Pose pose = Pose::translation({0.02, -0.03, 0.05});
+  const Vector3 force(800, -200, 300);
+  const MapPoint point =
+      map_point(robot.manipulator, {pose, {.force = force}},
+                {{.kind = Kind::stiffness, .direction = direction}, {.kind = Kind::rotation}});
+  const Posture posture = posture_at(robot.manipulator, pose).posture;
+  const double step = 1;
+  const auto moved = [&](double extra) {
+    return equilibrium_under_load(robot.manipulator, posture, {.force = force + extra * direction});
+  };
+  const double slope =
+      direction.dot(moved(step).displacement.translation - moved(-step).displacement.translation) /
+      (2 * step);
+  EXPECT_NEAR(point.values[0], 1 / slope, 1e-6 / slope);
+  EXPECT_NEAR(point.values[1], moved(0).displacement.rotation.norm(), 1e-14);
+}
+
+TEST(WorkspaceMap, UnreachablePosesAreFlagged) {
+  const Robot robot = shipped("orthoglide.yaml");
+  const MapPoint point = map_point(robot.manipulator, {Pose::translation({5, 0, 0})},
+                                   {{.kind = Kind::weakest_translation}});
+  EXPECT_EQ(point.state, MapState::unreachable);
+  EXPECT_TRUE(std::isnan(point.values[0]));
+}
+
+TEST(WorkspaceMap, LoadThatNothingResistsIsFlagged) {
+  const Robot robot = shipped("stewart_gough_a.yaml");
+  const MapPoint point =
+      map_point(robot.manipulator, {Pose::translation({0, 0, 0.6}), {.moment = {0, 0, 10}}},
+                {{.kind = Kind::weakest_translation}});
+  EXPECT_EQ(point.state, MapState::no_equilibrium);
+  EXPECT_TRUE(std::isnan(point.values[0]));
+}
+
+// A straight pair of rods with a spring in the knee, pushed with more than it can hold.
+TEST(WorkspaceMap, UnstableEquilibriumIsFlagged) {
+  Chain chain("knee");
+  chain.actuator("knee", Motion::rz, 100).offset(Pose::translation({1, 0, 0}));
+  const auto state = [&](double push) {
+    return map_point({"rod", {chain}}, {Pose::translation({1, 0, 0}), {.force = {-push, 0, 0}}},
+                     {{.kind = Kind::weakest_translation}})
+        .state;
+  };
+  EXPECT_EQ(state(99), MapState::reached);
+  EXPECT_EQ(state(101), MapState::unstable);
+}
+
+std::vector<TargetPose> cube(int n) {
+  std::vector<TargetPose> targets;
+  for (int i = 0; i < n * n * n; ++i)
+    targets.push_back({Pose::translation({-0.05 + 0.1 * (i % n) / n, -0.05 + 0.1 * (i / n % n) / n,
+                                          -0.05 + 0.1 * (i / n / n) / n})});
+  return targets;
+}
+
+const std::vector<MapIndex> two_indices = {{.kind = Kind::weakest_translation},
+                                           {.kind = Kind::condition, .length = 0.1}};
+
+bool same(const std::vector<MapPoint>& a, const std::vector<MapPoint>& b) {
+  if (a.size() != b.size()) return false;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    if (a[i].state != b[i].state || a[i].values != b[i].values) return false;
+  return true;
+}
+
+TEST(WorkspaceMap, ResultDoesNotDependOnTheNumberOfThreads) {
+  const Robot robot = shipped("orthoglide.yaml");
+  files::Progress progress;
+  const auto one = workspace_map(robot.manipulator, cube(6), two_indices, 1, progress);
+  EXPECT_TRUE(same(one, workspace_map(robot.manipulator, cube(6), two_indices, 3, progress)));
+}
+
+// Cancels when it has been asked a few times.
+class Impatient : public files::Progress {
+ public:
+  explicit Impatient(int patience) : patience_(patience) {}
+  bool cancelled() const override { return --patience_ < 0; }
+
+ private:
+  mutable int patience_;
+};
+
+class MapCheckpoints : public testing::Test {
+ protected:
+  Robot robot = shipped("orthoglide.yaml");
+  test::TemporaryFolder folder;
+  std::filesystem::path file = folder.path() / "map.part";
+  files::Progress calm;
+
+  MapCheckpoint checkpoint(const std::string& request = "abc") const {
+    return {.file = file, .request = request};
+  }
+  void interrupt() {
+    Impatient impatient(1);
+    MapCheckpoint begun = checkpoint();
+    EXPECT_THROW(workspace_map(robot.manipulator, cube(6), two_indices, 2, impatient, &begun),
+                 files::Cancelled);
+    ASSERT_TRUE(std::filesystem::exists(file));
+  }
+  void expect_refused(const MapCheckpoint& other, const std::string& message) {
+    MapCheckpoint copy = other;
+    try {
+      workspace_map(robot.manipulator, cube(6), two_indices, 1, calm, &copy);
+      FAIL() << "accepted";
+    } catch (const files::InputError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr(message));
+    }
+  }
+};
+
+TEST_F(MapCheckpoints, InterruptedMapGoesOnToTheSameResult) {
+  interrupt();
+  MapCheckpoint resumed = checkpoint();
+  const auto points = workspace_map(robot.manipulator, cube(6), two_indices, 1, calm, &resumed);
+  EXPECT_GT(resumed.found, 0u);
+  EXPECT_LT(resumed.found, points.size());
+  EXPECT_TRUE(same(points, workspace_map(robot.manipulator, cube(6), two_indices, 1, calm)));
+  EXPECT_FALSE(std::filesystem::exists(file));
+}
+
+TEST_F(MapCheckpoints, OfAnotherMapIsRefused) {
+  interrupt();
+  expect_refused(checkpoint("xyz"), "belongs to another robot");
+}
+
+TEST_F(MapCheckpoints, DamagedIsRefusedWithItsLine) {
+  interrupt();
+  std::string text = files::read_text(file);
+  std::ofstream(file) << text.substr(0, text.size() - 4);
+  expect_refused(checkpoint(), "ends in the middle of a line");
+  std::ofstream(file) << text + "0 1 x\n";
+  expect_refused(checkpoint(), "not a number");
+  std::ofstream(file) << text + "9 1 1\n";
+  expect_refused(checkpoint(), "no such state");
+}
+
+TEST(WorkspaceMap, RangeLeavesOutWhatIsNotFinite) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  const std::vector<MapPoint> points = {{MapState::reached, {3}},
+                                        {MapState::unreachable, {std::nan("")}},
+                                        {MapState::free_motion, {infinity}},
+                                        {MapState::reached, {1}}};
+  const MapRange range = range_of(points, 0);
+  EXPECT_EQ(range.count, 2u);
+  EXPECT_EQ(range.smallest, 1);
+  EXPECT_EQ(range.smallest_at, 3u);
+  EXPECT_EQ(range.largest, 3);
+  EXPECT_EQ(range.mean, 2);
+}
+
+}  // namespace
+}  // namespace kinetostat::vjm

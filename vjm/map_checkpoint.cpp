@@ -1,0 +1,103 @@
+#include "kinetostat/vjm/map_checkpoint.h"
+
+#include <charconv>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "kinetostat/files/error.h"
+#include "kinetostat/files/text_file.h"
+
+namespace kinetostat::vjm {
+namespace {
+
+constexpr std::string_view heading = "kinetostat map checkpoint 1";
+
+// One line a pose: its state as a number, then its values with the digits that read back the same.
+class CheckpointReader {
+ public:
+  CheckpointReader(const std::filesystem::path& file, const std::string& text)
+      : file_(file), rest_(text) {}
+
+  std::string_view line() {
+    ++line_;
+    const std::size_t end = rest_.find('\n');
+    if (end == std::string_view::npos) fail("ends in the middle of a line");
+    const std::string_view taken = rest_.substr(0, end);
+    rest_.remove_prefix(end + 1);
+    return taken;
+  }
+  bool at_end() const { return rest_.empty(); }
+
+  MapPoint point(std::size_t indices) {
+    std::string_view text = line();
+    MapPoint point;
+    const double state = number(text);
+    if (!(state >= 0 && state <= static_cast<int>(MapState::unreachable)) ||
+        state != static_cast<int>(state))
+      fail("has no such state");
+    point.state = static_cast<MapState>(static_cast<int>(state));
+    for (std::size_t i = 0; i < indices; ++i) point.values.push_back(number(text));
+    if (!text.empty()) fail("has too many values");
+    return point;
+  }
+
+  [[noreturn]] void fail(const char* what) const {
+    throw files::InputError(
+        {.file = file_,
+         .line = line_,
+         .what = fmt::format("the checkpoint of the map {}", what),
+         .cure = "Delete the file to begin the map afresh, or name another with --checkpoint"});
+  }
+
+ private:
+  double number(std::string_view& text) const {
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc()) fail("has a value that is not a number");
+    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+    if (text.starts_with(' ')) text.remove_prefix(1);
+    return value;
+  }
+
+  const std::filesystem::path& file_;
+  std::string_view rest_;
+  int line_ = 0;
+};
+
+std::string request_line(const MapCheckpoint& checkpoint, std::size_t poses) {
+  return fmt::format("{} {} poses", checkpoint.request, poses);
+}
+
+}  // namespace
+
+std::vector<MapPoint> read_map_checkpoint(const MapCheckpoint& checkpoint, std::size_t poses,
+                                          std::size_t indices) {
+  std::vector<MapPoint> points;
+  if (!std::filesystem::exists(checkpoint.file)) return points;
+  const std::string text = files::read_text(checkpoint.file);
+  CheckpointReader reader(checkpoint.file, text);
+  if (reader.line() != heading) reader.fail("does not begin as one");
+  if (reader.line() != request_line(checkpoint, poses))
+    reader.fail("belongs to another robot, other poses or other indices");
+  while (!reader.at_end()) {
+    if (points.size() == poses) reader.fail("has more poses than the map");
+    points.push_back(reader.point(indices));
+  }
+  return points;
+}
+
+void write_map_checkpoint(const MapCheckpoint& checkpoint, const std::vector<MapPoint>& points,
+                          std::size_t poses) {
+  fmt::memory_buffer text;
+  const auto out = std::back_inserter(text);
+  fmt::format_to(out, "{}\n{}\n", heading, request_line(checkpoint, poses));
+  for (const MapPoint& point : points) {
+    fmt::format_to(out, "{}", static_cast<int>(point.state));
+    for (const double value : point.values) fmt::format_to(out, " {}", value);
+    fmt::format_to(out, "\n");
+  }
+  files::write_atomically(checkpoint.file, fmt::to_string(text));
+}
+
+}  // namespace kinetostat::vjm

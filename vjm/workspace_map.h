@@ -1,0 +1,91 @@
+// Stiffness indices over many poses: grids and paths.
+#pragma once
+
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kinetostat/files/progress.h"
+#include "kinetostat/spatial/units.h"
+#include "kinetostat/vjm/load.h"
+#include "kinetostat/vjm/manipulator.h"
+
+namespace kinetostat::vjm {
+
+/// Where the platform is sent with relaxed links, and what acts on it there.
+struct TargetPose {
+  spatial::Pose platform;
+  Load load = {};
+};
+
+/// One figure of merit of a pose, in SI units.
+struct MapIndex {
+  enum class Kind {
+    stiffness,            // force over displacement along `direction`, pure force [N/m]
+    rotational,           // moment over rotation about `direction`, pure moment [N m/rad]
+    weakest_translation,  // smallest eigen-stiffness under pure forces [N/m]
+    weakest_rotation,     // smallest eigen-stiffness under pure moments [N m/rad]
+    weakest,              // smallest eigenvalue with rotations times `length` [N/m]
+    condition,            // largest over smallest eigenvalue, scaled likewise
+    deflection,           // of the reference point under load and weight [m]
+    rotation,             // of the platform under load and weight [rad]
+  };
+  Kind kind = Kind::weakest_translation;
+  spatial::Vector3 direction = spatial::Vector3::UnitX();  // unit vector, base axes
+  double length = 1;                                       // [m]
+};
+
+spatial::Dimension dimension_of(MapIndex::Kind kind);
+
+enum class MapState {
+  reached,
+  free_motion,     // some motion meets no resistance: the indices that it spoils are 0 or infinite
+  unstable,        // the equilibrium under the load would not last
+  no_equilibrium,  // the load cannot be carried up to its full size
+  unreachable,     // the chains do not reach the pose
+};
+/// "reached", "free motion", "unstable", "no equilibrium", "unreachable".
+std::string to_string(MapState state);
+
+struct MapPoint {
+  MapState state = MapState::unreachable;
+  /// One value per index; NaN where the state allows none.
+  std::vector<double> values;
+};
+
+/// One pose. Stiffness is the tangent at the state in which the manipulator stands: under the load,
+/// weight, preloads and geometric errors where there are any, else that of the relaxed posture. All
+/// forces and moments are taken at the platform's reference point.
+MapPoint map_point(const Manipulator& manipulator, const TargetPose& target,
+                   const std::vector<MapIndex>& indices);
+
+/// Where an interrupted map goes on from. The file is rewritten atomically and removed when the map
+/// is complete.
+struct MapCheckpoint {
+  std::filesystem::path file;
+  std::string request;    // identifies the map: a hash of everything that decides its values
+  double interval = 5;    // [s] between savings
+  std::size_t found = 0;  // out: poses that the file already held
+};
+
+/// All poses, on several threads; the result does not depend on their number. Throws
+/// files::Cancelled, having saved the checkpoint, and files::InputError for a checkpoint of another
+/// map or a damaged one.
+std::vector<MapPoint> workspace_map(const Manipulator& manipulator,
+                                    const std::vector<TargetPose>& targets,
+                                    const std::vector<MapIndex>& indices, int threads,
+                                    files::Progress& progress, MapCheckpoint* checkpoint = nullptr);
+
+/// Range of one index over the poses that have a finite value.
+struct MapRange {
+  std::size_t count = 0;
+  double smallest = std::numeric_limits<double>::infinity();
+  double largest = -std::numeric_limits<double>::infinity();
+  double mean = 0;
+  std::size_t smallest_at = 0, largest_at = 0;  // numbers of poses
+};
+MapRange range_of(const std::vector<MapPoint>& points, std::size_t index);
+
+}  // namespace kinetostat::vjm
