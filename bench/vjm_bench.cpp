@@ -6,6 +6,7 @@
 #include "kinetostat/vjm/posture.h"
 #include "kinetostat/vjm/robot_file.h"
 #include "kinetostat/vjm/stiffness.h"
+#include "kinetostat/vjm/workspace_map.h"
 
 namespace kinetostat::vjm {
 namespace {
@@ -74,6 +75,29 @@ void inverse_kinematics(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(postures().size()));
 }
 BENCHMARK(inverse_kinematics)->Name("3-PUU posture from a pose");
+
+// 100,000 poses of a cube, posture included; the argument is the number of threads.
+void map(benchmark::State& state) {
+  std::vector<TargetPose> targets;
+  for (int i = 0; i < 50; ++i)
+    for (int j = 0; j < 50; ++j)
+      for (int k = 0; k < 40; ++k)
+        targets.push_back({spatial::Pose::translation(
+            {-0.06 + 0.003 * i, -0.06 + 0.003 * j, -0.06 + 0.0037 * k})});
+  files::Progress progress;
+  for (auto _ : state)
+    benchmark::DoNotOptimize(workspace_map(orthoglide().manipulator, targets,
+                                           {{.kind = MapIndex::Kind::weakest_translation}},
+                                           static_cast<int>(state.range(0)), progress));
+  state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(targets.size()));
+}
+BENCHMARK(map)
+    ->Name("3-PUU map of 100,000 poses, threads")
+    ->Arg(1)
+    ->Arg(2)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kSecond);
 
 }  // namespace
 }  // namespace kinetostat::vjm
