@@ -101,6 +101,10 @@ VectorXd ChainEquations::full_increment(const VectorXd& scaled) const {
   return full;
 }
 
+VectorXd ChainEquations::scaled_increment(const VectorXd& full) const {
+  return full(free_).cwiseProduct(unit_);
+}
+
 void ChainEquations::linearise(bool factorise) {
   const Index n = size();
   hessian_ = -chain_.stiffness();

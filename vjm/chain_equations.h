@@ -64,6 +64,8 @@ class ChainEquations {
   double energy() const;
 
   Eigen::VectorXd full_increment(const Eigen::VectorXd& scaled) const;
+  /// The inverse, for the coordinates that are free.
+  Eigen::VectorXd scaled_increment(const Eigen::VectorXd& full) const;
 
  private:
   Eigen::VectorXd gather_force(const Eigen::VectorXd& full) const;

@@ -110,7 +110,7 @@ Matrix6 EquilibriumSystem::load_matrix() const {
 void EquilibriumSystem::linearise(bool platform_held) {
   held_ = platform_held;
   if (one_dense_matrix()) {
-    linearise_dense();
+    factor_.compute(dense_matrix());
   } else {
     factorise_by_chains();
   }
@@ -159,7 +159,7 @@ void EquilibriumSystem::factorise_by_chains() {
 }
 
 // Rows: balance of the bodies, then gap and balance of each chain; columns: t_b, then F_i, x_i.
-void EquilibriumSystem::linearise_dense() {
+MatrixXd EquilibriumSystem::dense_matrix() {
   Index size = 6 * free_bodies();
   for (ChainEquations& chain : chains_) {
     chain.linearise(false);
@@ -186,7 +186,7 @@ void EquilibriumSystem::linearise_dense() {
     }
     at += 6 + n;
   }
-  factor_.compute(matrix);
+  return matrix;
 }
 
 SystemVector EquilibriumSystem::zero() const {
@@ -228,27 +228,35 @@ SystemVector EquilibriumSystem::solve(const SystemVector& right) const {
   return one_dense_matrix() ? solve_dense(right) : solve_by_chains(right);
 }
 
-SystemVector EquilibriumSystem::solve_dense(const SystemVector& right) const {
+VectorXd EquilibriumSystem::flat(const SystemVector& vector) const {
   const Index bodies = 6 * free_bodies();
   Index size = bodies;
   for (const ChainEquations& chain : chains_) size += 6 + chain.size();
-  VectorXd r(size);
-  r.head(bodies) = right.bodies.tail(bodies);
+  VectorXd z(size);
+  z.head(bodies) = vector.bodies.tail(bodies);
   Index at = bodies;
   for (std::size_t c = 0; c < chains_.size(); ++c) {
-    r.segment(at, 6 + chains_[c].size()) << right.wrenches[c], right.coordinates[c];
+    z.segment(at, 6 + chains_[c].size()) << vector.wrenches[c], vector.coordinates[c];
     at += 6 + chains_[c].size();
   }
-  const VectorXd z = factor_.solve(r, &consistent_);
-  SystemVector solution = zero();
-  solution.bodies.tail(bodies) = z.head(bodies);
-  at = bodies;
+  return z;
+}
+
+SystemVector EquilibriumSystem::from_flat(const VectorXd& z) const {
+  const Index bodies = 6 * free_bodies();
+  SystemVector vector = zero();
+  vector.bodies.tail(bodies) = z.head(bodies);
+  Index at = bodies;
   for (std::size_t c = 0; c < chains_.size(); ++c) {
-    solution.wrenches[c] = z.segment<6>(at);
-    solution.coordinates[c] = z.segment(at + 6, chains_[c].size());
+    vector.wrenches[c] = z.segment<6>(at);
+    vector.coordinates[c] = z.segment(at + 6, chains_[c].size());
     at += 6 + chains_[c].size();
   }
-  return solution;
+  return vector;
+}
+
+SystemVector EquilibriumSystem::solve_dense(const SystemVector& right) const {
+  return from_flat(factor_.solve(flat(right), &consistent_));
 }
 
 // Right-hand side of a chain's own equations when the bodies move.
@@ -310,6 +318,18 @@ SystemState EquilibriumSystem::moved(const SystemState& state, const SystemVecto
     next.coordinates[c] += factor * chains_[c].full_increment(correction.coordinates[c]);
   }
   return next;
+}
+
+SystemVector EquilibriumSystem::difference(const SystemState& from, const SystemState& to) const {
+  SystemVector change = zero();
+  for (std::size_t b = 0; b < from.bodies.size(); ++b)
+    change.bodies.segment<6>(static_cast<Index>(6 * b)) =
+        scale_.twist().cwiseProduct(spatial::pose_difference(from.bodies[b], to.bodies[b]));
+  for (std::size_t c = 0; c < chains_.size(); ++c) {
+    change.wrenches[c] = scale_.wrench().cwiseProduct(to.wrenches[c] - from.wrenches[c]);
+    change.coordinates[c] = chains_[c].scaled_increment(to.coordinates[c] - from.coordinates[c]);
+  }
+  return change;
 }
 
 Matrix6 EquilibriumSystem::chain_stiffness(std::size_t c) const {
@@ -400,13 +420,27 @@ ConstrainedEnergy constrained_energy(const Manipulator& manipulator,
 
 }  // namespace
 
-MatrixXd EquilibriumSystem::energy_hessian(bool platform_held) const {
+ReducedEnergy EquilibriumSystem::reduced_energy(bool platform_held) const {
   ConstrainedEnergy e = constrained_energy(manipulator_, chains_);
   e.hessian.topLeftCorner<6, 6>() -= load_matrix();
   const Index first = platform_held ? 6 : 0, size = e.hessian.rows() - first;
-  const MatrixXd basis = null_space(e.constraint.rightCols(size));
-  const MatrixXd reduced = basis.transpose() * e.hessian.bottomRightCorner(size, size) * basis;
-  return 0.5 * (reduced + reduced.transpose());
+  ReducedEnergy reduced;
+  reduced.basis = null_space(e.constraint.rightCols(size));
+  const MatrixXd hessian =
+      reduced.basis.transpose() * e.hessian.bottomRightCorner(size, size) * reduced.basis;
+  reduced.hessian = 0.5 * (hessian + hessian.transpose());
+  return reduced;
+}
+
+SystemVector EquilibriumSystem::motion(const VectorXd& bodies_and_coordinates) const {
+  SystemVector motion = zero();
+  Index at = bodies_and_coordinates.size();
+  for (std::size_t c = chains_.size(); c-- > 0;) {
+    at -= chains_[c].size();
+    motion.coordinates[c] = bodies_and_coordinates.segment(at, chains_[c].size());
+  }
+  motion.bodies.tail(at) = bodies_and_coordinates.head(at);
+  return motion;
 }
 
 Matrix6X EquilibriumSystem::motions_without_energy() const {

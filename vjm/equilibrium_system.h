@@ -34,6 +34,13 @@ struct SystemState {
   std::vector<Eigen::VectorXd> coordinates;  // all of each chain
 };
 
+/// Second derivative of the energy, scaled, on all motions that keep the chains together. Rows of
+/// the basis, which is orthonormal: bodies (without the platform when it is held), then the
+/// coordinates of all chains.
+struct ReducedEnergy {
+  Eigen::MatrixXd basis, hessian;
+};
+
 class EquilibriumSystem {
  public:
   EquilibriumSystem(const Manipulator& manipulator, const Posture& posture);
@@ -45,11 +52,19 @@ class EquilibriumSystem {
 
   /// Evaluates the residuals at a state.
   void set(const SystemState& state, const Load& load);
-  /// Builds and factorises the Newton matrix there: with the platform held, or free to move.
+  /// Says whether the platform is held, in all that follows, or free to move.
+  void hold_platform(bool held) { held_ = held; }
+  /// Builds and factorises the Newton matrix there.
   void linearise(bool platform_held);
   /// The same with the platform free and every chain factorised by itself, which the stiffness of
   /// chains and platform needs. Not for rigid chains.
   void linearise_by_chains();
+
+  /// The Newton matrix at the state that is set, all unknowns in one: bodies (without the platform
+  /// when it is held), then [F_i; x_i] of each chain. flat() puts vectors in that order.
+  Eigen::MatrixXd dense_matrix();
+  Eigen::VectorXd flat(const SystemVector& vector) const;
+  SystemVector from_flat(const Eigen::VectorXd& flat) const;
 
   SystemVector zero() const;
   /// Minus the residuals: right-hand side of a Newton step.
@@ -58,6 +73,8 @@ class EquilibriumSystem {
   /// False when the last solve() met a right-hand side that the singular matrix cannot balance.
   bool consistent() const { return consistent_; }
   SystemState moved(const SystemState& state, const SystemVector& correction, double factor) const;
+  /// The correction that leads from one state to another nearby.
+  SystemVector difference(const SystemState& from, const SystemState& to) const;
 
   /// Wrench on the platform that the chains hold in equilibrium with, unscaled, base axes.
   spatial::Vector6 platform_wrench() const;
@@ -73,9 +90,10 @@ class EquilibriumSystem {
   spatial::Matrix6 platform_compliance() const;
   /// True when some chain has directions in which neither a spring nor a passive joint gives way.
   bool has_rigid_directions() const { return rigid_; }
-  /// Second derivative of the energy, scaled, on all motions that keep the chains together: with
-  /// the platform held (MMT11 eq. 23) or free under its dead load.
-  Eigen::MatrixXd energy_hessian(bool platform_held) const;
+  /// With the platform held (MMT11 eq. 23), or free under its dead load.
+  ReducedEnergy reduced_energy(bool platform_held) const;
+  /// A combination of the rows of ReducedEnergy's basis as a vector of the system.
+  SystemVector motion(const Eigen::VectorXd& bodies_and_coordinates) const;
   /// The same for one chain with both its ends held.
   Eigen::MatrixXd chain_energy_hessian(std::size_t chain) const;
   /// Motions [6 x any] of the platform that cost no energy at the state that is set.
@@ -87,7 +105,6 @@ class EquilibriumSystem {
   Eigen::Index row_of(int body) const;
   bool one_dense_matrix() const { return rigid_ || (chains_.size() == 1 && !held_); }
   spatial::Matrix6 load_matrix() const;
-  void linearise_dense();
   void factorise_by_chains();
   SystemVector solve_dense(const SystemVector& right) const;
   SystemVector solve_by_chains(const SystemVector& right) const;

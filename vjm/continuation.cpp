@@ -1,0 +1,117 @@
+#include "kinetostat/vjm/continuation.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kinetostat::vjm {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr int most_corrections = 12;
+constexpr double largest_turn = 0.95;  // cosine of the angle between neighbouring tangents
+
+MatrixXd bordered(const MatrixXd& derivative, const VectorXd& last_row) {
+  MatrixXd matrix(derivative.rows() + 1, derivative.cols());
+  matrix << derivative, last_row.transpose();
+  return matrix;
+}
+
+}  // namespace
+
+VectorXd Continuation::tangent(const VectorXd& forward) {
+  RobustFactor factor;
+  factor.compute(bordered(equations_.derivative(), forward));
+  return factor.solve(VectorXd::Unit(forward.size(), forward.size() - 1)).col(0).normalized();
+}
+
+std::optional<Station> Continuation::correct(const PathState& from, const VectorXd& guess,
+                                             const VectorXd& normal, double offset,
+                                             const VectorXd& forward) {
+  const double reach = equations_.scale().length;
+  PathState at = equations_.moved(from, guess);
+  VectorXd change = guess;
+  double last = 0;
+  for (iterations_ = 1; iterations_ <= most_corrections; ++iterations_) {
+    VectorXd right(normal.size());
+    right << equations_.right_hand_side(at), offset - normal.dot(change);
+    RobustFactor factor;
+    factor.compute(bordered(equations_.derivative(), normal));
+    bool consistent = true;
+    const VectorXd correction = factor.solve(right, &consistent);
+    const double size = correction.norm();
+    if (!std::isfinite(size) || size > 10 * reach) return std::nullopt;
+    at = equations_.moved(at, correction);
+    change += correction;
+    // Near a singular point corrections stop falling at rounding over the smallest pivot.
+    const bool at_rounding = size <= 1e-9 * reach && size > 0.1 * last;
+    if (size <= 1e-12 * reach || (iterations_ > 2 && at_rounding)) {
+      if (!consistent && size > 1e-12 * reach) return std::nullopt;
+      equations_.right_hand_side(at);
+      Station station{at, tangent(forward), {}};
+      station.eigenvalues = equations_.eigenvalues();
+      return station;
+    }
+    last = size;
+  }
+  return std::nullopt;
+}
+
+std::optional<Station> Continuation::first(const PathState& at) {
+  equations_.right_hand_side(at);
+  const MatrixXd null = null_space(equations_.derivative());
+  const Index n = null.rows();
+  VectorXd forward = null * null.row(n - 1).transpose();
+  if (forward.norm() < 1e-8) {
+    const VectorXd push = equations_.push();
+    forward = null * (null.transpose() * push);
+    if (!(forward.norm() > 1e-8 * push.norm())) return std::nullopt;
+  }
+  forward.normalize();
+  return correct(at, VectorXd::Zero(n), forward, 0, forward);
+}
+
+std::optional<Station> Continuation::step(const Station& from, double length) {
+  const std::optional<Station> next =
+      correct(from.at, length * from.tangent, from.tangent, length, from.tangent);
+  // At a stop the path has a kink, which no step resolves.
+  const bool smallest = length <= 1e-6 * equations_.scale().length;
+  if (next && !smallest && next->tangent.dot(from.tangent) < largest_turn) return std::nullopt;
+  return next;
+}
+
+std::optional<Station> Continuation::between(const Station& from, const Station& to, double share) {
+  const VectorXd change = share * equations_.difference(from.at, to.at);
+  return correct(from.at, change, from.tangent, from.tangent.dot(change), from.tangent);
+}
+
+std::optional<Station> Continuation::at_parameter(const Station& from, const Station& to,
+                                                  double parameter) {
+  const double span = to.at.parameter - from.at.parameter;
+  const VectorXd change =
+      (parameter - from.at.parameter) / span * equations_.difference(from.at, to.at);
+  const Index n = change.size();
+  std::optional<Station> station =
+      correct(from.at, change, VectorXd::Unit(n, n - 1), change[n - 1], from.tangent);
+  if (station) station->at.parameter = parameter;
+  return station;
+}
+
+VectorXd without_neutral(const VectorXd& eigenvalues, int neutral) {
+  std::vector<double> values(eigenvalues.begin(), eigenvalues.end());
+  for (int i = 0; i < neutral && !values.empty(); ++i)
+    values.erase(std::min_element(values.begin(), values.end(),
+                                  [](double a, double b) { return std::abs(a) < std::abs(b); }));
+  return Eigen::Map<const VectorXd>(values.data(), static_cast<Index>(values.size()));
+}
+
+int count_neutral(const VectorXd& eigenvalues) {
+  if (eigenvalues.size() == 0) return 0;
+  const double zero = 1e-13 * std::max(1.0, eigenvalues.cwiseAbs().maxCoeff());
+  return static_cast<int>((eigenvalues.array().abs() <= zero).count());
+}
+
+}  // namespace kinetostat::vjm

@@ -1,0 +1,57 @@
+// Steps along a path of equilibria. Internal to this room: path.h is what others use.
+#pragma once
+
+#include <optional>
+
+#include "kinetostat/vjm/path_equations.h"
+
+namespace kinetostat::vjm {
+
+/// An equilibrium on a path, the direction in which the path goes on (unit length), and what
+/// decides its stability.
+struct Station {
+  PathState at;
+  Eigen::VectorXd tangent;
+  Eigen::VectorXd eigenvalues;  // of the reduced energy, ascending
+
+  double parameter_rate() const { return tangent[tangent.size() - 1]; }
+};
+
+class Continuation {
+ public:
+  explicit Continuation(PathEquations& equations) : equations_(equations) {}
+
+  /// The equilibrium nearest to from + guess with normal . change = offset (Keller's bordered
+  /// system, Newton's method with the exact derivative), going on along `forward`.
+  std::optional<Station> correct(const PathState& from, const Eigen::VectorXd& guess,
+                                 const Eigen::VectorXd& normal, double offset,
+                                 const Eigen::VectorXd& forward);
+  /// The first station: the parameter grows or, where it cannot, the force that pushes the
+  /// platform. Nothing when the path does not leave the point.
+  std::optional<Station> first(const PathState& at);
+  /// A step of that length; nothing when it is too long for the curvature of the path.
+  std::optional<Station> step(const Station& from, double length);
+  /// Between two stations of a path, at the share 0..1 of the step.
+  std::optional<Station> between(const Station& from, const Station& to, double share);
+  /// Between two stations that have the parameter between them.
+  std::optional<Station> at_parameter(const Station& from, const Station& to, double parameter);
+
+  Eigen::VectorXd difference(const Station& from, const Station& to) const {
+    return equations_.difference(from.at, to.at);
+  }
+
+  int iterations() const { return iterations_; }  // of the last correction
+
+ private:
+  Eigen::VectorXd tangent(const Eigen::VectorXd& forward);
+
+  PathEquations& equations_;
+  int iterations_ = 0;
+};
+
+/// Eigenvalues that are not neutral: without the `neutral` smallest in magnitude, ascending.
+Eigen::VectorXd without_neutral(const Eigen::VectorXd& eigenvalues, int neutral);
+/// How many are zero to rounding.
+int count_neutral(const Eigen::VectorXd& eigenvalues);
+
+}  // namespace kinetostat::vjm

@@ -1,0 +1,193 @@
+#include "kinetostat/vjm/path_equations.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+
+#include "kinetostat/vjm/equilibrium_state.h"
+
+namespace kinetostat::vjm {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using spatial::Pose;
+using spatial::Vector3;
+using spatial::Vector6;
+
+Load PathTask::load(double parameter) const {
+  Load load = growing.scaled(parameter);
+  load.nodes.insert(load.nodes.end(), constant.begin(), constant.end());
+  load.gravity = 1;
+  return load;
+}
+
+PathEquations::PathEquations(const Manipulator& manipulator, const Posture& posture,
+                             const PathTask& task)
+    : manipulator_(manipulator),
+      posture_(posture),
+      task_(task),
+      system_(manipulator, posture),
+      weight_(system_.scale().length) {
+  const double size = system_.scale().twist().cwiseProduct(task.displacement).norm();
+  if (task.platform_held && size > 0) weight_ = size;
+  system_.hold_platform(task.platform_held);
+}
+
+EquilibriumStatus PathEquations::start(double parameter, PathState& state, std::string& reason) {
+  const Pose pose = spatial::displaced(posture_.platform, parameter * task_.displacement);
+  const Load load = task_.load(parameter);
+  const Equilibrium found = task_.platform_held
+                                ? equilibrium_at_pose(manipulator_, posture_, pose, {}, load.nodes)
+                                : equilibrium_under_load(manipulator_, posture_, load);
+  reason = found.reason;
+  state.parameter = parameter;
+  state.state.bodies = {found.platform};
+  state.state.bodies.insert(state.state.bodies.end(), found.inner_bodies.begin(),
+                            found.inner_bodies.end());
+  state.state.wrenches.clear();
+  state.state.coordinates.clear();
+  for (const ChainEquilibrium& chain : found.chains) {
+    state.state.wrenches.push_back(chain.wrench.coordinates());
+    state.state.coordinates.push_back(chain.coordinates);
+  }
+  return found.status;
+}
+
+void PathEquations::balance_weight(const PathState& at) {
+  if (task_.platform_held && !task_.displacement.isZero(0)) return;
+  right_hand_side(at);
+  const MatrixXd matrix = derivative();
+  RobustFactor factor;
+  factor.compute(matrix.leftCols(matrix.cols() - 1));
+  const double moves = factor.solve(matrix.rightCols<1>()).norm() * weight_;
+  if (std::isfinite(moves) && moves > 0) weight_ = std::min(moves, system_.scale().length);
+}
+
+VectorXd PathEquations::right_hand_side(const PathState& at) {
+  at_ = at;
+  system_.set(at.state, task_.load(at.parameter));
+  system_.hold_platform(task_.platform_held);
+  return system_.flat(system_.newton_right_hand_side());
+}
+
+// The residuals are linear in the loads.
+VectorXd PathEquations::right_hand_side_by_parameter() {
+  const VectorXd now = right_hand_side(at_);
+  system_.set(at_.state, task_.load(at_.parameter + 1));
+  const VectorXd more = system_.flat(system_.newton_right_hand_side());
+  system_.set(at_.state, task_.load(at_.parameter));
+  return more - now;
+}
+
+MatrixXd PathEquations::derivative() {
+  const VectorXd by_load = right_hand_side_by_parameter();
+  system_.hold_platform(false);
+  const MatrixXd all = system_.dense_matrix();
+  system_.hold_platform(task_.platform_held);
+  const Index first = task_.platform_held ? 6 : 0, n = all.rows() - first;
+  MatrixXd derivative(n, n + 1);
+  derivative.leftCols(n) = all.bottomRightCorner(n, n);
+  derivative.col(n) = -by_load;
+  if (task_.platform_held)
+    derivative.col(n) +=
+        all.bottomLeftCorner(n, 6) * system_.scale().twist().cwiseProduct(task_.displacement);
+  derivative.col(n) /= weight_;
+  return derivative;
+}
+
+PathState PathEquations::moved(const PathState& from, const VectorXd& change) const {
+  const Index n = change.size() - 1;
+  PathState to{system_.moved(from.state, system_.from_flat(change.head(n)), 1),
+               from.parameter + change[n] / weight_};
+  if (task_.platform_held)
+    to.state.bodies[0] = spatial::displaced(posture_.platform, to.parameter * task_.displacement);
+  return to;
+}
+
+VectorXd PathEquations::difference(const PathState& from, const PathState& to) const {
+  const SystemVector change = system_.difference(from.state, to.state);
+  const VectorXd flat = system_.flat(change);
+  VectorXd all(flat.size() + 1);
+  all << flat, (to.parameter - from.parameter) * weight_;
+  return all;
+}
+
+VectorXd PathEquations::eigenvalues() const {
+  const ReducedEnergy energy = system_.reduced_energy(task_.platform_held);
+  return Eigen::SelfAdjointEigenSolver<MatrixXd>(energy.hessian, Eigen::EigenvaluesOnly)
+      .eigenvalues();
+}
+
+// The wrenches follow from the balance of all rows, in the sense of least squares where they are
+// statically indeterminate.
+VectorXd PathEquations::eigenmotion(Index index) {
+  const ReducedEnergy energy = system_.reduced_energy(task_.platform_held);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(energy.hessian);
+  const SystemVector motion = system_.motion(energy.basis * eigen.eigenvectors().col(index));
+  VectorXd flat = system_.flat(motion);
+  SystemVector wrenches = system_.zero();
+  for (spatial::Vector6& wrench : wrenches.wrenches) wrench.setOnes();
+  const VectorXd is_wrench = system_.flat(wrenches);
+  std::vector<Index> columns;
+  for (Index k = 0; k < is_wrench.size(); ++k)
+    if (is_wrench[k] != 0) columns.push_back(k);
+  const MatrixXd matrix = system_.dense_matrix();
+  flat(columns) = -Eigen::CompleteOrthogonalDecomposition<MatrixXd>(matrix(Eigen::all, columns))
+                       .solve(matrix * flat);
+  VectorXd all(flat.size() + 1);
+  all << flat, 0;
+  return all;
+}
+
+VectorXd PathEquations::push() const {
+  SystemVector push = system_.zero();
+  for (std::size_t c = 0; c < manipulator_.size(); ++c)
+    if (manipulator_.span(c).to == Span::platform)
+      push.wrenches[c] = system_.scale().twist().cwiseProduct(task_.displacement);
+  const VectorXd flat = system_.flat(push);
+  VectorXd all(flat.size() + 1);
+  all << flat, 0;
+  return all;
+}
+
+PathPoint PathEquations::describe(const PathState& at) {
+  const Load load = task_.load(at.parameter);
+  PathPoint point{at.parameter, vjm::describe(system_, manipulator_, posture_, at.state, load), {}};
+  system_.hold_platform(task_.platform_held);
+  point.equilibrium.status = EquilibriumStatus::converged;
+  point.equilibrium.reached = 1;
+  point.potential = potential(point.equilibrium, load);
+  return point;
+}
+
+std::optional<double> PathEquations::potential(const Equilibrium& equilibrium,
+                                               const Load& load) const {
+  if (!task_.platform_held && !load.moment.isZero(0)) return std::nullopt;
+  for (const NodeLoad& node : load.nodes)
+    if (!node.moment.isZero(0)) return std::nullopt;
+  double work = 0;
+  if (!task_.platform_held)
+    work += load.force.dot((equilibrium.platform * load.point_on_platform) -
+                           (posture_.platform * load.point_on_platform));
+  ChainKinematics now, then;
+  for (std::size_t c = 0; c < manipulator_.size(); ++c) {
+    const Chain& chain = manipulator_.chains()[c];
+    const int from = manipulator_.span(c).from;
+    evaluate(chain, equilibrium.chains[c].coordinates, now,
+             from > 0 ? equilibrium.inner_bodies[static_cast<std::size_t>(from - 1)]
+                      : (from == 0 ? equilibrium.platform : Pose()));
+    evaluate(chain, posture_.coordinates[c], then, posture_.body(from));
+    const auto work_at = [&](std::size_t node, const Vector3& force) {
+      work += force.dot(now.nodes[node] - then.nodes[node]);
+    };
+    for (const PointMass& mass : chain.masses())
+      work_at(mass.node, load.gravity * mass.mass * manipulator_.gravity());
+    for (const NodeLoad& node : load.nodes)
+      if (node.chain == c) work_at(node.node, node.force);
+  }
+  return equilibrium.energy - work;
+}
+
+}  // namespace kinetostat::vjm

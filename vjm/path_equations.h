@@ -1,0 +1,65 @@
+// Equilibria of a manipulator along one parameter, as equations that do not care whether the
+// parameter turns back. Internal to this room: path.h is what others use.
+#pragma once
+
+#include "kinetostat/vjm/equilibrium_system.h"
+#include "kinetostat/vjm/path.h"
+
+namespace kinetostat::vjm {
+
+struct PathState {
+  SystemState state;
+  double parameter = 0;
+};
+
+/// Residuals r(y, p) = 0 of the equilibrium and their derivatives, in the n unknowns y of the
+/// system and the parameter p. A vector of the path has n + 1 entries, dimensionless: the flat
+/// system vector, then the change of p times a weight that makes both comparable.
+class PathEquations {
+ public:
+  PathEquations(const Manipulator& manipulator, const Posture& posture, const PathTask& task);
+
+  const PathTask& task() const { return task_; }
+  const Scale& scale() const { return system_.scale(); }
+  double weight() const { return weight_; }
+
+  /// An equilibrium at the parameter, by Newton's method from the relaxed posture; the status
+  /// says whether there is one.
+  EquilibriumStatus start(double parameter, PathState& state, std::string& reason);
+  /// Chooses the weight of the parameter from how the equilibrium moves with it here.
+  void balance_weight(const PathState& at);
+
+  /// -r at a state.
+  Eigen::VectorXd right_hand_side(const PathState& at);
+  /// n x (n + 1), at the state of the last right_hand_side().
+  Eigen::MatrixXd derivative();
+  PathState moved(const PathState& from, const Eigen::VectorXd& change) const;
+  /// The change that leads from one state to another nearby.
+  Eigen::VectorXd difference(const PathState& from, const PathState& to) const;
+
+  /// Eigenvalues of the reduced energy, ascending; at the state of the last right_hand_side(),
+  /// after derivative().
+  Eigen::VectorXd eigenvalues() const;
+  /// The motion of one of them, completed by the change of the wrenches. Not of unit length.
+  Eigen::VectorXd eigenmotion(Eigen::Index index);
+
+  /// A direction in which the wrench that the held platform exerts along its displacement grows.
+  Eigen::VectorXd push() const;
+
+  PathPoint describe(const PathState& at);
+
+ private:
+  Eigen::VectorXd right_hand_side_by_parameter();
+  /// Elastic energy less the work of dead forces since the posture [J]; none when a moment acts,
+  /// which has no potential.
+  std::optional<double> potential(const Equilibrium& equilibrium, const Load& load) const;
+
+  const Manipulator& manipulator_;
+  const Posture& posture_;
+  PathTask task_;
+  EquilibriumSystem system_;
+  PathState at_;
+  double weight_;
+};
+
+}  // namespace kinetostat::vjm
