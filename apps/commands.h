@@ -11,6 +11,7 @@ void add_beam(Program& program);
 void add_import(Program& program);
 void add_stiffness(Program& program);
 void add_deflect(Program& program);
+void add_trace(Program& program);
 void add_assemble(Program& program);
 void add_map(Program& program);
 void add_compensate(Program& program);

@@ -6,6 +6,7 @@
 #include "kinetostat/apps/command.h"
 #include "kinetostat/apps/commands.h"
 #include "kinetostat/apps/robot_request.h"
+#include "kinetostat/apps/segment_check.h"
 #include "kinetostat/report/manipulator.h"
 
 namespace kinetostat::apps {
@@ -26,10 +27,14 @@ files::Json deflect(const Request& request, Run& run) {
   const vjm::Equilibrium equilibrium = request.load.solve(robot, posture);
   run.print(fmt::format("{}\n", robot.name) + report::text(robot, posture) +
             report::text(robot, equilibrium));
+  const std::optional<double> lumping =
+      lumping_error(robot, request.posture, request.load, equilibrium);
+  run.print(lumping_warning(lumping));
   if (equilibrium.status != vjm::EquilibriumStatus::converged) run.stop_short(equilibrium.reason);
   return {{"inputs", report::provenance(robot)},
           {"posture", report::to_json(robot, posture)},
-          {"equilibrium", report::to_json(robot, equilibrium)}};
+          {"equilibrium", report::to_json(robot, equilibrium)},
+          {"lumping_error", lumping ? files::Json(*lumping) : files::Json()}};
 }
 
 }  // namespace

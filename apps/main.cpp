@@ -11,6 +11,7 @@ int main(int argc, char** argv) {
   kinetostat::apps::add_import(program);
   kinetostat::apps::add_stiffness(program);
   kinetostat::apps::add_deflect(program);
+  add_trace(program);
   kinetostat::apps::add_assemble(program);
   kinetostat::apps::add_map(program);
   kinetostat::apps::add_compensate(program);

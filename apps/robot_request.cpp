@@ -119,7 +119,7 @@ vjm::Posture PostureRequest::posture(const vjm::Robot& robot) const {
 
 void LoadRequest::add_options(CLI::App& app) {
   add_load_options(app);
-  app.add_option("--move", move,
+  app.add_option("--move,--along", move,
                  "Displacement to hold instead, dx,dy,dz or dx,dy,dz,rx,ry,rz, base axes")
       ->excludes("--wrench");
 }
@@ -150,6 +150,18 @@ vjm::Load LoadRequest::load(const vjm::Robot& robot) const {
     load.point_on_platform = three_values("--point", point, dimension::length, robot.units);
   for (const std::string& text : node_loads) load.nodes.push_back(read_node_load(robot, text));
   return load;
+}
+
+vjm::PathTask LoadRequest::task(const vjm::Robot& robot) const {
+  vjm::PathTask task;
+  task.platform_held = !move.empty();
+  if (!task.platform_held) {
+    task.growing = load(robot);
+    return task;
+  }
+  task.displacement = six_values("--move", move, dimension::length, dimension::angle, robot.units);
+  task.constant = load(robot).nodes;
+  return task;
 }
 
 vjm::Equilibrium LoadRequest::solve(const vjm::Robot& robot, const vjm::Posture& posture) const {

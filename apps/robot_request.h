@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 
 #include "kinetostat/vjm/equilibrium.h"
+#include "kinetostat/vjm/path.h"
 #include "kinetostat/vjm/posture.h"
 #include "kinetostat/vjm/robot_file.h"
 
@@ -32,6 +33,9 @@ struct LoadRequest {
   /// Only those that say what acts: not --move.
   void add_load_options(CLI::App& app);
   bool given() const { return !wrench.empty() || !move.empty() || !node_loads.empty(); }
+  /// The same as a path: what grows from nothing to what is given. Loads at nodes grow unless a
+  /// displacement does.
+  vjm::PathTask task(const vjm::Robot& robot) const;
   /// Throws UsageError.
   vjm::Load load(const vjm::Robot& robot) const;
   vjm::Equilibrium solve(const vjm::Robot& robot, const vjm::Posture& posture) const;

@@ -6,6 +6,7 @@
 #include "kinetostat/apps/command.h"
 #include "kinetostat/apps/commands.h"
 #include "kinetostat/apps/robot_request.h"
+#include "kinetostat/apps/segment_check.h"
 #include "kinetostat/report/manipulator.h"
 
 namespace kinetostat::apps {
@@ -29,6 +30,9 @@ files::Json stiffness(const Request& request, Run& run) {
 
   const vjm::Equilibrium loaded = request.load.solve(robot, posture);
   run.print("\nLoaded\n------\n" + report::text(robot, loaded));
+  const std::optional<double> lumping = lumping_error(robot, request.posture, request.load, loaded);
+  run.print(lumping_warning(lumping));
+  json["lumping_error"] = lumping ? files::Json(*lumping) : files::Json();
   json["loaded"] = report::to_json(robot, loaded);
   if (loaded.status != vjm::EquilibriumStatus::converged) run.stop_short(loaded.reason);
   return json;

@@ -28,6 +28,13 @@ VectorXd Continuation::tangent(const VectorXd& forward) {
   return factor.solve(VectorXd::Unit(forward.size(), forward.size() - 1)).col(0).normalized();
 }
 
+Station Continuation::station(const PathState& at, const VectorXd& forward) {
+  equations_.right_hand_side(at);
+  Station station{at, tangent(forward), {}};
+  station.eigenvalues = equations_.eigenvalues();
+  return station;
+}
+
 std::optional<Station> Continuation::correct(const PathState& from, const VectorXd& guess,
                                              const VectorXd& normal, double offset,
                                              const VectorXd& forward) {
@@ -43,6 +50,10 @@ std::optional<Station> Continuation::correct(const PathState& from, const Vector
     bool consistent = true;
     const VectorXd correction = factor.solve(right, &consistent);
     const double size = correction.norm();
+    // At a bifurcation the last pivot is rounding: what remains is an equilibrium, and the
+    // correction is arbitrary along the motion that has become free.
+    const bool balanced = right.norm() <= 1e-14 * reach;
+    if (balanced && iterations_ > 2 && size > 0.1 * last) return station(at, forward);
     if (!std::isfinite(size) || size > 10 * reach) return std::nullopt;
     at = equations_.moved(at, correction);
     change += correction;
@@ -50,10 +61,7 @@ std::optional<Station> Continuation::correct(const PathState& from, const Vector
     const bool at_rounding = size <= 1e-9 * reach && size > 0.1 * last;
     if (size <= 1e-12 * reach || (iterations_ > 2 && at_rounding)) {
       if (!consistent && size > 1e-12 * reach) return std::nullopt;
-      equations_.right_hand_side(at);
-      Station station{at, tangent(forward), {}};
-      station.eigenvalues = equations_.eigenvalues();
-      return station;
+      return station(at, forward);
     }
     last = size;
   }

@@ -43,6 +43,7 @@ class Continuation {
   int iterations() const { return iterations_; }  // of the last correction
 
  private:
+  Station station(const PathState& at, const Eigen::VectorXd& forward);
   Eigen::VectorXd tangent(const Eigen::VectorXd& forward);
 
   PathEquations& equations_;

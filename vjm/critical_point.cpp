@@ -65,12 +65,41 @@ CriticalKind kind_of(const Station& from, const Station& to, const Located& at,
   return turns ? CriticalKind::limit_point : CriticalKind::bifurcation;
 }
 
-CriticalStation unlocated(const Station& from, const Station& to) {
-  CriticalStation critical;
-  critical.kind = CriticalKind::bifurcation;
-  critical.station = to;
-  critical.uncertainty = std::abs(to.at.parameter - from.at.parameter);
-  return critical;
+// Where a small imperfection opens a bifurcation, no path leads through it and the equations have
+// no solution nearby: as close as one comes from both sides.
+template <class Function>
+Located approach(Continuation& continuation, const Station& from, const Station& to,
+                 const Function& function) {
+  double low = 0, high = 1;
+  Station nearest = from;
+  const bool sign = function(from) > 0;
+  for (bool narrowed = true; narrowed && high - low > 1e-12;) {
+    narrowed = false;
+    for (const double place : {0.5, 0.35, 0.65, 0.2, 0.8, 0.1, 0.9}) {
+      const double share = low + place * (high - low);
+      const std::optional<Station> station = continuation.between(from, to, share);
+      if (!station) continue;
+      narrowed = true;
+      if ((function(*station) > 0) == sign) {
+        low = share;
+        nearest = *station;
+      } else {
+        high = share;
+      }
+      break;
+    }
+  }
+  return {low, nearest, high - low, 0};
+}
+
+template <class Function>
+Located locate_or_approach(Continuation& continuation, const Station& from, const Station& to,
+                           const Function& function) {
+  try {
+    return locate(continuation, from, to, function);
+  } catch (const NoStation&) {
+    return approach(continuation, from, to, function);
+  }
 }
 
 // The k-th eigenvalue that is not neutral passes through zero.
@@ -80,7 +109,7 @@ CriticalStation crossing(Continuation& continuation, const Station& from, const 
     return without_neutral(s.eigenvalues, neutral)[k];
   };
   const double size = std::abs(value(from)) + std::abs(value(to));
-  const Located at = locate(continuation, from, to, value);
+  const Located at = locate_or_approach(continuation, from, to, value);
   CriticalStation critical;
   critical.kind = kind_of(from, to, at, size);
   critical.station = at.station;
@@ -93,8 +122,8 @@ CriticalStation crossing(Continuation& continuation, const Station& from, const 
 }
 
 // On a branch through the vertex of a pitchfork the eigenvalue touches zero only.
-std::optional<CriticalStation> vertex(Continuation& continuation, const Station& from,
-                                      const Station& to, int neutral) {
+CriticalStation vertex(Continuation& continuation, const Station& from, const Station& to,
+                       int neutral) {
   const Located at =
       locate(continuation, from, to, [](const Station& s) { return s.parameter_rate(); });
   CriticalStation critical;
@@ -137,14 +166,9 @@ std::vector<CriticalStation> critical_between(Continuation& continuation, const 
   const int after = negative(without_neutral(to.eigenvalues, neutral));
   const bool turns = from.parameter_rate() * to.parameter_rate() < 0 &&
                      std::abs(from.parameter_rate()) > 1e-9 && std::abs(to.parameter_rate()) > 1e-9;
-  try {
-    for (int k = std::min(before, after); k < std::max(before, after); ++k)
-      found.push_back(crossing(continuation, from, to, neutral, k));
-    if (before == after && turns)
-      if (auto at = vertex(continuation, from, to, neutral)) found.push_back(*at);
-  } catch (const NoStation&) {
-    found.push_back(unlocated(from, to));
-  }
+  for (int k = std::min(before, after); k < std::max(before, after); ++k)
+    found.push_back(crossing(continuation, from, to, neutral, k));
+  if (before == after && turns) found.push_back(vertex(continuation, from, to, neutral));
   const auto along = [&](const CriticalStation& c) {
     return from.tangent.dot(continuation.difference(from, c.station));
   };

@@ -101,7 +101,7 @@ Matrix3 section_axes(const YamlNode& node, const Vector3& direction) {
 }
 
 LinkModel read_beam(const YamlNode& node, const UnitSystem& units,
-                    const std::optional<YamlNode>& materials) {
+                    const std::optional<YamlNode>& materials, const LinkOptions& options) {
   node.allow_only(
       {"length", "direction", "section", "section_y", "material", "theory", "segments"});
   const double length = node.at("length").positive(dimension::length, units);
@@ -119,7 +119,8 @@ LinkModel read_beam(const YamlNode& node, const UnitSystem& units,
     node.fail("Timoshenko theory needs shear_y and shear_z of a general section",
               "Add them, or write 'theory: euler-bernoulli'");
   const auto segments_given = node.find("segments");
-  const int segments = segments_given ? segments_given->integer(1, 1000) : 1;
+  const int segments =
+      (segments_given ? segments_given->integer(1, 1000) : 1) * options.segment_multiple;
 
   const double piece = length / segments;
   // The compliance at the tip in section axes, taken in the axes of the link's frame.
@@ -237,7 +238,7 @@ void LinkModel::append_to(Chain& chain, const std::string& name) const {
 }
 
 LinkModel read_link(const YamlNode& node, const UnitSystem& units,
-                    const std::optional<YamlNode>& materials) {
+                    const std::optional<YamlNode>& materials, const LinkOptions& options) {
   const auto [kind, value] = node.one_of({"rigid", "beam", "compliance", "stiffness"});
   if (kind == "rigid") {
     node.allow_only({"rigid", "mass"});
@@ -247,7 +248,7 @@ LinkModel read_link(const YamlNode& node, const UnitSystem& units,
   }
   if (kind == "beam") {
     node.allow_only({"beam"});
-    return read_beam(value, units, materials);
+    return read_beam(value, units, materials, options);
   }
   if (kind == "compliance" && value.is_scalar()) return read_identified(node, value, units);
   return read_inline(node, value, kind, units);

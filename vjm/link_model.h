@@ -36,9 +36,15 @@ struct LinkModel {
   void append_to(Chain& chain, const std::string& name) const;
 };
 
+/// What a user of robot files may want otherwise than it is written.
+struct LinkOptions {
+  int segment_multiple = 1;  // every beam in so many times the segments that the file gives it
+};
+
 /// Reads `{rigid: ...}`, `{beam: ...}`, `{compliance: file or 6x6, ...}` or `{stiffness: 6x6,
 /// ...}`. `materials` is the robot file's map of named materials, if it has one.
 LinkModel read_link(const files::YamlNode& node, const spatial::UnitSystem& units,
-                    const std::optional<files::YamlNode>& materials);
+                    const std::optional<files::YamlNode>& materials,
+                    const LinkOptions& options = {});
 
 }  // namespace kinetostat::vjm

@@ -15,6 +15,8 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
+constexpr double slowest = 1e-9;  // rate of a parameter that does not move
+
 class Tracer {
  public:
   Tracer(const Manipulator& manipulator, const Posture& posture, const PathTask& task,
@@ -43,13 +45,13 @@ class Tracer {
   bool visit_critical_points(std::size_t branch, const Station& from, const Station& to);
   bool leave_range(std::size_t branch, const Station& from, const Station& to);
   void meet_target(std::size_t branch, const Station& from, const Station& to);
-  std::optional<std::size_t> known(const Station& station) const;
+  std::optional<std::size_t> known(std::size_t branch, const Station& station) const;
   void add_critical(std::size_t branch, const CriticalStation& critical, const Station& from);
   void sort_at_target();
   void follow_departure(const Departure& departure);
   std::optional<Station> switched(const Known& at, const VectorXd& direction);
   void add_point(std::size_t branch, const Station& station) {
-    path_.branches[branch].points.push_back(equations_.describe(station.at));
+    path_.branches[branch].points.push_back(equations_.describe(station.at, &station.tangent));
   }
 
   PathEquations equations_;
@@ -63,6 +65,7 @@ class Tracer {
 
 double Tracer::longest_step(const Station& at) const {
   const double rate = std::abs(at.parameter_rate());
+  if (rate < slowest) return 10 * reach();
   const double by_parameter =
       equations_.weight() / options_.points / std::max(rate, std::numeric_limits<double>::min());
   return std::min(by_parameter, 0.1 * reach());
@@ -73,6 +76,7 @@ void Tracer::follow(std::size_t b, Station station) {
   const Station start = station;
   const double shortest = 1e-12 * reach();
   double length = std::min(longest_step(station), 0.02 * reach());
+  int locked = 0;  // points in a row
   while (path_.branches[b].points.size() < static_cast<std::size_t>(options_.most_points)) {
     progress_.report(fmt::format("branch {}", b + 1),
                      std::clamp(std::abs(station.at.parameter), 0.0, 1.0));
@@ -101,16 +105,26 @@ void Tracer::follow(std::size_t b, Station station) {
       return;
     }
     station = *next;
+    locked = std::abs(station.parameter_rate()) < slowest ? locked + 1 : 0;
+    if (locked > options_.points) {
+      path_.branches[b].end = BranchEnd::locked;
+      return;
+    }
     if (iterations <= 4) length *= 1.5;
   }
   path_.branches[b].end = BranchEnd::limit;
 }
 
-std::optional<std::size_t> Tracer::known(const Station& station) const {
-  for (std::size_t c = 0; c < known_.size(); ++c)
-    if (path_.critical[c].kind == CriticalKind::bifurcation &&
-        equations_.difference(known_[c].station.at, station.at).norm() < 1e-5 * reach())
+// A bifurcation, found before the step on which the branch is, at the same place.
+std::optional<std::size_t> Tracer::known(std::size_t branch, const Station& station) const {
+  for (std::size_t c = 0; c < known_.size(); ++c) {
+    const CriticalPoint& critical = path_.critical[c];
+    const bool of_this_step =
+        critical.branch == branch && critical.after + 1 == path_.branches[branch].points.size();
+    if (critical.kind == CriticalKind::bifurcation && !of_this_step &&
+        equations_.difference(known_[c].station.at, station.at).norm() < 1e-6 * reach())
       return c;
+  }
   return std::nullopt;
 }
 
@@ -149,7 +163,7 @@ void Tracer::add_critical(std::size_t branch, const CriticalStation& critical,
 // True when the branch ends here, at a bifurcation that another branch has passed.
 bool Tracer::visit_critical_points(std::size_t b, const Station& from, const Station& to) {
   for (const CriticalStation& critical : critical_between(continuation_, from, to)) {
-    if (const auto met = known(critical.station)) {
+    if (const auto met = known(b, critical.station)) {
       const VectorXd arrival = continuation_.difference(known_[*met].station, from).normalized();
       known_[*met].taken.push_back(arrival);
       path_.branches[b].points.push_back(path_.critical[*met].point);
@@ -158,6 +172,9 @@ bool Tracer::visit_critical_points(std::size_t b, const Station& from, const Sta
       return true;
     }
     add_critical(b, critical, from);
+    if (!options_.until_critical) continue;
+    path_.branches[b].end = BranchEnd::critical;
+    return true;
   }
   return false;
 }
@@ -167,7 +184,7 @@ void Tracer::meet_target(std::size_t b, const Station& from, const Station& to) 
   if (before == 0 || before * after > 0) return;
   const std::optional<Station> at = continuation_.at_parameter(from, to, 1);
   if (!at) return;
-  path_.at_target.push_back({b, equations_.describe(at->at)});
+  path_.at_target.push_back({b, equations_.describe(at->at, &at->tangent)});
 }
 
 bool Tracer::leave_range(std::size_t b, const Station& from, const Station& to) {

@@ -29,6 +29,15 @@ struct PathOptions {
   int most_points = 2000;           // on one branch
   bool branches = false;            // follow what leaves at bifurcations, too
   int most_branches = 50;
+  bool until_critical = false;  // stop at the first critical point
+};
+
+/// Force against deflection in the direction of a task: of its displacement or, when the platform
+/// is free, of its growing force (else of its rotation or moment).
+struct Along {
+  double deflection = 0;            // [m or rad]
+  double force = 0;                 // on the platform, in that direction [N or N m]
+  std::optional<double> stiffness;  // slope of the path; none where it is vertical, or has a corner
 };
 
 /// A point of a path.
@@ -37,6 +46,7 @@ struct PathPoint {
   Equilibrium equilibrium;  // with K_c, K_q and K_theta (MMT11 eq. 29-30)
   /// Elastic energy less the work of dead forces and weights [J]; none when moments act.
   std::optional<double> potential;
+  std::optional<Along> along;  // none for a task that only loads nodes of chains
 
   /// Stability of what the task leaves free: with the platform held, or under the dead load.
   const Stability& stability(const PathTask& task) const {
@@ -66,7 +76,9 @@ enum class BranchEnd {
   target,    // the parameter came to 1, the highest allowed
   junction,  // at a bifurcation that is already known
   closed,    // back where the branch began
+  locked,    // the force grows without displacement
   limit,     // most_points
+  critical,  // at the first critical point, which was all that was asked for
   lost       // the equations could not be solved further, however small the step
 };
 
@@ -91,6 +103,9 @@ struct Path {
   /// All equilibria that were met at parameter 1, stable ones first, then by potential.
   std::vector<TargetPoint> at_target;
 };
+
+/// Whether Along speaks of a rotation and a moment.
+bool turns(const PathTask& task);
 
 /// Follows equilibria from parameter 0 by pseudo-arclength continuation (Keller), the exact
 /// Hessian in each Newton step. Critical points are where the inertia of the reduced Hessian

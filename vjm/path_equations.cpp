@@ -23,6 +23,27 @@ Load PathTask::load(double parameter) const {
   return load;
 }
 
+namespace {
+
+// The six coordinates that a task drives: of a displacement, or of a wrench.
+Vector6 driven(const PathTask& task) {
+  if (task.platform_held) return task.displacement;
+  Vector6 wrench;
+  wrench << task.growing.force, task.growing.moment;
+  return wrench;
+}
+
+// Their translation or force; where that is nothing, their rotation or moment.
+Vector6 leading(const PathTask& task) {
+  Vector6 part = driven(task);
+  (turns(task) ? part.head<3>() : part.tail<3>()).setZero();
+  return part;
+}
+
+}  // namespace
+
+bool turns(const PathTask& task) { return driven(task).head<3>().isZero(0); }
+
 PathEquations::PathEquations(const Manipulator& manipulator, const Posture& posture,
                              const PathTask& task)
     : manipulator_(manipulator),
@@ -152,14 +173,55 @@ VectorXd PathEquations::push() const {
   return all;
 }
 
-PathPoint PathEquations::describe(const PathState& at) {
+PathPoint PathEquations::describe(const PathState& at, const VectorXd* tangent) {
   const Load load = task_.load(at.parameter);
-  PathPoint point{at.parameter, vjm::describe(system_, manipulator_, posture_, at.state, load), {}};
+  PathPoint point;
+  point.parameter = at.parameter;
+  point.equilibrium = vjm::describe(system_, manipulator_, posture_, at.state, load);
   system_.hold_platform(task_.platform_held);
+  point.along = along(point.equilibrium, tangent);
   point.equilibrium.status = EquilibriumStatus::converged;
   point.equilibrium.reached = 1;
   point.potential = potential(point.equilibrium, load);
   return point;
+}
+
+std::optional<Along> PathEquations::along(const Equilibrium& equilibrium,
+                                          const VectorXd* tangent) const {
+  const Vector6 part = leading(task_);
+  if (part.isZero(0)) return std::nullopt;
+  const Vector6 direction = part.normalized();
+  Along along{direction.dot(equilibrium.displacement.coordinates()),
+              direction.dot(equilibrium.wrench.coordinates()),
+              {}};
+  if (!tangent) return along;
+  const Index n = tangent->size() - 1;
+  const SystemVector rate = system_.from_flat(tangent->head(n));
+  const double driven_rate = (*tangent)[n] / weight_ * part.norm();
+  double rise = driven_rate, run = 0;
+  if (task_.platform_held) {
+    run = driven_rate;
+    rise = direction.dot(platform_wrench_rate(rate));
+  } else {
+    run = direction.head<6>().dot(
+        rate.bodies.head<6>().cwiseQuotient(system_.scale().twist()).eval());
+  }
+  if (std::abs(run) > 1e-12 * std::abs(rise) / system_.scale().stiffness)
+    along.stiffness = rise / run;
+  if (task_.platform_held && equilibrium.stiffness)
+    along.stiffness =
+        direction.dot(equilibrium.stiffness->matrix() * task_.displacement) / part.norm();
+  return along;
+}
+
+// Of chains that end on the platform. What others, that start there, press on it has no rate of its
+// own in the system: the tangent stiffness is used for them where there is one.
+Vector6 PathEquations::platform_wrench_rate(const SystemVector& rate) const {
+  Vector6 sum = Vector6::Zero();
+  for (std::size_t c = 0; c < manipulator_.size(); ++c)
+    if (manipulator_.span(c).to == Span::platform)
+      sum += rate.wrenches[c].cwiseQuotient(system_.scale().wrench());
+  return sum;
 }
 
 std::optional<double> PathEquations::potential(const Equilibrium& equilibrium,

@@ -46,10 +46,13 @@ class PathEquations {
   /// A direction in which the wrench that the held platform exerts along its displacement grows.
   Eigen::VectorXd push() const;
 
-  PathPoint describe(const PathState& at);
+  /// `tangent` gives the slope of force against deflection; there is none at a critical point.
+  PathPoint describe(const PathState& at, const Eigen::VectorXd* tangent = nullptr);
 
  private:
   Eigen::VectorXd right_hand_side_by_parameter();
+  std::optional<Along> along(const Equilibrium& equilibrium, const Eigen::VectorXd* tangent) const;
+  spatial::Vector6 platform_wrench_rate(const SystemVector& rate) const;
   /// Elastic energy less the work of dead forces since the posture [J]; none when a moment acts,
   /// which has no potential.
   std::optional<double> potential(const Equilibrium& equilibrium, const Load& load) const;

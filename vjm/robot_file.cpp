@@ -393,7 +393,7 @@ void refuse_effects(const YamlNode& top) {
 
 }  // namespace
 
-Robot read_robot(const std::filesystem::path& file) {
+Robot read_robot(const std::filesystem::path& file, const LinkOptions& options) {
   const YamlNode top = files::read_yaml(file);
   files::check_format_version(top);
   top.allow_only({"kinetostat", "name", "origin", "units", "gravity", "materials", "links",
@@ -401,9 +401,11 @@ Robot read_robot(const std::filesystem::path& file) {
   refuse_effects(top);
   Parts parts{.units = files::read_units(top.at("units")), .links = {}};
   std::vector<std::filesystem::path> link_files;
+  bool has_beams = false;
   if (const auto links = top.find("links")) {
     for (const auto& [name, value] : links->members()) {
-      const LinkModel link = read_link(value, parts.units, top.find("materials"));
+      const LinkModel link = read_link(value, parts.units, top.find("materials"), options);
+      has_beams |= value.find("beam").has_value();
       if (link.file) link_files.push_back(*link.file);
       parts.links.emplace(name, link);
     }
@@ -416,7 +418,8 @@ Robot read_robot(const std::filesystem::path& file) {
                            std::move(assembly.inner_bodies));
     Manipulator manipulator = bare.with_gravity(gravity);
     std::vector<UncertainStiffness> uncertain = read_uncertain(top, manipulator);
-    return {file, name, parts.units, std::move(manipulator), std::move(uncertain), link_files};
+    return {file,       name,     parts.units, std::move(manipulator), std::move(uncertain),
+            link_files, has_beams};
   } catch (const std::invalid_argument& error) {
     top.at("manipulator").fail(error.what());
   }

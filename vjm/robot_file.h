@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kinetostat/spatial/units.h"
+#include "kinetostat/vjm/link_model.h"
 #include "kinetostat/vjm/manipulator.h"
 #include "kinetostat/vjm/sensitivity.h"
 
@@ -25,11 +26,12 @@ struct Robot {
   Manipulator manipulator;
   std::vector<UncertainStiffness> uncertain;
   std::vector<std::filesystem::path> link_files;  // read for this robot, in order of first use
+  bool has_beams = false;                         // links that LinkOptions can split further
 };
 
 /// Throws files::InputError naming file, line, key, what was expected and the nearest thing that
 /// would work.
-Robot read_robot(const std::filesystem::path& file);
+Robot read_robot(const std::filesystem::path& file, const LinkOptions& options = {});
 
 /// The same manipulator with the springs of a parameter multiplied by `factor`.
 Manipulator with_scaled(const Manipulator& manipulator, const UncertainStiffness& parameter,

@@ -52,7 +52,6 @@ class ModelA : public ::testing::Test {
   static Path traced() {
     PathOptions options;
     options.branches = true;
-    options.most_points = 300;
     return trace_quietly(urrs(), shortening(shortest), options);
   }
   static constexpr double shortest = 0.9 * length;
@@ -88,9 +87,11 @@ TEST_F(ModelA, FollowsTheClosedFormOnTheTrapezoid) {
     for (const PathPoint& point : branch.points) {
       const double phi = std::acos(1 - point.parameter * shortest / (2 * length));
       const double expected = phi < 1e-6 ? 1 : phi / std::sin(phi);
-      EXPECT_NEAR(force_of(point) * length / k, expected, 1e-8 + 1e-9 * expected);
+      EXPECT_NEAR(force_of(point) * length / k, expected, (phi < 1e-2 ? 1e-8 : 1e-9) * expected);
       EXPECT_NEAR(std::abs(at(point, "a1", robot)), phi, 1e-6);
-      if (point.parameter > 1e-3) EXPECT_TRUE(point.equilibrium.held.stable());
+      if (point.parameter > 1e-3) {
+        EXPECT_TRUE(point.equilibrium.held.stable());
+      }
     }
   }
   EXPECT_EQ(branches, 2) << "up and down";
@@ -112,8 +113,10 @@ TEST_F(ModelA, FollowsTheClosedFormOnTheUnstableZ) {
       const double s = std::asin(2 * std::sin(t));
       const double rate = 2 * std::cos(t) / std::cos(s);
       const double expected = 2 * (t + s) * (1 + rate) / (2 * std::sin(t) + std::sin(s) * rate);
-      if (point.parameter * shortest < 2 * length * (1 - std::sqrt(0.75)) + length - 1e-3)
+      // Beyond, the middle link stands across and the inverse sine takes the other value.
+      if (point.parameter * shortest < 2 * length * (1 - std::sqrt(0.75)) + length - 1e-3) {
         EXPECT_NEAR(force_of(point) * length / k, expected, 1e-7 * expected);
+      }
       EXPECT_NEAR(point.parameter * shortest, length * (3 - 2 * std::cos(t) - std::cos(s)), 1e-9);
       EXPECT_FALSE(point.equilibrium.held.stable());
     }

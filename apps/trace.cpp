@@ -1,0 +1,108 @@
+// kinetostat trace: force against deflection, past limit points and through bifurcations.
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "kinetostat/apps/command.h"
+#include "kinetostat/apps/commands.h"
+#include "kinetostat/apps/robot_request.h"
+#include "kinetostat/files/text_file.h"
+#include "kinetostat/report/manipulator.h"
+#include "kinetostat/report/path.h"
+
+namespace kinetostat::apps {
+namespace {
+
+struct Request {
+  PostureRequest posture;
+  LoadRequest load;
+  vjm::PathOptions path;
+  std::vector<int> segments{1, 2, 4};
+  bool hold = false;
+
+  vjm::PathTask task(const vjm::Robot& robot) const {
+    vjm::PathTask task = load.task(robot);
+    task.platform_held |= hold;
+    return task;
+  }
+};
+
+vjm::Path trace(const Request& request, const vjm::Robot& robot, const vjm::PathOptions& options,
+                Run& run) {
+  return vjm::trace(robot.manipulator, request.posture.posture(robot), request.task(robot), options,
+                    run.progress());
+}
+
+// The force at the first critical point, with every beam in so many times its segments.
+std::optional<double> first_critical_force(const Request& request, int multiple, Run& run) {
+  const vjm::Robot robot =
+      vjm::read_robot(request.posture.robot_file, {.segment_multiple = multiple});
+  vjm::PathOptions options = request.path;
+  options.branches = false;
+  options.until_critical = true;
+  const vjm::Path path = trace(request, robot, options, run);
+  if (path.critical.empty()) return std::nullopt;
+  const auto& along = path.critical[0].point.along;
+  return along ? std::optional(along->force) : std::nullopt;
+}
+
+files::Json trace(const Request& request, Run& run) {
+  if (!request.load.given())
+    throw UsageError("--along", "nothing is given that grows along the path",
+                     "Give --along dx,dy,dz for a displacement, or --wrench Fx,Fy,Fz or "
+                     "--node-load for a load");
+  if (request.hold && !request.load.wrench.empty())
+    throw UsageError("--hold", "a platform that is held feels no --wrench",
+                     "Load the chains with --node-load, or leave --hold out");
+  if (!(request.path.lowest <= 0 && request.path.highest > 0))
+    throw UsageError("--from", "the range must hold the start, parameter 0");
+  const vjm::Robot robot = request.posture.read();
+  const vjm::PathTask task = request.task(robot);
+  const vjm::Path path = trace(request, robot, request.path, run);
+  if (path.status != vjm::EquilibriumStatus::converged)
+    throw files::NoConvergence("there is no equilibrium to start from: " + path.reason);
+  run.print(fmt::format("{}\n", robot.name) + report::text(robot, request.posture.posture(robot)) +
+            report::text(robot, task, path));
+  files::Json json{{"inputs", report::provenance(robot)},
+                   {"path", report::to_json(robot, task, path)}};
+  if (robot.has_beams && !path.critical.empty()) {
+    const vjm::SegmentStudy study = vjm::study_segments(request.segments, [&](int multiple) {
+      return first_critical_force(request, multiple, run);
+    });
+    run.print(report::text(robot, task, study));
+    json["segments"] = report::to_json(study);
+  }
+  if (run.out()) files::write_atomically(*run.out(), report::csv(robot, task, path));
+  if (path.branches[0].end == vjm::BranchEnd::lost) run.stop_short(path.branches[0].reason);
+  return json;
+}
+
+}  // namespace
+
+void add_trace(Program& program) {
+  const auto request = std::make_shared<Request>();
+  CLI::App& app = program.add(
+      {.name = "trace",
+       .summary = "Force against deflection along a path, with its critical points and branches",
+       .example =
+           "kinetostat trace data/robots/urrs_c.yaml --along -150,0,0 --branches -o path.csv",
+       .out = "Write the path, one row a point, to a CSV file"},
+      [request](Run& run) { return trace(*request, run); });
+  request->posture.add_options(app);
+  request->load.add_options(app);
+  app.add_flag("--hold", request->hold, "Hold the platform where it is, under loads at nodes");
+  app.add_flag("--branches", request->path.branches, "Follow what leaves at bifurcations, too");
+  app.add_option("--points", request->path.points, "Least number of points from 0 to 1")
+      ->check(CLI::Range(1, 100000));
+  app.add_option("--most-points", request->path.most_points, "Most points of one branch")
+      ->check(CLI::Range(2, 1000000));
+  app.add_option("--from", request->path.lowest,
+                 "Lowest parameter; branches end where they leave the range");
+  app.add_option("--to", request->path.highest, "Highest parameter, 1 for the whole load");
+  app.add_option("--segments", request->segments,
+                 "Multiples of the beams' segments for which the first critical force is compared")
+      ->delimiter(',')
+      ->check(CLI::Range(1, 1000));
+}
+
+}  // namespace kinetostat::apps

@@ -1,0 +1,27 @@
+// Paths of equilibria, for people, for spreadsheets and for programs.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "kinetostat/files/json.h"
+#include "kinetostat/vjm/path.h"
+#include "kinetostat/vjm/robot_file.h"
+#include "kinetostat/vjm/segments.h"
+
+namespace kinetostat::report {
+
+/// Critical points with force, deflection and stiffness before and after (as in MMT11 Table 2),
+/// branches and how they end, the equilibria at the target.
+std::string text(const vjm::Robot& robot, const vjm::PathTask& task, const vjm::Path& path);
+/// Everything, with the full equilibrium at every point.
+files::Json to_json(const vjm::Robot& robot, const vjm::PathTask& task, const vjm::Path& path);
+/// One row a point, in the units of the robot file; critical points are rows of their own.
+std::string csv(const vjm::Robot& robot, const vjm::PathTask& task, const vjm::Path& path);
+
+/// The force at the first critical point of the first branch over the number of segments.
+std::string text(const vjm::Robot& robot, const vjm::PathTask& task,
+                 const vjm::SegmentStudy& study);
+files::Json to_json(const vjm::SegmentStudy& study);
+
+}  // namespace kinetostat::report

@@ -1,0 +1,37 @@
+#include "kinetostat/vjm/segments.h"
+
+#include <cmath>
+#include <stdexcept>
+
+namespace kinetostat::vjm {
+
+double SegmentStudy::extrapolated() const {
+  if (values.size() < 2) throw std::logic_error("Richardson's estimate needs two values");
+  const std::size_t last = values.size() - 1;
+  const double ratio = static_cast<double>(multiples[last]) / multiples[last - 1];
+  return values[last] + (values[last] - values[last - 1]) / (ratio * ratio - 1);
+}
+
+double SegmentStudy::error(std::size_t i) const { return values[i] / extrapolated() - 1; }
+
+std::optional<double> SegmentStudy::observed_order() const {
+  const std::size_t n = values.size();
+  if (n < 3 || multiples[n - 1] != 2 * multiples[n - 2] || multiples[n - 2] != 2 * multiples[n - 3])
+    return std::nullopt;
+  const double ratio = (values[n - 3] - values[n - 2]) / (values[n - 2] - values[n - 1]);
+  return ratio > 0 ? std::optional(std::log2(ratio)) : std::nullopt;
+}
+
+SegmentStudy study_segments(const std::vector<int>& multiples,
+                            const std::function<std::optional<double>(int)>& result) {
+  SegmentStudy study;
+  for (const int multiple : multiples) {
+    const std::optional<double> value = result(multiple);
+    if (!value) break;
+    study.multiples.push_back(multiple);
+    study.values.push_back(*value);
+  }
+  return study;
+}
+
+}  // namespace kinetostat::vjm
