@@ -17,7 +17,7 @@ namespace kinetostat::apps {
 namespace {
 
 struct Options {
-  std::string link, vtu;
+  std::string link, vtu, bracket = "when_cheap";
   LinkExports exports;
   double time_limit = fea::TetrahedralizeOptions{}.time_limit;
   fea::RefinementOptions refinement;
@@ -38,6 +38,57 @@ std::string interface_line(const fea::CoupledInterface& coupled, double length,
       name(coupled.coupling), report::number(interface.area / (length * length)), unit,
       text(interface.centroid, length), unit, interface.nodes.size(),
       text(interface.gyration, length), unit);
+}
+
+spatial::Compliance6 of_interface(const Eigen::MatrixXd& flexibility,
+                                  const std::vector<fea::CoupledInterface>& interfaces,
+                                  std::size_t i) {
+  const auto first = 6 * static_cast<Eigen::Index>(i - 1);
+  const spatial::Matrix6 block = flexibility.block<6, 6>(first, first);
+  return spatial::Compliance6(0.5 * (block + block.transpose()), {.point = interfaces[i].point});
+}
+
+// How much softer the distributing couplings make each coordinate [%].
+std::string spread(const spatial::Compliance6& rigid, const spatial::Compliance6& distributing) {
+  static constexpr const char* names[] = {"tx", "ty", "tz", "rx", "ry", "rz"};
+  std::string text;
+  for (int j = 0; j < 6; ++j)
+    text += fmt::format("{}{} {:.2g} %", j == 0 ? "" : ", ", names[j],
+                        100 * (distributing.matrix()(j, j) / rigid.matrix()(j, j) - 1));
+  return text;
+}
+
+void print_bracket(Run& run, const fea::LinkResult& result, const spatial::UnitSystem& units) {
+  if (!result.bracket) {
+    run.print("\nbracket between rigid and distributing couplings: not computed (--bracket)\n");
+    return;
+  }
+  for (std::size_t i = 1; i < result.interfaces.size(); ++i) {
+    const auto rigid = of_interface(result.bracket->rigid, result.interfaces, i);
+    const auto distributing = of_interface(result.bracket->distributing, result.interfaces, i);
+    run.print(fmt::format("\n{} with all interfaces rigid, the lower bound:\n{}\n",
+                          result.interfaces[i].name, report::text(rigid, units)));
+    run.print(fmt::format("{} with all interfaces distributing, the upper bound:\n{}",
+                          result.interfaces[i].name, report::text(distributing, units)));
+    run.print(fmt::format("bracket of {}: softer by {}\n", result.interfaces[i].name,
+                          spread(rigid, distributing)));
+  }
+}
+
+void print_compliance(Run& run, const fea::LinkResult& result, const spatial::UnitSystem& units) {
+  for (std::size_t i = 1; i < result.interfaces.size(); ++i) {
+    const auto compliance = of_interface(result.response.flexibility, result.interfaces, i);
+    if (result.interfaces.size() > 2) run.print("\nat " + result.interfaces[i].name + ":");
+    run.print("\n" + report::text(compliance, units));
+    const spatial::EigenStiffness eigen = spatial::eigen_stiffness(compliance);
+    run.print(fmt::format("eigen-stiffness: {} N/m, {} N m/rad\n", text(eigen.translation, 1),
+                          text(eigen.rotation, 1)));
+  }
+  run.print(fmt::format("symmetry defect {:.1e}\n", result.symmetry_defect));
+  for (std::size_t i = 0; i < result.interfaces.size(); ++i)
+    if (result.interfaces[i].coupling != fea::Coupling::rigid)
+      run.print(fmt::format("fit residual of {}: {:.2g}\n", result.interfaces[i].name,
+                            result.response.fit_residuals[i]));
 }
 
 void print_inputs(Run& run, const fea::LinkSpec& spec) {
@@ -61,13 +112,10 @@ void print_result(Run& run, const fea::LinkResult& result) {
   if (result.mass)
     run.print(fmt::format("mass {} kg, centre of mass {} {}\n", report::number(*result.mass),
                           text(result.center_of_mass, length), result.unit));
-  run.print("\n" + report::text(result.compliance,
-                                spatial::UnitSystem{.length = result.unit, .force = "N"}));
+  const spatial::UnitSystem units{.length = result.unit, .force = "N"};
+  print_compliance(run, result, units);
   run.print("\n" + accuracy_text(result));
-  run.print(fmt::format("\nsymmetry defect {:.1e}\n", result.symmetry_defect));
-  const spatial::EigenStiffness eigen = spatial::eigen_stiffness(result.compliance);
-  run.print(fmt::format("eigen-stiffness: {} N/m, {} N m/rad\n", text(eigen.translation, 1),
-                        text(eigen.rotation, 1)));
+  print_bracket(run, result, units);
   for (const std::string& warning : result.warnings)
     run.print(fmt::format("warning: {}\n", warning));
 }
@@ -77,6 +125,9 @@ fea::LinkResult identified(Run& run, const Options& options, const fea::LinkSpec
   settings.meshing.time_limit = options.time_limit;
   settings.solver.threads = run.threads();
   settings.refinement = options.refinement;
+  if (options.bracket != "when_cheap")
+    settings.bracket =
+        options.bracket == "always" ? fea::BracketWanted::always : fea::BracketWanted::never;
   try {
     return fea::identify(spec, settings, run.progress());
   } catch (const fea::SurfaceError& error) {
@@ -124,6 +175,10 @@ void add_identify(Program& program) {
                  "Go on to no mesh with more unknowns than this")
       ->type_name("N")
       ->check(CLI::PositiveNumber);
+  app.add_option("--bracket", options->bracket,
+                 "Solve with rigid and with distributing couplings too: the bracket of every entry")
+      ->check(CLI::IsMember({"when_cheap", "always", "never"}))
+      ->capture_default_str();
   app.add_option("--mesh-time", options->time_limit, "Seconds that meshing may take")
       ->type_name("S")
       ->check(CLI::PositiveNumber);

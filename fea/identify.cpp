@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/fea/stiff_body.h"
+
 namespace kinetostat::fea {
 namespace {
 
@@ -47,23 +49,33 @@ void add_warnings(const LinkSpec& spec, const SurfaceReport& report, LinkResult&
                                           result.quality.least_dihedral));
 }
 
+// Runs `work` on a mesh; its ways to fail are turned into messages for the user.
+template <class Work>
+auto solved(const LinkSpec& spec, const TetMesh& mesh, Work work) {
+  try {
+    return work();
+  } catch (const NoStiffBody& error) {
+    throw InputError(spec.file, error.what(), "Use another coupling for it");
+  } catch (const SingularStiffness& error) {
+    throw InputError(spec.file, error.what(),
+                     "Is the body in one piece and the fixed interface a proper face of it?");
+  } catch (const std::bad_alloc&) {
+    throw InputError(spec.file,
+                     fmt::format("{} nodes need more memory than there is", mesh.nodes.size()),
+                     "Use a larger element size, or ask for less accuracy");
+  }
+}
+
 // One mesh of the link, and its response.
 LinkModel model_on(const LinkSpec& spec, const LinkGeometry& geometry,
                    const TetrahedralizeOptions& meshing, const SolverOptions& solver,
                    files::Progress& progress) {
   LinkModel model{.mesh = fill(spec, geometry, meshing, progress), .materials = {spec.material}};
   model.interfaces = interfaces_on(spec, model.mesh);
-  try {
-    model.response = respond(model.mesh, model.materials, model.interfaces, solver, progress);
-    return model;
-  } catch (const SingularStiffness& error) {
-    throw InputError(spec.file, error.what(),
-                     "Is the body in one piece and the fixed interface a proper face of it?");
-  } catch (const std::bad_alloc&) {
-    throw InputError(
-        spec.file, fmt::format("{} nodes need more memory than there is", model.mesh.nodes.size()),
-        "Use a larger element size, or ask for less accuracy");
-  }
+  model.response = solved(spec, model.mesh, [&] {
+    return respond(model.mesh, model.materials, model.interfaces, solver, progress);
+  });
+  return model;
 }
 
 RefinedModel model_as_asked(const LinkSpec& spec, const LinkGeometry& geometry,
@@ -83,6 +95,11 @@ RefinedModel model_as_asked(const LinkSpec& spec, const LinkGeometry& geometry,
   RefinementOptions refinement = options.refinement;
   refinement.accuracy = spec.accuracy;
   return refine(solve, size_from_surface(geometry.imported.mesh), refinement, progress);
+}
+
+bool is_wanted(BracketWanted wanted, const TetMesh& mesh) {
+  return wanted == BracketWanted::always ||
+         (wanted == BracketWanted::when_cheap && 3 * mesh.nodes.size() <= cheap_bracket_unknowns);
 }
 
 void add_mass(LinkResult& result) {
@@ -113,6 +130,13 @@ LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
   result.geometry = mass_properties(result.mesh);
   result.quality = quality(result.mesh);
   watch.lap("model");
+  if (is_wanted(options.bracket, result.mesh)) {
+    result.bracket = solved(spec, result.mesh, [&] {
+      return coupling_bracket(result.mesh, {spec.material}, result.interfaces, result.response,
+                              options.solver, progress);
+    });
+    watch.lap("bracket");
+  }
 
   const Matrix6 raw = result.response.compliance();
   result.symmetry_defect = spatial::symmetry_defect(raw);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "kinetostat/fea/blas.h"
+#include "kinetostat/fea/coupling_bracket.h"
 #include "kinetostat/fea/interface_selection.h"
 #include "kinetostat/fea/link_geometry.h"
 #include "kinetostat/fea/link_response.h"
@@ -25,7 +26,8 @@ struct LinkResult {
       : name(std::move(link_name)), material(link_material) {}
 
   std::string name;
-  /// At the loaded interface's point, mesh axes; the fixed interface does not move.
+  /// Of the first loaded interface at its point, mesh axes; the fixed interface does not move. All
+  /// of `response.flexibility` where there is one loaded interface, else a part of it.
   spatial::Compliance6 compliance{Matrix6::Zero()};
   double symmetry_defect = 0;  // of the matrix before it was made symmetric
   Material material;
@@ -45,6 +47,7 @@ struct LinkResult {
 
   LinkResponse response;  // with the displacement fields
   Accuracy accuracy;      // error bars of the flexibility, and the meshes on the way to it
+  std::optional<CouplingBracket> bracket;
   std::vector<std::string> warnings;
   std::vector<std::pair<std::string, double>> timings;  // [s], by phase
   BlasInfo blas;
@@ -52,10 +55,19 @@ struct LinkResult {
   std::string link_sha256, mesh_sha256, mesh_file, unit;
 };
 
+/// Whether to solve twice more for the bracket between rigid and distributing couplings.
+enum class BracketWanted {
+  when_cheap,  // up to cheap_bracket_unknowns: a few seconds
+  always,
+  never,
+};
+inline constexpr std::size_t cheap_bracket_unknowns = 300'000;  // of the link alone
+
 struct IdentifyOptions {
   TetrahedralizeOptions meshing = {};  // edge_length and sizes are set from the link file
   SolverOptions solver = {};
   RefinementOptions refinement = {};  // accuracy is set from the link file
+  BracketWanted bracket = BracketWanted::when_cheap;
 };
 
 /// Throws SurfaceError and InputError for what the user can mend, Cancelled.
@@ -65,8 +77,9 @@ LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
 /// The link result file. Its bytes depend on the input alone, `timings` apart.
 files::Json to_json(const LinkResult& result);
 
-/// The mesh with the six displacement fields as point data "Fx" .. "Mz" (per unit wrench) and the
-/// interfaces (1 fixed, 2 loaded), and as cell data the share of each element in the error.
+/// The mesh with the displacement fields as point data "Fx" .. "Mz" (per unit wrench; with several
+/// loaded interfaces "<interface> Fx" ..) and the interfaces (1 fixed, 2 and up loaded), and as
+/// cell data the share of each element in the error.
 files::VtuGrid displacement_fields(const LinkResult& result);
 
 }  // namespace kinetostat::fea

@@ -4,12 +4,15 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <type_traits>
 
 #include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "kinetostat/fea/box_tree.h"
 #include "kinetostat/fea/surface_faces.h"
+#include "kinetostat/spatial/spelling.h"
 #include "kinetostat/spatial/units.h"
 
 namespace kinetostat::fea {
@@ -26,6 +29,43 @@ double distance_from_axis(const Vector3& p, const Vector3& axis_point, const Vec
   const Vector3 arm = p - axis_point;
   return (arm - axis * axis.dot(arm)).norm();
 }
+
+// Distance of a point from a triangle: from its plane when it lies above or below, else from the
+// nearest side.
+double distance_from_triangle(const Vector3& p, const std::array<Vector3, 3>& t) {
+  const Vector3 normal = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
+  bool inside = true;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vector3 side = t[(k + 1) % 3] - t[k], arm = p - t[k];
+    inside = inside && normal.dot(side.cross(arm)) >= 0;
+    const double along = std::clamp(side.dot(arm) / side.squaredNorm(), 0.0, 1.0);
+    nearest = std::min(nearest, (arm - along * side).norm());
+  }
+  return inside ? std::abs(normal.dot(p - t[0])) : nearest;
+}
+
+// Whether points lie on a surface.
+class Patch {
+ public:
+  Patch(const SurfaceMesh& surface, double tolerance)
+      : surface_(surface), tolerance_(tolerance), tree_(facet_boxes(surface, tolerance)) {}
+
+  bool contains(const Vector3& p) const {
+    bool found = false;
+    tree_.visit_overlapping(Box(p, p), [&](int facet) {
+      const auto f = static_cast<std::size_t>(facet);
+      found = found || distance_from_triangle(p, {surface_.corner(f, 0), surface_.corner(f, 1),
+                                                  surface_.corner(f, 2)}) <= tolerance_;
+    });
+    return found;
+  }
+
+ private:
+  const SurfaceMesh& surface_;
+  double tolerance_;
+  BoxTree tree_;
+};
 
 // One test a kind of selector: does this facet belong?
 class Membership {
@@ -57,6 +97,19 @@ class Membership {
     return std::abs(normal.dot(cylinder.axis)) < std::sin(30 * degree) &&
            distance_from_axis(surface_.centroid(f), cylinder.axis_point, cylinder.axis) >
                std::cos(180 * degree / 8) * cylinder.radius - slack;
+  }
+
+  bool operator()(const SphereSelector& sphere, std::size_t f) const {
+    const double slack = std::max(tolerance_, 0.01 * sphere.radius);
+    if (!every_corner(f, [&](const Vector3& p) {
+          return std::abs((p - sphere.center).norm() - sphere.radius) <= slack;
+        }))
+      return false;
+    // Not a flat cut through the ball, nor a face that has only its corners in common with it.
+    const Vector3 radial = surface_.centroid(f) - sphere.center;
+    return radial.norm() > std::cos(180 * degree / 8) * sphere.radius - slack &&
+           std::abs(surface_.area_vector(f).normalized().dot(radial.normalized())) >
+               std::cos(30 * degree);
   }
 
   bool operator()(const BoxSelector& selector, std::size_t f) const {
@@ -106,6 +159,28 @@ std::vector<int> flat_face_of(const SurfaceMesh& surface, int facet) {
   for (const FlatFace& face : flat_faces(surface, weld_tolerance(surface.points)))
     if (std::binary_search(face.facets.begin(), face.facets.end(), facet)) return face.facets;
   return {};
+}
+
+template <class Chosen>
+std::vector<int> facets_where(const SurfaceMesh& surface, Chosen chosen) {
+  std::vector<int> facets;
+  for (std::size_t f = 0; f < surface.triangles.size(); ++f)
+    if (chosen(f)) facets.push_back(static_cast<int>(f));
+  return facets;
+}
+
+std::vector<int> group(const SurfaceMesh& surface, const GroupSelector& selector) {
+  for (const FacetGroup& group : surface.groups)
+    if (group.name == selector.name) return group.facets;
+  return {};
+}
+
+std::vector<int> on_patch(const SurfaceMesh& surface, const PatchSelector& selector) {
+  const Patch patch(selector.patch, distance_tolerance(surface));
+  return facets_where(surface, [&](std::size_t f) {
+    return patch.contains(surface.corner(f, 0)) && patch.contains(surface.corner(f, 1)) &&
+           patch.contains(surface.corner(f, 2)) && patch.contains(surface.centroid(f));
+  });
 }
 
 std::string text(const Vector3& v) {
@@ -168,6 +243,36 @@ class Suggestion {
                        text(box.max() / length_), unit_);
   }
 
+  std::string operator()(const SphereSelector& sphere) const {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Vector3& p : surface_.points)
+      if (const double d = (p - sphere.center).norm();
+          std::abs(d - sphere.radius) < std::abs(nearest - sphere.radius))
+        nearest = d;
+    return fmt::format(
+        "The surface is not round about this centre; the corner nearest to the radius is {:.5g} {} "
+        "away from it",
+        nearest / length_, unit_);
+  }
+
+  std::string operator()(const GroupSelector& wanted) const {
+    std::vector<std::string> names;
+    for (const FacetGroup& group : surface_.groups) names.push_back(group.name);
+    if (names.empty()) return "The mesh file names no groups of facets";
+    const std::string near = spatial::nearest_spelling(wanted.name, names);
+    return (near.empty() ? "" : fmt::format("Did you mean '{}'? ", near)) +
+           fmt::format("Groups of the mesh: {}", fmt::join(names, ", "));
+  }
+
+  std::string operator()(const PatchSelector& given) const {
+    const Box box = bounding_box(surface_.points), patch = bounding_box(given.patch.points);
+    return fmt::format(
+        "The mesh reaches from {} to {} {}, the patch from {} to {}: is it in the same unit and "
+        "place, and as fine on round faces?",
+        text(box.min() / length_), text(box.max() / length_), unit_, text(patch.min() / length_),
+        text(patch.max() / length_));
+  }
+
   std::string operator()(const NearestFaceSelector& ray) const {
     return flat_candidates([&](const FlatFace& face) {
       const Vector3 arm = face.centroid - ray.point;
@@ -199,20 +304,19 @@ std::vector<int> select_facets(const SurfaceMesh& surface, const Selector& selec
     const int facet = first_hit(surface, *ray);
     return facet < 0 ? std::vector<int>{} : flat_face_of(surface, facet);
   }
+  if (const auto* wanted = std::get_if<GroupSelector>(&selector)) return group(surface, *wanted);
+  if (const auto* given = std::get_if<PatchSelector>(&selector)) return on_patch(surface, *given);
   const Membership belongs(surface);
-  std::vector<int> facets;
-  for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
-    const bool chosen = std::visit(
+  return facets_where(surface, [&](std::size_t f) {
+    return std::visit(
         [&](const auto& kind) {
-          if constexpr (std::is_same_v<std::decay_t<decltype(kind)>, NearestFaceSelector>)
-            return false;
-          else
+          if constexpr (std::is_invocable_v<Membership, decltype(kind), std::size_t>)
             return belongs(kind, f);
+          else
+            return false;
         },
         selector);
-    if (chosen) facets.push_back(static_cast<int>(f));
-  }
-  return facets;
+  });
 }
 
 std::string nearest_candidates(const SurfaceMesh& surface, const Selector& selector,

@@ -33,10 +33,25 @@ struct NearestFaceSelector {
   Vector3 point;      // [m]
   Vector3 direction;  // unit
 };
-using Selector = std::variant<PlaneSelector, CylinderSelector, BoxSelector, NearestFaceSelector>;
+/// All facets of a spherical socket or ball: corners at the radius, normals radial.
+struct SphereSelector {
+  Vector3 center;  // [m]
+  double radius;   // [m]
+};
+/// All facets of a group that the mesh file names (FacetGroup).
+struct GroupSelector {
+  std::string name;
+};
+/// All facets that lie on the triangles of another surface, which need not be the same triangles.
+struct PatchSelector {
+  SurfaceMesh patch;
+  std::string sha256 = {};  // of its file
+};
+using Selector = std::variant<PlaneSelector, CylinderSelector, BoxSelector, NearestFaceSelector,
+                              SphereSelector, GroupSelector, PatchSelector>;
 
 /// Facets of the surface (from 0, ascending). Empty when there are none. Distances agree to 1e-4 of
-/// the diagonal of the bounding box, a radius also to 1 %, normals of planes to 1 degree.
+/// the diagonal of the bounding box, radii also to 1 %, normals of planes to 1 degree.
 std::vector<int> select_facets(const SurfaceMesh& surface, const Selector& selector);
 
 /// What would have been a selection near the one asked for, in a sentence; lengths in `unit`.

@@ -2,6 +2,8 @@
 
 #include <stdexcept>
 
+#include <fmt/format.h>
+
 #include "kinetostat/files/text_file.h"
 #include "kinetostat/files/yaml.h"
 
@@ -64,7 +66,19 @@ BoxSelector read_box(const YamlNode& node, const UnitSystem& units) {
   return {Box(low, high)};
 }
 
+PatchSelector read_patch(const YamlNode& node, const UnitSystem& units) {
+  ImportedSurface patch = read_surface(node.existing_file(), units.length);
+  return {std::move(patch.mesh), std::move(patch.sha256)};
+}
+
 Selector read_selector(const std::string& kind, const YamlNode& node, const UnitSystem& units) {
+  if (kind == "group") return GroupSelector{node.text()};
+  if (kind == "stl") return read_patch(node, units);
+  if (kind == "sphere") {
+    node.allow_only({"center", "radius"});
+    return SphereSelector{node.at("center").vector3(dimension::length, units),
+                          node.at("radius").positive(dimension::length, units)};
+  }
   if (kind == "cylinder") return read_cylinder(node, units);
   if (kind == "box") return read_box(node, units);
   if (kind == "plane") {
@@ -85,24 +99,37 @@ files::InputError::Details place(const YamlNode& node) {
   return details;
 }
 
-const std::vector<std::string> selector_kinds{"plane", "cylinder", "box", "nearest_face"};
+const std::vector<std::string> selector_kinds{"plane",        "cylinder", "sphere", "box",
+                                              "nearest_face", "group",    "stl"};
 
 Coupling read_coupling(const YamlNode& node) {
   const std::string word = node.choice({"rigid", "distributing", "body"});
-  if (word == "body")
-    node.fail("coupling 'body' is not available in this version", "Use rigid or distributing");
+  if (word == "body") return Coupling::body;
   return word == "rigid" ? Coupling::rigid : Coupling::distributing;
+}
+
+double read_modulus_ratio(const YamlNode& node, Coupling coupling) {
+  if (coupling != Coupling::body)
+    node.fail("only a body has a modulus", "Add 'coupling: body', or leave it out");
+  const double ratio = node.number();
+  if (!(ratio >= 1 && ratio <= largest_modulus_ratio))
+    node.fail(
+        fmt::format("'{}' is not between 1 and {:g}", node.text(), largest_modulus_ratio),
+        fmt::format("Leave it out for {:g}; beyond, use 'coupling: rigid'", default_modulus_ratio));
+  return ratio;
 }
 
 InterfaceSpec read_interface(const std::string& name, const YamlNode& node,
                              const UnitSystem& units) {
   std::vector<std::string> keys = selector_kinds;
-  keys.insert(keys.end(), {"coupling", "point"});
+  keys.insert(keys.end(), {"coupling", "modulus_ratio", "point"});
   node.allow_only(keys);
   const auto [kind, selection] = node.one_of(selector_kinds);
   InterfaceSpec spec;
   spec.name = name;
   if (const auto coupling = node.find("coupling")) spec.coupling = read_coupling(*coupling);
+  if (const auto ratio = node.find("modulus_ratio"))
+    spec.modulus_ratio = read_modulus_ratio(*ratio, spec.coupling);
   spec.selector = read_selector(kind, selection, units);
   spec.origin = place(selection);
   if (const auto point = node.find("point")) spec.point = point->vector3(dimension::length, units);

@@ -8,6 +8,7 @@
 
 #include "kinetostat/fea/isostatic_support.h"
 #include "kinetostat/fea/mean_motion.h"
+#include "kinetostat/fea/stiff_body.h"
 
 namespace kinetostat::fea {
 namespace {
@@ -21,6 +22,24 @@ Matrix6 shift(const Vector3& from, const Vector3& to) {
   Matrix6 matrix = Matrix6::Identity();
   matrix.topRightCorner<3, 3>() = -spatial::skew(to - from);
   return matrix;
+}
+
+// The elements of the link and those of the bodies on its interfaces.
+struct Solid {
+  TetMesh mesh;
+  std::vector<Material> materials;
+};
+
+Solid with_stiff_bodies(const TetMesh& mesh, const std::vector<Material>& materials,
+                        const std::vector<CoupledInterface>& interfaces) {
+  Solid solid{mesh, materials};
+  for (const CoupledInterface& interface : interfaces) {
+    if (interface.coupling != Coupling::body) continue;
+    grow_stiff_body(solid.mesh, interface.geometry, static_cast<int>(solid.materials.size()));
+    const Material& link = materials.front();
+    solid.materials.emplace_back(interface.modulus_ratio * link.young(), link.poisson());
+  }
+  return solid;
 }
 
 // Where the first rigid interface is held, it needs no unknowns; the others are bodies.
@@ -157,14 +176,15 @@ LinkResponse respond(const TetMesh& mesh, const std::vector<Material>& materials
                      files::Progress& progress) {
   if (interfaces.size() < 2) throw std::invalid_argument("respond: two interfaces at least");
   auto start = std::chrono::steady_clock::now();
-  const Couplings couplings(mesh, materials, interfaces);
-  const Equations equations = assemble(mesh, materials, couplings.unknowns(), progress);
+  const Solid solid = with_stiff_bodies(mesh, materials, interfaces);
+  const Couplings couplings(solid.mesh, solid.materials, interfaces);
+  const Equations equations = assemble(solid.mesh, solid.materials, couplings.unknowns(), progress);
   LinkResponse response;
   response.unknowns = static_cast<std::size_t>(equations.stiffness.size());
   response.assembly_seconds = seconds_since(start);
   start = std::chrono::steady_clock::now();
   const Solution solution =
-      solve(mesh, equations, couplings.unknowns(), couplings.loads(), options, progress);
+      solve(solid.mesh, equations, couplings.unknowns(), couplings.loads(), options, progress);
   response.solver = solution.stats;
   const Eigen::Index cases = solution.x.cols();
   response.flexibility.resize(cases, cases);
@@ -178,7 +198,7 @@ LinkResponse respond(const TetMesh& mesh, const std::vector<Material>& materials
     std::transform(residuals.begin(), residuals.end(), response.fit_residuals.begin(),
                    response.fit_residuals.begin(),
                    [](double a, double b) { return std::max(a, b); });
-    response.fields.push_back(std::move(motions.nodes));
+    response.fields.push_back(motions.nodes.leftCols(static_cast<Eigen::Index>(mesh.nodes.size())));
   }
   response.solve_seconds = seconds_since(start);
   return response;

@@ -23,7 +23,7 @@ struct LinkResponse {
   /// most; the largest of all load cases. 0 where the coupling is rigid.
   std::vector<double> fit_residuals;
 
-  std::size_t unknowns = 0;
+  std::size_t unknowns = 0;  // those of bodies included
   SolverStats solver;
   double assembly_seconds = 0, solve_seconds = 0;
 
@@ -35,7 +35,8 @@ struct LinkResponse {
 /// first is held. The elements of the mesh name `materials` by number. With any coupling the
 /// equations stay positive definite: a link without a rigid interface is held by six springs that
 /// carry nothing, because every load case is in equilibrium, and moved back afterwards so that the
-/// held interface has no (mean) motion. Throws what `solve` throws.
+/// held interface has no (mean) motion. A `body` has the first material with its modulus
+/// multiplied. Throws NoStiffBody and what `solve` throws.
 LinkResponse respond(const TetMesh& mesh, const std::vector<Material>& materials,
                      const std::vector<CoupledInterface>& interfaces, const SolverOptions& options,
                      files::Progress& progress);

@@ -1,6 +1,9 @@
 // LinkResult as files: JSON for programs, VTU for pictures.
+#include <utility>
+
 #include "kinetostat/fea/accuracy_json.h"
 #include "kinetostat/fea/identify.h"
+#include "kinetostat/fea/reduced_stiffness.h"
 
 namespace kinetostat::fea {
 namespace {
@@ -8,22 +11,59 @@ namespace {
 using files::Json;
 using files::to_json;
 
-Json rows(const Matrix3& matrix) {
+constexpr const char* wrench_names[] = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
+
+Json rows(const Eigen::MatrixXd& matrix) {
   Json list = Json::array();
-  for (int i = 0; i < 3; ++i) list.push_back(to_json(Vector3(matrix.row(i).transpose())));
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    Json row = Json::array();
+    for (Eigen::Index j = 0; j < matrix.cols(); ++j) row.push_back(matrix(i, j));
+    list.push_back(std::move(row));
+  }
   return list;
 }
 
-Json interface_json(const CoupledInterface& coupled) {
+Json interface_json(const CoupledInterface& coupled, double fit_residual) {
   const Interface& interface = coupled.geometry;
-  return {{"area", interface.area},
-          {"centroid", to_json(interface.centroid)},
-          {"nodes", interface.nodes.size()},
-          {"faces", interface.faces},
-          {"radii_of_gyration", to_json(interface.gyration)},
-          {"principal_axes", rows(interface.principal_axes.transpose())},
-          {"coupling", name(coupled.coupling)},
-          {"point", to_json(coupled.point)}};
+  Json json{{"area", interface.area},
+            {"centroid", to_json(interface.centroid)},
+            {"nodes", interface.nodes.size()},
+            {"faces", interface.faces},
+            {"radii_of_gyration", to_json(interface.gyration)},
+            {"principal_axes", rows(interface.principal_axes.transpose())},
+            {"coupling", name(coupled.coupling)},
+            {"point", to_json(coupled.point)},
+            {"fit_residual", fit_residual}};
+  if (coupled.coupling == Coupling::body) json["modulus_ratio"] = coupled.modulus_ratio;
+  return json;
+}
+
+// Which coordinate a row of the matrices is, with the units of its motion and of its load.
+Json freedoms_json(const std::vector<CoupledInterface>& interfaces) {
+  static constexpr const char* motions[] = {"tx", "ty", "tz", "rx", "ry", "rz"};
+  Json list = Json::array();
+  for (const CoupledInterface& interface : interfaces)
+    for (int j = 0; j < 6; ++j)
+      list.push_back({{"interface", interface.name},
+                      {"motion", motions[j]},
+                      {"load", wrench_names[j]},
+                      {"point", to_json(interface.point)},
+                      {"motion_unit", j < 3 ? "m" : "rad"},
+                      {"load_unit", j < 3 ? "N" : "N m"}});
+  return list;
+}
+
+Json reduced_json(const LinkResult& result) {
+  const Eigen::MatrixXd& raw = result.response.flexibility;
+  return {{"degrees_of_freedom", freedoms_json(result.interfaces)},
+          {"fixed", result.interfaces.front().name},
+          {"stiffness", rows(reduced_stiffness(raw, result.interfaces))},
+          {"flexibility", rows(Eigen::MatrixXd(0.5 * (raw + raw.transpose())))}};
+}
+
+Json bracket_json(const std::optional<CouplingBracket>& bracket) {
+  if (!bracket) return {};
+  return {{"rigid", rows(bracket->rigid)}, {"distributing", rows(bracket->distributing)}};
 }
 
 Json eigen_json(const spatial::Compliance6& compliance) {
@@ -75,17 +115,23 @@ Json timings_json(const LinkResult& result) {
 
 Json to_json(const LinkResult& result) {
   Json json{{"kinetostat", 1}, {"link", result.name}};
-  const Json matrix = to_json(result.compliance);
-  for (const auto& [key, value] : matrix.items()) json[key] = value;
+  // The spring of a robot file has two ends.
+  if (result.interfaces.size() == 2) {
+    const Json matrix = to_json(result.compliance);
+    for (const auto& [key, value] : matrix.items()) json[key] = value;
+    json["eigen_stiffness"] = eigen_json(result.compliance);
+  }
   json["error"] = to_json(result.accuracy);
   json["symmetry_defect"] = result.symmetry_defect;
-  json["eigen_stiffness"] = eigen_json(result.compliance);
+  json["reduced"] = reduced_json(result);
+  json["bracket"] = bracket_json(result.bracket);
   json["mass"] = result.mass ? Json(*result.mass) : Json();
   json["center_of_mass"] = to_json(result.center_of_mass);
   json["inertia"] = result.inertia ? rows(*result.inertia) : Json();
   json["material"] = material_json(result.material);
-  for (const CoupledInterface& interface : result.interfaces)
-    json["interfaces"][interface.name] = interface_json(interface);
+  for (std::size_t i = 0; i < result.interfaces.size(); ++i)
+    json["interfaces"][result.interfaces[i].name] =
+        interface_json(result.interfaces[i], result.response.fit_residuals[i]);
   json["mesh"] = mesh_json(result);
   json["solver"] = {{"method", result.response.solver.method},
                     {"factor_entries", result.response.solver.factor.entries},
@@ -108,10 +154,12 @@ files::VtuGrid displacement_fields(const LinkResult& result) {
       .nodes_per_cell = static_cast<int>(mesh.nodes_per_element()),
       .connectivity = mesh.connectivity};
   for (const Vector3& p : mesh.nodes) grid.points.insert(grid.points.end(), {p.x(), p.y(), p.z()});
-  static constexpr const char* names[] = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
   for (std::size_t j = 0; j < result.response.fields.size(); ++j) {
     const Eigen::Matrix3Xd& u = result.response.fields[j];
-    grid.point_fields.push_back({names[j], 3, {u.data(), u.data() + u.size()}});
+    const std::string interface =
+        result.interfaces.size() == 2 ? "" : result.interfaces[1 + j / 6].name + " ";
+    grid.point_fields.push_back(
+        {interface + wrench_names[j % 6], 3, {u.data(), u.data() + u.size()}});
   }
   files::VtuField parts{.name = "interface", .values = std::vector<double>(mesh.nodes.size(), 0)};
   for (const CoupledInterface& interface : result.interfaces)

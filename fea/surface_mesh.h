@@ -21,10 +21,18 @@ using spatial::Vector6;
 using Box = Eigen::AlignedBox3d;
 using Triangle = std::array<int, 3>;
 
+/// Facets that go by one name in the file: a solid of an STL file, an object or group of an OBJ
+/// file, a physical surface of Gmsh.
+struct FacetGroup {
+  std::string name;
+  std::vector<int> facets;  // ascending
+};
+
 /// Points [m] shared by triangles whose corners run counterclockwise seen from outside.
 struct SurfaceMesh {
   std::vector<Vector3> points = {};
   std::vector<Triangle> triangles = {};
+  std::vector<FacetGroup> groups = {};  // in the order of the file
 
   const Vector3& corner(std::size_t facet, std::size_t k) const {
     return points[static_cast<std::size_t>(triangles[facet][k])];

@@ -142,6 +142,22 @@ class MatrixReader {
   const Json& json_;
 };
 
+// A link result with more interfaces has a larger matrix instead.
+void require_two_interfaces(const std::filesystem::path& file, const Json& json) {
+  if (!json.is_object() || json.contains("compliance") || !json.contains("interfaces")) return;
+  const Json& interfaces = json["interfaces"];
+  if (!interfaces.is_object() || interfaces.size() <= 2) return;
+  std::string names;
+  for (const auto& [name, value] : interfaces.items()) names += (names.empty() ? "" : ", ") + name;
+  throw InputError(
+      {.file = file,
+       .key = "interfaces",
+       .what = "a link with " + std::to_string(interfaces.size()) + " interfaces (" + names +
+               ") is not a spring between two ends, which is all that a robot file takes",
+       .cure = "For each pair that a chain runs through, identify the link with a link file that "
+               "names just that pair, as 'fixed' and 'loaded'"});
+}
+
 }  // namespace
 
 Json read_json(const std::filesystem::path& file) {
@@ -194,6 +210,7 @@ Json to_json(const spatial::Twist& twist) {
 spatial::Compliance6 read_compliance(const std::filesystem::path& file) {
   const Json json = read_json(file);
   const MatrixReader reader(file, json);
+  require_two_interfaces(file, json);
   reader.require("order", coordinate_order());
   reader.require("units", si_units());
   const Matrix6 matrix = reader.matrix<6, 6>("compliance");

@@ -24,6 +24,60 @@ double area(const SurfaceMesh& mesh, const std::vector<int>& facets) {
   return sum;
 }
 
+// A ball of radius 1: an octahedron whose facets are split `times` and pushed to the radius.
+SurfaceMesh ball(int times) {
+  SurfaceMesh mesh{
+      .points = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}},
+      .triangles = {
+          {0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}}};
+  for (int i = 0; i < times; ++i) {
+    SurfaceMesh finer;
+    for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+      const Vector3 &a = mesh.corner(f, 0), &b = mesh.corner(f, 1), &c = mesh.corner(f, 2);
+      const int base = static_cast<int>(finer.points.size());
+      for (const Vector3& p : {a, b, c, Vector3(a + b), Vector3(b + c), Vector3(c + a)})
+        finer.points.push_back(p.normalized());
+      for (const auto& [p, q, r] : {Triangle{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}})
+        finer.triangles.push_back({base + p, base + q, base + r});
+    }
+    weld(finer, 1e-9);
+    mesh = finer;
+  }
+  return mesh;
+}
+
+TEST(Selection, ASphereTakesTheBallAndNotABoxThatTouchesIt) {
+  SurfaceMesh both = ball(3);
+  const std::size_t round = both.triangles.size();
+  append(both, box_surface(Vector3(1, 1, 1) / -std::sqrt(3), Vector3(1, 1, 1) / std::sqrt(3)));
+  EXPECT_EQ(select_facets(both, SphereSelector{{0, 0, 0}, 1}).size(), round);
+  EXPECT_TRUE(select_facets(both, SphereSelector{{0, 0, 0}, 0.9}).empty());
+  EXPECT_THAT(nearest_candidates(both, SphereSelector{{0, 0, 0}, 0.9}, "m"), HasSubstr("1 m away"));
+}
+
+TEST(Selection, AGroupIsTakenByNameAndMissedOnesAreListed) {
+  SurfaceMesh named = box;
+  named.groups = {{"base", {0, 1}}, {"lid", {2, 3, 4}}};
+  EXPECT_EQ(select_facets(named, GroupSelector{"lid"}), (std::vector<int>{2, 3, 4}));
+  EXPECT_TRUE(select_facets(named, GroupSelector{"bass"}).empty());
+  EXPECT_THAT(nearest_candidates(named, GroupSelector{"bass"}, "mm"), HasSubstr("base"));
+  EXPECT_THAT(nearest_candidates(box, GroupSelector{"base"}, "mm"), HasSubstr("no groups"));
+}
+
+TEST(Selection, APatchTakesTheFacetsOnItHoweverItIsDivided) {
+  // The face x = 0 of the box as one fan about its middle, and half of the opposite face.
+  SurfaceMesh patch;
+  patch.points = {{0, 0, 0}, {0, 0.2, 0}, {0, 0.2, 0.1}, {0, 0, 0.1}, {0, 0.1, 0.05}};
+  patch.triangles = {{0, 4, 1}, {1, 4, 2}, {2, 4, 3}, {3, 4, 0}};
+  EXPECT_EQ(select_facets(box, PatchSelector{patch}), (std::vector<int>{8, 9}));
+  SurfaceMesh half = box;
+  half.triangles = {box.triangles[10]};
+  EXPECT_EQ(select_facets(box, PatchSelector{half}), (std::vector<int>{10}));
+  for (Vector3& p : patch.points) p.x() -= 0.01;
+  EXPECT_TRUE(select_facets(box, PatchSelector{patch}).empty());
+  EXPECT_THAT(nearest_candidates(box, PatchSelector{patch}, "mm"), HasSubstr("same unit"));
+}
+
 TEST(Selection, APlaneTakesItsFaceAndNotTheSides) {
   const auto facets = select_facets(box, PlaneSelector{{0, 0.1, 0}, {-1, 0, 0}});
   EXPECT_EQ(facets, (std::vector<int>{8, 9}));

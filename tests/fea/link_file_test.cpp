@@ -80,12 +80,76 @@ TEST_F(LinkFile, EveryMistakeIsNamedWithItsLineAndKey) {
   EXPECT_THAT(message("unit: mm", "unit: kg"), HasSubstr("mesh.unit"));
   EXPECT_THAT(message("foot.stl", "feet.stl"), HasSubstr("feet.stl"));
   EXPECT_THAT(message("order: 2", "order: 3"), HasSubstr("elements.order"));
-  EXPECT_THAT(message("coupling: rigid", "coupling: body"), HasSubstr("Use rigid"));
+  EXPECT_THAT(message("coupling: rigid", "modulus_ratio: 100"), HasSubstr("coupling: body"));
+  EXPECT_THAT(message("coupling: rigid", "coupling: body, modulus_ratio: 0.5"),
+              HasSubstr("not between 1 and"));
   EXPECT_THAT(message("coupling: rigid", "coupling: ridgid"), HasSubstr("rigid"));
   EXPECT_THAT(message("size: 5", "size: 5, accuracy: 1 %"), HasSubstr("Give the accuracy alone"));
   EXPECT_THAT(message("size: 5", "accuracy: 0"), HasSubstr("not between 0.001 % and 50 %"));
   EXPECT_THAT(message("size: 5", "accuracy: 200 %"), HasSubstr("elements.accuracy"));
-  EXPECT_THAT(message("plane:", "sphere:"), HasSubstr("fixed"));
+  EXPECT_THAT(message("plane:", "shpere:"), HasSubstr("fixed"));
+  EXPECT_THAT(message("radius: 8", "radius: 8}, sphere: {center: [0, 0, 0], radius: 1"),
+              HasSubstr("loaded"));
+}
+
+TEST_F(LinkFile, CouplingsAreRead) {
+  const LinkSpec spec =
+      read(replaced(replaced(good, "coupling: rigid", "coupling: body, modulus_ratio: 200"),
+                    "normal: [-2, 0, 0]}", "normal: [-2, 0, 0]}, coupling: distributing"));
+  EXPECT_EQ(spec.interfaces[0].coupling, Coupling::distributing);
+  EXPECT_EQ(spec.interfaces[1].coupling, Coupling::body);
+  EXPECT_EQ(spec.interfaces[1].modulus_ratio, 200);
+}
+
+TEST_F(LinkFile, SphereGroupAndPatchAreRead) {
+  folder_.file("patch.stl", binary_stl(box_surface({0, 0, 0}, {0.1, 0.1, 0.1}), 1000));
+  const std::string plane = "{plane: {point: [0, 0, 0], normal: [-2, 0, 0]}}";
+  const auto selector = [&](const std::string& text) {
+    return read(replaced(good, plane, text)).interfaces[0].selector;
+  };
+  const auto ball = std::get<SphereSelector>(selector("{sphere: {center: [1, 2, 3], radius: 4}}"));
+  EXPECT_NEAR((ball.center - Vector3(0.001, 0.002, 0.003)).norm(), 0, 1e-16);
+  EXPECT_NEAR(ball.radius, 0.004, 1e-16);
+  EXPECT_EQ(std::get<GroupSelector>(selector("{group: base plate}")).name, "base plate");
+  const auto patch = std::get<PatchSelector>(selector("{stl: patch.stl}"));
+  EXPECT_EQ(patch.patch.triangles.size(), 12u);
+  EXPECT_NEAR(bounding_box(patch.patch.points).max().x(), 0.1, 1e-9);
+}
+
+constexpr const char* ternary =
+    "kinetostat: 1\n"
+    "link: rocker\n"
+    "mesh: {file: foot.stl, unit: mm}\n"
+    "material: {E: 70 GPa, nu: 0.33}\n"
+    "interfaces:\n"
+    "  left:  {sphere: {center: [0, 0, 0], radius: 5}}\n"
+    "  base:  {group: base, coupling: distributing, point: [1, 0, 0]}\n"
+    "  right: {sphere: {center: [50, 0, 0], radius: 5}}\n"
+    "fixed: base\n";
+
+TEST_F(LinkFile, NamedInterfacesPutTheFixedOneFirst) {
+  const LinkSpec spec = read(ternary);
+  ASSERT_EQ(spec.interfaces.size(), 3u);
+  EXPECT_EQ(spec.interfaces[0].name, "base");
+  EXPECT_EQ(spec.interfaces[1].name, "left");
+  EXPECT_EQ(spec.interfaces[2].name, "right");
+  EXPECT_EQ(spec.interfaces[0].coupling, Coupling::distributing);
+}
+
+TEST_F(LinkFile, MistakesInNamedInterfacesAreNamed) {
+  const auto complaint = [this](const std::string& from, const std::string& to) -> std::string {
+    try {
+      read(replaced(ternary, from, to));
+    } catch (const files::InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(complaint("fixed: base", "fixed: bass"), HasSubstr("base"));
+  EXPECT_THAT(complaint("fixed: base\n", ""), HasSubstr("fixed"));
+  EXPECT_THAT(complaint("fixed: base\n", "fixed: base\nloaded: left\n"), HasSubstr("loaded"));
+  EXPECT_THAT(complaint("  left:  {sphere: {center: [0, 0, 0], radius: 5}}\n", "  left: {}\n"),
+              HasSubstr("interfaces.left"));
 }
 
 }  // namespace
