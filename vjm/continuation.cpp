@@ -79,7 +79,7 @@ std::optional<Station> Continuation::first(const PathState& at) {
     if (!(forward.norm() > 1e-8 * push.norm())) return std::nullopt;
   }
   forward.normalize();
-  return correct(at, VectorXd::Zero(n), forward, 0, forward);
+  return station(at, forward);
 }
 
 std::optional<Station> Continuation::step(const Station& from, double length) {

@@ -124,8 +124,8 @@ CriticalStation crossing(Continuation& continuation, const Station& from, const 
 // On a branch through the vertex of a pitchfork the eigenvalue touches zero only.
 CriticalStation vertex(Continuation& continuation, const Station& from, const Station& to,
                        int neutral) {
-  const Located at =
-      locate(continuation, from, to, [](const Station& s) { return s.parameter_rate(); });
+  const Located at = locate_or_approach(continuation, from, to,
+                                        [](const Station& s) { return s.parameter_rate(); });
   CriticalStation critical;
   critical.station = at.station;
   critical.modes = vanishing(at.station.eigenvalues, neutral, 1);

@@ -57,13 +57,17 @@ PathEquations::PathEquations(const Manipulator& manipulator, const Posture& post
 }
 
 EquilibriumStatus PathEquations::start(double parameter, PathState& state, std::string& reason) {
+  state.parameter = parameter;
+  if (parameter == 0 && task_.constant.empty() && manipulator_.is_relaxed_when_unloaded()) {
+    state.state = system_.relaxed_state();
+    return EquilibriumStatus::converged;
+  }
   const Pose pose = spatial::displaced(posture_.platform, parameter * task_.displacement);
   const Load load = task_.load(parameter);
   const Equilibrium found = task_.platform_held
                                 ? equilibrium_at_pose(manipulator_, posture_, pose, {}, load.nodes)
                                 : equilibrium_under_load(manipulator_, posture_, load);
   reason = found.reason;
-  state.parameter = parameter;
   state.state.bodies = {found.platform};
   state.state.bodies.insert(state.state.bodies.end(), found.inner_bodies.begin(),
                             found.inner_bodies.end());

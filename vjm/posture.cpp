@@ -44,6 +44,7 @@ VectorXd solve_least_squares(VectorXd z, const Evaluate& evaluate, double tolera
       std::swap(now, next);
       damping = std::max(damping * 0.1, 1e-15);
     } else {
+      if (step.norm() <= 1e-13 * z.norm()) break;  // rounding
       damping = std::max(damping * 10, 1e-12);
       if (damping > 1e8) break;
     }
@@ -206,12 +207,13 @@ class LoopCloser {
     const std::vector<Pose> origin = bodies_;
     VectorXd z = VectorXd::Zero(6 * moving_bodies() + n);
     for (Index k = 0; k < n; ++k) z[6 * moving_bodies() + k] = value(k);
-    const double accepted = std::max(options_.tolerance, 1e-12 * length_);
+    // In a singular posture the last digits come slowly.
+    const double accepted = std::max(options_.tolerance, 1e-11 * length_);
     const auto evaluate_loops = [&](const VectorXd& values, Residual& residual) {
       set(values, origin);
       fill(residual);
     };
-    z = solve_least_squares(z, evaluate_loops, 0.1 * accepted, options_.max_iterations);
+    z = solve_least_squares(z, evaluate_loops, 1e-4 * accepted, options_.max_iterations);
     Residual residual;
     evaluate_loops(z, residual);
     return result(residual, accepted);
