@@ -156,7 +156,7 @@ files::Json json_of(const fea::LinkSpec& spec, const Reference& reference,
 files::Json compare_beams(Run& run, const Options& options) {
   const fea::LinkSpec spec = fea::read_link(options.link);
   const std::size_t loaded = loaded_number(spec, options.interface);
-  const fea::LinkGeometry geometry = fea::read_geometry(spec);
+  const fea::LinkGeometry geometry = fea::read_geometry(spec, run.progress());
   const Reference reference = options.fea.empty()
                                   ? identified(run, spec, loaded)
                                   : from_file(run, spec, geometry, options.fea, loaded);

@@ -237,7 +237,9 @@ Equations assemble(const TetMesh& mesh, const std::vector<Material>& materials,
     if (e % 8192 == 0)
       progress.report(phase, static_cast<double>(e) / static_cast<double>(mesh.element_count()));
     const Material& material = materials[mesh.material_of(e)];
-    if (mesh.order == 2)
+    if (mesh.curved)
+      scatter.add<10>(e, stiffness_curved_tet10(mesh.all_nodes(e), material));
+    else if (mesh.order == 2)
       scatter.add<10>(e, stiffness_tet10(mesh.corners(e), material));
     else
       scatter.add<4>(e, stiffness_tet4(mesh.corners(e), material));

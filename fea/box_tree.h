@@ -23,6 +23,12 @@ class BoxTree {
   void visit_overlapping(const Box& box, Visit visit) const {
     visit_if([&box](const Box& other) { return box.intersects(other); }, visit);
   }
+  /// Calls visit(index) for boxes nearer to the point than the square root of `squared_limit`,
+  /// which visit may lower as it goes; nearer parts of the tree come first.
+  template <class Visit>
+  void visit_near(const Vector3& point, const double& squared_limit, Visit visit) const {
+    if (!nodes_.empty()) approach(0, point, squared_limit, visit);
+  }
 
  private:
   struct Node {
@@ -45,6 +51,26 @@ class BoxTree {
       const int item = order_[static_cast<std::size_t>(i)];
       if (touches(boxes_[static_cast<std::size_t>(item)])) visit(item);
     }
+  }
+
+  template <class Visit>
+  void approach(int index, const Vector3& point, const double& limit, const Visit& visit) const {
+    const Node& node = nodes_[static_cast<std::size_t>(index)];
+    if (node.box.squaredExteriorDistance(point) >= limit) return;
+    if (node.left == 0) {
+      for (int i = node.first; i < node.last; ++i) {
+        const int item = order_[static_cast<std::size_t>(i)];
+        if (boxes_[static_cast<std::size_t>(item)].squaredExteriorDistance(point) < limit)
+          visit(item);
+      }
+      return;
+    }
+    const auto distance = [&](int child) {
+      return nodes_[static_cast<std::size_t>(child)].box.squaredExteriorDistance(point);
+    };
+    const bool left_first = distance(node.left) <= distance(node.right);
+    approach(left_first ? node.left : node.right, point, limit, visit);
+    approach(left_first ? node.right : node.left, point, limit, visit);
   }
 
   std::vector<Box> boxes_;

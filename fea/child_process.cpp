@@ -1,6 +1,7 @@
 #include "kinetostat/fea/child_process.h"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -22,14 +23,16 @@ constexpr rlim_t isolated_memory = rlim_t{8} << 30;  // [bytes] of address space
   throw std::system_error(errno, std::generic_category(), what);
 }
 
+constexpr int rearranged = 5;  // descriptors 0 to 4 of a child program
+
 // A file in memory without a name.
 class MemoryFile {
  public:
   explicit MemoryFile(const char* label) : descriptor_(memfd_create(label, MFD_CLOEXEC)) {
     if (descriptor_ < 0) fail("memfd_create");
-    // Out of the way of descriptors 0 to 3, which the child rearranges.
-    if (descriptor_ <= 3) {
-      const int higher = fcntl(descriptor_, F_DUPFD_CLOEXEC, 4);
+    // Out of the way of the descriptors that the child rearranges.
+    if (descriptor_ < rearranged) {
+      const int higher = fcntl(descriptor_, F_DUPFD_CLOEXEC, rearranged);
       close(descriptor_);
       descriptor_ = higher;
       if (descriptor_ < 0) fail("fcntl");
@@ -92,13 +95,15 @@ class Child {
 };
 
 // Between fork and exec only calls that are safe when other threads held locks at the fork.
-[[noreturn]] void become(const char* program, char* const* arguments, const int* descriptors,
+[[noreturn]] void become(const char* program, char* const* arguments,
+                         const std::array<int, rearranged>& descriptors, std::size_t memory_limit,
                          pid_t parent) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(127);  // the parent died before the line above
-  const int targets[] = {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO, 3};
-  for (int i = 0; i < 4; ++i)
-    if (dup2(descriptors[i], targets[i]) < 0) _exit(127);
+  for (int target = 0; target < rearranged; ++target)
+    if (dup2(descriptors[static_cast<std::size_t>(target)], target) < 0) _exit(127);
+  const rlimit memory{memory_limit, memory_limit};
+  if (memory_limit > 0) setrlimit(RLIMIT_AS, &memory);
   execv(program, arguments);
   _exit(127);
 }
@@ -152,23 +157,38 @@ ChildResult finish(pid_t pid, const MemoryFile& answer, const MemoryFile& words,
 
 }  // namespace
 
+std::filesystem::path find_helper(const std::string& name) {
+  std::error_code ignored;
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", ignored);
+  std::vector<std::filesystem::path> folders;
+  if (!program.empty())  // or the folders below would be those of whoever calls
+    folders = {program.parent_path(),
+               program.parent_path().parent_path() / "libexec" / "kinetostat"};
+  folders.emplace_back(KINETOSTAT_LIBEXEC_DIR);
+  for (const std::filesystem::path& folder : folders)
+    if (std::filesystem::exists(folder / name, ignored)) return folder / name;
+  return {};
+}
+
 ChildResult run_child(const ChildCall& call, const std::string& phase, files::Progress& progress) {
   const std::string program = call.program.string();
   if (access(program.c_str(), X_OK) != 0) fail(program.c_str());
-  const MemoryFile input("request"), answer("answer"), words("words");
+  const MemoryFile input("request"), second("second request"), answer("answer"), words("words");
   input.write_all(call.input);
+  second.write_all(call.second_input);
   std::vector<std::string> copies{program};
   copies.insert(copies.end(), call.arguments.begin(), call.arguments.end());
   std::vector<char*> arguments;
   for (std::string& argument : copies) arguments.push_back(argument.data());
   arguments.push_back(nullptr);
-  const int descriptors[] = {input.descriptor(), words.descriptor(), words.descriptor(),
-                             answer.descriptor()};
+  const std::array<int, rearranged> descriptors{input.descriptor(), words.descriptor(),
+                                                words.descriptor(), answer.descriptor(),
+                                                second.descriptor()};
 
   const pid_t parent = getpid();
   const pid_t pid = fork();
   if (pid < 0) fail("fork");
-  if (pid == 0) become(program.c_str(), arguments.data(), descriptors, parent);
+  if (pid == 0) become(program.c_str(), arguments.data(), descriptors, call.memory_limit, parent);
   return finish(pid, answer, words, call.time_limit, [&] { progress.report(phase, 0); });
 }
 

@@ -21,9 +21,16 @@ struct ChildResult {
 struct ChildCall {
   std::filesystem::path program;
   std::vector<std::string> arguments;
-  std::string input;      // on its standard input
-  double time_limit = 0;  // [s]; then it is killed
+  std::string input;              // on its standard input
+  double time_limit = 0;          // [s]; then it is killed
+  std::string second_input = {};  // on file descriptor 4, which can be read from any place
+  std::size_t memory_limit = 0;   // [bytes] of address space; 0: none
 };
+
+/// Where a helper program of this name is: beside the running program, else in
+/// ../libexec/kinetostat from there (an installation may be moved), else in the folder that was
+/// fixed when kinetostat was configured. Empty when in none.
+std::filesystem::path find_helper(const std::string& name);
 
 /// Runs the program and waits. It is killed when the time is over, when `progress` is cancelled and
 /// when this process ends for whatever reason. Data pass through anonymous memory files, which

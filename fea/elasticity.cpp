@@ -55,6 +55,16 @@ Eigen::Matrix<double, 30, 1> quadratic_gradients(const Gradients& g, const Eigen
   return all;
 }
 
+constexpr double four_point_near = 0.58541019662496845446;  // (5 + 3 sqrt 5) / 20
+constexpr double four_point_far = 0.13819660112501051518;   // (5 - sqrt 5) / 20
+
+// Barycentric coordinates of point q of the four of equal weight, exact to second degree.
+Eigen::Vector4d four_point(int q) {
+  Eigen::Vector4d l = Eigen::Vector4d::Constant(four_point_far);
+  l[q] = four_point_near;
+  return l;
+}
+
 }  // namespace
 
 Material::Material(double young, double poisson, std::optional<double> density)
@@ -91,15 +101,29 @@ ElementStiffness<10> stiffness_tet10(const std::array<Vector3, 4>& corners,
                                      const Material& material) {
   double volume = 0;
   const Gradients g = gradients_and_volume(corners, volume);
-  // Four points of equal weight, exact to second degree.
-  const double near = (5 + 3 * std::sqrt(5.0)) / 20, far = (5 - std::sqrt(5.0)) / 20;
+  Eigen::Matrix<double, 30, 4> at_points;
+  for (int q = 0; q < 4; ++q) at_points.col(q) = quadratic_gradients(g, four_point(q));
+  return stiffness_from<10>(volume / 4 * at_points * at_points.transpose(), material);
+}
+
+ElementStiffness<10> stiffness_curved_tet10(const std::array<Vector3, 10>& nodes,
+                                            const Material& material) {
+  // On the unit tetrahedron the barycentric coordinates 1 to 3 are the coordinates.
+  Gradients unit = Gradients::Zero();
+  unit.rightCols<3>().setIdentity();
+  unit.col(0).setConstant(-1);
   Eigen::Matrix<double, 30, 4> at_points;
   for (int q = 0; q < 4; ++q) {
-    Eigen::Vector4d l = Eigen::Vector4d::Constant(far);
-    l[q] = near;
-    at_points.col(q) = quadratic_gradients(g, l);
+    const Eigen::Matrix<double, 30, 1> local = quadratic_gradients(unit, four_point(q));
+    const Eigen::Map<const Eigen::Matrix<double, 3, 10>> by_node(local.data());
+    Matrix3 map = Matrix3::Zero();  // d place / d local
+    for (std::size_t k = 0; k < 10; ++k)
+      map += nodes[k] * by_node.col(static_cast<Eigen::Index>(k)).transpose();
+    const Eigen::Matrix<double, 3, 10> gradients = map.inverse().transpose() * by_node;
+    at_points.col(q) = std::sqrt(map.determinant() / 24) *
+                       Eigen::Map<const Eigen::Matrix<double, 30, 1>>(gradients.data());
   }
-  return stiffness_from<10>(volume / 4 * at_points * at_points.transpose(), material);
+  return stiffness_from<10>(at_points * at_points.transpose(), material);
 }
 
 }  // namespace kinetostat::fea

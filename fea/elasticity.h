@@ -1,4 +1,4 @@
-// Linear elasticity on one tetrahedron with straight edges.
+// Linear elasticity on one tetrahedron.
 #pragma once
 
 #include <array>
@@ -47,5 +47,10 @@ ElementStiffness<4> stiffness_tet4(const std::array<Vector3, 4>& corners, const 
 /// integrates it exactly.
 ElementStiffness<10> stiffness_tet10(const std::array<Vector3, 4>& corners,
                                      const Material& material);
+
+/// The same with mid nodes anywhere: the isoparametric element, integrated by the four-point rule
+/// as CalculiX's C3D10 is. All nodes [m], in the order of tet_mesh.h.
+ElementStiffness<10> stiffness_curved_tet10(const std::array<Vector3, 10>& nodes,
+                                            const Material& material);
 
 }  // namespace kinetostat::fea

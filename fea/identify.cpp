@@ -81,8 +81,8 @@ LinkModel model_on(const LinkSpec& spec, const LinkGeometry& geometry,
 RefinedModel model_as_asked(const LinkSpec& spec, const LinkGeometry& geometry,
                             const IdentifyOptions& options, files::Progress& progress) {
   TetrahedralizeOptions meshing = options.meshing;
-  if (spec.size) {
-    meshing.edge_length = *spec.size;
+  if (spec.size || geometry.volume) {
+    meshing.edge_length = spec.size.value_or(0);
     LinkModel model = model_on(spec, geometry, meshing, options.solver, progress);
     progress.report("error estimate", 0);
     Accuracy accuracy = accuracy_of(model);
@@ -115,8 +115,7 @@ void add_mass(LinkResult& result) {
 LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
                     files::Progress& progress) {
   Stopwatch watch;
-  progress.report("surface", 0);
-  const LinkGeometry geometry = read_geometry(spec);
+  const LinkGeometry geometry = read_geometry(spec, progress);
   const SurfaceReport& report = geometry.report;
   watch.lap("surface");
 
@@ -129,6 +128,7 @@ LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
   result.accuracy = std::move(refined.accuracy);
   result.geometry = mass_properties(result.mesh);
   result.quality = quality(result.mesh);
+  if (geometry.volume) result.element_size = result.quality.mean_edge;
   watch.lap("model");
   if (is_wanted(options.bracket, result.mesh)) {
     result.bracket = solved(spec, result.mesh, [&] {
@@ -146,6 +146,7 @@ LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
   result.weld = geometry.imported.weld;
   result.facets = report.facets;
   add_mass(result);
+  result.warnings = geometry.notes;
   add_warnings(spec, report, result);
   result.link_sha256 = spec.sha256;
   result.mesh_sha256 = geometry.imported.sha256;

@@ -14,10 +14,10 @@ using files::YamlNode;
 using spatial::UnitSystem;
 namespace dimension = spatial::dimension;
 
-std::string read_unit(const YamlNode& mesh) {
+std::string read_unit(const YamlNode& mesh, const std::filesystem::path& mesh_file) {
   const auto unit = mesh.find("unit");
   // Without one, identify() refuses with the sizes to choose by.
-  if (!unit) return {};
+  if (!unit) return unit_of_format(mesh_file);
   try {
     spatial::parse_quantity("1 " + unit->text(), dimension::length);
   } catch (const std::invalid_argument& error) {
@@ -169,6 +169,21 @@ double read_accuracy(const YamlNode& node) {
   return accuracy;
 }
 
+RepairOptions read_repair(const YamlNode& mesh, const UnitSystem& units) {
+  RepairOptions options;
+  if (const auto steps = mesh.find("repair"))
+    for (const YamlNode& step : steps->items())
+      options.steps.push_back(repair_step(step.choice(repair_steps())));
+  for (const char* key : {"tolerance", "limit"})
+    if (const auto value = mesh.find(key); value && options.steps.empty())
+      value->fail("it is for 'repair', which is not asked for", "Add 'repair: [weld, orient]'");
+  if (const auto tolerance = mesh.find("tolerance"))
+    options.tolerance = tolerance->positive(dimension::length, units);
+  if (const auto limit = mesh.find("limit"))
+    options.limit = limit->positive(dimension::none, units);
+  return options;
+}
+
 void read_elements(const YamlNode& node, const UnitSystem& units, LinkSpec& spec) {
   node.allow_only({"order", "size", "accuracy"});
   if (const auto order = node.find("order")) spec.order = order->integer(1, 2);
@@ -189,18 +204,21 @@ LinkSpec read_link(const std::filesystem::path& file) {
   top.allow_only(
       {"kinetostat", "link", "mesh", "material", "interfaces", "fixed", "loaded", "elements"});
   const YamlNode mesh = top.at("mesh");
-  mesh.allow_only({"file", "unit"});
-  const std::string unit = read_unit(mesh);
+  mesh.allow_only({"file", "unit", "body", "repair", "tolerance", "limit"});
+  const std::filesystem::path mesh_file = mesh.at("file").existing_file();
+  const std::string unit = read_unit(mesh, mesh_file);
   UnitSystem units;
   if (!unit.empty()) units.length = unit;
   // Filled one by one: when a value in nested braces throws, g++ 12 destroys members never made.
   LinkSpec spec(read_material(top.at("material")));
   spec.name = top.at("link").text();
   spec.file = file;
-  spec.mesh_file = mesh.at("file").existing_file();
+  spec.mesh_file = mesh_file;
   spec.mesh_name = mesh.at("file").text();
   spec.unit = unit;
   spec.mesh_origin = place(mesh);
+  if (const auto body = mesh.find("body")) spec.body = body->text();
+  spec.repair = read_repair(mesh, units);
   spec.interfaces = read_interfaces(top, units);
   spec.sha256 = files::sha256(files::read_text(file));
   if (const auto elements = top.find("elements")) read_elements(*elements, units, spec);

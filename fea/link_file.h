@@ -31,6 +31,7 @@
 #include "kinetostat/fea/coupling.h"
 #include "kinetostat/fea/elasticity.h"
 #include "kinetostat/fea/interface_selection.h"
+#include "kinetostat/fea/surface_repair.h"
 #include "kinetostat/files/error.h"
 
 namespace kinetostat::fea {
@@ -51,7 +52,9 @@ struct LinkSpec {
   std::filesystem::path file;              // the link file
   std::filesystem::path mesh_file;         // where it is
   std::string mesh_name;                   // as the link file spells it
-  std::string unit;                        // of the mesh; empty when the file does not state it
+  std::string unit;                        // of the mesh; empty when no file states it
+  std::string body;                        // the one of several that is meant; may be empty
+  RepairOptions repair;                    // without steps: none
   files::InputError::Details mesh_origin;  // of the key `mesh`, for messages
   Material material;
   std::vector<InterfaceSpec> interfaces;  // two or more; the first is fixed, the others loaded

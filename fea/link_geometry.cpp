@@ -3,46 +3,14 @@
 #include <algorithm>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
+#include "kinetostat/fea/solid_mesh.h"
 #include "kinetostat/fea/surface_faces.h"
 
 namespace kinetostat::fea {
 namespace {
 
 using files::InputError;
-
-// A missing unit is a fault of the link file, though only the mesh shows what it might be.
-ImportedSurface import(const LinkSpec& spec) {
-  try {
-    return read_surface(spec.mesh_file, spec.unit);
-  } catch (const MissingUnit& error) {
-    InputError::Details details = spec.mesh_origin;
-    details.what = error.details().what;
-    details.cure =
-        fmt::format("Add it, for example 'mesh: {{file: {}, unit: mm}}'", spec.mesh_name);
-    throw InputError(details);
-  }
-}
-
-void require_sound(const LinkSpec& spec, const SurfaceMesh& surface, const SurfaceReport& report) {
-  if (!report.sound()) {
-    std::vector<std::string> wrong;
-    const std::vector<std::string> lines = describe(report, spec.unit);
-    wrong.assign(lines.end() - static_cast<std::ptrdiff_t>(report.defects.size()), lines.end());
-    throw SurfaceError(
-        {.file = spec.mesh_file,
-         .what = fmt::format("the surface does not bound a solid: {}", fmt::join(wrong, "; ")),
-         .cure = "See the offending facets with 'kinetostat mesh check --vtu'"},
-        offending_facets(surface, report));
-  }
-  if (report.bodies() != 1)
-    throw SurfaceError({.file = spec.mesh_file,
-                        .what = fmt::format("the surface bounds {} separate bodies, a link is one",
-                                            report.bodies()),
-                        .cure = "Unite them in the CAD program, or export one of them"},
-                       {});
-}
 
 std::vector<int> select(const InterfaceSpec& spec, const SurfaceMesh& surface,
                         const std::string& unit) {
@@ -109,25 +77,40 @@ std::vector<int> tag_facets(const LinkSpec& spec, const SurfaceMesh& surface) {
 
 }  // namespace
 
-LinkGeometry read_geometry(const LinkSpec& spec) {
-  LinkGeometry geometry{.imported = import(spec), .report = {}, .tags = {}};
-  const SurfaceMesh& surface = geometry.imported.mesh;
-  geometry.report = check_surface(surface, geometry.imported.weld.tolerance);
-  require_sound(spec, surface, geometry.report);
-  geometry.tags = tag_facets(spec, surface);
+LinkGeometry read_geometry(const LinkSpec& spec, files::Progress& progress) {
+  LinkGeometry geometry{read_link_mesh(spec, progress)};
+  geometry.tags = tag_facets(spec, geometry.imported.mesh);
   return geometry;
 }
 
 double default_size(const SurfaceReport& report) { return 0.67 * report.volume / report.area; }
 
+namespace {
+
+// A mesh from a file, its faces tagged like the facets that stand for them.
+TetMesh tagged(TetMesh mesh, const std::vector<int>& tags) {
+  for (std::size_t f = 0; f < tags.size(); ++f) mesh.boundary[f].tag = tags[f];
+  return mesh;
+}
+
+void require_one_piece(const LinkSpec& spec, const TetMesh& mesh) {
+  if (count_pieces(mesh) != 1)
+    throw InputError(spec.mesh_file, "the mesh falls into pieces that do not hang together",
+                     "Unite the bodies in the CAD program");
+}
+
+}  // namespace
+
 TetMesh fill(const LinkSpec& spec, const LinkGeometry& geometry,
              const TetrahedralizeOptions& options, files::Progress& progress) {
+  if (geometry.volume) {
+    require_one_piece(spec, *geometry.volume);
+    return tagged(*geometry.volume, geometry.tags);
+  }
   const SurfaceMesh& surface = geometry.imported.mesh;
   try {
-    const TetMesh linear = tetrahedralize(surface, geometry.tags, options, progress);
-    if (count_pieces(linear) != 1)
-      throw InputError(spec.mesh_file, "the mesh falls into pieces that do not hang together",
-                       "Unite the bodies in the CAD program");
+    const TetMesh linear = fill_solid(surface, geometry.tags, options, progress);
+    require_one_piece(spec, linear);
     return spec.order == 2 ? with_mid_nodes(linear) : linear;
   } catch (const MeshingError& error) {
     SurfaceReport blamed;

@@ -6,41 +6,26 @@
 #include <vector>
 
 #include "kinetostat/fea/link_file.h"
+#include "kinetostat/fea/link_mesh.h"
 #include "kinetostat/fea/surface_check.h"
 #include "kinetostat/fea/tetrahedralize.h"
 #include "kinetostat/files/progress.h"
-#include "kinetostat/files/vtu.h"
 
 namespace kinetostat::fea {
 
-/// The surface of the link cannot be meshed. Ends the program like any other bad input, but keeps
-/// the facets for a picture.
-class SurfaceError : public files::InputError {
- public:
-  SurfaceError(Details details, files::VtuGrid facets)
-      : InputError(std::move(details)), facets_(std::move(facets)) {}
-
-  /// Empty when no facet is to blame.
-  const files::VtuGrid& facets() const { return facets_; }
-
- private:
-  files::VtuGrid facets_;
+struct LinkGeometry : LinkMesh {
+  std::vector<int> tags = {};  // of the facets: 0, or 1 + the number of the interface
 };
 
-struct LinkGeometry {
-  ImportedSurface imported;
-  SurfaceReport report;
-  std::vector<int> tags;  // of the facets: 0, or 1 + the number of the interface
-};
-
-/// Reads the surface and picks the interfaces. Throws SurfaceError when the surface does not bound
+/// Reads the mesh and picks the interfaces. Throws SurfaceError when the surface does not bound
 /// one solid, InputError when an interface is empty or touches another.
-LinkGeometry read_geometry(const LinkSpec& spec);
+LinkGeometry read_geometry(const LinkSpec& spec, files::Progress& progress);
 
 /// Three elements through a plate of the mean thickness 2 V / A [m].
 double default_size(const SurfaceReport& report);
 
-/// Tetrahedra of the order of the link file, their boundary tagged as the facets. Throws
+/// Tetrahedra of the order of the link file, their boundary tagged as the facets: those of the mesh
+/// file when it is a volume mesh. Throws
 /// SurfaceError.
 TetMesh fill(const LinkSpec& spec, const LinkGeometry& geometry,
              const TetrahedralizeOptions& options, files::Progress& progress);

@@ -82,6 +82,7 @@ Json material_json(const Material& material) {
 
 Json mesh_json(const LinkResult& result) {
   return {{"order", result.mesh.order},
+          {"mesher", result.mesh.made_by.empty() ? "from the mesh file" : result.mesh.made_by},
           {"size", result.element_size > 0 ? Json(result.element_size) : Json()},
           {"elements", result.mesh.element_count()},
           {"nodes", result.mesh.nodes.size()},

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "kinetostat/fea/surface_mesh.h"
+#include "kinetostat/fea/surface_orientation.h"
 #include "kinetostat/files/vtu.h"
 
 namespace kinetostat::fea {
@@ -26,14 +27,6 @@ struct Defect {
   DefectKind kind;
   std::vector<int> facets;  // concerned, from 0, ascending
   std::size_t count;        // of edges for the edge defects, of pairs for self-intersections
-};
-
-/// Facets connected over edges.
-struct Shell {
-  std::vector<int> facets;
-  double volume = 0;  // [m^3], negative when the facets face inwards
-  Box box;
-  int depth = 0;  // number of shells around it: odd is a cavity, even a body
 };
 
 struct SurfaceReport {

@@ -15,7 +15,10 @@
 #include <assimp/scene.h>
 #include <fmt/format.h>
 
+#include "kinetostat/fea/byte_blocks.h"
 #include "kinetostat/fea/child_process.h"
+#include "kinetostat/fea/gmsh_program.h"
+#include "kinetostat/fea/volume_mesh.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/text_file.h"
 #include "kinetostat/spatial/units.h"
@@ -102,21 +105,6 @@ std::vector<int> merge_identical(std::vector<Vector3>& points) {
   return number;
 }
 
-std::vector<int> merge_near(std::vector<Vector3>& points, double tolerance) {
-  std::vector<int> number(points.size());
-  std::vector<Vector3> kept;
-  PointGrid grid(bounding_box(points).min(), tolerance);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    number[i] = grid.find(points[i], kept);
-    if (number[i] >= 0) continue;
-    number[i] = static_cast<int>(kept.size());
-    grid.add(points[i], number[i]);
-    kept.push_back(points[i]);
-  }
-  points = std::move(kept);
-  return number;
-}
-
 std::string lower_extension(const std::filesystem::path& file) {
   std::string extension = file.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
@@ -187,15 +175,55 @@ void check_ply(const std::filesystem::path& file, const std::string& bytes) {
   }
 }
 
-// Corners of all triangles, three floats each, in the order of the file. Throws with a reason.
+// Names of the meshes of a scene: their own, else those of the nodes that hold them.
+std::vector<std::string> mesh_names(const aiScene& scene) {
+  std::vector<std::string> names(scene.mNumMeshes);
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) names[m] = scene.mMeshes[m]->mName.C_Str();
+  std::vector<const aiNode*> open{scene.mRootNode};
+  while (!open.empty()) {
+    const aiNode* node = open.back();
+    open.pop_back();
+    if (node == nullptr) continue;
+    for (unsigned i = 0; i < node->mNumMeshes; ++i)
+      if (std::string& name = names.at(node->mMeshes[i]); name.empty()) name = node->mName.C_Str();
+    for (unsigned i = 0; i < node->mNumChildren; ++i) open.push_back(node->mChildren[i]);
+  }
+  return names;
+}
+
+// What the importer's process hands back: corners of all triangles, in the order of the file, and
+// how many triangles go by which name.
+struct Soup {
+  std::string names;  // each ends with a zero byte
+  std::vector<std::uint64_t> facets_of_name;
+  std::vector<float> coordinates;
+};
+
+std::string encode(const Soup& soup) {
+  std::string bytes;
+  append_block(bytes, soup.names);
+  append_block(bytes, soup.facets_of_name);
+  append_block(bytes, soup.coordinates);
+  return bytes;
+}
+
+bool decode(const std::string& bytes, Soup& soup) {
+  std::size_t at = 0;
+  return take_block(bytes, at, soup.names) && take_block(bytes, at, soup.facets_of_name) &&
+         take_block(bytes, at, soup.coordinates) && at == bytes.size();
+}
+
+// Throws with a reason.
 std::string triangle_soup(const std::string& bytes, const std::string& kind) {
   Assimp::Importer importer;
   const aiScene* scene =
       importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate, kind.c_str());
   if (scene == nullptr) throw std::runtime_error(importer.GetErrorString());
-  std::string soup;
+  const std::vector<std::string> names = mesh_names(*scene);
+  Soup soup;
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
     const aiMesh& part = *scene->mMeshes[m];
+    const std::size_t before = soup.coordinates.size();
     for (unsigned i = 0; i < part.mNumFaces; ++i) {
       const aiFace& face = part.mFaces[i];
       if (face.mNumIndices != 3) continue;  // loose points and lines of OBJ and PLY
@@ -204,32 +232,73 @@ std::string triangle_soup(const std::string& bytes, const std::string& kind) {
           throw std::runtime_error(fmt::format("facet {} names point {} of {}", i + 1,
                                                face.mIndices[k] + 1, part.mNumVertices));
         const aiVector3D& p = part.mVertices[face.mIndices[k]];
-        const float corner[3] = {p.x, p.y, p.z};
-        soup.append(reinterpret_cast<const char*>(corner), sizeof corner);
+        soup.coordinates.insert(soup.coordinates.end(), {p.x, p.y, p.z});
       }
     }
+    soup.names += names[m] + '\0';
+    soup.facets_of_name.push_back((soup.coordinates.size() - before) / 9);
   }
-  return soup;
+  return encode(soup);
 }
 
-SurfaceMesh mesh_of(const std::string& soup) {
+// Facets first to first + count belong to what has this name, too.
+void add_to_group(SurfaceMesh& mesh, const std::string& name, std::size_t first,
+                  std::size_t count) {
+  if (name.empty() || count == 0) return;
+  auto group = std::find_if(mesh.groups.begin(), mesh.groups.end(),
+                            [&name](const FacetGroup& g) { return g.name == name; });
+  if (group == mesh.groups.end()) group = mesh.groups.insert(group, {name, {}});
+  for (std::size_t f = first; f < first + count; ++f) group->facets.push_back(static_cast<int>(f));
+}
+
+SurfaceMesh mesh_of(const Soup& soup) {
   SurfaceMesh mesh;
-  for (std::size_t at = 0; at < soup.size(); at += 3 * sizeof(float)) {
-    float corner[3];
-    std::memcpy(corner, soup.data() + at, sizeof corner);
-    mesh.points.emplace_back(corner[0], corner[1], corner[2]);
-  }
+  for (std::size_t at = 0; at + 2 < soup.coordinates.size(); at += 3)
+    mesh.points.emplace_back(soup.coordinates[at], soup.coordinates[at + 1],
+                             soup.coordinates[at + 2]);
   for (int i = 0; i + 2 < static_cast<int>(mesh.points.size()); i += 3)
     mesh.triangles.push_back({i, i + 1, i + 2});
+  std::size_t first = 0, name_begin = 0;
+  for (const std::uint64_t count : soup.facets_of_name) {
+    const std::string name = soup.names.c_str() + name_begin;
+    name_begin += name.size() + 1;
+    add_to_group(mesh, name, first, count);
+    first += count;
+  }
   return mesh;
+}
+
+bool is_step(const std::string& kind) { return kind == "step" || kind == "stp"; }
+
+SurfaceMesh import_step(const std::filesystem::path& file) {
+  if (find_gmsh().empty())
+    throw InputError(file, "STEP files are read through the program gmsh, which is not installed",
+                     "Install it (Debian: gmsh), or export the link as STL");
+  files::Progress progress;
+  try {
+    SurfaceMesh mesh = triangles_of(parse_msh(file, step_surface(file, {}, progress)));
+    mesh.groups.clear();  // numbers that only gmsh knows
+    if (!mesh.triangles.empty()) return mesh;
+  } catch (const GmshError& error) {
+    throw InputError(file, fmt::format("not a readable STEP file: {}", error.what()),
+                     "Export the link again, as STEP AP214 or as STL");
+  }
+  throw InputError(file, "the STEP file holds no surface", "Export the link as a solid");
 }
 
 SurfaceMesh import_triangles(const std::filesystem::path& file, const std::string& bytes) {
   const std::string kind = lower_extension(file);
-  if (kind != "stl" && kind != "obj" && kind != "ply")
+  if (!is_step(kind) && kind != "stl" && kind != "obj" && kind != "ply" && kind != "msh")
     throw InputError(file, fmt::format("'.{}' is not a surface format that is read here", kind),
-                     "Export the link as STL, OBJ or PLY");
+                     "Export the link as STL, OBJ, PLY or STEP");
   if (bytes.empty()) throw InputError(file, "the file is empty", "Export the mesh again");
+  if (is_step(kind)) return import_step(file);
+  if (kind == "msh") {
+    SurfaceMesh mesh = triangles_of(parse_msh(file, bytes));
+    if (mesh.triangles.empty())
+      throw InputError(file, "the file holds no triangles", "Mesh the surface of the link");
+    return mesh;
+  }
   if (kind == "stl") check_stl(file, bytes);
   if (kind == "ply") check_ply(file, bytes);
   // The importer can crash or run for hours on a damaged file.
@@ -242,7 +311,11 @@ SurfaceMesh import_triangles(const std::filesystem::path& file, const std::strin
                                  : result.words.empty()                    ? "reading it fails"
                                                                            : result.words),
                      "Export the mesh again");
-  SurfaceMesh mesh = mesh_of(result.answer);
+  Soup soup;
+  if (!decode(result.answer, soup))
+    throw InputError(file, fmt::format("not a readable {} file: reading it fails", kind),
+                     "Export the mesh again");
+  SurfaceMesh mesh = mesh_of(soup);
   if (mesh.triangles.empty())
     throw InputError(file, "the file holds no triangles", "Export the surface of the link");
   return mesh;
@@ -256,9 +329,17 @@ void check_coordinates(const std::filesystem::path& file, const SurfaceMesh& mes
                          "Export the mesh again");
 }
 
+}  // namespace
+
+Box bounding_box(const std::vector<Vector3>& points) {
+  Box box;
+  for (const Vector3& p : points) box.extend(p);
+  return box;
+}
+
 double metres_per_unit(const std::filesystem::path& file, const std::string& unit,
-                       const SurfaceMesh& mesh) {
-  const Vector3 size = bounding_box(mesh.points).sizes();
+                       const std::vector<Vector3>& points) {
+  const Vector3 size = bounding_box(points).sizes();
   if (unit.empty())
     throw MissingUnit(
         file,
@@ -276,8 +357,6 @@ double metres_per_unit(const std::filesystem::path& file, const std::string& uni
   }
 }
 
-}  // namespace
-
 // Moeller and Trumbore 1997, Journal of Graphics Tools 2:21.
 double ray_hit(const SurfaceMesh& surface, std::size_t facet, const Vector3& from,
                const Vector3& direction) {
@@ -294,12 +373,6 @@ double ray_hit(const SurfaceMesh& surface, std::size_t facet, const Vector3& fro
   return distance > 0 ? distance : miss;
 }
 
-Box bounding_box(const std::vector<Vector3>& points) {
-  Box box;
-  for (const Vector3& p : points) box.extend(p);
-  return box;
-}
-
 double weld_tolerance(const std::vector<Vector3>& points) {
   const Box box = bounding_box(points);
   const double farthest =
@@ -308,37 +381,93 @@ double weld_tolerance(const std::vector<Vector3>& points) {
                   4 * double{std::numeric_limits<float>::epsilon()} * farthest);
 }
 
+void keep_facets(SurfaceMesh& mesh, const std::vector<int>& kept) {
+  std::vector<Triangle> triangles;
+  for (std::size_t f = 0; f < kept.size(); ++f)
+    if (kept[f] >= 0) triangles.push_back(mesh.triangles[f]);
+  mesh.triangles = std::move(triangles);
+  for (FacetGroup& group : mesh.groups) {
+    std::vector<int> facets;
+    for (const int f : group.facets)
+      if (kept[static_cast<std::size_t>(f)] >= 0)
+        facets.push_back(kept[static_cast<std::size_t>(f)]);
+    group.facets = std::move(facets);
+  }
+  std::erase_if(mesh.groups, [](const FacetGroup& group) { return group.facets.empty(); });
+}
+
+std::vector<int> merge_near(std::vector<Vector3>& points, double tolerance) {
+  std::vector<int> number(points.size());
+  std::vector<Vector3> kept;
+  PointGrid grid(bounding_box(points).min(), tolerance);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    number[i] = grid.find(points[i], kept);
+    if (number[i] >= 0) continue;
+    number[i] = static_cast<int>(kept.size());
+    grid.add(points[i], number[i]);
+    kept.push_back(points[i]);
+  }
+  points = std::move(kept);
+  return number;
+}
+
 WeldReport weld(SurfaceMesh& mesh, double tolerance) {
   WeldReport report{.tolerance = tolerance, .points_before = mesh.points.size()};
   const std::vector<int> identical = merge_identical(mesh.points);
   std::vector<int> near(mesh.points.size());
   std::iota(near.begin(), near.end(), 0);
   if (tolerance > 0) near = merge_near(mesh.points, tolerance);
-  std::vector<Triangle> kept;
+  std::vector<int> kept(mesh.triangles.size(), -1);
+  int count = 0;
   for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
-    Triangle t = mesh.triangles[f];
+    Triangle& t = mesh.triangles[f];
     for (int& corner : t)
       corner = near[static_cast<std::size_t>(identical[static_cast<std::size_t>(corner)])];
     if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0])
       report.collapsed.push_back(static_cast<int>(f));
     else
-      kept.push_back(t);
+      kept[f] = count++;
   }
-  mesh.triangles = std::move(kept);
+  keep_facets(mesh, kept);
   report.points_after = mesh.points.size();
   return report;
+}
+
+std::string unit_of_format(const std::filesystem::path& file) {
+  return is_step(lower_extension(file)) ? "mm" : "";
 }
 
 ImportedSurface read_surface(const std::filesystem::path& file, const std::string& unit) {
   const std::string bytes = files::read_text(file);
   SurfaceMesh mesh = import_triangles(file, bytes);
   check_coordinates(file, mesh);
-  const double scale = metres_per_unit(file, unit, mesh);
+  const std::string known = unit_of_format(file);
+  const double scale = metres_per_unit(file, known.empty() ? unit : known, mesh.points);
   for (Vector3& p : mesh.points) p *= scale;
   const WeldReport report = weld(mesh, weld_tolerance(mesh.points));
   if (mesh.triangles.empty())
     throw InputError(file, "all facets collapse to points or lines", "Export the mesh again");
   return {std::move(mesh), report, files::sha256(bytes)};
+}
+
+std::string stl_bytes(const SurfaceMesh& mesh, double metres) {
+  std::string bytes(stl_header, '\0');
+  const std::string title = "written by kinetostat";
+  std::copy(title.begin(), title.end(), bytes.begin());
+  const auto count = static_cast<std::uint32_t>(mesh.triangles.size());
+  std::memcpy(bytes.data() + 80, &count, sizeof count);
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    std::array<float, 12> values{};
+    const auto put = [&values](std::size_t at, const Vector3& v) {
+      for (std::size_t d = 0; d < 3; ++d)
+        values[at + d] = static_cast<float>(v[static_cast<Eigen::Index>(d)]);
+    };
+    put(0, mesh.area_vector(f).normalized());
+    for (std::size_t k = 0; k < 3; ++k) put(3 + 3 * k, mesh.corner(f, k) / metres);
+    bytes.append(reinterpret_cast<const char*>(values.data()), sizeof values);
+    bytes.append(2, '\0');
+  }
+  return bytes;
 }
 
 }  // namespace kinetostat::fea

@@ -65,6 +65,10 @@ struct WeldReport {
 /// Facets that collapse are left out and reported.
 WeldReport weld(SurfaceMesh& mesh, double tolerance);
 
+/// Points nearer than `tolerance` [m] to one already kept become one with it; `points` shrinks to
+/// the kept ones. Returns the new number of each point.
+std::vector<int> merge_near(std::vector<Vector3>& points, double tolerance);
+
 /// The tolerance that read_surface welds with: a millionth of the diagonal of the bounding box, or
 /// the rounding of 32-bit coordinates when the part lies far from the origin.
 double weld_tolerance(const std::vector<Vector3>& points);
@@ -75,15 +79,32 @@ struct ImportedSurface {
   std::string sha256;  // of the file
 };
 
+/// Keeps the facets whose number in `kept` is not -1, under that number, with their groups; kept
+/// numbers ascend from 0.
+void keep_facets(SurfaceMesh& mesh, const std::vector<int>& kept);
+
 /// The unit of a mesh is not stated. Whoever knows where it should have been stated adds that.
 class MissingUnit : public files::InputError {
  public:
   using InputError::InputError;
 };
 
-/// Reads STL (binary or ASCII), OBJ or PLY whose lengths are in `unit` ("mm"). Throws InputError
-/// when the file is missing, truncated, empty, of another kind or not finite; MissingUnit when
-/// `unit` is empty, with the bounding box in mm, m and inch to choose by.
+/// Metres in one `unit` of length. Throws MissingUnit when it is empty, with the box around
+/// `points` in mm, m and inch to choose by; InputError when it is no unit of length.
+double metres_per_unit(const std::filesystem::path& file, const std::string& unit,
+                       const std::vector<Vector3>& points);
+
+/// The unit in which lengths of this kind of file come, "" where the file does not know it: STEP is
+/// converted to mm.
+std::string unit_of_format(const std::filesystem::path& file);
+
+/// Reads STL (binary or ASCII), OBJ, PLY, the triangles of a Gmsh file or, when the program gmsh is
+/// installed, STEP (`unit` then does not matter), whose lengths are in `unit` ("mm"). Throws
+/// InputError when the file is missing, truncated, empty, of another kind or not finite;
+/// MissingUnit when `unit` is empty, with the bounding box in mm, m and inch to choose by.
 ImportedSurface read_surface(const std::filesystem::path& file, const std::string& unit);
+
+/// The surface as a binary STL file, its lengths in units of `metres`.
+std::string stl_bytes(const SurfaceMesh& mesh, double metres);
 
 }  // namespace kinetostat::fea

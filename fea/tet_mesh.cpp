@@ -78,12 +78,65 @@ double least_dihedral(const std::array<Vector3, 4>& p) {
   return least * 180 / std::numbers::pi;
 }
 
+using MidTet = std::array<Vector3, 10>;
+
+// Place in the element with the barycentric coordinates l.
+Vector3 place(const MidTet& p, const Eigen::Vector4d& l) {
+  Vector3 x = Vector3::Zero();
+  for (int k = 0; k < 4; ++k) x += l[k] * (2 * l[k] - 1) * p[static_cast<std::size_t>(k)];
+  for (std::size_t e = 0; e < tet_edges.size(); ++e)
+    x += 4 * l[tet_edges[e][0]] * l[tet_edges[e][1]] * p[4 + e];
+  return x;
+}
+
+// Determinant of the map from (l1, l2, l3); six times the volume for straight edges.
+double jacobian(const MidTet& p, const Eigen::Vector4d& l) {
+  Eigen::Matrix<double, 3, 4> by_l = Eigen::Matrix<double, 3, 4>::Zero();
+  for (int k = 0; k < 4; ++k) by_l.col(k) += (4 * l[k] - 1) * p[static_cast<std::size_t>(k)];
+  for (std::size_t e = 0; e < tet_edges.size(); ++e) {
+    const auto [a, b] = tet_edges[e];
+    by_l.col(a) += 4 * l[b] * p[4 + e];
+    by_l.col(b) += 4 * l[a] * p[4 + e];
+  }
+  const Matrix3 map = by_l.rightCols<3>().colwise() - by_l.col(0);
+  return map.determinant();
+}
+
+// Calls visit(l, weight) at fourteen points, exact to fifth degree; the weights add up to 1/6
+// (Walkington, Quadrature on simplices of arbitrary dimension, 2000).
+template <class Visit>
+void integrate(Visit visit) {
+  struct Corner {
+    double l, weight;
+  };
+  for (const Corner& rule : {Corner{0.31088591926330060980, 0.018781320953002641800},
+                             Corner{0.092735250310891226402, 0.012248840519393658257}})
+    for (int k = 0; k < 4; ++k) {
+      Eigen::Vector4d l = Eigen::Vector4d::Constant(rule.l);
+      l[k] = 1 - 3 * rule.l;
+      visit(l, rule.weight);
+    }
+  constexpr double near = 0.045503704125649649492, weight = 0.0070910034628469110730;
+  for (const auto& [a, b] : tet_edges) {
+    Eigen::Vector4d l = Eigen::Vector4d::Constant(near);
+    l[a] = l[b] = 0.5 - near;
+    visit(l, weight);
+  }
+}
+
 }  // namespace
 
 std::array<Vector3, 4> TetMesh::corners(std::size_t e) const {
   const auto tet = element(e);
   return {nodes[static_cast<std::size_t>(tet[0])], nodes[static_cast<std::size_t>(tet[1])],
           nodes[static_cast<std::size_t>(tet[2])], nodes[static_cast<std::size_t>(tet[3])]};
+}
+
+std::array<Vector3, 10> TetMesh::all_nodes(std::size_t e) const {
+  std::array<Vector3, 10> points;
+  const auto tet = element(e);
+  for (std::size_t k = 0; k < 10; ++k) points[k] = nodes[static_cast<std::size_t>(tet[k])];
+  return points;
 }
 
 TetMesh with_mid_nodes(const TetMesh& linear) {
@@ -107,6 +160,7 @@ TetMesh with_mid_nodes(const TetMesh& linear) {
           middle(tet[static_cast<std::size_t>(a)], tet[static_cast<std::size_t>(b)]));
   }
   mesh.materials = linear.materials;
+  mesh.made_by = linear.made_by;
   mesh.boundary = linear.boundary;
   for (BoundaryFace& face : mesh.boundary)
     for (std::size_t k = 0; k < 3; ++k)
@@ -147,12 +201,33 @@ double volume(const std::array<Vector3, 4>& p) {
   return (p[1] - p[0]).cross(p[2] - p[0]).dot(p[3] - p[0]) / 6;
 }
 
+double least_jacobian(const TetMesh& mesh, std::size_t element) {
+  const MidTet p = mesh.all_nodes(element);
+  double least = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < 4; ++k) least = std::min(least, jacobian(p, Eigen::Vector4d::Unit(k)));
+  for (const auto& [a, b] : tet_edges)
+    least =
+        std::min(least, jacobian(p, 0.5 * (Eigen::Vector4d::Unit(a) + Eigen::Vector4d::Unit(b))));
+  return least / (6 * volume({p[0], p[1], p[2], p[3]}));
+}
+
 MassProperties mass_properties(const TetMesh& mesh) {
   MassProperties result;
   const Vector3 origin = bounding_box(mesh.nodes).center();
   Vector3 first = Vector3::Zero();
   Matrix3 second = Matrix3::Zero();
   for (std::size_t e = 0; e < mesh.element_count(); ++e) {
+    if (mesh.curved) {
+      const MidTet p = mesh.all_nodes(e);
+      integrate([&](const Eigen::Vector4d& l, double weight) {
+        const double dv = weight * jacobian(p, l);
+        const Vector3 r = place(p, l) - origin;
+        result.volume += dv;
+        first += dv * r;
+        second += dv * r * r.transpose();
+      });
+      continue;
+    }
     std::array<Vector3, 4> p = mesh.corners(e);
     const double v = volume(p);
     Vector3 sum = Vector3::Zero();
@@ -171,6 +246,16 @@ MassProperties mass_properties(const TetMesh& mesh) {
   result.centroid = origin + centre;
   result.second_moment = second - result.volume * centre * centre.transpose();
   return result;
+}
+
+MassProperties mass_properties(const SurfaceMesh& surface) {
+  // The signed tetrahedra between the facets and a point add up to the solid.
+  TetMesh fan{.nodes = surface.points};
+  const int apex = static_cast<int>(fan.nodes.size());
+  fan.nodes.push_back(bounding_box(surface.points).center());
+  for (const Triangle& t : surface.triangles)
+    fan.connectivity.insert(fan.connectivity.end(), {apex, t[0], t[1], t[2]});
+  return mass_properties(fan);
 }
 
 Matrix3 inertia(const MassProperties& properties, double density) {

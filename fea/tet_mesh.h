@@ -1,7 +1,8 @@
-// A solid as tetrahedra with straight edges, of first or second order.
+// A solid as tetrahedra of first or second order.
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "kinetostat/fea/surface_mesh.h"
@@ -24,6 +25,9 @@ struct TetMesh {
   std::vector<int> connectivity = {};
   std::vector<BoundaryFace> boundary = {};
   std::vector<int> materials = {};  // number of each element's material; empty: all 0
+  /// Mid nodes are where a file put them, not all on the middles of their edges. Order 2 only.
+  bool curved = false;
+  std::string made_by = {};  // program that made the elements; empty: a file
 
   std::size_t nodes_per_element() const { return order == 1 ? 4 : 10; }
   std::size_t nodes_per_face() const { return order == 1 ? 3 : 6; }
@@ -35,6 +39,8 @@ struct TetMesh {
   std::size_t material_of(std::size_t e) const {
     return materials.empty() ? 0 : static_cast<std::size_t>(materials[e]);
   }
+  /// Corners and mid nodes. Requires order 2.
+  std::array<Vector3, 10> all_nodes(std::size_t e) const;
 };
 
 /// The pairs of corners whose middles are nodes 4 to 9.
@@ -51,12 +57,19 @@ TetMesh reordered(const TetMesh& linear);
 /// Signed volume of a tetrahedron [m^3].
 double volume(const std::array<Vector3, 4>& corners);
 
+/// Smallest determinant of the map from the unit tetrahedron at the ten nodes, over six times the
+/// volume of the corners: 1 for straight edges, 0 or less for an element that is turned inside out.
+/// Requires order 2.
+double least_jacobian(const TetMesh& mesh, std::size_t element);
+
 struct MassProperties {
   double volume = 0;                        // [m^3]
   Vector3 centroid = Vector3::Zero();       // [m]
   Matrix3 second_moment = Matrix3::Zero();  // integral of r r' dV about the centroid [m^5]
 };
 MassProperties mass_properties(const TetMesh& mesh);
+/// Of the solid within a closed surface that faces outwards.
+MassProperties mass_properties(const SurfaceMesh& surface);
 
 /// Inertia [kg m^2] about the centre of mass of a body of uniform density [kg/m^3].
 Matrix3 inertia(const MassProperties& properties, double density);

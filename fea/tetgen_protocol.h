@@ -2,7 +2,7 @@
 // standard library, so that the helper shares no code with the rest.
 //
 // The helper reads one request from standard input and writes one answer to file descriptor
-// answer_descriptor; both are sequences of little blocks: a 64-bit count, then that many items.
+// answer_descriptor, both as byte_blocks.h has it:
 //   request: switches (char), points (3 doubles each), triangles (3 int32 each), markers (int32 per
 //            triangle), hole points (3 doubles each), sizes (4 doubles each: a point and the
 //            largest volume of the elements whose centroid is nearer to it than to the others; may
@@ -13,10 +13,10 @@
 #pragma once
 
 #include <cstdint>
-#include <cstdio>
-#include <cstring>
 #include <string>
 #include <vector>
+
+#include "kinetostat/fea/byte_blocks.h"
 
 namespace kinetostat::fea::tetgen {
 
@@ -38,28 +38,6 @@ struct Answer {
   std::vector<double> points;
   std::vector<std::int32_t> tetrahedra, triangles, markers;
 };
-
-template <class Items>
-void append_block(std::string& bytes, const Items& items) {
-  const std::uint64_t count = items.size();
-  bytes.append(reinterpret_cast<const char*>(&count), sizeof count);
-  if (count > 0)
-    bytes.append(reinterpret_cast<const char*>(items.data()), count * sizeof(items[0]));
-}
-
-/// Takes one block off the front of bytes[at..]; false when the bytes end too early.
-template <class Items>
-bool take_block(const std::string& bytes, std::size_t& at, Items& items) {
-  std::uint64_t count = 0;
-  if (bytes.size() - at < sizeof count) return false;
-  std::memcpy(&count, bytes.data() + at, sizeof count);
-  at += sizeof count;
-  if ((bytes.size() - at) / sizeof(items[0]) < count) return false;
-  items.resize(count);
-  if (count > 0) std::memcpy(items.data(), bytes.data() + at, count * sizeof(items[0]));
-  at += count * sizeof(items[0]);
-  return true;
-}
 
 inline std::string encode(const Request& request) {
   std::string bytes;

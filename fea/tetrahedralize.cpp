@@ -130,7 +130,7 @@ class Mesher {
  public:
   Mesher(tetgen::Request request, const TetrahedralizeOptions& options, files::Progress& progress)
       : request_(std::move(request)), options_(options), progress_(progress) {
-    helper_ = options.helper.empty() ? find_tetgen_helper() : options.helper;
+    helper_ = options.helper.empty() ? find_helper("kinetostat-tetgen") : options.helper;
     if (helper_.empty())
       throw MeshingError(Cause::no_helper, "the helper program kinetostat-tetgen was not found",
                          "It belongs beside the kinetostat program: install it again");
@@ -307,20 +307,6 @@ bool has_flat_elements(const TetMesh& mesh) {
 MeshingError::MeshingError(Cause cause, const std::string& what, const std::string& cure,
                            std::vector<int> facets)
     : std::runtime_error(what), cause_(cause), cure_(cure), facets_(std::move(facets)) {}
-
-std::filesystem::path find_tetgen_helper() {
-  std::error_code ignored;
-  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", ignored);
-  std::vector<std::filesystem::path> folders;
-  if (!program.empty())  // or the folders below would be those of whoever calls
-    folders = {program.parent_path(),
-               program.parent_path().parent_path() / "libexec" / "kinetostat"};
-  folders.emplace_back(KINETOSTAT_LIBEXEC_DIR);
-  for (const std::filesystem::path& folder : folders)
-    if (std::filesystem::exists(folder / "kinetostat-tetgen", ignored))
-      return folder / "kinetostat-tetgen";
-  return {};
-}
 
 TetMesh tetrahedralize(const SurfaceMesh& surface, const std::vector<int>& tags,
                        const TetrahedralizeOptions& options, files::Progress& progress) {

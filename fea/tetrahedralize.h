@@ -36,12 +36,8 @@ struct TetrahedralizeOptions {
   double time_limit = 300;         // [s] for all attempts, > 0
   std::size_t memory_limit = std::size_t{8} << 30;  // [bytes] of the helper; 0: none
   std::size_t largest_element_count = 20'000'000;   // refused beforehand when more are expected
-  std::filesystem::path helper = {};  // kinetostat-tetgen; empty: find_tetgen_helper()
+  std::filesystem::path helper = {};                // kinetostat-tetgen; empty: find_helper()
 };
-
-/// Beside the running program, else in ../libexec/kinetostat from there (an installation may be
-/// moved), else in the folder that was fixed when kinetostat was configured. Empty when in none.
-std::filesystem::path find_tetgen_helper();
 
 /// Fills the surface, of order 1. `surface` must be sound (surface_check.h), cavities included.
 /// `tags` has one number per facet; each boundary face of the result carries the number of the

@@ -190,7 +190,7 @@ TEST_F(Identify, BrokenSurfacesAreRefusedWithCountsAndFacets) {
   EXPECT_THAT(message(open, link_text()), HasSubstr("3 open edges"));
   SurfaceMesh flipped = bar;
   std::swap(flipped.triangles[2][0], flipped.triangles[2][1]);
-  EXPECT_THAT(message(flipped, link_text()), HasSubstr("1 facets face the other way"));
+  EXPECT_THAT(message(flipped, link_text()), HasSubstr("1 facet faces the other way"));
   SurfaceMesh crossing = bar;
   append(crossing, box_surface({0.04, -0.002, -0.02}, {0.05, 0.002, 0.02}));
   EXPECT_THAT(message(crossing, link_text()), HasSubstr("pairs of facets cross"));

@@ -80,8 +80,8 @@ TEST(ReadSurface, RefusesFilesThatAreCutShortOrNoMeshAtAll) {
   EXPECT_THAT(message_of(folder.file("5.stl", std::string(84, '\0')), "mm"),
               HasSubstr("no facets"));
   EXPECT_THAT(message_of(folder.file("6.stl", std::string(5000, 'x')), "mm"), HasSubstr("STL"));
-  EXPECT_THAT(message_of(folder.file("7.step", "ISO-10303-21;"), "mm"),
-              HasSubstr("Export the link as STL, OBJ or PLY"));
+  EXPECT_THAT(message_of(folder.file("7.dwg", "AC1032"), "mm"),
+              HasSubstr("Export the link as STL, OBJ, PLY or STEP"));
   EXPECT_THAT(message_of(folder.path() / "absent.stl", "mm"), HasSubstr("absent.stl"));
 }
 

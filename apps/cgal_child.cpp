@@ -1,0 +1,217 @@
+// kinetostat-cgal: repairs one surface with CGAL, in a process of its own, because CGAL's licence
+// (GPL-3+) is its own affair and because its algorithms may run out of time or memory on a surface
+// that is broken enough. What is read and written is described in fea/cgal_protocol.h.
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/border.h>
+#include <CGAL/Polygon_mesh_processing/connected_components.h>
+#include <CGAL/Polygon_mesh_processing/corefinement.h>
+#include <CGAL/Polygon_mesh_processing/measure.h>
+#include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
+#include <CGAL/Polygon_mesh_processing/orientation.h>
+#include <CGAL/Polygon_mesh_processing/polygon_mesh_to_polygon_soup.h>
+#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
+#include <CGAL/Polygon_mesh_processing/repair_polygon_soup.h>
+#include <CGAL/Polygon_mesh_processing/stitch_borders.h>
+#include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
+#include <CGAL/Surface_mesh.h>
+#include <CGAL/alpha_wrap_3.h>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <new>
+#include <stdexcept>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include "kinetostat/fea/cgal_protocol.h"
+
+namespace {
+
+using namespace kinetostat::fea::cgal;
+namespace pmp = CGAL::Polygon_mesh_processing;
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Point = Kernel::Point_3;
+using Mesh = CGAL::Surface_mesh<Point>;
+using Halfedge = Mesh::Halfedge_index;
+
+// The surface is not fit for the operation.
+class Impossible : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct Soup {
+  std::vector<Point> points;
+  std::vector<std::vector<std::size_t>> facets;
+};
+
+Soup soup_of(const Request& request) {
+  Soup soup;
+  for (std::size_t i = 0; i + 2 < request.points.size(); i += 3)
+    soup.points.emplace_back(request.points[i], request.points[i + 1], request.points[i + 2]);
+  for (std::size_t i = 0; i + 2 < request.triangles.size(); i += 3)
+    soup.facets.push_back({static_cast<std::size_t>(request.triangles[i]),
+                           static_cast<std::size_t>(request.triangles[i + 1]),
+                           static_cast<std::size_t>(request.triangles[i + 2])});
+  return soup;
+}
+
+Mesh mesh_of(Soup soup) {
+  pmp::repair_polygon_soup(soup.points, soup.facets);
+  pmp::orient_polygon_soup(soup.points, soup.facets);  // splits what is not manifold
+  Mesh mesh;
+  pmp::polygon_soup_to_polygon_mesh(soup.points, soup.facets, mesh);
+  pmp::stitch_borders(mesh);
+  return mesh;
+}
+
+Answer answer_of(const Mesh& mesh) {
+  Soup soup;
+  pmp::polygon_mesh_to_polygon_soup(mesh, soup.points, soup.facets);
+  Answer answer;
+  for (const Point& p : soup.points)
+    answer.points.insert(answer.points.end(), {p.x(), p.y(), p.z()});
+  for (const auto& facet : soup.facets)
+    for (const std::size_t corner : facet)
+      answer.triangles.push_back(static_cast<std::int32_t>(corner));
+  return answer;
+}
+
+// Every loop of open edges gets a patch of the least area that its own corners allow.
+Answer fill(const Request& request) {
+  Mesh mesh = mesh_of(soup_of(request));
+  std::vector<Halfedge> holes;
+  pmp::extract_boundary_cycles(mesh, std::back_inserter(holes));
+  std::int64_t closed = 0;
+  for (const Halfedge hole : holes) {
+    std::vector<Mesh::Face_index> patch;
+    pmp::triangulate_hole(mesh, hole, std::back_inserter(patch),
+                          CGAL::parameters::use_delaunay_triangulation(true));
+    if (!patch.empty()) ++closed;
+  }
+  Answer answer = answer_of(mesh);
+  answer.counts = {closed, static_cast<std::int64_t>(holes.size()) - closed};
+  return answer;
+}
+
+// Closed pieces of the surface, those that bound material before cavities, each in the order of the
+// input.
+std::vector<Mesh> pieces_of(const Mesh& mesh) {
+  std::vector<Mesh> pieces;
+  pmp::split_connected_components(mesh, pieces);
+  for (const Mesh& piece : pieces) {
+    if (!CGAL::is_closed(piece)) throw Impossible("a piece of the surface is open");
+    if (pmp::does_self_intersect(piece)) throw Impossible("a piece of the surface crosses itself");
+  }
+  std::stable_partition(pieces.begin(), pieces.end(),
+                        [](const Mesh& piece) { return pmp::volume(piece) > 0; });
+  return pieces;
+}
+
+// The union of all bodies, less the cavities: shells that face inwards.
+Answer unite(const Request& request) {
+  std::vector<Mesh> pieces = pieces_of(mesh_of(soup_of(request)));
+  Mesh whole = pieces.front();
+  for (std::size_t i = 1; i < pieces.size(); ++i) {
+    const bool is_cavity = pmp::volume(pieces[i]) < 0;
+    if (is_cavity) pmp::reverse_face_orientations(pieces[i]);
+    const auto checked = CGAL::parameters::throw_on_self_intersection(true);
+    Mesh result;
+    const bool manifold =
+        is_cavity ? pmp::corefine_and_compute_difference(whole, pieces[i], result, checked)
+                  : pmp::corefine_and_compute_union(whole, pieces[i], result, checked);
+    if (!manifold) throw Impossible("the united bodies touch along an edge or at a point only");
+    whole = std::move(result);
+  }
+  return answer_of(whole);
+}
+
+Answer wrap(const Request& request) {
+  if (request.numbers.size() != 2 || !(request.numbers[0] > 0) || !(request.numbers[1] > 0))
+    throw std::invalid_argument("wrap: alpha and offset");
+  const Soup soup = soup_of(request);
+  Mesh mesh;
+  CGAL::alpha_wrap_3(soup.points, soup.facets, request.numbers[0], request.numbers[1], mesh);
+  return answer_of(mesh);
+}
+
+std::string read_all(int descriptor) {
+  std::string bytes;
+  std::vector<char> buffer(1 << 20);
+  for (ssize_t got; (got = read(descriptor, buffer.data(), buffer.size())) > 0;)
+    bytes.append(buffer.data(), static_cast<std::size_t>(got));
+  return bytes;
+}
+
+bool write_all(int descriptor, const std::string& bytes) {
+  for (std::size_t at = 0; at < bytes.size();) {
+    const ssize_t put = write(descriptor, bytes.data() + at, bytes.size() - at);
+    if (put <= 0) return false;
+    at += static_cast<std::size_t>(put);
+  }
+  return true;
+}
+
+bool is_consistent(const Request& request) {
+  const auto points = static_cast<std::int64_t>(request.points.size() / 3);
+  return request.points.size() % 3 == 0 && request.triangles.size() % 3 == 0 &&
+         !request.triangles.empty() &&
+         std::all_of(request.triangles.begin(), request.triangles.end(),
+                     [points](std::int32_t corner) { return corner >= 0 && corner < points; }) &&
+         std::all_of(request.points.begin(), request.points.end(),
+                     [](double x) { return std::isfinite(x); });
+}
+
+int run() {
+  Request request;
+  if (!decode(read_all(STDIN_FILENO), request) || !is_consistent(request)) return exit_bad_request;
+  Answer answer;
+  if (request.operation == "fill")
+    answer = fill(request);
+  else if (request.operation == "unite")
+    answer = unite(request);
+  else if (request.operation == "wrap")
+    answer = wrap(request);
+  else
+    return exit_bad_request;
+  return write_all(answer_descriptor, encode(answer)) ? exit_done : EXIT_FAILURE;
+}
+
+// The address sanitizer reserves terabytes of address space: no limit then.
+void limit_memory(int argc, char** argv) {
+#ifndef __SANITIZE_ADDRESS__
+  if (argc != 3 || std::string(argv[1]) != "--memory") return;
+  const rlimit limit{std::strtoull(argv[2], nullptr, 10), RLIM_INFINITY};
+  if (limit.rlim_cur > 0) setrlimit(RLIMIT_AS, &limit);
+#else
+  (void)argc, (void)argv;
+#endif
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const rlimit no_core{0, 0};
+  setrlimit(RLIMIT_CORE, &no_core);
+  if (argc == 2 && std::string(argv[1]) == "--version") {
+    std::printf("kinetostat-cgal %s with CGAL %s, GPL-3.0+\n", KINETOSTAT_VERSION,
+                CGAL_VERSION_STR);
+    return 0;
+  }
+  limit_memory(argc, argv);
+  int code = EXIT_FAILURE;
+  try {
+    code = run();
+  } catch (const std::bad_alloc&) {
+    code = exit_out_of_memory;
+  } catch (const pmp::Corefinement::Self_intersection_exception&) {
+    std::puts("a piece of the surface crosses itself");
+    code = exit_impossible;
+  } catch (const std::exception& error) {
+    std::puts(error.what());
+    code = exit_impossible;
+  }
+  std::fflush(stdout);
+  _exit(code);
+}

@@ -1,0 +1,68 @@
+// What kinetostat and its helper program kinetostat-cgal say to one another. Nothing but the
+// standard library, so that the helper shares no code with the rest.
+//
+// The helper reads one request from standard input and writes one answer to file descriptor
+// answer_descriptor, both as byte_blocks.h has it:
+//   request: operation ("fill", "unite" or "wrap"), numbers (wrap: alpha and offset [m]),
+//            points (3 doubles each), triangles (3 int32 each)
+//   answer:  points, triangles, counts (int64; fill: holes closed, holes left open)
+// Words for the user go to standard output. The memory limit is an argument: --memory BYTES.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "kinetostat/fea/byte_blocks.h"
+
+namespace kinetostat::fea::cgal {
+
+inline constexpr int answer_descriptor = 3;
+
+/// Exit codes of the helper.
+inline constexpr int exit_done = 0, exit_bad_request = 64, exit_out_of_memory = 65,
+                     exit_impossible = 66;  // the surface is not fit for it, the words say why
+
+struct Request {
+  std::string operation;
+  std::vector<double> numbers, points;
+  std::vector<std::int32_t> triangles;
+};
+
+struct Answer {
+  std::vector<double> points;
+  std::vector<std::int32_t> triangles;
+  std::vector<std::int64_t> counts;
+};
+
+inline std::string encode(const Request& request) {
+  std::string bytes;
+  append_block(bytes, request.operation);
+  append_block(bytes, request.numbers);
+  append_block(bytes, request.points);
+  append_block(bytes, request.triangles);
+  return bytes;
+}
+
+inline bool decode(const std::string& bytes, Request& request) {
+  std::size_t at = 0;
+  return take_block(bytes, at, request.operation) && take_block(bytes, at, request.numbers) &&
+         take_block(bytes, at, request.points) && take_block(bytes, at, request.triangles) &&
+         at == bytes.size();
+}
+
+inline std::string encode(const Answer& answer) {
+  std::string bytes;
+  append_block(bytes, answer.points);
+  append_block(bytes, answer.triangles);
+  append_block(bytes, answer.counts);
+  return bytes;
+}
+
+inline bool decode(const std::string& bytes, Answer& answer) {
+  std::size_t at = 0;
+  return take_block(bytes, at, answer.points) && take_block(bytes, at, answer.triangles) &&
+         take_block(bytes, at, answer.counts) && at == bytes.size();
+}
+
+}  // namespace kinetostat::fea::cgal

@@ -1,0 +1,112 @@
+#include "kinetostat/fea/gmsh_program.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <sstream>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "kinetostat/fea/volume_mesh.h"
+#include "kinetostat/files/error.h"
+
+namespace kinetostat::fea {
+namespace {
+
+constexpr const char* input = "/proc/self/fd/0";
+constexpr const char* second_input = "/proc/self/fd/4";
+constexpr const char* output = "/proc/self/fd/3";
+
+// The last error of its words, without its own decoration.
+std::string complaint(const std::string& words) {
+  std::istringstream lines(words);
+  std::string found = "no reason given";
+  for (std::string line; std::getline(lines, line);)
+    if (const std::size_t colon = line.find(':');
+        line.starts_with("Error") && colon != std::string::npos && colon + 2 < line.size())
+      found = line.substr(colon + 2, 200);
+  return found;
+}
+
+std::string run_gmsh(std::vector<std::string> arguments, std::string script, std::string mesh,
+                     const GmshLimits& limits, files::Progress& progress) {
+  const std::filesystem::path gmsh = find_gmsh();
+  if (gmsh.empty()) throw GmshError("the program gmsh is not installed");
+  // One thread, so that the same input gives the same mesh.
+  arguments.insert(arguments.end(), {"-o", output, "-nt", "1", "-v", "2"});
+  const ChildResult result = run_child({.program = gmsh,
+                                        .arguments = std::move(arguments),
+                                        .input = std::move(script),
+                                        .time_limit = limits.time,
+                                        .second_input = std::move(mesh),
+                                        .memory_limit = limits.memory},
+                                       "gmsh", progress);
+  if (result.end == ChildResult::End::timed_out)
+    throw GmshError(fmt::format("gmsh was stopped after {:.0f} s", limits.time));
+  if (result.end == ChildResult::End::killed_by_signal)
+    throw GmshError("gmsh crashed or ran out of memory");
+  if (result.code != 0 || result.answer.empty())
+    throw GmshError(fmt::format("gmsh failed: {}", complaint(result.words)));
+  return result.answer;
+}
+
+// Format 2.2; the facets of a tag are a surface, numbered from 1.
+std::string msh_of(const SurfaceMesh& surface, const std::vector<int>& tags) {
+  std::string text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n";
+  text += fmt::format("$Nodes\n{}\n", surface.points.size());
+  for (std::size_t i = 0; i < surface.points.size(); ++i) {
+    const Vector3& p = surface.points[i];
+    text += fmt::format("{} {:.17g} {:.17g} {:.17g}\n", i + 1, p.x(), p.y(), p.z());
+  }
+  text += fmt::format("$EndNodes\n$Elements\n{}\n", surface.triangles.size());
+  for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
+    const Triangle& t = surface.triangles[f];
+    text += fmt::format("{} 2 2 {} {} {} {} {}\n", f + 1, tags[f] + 1, tags[f] + 1, t[0] + 1,
+                        t[1] + 1, t[2] + 1);
+  }
+  return text + "$EndElements\n";
+}
+
+}  // namespace
+
+std::filesystem::path find_gmsh() {
+  const char* const path = std::getenv("PATH");
+  std::istringstream folders(path == nullptr ? "" : path);
+  std::error_code ignored;
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (const auto program = std::filesystem::path(folder) / "gmsh";
+        !folder.empty() && std::filesystem::is_regular_file(program, ignored))
+      return program;
+  return {};
+}
+
+std::string step_surface(const std::filesystem::path& file, const GmshLimits& limits,
+                         files::Progress& progress) {
+  return run_gmsh({std::filesystem::absolute(file).string(), "-2", "-format", "msh41", "-clcurv",
+                   "32", "-setstring", "Geometry.OCCTargetUnit", "MM", "-save_all"},
+                  "", "", limits, progress);
+}
+
+TetMesh gmsh_tetrahedra(const SurfaceMesh& surface, const std::vector<int>& tags,
+                        double edge_length, const GmshLimits& limits, files::Progress& progress) {
+  const int last = tags.empty() ? 0 : *std::max_element(tags.begin(), tags.end());
+  std::string list;
+  for (int tag = 0; tag <= last; ++tag)
+    if (std::find(tags.begin(), tags.end(), tag) != tags.end())
+      list += fmt::format("{}{}", list.empty() ? "" : ",", tag + 1);
+  const std::string script = fmt::format(
+      "Merge \"{}\";\nSurface Loop(1) = {{{}}};\nVolume(1) = {{1}};\nPhysical Volume(1) = {{1}};\n",
+      second_input, list);
+  std::vector<std::string> arguments{input, "-3", "-format", "msh22"};
+  if (edge_length > 0)
+    arguments.insert(arguments.end(), {"-clmax", fmt::format("{:.17g}", edge_length)});
+  const std::string bytes =
+      run_gmsh(std::move(arguments), script, msh_of(surface, tags), limits, progress);
+  try {
+    return tagged_volume(parse_msh("the mesh of gmsh", bytes));
+  } catch (const files::InputError& error) {
+    throw GmshError(fmt::format("its mesh is of no use: {}", error.what()));
+  }
+}
+
+}  // namespace kinetostat::fea

@@ -1,0 +1,375 @@
+#include "kinetostat/fea/surface_repair.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "kinetostat/fea/cgal_protocol.h"
+#include "kinetostat/fea/child_process.h"
+#include "kinetostat/fea/surface_distance.h"
+#include "kinetostat/fea/surface_topology.h"
+#include "kinetostat/fea/surface_weld.h"
+#include "kinetostat/spatial/units.h"
+
+namespace kinetostat::fea {
+namespace {
+
+constexpr const char* phase = "repair";
+
+bool has(const SurfaceReport& report, DefectKind kind) {
+  return std::any_of(report.defects.begin(), report.defects.end(),
+                     [kind](const Defect& defect) { return defect.kind == kind; });
+}
+
+std::size_t count_of(const SurfaceReport& report, DefectKind kind) {
+  for (const Defect& defect : report.defects)
+    if (defect.kind == kind) return defect.count;
+  return 0;
+}
+
+bool is_one_solid(const SurfaceReport& report) { return report.sound() && report.bodies() == 1; }
+
+std::string counted(std::size_t n, const char* one, const char* many) {
+  return fmt::format("{} {}", n, n == 1 ? one : many);
+}
+
+cgal::Request request_for(const SurfaceMesh& mesh, const std::string& operation,
+                          std::vector<double> numbers) {
+  cgal::Request request{
+      .operation = operation, .numbers = std::move(numbers), .points = {}, .triangles = {}};
+  for (const Vector3& p : mesh.points)
+    request.points.insert(request.points.end(), p.data(), p.data() + 3);
+  for (const Triangle& t : mesh.triangles)
+    request.triangles.insert(request.triangles.end(), t.begin(), t.end());
+  return request;
+}
+
+bool take_mesh(const cgal::Answer& answer, SurfaceMesh& mesh) {
+  const auto points = static_cast<std::int32_t>(answer.points.size() / 3);
+  for (std::size_t i = 0; i + 2 < answer.points.size(); i += 3)
+    mesh.points.emplace_back(answer.points[i], answer.points[i + 1], answer.points[i + 2]);
+  for (std::size_t i = 0; i + 2 < answer.triangles.size(); i += 3) {
+    const Triangle t{answer.triangles[i], answer.triangles[i + 1], answer.triangles[i + 2]};
+    if (!std::all_of(t.begin(), t.end(), [points](int p) { return p >= 0 && p < points; }))
+      return false;
+    mesh.triangles.push_back(t);
+  }
+  return !mesh.triangles.empty();
+}
+
+// New facets belong to the groups of the old facets that they lie on.
+void carry_groups(const SurfaceMesh& old, const SurfaceLocator& locator, double reach,
+                  SurfaceMesh& mesh) {
+  if (old.groups.empty()) return;
+  std::vector<std::vector<int>> groups_of(old.triangles.size());
+  for (std::size_t g = 0; g < old.groups.size(); ++g) {
+    mesh.groups.push_back({old.groups[g].name, {}});
+    for (const int f : old.groups[g].facets)
+      groups_of[static_cast<std::size_t>(f)].push_back(static_cast<int>(g));
+  }
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
+    const SurfaceLocator::Place place = locator.nearest(mesh.centroid(f));
+    if (place.distance > reach) continue;
+    for (const int g : groups_of[static_cast<std::size_t>(place.facet)])
+      mesh.groups[static_cast<std::size_t>(g)].facets.push_back(static_cast<int>(f));
+  }
+  std::erase_if(mesh.groups, [](const FacetGroup& group) { return group.facets.empty(); });
+}
+
+double area_of(const SurfaceMesh& mesh) {
+  double area = 0;
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f) area += mesh.area_vector(f).norm();
+  return area;
+}
+
+class Repair {
+ public:
+  Repair(SurfaceMesh& mesh, const RepairOptions& options, files::Progress& progress)
+      : mesh_(mesh),
+        options_(options),
+        progress_(progress),
+        diagonal_(bounding_box(mesh.points).diagonal().norm()),
+        contact_(weld_tolerance(mesh.points)),
+        length_(spatial::parse_quantity("1 " + options.unit, spatial::dimension::length)),
+        state_(check_surface(mesh, contact_)) {}
+
+  RepairReport run() && {
+    if (is_one_solid(state_)) return std::move(report_);
+    take(RepairStep::weld, &Repair::weld_edges);
+    take(RepairStep::orient, &Repair::orient);
+    // Only now does "inside" mean something.
+    original_ = mesh_;
+    locator_.emplace(original_);
+    report_.volume_before = enclosed_volume(original_);
+    take(RepairStep::fill, &Repair::fill);
+    take(RepairStep::unite, &Repair::unite);
+    take(RepairStep::wrap, &Repair::wrap);
+    report_.volume_after = enclosed_volume(mesh_).value_or(0);
+    return std::move(report_);
+  }
+
+ private:
+  void take(RepairStep step, void (Repair::*work)()) {
+    const bool allowed =
+        std::find(options_.steps.begin(), options_.steps.end(), step) != options_.steps.end();
+    if (!allowed || is_one_solid(state_)) return;
+    progress_.report(phase, 0);
+    (this->*work)();
+  }
+  void log(RepairStep step, bool done, std::string words) {
+    report_.actions.push_back({step, done, std::move(words)});
+  }
+  std::string length(double metres) const {
+    return fmt::format("{:.3g} {}", metres / length_, options_.unit);
+  }
+
+  void weld_edges() {
+    if (!has(state_, DefectKind::open_edge) && !has(state_, DefectKind::non_manifold_edge) &&
+        !has(state_, DefectKind::duplicate_facet))
+      return;
+    const double tolerance = options_.tolerance > 0 ? options_.tolerance : 1e-4 * diagonal_;
+    SurfaceMesh welded = mesh_;
+    const EdgeWeldReport did = weld_open_edges(welded, tolerance);
+    if (did.joined + did.split + did.removed == 0) return;
+    if (welded.triangles.empty())
+      return log(RepairStep::weld, false, "nothing would be left of the surface");
+    mesh_ = std::move(welded);
+    state_ = check_surface(mesh_, contact_);
+    log(RepairStep::weld, true,
+        fmt::format("{} joined within {}, {} split at a corner, {} removed",
+                    counted(did.joined, "corner", "corners"), length(tolerance),
+                    counted(did.split, "open edge", "open edges"),
+                    counted(did.removed, "facet that was there twice or collapsed",
+                            "facets that were there twice or collapsed")));
+  }
+
+  void orient() {
+    const std::size_t turned = orient_outward(mesh_);
+    if (turned == 0) return;
+    state_ = check_surface(mesh_, contact_);
+    log(RepairStep::orient, true, counted(turned, "facet turned", "facets turned"));
+  }
+
+  // The helper's mesh, or none with the reason logged.
+  std::optional<SurfaceMesh> ask_helper(RepairStep step, std::vector<double> numbers,
+                                        std::vector<std::int64_t>* counts = nullptr) {
+    const std::filesystem::path helper =
+        options_.helper.empty() ? find_helper("kinetostat-cgal") : options_.helper;
+    if (helper.empty()) {
+      log(step, false,
+          "the helper program kinetostat-cgal is not installed; it is built where CGAL is (Debian: "
+          "libcgal-dev)");
+      return {};
+    }
+    ChildResult result;
+    try {
+      result = run_child({.program = helper,
+                          .arguments = {"--memory", std::to_string(options_.memory_limit)},
+                          .input = cgal::encode(request_for(mesh_, name(step), std::move(numbers))),
+                          .time_limit = options_.time_limit},
+                         phase, progress_);
+    } catch (const std::system_error& error) {
+      log(step, false, fmt::format("the helper program cannot be run: {}", error.what()));
+      return {};
+    }
+    cgal::Answer answer;
+    SurfaceMesh mesh;
+    if (result.end == ChildResult::End::exited && result.code == cgal::exit_done &&
+        cgal::decode(result.answer, answer) && take_mesh(answer, mesh)) {
+      if (counts != nullptr) *counts = answer.counts;
+      weld(mesh, 0);
+      return mesh;
+    }
+    log(step, false, why(result));
+    return {};
+  }
+  std::string why(const ChildResult& result) const {
+    if (result.end == ChildResult::End::timed_out)
+      return fmt::format("stopped after {:.0f} s", options_.time_limit);
+    if (result.end == ChildResult::End::exited && result.code == cgal::exit_out_of_memory)
+      return "not enough memory";
+    if (result.end == ChildResult::End::exited && result.code == cgal::exit_impossible)
+      return result.words.substr(0, result.words.find('\n'));
+    return "CGAL cannot work on this surface";
+  }
+
+  void fill() {
+    const std::size_t open = count_of(state_, DefectKind::open_edge);
+    if (open == 0) return;
+    std::vector<std::int64_t> counts;
+    std::optional<SurfaceMesh> filled = ask_helper(RepairStep::fill, {}, &counts);
+    if (!filled) return;
+    remove_repeated_facets(*filled);
+    const SurfaceReport state = check_surface(*filled, contact_);
+    const std::size_t still_open = count_of(state, DefectKind::open_edge);
+    if (still_open >= open)
+      return log(RepairStep::fill, false,
+                 fmt::format("{} of {} open edges would be left", still_open, open));
+    double area = 0, reach = 0;
+    for (std::size_t f = 0; f < filled->triangles.size(); ++f) {
+      const double distance = locator_->nearest(filled->centroid(f)).distance;
+      if (distance <= contact_) continue;
+      area += filled->area_vector(f).norm();
+      reach = std::max(reach, distance);
+    }
+    const double share = area / area_of(*filled);
+    log(RepairStep::fill, true,
+        fmt::format(
+            "{} closed; the patches are {:.2g} % of the surface and reach {} from the rest",
+            counted(counts.empty() ? 0 : static_cast<std::size_t>(counts[0]), "hole", "holes"),
+            100 * share, length(reach)));
+    report_.patch_area = area;
+    carry_groups(mesh_, SurfaceLocator(mesh_), contact_, *filled);
+    accept(std::move(*filled), state);
+    orient_outward(mesh_);
+    state_ = check_surface(mesh_, contact_);
+    // What the patches enclose is the part now; the later steps are measured against it.
+    original_ = mesh_;
+    locator_.emplace(original_);
+    if (!report_.volume_before) report_.volume_before = enclosed_volume(original_);
+  }
+
+  void unite() {
+    if (has(state_, DefectKind::open_edge)) return;
+    std::optional<SurfaceMesh> united = ask_helper(RepairStep::unite, {});
+    if (!united) return;
+    const SurfaceReport state = check_surface(*united, contact_);
+    if (!state.sound() || state.bodies() >= std::max(2, state_.bodies() + (state_.sound() ? 0 : 1)))
+      return log(RepairStep::unite, false,
+                 state.sound() ? "the bodies do not touch one another"
+                               : "the union would still not bound a solid");
+    const auto [moved, distance] = change(*united);
+    if (!moved.empty()) return log(RepairStep::unite, false, moved);
+    log(RepairStep::unite, true,
+        fmt::format("{} of facets became {}", counted(state_.shells.size(), "shell", "shells"),
+                    counted(state.shells.size(), "shell", "shells")));
+    report_.distance = std::max(report_.distance, distance);
+    carry_groups(mesh_, *locator_, contact_, *united);
+    accept(std::move(*united), state);
+  }
+
+  // From coarse to fine: the first that stays within the limit.
+  void wrap() {
+    std::string last;
+    for (const double fineness : {40.0, 80.0, 140.0}) {
+      const double alpha = diagonal_ / fineness, offset = alpha / 30;
+      std::optional<SurfaceMesh> wrapped = ask_helper(RepairStep::wrap, {alpha, offset});
+      if (!wrapped) return;
+      const SurfaceReport state = shrink(*wrapped);
+      if (!state.sound()) {
+        last = "the wrapped surface does not bound a solid";
+        continue;
+      }
+      const auto [moved, distance] = change(*wrapped);
+      last = moved;
+      if (!moved.empty()) continue;
+      log(RepairStep::wrap, true,
+          fmt::format("balls of radius {} rolled over the surface: {} instead of {}", length(alpha),
+                      counted(wrapped->triangles.size(), "facet", "facets"),
+                      mesh_.triangles.size()));
+      report_.distance = std::max(report_.distance, distance);
+      carry_groups(mesh_, *locator_, 2 * offset, *wrapped);
+      return accept(std::move(*wrapped), state);
+    }
+    log(RepairStep::wrap, false, last);
+  }
+  // Wrapping keeps a distance from the surface; most of it is taken back, so that flat faces are
+  // where they were, as far as that leaves a sound surface.
+  SurfaceReport shrink(SurfaceMesh& wrapped) const {
+    const std::vector<Vector3> far = wrapped.points;
+    std::vector<Vector3> near;
+    for (const Vector3& p : far) near.push_back(locator_->nearest(p).point);
+    SurfaceReport state;
+    for (const double rest : {0.1, 0.4, 1.0}) {
+      for (std::size_t i = 0; i < far.size(); ++i)
+        wrapped.points[i] = near[i] + rest * (far[i] - near[i]);
+      state = check_surface(wrapped, contact_);
+      if (state.sound()) break;
+    }
+    return state;
+  }
+
+  // Why the new surface is too far from the old one, empty when it is not; and the distance [m].
+  std::pair<std::string, double> change(const SurfaceMesh& mesh) const {
+    const double distance = farthest_distance(mesh, *locator_, 0.01 * diagonal_);
+    if (distance > options_.limit * diagonal_)
+      return {fmt::format("the surface would move by {}, {:.2g} % of the diagonal; the limit is "
+                          "{:.2g} %",
+                          length(distance), 100 * distance / diagonal_, 100 * options_.limit),
+              distance};
+    const std::optional<double> volume = enclosed_volume(mesh);
+    if (report_.volume_before && volume) {
+      const double change = *volume / *report_.volume_before - 1;
+      if (!(std::abs(change) <= options_.limit))
+        return {fmt::format("the volume would change by {:+.2g} %; the limit is {:.2g} %",
+                            100 * change, 100 * options_.limit),
+                distance};
+    } else if (const double ratio = area_of(mesh) / area_of(original_); ratio > 1.5) {
+      return {fmt::format("the surface is open, and would be wrapped from both sides ({:.2g} times "
+                          "the area)",
+                          ratio),
+              distance};
+    }
+    return {"", distance};
+  }
+
+  void accept(SurfaceMesh mesh, const SurfaceReport& state) {
+    mesh_ = std::move(mesh);
+    state_ = state;
+  }
+
+  SurfaceMesh& mesh_;
+  const RepairOptions& options_;
+  files::Progress& progress_;
+  double diagonal_, contact_, length_;
+  SurfaceReport state_;
+  SurfaceMesh original_;
+  std::optional<SurfaceLocator> locator_;  // of original_
+  RepairReport report_;
+};
+
+}  // namespace
+
+const std::vector<std::string>& repair_steps() {
+  static const std::vector<std::string> names{"weld", "orient", "fill", "unite", "wrap"};
+  return names;
+}
+
+std::string name(RepairStep step) { return repair_steps()[static_cast<std::size_t>(step)]; }
+
+RepairStep repair_step(const std::string& name) {
+  const auto& names = repair_steps();
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end())
+    throw std::invalid_argument(fmt::format("'{}' is no step of repair", name));
+  return static_cast<RepairStep>(found - names.begin());
+}
+
+RepairReport repair(SurfaceMesh& mesh, const RepairOptions& options, files::Progress& progress) {
+  if (!(options.tolerance >= 0) || !(options.limit >= 0) || !(options.time_limit > 0))
+    throw std::invalid_argument("repair: tolerance, limit or time limit out of bounds");
+  return Repair(mesh, options, progress).run();
+}
+
+std::vector<std::string> describe(const RepairReport& report, const RepairOptions& options) {
+  std::vector<std::string> lines;
+  for (const RepairAction& action : report.actions)
+    lines.push_back(fmt::format("repair, {}: {}{}", name(action.step),
+                                action.done ? "" : "not done, ", action.words));
+  const bool changed = std::any_of(report.actions.begin(), report.actions.end(),
+                                   [](const RepairAction& action) { return action.done; });
+  if (!changed) return lines;
+  const double unit = spatial::parse_quantity("1 " + options.unit, spatial::dimension::length);
+  const std::string volume =
+      report.volume_before ? fmt::format("the enclosed volume changed by {:+.2g} %",
+                                         100 * (report.volume_after / *report.volume_before - 1))
+                           : "the volume enclosed before is not known, for the surface was open";
+  lines.push_back(fmt::format("repair as a whole: {}, the surface moved by {:.3g} {} at most",
+                              volume, report.distance / unit, options.unit));
+  return lines;
+}
+
+}  // namespace kinetostat::fea
