@@ -1,5 +1,6 @@
 // kinetostat deflect: the loaded equilibrium, for a given wrench or a given displacement.
 #include <memory>
+#include <stdexcept>
 
 #include <fmt/format.h>
 
@@ -8,6 +9,7 @@
 #include "kinetostat/apps/robot_request.h"
 #include "kinetostat/apps/segment_check.h"
 #include "kinetostat/report/manipulator.h"
+#include "kinetostat/vjm/fixed_point.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -15,7 +17,29 @@ namespace {
 struct Request {
   PostureRequest posture;
   LoadRequest load;
+  std::string method = "newton";
 };
+
+// The papers' iteration; its state, how it came there, and why it stopped.
+files::Json by_fixed_point(const Request& request, const vjm::Robot& robot,
+                           const vjm::Posture& posture, Run& run) {
+  const vjm::PathTask task = request.load.task(robot);
+  vjm::FixedPoint found;
+  try {
+    found = task.platform_held
+                ? fixed_point_at_pose(robot.manipulator, posture,
+                                      spatial::displaced(posture.platform, task.displacement))
+                : fixed_point_under_load(robot.manipulator, posture, request.load.load(robot));
+  } catch (const std::invalid_argument& error) {
+    throw UsageError("--method", error.what(), "Use --method newton");
+  }
+  run.print(fmt::format("{}\n", robot.name) + report::text(robot, posture) +
+            report::text(robot, posture, found));
+  if (!found.converged) run.stop_short(found.reason);
+  return {{"inputs", report::provenance(robot)},
+          {"posture", report::to_json(robot, posture)},
+          {"fixed_point", report::to_json(robot, posture, found)}};
+}
 
 files::Json deflect(const Request& request, Run& run) {
   const vjm::Robot robot = request.posture.read();
@@ -24,13 +48,14 @@ files::Json deflect(const Request& request, Run& run) {
         "--wrench", "no load is given, and the robot has no weight",
         "Give --wrench Fx,Fy,Fz[,Mx,My,Mz], --node-load, or --move for a displacement");
   const vjm::Posture posture = request.posture.posture(robot);
+  if (request.method == "fixed-point") return by_fixed_point(request, robot, posture, run);
   const vjm::Equilibrium equilibrium = request.load.solve(robot, posture);
   run.print(fmt::format("{}\n", robot.name) + report::text(robot, posture) +
             report::text(robot, equilibrium));
   const std::optional<double> lumping =
       lumping_error(robot, request.posture, request.load, equilibrium);
-  run.print(lumping_warning(lumping));
-  if (equilibrium.status != vjm::EquilibriumStatus::converged) run.stop_short(equilibrium.reason);
+  run.print(lumping_text(robot, lumping));
+  stop_short_unless_stable(request.load, robot, equilibrium, run);
   return {{"inputs", report::provenance(robot)},
           {"posture", report::to_json(robot, posture)},
           {"equilibrium", report::to_json(robot, equilibrium)},
@@ -48,6 +73,9 @@ void add_deflect(Program& program) {
       [request](Run& run) { return deflect(*request, run); });
   request->posture.add_options(app);
   request->load.add_options(app);
+  app.add_option("--method", request->method,
+                 "newton, or fixed-point: the papers' iteration (MMT11 eq. 10-11), for comparison")
+      ->check(CLI::IsMember({"newton", "fixed-point"}).description(""));
 }
 
 }  // namespace kinetostat::apps

@@ -173,4 +173,19 @@ vjm::Equilibrium LoadRequest::solve(const vjm::Robot& robot, const vjm::Posture&
                              spatial::displaced(posture.platform, displacement), {}, acting.nodes);
 }
 
+void stop_short_unless_stable(const LoadRequest& request, const vjm::Robot& robot,
+                              const vjm::Equilibrium& equilibrium, Run& run) {
+  if (equilibrium.status != vjm::EquilibriumStatus::converged) {
+    run.stop_short(equilibrium.reason);
+    return;
+  }
+  const bool held = request.task(robot).platform_held;
+  if ((held ? equilibrium.held : equilibrium.free).stable()) return;
+  run.stop_short(
+      fmt::format("this equilibrium is unstable, the manipulator would leave it; 'kinetostat trace "
+                  "{} ...' with "
+                  "the same load shows where the stable path ends",
+                  robot.file.string()));
+}
+
 }  // namespace kinetostat::apps

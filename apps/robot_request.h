@@ -41,4 +41,10 @@ struct LoadRequest {
   vjm::Equilibrium solve(const vjm::Robot& robot, const vjm::Posture& posture) const;
 };
 
+class Run;
+
+/// An equilibrium that was not found, or that would not last, is only part of what was asked for.
+void stop_short_unless_stable(const LoadRequest& request, const vjm::Robot& robot,
+                              const vjm::Equilibrium& equilibrium, Run& run);
+
 }  // namespace kinetostat::apps

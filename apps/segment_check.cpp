@@ -27,11 +27,15 @@ std::optional<double> lumping_error(const vjm::Robot& robot, const PostureReques
   return 4.0 / 3 * change / size;
 }
 
-std::string lumping_warning(const std::optional<double>& error) {
-  if (!error || *error <= 0.01) return "";
-  return fmt::format(
-      "warning: lumped springs misstate this by about {:.2g} %: give the beams more 'segments'\n",
-      100 * *error);
+std::string lumping_text(const vjm::Robot& robot, const std::optional<double>& error) {
+  if (!error) return "";
+  if (*error > 0.01)
+    return fmt::format(
+        "warning: lumped springs misstate this by about {:.2g} %: give the beams more 'segments'\n",
+        100 * *error);
+  if (robot.manipulator.gravity().isZero(0)) return "";
+  return fmt::format("Lumping of springs and weight along the beams: about {:.2g} % of this.\n",
+                     100 * *error);
 }
 
 }  // namespace kinetostat::apps

@@ -16,7 +16,7 @@ namespace kinetostat::apps {
 std::optional<double> lumping_error(const vjm::Robot& robot, const PostureRequest& posture,
                                     const LoadRequest& load, const vjm::Equilibrium& found);
 
-/// A warning above 1 %, empty below.
-std::string lumping_warning(const std::optional<double>& error);
+/// A warning above 1 %; below, the error is stated when the robot has weight, which is lumped too.
+std::string lumping_text(const vjm::Robot& robot, const std::optional<double>& error);
 
 }  // namespace kinetostat::apps

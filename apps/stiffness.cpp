@@ -31,10 +31,10 @@ files::Json stiffness(const Request& request, Run& run) {
   const vjm::Equilibrium loaded = request.load.solve(robot, posture);
   run.print("\nLoaded\n------\n" + report::text(robot, loaded));
   const std::optional<double> lumping = lumping_error(robot, request.posture, request.load, loaded);
-  run.print(lumping_warning(lumping));
+  run.print(lumping_text(robot, lumping));
   json["lumping_error"] = lumping ? files::Json(*lumping) : files::Json();
   json["loaded"] = report::to_json(robot, loaded);
-  if (loaded.status != vjm::EquilibriumStatus::converged) run.stop_short(loaded.reason);
+  stop_short_unless_stable(request.load, robot, loaded, run);
   return json;
 }
 

@@ -246,6 +246,44 @@ Json to_json(const Robot& robot, const Equilibrium& e) {
   return json;
 }
 
+namespace {
+
+spatial::Twist displacement_of(const vjm::Posture& posture, const vjm::FixedPoint& f) {
+  return spatial::Twist::from_coordinates(spatial::pose_difference(posture.platform, f.platform),
+                                          {f.platform.position()});
+}
+
+}  // namespace
+
+std::string text(const Robot& robot, const vjm::Posture& posture, const vjm::FixedPoint& f) {
+  std::string out;
+  if (!f.converged)
+    out += fmt::format("NOT CONVERGED: {}. The state below is reached at {} %.\n\n", f.reason,
+                       number(100 * f.reached, 4));
+  out += text(displacement_of(posture, f), robot.units) + text(f.wrench, robot.units);
+  out += fmt::format("Fixed-point iteration: eq. 10 was solved {} times, changes {:.1e}.\n",
+                     f.iterations, fmt::join(f.changes, ", "));
+  return out;
+}
+
+Json to_json(const Robot& robot, const vjm::Posture& posture, const vjm::FixedPoint& f) {
+  Json json{{"converged", f.converged},
+            {"reason", f.reason},
+            {"reached", f.reached},
+            {"platform", pose_json(f.platform)},
+            {"displacement", files::to_json(displacement_of(posture, f))},
+            {"wrench", files::to_json(f.wrench)},
+            {"iterations", f.iterations},
+            {"changes", f.changes},
+            {"chains", Json::array()}};
+  for (std::size_t c = 0; c < f.coordinates.size(); ++c) {
+    const Chain& chain = robot.manipulator.chains()[c];
+    json["chains"].push_back(
+        {{"name", chain.name()}, {"coordinates", coordinates_json(chain, f.coordinates[c])}});
+  }
+  return json;
+}
+
 std::string text(const Robot& robot, const vjm::Assembly& a) {
   std::string out;
   if (a.assembled.status != EquilibriumStatus::converged)

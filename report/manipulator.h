@@ -6,6 +6,7 @@
 #include "kinetostat/files/json.h"
 #include "kinetostat/vjm/assembly.h"
 #include "kinetostat/vjm/equilibrium.h"
+#include "kinetostat/vjm/fixed_point.h"
 #include "kinetostat/vjm/robot_file.h"
 #include "kinetostat/vjm/stiffness.h"
 
@@ -23,6 +24,12 @@ files::Json to_json(const vjm::Robot& robot, const vjm::UnloadedStiffness& stiff
 /// the last equilibrium found and why there is none beyond.
 std::string text(const vjm::Robot& robot, const vjm::Equilibrium& equilibrium);
 files::Json to_json(const vjm::Robot& robot, const vjm::Equilibrium& equilibrium);
+
+/// Where the papers' iteration came to rest, and the history of its changes.
+std::string text(const vjm::Robot& robot, const vjm::Posture& posture,
+                 const vjm::FixedPoint& fixed_point);
+files::Json to_json(const vjm::Robot& robot, const vjm::Posture& posture,
+                    const vjm::FixedPoint& fixed_point);
 
 /// Shift of the platform, internal wrenches and what every joint and spring gives way by.
 std::string text(const vjm::Robot& robot, const vjm::Assembly& assembly);

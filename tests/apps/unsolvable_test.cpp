@@ -64,7 +64,7 @@ TEST_P(Unsolvable, EndsWithReasonStateAndCode) {
 const std::string orthoglide = "data/robots/orthoglide.yaml ";
 
 INSTANTIATE_TEST_SUITE_P(
-    Ten, Unsolvable,
+    Requests, Unsolvable,
     testing::Values(
         Request{"pose_out_of_reach", "stiffness " + orthoglide + "--at 5000,0,0", 4,
                 "cannot reach the pose", "the nearest it comes is"},
@@ -82,6 +82,11 @@ INSTANTIATE_TEST_SUITE_P(
         Request{"beyond_the_last_equilibrium",
                 "deflect " + orthoglide + "--at -73.65,-73.65,-73.65 --wrench -90000,-90000,-90000",
                 4, "no equilibrium was found beyond", "Wrench at point"},
+        Request{"unstable_equilibrium", "deflect data/robots/delta.yaml --wrench 0,0,-100000", 4,
+                "this equilibrium is unstable", "unstable in"},
+        Request{"iteration_of_the_papers_beyond_its_range",
+                "deflect " + orthoglide + "--at 0,0,0 --move 2,2,2 --method fixed-point", 4,
+                "the chains did not come to rest", "The state below is reached at 0 %"},
         Request{"chains_that_do_not_fit", "assemble misfit.yaml --at 0,0,0", 4,
                 "no equilibrium was found beyond 0 % of the", "Platform: stable"},
         Request{"path_that_leaves_the_workspace",
