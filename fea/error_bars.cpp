@@ -10,7 +10,8 @@ namespace {
 
 using Eigen::MatrixXd;
 
-constexpr double slowest_rate = 0.2;
+// Of the strongest singularity of elasticity, a crack, on even meshes.
+constexpr double slowest_rate = 1.0 / 3;
 
 // Mean over all load cases of a change of the flexibility, beside the flexibility itself: the same
 // at every reference point and in all units.

@@ -17,8 +17,8 @@ namespace {
 // Of the error: a step must change the result enough to be seen, and not be guided too far by the
 // indicators of a coarse mesh.
 constexpr double most_share = 0.5, least_share = 0.08;
-constexpr double most_growth = 8;  // of the number of elements
-constexpr double aim = 0.7;        // at this part of what is asked for
+constexpr double least_growth = 1.5, most_growth = 8;  // of the number of elements
+constexpr double aim = 0.7;                            // at this part of what is asked for
 
 // The bars' errors, element by element: those of all significant entries, beside the entry, and the
 // more important the worse the entry is known.
@@ -112,13 +112,16 @@ class Refinement {
       return fmt::format("the time limit of {:g} s is reached", options_.time_limit);
     const double room =
         static_cast<double>(options_.most_unknowns) / static_cast<double>(last.unknowns);
-    if (room < 1.2) return fmt::format("{} unknowns are the limit", options_.most_unknowns);
+    if (room < least_growth)
+      return fmt::format("{} unknowns are the limit", options_.most_unknowns);
     const double share = std::clamp(aim * options_.accuracy / best.accuracy.bars.relative_error,
                                     least_share, most_share);
     try {
       progress_.report("size field", 0);
-      LinkModel model = solve_(size_from_error(best.model.mesh, best.accuracy.indicator, share,
-                                               std::min(room, most_growth)));
+      LinkModel model = solve_(size_from_error(best.model.mesh, best.accuracy.indicator,
+                                               {.share = share,
+                                                .least_growth = least_growth,
+                                                .most_growth = std::min(room, most_growth)}));
       Accuracy accuracy = best.accuracy;
       assess(model, accuracy);
       best.model = std::move(model);

@@ -113,14 +113,15 @@ class Equidistribution {
     for (const double error : error_of_) sum += std::pow(ratio(k, error), -3);
     return sum / static_cast<double>(error_of_.size());
   }
-  // Both fall or rise with K: the largest K that gives the share, or the smallest that the growth
-  // allows.
-  double solve(double wanted_share, double most_growth) const {
+  // The share rises with K, the growth falls: the largest K that gives both wanted ones, but no
+  // more growth than allowed.
+  double solve(const RefinementAim& aim) const {
     if (total_ == 0) return 1;
     double low = std::log(1e-30 * total_), high = std::log(total_);
     for (int i = 0; i < 60; ++i) {
       const double middle = 0.5 * (low + high), k = std::exp(middle);
-      (share(k) > wanted_share && growth(k) < most_growth ? high : low) = middle;
+      const bool is_coarse = share(k) > aim.share || growth(k) < aim.least_growth;
+      (is_coarse && growth(k) < aim.most_growth ? high : low) = middle;
     }
     return std::exp(low);
   }
@@ -157,10 +158,10 @@ SizeField size_from_surface(const SurfaceMesh& surface) {
   return field;
 }
 
-SizeField size_from_error(const TetMesh& mesh, const std::vector<double>& error_of, double share,
-                          double growth) {
+SizeField size_from_error(const TetMesh& mesh, const std::vector<double>& error_of,
+                          const RefinementAim& aim) {
   const Equidistribution equidistribution(error_of, mesh.order);
-  const double k = equidistribution.solve(share, growth);
+  const double k = equidistribution.solve(aim);
   // At the corner nodes, the geometric mean over the elements around: the sizes of single elements
   // scatter.
   std::vector<double> sum(mesh.nodes.size(), 0);

@@ -27,10 +27,13 @@ SizeField size_from_surface(const SurfaceMesh& surface);
 /// From an error on a mesh, `error_of[e]` >= 0 from element e. The mesh with the fewest elements
 /// whose errors sum to a share of the present sum has, with elements of order p,
 /// h_new = h (K / error)^(1/(2p + 3)) [Zienkiewicz and Zhu 1987, Int. J. Numer. Meth. Engng 24:337;
-/// elements that are expensive because they are small are refined less]. K follows from `share`,
-/// the error aimed at beside the present one, in (0, 1]. No size changes more than fourfold.
-/// `growth` limits how many times more elements are aimed at.
-SizeField size_from_error(const TetMesh& mesh, const std::vector<double>& error_of, double share,
-                          double growth);
+/// elements that are expensive because they are small are refined less]. K follows from what is
+/// aimed at. Sizes change by a factor of 1/4 to 1.5.
+struct RefinementAim {
+  double share = 0.5;                        // of the present error, in (0, 1]
+  double least_growth = 1, most_growth = 8;  // of the number of elements, whatever the error
+};
+SizeField size_from_error(const TetMesh& mesh, const std::vector<double>& error_of,
+                          const RefinementAim& aim);
 
 }  // namespace kinetostat::fea

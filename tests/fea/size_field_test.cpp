@@ -34,12 +34,12 @@ class SizeFromError : public testing::Test {
   TetMesh mesh_ = with_mid_nodes(box_mesh({1, 1, 1}, 4, 4, 4));
   std::vector<double> even_ = std::vector<double>(mesh_.element_count(), 1);
   // Of a field without change.
-  double present_ = size_from_error(mesh_, even_, 1, 8).sizes.front();
+  double present_ = size_from_error(mesh_, even_, {.share = 1}).sizes.front();
 };
 
 // Errors fall as h^4: a sixteenth of them takes half the size everywhere.
 TEST_F(SizeFromError, SpreadsAnEvenErrorEvenly) {
-  const SizeField field = size_from_error(mesh_, even_, 1.0 / 16, 1000);
+  const SizeField field = size_from_error(mesh_, even_, {.share = 1.0 / 16, .most_growth = 1000});
   for (const double size : field.sizes) EXPECT_NEAR(size, 0.5 * present_, 1e-3 * present_);
 }
 
@@ -47,7 +47,7 @@ TEST_F(SizeFromError, RefinesWhereTheErrorIs) {
   std::vector<double> error = even_;
   for (std::size_t e = 0; e < error.size(); ++e)
     if (mesh_.corners(e)[0].x() + mesh_.corners(e)[1].x() < 0.6) error[e] = 1000;
-  const SizeField field = size_from_error(mesh_, error, 0.1, 1000);
+  const SizeField field = size_from_error(mesh_, error, {.share = 0.1, .most_growth = 1000});
   double near = 0, far = 1e9;
   for (std::size_t i = 0; i < field.points.size(); ++i) {
     if (field.points[i].x() == 0) near = std::max(near, field.sizes[i]);
@@ -56,14 +56,16 @@ TEST_F(SizeFromError, RefinesWhereTheErrorIs) {
   EXPECT_LT(near, 0.6 * far);
 }
 
-TEST_F(SizeFromError, KeepsTheGrowthWithinItsLimit) {
-  const SizeField field = size_from_error(mesh_, even_, 1e-6, 8);
-  EXPECT_NEAR(least(field), 0.5 * present_, 1e-3 * present_);
+TEST_F(SizeFromError, KeepsTheGrowthWithinItsLimits) {
+  const SizeField most = size_from_error(mesh_, even_, {.share = 1e-6, .most_growth = 8});
+  EXPECT_NEAR(least(most), 0.5 * present_, 1e-3 * present_);
+  const SizeField fewest = size_from_error(mesh_, even_, {.share = 1, .least_growth = 3.375});
+  EXPECT_NEAR(least(fewest), present_ / 1.5, 1e-3 * present_);
 }
 
 TEST_F(SizeFromError, ANullErrorLetsElementsGrow) {
   const std::vector<double> none(mesh_.element_count(), 0);
-  for (const double size : size_from_error(mesh_, none, 0.5, 8).sizes) EXPECT_GT(size, present_);
+  for (const double size : size_from_error(mesh_, none, {}).sizes) EXPECT_GT(size, present_);
 }
 
 // What TetGen makes of it: small elements at one end of a bar, large ones at the other.
