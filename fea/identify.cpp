@@ -130,7 +130,8 @@ LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
   result.quality = quality(result.mesh);
   if (geometry.volume) result.element_size = result.quality.mean_edge;
   watch.lap("model");
-  if (is_wanted(options.bracket, result.mesh)) {
+  // Whoever stopped the refinement does not want to wait for more.
+  if (is_wanted(options.bracket, result.mesh) && !progress.cancelled()) {
     result.bracket = solved(spec, result.mesh, [&] {
       return coupling_bracket(result.mesh, {spec.material}, result.interfaces, result.response,
                               options.solver, progress);
