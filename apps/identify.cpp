@@ -91,6 +91,20 @@ void print_compliance(Run& run, const fea::LinkResult& result, const spatial::Un
                             result.response.fit_residuals[i]));
 }
 
+void print_preload(Run& run, const fea::LinkResult& result, const spatial::UnitSystem& units) {
+  if (!result.geometric_stiffness) return;
+  const fea::GeometricStiffness& geometric = *result.geometric_stiffness;
+  const spatial::Vector6& wrench = *result.preload;
+  const auto factor = [](double value) {
+    return std::isfinite(value) ? report::number(value) + " times the preload" : "never";
+  };
+  run.print(fmt::format(
+      "\nunder the preload {} N, {} N m:\n{}", text(wrench.head<3>(), 1), text(wrench.tail<3>(), 1),
+      report::text(spatial::Stiffness6(geometric.stiffness, result.compliance.frame()), units)));
+  run.print(fmt::format("buckles, loaded interface free: {}; held: {}\n",
+                        factor(geometric.buckling_free), factor(geometric.buckling_held)));
+}
+
 void print_inputs(Run& run, const fea::LinkSpec& spec) {
   run.print(fmt::format("link {}: {} in {}, E = {} Pa, nu = {}\n", spec.name, spec.mesh_name,
                         spec.unit, report::number(spec.material.young()),
@@ -116,6 +130,7 @@ void print_result(Run& run, const fea::LinkResult& result) {
   print_compliance(run, result, units);
   run.print("\n" + accuracy_text(result));
   print_bracket(run, result, units);
+  print_preload(run, result, units);
   for (const std::string& warning : result.warnings)
     run.print(fmt::format("warning: {}\n", warning));
 }

@@ -44,6 +44,11 @@ void add_warnings(const LinkSpec& spec, const SurfaceReport& report, LinkResult&
     result.warnings.push_back(
         fmt::format("the volume of the mesh is {:.3g} % off the surface's",
                     100 * (result.geometry.volume / result.surface_volume - 1)));
+  if (result.geometric_stiffness && result.geometric_stiffness->buckling_free < 1)
+    result.warnings.push_back(
+        fmt::format("the link buckles at {:.3g} times the preload when nothing holds its loaded "
+                    "interface",
+                    result.geometric_stiffness->buckling_free));
   if (result.quality.least_dihedral < 2)
     result.warnings.push_back(fmt::format("the flattest element has an angle of {:.2g} degrees",
                                           result.quality.least_dihedral));
@@ -56,6 +61,8 @@ auto solved(const LinkSpec& spec, const TetMesh& mesh, Work work) {
     return work();
   } catch (const NoStiffBody& error) {
     throw InputError(spec.file, error.what(), "Use another coupling for it");
+  } catch (const BeyondBuckling& error) {
+    throw InputError(spec.file, error.what(), "Use a smaller preload");
   } catch (const SingularStiffness& error) {
     throw InputError(spec.file, error.what(),
                      "Is the body in one piece and the fixed interface a proper face of it?");
@@ -137,6 +144,15 @@ LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
                               options.solver, progress);
     });
     watch.lap("bracket");
+  }
+
+  if (spec.preload) {
+    result.preload = spec.preload;
+    result.geometric_stiffness = solved(spec, result.mesh, [&] {
+      return geometric_stiffness(result.mesh, {spec.material}, result.interfaces, result.response,
+                                 *spec.preload, progress);
+    });
+    watch.lap("geometric stiffness");
   }
 
   const Matrix6 raw = result.response.compliance();

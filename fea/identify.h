@@ -9,6 +9,7 @@
 
 #include "kinetostat/fea/blas.h"
 #include "kinetostat/fea/coupling_bracket.h"
+#include "kinetostat/fea/geometric_stiffness.h"
 #include "kinetostat/fea/interface_selection.h"
 #include "kinetostat/fea/link_geometry.h"
 #include "kinetostat/fea/link_response.h"
@@ -48,6 +49,8 @@ struct LinkResult {
   LinkResponse response;  // with the displacement fields
   Accuracy accuracy;      // error bars of the flexibility, and the meshes on the way to it
   std::optional<CouplingBracket> bracket;
+  std::optional<Vector6> preload;  // at the loaded interface's point [N; N m]
+  std::optional<GeometricStiffness> geometric_stiffness;  // under the preload, if there is one
   std::vector<std::string> warnings;
   std::vector<std::pair<std::string, double>> timings;  // [s], by phase
   BlasInfo blas;

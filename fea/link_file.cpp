@@ -1,5 +1,6 @@
 #include "kinetostat/fea/link_file.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -184,6 +185,21 @@ RepairOptions read_repair(const YamlNode& mesh, const UnitSystem& units) {
   return options;
 }
 
+Vector6 read_preload(const YamlNode& node, const UnitSystem& units, const LinkSpec& spec) {
+  node.allow_only({"force", "moment"});
+  const bool all_rigid =
+      std::all_of(spec.interfaces.begin(), spec.interfaces.end(),
+                  [](const InterfaceSpec& i) { return i.coupling == Coupling::rigid; });
+  if (spec.interfaces.size() != 2 || !all_rigid)
+    node.fail("a preload acts between two rigid interfaces, 'fixed' and 'loaded'",
+              "Use 'coupling: rigid' at both, or leave the preload out");
+  Vector6 wrench = Vector6::Zero();
+  wrench.head<3>() = node.at("force").vector3(dimension::force, units);
+  if (const auto moment = node.find("moment"))
+    wrench.tail<3>() = moment->vector3(dimension::moment, units);
+  return wrench;
+}
+
 void read_elements(const YamlNode& node, const UnitSystem& units, LinkSpec& spec) {
   node.allow_only({"order", "size", "accuracy"});
   if (const auto order = node.find("order")) spec.order = order->integer(1, 2);
@@ -201,8 +217,8 @@ void read_elements(const YamlNode& node, const UnitSystem& units, LinkSpec& spec
 LinkSpec read_link(const std::filesystem::path& file) {
   const YamlNode top = files::read_yaml(file);
   files::check_format_version(top);
-  top.allow_only(
-      {"kinetostat", "link", "mesh", "material", "interfaces", "fixed", "loaded", "elements"});
+  top.allow_only({"kinetostat", "link", "mesh", "material", "interfaces", "fixed", "loaded",
+                  "preload", "elements"});
   const YamlNode mesh = top.at("mesh");
   mesh.allow_only({"file", "unit", "body", "repair", "tolerance", "limit"});
   const std::filesystem::path mesh_file = mesh.at("file").existing_file();
@@ -220,6 +236,7 @@ LinkSpec read_link(const std::filesystem::path& file) {
   if (const auto body = mesh.find("body")) spec.body = body->text();
   spec.repair = read_repair(mesh, units);
   spec.interfaces = read_interfaces(top, units);
+  if (const auto preload = top.find("preload")) spec.preload = read_preload(*preload, units, spec);
   spec.sha256 = files::sha256(files::read_text(file));
   if (const auto elements = top.find("elements")) read_elements(*elements, units, spec);
   return spec;

@@ -58,10 +58,13 @@ struct LinkSpec {
   files::InputError::Details mesh_origin;  // of the key `mesh`, for messages
   Material material;
   std::vector<InterfaceSpec> interfaces;  // two or more; the first is fixed, the others loaded
-  int order = 2;                          // of the elements, 1 or 2
-  std::optional<double> size;             // [m] of the elements; else
-  double accuracy = 0.01;                 // of every significant entry of the result
-  std::string sha256;                     // of the link file
+  /// Wrench [force; moment] on the loaded interface at its point [N; N m]; with one, the geometric
+  /// stiffness is wanted.
+  std::optional<Vector6> preload;
+  int order = 2;               // of the elements, 1 or 2
+  std::optional<double> size;  // [m] of the elements; else
+  double accuracy = 0.01;      // of every significant entry of the result
+  std::string sha256;          // of the link file
 };
 
 /// Throws InputError with file, line and key.

@@ -1,4 +1,5 @@
 // LinkResult as files: JSON for programs, VTU for pictures.
+#include <cmath>
 #include <utility>
 
 #include "kinetostat/fea/accuracy_json.h"
@@ -66,6 +67,26 @@ Json bracket_json(const std::optional<CouplingBracket>& bracket) {
   return {{"rigid", rows(bracket->rigid)}, {"distributing", rows(bracket->distributing)}};
 }
 
+// No number where nothing buckles.
+Json factor_json(double factor) { return std::isfinite(factor) ? Json(factor) : Json(); }
+
+Json preload_json(const LinkResult& result) {
+  if (!result.geometric_stiffness) return {};
+  const GeometricStiffness& geometric = *result.geometric_stiffness;
+  const Vector6& wrench = *result.preload;
+  Json change;
+  for (std::size_t j = 0; j < 6; ++j)
+    change[wrench_names[j]] = rows(Eigen::MatrixXd(geometric.per_load[j]));
+  return {{"force", to_json(Vector3(wrench.head<3>()))},
+          {"moment", to_json(Vector3(wrench.tail<3>()))},
+          {"moments", "semi-tangential"},
+          {"stiffness", rows(Eigen::MatrixXd(geometric.stiffness))},
+          {"stiffness_change_per_load", change},
+          {"buckling_factor",
+           {{"free", factor_json(geometric.buckling_free)},
+            {"held", factor_json(geometric.buckling_held)}}}};
+}
+
 Json eigen_json(const spatial::Compliance6& compliance) {
   const spatial::EigenStiffness eigen = spatial::eigen_stiffness(compliance);
   return {{"translation", to_json(eigen.translation)},
@@ -126,6 +147,7 @@ Json to_json(const LinkResult& result) {
   json["symmetry_defect"] = result.symmetry_defect;
   json["reduced"] = reduced_json(result);
   json["bracket"] = bracket_json(result.bracket);
+  json["preload"] = preload_json(result);
   json["mass"] = result.mass ? Json(*result.mass) : Json();
   json["center_of_mass"] = to_json(result.center_of_mass);
   json["inertia"] = result.inertia ? rows(*result.inertia) : Json();

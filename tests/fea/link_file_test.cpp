@@ -101,6 +101,18 @@ TEST_F(LinkFile, CouplingsAreRead) {
   EXPECT_EQ(spec.interfaces[1].modulus_ratio, 200);
 }
 
+TEST_F(LinkFile, PreloadIsAWrenchInSiUnits) {
+  const std::string text =
+      std::string(good) + "preload: {force: [-500, 0, 1 kN], moment: [0, 2000, 3 N m]}\n";
+  Vector6 expected;
+  expected << -500, 0, 1000, 0, 2, 3;
+  EXPECT_LT((*read(text).preload - expected).norm(), 1e-12);
+  EXPECT_FALSE(read(good).preload);
+  EXPECT_THAT(message("elements:", "preload: {moment: [1, 2, 3]}\nelements:"), HasSubstr("force"));
+  EXPECT_THAT(message("coupling: rigid}", "coupling: body}\npreload: {force: [1, 0, 0]}"),
+              HasSubstr("two rigid interfaces"));
+}
+
 TEST_F(LinkFile, SphereGroupAndPatchAreRead) {
   folder_.file("patch.stl", binary_stl(box_surface({0, 0, 0}, {0.1, 0.1, 0.1}), 1000));
   const std::string plane = "{plane: {point: [0, 0, 0], normal: [-2, 0, 0]}}";
