@@ -1,6 +1,7 @@
 #include "kinetostat/vjm/link_model.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include <Eigen/Cholesky>
@@ -9,6 +10,7 @@
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/json.h"
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/sub_manipulator.h"
 
 namespace kinetostat::vjm {
 namespace {
@@ -198,23 +200,53 @@ Matrix6 stiffness_to_si(const Matrix6& matrix, const UnitSystem& units) {
   return (force / length) * (scale.asDiagonal() * matrix * scale.asDiagonal());
 }
 
+// A stiffness may leave motions free. Its own blocks say how lengths and rotations compare.
+LinkPart stiffness_part(const Pose& end, const Matrix6& stiffness, const YamlNode& value) {
+  const double translation = stiffness.diagonal().head<3>().maxCoeff();
+  const double rotation = stiffness.diagonal().tail<3>().maxCoeff();
+  const bool comparable = translation > 0 && rotation > 0;
+  try {
+    return part_with_free_motions(end, stiffness,
+                                  comparable ? std::sqrt(rotation / translation) : 1.0);
+  } catch (const std::invalid_argument& error) {
+    value.fail(error.what());
+  }
+}
+
 LinkModel read_inline(const YamlNode& node, const YamlNode& value, const std::string& kind,
                       const UnitSystem& units) {
   node.allow_only({kind, "end", "copies", "mass"});
   const Matrix6 given = value.matrix6();
   if (spatial::symmetry_defect(given) > 1e-6) value.fail("the 6x6 matrix is not symmetric");
-  if (Eigen::LLT<Matrix6>(given).info() != Eigen::Success)
-    value.fail("the 6x6 matrix is not positive definite");
   Pose end;
   if (const auto pose = node.find("end")) end = files::read_pose(*pose, units);
   // A compliance scales by the inverse of what its stiffness scales by, entry by entry.
   const Matrix6 unit = stiffness_to_si(Matrix6::Ones(), units);
-  const Compliance6 compliance = kind == "stiffness"
-                                     ? spatial::Stiffness6(given.cwiseProduct(unit)).inverse()
-                                     : Compliance6(given.cwiseQuotient(unit));
-  LinkModel link{.parts = {{end, divided_by_copies(compliance, node)}}};
+  LinkModel link;
+  if (kind == "stiffness") {
+    link.parts = {stiffness_part(end, given.cwiseProduct(unit), value)};
+  } else {
+    if (Eigen::LLT<Matrix6>(given).info() != Eigen::Success)
+      value.fail("the 6x6 matrix is not positive definite");
+    link.parts = {{end, Compliance6(given.cwiseQuotient(unit))}};
+  }
+  link.parts[0].compliance = divided_by_copies(*link.parts[0].compliance, node);
   link.mass = read_mass(node, units);
   return link;
+}
+
+// A passive joint along or about each axis, in a frame whose x axis it is.
+void append_free_motions(const LinkPart& part, Chain& chain, const std::string& name) {
+  int number = 0;
+  for (const ScrewMotion& motion : part.free_motions) {
+    const Pose axis(
+        Eigen::Quaterniond::FromTwoVectors(Vector3::UnitX(), motion.direction).toRotationMatrix(),
+        motion.is_translation ? Vector3::Zero() : motion.point);
+    chain.offset(axis);
+    chain.passive(fmt::format("{}.free{}", name, ++number),
+                  motion.is_translation ? Motion::tx : Motion::rx);
+    chain.offset(axis.inverse());
+  }
 }
 
 }  // namespace
@@ -232,6 +264,7 @@ void LinkModel::append_to(Chain& chain, const std::string& name) const {
     } else {
       chain.offset(offset);
     }
+    append_free_motions(parts[i], chain, part_name);
     if (share > 0)
       chain.mass(part_name + ".mass2", share, offset.inverse() * Vector3(center + third));
   }
@@ -239,7 +272,8 @@ void LinkModel::append_to(Chain& chain, const std::string& name) const {
 
 LinkModel read_link(const YamlNode& node, const UnitSystem& units,
                     const std::optional<YamlNode>& materials, const LinkOptions& options) {
-  const auto [kind, value] = node.one_of({"rigid", "beam", "compliance", "stiffness"});
+  const auto [kind, value] =
+      node.one_of({"rigid", "beam", "compliance", "stiffness", "manipulator"});
   if (kind == "rigid") {
     node.allow_only({"rigid", "mass"});
     LinkModel link{.parts = {{files::read_pose(value, units), std::nullopt}}};
@@ -250,6 +284,7 @@ LinkModel read_link(const YamlNode& node, const UnitSystem& units,
     node.allow_only({"beam"});
     return read_beam(value, units, materials, options);
   }
+  if (kind == "manipulator") return read_sub_manipulator(node, units, options);
   if (kind == "compliance" && value.is_scalar()) return read_identified(node, value, units);
   return read_inline(node, value, kind, units);
 }

@@ -9,6 +9,7 @@
 #include "kinetostat/files/yaml.h"
 #include "kinetostat/vjm/beam.h"
 #include "kinetostat/vjm/chain.h"
+#include "kinetostat/vjm/free_motion.h"
 
 namespace kinetostat::vjm {
 
@@ -16,6 +17,7 @@ namespace kinetostat::vjm {
 struct LinkPart {
   spatial::Pose offset;                                 // start frame to end frame
   std::optional<spatial::Compliance6> compliance = {};  // at the end, in the axes of the end frame
+  std::vector<ScrewMotion> free_motions = {};  // rotations and translations there, without pitch
 };
 
 /// The mass of a link.
@@ -30,19 +32,23 @@ struct LinkModel {
   std::optional<LinkMass> mass = {};
   std::optional<std::filesystem::path> file = {};  // of an identified link
 
-  /// Appends the link to a chain; the springs of several segments are named "name.1", "name.2", ...
-  /// The mass of a part is halved between the points one sixth from either end: the half beyond the
-  /// spring then deflects and turns it exactly as the distributed weight of a uniform beam does.
+  /// Appends the link to a chain; the springs of several segments are named "name.1", "name.2",
+  /// ..., passive joints for free motions "name.free1", ... The mass of a part is halved between
+  /// the points one sixth from either end: the half beyond the spring then deflects and turns it
+  /// exactly as the distributed weight of a uniform beam does.
   void append_to(Chain& chain, const std::string& name) const;
 };
 
 /// What a user of robot files may want otherwise than it is written.
 struct LinkOptions {
   int segment_multiple = 1;  // every beam in so many times the segments that the file gives it
+  std::vector<std::filesystem::path> within = {};  // robot files of which this one is a part
 };
 
-/// Reads `{rigid: ...}`, `{beam: ...}`, `{compliance: file or 6x6, ...}` or `{stiffness: 6x6,
-/// ...}`. `materials` is the robot file's map of named materials, if it has one.
+/// Reads `{rigid: ...}`, `{beam: ...}`, `{compliance: file or 6x6, ...}`, `{stiffness: 6x6, ...}`
+/// or
+/// `{manipulator: file, ...}`. `materials` is the robot file's map of named materials, if it has
+/// one.
 LinkModel read_link(const files::YamlNode& node, const spatial::UnitSystem& units,
                     const std::optional<files::YamlNode>& materials,
                     const LinkOptions& options = {});

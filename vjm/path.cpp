@@ -250,7 +250,10 @@ Path Tracer::run() && {
     follow(0, *first);
   } else {
     path_.branches[0].points.push_back(equations_.describe(start));
-    path_.branches[0].reason = "the path does not leave its start: a motion is rigid";
+    path_.branches[0].reason =
+        "the path does not leave its start: the load works on a motion that nothing resists, or "
+        "the "
+        "displacement meets one that is rigid";
   }
   while (!departures_.empty() &&
          path_.branches.size() < static_cast<std::size_t>(options_.most_branches)) {

@@ -400,11 +400,13 @@ Robot read_robot(const std::filesystem::path& file, const LinkOptions& options) 
                   "chain_types", "manipulator", "uncertain", "effects"});
   refuse_effects(top);
   Parts parts{.units = files::read_units(top.at("units")), .links = {}};
+  LinkOptions link_options = options;
+  link_options.within.push_back(std::filesystem::weakly_canonical(file));
   std::vector<std::filesystem::path> link_files;
   bool has_beams = false;
   if (const auto links = top.find("links")) {
     for (const auto& [name, value] : links->members()) {
-      const LinkModel link = read_link(value, parts.units, top.find("materials"), options);
+      const LinkModel link = read_link(value, parts.units, top.find("materials"), link_options);
       has_beams |= value.find("beam").has_value();
       if (link.file) link_files.push_back(*link.file);
       parts.links.emplace(name, link);
