@@ -38,36 +38,41 @@ void ChainEquations::set(const spatial::Pose& origin, const VectorXd& x, const V
   evaluate(chain_, x, kinematics_, origin);
 }
 
-void ChainEquations::set_node_loads(std::vector<std::pair<std::size_t, Vector6>> loads) {
-  node_loads_ = std::move(loads);
+void ChainEquations::add_node_load(std::size_t node, const Vector6& wrench) {
+  node_loads_.emplace_back(node, wrench);
 }
 
-std::vector<PointWrench> ChainEquations::point_wrenches() const {
-  std::vector<PointWrench> all{at_end(chain_, kinematics_, wrench_)};
-  for (const auto& [node, load] : node_loads_)
-    all.push_back(at_node(chain_, kinematics_, node, load));
-  return all;
+// The wrench at the end, then those at nodes.
+template <class Use>
+void ChainEquations::for_each_load(const Use& use) const {
+  use(at_end(chain_, kinematics_, wrench_));
+  for (const auto& [node, load] : node_loads_) use(at_node(chain_, kinematics_, node, load));
 }
 
 VectorXd ChainEquations::gather_force(const VectorXd& full) const {
   return full(free_).cwiseQuotient(unit_) / scale_.stiffness;
 }
 
-VectorXd ChainEquations::unbalanced() const {
-  VectorXd force = kinematics_.jacobian.transpose() * wrench_ - chain_.stiffness() * (x_ - rest_);
+void ChainEquations::unbalanced(VectorXd& result) const {
+  deflection_ = x_ - rest_;
+  force_.resize(chain_.size());
+  force_.noalias() = kinematics_.jacobian.transpose() * wrench_;
+  force_.noalias() -= chain_.stiffness() * deflection_;
   for (const auto& [node, load] : node_loads_)
-    add_generalised_force(chain_, kinematics_, at_node(chain_, kinematics_, node, load), force);
+    add_generalised_force(chain_, kinematics_, at_node(chain_, kinematics_, node, load), force_);
   for (const auto& [coordinate, law] : chain_.laws())
-    force[coordinate] -= law->at(x_[coordinate]).force;
-  return gather_force(force);
+    force_[coordinate] -= law->at(x_[coordinate]).force;
+  result.resize(size());
+  for (Index k = 0; k < size(); ++k)
+    result[k] = force_[free_[static_cast<std::size_t>(k)]] / (unit_[k] * scale_.stiffness);
 }
 
 Vector6 ChainEquations::wrench_on_origin() const {
   Vector6 sum = Vector6::Zero();
-  for (const PointWrench& load : point_wrenches()) {
+  for_each_load([&](const PointWrench& load) {
     sum += load.wrench;
     sum.tail<3>() += (load.point - origin_).cross(load.wrench.head<3>());
-  }
+  });
   return sum;
 }
 
@@ -105,20 +110,29 @@ VectorXd ChainEquations::scaled_increment(const VectorXd& full) const {
   return full(free_).cwiseProduct(unit_);
 }
 
+void ChainEquations::add_increment(const VectorXd& scaled, double factor, VectorXd& full) const {
+  for (Index k = 0; k < size(); ++k)
+    full[free_[static_cast<std::size_t>(k)]] += factor * scaled[k] / unit_[k];
+}
+
 void ChainEquations::linearise(bool factorise) {
   const Index n = size();
   hessian_ = -chain_.stiffness();
-  add_wrench_hessian(chain_, kinematics_, at_end(chain_, kinematics_, wrench_), hessian_);
-  for (const auto& [node, load] : node_loads_)
-    add_wrench_hessian(chain_, kinematics_, at_node(chain_, kinematics_, node, load), hessian_);
+  for_each_load(
+      [this](const PointWrench& load) { add_wrench_hessian(chain_, kinematics_, load, hessian_); });
   for (const auto& [coordinate, law] : chain_.laws())
     hessian_(coordinate, coordinate) -= law->at(x_[coordinate]).tangent;
-  const VectorXd inverse_unit = unit_.cwiseInverse();
+  const Vector6 to_scaled = scale_.twist();
   matrix_.setZero(6 + n, 6 + n);
-  matrix_.topRightCorner(6, n) = jacobian();
-  matrix_.bottomLeftCorner(n, 6) = matrix_.topRightCorner(6, n).transpose();
-  matrix_.bottomRightCorner(n, n) = inverse_unit.asDiagonal() * hessian_(free_, free_) *
-                                    inverse_unit.asDiagonal() / scale_.stiffness;
+  for (Index l = 0; l < n; ++l) {
+    const Index column = free_[static_cast<std::size_t>(l)];
+    const Vector6 twist = to_scaled.cwiseProduct(kinematics_.jacobian.col(column)) / unit_[l];
+    matrix_.col(6 + l).head<6>() = twist;
+    matrix_.row(6 + l).head<6>() = twist.transpose();
+    for (Index k = 0; k < n; ++k)
+      matrix_(6 + k, 6 + l) = hessian_(free_[static_cast<std::size_t>(k)], column) /
+                              (unit_[k] * unit_[l] * scale_.stiffness);
+  }
   if (factorise) factor_.compute(matrix_);
   if (origin_moves_) linearise_origin();
 }
@@ -129,8 +143,9 @@ void ChainEquations::linearise_origin() {
   const Vector6 to_scaled = scale_.twist(), wrench_scale = scale_.wrench();
   Matrix6 end = Matrix6::Identity(), own = Matrix6::Zero();
   end.topRightCorner<3, 3>() = -spatial::skew(kinematics_.end.position() - origin_);
-  MatrixXd by_x = MatrixXd::Zero(6, chain_.size()), by_origin = MatrixXd::Zero(chain_.size(), 6);
-  for (const PointWrench& load : point_wrenches()) {
+  by_x_.setZero(6, chain_.size());
+  by_origin_.setZero(chain_.size(), 6);
+  for_each_load([&](const PointWrench& load) {
     const Vector3 force = load.wrench.head<3>(), moment = load.wrench.tail<3>();
     const Vector3 from_end = load.point - kinematics_.end.position();
     own.bottomRightCorner<3, 3>() += spatial::skew(force) * spatial::skew(load.point - origin_);
@@ -139,17 +154,23 @@ void ChainEquations::linearise_origin() {
       const Vector3 w = kinematics_.joint_twists.col(j).tail<3>();
       const Vector3 v = kinematics_.joint_twists.col(j).head<3>() + w.cross(from_end);
       const Vector3 moment_change = v.cross(force);
-      by_x.col(k).tail<3>() += moment_change;
-      by_origin.row(k).tail<3>() += (moment_change + w.cross(moment)).transpose();
+      by_x_.col(k).tail<3>() += moment_change;
+      by_origin_.row(k).tail<3>() += (moment_change + w.cross(moment)).transpose();
     }
-  }
-  const VectorXd inverse_unit = unit_.cwiseInverse();
+  });
   end_by_origin_ = to_scaled.asDiagonal() * end * to_scaled.cwiseInverse().asDiagonal();
   origin_by_origin_ = wrench_scale.asDiagonal() * own * to_scaled.cwiseInverse().asDiagonal();
-  origin_by_balance_ =
-      wrench_scale.asDiagonal() * by_x(Eigen::all, free_) * inverse_unit.asDiagonal();
-  balance_by_origin_ = inverse_unit.asDiagonal() * by_origin(free_, Eigen::all) *
-                       to_scaled.cwiseInverse().asDiagonal() / scale_.stiffness;
+  const Index n = size();
+  origin_by_balance_.resize(6, n);
+  balance_by_origin_.resize(n, 6);
+  for (Index k = 0; k < n; ++k) {
+    const Index coordinate = free_[static_cast<std::size_t>(k)];
+    origin_by_balance_.col(k).head<6>() =
+        wrench_scale.cwiseProduct(by_x_.col(coordinate).head<6>()) / unit_[k];
+    balance_by_origin_.row(k).head<6>() =
+        by_origin_.row(coordinate).head<6>().cwiseQuotient(to_scaled.transpose()) /
+        (unit_[k] * scale_.stiffness);
+  }
 }
 
 }  // namespace kinetostat::vjm

@@ -30,8 +30,9 @@ class ChainEquations {
   ChainEquations(const Chain& chain, Eigen::VectorXd rest, const Scale& scale, bool origin_moves);
 
   void set(const spatial::Pose& origin, const Eigen::VectorXd& x, const spatial::Vector6& wrench);
-  /// Loads at nodes, [force; moment] in base axes; kept until changed.
-  void set_node_loads(std::vector<std::pair<std::size_t, spatial::Vector6>> loads);
+  /// Loads at nodes, [force; moment] in base axes; kept until cleared.
+  void clear_node_loads() { node_loads_.clear(); }
+  void add_node_load(std::size_t node, const spatial::Vector6& wrench);
   /// Builds the matrix at the last state set; factorises it when asked to.
   void linearise(bool factorise);
 
@@ -42,7 +43,7 @@ class ChainEquations {
   const RobustFactor& factor() const { return factor_; }
 
   /// Left side of the balance, scaled.
-  Eigen::VectorXd unbalanced() const;
+  void unbalanced(Eigen::VectorXd& result) const;
   /// What the chain presses on the body it starts from, about that body's origin; unscaled.
   spatial::Vector6 wrench_on_origin() const;
   /// 6 x size() Jacobian, scaled.
@@ -64,12 +65,15 @@ class ChainEquations {
   double energy() const;
 
   Eigen::VectorXd full_increment(const Eigen::VectorXd& scaled) const;
+  /// Adds `factor` times that to coordinates.
+  void add_increment(const Eigen::VectorXd& scaled, double factor, Eigen::VectorXd& full) const;
   /// The inverse, for the coordinates that are free.
   Eigen::VectorXd scaled_increment(const Eigen::VectorXd& full) const;
 
  private:
   Eigen::VectorXd gather_force(const Eigen::VectorXd& full) const;
-  std::vector<PointWrench> point_wrenches() const;
+  template <class Use>
+  void for_each_load(const Use& use) const;
   void linearise_origin();
 
   const Chain& chain_;
@@ -83,6 +87,9 @@ class ChainEquations {
   Eigen::VectorXd x_;
   spatial::Vector6 wrench_ = spatial::Vector6::Zero();
   Eigen::MatrixXd hessian_, matrix_;
+  // Kept, so that Newton's method allocates nothing from its second correction on.
+  mutable Eigen::VectorXd force_, deflection_;
+  Eigen::MatrixXd by_x_, by_origin_;
   RobustFactor factor_;
   spatial::Matrix6 end_by_origin_ = spatial::Matrix6::Zero();
   spatial::Matrix6 origin_by_origin_ = spatial::Matrix6::Zero();

@@ -40,22 +40,28 @@ NewtonResult newton(EquilibriumSystem& system, const SystemState& start, const L
   result.state = start;
   const double reach = system.scale().length;
   const double enough = options.tolerance * reach;
+  // What follows allocates nothing from its second round on (tests/vjm/allocation_test.cpp).
+  result.corrections.reserve(static_cast<std::size_t>(options.max_iterations));
+  SystemVector right, correction, again;
+  SystemState next;
   for (int i = 0; i < options.max_iterations; ++i) {
     system.set(result.state, load);
     system.linearise(platform_held);
-    const SystemVector correction = system.solve(system.newton_right_hand_side());
+    system.newton_right_hand_side(right);
+    system.solve(right, correction);
     result.consistent = system.consistent();
     const double size = correction.norm();
     result.corrections.push_back(size / reach);
     if (!std::isfinite(size) || size > 1e6 * reach) return result;
 
     double factor = 1;
-    SystemState next;
     double simplified = 0;
     while (true) {
-      next = system.moved(result.state, correction, factor);
+      system.moved(result.state, correction, factor, next);
       system.set(next, load);
-      simplified = system.solve(system.newton_right_hand_side()).norm();
+      system.newton_right_hand_side(right);
+      system.solve(right, again);
+      simplified = again.norm();
       // Once corrections are down at rounding they cannot be asked to fall further.
       if (simplified <= (1 - factor / 4) * size || size <= enough) break;
       factor /= 2;

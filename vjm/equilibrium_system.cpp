@@ -25,23 +25,6 @@ double stiffest(const Manipulator& manipulator, double length) {
   return largest > 0 ? largest : 1.0;
 }
 
-// Masses under gravity and loads at nodes, per chain.
-std::vector<std::pair<std::size_t, Vector6>> node_loads(const Manipulator& manipulator,
-                                                        std::size_t chain, const Load& load) {
-  std::vector<std::pair<std::size_t, Vector6>> loads;
-  const auto add = [&loads](std::size_t node, const spatial::Vector3& force,
-                            const spatial::Vector3& moment) {
-    Vector6 wrench;
-    wrench << force, moment;
-    if (!wrench.isZero(0)) loads.emplace_back(node, wrench);
-  };
-  for (const PointMass& mass : manipulator.chains()[chain].masses())
-    add(mass.node, load.gravity * mass.mass * manipulator.gravity(), spatial::Vector3::Zero());
-  for (const NodeLoad& node : load.nodes)
-    if (node.chain == chain) add(node.node, node.force, node.moment);
-  return loads;
-}
-
 }  // namespace
 
 double SystemVector::norm() const {
@@ -71,6 +54,9 @@ EquilibriumSystem::EquilibriumSystem(const Manipulator& manipulator, const Postu
   }
   by_end_.resize(chains_.size());
   by_origin_.resize(chains_.size());
+  unit_.resize(chains_.size());
+  chain_right_.resize(chains_.size());
+  chain_solution_.resize(chains_.size());
 }
 
 SystemState EquilibriumSystem::relaxed_state() const {
@@ -87,10 +73,26 @@ void EquilibriumSystem::set(const SystemState& state, const Load& load) {
   load_ = load;
   for (std::size_t c = 0; c < chains_.size(); ++c) {
     const int from = manipulator_.span(c).from;
-    chains_[c].set_node_loads(node_loads(manipulator_, c, load));
+    set_node_loads(c);
     chains_[c].set(from == Span::base ? Pose() : state.bodies[static_cast<std::size_t>(from)],
                    state.coordinates[c], state.wrenches[c]);
   }
+}
+
+// Masses under gravity and loads at nodes.
+void EquilibriumSystem::set_node_loads(std::size_t c) {
+  ChainEquations& chain = chains_[c];
+  chain.clear_node_loads();
+  const auto add = [&chain](std::size_t node, const spatial::Vector3& force,
+                            const spatial::Vector3& moment) {
+    Vector6 wrench;
+    wrench << force, moment;
+    if (!wrench.isZero(0)) chain.add_node_load(node, wrench);
+  };
+  for (const PointMass& mass : manipulator_.chains()[c].masses())
+    add(mass.node, load_.gravity * mass.mass * manipulator_.gravity(), spatial::Vector3::Zero());
+  for (const NodeLoad& node : load_.nodes)
+    if (node.chain == c) add(node.node, node.force, node.moment);
 }
 
 Index EquilibriumSystem::free_bodies() const {
@@ -110,7 +112,8 @@ Matrix6 EquilibriumSystem::load_matrix() const {
 void EquilibriumSystem::linearise(bool platform_held) {
   held_ = platform_held;
   if (one_dense_matrix()) {
-    factor_.compute(dense_matrix());
+    build_dense(newton_matrix_);
+    factor_.compute(newton_matrix_);
   } else {
     factorise_by_chains();
   }
@@ -129,8 +132,9 @@ void EquilibriumSystem::add_chain_to_bodies(std::size_t c, MatrixXd& matrix, Ind
   if (from < 0) return;
   const ChainEquations& chain = chains_[c];
   const auto on_origin = [&](const MatrixXd& response) {
-    return Matrix6(chain.end_by_origin().transpose() * response.topRows<6>() +
-                   chain.origin_by_balance() * response.bottomRows(n));
+    Matrix6 wrench = chain.end_by_origin().transpose() * response.topLeftCorner<6, 6>();
+    wrench.noalias() += chain.origin_by_balance() * response.bottomRows(n);
+    return wrench;
   };
   matrix.block<6, 6>(from, from) -= on_origin(by_origin_[c]) + chain.origin_by_origin();
   if (to < 0) return;
@@ -139,33 +143,40 @@ void EquilibriumSystem::add_chain_to_bodies(std::size_t c, MatrixXd& matrix, Ind
 }
 
 void EquilibriumSystem::factorise_by_chains() {
-  MatrixXd matrix = MatrixXd::Zero(6 * free_bodies(), 6 * free_bodies());
-  if (!held_) matrix.topLeftCorner<6, 6>() = -load_matrix();
+  newton_matrix_.setZero(6 * free_bodies(), 6 * free_bodies());
+  if (!held_) newton_matrix_.topLeftCorner<6, 6>() = -load_matrix();
   for (std::size_t c = 0; c < chains_.size(); ++c) {
     ChainEquations& chain = chains_[c];
     chain.linearise(true);
     const Index to = row_of(manipulator_.span(c).to), from = row_of(manipulator_.span(c).from);
     if (to < 0 && from < 0) continue;
-    MatrixXd right = MatrixXd::Zero(6 + chain.size(), 6);
-    right.topRows<6>().setIdentity();
-    by_end_[c] = chain.factor().solve(right);
+    unit_[c].setZero(6 + chain.size(), 6);
+    unit_[c].topRows<6>().setIdentity();
+    chain.factor().solve(unit_[c], by_end_[c], nullptr);
     if (chain.origin_moves()) {
-      right << -chain.end_by_origin(), -chain.balance_by_origin();
-      by_origin_[c] = chain.factor().solve(right);
+      unit_[c].topRows<6>() = -chain.end_by_origin();
+      unit_[c].bottomRows(chain.size()) = -chain.balance_by_origin();
+      chain.factor().solve(unit_[c], by_origin_[c], nullptr);
     }
-    add_chain_to_bodies(c, matrix, to, from);
+    add_chain_to_bodies(c, newton_matrix_, to, from);
   }
-  factor_.compute(matrix);
+  factor_.compute(newton_matrix_);
+}
+
+MatrixXd EquilibriumSystem::dense_matrix() {
+  MatrixXd matrix;
+  build_dense(matrix);
+  return matrix;
 }
 
 // Rows: balance of the bodies, then gap and balance of each chain; columns: t_b, then F_i, x_i.
-MatrixXd EquilibriumSystem::dense_matrix() {
+void EquilibriumSystem::build_dense(MatrixXd& matrix) {
   Index size = 6 * free_bodies();
   for (ChainEquations& chain : chains_) {
     chain.linearise(false);
     size += chain.matrix().rows();
   }
-  MatrixXd matrix = MatrixXd::Zero(size, size);
+  matrix.setZero(size, size);
   if (!held_) matrix.topLeftCorner<6, 6>() = -load_matrix();
   Index at = 6 * free_bodies();
   for (std::size_t c = 0; c < chains_.size(); ++c) {
@@ -186,15 +197,19 @@ MatrixXd EquilibriumSystem::dense_matrix() {
     }
     at += 6 + n;
   }
-  return matrix;
 }
 
 SystemVector EquilibriumSystem::zero() const {
   SystemVector v;
-  v.bodies = VectorXd::Zero(6 * static_cast<Index>(manipulator_.body_count()));
-  v.wrenches.assign(chains_.size(), Vector6::Zero());
-  for (const ChainEquations& chain : chains_) v.coordinates.push_back(VectorXd::Zero(chain.size()));
+  make_zero(v);
   return v;
+}
+
+void EquilibriumSystem::make_zero(SystemVector& v) const {
+  v.bodies.setZero(6 * static_cast<Index>(manipulator_.body_count()));
+  v.wrenches.assign(chains_.size(), Vector6::Zero());
+  v.coordinates.resize(chains_.size());
+  for (std::size_t c = 0; c < chains_.size(); ++c) v.coordinates[c].setZero(chains_[c].size());
 }
 
 Vector6 EquilibriumSystem::platform_wrench() const {
@@ -207,7 +222,13 @@ Vector6 EquilibriumSystem::platform_wrench() const {
 }
 
 SystemVector EquilibriumSystem::newton_right_hand_side() const {
-  SystemVector right = zero();
+  SystemVector right;
+  newton_right_hand_side(right);
+  return right;
+}
+
+void EquilibriumSystem::newton_right_hand_side(SystemVector& right) const {
+  make_zero(right);
   right.bodies.head<6>() = load_.at_reference_point(state_.bodies[0]);
   for (std::size_t c = 0; c < chains_.size(); ++c) {
     const Span& span = manipulator_.span(c);
@@ -216,35 +237,58 @@ SystemVector EquilibriumSystem::newton_right_hand_side() const {
       right.bodies.segment<6>(first_row(span.from)) += chains_[c].wrench_on_origin();
     right.wrenches[c] = scale_.twist().cwiseProduct(spatial::pose_difference(
         chains_[c].end(), state_.bodies[static_cast<std::size_t>(span.to)]));
-    right.coordinates[c] = -chains_[c].unbalanced();
+    chains_[c].unbalanced(right.coordinates[c]);
+    right.coordinates[c] *= -1;
   }
+  const Vector6 force = scale_.wrench();
   for (Index b = 0; b < right.bodies.size(); b += 6)
-    right.bodies.segment<6>(b) = scale_.wrench().cwiseProduct(right.bodies.segment<6>(b));
+    right.bodies.segment<6>(b).array() *= force.array();
   if (held_) right.bodies.head<6>().setZero();
-  return right;
 }
 
 SystemVector EquilibriumSystem::solve(const SystemVector& right) const {
-  return one_dense_matrix() ? solve_dense(right) : solve_by_chains(right);
+  SystemVector solution;
+  solve(right, solution);
+  return solution;
+}
+
+void EquilibriumSystem::solve(const SystemVector& right, SystemVector& solution) const {
+  if (one_dense_matrix()) {
+    solve_dense(right, solution);
+  } else {
+    solve_by_chains(right, solution);
+  }
 }
 
 VectorXd EquilibriumSystem::flat(const SystemVector& vector) const {
-  const Index bodies = 6 * free_bodies();
-  Index size = bodies;
-  for (const ChainEquations& chain : chains_) size += 6 + chain.size();
-  VectorXd z(size);
-  z.head(bodies) = vector.bodies.tail(bodies);
-  Index at = bodies;
-  for (std::size_t c = 0; c < chains_.size(); ++c) {
-    z.segment(at, 6 + chains_[c].size()) << vector.wrenches[c], vector.coordinates[c];
-    at += 6 + chains_[c].size();
-  }
+  VectorXd z;
+  flat(vector, z);
   return z;
 }
 
-SystemVector EquilibriumSystem::from_flat(const VectorXd& z) const {
+void EquilibriumSystem::flat(const SystemVector& vector, VectorXd& z) const {
   const Index bodies = 6 * free_bodies();
-  SystemVector vector = zero();
+  Index size = bodies;
+  for (const ChainEquations& chain : chains_) size += 6 + chain.size();
+  z.resize(size);
+  z.head(bodies) = vector.bodies.tail(bodies);
+  Index at = bodies;
+  for (std::size_t c = 0; c < chains_.size(); ++c) {
+    z.segment<6>(at) = vector.wrenches[c];
+    z.segment(at + 6, chains_[c].size()) = vector.coordinates[c];
+    at += 6 + chains_[c].size();
+  }
+}
+
+SystemVector EquilibriumSystem::from_flat(const VectorXd& z) const {
+  SystemVector vector;
+  from_flat(z, vector);
+  return vector;
+}
+
+void EquilibriumSystem::from_flat(const VectorXd& z, SystemVector& vector) const {
+  const Index bodies = 6 * free_bodies();
+  make_zero(vector);
   vector.bodies.tail(bodies) = z.head(bodies);
   Index at = bodies;
   for (std::size_t c = 0; c < chains_.size(); ++c) {
@@ -252,62 +296,72 @@ SystemVector EquilibriumSystem::from_flat(const VectorXd& z) const {
     vector.coordinates[c] = z.segment(at + 6, chains_[c].size());
     at += 6 + chains_[c].size();
   }
-  return vector;
 }
 
-SystemVector EquilibriumSystem::solve_dense(const SystemVector& right) const {
-  return from_flat(factor_.solve(flat(right), &consistent_));
+void EquilibriumSystem::solve_dense(const SystemVector& right, SystemVector& solution) const {
+  flat(right, flat_right_);
+  flat_solution_.resize(flat_right_.size());
+  factor_.solve(flat_right_, flat_solution_, &consistent_);
+  from_flat(flat_solution_, solution);
 }
 
-// Right-hand side of a chain's own equations when the bodies move.
-VectorXd EquilibriumSystem::chain_right(std::size_t c, const SystemVector& right,
-                                        const VectorXd& bodies) const {
-  VectorXd r(6 + chains_[c].size());
-  r << right.wrenches[c], right.coordinates[c];
+// A chain's own equations, the bodies moved as the solution has them.
+void EquilibriumSystem::solve_chain(std::size_t c, const SystemVector& right,
+                                    SystemVector& solution) const {
+  const ChainEquations& chain = chains_[c];
+  const Index n = chain.size();
+  VectorXd& r = chain_right_[c];
+  r.resize(6 + n);
+  r.head<6>() = right.wrenches[c];
+  r.tail(n) = right.coordinates[c];
   const Span& span = manipulator_.span(c);
-  r.head<6>() += bodies.segment<6>(first_row(span.to));
+  r.head<6>() += solution.bodies.segment<6>(first_row(span.to));
   if (span.from != Span::base) {
-    const Vector6 origin = bodies.segment<6>(first_row(span.from));
-    r.head<6>() -= chains_[c].end_by_origin() * origin;
-    r.tail(chains_[c].size()) -= chains_[c].balance_by_origin() * origin;
+    const Vector6 origin = solution.bodies.segment<6>(first_row(span.from));
+    r.head<6>() -= chain.end_by_origin() * origin;
+    r.tail(n).noalias() -= chain.balance_by_origin() * origin;
   }
-  return r;
+  bool consistent = true;
+  chain.factor().solve(r, chain_solution_[c], &consistent);
+  consistent_ &= consistent;
+  solution.wrenches[c] = chain_solution_[c].head<6>();
+  solution.coordinates[c] = chain_solution_[c].tail(n);
 }
 
-SystemVector EquilibriumSystem::solve_by_chains(const SystemVector& right) const {
-  SystemVector solution = zero();
+void EquilibriumSystem::solve_by_chains(const SystemVector& right, SystemVector& solution) const {
+  make_zero(solution);
   consistent_ = true;
-  const auto solve_chain = [&](std::size_t c) {
-    bool consistent = true;
-    const VectorXd z =
-        chains_[c].factor().solve(chain_right(c, right, solution.bodies), &consistent);
-    consistent_ &= consistent;
-    solution.wrenches[c] = z.head<6>();
-    solution.coordinates[c] = z.tail(chains_[c].size());
-  };
   const Index bodies = 6 * free_bodies();
   if (bodies > 0) {
-    VectorXd balance = right.bodies;
+    balance_ = right.bodies;
     for (std::size_t c = 0; c < chains_.size(); ++c) {
-      solve_chain(c);
+      solve_chain(c, right, solution);
       const Span& span = manipulator_.span(c);
-      balance.segment<6>(first_row(span.to)) -= solution.wrenches[c];
-      if (span.from != Span::base)
-        balance.segment<6>(first_row(span.from)) +=
-            chains_[c].end_by_origin().transpose() * solution.wrenches[c] +
-            chains_[c].origin_by_balance() * solution.coordinates[c];
+      balance_.segment<6>(first_row(span.to)) -= solution.wrenches[c];
+      if (span.from == Span::base) continue;
+      auto on_origin = balance_.segment<6>(first_row(span.from));
+      on_origin += chains_[c].end_by_origin().transpose() * solution.wrenches[c];
+      on_origin.noalias() += chains_[c].origin_by_balance() * solution.coordinates[c];
     }
     bool consistent = true;
-    solution.bodies.tail(bodies) = factor_.solve(balance.tail(bodies).eval(), &consistent);
+    flat_solution_.resize(bodies);
+    factor_.solve(balance_.tail(bodies), flat_solution_, &consistent);
+    solution.bodies.tail(bodies) = flat_solution_;
     consistent_ &= consistent;
   }
-  for (std::size_t c = 0; c < chains_.size(); ++c) solve_chain(c);
-  return solution;
+  for (std::size_t c = 0; c < chains_.size(); ++c) solve_chain(c, right, solution);
 }
 
 SystemState EquilibriumSystem::moved(const SystemState& state, const SystemVector& correction,
                                      double factor) const {
-  SystemState next = state;
+  SystemState next;
+  moved(state, correction, factor, next);
+  return next;
+}
+
+void EquilibriumSystem::moved(const SystemState& state, const SystemVector& correction,
+                              double factor, SystemState& next) const {
+  next = state;
   for (std::size_t b = 0; b < state.bodies.size(); ++b)
     next.bodies[b] = spatial::displaced(
         state.bodies[b],
@@ -315,9 +369,8 @@ SystemState EquilibriumSystem::moved(const SystemState& state, const SystemVecto
             correction.bodies.segment<6>(static_cast<Index>(6 * b)).cwiseQuotient(scale_.twist()));
   for (std::size_t c = 0; c < chains_.size(); ++c) {
     next.wrenches[c] += factor * correction.wrenches[c].cwiseQuotient(scale_.wrench());
-    next.coordinates[c] += factor * chains_[c].full_increment(correction.coordinates[c]);
+    chains_[c].add_increment(correction.coordinates[c], factor, next.coordinates[c]);
   }
-  return next;
 }
 
 SystemVector EquilibriumSystem::difference(const SystemState& from, const SystemState& to) const {

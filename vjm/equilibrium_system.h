@@ -70,9 +70,15 @@ class EquilibriumSystem {
   /// Minus the residuals: right-hand side of a Newton step.
   SystemVector newton_right_hand_side() const;
   SystemVector solve(const SystemVector& right) const;
+  /// The same into vectors that are kept: from the second call on nothing is allocated, but where
+  /// the Newton matrix is singular.
+  void newton_right_hand_side(SystemVector& right) const;
+  void solve(const SystemVector& right, SystemVector& solution) const;
   /// False when the last solve() met a right-hand side that the singular matrix cannot balance.
   bool consistent() const { return consistent_; }
   SystemState moved(const SystemState& state, const SystemVector& correction, double factor) const;
+  void moved(const SystemState& state, const SystemVector& correction, double factor,
+             SystemState& next) const;
   /// The correction that leads from one state to another nearby.
   SystemVector difference(const SystemState& from, const SystemState& to) const;
 
@@ -106,12 +112,16 @@ class EquilibriumSystem {
   bool one_dense_matrix() const { return rigid_ || (chains_.size() == 1 && !held_); }
   spatial::Matrix6 load_matrix() const;
   void factorise_by_chains();
-  SystemVector solve_dense(const SystemVector& right) const;
-  SystemVector solve_by_chains(const SystemVector& right) const;
+  void build_dense(Eigen::MatrixXd& matrix);
+  void set_node_loads(std::size_t chain);
+  void solve_dense(const SystemVector& right, SystemVector& solution) const;
+  void solve_by_chains(const SystemVector& right, SystemVector& solution) const;
+  void solve_chain(std::size_t chain, const SystemVector& right, SystemVector& solution) const;
+  void flat(const SystemVector& vector, Eigen::VectorXd& z) const;
+  void from_flat(const Eigen::VectorXd& z, SystemVector& vector) const;
+  void make_zero(SystemVector& vector) const;
   void add_chain_to_bodies(std::size_t chain, Eigen::MatrixXd& matrix, Eigen::Index to,
                            Eigen::Index from) const;
-  Eigen::VectorXd chain_right(std::size_t chain, const SystemVector& right,
-                              const Eigen::VectorXd& bodies) const;
 
   const Manipulator& manipulator_;
   const Posture& posture_;
@@ -123,6 +133,11 @@ class EquilibriumSystem {
   bool rigid_ = false, held_ = false;
   RobustFactor factor_;  // of the bodies by chains, of everything when dense
   mutable bool consistent_ = true;
+  // Kept, so that Newton's method allocates nothing from its second correction on.
+  Eigen::MatrixXd newton_matrix_;
+  std::vector<Eigen::MatrixXd> unit_;                                  // per chain
+  mutable std::vector<Eigen::VectorXd> chain_right_, chain_solution_;  // per chain
+  mutable Eigen::VectorXd flat_right_, flat_solution_, balance_;
 };
 
 }  // namespace kinetostat::vjm

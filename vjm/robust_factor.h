@@ -13,6 +13,17 @@ class RobustFactor {
   void compute(const Eigen::MatrixXd& matrix);
   /// `consistent` becomes false when no solution exists.
   Eigen::MatrixXd solve(const Eigen::MatrixXd& right, bool* consistent = nullptr) const;
+  /// The same into a vector or matrix that is kept: where the matrix is regular and the sizes are
+  /// those of the last call, no memory is allocated.
+  template <class Right, class Solution>
+  void solve(const Eigen::MatrixBase<Right>& right, Solution& solution, bool* consistent) const {
+    if (singular_) {
+      solution = solve(Eigen::MatrixXd(right), consistent);
+      return;
+    }
+    if (consistent) *consistent = true;
+    if (right.rows() > 0) solution = lu_.solve(right.derived());
+  }
   bool singular() const { return singular_; }
 
  private:
