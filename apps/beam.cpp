@@ -17,6 +17,7 @@ struct Options {
   std::string link, fea, interface;
   fea::BeamOptions model;
   double tolerance = 10;  // [%]
+  bool no_cache = false;
 };
 
 // What the beams are compared with, and a mesh to find the axis in.
@@ -40,8 +41,12 @@ std::size_t loaded_number(const fea::LinkSpec& spec, const std::string& name) {
                    "There is " + known);
 }
 
-Reference identified(Run& run, const fea::LinkSpec& spec, std::size_t loaded) {
-  fea::LinkResult result = fea::identify(spec, {}, run.progress());
+Reference identified(Run& run, const fea::LinkSpec& spec, std::size_t loaded,
+                     const files::Cache& cache) {
+  fea::IdentifyOptions settings;
+  settings.meshing.cache = &cache;
+  settings.solver.threads = run.threads();
+  fea::LinkResult result = fea::identify(spec, settings, run.progress());
   const auto first = 6 * static_cast<Eigen::Index>(loaded - 1);
   const spatial::Matrix6 block = result.response.flexibility.block<6, 6>(first, first);
   return {.mesh = std::move(result.mesh),
@@ -53,7 +58,7 @@ Reference identified(Run& run, const fea::LinkSpec& spec, std::size_t loaded) {
 }
 
 Reference from_file(Run& run, const fea::LinkSpec& spec, const fea::LinkGeometry& geometry,
-                    const std::string& file, std::size_t loaded) {
+                    const std::string& file, std::size_t loaded, const files::Cache& cache) {
   if (loaded != 1)
     throw UsageError("--fea",
                      "the compliance in a link result is that of the first loaded "
@@ -64,6 +69,7 @@ Reference from_file(Run& run, const fea::LinkSpec& spec, const fea::LinkGeometry
   coarse.order = 1;
   fea::TetrahedralizeOptions meshing;
   meshing.edge_length = fea::default_size(geometry.report);
+  meshing.cache = &cache;
   Reference reference{.mesh = fea::fill(coarse, geometry, meshing, run.progress()),
                       .interfaces = {},
                       .compliance = compliance,
@@ -156,10 +162,11 @@ files::Json json_of(const fea::LinkSpec& spec, const Reference& reference,
 files::Json compare_beams(Run& run, const Options& options) {
   const fea::LinkSpec spec = fea::read_link(options.link);
   const std::size_t loaded = loaded_number(spec, options.interface);
+  const files::Cache cache = options.no_cache ? files::Cache() : files::Cache::of_user();
   const fea::LinkGeometry geometry = fea::read_geometry(spec, run.progress());
   const Reference reference = options.fea.empty()
-                                  ? identified(run, spec, loaded)
-                                  : from_file(run, spec, geometry, options.fea, loaded);
+                                  ? identified(run, spec, loaded, cache)
+                                  : from_file(run, spec, geometry, options.fea, loaded, cache);
   const fea::LinkBody body{.surface = geometry.imported.mesh,
                            .mesh = reference.mesh,
                            .fixed = reference.interfaces.front().geometry,
@@ -201,6 +208,7 @@ void add_beam(Program& program) {
                  "Sections along the axis, and beams of the fine chain")
       ->type_name("N")
       ->check(CLI::Range(4, 1000).description(""));
+  app.add_flag("--no-cache", options->no_cache, "Make the volume mesh anew, and do not keep it");
   app.add_option("--tolerance", options->tolerance,
                  "Percent that a beam may differ from FEA to be called enough")
       ->type_name("P")

@@ -50,13 +50,17 @@ std::string echo(const CommandInfo& info, const CLI::App& app) {
   return text + "\n";
 }
 
+files::Json options_json(const CLI::App& app) {
+  files::Json options = files::Json::object();
+  for (const auto& [name, value] : options_in_effect(app)) options[name] = value;
+  return options;
+}
+
 files::Json provenance(const CommandInfo& info, const CLI::App& app) {
   files::Json json;
   json["tool"] = fmt::format("kinetostat {}", version());
   json["command"] = info.name;
-  files::Json options = files::Json::object();
-  for (const auto& [name, value] : options_in_effect(app)) options[name] = value;
-  json["options"] = options;
+  json["options"] = options_json(app);
   return json;
 }
 
@@ -214,7 +218,7 @@ void Program::run_action(const Command& command) {
   if (text && !options_.quiet) write(echo(command.info, *command.app));
   ProgressBar progress(streams_.err, options_.quiet ? ProgressBar::Style::none
                                                     : ProgressBar::style_for(streams_.err));
-  Run run(options_, progress);
+  Run run(options_, options_json(*command.app), progress);
   const files::Json result = command.action(run);
   progress.wipe();
   // What an action gives although it was stopped is worth having.

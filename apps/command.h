@@ -56,8 +56,8 @@ struct CommonOptions {
 /// One run of one command, as its action sees it.
 class Run {
  public:
-  Run(const CommonOptions& options, files::Progress& progress)
-      : options_(options), progress_(progress) {}
+  Run(const CommonOptions& options, files::Json command_options, files::Progress& progress)
+      : options_(options), command_options_(std::move(command_options)), progress_(progress) {}
 
   /// Adds to the report for people, which goes to standard output. The text brings its own line
   /// ends.
@@ -71,6 +71,8 @@ class Run {
   void refuse(files::InputError error) { refusal_ = std::move(error); }
 
   files::Progress& progress() { return progress_; }
+  /// The options of the command itself, defaults filled in, by their names.
+  const files::Json& options() const { return command_options_; }
   int threads() const { return options_.threads; }
   /// The file of --out, for commands whose product is not the report itself.
   std::optional<std::filesystem::path> out() const;
@@ -81,6 +83,7 @@ class Run {
 
  private:
   const CommonOptions& options_;
+  files::Json command_options_;
   files::Progress& progress_;
   std::string report_;
   std::string shortfall_;

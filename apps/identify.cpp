@@ -10,6 +10,7 @@
 #include "kinetostat/apps/command.h"
 #include "kinetostat/apps/commands.h"
 #include "kinetostat/apps/link_exports.h"
+#include "kinetostat/apps/result_cache.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/report/text.h"
 
@@ -19,6 +20,7 @@ namespace {
 struct Options {
   std::string link, vtu, bracket = "when_cheap";
   LinkExports exports;
+  bool no_cache = false;
   double time_limit = fea::TetrahedralizeOptions{}.time_limit;
   fea::RefinementOptions refinement;
 };
@@ -135,8 +137,10 @@ void print_result(Run& run, const fea::LinkResult& result) {
     run.print(fmt::format("warning: {}\n", warning));
 }
 
-fea::LinkResult identified(Run& run, const Options& options, const fea::LinkSpec& spec) {
+fea::LinkResult identified(Run& run, const Options& options, const fea::LinkSpec& spec,
+                           const files::Cache& cache) {
   fea::IdentifyOptions settings;
+  settings.meshing.cache = &cache;
   settings.meshing.time_limit = options.time_limit;
   settings.solver.threads = run.threads();
   settings.refinement = options.refinement;
@@ -152,18 +156,36 @@ fea::LinkResult identified(Run& run, const Options& options, const fea::LinkSpec
   }
 }
 
-files::Json identify(Run& run, const Options& options) {
-  const fea::LinkSpec spec = fea::read_link(options.link);
+// Computes, and writes what needs the whole model.
+files::Json computed(Run& run, const Options& options, const fea::LinkSpec& spec,
+                     const files::Cache& cache) {
   print_inputs(run, spec);
-  const fea::LinkResult result = identified(run, options, spec);
+  const fea::LinkResult result = identified(run, options, spec, cache);
   print_result(run, result);
   if (!result.accuracy.shortfall.empty())
     run.stop_short(fmt::format("{}: {}", spec.name, result.accuracy.shortfall));
-  files::Json json = fea::to_json(result);
-  if (run.out()) files::write_json(*run.out(), json);
   if (!options.vtu.empty()) files::write_vtu(options.vtu, fea::displacement_fields(result));
   options.exports.write(result);
-  return json;
+  return fea::to_json(result);
+}
+
+files::Json identify(Run& run, const Options& options) {
+  const fea::LinkSpec spec = fea::read_link(options.link);
+  const files::Cache cache = options.no_cache ? files::Cache() : files::Cache::of_user();
+  const ResultCache results(cache, run, spec);
+  const bool needs_model = !options.vtu.empty() || options.exports.any();
+  auto entry = needs_model ? std::nullopt : results.find();
+  if (entry) {
+    run.print(entry->report + "from the cache: computed before from the same input\n");
+  } else {
+    entry = ResultCache::Entry{.report = {}, .result = computed(run, options, spec, cache)};
+    entry->report = run.report();
+    // A result that was stopped short depends on the time that there was.
+    if (run.shortfall().empty()) results.keep(*entry);
+    if (cache.hits() > 0) run.print("volume mesh from the cache\n");
+  }
+  if (run.out()) files::write_json(*run.out(), entry->result);
+  return entry->result;
 }
 
 }  // namespace
@@ -194,6 +216,8 @@ void add_identify(Program& program) {
                  "Solve with rigid and with distributing couplings too: the bracket of every entry")
       ->check(CLI::IsMember({"when_cheap", "always", "never"}))
       ->capture_default_str();
+  app.add_flag("--no-cache", options->no_cache,
+               "Compute all anew, and keep neither the volume mesh nor the result");
   app.add_option("--mesh-time", options->time_limit, "Seconds that meshing may take")
       ->type_name("S")
       ->check(CLI::PositiveNumber);

@@ -14,6 +14,7 @@ struct LinkExports {
   std::string deck, msh, csv, matlab;
 
   void add_options(CLI::App& app);
+  bool any() const { return !(deck.empty() && msh.empty() && csv.empty() && matlab.empty()); }
   void write(const fea::LinkResult& result) const;
 };
 

@@ -238,6 +238,7 @@ LinkSpec read_link(const std::filesystem::path& file) {
   spec.interfaces = read_interfaces(top, units);
   if (const auto preload = top.find("preload")) spec.preload = read_preload(*preload, units, spec);
   spec.sha256 = files::sha256(files::read_text(file));
+  spec.meaning = files::meaning(top);
   if (const auto elements = top.find("elements")) read_elements(*elements, units, spec);
   return spec;
 }

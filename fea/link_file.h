@@ -65,6 +65,7 @@ struct LinkSpec {
   std::optional<double> size;  // [m] of the elements; else
   double accuracy = 0.01;      // of every significant entry of the result
   std::string sha256;          // of the link file
+  std::string meaning;         // of the link file and the files that it names, for caches (yaml.h)
 };
 
 /// Throws InputError with file, line and key.

@@ -15,6 +15,7 @@
 #include "kinetostat/fea/surface_check.h"
 #include "kinetostat/fea/surface_faces.h"
 #include "kinetostat/fea/tetgen_protocol.h"
+#include "kinetostat/files/text_file.h"
 
 namespace kinetostat::fea {
 namespace {
@@ -125,6 +126,10 @@ std::vector<int> facets_named(const std::string& words, const SurfaceMesh& surfa
   return facets;
 }
 
+bool succeeded(const ChildResult& result) {
+  return result.end == ChildResult::End::exited && result.code == tetgen::exit_done;
+}
+
 // Runs of the helper on one surface with different switches.
 class Mesher {
  public:
@@ -138,10 +143,26 @@ class Mesher {
 
   ChildResult run(const std::string& switches, double time_limit) {
     request_.switches = switches;
+    const std::string input = tetgen::encode(request_);
+    const std::string key = options_.cache == nullptr ? "" : cache_key(input);
+    if (options_.cache != nullptr)
+      if (auto answer = options_.cache->find(key)) return {.answer = *std::move(answer), .words = {}};
+    ChildResult result = run_helper(input, time_limit);
+    if (options_.cache != nullptr && succeeded(result)) options_.cache->keep(key, result.answer);
+    return result;
+  }
+
+ private:
+  // The same request has the same answer as long as the helper is the same program.
+  std::string cache_key(const std::string& input) const {
+    return "tetrahedra " + files::sha256(files::read_text(helper_)) + input;
+  }
+
+  ChildResult run_helper(const std::string& input, double time_limit) {
     try {
       return run_child({.program = helper_,
                         .arguments = {"--memory", std::to_string(options_.memory_limit)},
-                        .input = tetgen::encode(request_),
+                        .input = input,
                         .time_limit = time_limit},
                        phase, progress_);
     } catch (const std::system_error& error) {
@@ -151,16 +172,11 @@ class Mesher {
     }
   }
 
- private:
   tetgen::Request request_;
   const TetrahedralizeOptions& options_;
   files::Progress& progress_;
   std::filesystem::path helper_;
 };
-
-bool succeeded(const ChildResult& result) {
-  return result.end == ChildResult::End::exited && result.code == tetgen::exit_done;
-}
 
 struct Attempt {
   std::string switches;

@@ -7,6 +7,7 @@
 
 #include "kinetostat/fea/size_field.h"
 #include "kinetostat/fea/tet_mesh.h"
+#include "kinetostat/files/cache.h"
 #include "kinetostat/files/progress.h"
 
 namespace kinetostat::fea {
@@ -37,6 +38,7 @@ struct TetrahedralizeOptions {
   std::size_t memory_limit = std::size_t{8} << 30;  // [bytes] of the helper; 0: none
   std::size_t largest_element_count = 20'000'000;   // refused beforehand when more are expected
   std::filesystem::path helper = {};                // kinetostat-tetgen; empty: find_helper()
+  const files::Cache* cache = nullptr;  // of meshes made before; none: every mesh is made anew
 };
 
 /// Fills the surface, of order 1. `surface` must be sound (surface_check.h), cavities included.

@@ -1,6 +1,7 @@
 #include "kinetostat/files/yaml.h"
 
 #include <cmath>
+#include <map>
 #include <set>
 
 #include <fmt/format.h>
@@ -36,6 +37,9 @@ std::string kind_of(const YAML::Node& node) {
       return "nothing";
   }
 }
+
+// A text with its length before it, so that no two sequences of texts look the same.
+std::string sized(const std::string& text) { return fmt::format("{}:{} ", text.size(), text); }
 
 std::string key_text(const YAML::Node& key) { return key.IsScalar() ? key.Scalar() : "?"; }
 
@@ -233,6 +237,26 @@ std::filesystem::path YamlNode::existing_file() const {
   fail(fmt::format("the file '{}' does not exist", full.lexically_normal().string()),
        near.empty() ? "Paths are taken relative to the folder of this file"
                     : fmt::format("Did you mean '{}'?", near));
+}
+
+std::string meaning(const YamlNode& node) {
+  std::string text;
+  if (node.is_map()) {
+    std::map<std::string, std::string> members;
+    for (const auto& [key, value] : node.members()) members[key] = meaning(value);
+    for (const auto& [key, value] : members) text += fmt::format("{}{}", sized(key), value);
+    return fmt::format("map {} {}", members.size(), text);
+  }
+  if (node.is_sequence()) {
+    const std::vector<YamlNode> items = node.items();
+    for (const YamlNode& item : items) text += meaning(item);
+    return fmt::format("list {} {}", items.size(), text);
+  }
+  if (!node.is_scalar()) return "nothing ";
+  std::error_code ignored;
+  const std::filesystem::path path = node.file().parent_path() / node.text();
+  if (std::filesystem::is_regular_file(path, ignored)) text = sha256(read_text(path));
+  return fmt::format("value {}{}", sized(node.text()), sized(text));
 }
 
 YamlNode parse_yaml(const std::string& text, const std::filesystem::path& name) {

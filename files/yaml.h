@@ -89,6 +89,10 @@ class YamlNode {
   std::string path_;
 };
 
+/// What a file says, without its comments, layout and order of keys, and with the SHA-256 of every
+/// file that it names: two files with the same meaning give the same results.
+std::string meaning(const YamlNode& node);
+
 /// Reads a file whose top level is a map. Throws InputError when it is missing, not YAML or empty.
 YamlNode read_yaml(const std::filesystem::path& file);
 /// The same from text; `name` stands for the file in messages and for relative paths.

@@ -34,8 +34,9 @@ const std::filesystem::path& working_folder() {
 }
 
 Outcome kinetostat(const std::string& arguments) {
-  const std::string command = fmt::format("cd '{}' && timeout 120 '{}' {} 2>stderr",
-                                          working_folder().string(), KINETOSTAT_PROGRAM, arguments);
+  const std::string command =
+      fmt::format("cd '{}' && XDG_CACHE_HOME=$PWD/cache timeout 120 '{}' {} 2>stderr",
+                  working_folder().string(), KINETOSTAT_PROGRAM, arguments);
   std::FILE* pipe = popen(command.c_str(), "r");
   std::string out;
   std::array<char, 4096> buffer{};

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "kinetostat/files/error.h"
+#include "kinetostat/files/text_file.h"
 #include "kinetostat/spatial/rotation.h"
 
 #include "support/matrix_near.h"
@@ -226,6 +227,25 @@ TEST(Yaml, FilesAreTakenFromTheFolderOfTheFile) {
 TEST(Yaml, MissingFileIsAnInputError) {
   EXPECT_THROW(read_yaml("/nowhere/robot.yaml"), InputError);
   EXPECT_THROW(read_yaml(testing::TempDir()), InputError);
+}
+
+TEST(Yaml, MeaningIsThatOfTheContent) {
+  const test::TemporaryFolder folder;
+  const auto meaning_of = [&folder](const std::string& text) {
+    return meaning(parse_yaml(text, folder.path() / "file.yaml"));
+  };
+  const std::string plain = meaning_of("a: 1\nb: {c: [2, x], d: y}\n");
+  EXPECT_EQ(meaning_of("# comment\nb:\n  d: \"y\"\n  c:\n  - 2\n  - x\na: 1"), plain);
+  EXPECT_NE(meaning_of("a: 1\nb: {c: [x, 2], d: y}\n"), plain);
+  EXPECT_NE(meaning_of("a: 1\nb: {c: [2, x], d: y, e: }\n"), plain);
+  EXPECT_NE(meaning_of("a: [b, c]"), meaning_of("a: ['b, c']"));
+  // A file that is named counts with its bytes.
+  const std::string before = meaning_of("a: other.txt");
+  write_atomically(folder.path() / "other.txt", "one");
+  const std::string with_file = meaning_of("a: other.txt");
+  write_atomically(folder.path() / "other.txt", "two");
+  EXPECT_NE(with_file, before);
+  EXPECT_NE(meaning_of("a: other.txt"), with_file);
 }
 
 }  // namespace

@@ -1,0 +1,46 @@
+#include "kinetostat/apps/result_cache.h"
+
+#include <fmt/format.h>
+
+#include "kinetostat/files/text_file.h"
+
+namespace kinetostat::apps {
+namespace {
+
+// Options that change no figure.
+constexpr const char* outputs[] = {"link", "vtu", "deck", "msh", "csv", "matlab", "no-cache"};
+
+std::string options_that_decide(const Run& run) {
+  files::Json options = run.options();
+  for (const char* name : outputs) options.erase(name);
+  return options.dump();
+}
+
+// Another build may compute otherwise, whatever its version says.
+std::string this_program() { return files::sha256(files::read_text("/proc/self/exe")); }
+
+}  // namespace
+
+ResultCache::ResultCache(const files::Cache& cache, const Run& run, const fea::LinkSpec& spec)
+    : cache_(cache),
+      key_(fmt::format("identify {} {} {} {}", this_program(), run.threads(),
+                       options_that_decide(run), spec.meaning)),
+      link_sha256_(spec.sha256) {}
+
+std::optional<ResultCache::Entry> ResultCache::find() const {
+  const std::optional<std::string> text = cache_.find(key_);
+  if (!text) return std::nullopt;
+  files::Json json = files::Json::parse(*text, nullptr, false);
+  if (json.is_discarded()) return std::nullopt;
+  Entry entry{json["report"].get<std::string>(), std::move(json["result"])};
+  // Another file may say the same in other words.
+  entry.result["inputs"]["link_sha256"] = link_sha256_;
+  return entry;
+}
+
+void ResultCache::keep(const Entry& entry) const {
+  cache_.keep(key_,
+              files::to_text(files::Json{{"report", entry.report}, {"result", entry.result}}));
+}
+
+}  // namespace kinetostat::apps

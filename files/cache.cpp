@@ -1,0 +1,113 @@
+#include "kinetostat/files/cache.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <vector>
+
+#include "kinetostat/files/error.h"
+#include "kinetostat/files/text_file.h"
+
+namespace kinetostat::files {
+namespace {
+
+const std::string magic = "kinetostat cache 1\n";
+constexpr std::size_t digest_size = 64;
+constexpr const char* extension = ".entry";
+
+std::string sealed(const std::string& content) { return magic + sha256(content) + content; }
+
+std::optional<std::string> opened(const std::string& bytes) {
+  const std::size_t head = magic.size() + digest_size;
+  if (bytes.size() < head || !bytes.starts_with(magic)) return std::nullopt;
+  std::string content = bytes.substr(head);
+  if (sha256(content) != bytes.substr(magic.size(), digest_size)) return std::nullopt;
+  return content;
+}
+
+}  // namespace
+
+Cache::Cache(std::filesystem::path folder, std::uintmax_t limit)
+    : folder_(std::move(folder)), limit_(limit) {}
+
+Cache Cache::of_user() {
+  const auto variable = [](const char* name) {
+    const char* value = std::getenv(name);
+    return std::filesystem::path(value == nullptr ? "" : value);
+  };
+  // A relative path is to be ignored (XDG Base Directory Specification).
+  if (const auto base = variable("XDG_CACHE_HOME"); base.is_absolute())
+    return Cache(base / "kinetostat");
+  if (const auto home = variable("HOME"); home.is_absolute())
+    return Cache(home / ".cache" / "kinetostat");
+  return {};
+}
+
+std::filesystem::path Cache::entry(const std::string& key) const {
+  return folder_ / (sha256(key) + extension);
+}
+
+std::optional<std::string> Cache::find(const std::string& key) const {
+  if (folder_.empty()) return std::nullopt;
+  const std::filesystem::path file = entry(key);
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) return std::nullopt;
+  try {
+    std::optional<std::string> content = opened(read_text(file));
+    if (!content) {
+      std::filesystem::remove(file, error);
+      return std::nullopt;
+    }
+    std::filesystem::last_write_time(file, std::filesystem::file_time_type::clock::now(), error);
+    ++hits_;
+    return content;
+  } catch (const InputError&) {  // another process may have removed it
+    return std::nullopt;
+  }
+}
+
+bool Cache::keep(const std::string& key, const std::string& content) const {
+  if (folder_.empty() || content.size() > limit_ / 4) return false;
+  try {
+    write_atomically(entry(key), sealed(content));
+  } catch (const InputError&) {
+    return false;
+  }
+  make_room();
+  return true;
+}
+
+// Files that others remove at the same time are as good as removed. What a killed process left
+// half-written goes with the rest: nothing but the cache writes to this folder.
+void Cache::make_room() const {
+  struct Kept {
+    std::filesystem::file_time_type used;
+    std::uintmax_t size;
+    std::filesystem::path file;
+  };
+  std::vector<Kept> all;
+  std::uintmax_t total = 0;
+  std::error_code error;
+  const auto an_hour_ago = std::filesystem::file_time_type::clock::now() - std::chrono::hours(1);
+  for (std::filesystem::directory_iterator file(folder_, error), end; !error && file != end;
+       file.increment(error)) {
+    std::error_code gone;
+    const auto used = file->last_write_time(gone);
+    const auto size = file->file_size(gone);
+    if (gone) continue;
+    if (file->path().extension() == extension) {
+      all.push_back({used, size, file->path()});
+      total += size;
+    } else if (used < an_hour_ago) {
+      std::filesystem::remove(file->path(), gone);
+    }
+  }
+  std::sort(all.begin(), all.end(), [](const Kept& a, const Kept& b) { return a.used < b.used; });
+  for (const Kept& oldest : all) {
+    if (total <= limit_) break;
+    std::filesystem::remove(oldest.file, error);
+    total -= oldest.size;
+  }
+}
+
+}  // namespace kinetostat::files
