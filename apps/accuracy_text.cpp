@@ -48,8 +48,8 @@ std::string verdict(const Accuracy& accuracy) {
   const double reached = 100 * accuracy.bars.relative_error;
   if (!accuracy.asked)
     return fmt::format(
-        "accuracy: every significant entry within {:.2g} % by the recovered stresses "
-        "of this one mesh; a link file without a size has it confirmed\n",
+        "accuracy: every significant entry within {:.2g} % by the recovered stresses of this one "
+        "mesh, which no second one confirms\n",
         reached);
   if (!accuracy.converged) return fmt::format("accuracy: NOT CONVERGED: {}\n", accuracy.shortfall);
   return fmt::format("accuracy: every significant entry within {:.2g} %, {:.2g} % was asked for\n",

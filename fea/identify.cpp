@@ -137,7 +137,9 @@ LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
   result.quality = quality(result.mesh);
   if (geometry.volume) result.element_size = result.quality.mean_edge;
   watch.lap("model");
-  // Whoever stopped the refinement does not want to wait for more.
+  // Whoever stopped the refinement gets what it reached, and does not wait for the bracket.
+  files::Progress silent;
+  files::Progress& rest = progress.cancelled() ? silent : progress;
   if (is_wanted(options.bracket, result.mesh) && !progress.cancelled()) {
     result.bracket = solved(spec, result.mesh, [&] {
       return coupling_bracket(result.mesh, {spec.material}, result.interfaces, result.response,
@@ -150,7 +152,7 @@ LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
     result.preload = spec.preload;
     result.geometric_stiffness = solved(spec, result.mesh, [&] {
       return geometric_stiffness(result.mesh, {spec.material}, result.interfaces, result.response,
-                                 *spec.preload, progress);
+                                 *spec.preload, rest);
     });
     watch.lap("geometric stiffness");
   }

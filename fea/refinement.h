@@ -29,7 +29,7 @@ using Solve = std::function<LinkModel(const SizeField&)>;
 struct RefinementOptions {
   double accuracy = 0.01;               // of every significant entry, error bar beside entry, > 0
   std::size_t most_meshes = 8;          // >= 1
-  std::size_t most_unknowns = 5000000;  // no mesh beyond is begun
+  std::size_t most_unknowns = 3000000;  // no mesh beyond is begun
   double time_limit = 0;                // [s] after which no further mesh is begun; 0: none
 };
 
