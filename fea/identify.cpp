@@ -49,6 +49,9 @@ void add_warnings(const LinkSpec& spec, const SurfaceReport& report, LinkResult&
         fmt::format("the link buckles at {:.3g} times the preload when nothing holds its loaded "
                     "interface",
                     result.geometric_stiffness->buckling_free));
+  if (!result.mesh.made_by.empty() && result.mesh.made_by != "TetGen")
+    result.warnings.push_back(
+        fmt::format("TetGen failed on the surface as it is; meshed by {}", result.mesh.made_by));
   if (result.quality.least_dihedral < 2)
     result.warnings.push_back(fmt::format("the flattest element has an angle of {:.2g} degrees",
                                           result.quality.least_dihedral));

@@ -1,6 +1,8 @@
 #include "kinetostat/fea/solid_mesh.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
 
 #include <fmt/format.h>
@@ -31,6 +33,15 @@ std::optional<TetMesh> cleaned_and_filled(const SurfaceMesh& surface, const std:
   } catch (const MeshingError&) {
     return {};
   }
+}
+
+// Gmsh gets one size for all: the mean of what is wished for.
+double one_size(const TetrahedralizeOptions& options) {
+  const std::vector<double>& sizes = options.sizes.sizes;
+  if (sizes.empty()) return options.edge_length;
+  const double mean =
+      std::accumulate(sizes.begin(), sizes.end(), 0.0) / static_cast<double>(sizes.size());
+  return options.edge_length > 0 ? std::min(mean, options.edge_length) : mean;
 }
 
 // Why Gmsh's mesh is no mesh of this solid; empty when it is one.
@@ -66,7 +77,7 @@ TetMesh fill_solid(const SurfaceMesh& surface, const std::vector<int>& tags,
     std::string also = "gmsh, which might do it, is not installed";
     if (!find_gmsh().empty()) try {
         TetMesh mesh =
-            gmsh_tetrahedra(surface, tags, options.edge_length,
+            gmsh_tetrahedra(surface, tags, one_size(options),
                             {.time = options.time_limit, .memory = options.memory_limit}, progress);
         also = fault(mesh, surface);
         if (also.empty()) {

@@ -9,6 +9,7 @@
 
 #include "kinetostat/fea/cgal_protocol.h"
 #include "kinetostat/fea/child_process.h"
+#include "kinetostat/fea/surface_cleaning.h"
 #include "kinetostat/fea/surface_distance.h"
 #include "kinetostat/fea/surface_topology.h"
 #include "kinetostat/fea/surface_weld.h"
@@ -258,7 +259,7 @@ class Repair {
       const double alpha = diagonal_ / fineness, offset = alpha / 30;
       std::optional<SurfaceMesh> wrapped = ask_helper(RepairStep::wrap, {alpha, offset});
       if (!wrapped) return;
-      const SurfaceReport state = shrink(*wrapped);
+      const SurfaceReport state = shrink(*wrapped, offset);
       if (!state.sound()) {
         last = "the wrapped surface does not bound a solid";
         continue;
@@ -277,8 +278,9 @@ class Repair {
     log(RepairStep::wrap, false, last);
   }
   // Wrapping keeps a distance from the surface; most of it is taken back, so that flat faces are
-  // where they were, as far as that leaves a sound surface.
-  SurfaceReport shrink(SurfaceMesh& wrapped) const {
+  // where they were, as far as that leaves a sound surface. What becomes thin by it is cleaned
+  // away.
+  SurfaceReport shrink(SurfaceMesh& wrapped, double offset) const {
     const std::vector<Vector3> far = wrapped.points;
     std::vector<Vector3> near;
     for (const Vector3& p : far) near.push_back(locator_->nearest(p).point);
@@ -288,6 +290,11 @@ class Repair {
         wrapped.points[i] = near[i] + rest * (far[i] - near[i]);
       state = check_surface(wrapped, contact_);
       if (state.sound()) break;
+    }
+    const std::vector<int> no_tags(wrapped.triangles.size(), 0);
+    if (auto clean = without_thin_facets(wrapped, no_tags, 0.1 * offset)) {
+      wrapped = std::move(clean->mesh);
+      state = check_surface(wrapped, contact_);
     }
     return state;
   }

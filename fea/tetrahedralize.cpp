@@ -146,7 +146,8 @@ class Mesher {
     const std::string input = tetgen::encode(request_);
     const std::string key = options_.cache == nullptr ? "" : cache_key(input);
     if (options_.cache != nullptr)
-      if (auto answer = options_.cache->find(key)) return {.answer = *std::move(answer), .words = {}};
+      if (auto answer = options_.cache->find(key))
+        return {.answer = *std::move(answer), .words = {}};
     ChildResult result = run_helper(input, time_limit);
     if (options_.cache != nullptr && succeeded(result)) options_.cache->keep(key, result.answer);
     return result;
