@@ -18,10 +18,14 @@ void LinkExports::add_options(CLI::App& app) {
 }
 
 void LinkExports::write(const fea::LinkResult& result) const {
-  if (!deck.empty())
-    files::write_atomically(
-        deck, fea::calculix_deck(result.name, result.mesh, {result.material}, result.interfaces));
-  if (!msh.empty()) files::write_atomically(msh, fea::gmsh_mesh(result.mesh, result.interfaces));
+  if (!deck.empty() || !msh.empty()) {
+    const fea::Solid solid =
+        fea::with_stiff_bodies(result.mesh, {result.material}, result.interfaces);
+    if (!deck.empty())
+      files::write_atomically(
+          deck, fea::calculix_deck(result.name, solid.mesh, solid.materials, result.interfaces));
+    if (!msh.empty()) files::write_atomically(msh, fea::gmsh_mesh(solid.mesh, result.interfaces));
+  }
   if (!csv.empty()) files::write_atomically(csv, fea::flexibility_csv(result));
   if (!matlab.empty()) files::write_atomically(matlab, fea::flexibility_matlab(result));
 }

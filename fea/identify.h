@@ -80,9 +80,10 @@ LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
 /// The link result file. Its bytes depend on the input alone, `timings` apart.
 files::Json to_json(const LinkResult& result);
 
-/// The mesh with the displacement fields as point data "Fx" .. "Mz" (per unit wrench; with several
-/// loaded interfaces "<interface> Fx" ..) and the interfaces (1 fixed, 2 and up loaded), and as
-/// cell data the share of each element in the error.
+/// The mesh with, per unit wrench, the displacements as point data "Fx" .. "Mz" (with several
+/// loaded interfaces "<interface> Fx" ..), the recovered stresses "stress Fx" .. (xx yy zz xy yz
+/// zx) and von Mises' equivalent of them; the interfaces (1 fixed, 2 and up loaded); and as cell
+/// data the share of each element in the error.
 files::VtuGrid displacement_fields(const LinkResult& result);
 
 }  // namespace kinetostat::fea

@@ -24,24 +24,6 @@ Matrix6 shift(const Vector3& from, const Vector3& to) {
   return matrix;
 }
 
-// The elements of the link and those of the bodies on its interfaces.
-struct Solid {
-  TetMesh mesh;
-  std::vector<Material> materials;
-};
-
-Solid with_stiff_bodies(const TetMesh& mesh, const std::vector<Material>& materials,
-                        const std::vector<CoupledInterface>& interfaces) {
-  Solid solid{mesh, materials};
-  for (const CoupledInterface& interface : interfaces) {
-    if (interface.coupling != Coupling::body) continue;
-    grow_stiff_body(solid.mesh, interface.geometry, static_cast<int>(solid.materials.size()));
-    const Material& link = materials.front();
-    solid.materials.emplace_back(interface.modulus_ratio * link.young(), link.poisson());
-  }
-  return solid;
-}
-
 // Where the first rigid interface is held, it needs no unknowns; the others are bodies.
 struct Holding {
   std::optional<std::size_t> held;
@@ -170,6 +152,18 @@ class Couplings {
 };
 
 }  // namespace
+
+Solid with_stiff_bodies(const TetMesh& mesh, const std::vector<Material>& materials,
+                        const std::vector<CoupledInterface>& interfaces) {
+  Solid solid{mesh, materials};
+  for (const CoupledInterface& interface : interfaces) {
+    if (interface.coupling != Coupling::body) continue;
+    grow_stiff_body(solid.mesh, interface.geometry, static_cast<int>(solid.materials.size()));
+    const Material& link = materials.front();
+    solid.materials.emplace_back(interface.modulus_ratio * link.young(), link.poisson());
+  }
+  return solid;
+}
 
 LinkResponse respond(const TetMesh& mesh, const std::vector<Material>& materials,
                      const std::vector<CoupledInterface>& interfaces, const SolverOptions& options,

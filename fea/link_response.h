@@ -31,6 +31,17 @@ struct LinkResponse {
   Matrix6 compliance() const { return flexibility.topLeftCorner<6, 6>(); }
 };
 
+/// The elements of the link and those of the bodies on its interfaces.
+struct Solid {
+  TetMesh mesh;
+  std::vector<Material> materials;
+};
+
+/// Grows the bodies of `body` couplings, of the first material with its modulus multiplied. Throws
+/// NoStiffBody.
+Solid with_stiff_bodies(const TetMesh& mesh, const std::vector<Material>& materials,
+                        const std::vector<CoupledInterface>& interfaces);
+
 /// One set of equations, 6m right-hand sides. `interfaces` are two or more that share no node, the
 /// first is held. The elements of the mesh name `materials` by number. With any coupling the
 /// equations stay positive definite: a link without a rigid interface is held by six springs that

@@ -50,8 +50,9 @@ void expect_agreement(const TetMesh& mesh, const std::vector<Coupling>& coupling
   const std::vector<Material> materials{Material(210e9, 0.3)};
   files::Progress silent;
   const Eigen::MatrixXd ours = respond(mesh, materials, interfaces, {}, silent).flexibility;
+  const Solid solid = with_stiff_bodies(mesh, materials, interfaces);
   const Eigen::MatrixXd other =
-      solved_by_calculix(calculix_deck("bent block", mesh, materials, interfaces),
+      solved_by_calculix(calculix_deck("bent block", solid.mesh, solid.materials, interfaces),
                          static_cast<int>(couplings.size()) - 1);
   for (Eigen::Index i = 0; i < ours.rows(); ++i)
     for (Eigen::Index j = 0; j < ours.cols(); ++j)
@@ -78,6 +79,11 @@ TEST_F(CalculiX, AgreesWithDistributingInterfacesAtEitherEnd) {
   expect_agreement(bent_block(2), {Coupling::rigid, Coupling::distributing});
   expect_agreement(bent_block(2), {Coupling::distributing, Coupling::rigid});
   expect_agreement(bent_block(2), {Coupling::distributing, Coupling::distributing});
+}
+
+TEST_F(CalculiX, AgreesWithBodiesOnTheInterfaces) {
+  expect_agreement(bent_block(2), {Coupling::body, Coupling::rigid});
+  expect_agreement(bent_block(2), {Coupling::rigid, Coupling::body});
 }
 
 TEST_F(CalculiX, AgreesOnThreeInterfaces) {

@@ -205,8 +205,31 @@ TEST_F(Identify, FieldsHaveAValueAtEveryNode) {
   const files::VtuGrid grid = displacement_fields(result);
   EXPECT_EQ(grid.cell, files::VtuCell::quadratic_tetra);
   EXPECT_EQ(grid.points.size(), 3 * result.mesh.nodes.size());
-  ASSERT_EQ(grid.point_fields.size(), 7u);
+  ASSERT_EQ(grid.point_fields.size(), 19u);  // three for each of six loads, and the interfaces
   EXPECT_NO_THROW(files::vtu_text(grid));
+}
+
+// Away from the ends a bar under tension has the stress force / area along it and no other.
+TEST_F(Identify, StressOfTensionIsForceOverArea) {
+  const LinkResult result = run(bar, link_text());
+  const files::VtuGrid grid = displacement_fields(result);
+  const files::VtuField &tensor = grid.point_fields[1], &equivalent = grid.point_fields[2];
+  EXPECT_EQ(tensor.name, "stress Fx");
+  EXPECT_EQ(equivalent.name, "von Mises Fx");
+  const double expected = 1 / result.interfaces[1].geometry.area;
+  const double low = result.interfaces[0].geometry.centroid.x(),
+               high = result.interfaces[1].geometry.centroid.x();
+  int checked = 0;
+  for (std::size_t n = 0; n < result.mesh.nodes.size(); ++n) {
+    const double along = (result.mesh.nodes[n].x() - low) / (high - low);
+    if (along < 0.4 || along > 0.6) continue;
+    ++checked;
+    EXPECT_NEAR(tensor.values[6 * n] / expected, 1, 0.03);
+    for (std::size_t k = 1; k < 6; ++k)
+      EXPECT_NEAR(tensor.values[6 * n + k] / expected, 0, 0.03) << k;
+    EXPECT_NEAR(equivalent.values[n] / expected, 1, 0.03);
+  }
+  EXPECT_GT(checked, 10);
 }
 
 }  // namespace
