@@ -24,7 +24,7 @@ struct ErrorBars {
   /// changes. The others are small by symmetry or nearly so: they have a bar, but no relative one.
   static constexpr double significance = 0.05;
   /// A bar is this times the larger of the two estimates ...
-  static constexpr double safety = 1.5;
+  static constexpr double safety = 2;
   /// ... plus this times the root of the estimates of the two diagonal entries: the estimate of an
   /// entry off the diagonal may be small by chance.
   static constexpr double cross_share = 0.1;
