@@ -27,6 +27,9 @@ std::string nonperf_table_1();          // assembly, case A
 std::string nonperf_table_2();          // assembly, case B
 std::string mmt11_table_2_unloaded();   // unloaded stiffness along (1, 1, 1)
 std::string iros11_platforms();         // Stewart-Gough matrices (27), (28) against (25)-(26)
+std::string mmt11_urrs();               // critical forces of models A, B, C
+std::string straight_column();          // critical force over the number of segments
+std::string mmt11_table_2_critical();   // first critical point along (1, 1, 1)
 std::string iterations_at_a_pose();     // Newton against MMT11 eq. 10
 std::string iterations_under_a_load();  // Newton against MMT11 eq. 11
 

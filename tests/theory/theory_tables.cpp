@@ -39,6 +39,9 @@ const std::map<std::string, std::function<std::string()>>& tables() {
       {"nonperf_table_2", nonperf_table_2},
       {"mmt11_table_2_unloaded", mmt11_table_2_unloaded},
       {"iros11_platforms", iros11_platforms},
+      {"mmt11_urrs", mmt11_urrs},
+      {"straight_column", straight_column},
+      {"mmt11_table_2_critical", mmt11_table_2_critical},
       {"iterations_at_a_pose", iterations_at_a_pose},
       {"iterations_under_a_load", iterations_under_a_load},
   };
