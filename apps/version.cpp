@@ -2,6 +2,7 @@
 
 #include <dlfcn.h>
 #include <suitesparse/cholmod.h>
+#include <tinyxml2.h>
 
 #include <CLI/Version.hpp>
 #include <Eigen/Core>
@@ -48,6 +49,8 @@ std::vector<Part> linked_parts() {
        "MIT"},
       {"fmt", dotted(FMT_VERSION / 10000, FMT_VERSION / 100 % 100, FMT_VERSION % 100), "MIT"},
       {"CLI11", CLI11_VERSION, "BSD-3-Clause"},
+      {"TinyXML-2", dotted(TIXML2_MAJOR_VERSION, TIXML2_MINOR_VERSION, TIXML2_PATCH_VERSION),
+       "Zlib"},
       {"libmd", "", "BSD-3-Clause and others"},
   };
 }
