@@ -131,6 +131,13 @@ TEST(Json, OtherUnitsOrOrderAreRefusedNotMisread) {
   EXPECT_THAT(complaint(json.dump()), HasSubstr("order"));
 }
 
+TEST(Json, ALinkWithThreeInterfacesIsRefusedWithACure) {
+  const std::string text =
+      complaint(R"({"link": "rocker", "interfaces": {"base": {}, "left": {}, "right": {}}})");
+  EXPECT_THAT(text, testing::HasSubstr("3 interfaces (base, left, right)"));
+  EXPECT_THAT(text, testing::HasSubstr("'fixed' and 'loaded'"));
+}
+
 TEST(Json, ComplianceMustBeSymmetricAndPositiveDefinite) {
   Json json = example();
   json["compliance"][0][1] = 1.0;
