@@ -226,6 +226,7 @@ void Program::run_action(const Command& command) {
   deliver(command, run, result);
   if (run.refusal()) throw *run.refusal();
   if (!run.shortfall().empty()) throw files::NoConvergence(run.shortfall());
+  if (!run.unidentified().empty()) throw files::NotIdentifiable(run.unidentified());
 }
 
 void Program::deliver(const Command& command, const Run& run, const files::Json& result) {

@@ -66,6 +66,9 @@ class Run {
   /// The result is only part of what was asked for: it is delivered, then the reason is said and
   /// the program ends with exit code 4.
   void stop_short(std::string reason) { shortfall_ = std::move(reason); }
+  /// The data cannot tell a part of what was asked: the rest is delivered, then the reason is said
+  /// and the program ends with exit code 5.
+  void leave_unidentified(std::string reason) { unidentified_ = std::move(reason); }
   /// The result says that the input is unsound: it is delivered, then the program ends with exit
   /// code 3 and this error.
   void refuse(files::InputError error) { refusal_ = std::move(error); }
@@ -79,6 +82,7 @@ class Run {
 
   const std::string& report() const { return report_; }
   const std::string& shortfall() const { return shortfall_; }
+  const std::string& unidentified() const { return unidentified_; }
   const std::optional<files::InputError>& refusal() const { return refusal_; }
 
  private:
@@ -86,7 +90,7 @@ class Run {
   files::Json command_options_;
   files::Progress& progress_;
   std::string report_;
-  std::string shortfall_;
+  std::string shortfall_, unidentified_;
   std::optional<files::InputError> refusal_;
 };
 

@@ -1,9 +1,12 @@
 #include "kinetostat/calibration/compare.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include <fmt/format.h>
+
+#include "kinetostat/files/error.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -64,6 +67,15 @@ void add_residuals(const Evidence& evidence, Assessment& assessment) {
   }
 }
 
+bool is_exact(const Evidence& evidence, const Assessment& assessment) {
+  double size = 0;
+  for (const Value& value : values_in_use(evidence.campaign))
+    size += std::pow(evidence.campaign.readings[value.reading].displacement[value.component] /
+                         evidence.noise.sigma[value.reading][value.component],
+                     2);
+  return !(assessment.fit.squared_error > 1e-18 * size);
+}
+
 // Only a sum over quantities of one kind has a unit.
 std::optional<double> residual_deviation(const Assessment& assessment) {
   if (assessment.fit.degrees_of_freedom() <= 0) return std::nullopt;
@@ -106,8 +118,18 @@ Assessment assess(const Evidence& evidence, BaseFit fit) {
   add_residuals(evidence, assessment);
   add_statistics(evidence, assessment);
   assessment.residual_deviation = residual_deviation(assessment);
+  assessment.is_exact = is_exact(evidence, assessment);
   add_tests(evidence, assessment);
+  assessment.patterns =
+      find_patterns(evidence.campaign, assessment.residual, assessment.whitened,
+                    static_cast<Eigen::Index>(assessment.fit.parameters.size()), evidence.noise);
   return assessment;
+}
+
+bool mixes_kinds(const Evidence& evidence) {
+  const auto rotation = [](const ReplicateGroup& group) { return is_rotation(group.component); };
+  return std::any_of(evidence.groups.begin(), evidence.groups.end(), rotation) &&
+         !std::all_of(evidence.groups.begin(), evidence.groups.end(), rotation);
 }
 
 std::vector<std::string> notes(const Evidence& evidence) {
@@ -121,6 +143,10 @@ std::vector<std::string> notes(const Evidence& evidence) {
         "Repeated readings are equal to the last digit: they tell nothing about the noise, so "
         "there "
         "is no lack-of-fit test.");
+  if (evidence.noise.source == NoiseSource::replicates && mixes_kinds(evidence))
+    result.push_back(
+        "Translations and rotations are weighted by the scatter of their own replicates, so the F "
+        "distribution of the lack-of-fit test is approximate. State 'noise' for an exact test.");
   if (!stated && evidence.noise.source == NoiseSource::unknown)
     result.push_back(
         "Adequacy is not evaluated: nothing but the residual tells how large the noise is. State "
@@ -143,7 +169,11 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
   result.noise_source = evidence.noise.source;
   result.groups = static_cast<Eigen::Index>(evidence.groups.size());
   result.as_designed = fit({});
-  if (!robot.uncertain.empty()) result.refitted = fit(uncertain_parameters(robot));
+  try {
+    if (!robot.uncertain.empty()) result.refitted = fit(uncertain_parameters(robot));
+  } catch (const files::NotIdentifiable& error) {
+    result.refit_failure = error.what();
+  }
   if (evidence.pure.degrees_of_freedom > 0) result.replicates = evidence.pure;
   if (result.replicates && evidence.noise.source == NoiseSource::stated)
     result.noise_check = chi_square_test(evidence.pure.sum, evidence.pure.degrees_of_freedom);

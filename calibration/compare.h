@@ -7,6 +7,7 @@
 
 #include "kinetostat/calibration/base_fit.h"
 #include "kinetostat/calibration/goodness_of_fit.h"
+#include "kinetostat/calibration/patterns.h"
 
 namespace kinetostat::calibration {
 
@@ -36,6 +37,8 @@ struct Assessment {
   std::vector<spatial::Vector6> whitened;  // over the noise
   std::vector<ResidualStatistics> by_component;
   std::vector<ResidualStatistics> by_session;  // empty with one session
+  Patterns patterns;                           // what the residual depends on
+  bool is_exact = false;  // the residual is nothing but rounding of the equilibrium
   /// sqrt(sum of squares / degrees of freedom) [m or rad], when only translations or only rotations
   /// are measured. A description of the misfit, not an estimate of the noise.
   std::optional<double> residual_deviation;
@@ -53,10 +56,12 @@ struct Comparison {
   std::optional<ChiSquareTest> noise_check;
   Assessment as_designed;
   std::optional<Assessment> refitted;  // when the robot file declares something uncertain
+  std::string refit_failure;           // which of it the data cannot determine, and why; else empty
   std::vector<std::string> notes;      // why a test was not made
 };
 
-/// Throws what Predictor and fit_base throw.
+/// Throws what Predictor and fit_base throw, but for a refit that the data cannot determine: that
+/// is told in `refit_failure`, beside the assessment as designed.
 Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int threads,
                    files::Progress& progress);
 

@@ -116,8 +116,76 @@ std::string axis_sentence(const Campaign& campaign, const std::string& model,
 }
 
 void add_axes(const Campaign& campaign, const Named& model, std::vector<Finding>& findings) {
+  if (model.assessment->is_exact) {
+    findings.push_back({-20, fmt::format("{} leaves no error beyond rounding.", model.name)});
+    return;
+  }
   for (const ResidualStatistics& s : model.assessment->by_component)
-    findings.push_back({s.share - 10, axis_sentence(campaign, model.name, s)});
+    if (s.share > 1e-3) findings.push_back({s.share - 10, axis_sentence(campaign, model.name, s)});
+}
+
+// Below this level a dependence is a finding.
+constexpr double level = calibration::significance_level;
+
+std::string test_text(const calibration::PatternTest& test) {
+  return fmt::format("F = {} on {} and {} degrees of freedom, {} after Holm's correction",
+                     number(test.f, 4), test.degrees_of_freedom, test.degrees_of_freedom_within,
+                     probability(test.holm_p_value));
+}
+
+std::string pattern_sentence(const std::string& model, const calibration::Pattern& pattern) {
+  const bool by_bias =
+      pattern.bias && (!pattern.size || pattern.bias->holm_p_value <= pattern.size->holm_p_value);
+  const auto worst = std::max_element(
+      pattern.groups.begin(), pattern.groups.end(), [](const auto& a, const auto& b) {
+        return a.share - a.share_of_values < b.share - b.share_of_values;
+      });
+  std::string text = fmt::format(
+      "The {} of {}'s error depends on {}: {} % of the squared error is at {} ({} % of the "
+      "values)",
+      by_bias ? "mean" : "size",
+      model == "The refitted model" ? "the refitted model" : "the model as designed",
+      pattern.factor, number(100 * worst->share, 3), worst->label,
+      number(100 * worst->share_of_values, 3));
+  if (by_bias && pattern.along_load) {
+    text += ", mean along the load";
+    for (std::size_t g = 0; g < std::min<std::size_t>(pattern.groups.size(), 4); ++g)
+      text += fmt::format("{} {} at {}", g == 0 ? "" : ",", number(pattern.groups[g].mean, 3),
+                          pattern.groups[g].label);
+    text += " (whitened)";
+  }
+  return text + fmt::format("; {}.", test_text(by_bias ? *pattern.bias : *pattern.size));
+}
+
+// Significant dependences, between the tests of adequacy and the plain statistics.
+void add_patterns(const Named& model, std::vector<Finding>& findings) {
+  const calibration::Patterns& patterns = model.assessment->patterns;
+  for (const calibration::Pattern& pattern : patterns.factors)
+    if (pattern.holm_p_value() < level)
+      findings.push_back({-5 - pattern.holm_p_value(), pattern_sentence(model.name, pattern)});
+  if (patterns.reversal && patterns.reversal->test.holm_p_value < level) {
+    const calibration::Reversal& r = *patterns.reversal;
+    findings.push_back(
+        {-5 - r.test.holm_p_value,
+         fmt::format("{} leaves an error of which {} % {} over {} pairs of readings; {}.",
+                     model.name, number(100 * std::max(r.odd_share, 1 - r.odd_share), 3),
+                     r.odd_share > 0.5 ? "changes sign with the load (odd)"
+                                       : "stays when the load is reversed (even)",
+                     r.pairs, test_text(r.test))});
+  }
+  if (patterns.loop_p_value && *patterns.loop_p_value < level) {
+    const auto worst = std::max_element(
+        patterns.loops.begin(), patterns.loops.end(), [](const auto& a, const auto& b) {
+          return std::abs(a.measured - a.predicted) < std::abs(b.measured - b.predicted);
+        });
+    findings.push_back(
+        {-5 - *patterns.loop_p_value,
+         fmt::format("{} loses {} J in load cycle '{}', where {} J were measured with a noise of "
+                     "{} J ({} closed cycles, {} after Holm's correction).",
+                     model.name, number(worst->predicted, 3), worst->cycle,
+                     number(worst->measured, 3), number(worst->noise.value_or(0), 2),
+                     patterns.loops.size(), probability(*patterns.loop_p_value))});
+  }
 }
 
 std::string_view noise_text(NoiseSource source) {
@@ -287,6 +355,60 @@ Json covariance_json(const Eigen::MatrixXd& covariance) {
   return rows;
 }
 
+// null where nothing was measured.
+Json numbers(const spatial::Vector6& v) {
+  Json json = Json::array();
+  for (const double x : v) json.push_back(std::isnan(x) ? Json() : Json(x));
+  return json;
+}
+
+Json to_json(const calibration::PatternTest& test) {
+  return {{"f", test.f},
+          {"degrees_of_freedom", {test.degrees_of_freedom, test.degrees_of_freedom_within}},
+          {"p_value", test.p_value},
+          {"holm_p_value", test.holm_p_value}};
+}
+
+Json to_json(const calibration::Pattern& pattern) {
+  Json json{{"factor", pattern.factor},  {"along_load", pattern.along_load},
+            {"trend", pattern.is_trend}, {"mean", nullptr},
+            {"size", nullptr},           {"groups", Json::array()}};
+  if (pattern.bias) json["mean"] = to_json(*pattern.bias);
+  if (pattern.size) json["size"] = to_json(*pattern.size);
+  for (const calibration::PatternGroup& g : pattern.groups)
+    json["groups"].push_back({{"label", g.label},
+                              {"values", g.values},
+                              {"share", g.share},
+                              {"share_of_values", g.share_of_values},
+                              {"whitened_mean", g.mean}});
+  return json;
+}
+
+Json to_json(const calibration::Loop& loop) {
+  Json json{{"session", loop.session},        {"cycle", loop.cycle},
+            {"measured_area", loop.measured}, {"predicted_area", loop.predicted},
+            {"noise_of_area", nullptr},       {"unit", "J"},
+            {"return_to_zero", nullptr}};
+  if (loop.noise) json["noise_of_area"] = *loop.noise;
+  if (loop.return_to_zero) json["return_to_zero"] = numbers(*loop.return_to_zero);
+  return json;
+}
+
+Json to_json(const calibration::Patterns& patterns) {
+  Json json{{"factors", Json::array()},
+            {"reversal", nullptr},
+            {"loops", Json::array()},
+            {"loops_holm_p_value", nullptr}};
+  for (const calibration::Pattern& p : patterns.factors) json["factors"].push_back(to_json(p));
+  for (const calibration::Loop& loop : patterns.loops) json["loops"].push_back(to_json(loop));
+  if (patterns.reversal)
+    json["reversal"] = {{"pairs", patterns.reversal->pairs},
+                        {"odd_share", patterns.reversal->odd_share},
+                        {"test", to_json(patterns.reversal->test)}};
+  if (patterns.loop_p_value) json["loops_holm_p_value"] = *patterns.loop_p_value;
+  return json;
+}
+
 Json to_json(const Campaign& campaign, const Assessment& assessment) {
   const calibration::BaseFit& fit = assessment.fit;
   Json json{{"adequacy", adequacy_text(assessment.adequacy)},
@@ -312,13 +434,7 @@ Json to_json(const Campaign& campaign, const Assessment& assessment) {
   for (const auto& s : assessment.by_component)
     json["by_component"].push_back(to_json(campaign, s));
   for (const auto& s : assessment.by_session) json["by_session"].push_back(to_json(campaign, s));
-  return json;
-}
-
-// null where nothing was measured.
-Json numbers(const spatial::Vector6& v) {
-  Json json = Json::array();
-  for (const double x : v) json.push_back(std::isnan(x) ? Json() : Json(x));
+  json["patterns"] = to_json(assessment.patterns);
   return json;
 }
 
@@ -361,6 +477,8 @@ std::string summary(const Campaign& campaign, const Comparison& comparison) {
                                                          : noise_text(comparison.noise_source));
   for (const std::string& note : campaign.notes) text += "  " + note + "\n";
   for (const std::string& note : comparison.notes) text += "  " + note + "\n";
+  if (!comparison.refit_failure.empty())
+    text += "  Not refitted: " + comparison.refit_failure + "\n";
   return text;
 }
 
@@ -385,6 +503,7 @@ std::vector<std::string> findings(const Campaign& campaign, const Comparison& co
     if (const auto& test = model.assessment->lack_of_fit) all.push_back(finding(model.name, *test));
     if (const auto& test = model.assessment->chi_square) all.push_back(finding(model.name, *test));
   }
+  add_patterns(models(comparison).back(), all);
   add_axes(campaign, models(comparison).back(), all);
   std::stable_sort(all.begin(), all.end(),
                    [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
@@ -419,7 +538,9 @@ Json to_json(const Campaign& campaign, const Comparison& comparison) {
             {"adequacy", adequacy_text(best(comparison).adequacy)},
             {"findings", findings(campaign, comparison)},
             {"as_designed", to_json(campaign, comparison.as_designed)},
-            {"refitted", nullptr}};
+            {"refitted", nullptr},
+            {"refit_failure", nullptr}};
+  if (!comparison.refit_failure.empty()) json["refit_failure"] = comparison.refit_failure;
   if (comparison.replicates)
     json["pure_error"] = {{"whitened_sum_of_squares", comparison.replicates->sum},
                           {"degrees_of_freedom", comparison.replicates->degrees_of_freedom}};

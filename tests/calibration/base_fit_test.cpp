@@ -82,7 +82,8 @@ TEST(BaseFit, PreciseReadingsCountMore) {
 template <class Error>
 std::string message(const vjm::Robot& robot, const std::filesystem::path& file) {
   try {
-    test::compare_files(robot, file);
+    const Comparison comparison = test::compare_files(robot, file);
+    if (!comparison.refit_failure.empty()) return comparison.refit_failure;
   } catch (const Error& error) {
     return error.what();
   }

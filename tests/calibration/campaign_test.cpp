@@ -1,6 +1,6 @@
 #include "kinetostat/calibration/campaign.h"
 
-#include <chrono>
+#include <ctime>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -129,13 +129,15 @@ TEST(CampaignFile, ReadsAHundredThousandRowsInUnderASecond) {
                        i % 97, i);
   const auto file = test::write_campaign(head + "noise: {translation: 15 um}\n", csv);
   const vjm::Manipulator manipulator = test::bench().manipulator;
-  const auto begin = std::chrono::steady_clock::now();
+  const std::clock_t begin = std::clock();  // of this process: others may be busy
   const Campaign c = read_campaign(file, manipulator);
-  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
+  const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   EXPECT_EQ(c.readings.size(), 100000u);
   EXPECT_EQ(c.configurations.size(), 500u);
 #if defined(NDEBUG) && !defined(__SANITIZE_ADDRESS__)
-  EXPECT_LT(seconds.count(), 1.0);
+  EXPECT_LT(seconds, 1.0);
+#else
+  (void)seconds;
 #endif
 }
 

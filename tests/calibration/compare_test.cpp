@@ -24,6 +24,12 @@ std::vector<double> figures(const Comparison& c) {
       result.insert(result.end(), {p.log_factor, p.standard_error});
     for (const ResidualStatistics& s : a->by_component)
       result.insert(result.end(), {s.rms, s.max, s.bias, s.share});
+    for (const Pattern& pattern : a->patterns.factors) {
+      for (const auto* test : {&pattern.bias, &pattern.size})
+        if (*test) result.insert(result.end(), {(*test)->f, (*test)->holm_p_value});
+      for (const PatternGroup& g : pattern.groups)
+        result.insert(result.end(), {g.share, g.share_of_values, 1 + g.mean});  // in sigmas
+    }
   }
   return result;
 }

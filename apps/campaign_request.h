@@ -1,0 +1,30 @@
+// The robot and the campaign that a command is about.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "kinetostat/apps/command.h"
+#include "kinetostat/calibration/campaign.h"
+#include "kinetostat/vjm/robot_file.h"
+
+namespace kinetostat::apps {
+
+/// [ROBOT] CAMPAIGN: the robot of the command line wins over the one that the campaign names, and
+/// that is said.
+struct CampaignRequest {
+  std::vector<std::string> files;
+
+  void add_options(CLI::App& app);
+  /// Throws files::InputError when neither names a robot.
+  vjm::Robot read_robot() const;
+  calibration::Campaign read_campaign(const vjm::Robot& robot) const;
+};
+
+/// Prints the robot's name, and that another one than the campaign's is used, when it is.
+void say_which_robot(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                     files::Json& json, Run& run);
+
+}  // namespace kinetostat::apps

@@ -1,0 +1,260 @@
+#include "kinetostat/calibration/campaign_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <Eigen/SVD>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "kinetostat/calibration/load_history.h"
+#include "kinetostat/calibration/replicates.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+// Words for a count: "1 posture", "3 postures".
+std::string counted(std::size_t count, const std::string& noun) {
+  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
+class Check {
+ public:
+  Check(const Campaign& campaign, const vjm::Robot& robot) : campaign_(campaign), robot_(robot) {
+    for (std::size_t i = 0; i < campaign.readings.size(); ++i)
+      if (is_used(campaign.readings[i])) used_.push_back(i);
+  }
+
+  std::vector<Observability> all() const {
+    return {noise(),           offsets(),       components(),
+            load_directions(), poses(),         levels(),
+            reversal(),        branches_seen(), clearance_or_friction(),
+            zero_return(),     sessions(),      time(),
+            temperature(),     parameters()};
+  }
+
+ private:
+  const Reading& reading(std::size_t used) const { return campaign_.readings[used]; }
+
+  Observability noise() const {
+    const std::vector<ReplicateGroup> groups = replicate_groups(campaign_);
+    std::size_t repeated = 0, freedom = 0;
+    for (const ReplicateGroup& group : groups) {
+      repeated += group.readings.size() > 1;
+      freedom += group.readings.size() - 1;
+    }
+    if (repeated > 0)
+      return {"noise", true,
+              fmt::format("Adequacy: {} values are repeated ({} degrees of freedom){}.", repeated,
+                          freedom,
+                          campaign_.noise_stated
+                              ? ", and the noise is stated: the two are checked against each other"
+                              : "; the noise is taken from their scatter")};
+    if (campaign_.noise_stated)
+      return {"noise", true,
+              "Adequacy: the noise is stated, but nothing is repeated, so that nothing checks it. "
+              "Repeat some readings."};
+    return {"noise", false,
+            "Adequacy is not evaluated: no noise is stated and no reading is repeated. State "
+            "'noise' in the campaign file, or repeat readings."};
+  }
+
+  Observability offsets() const {
+    if (campaign_.displacement == DisplacementKind::absolute)
+      return {"offsets", true,
+              "Gravity, geometric errors and thermal offsets show: displacements are absolute."};
+    return {"offsets", false,
+            "Gravity, geometric errors and thermal offsets do not show: displacements are "
+            "differences to a reference state, in which they cancel. Measure absolute poses."};
+  }
+
+  Observability components() const {
+    std::vector<std::string> missing;
+    for (Eigen::Index k = 0; k < 6; ++k)
+      if (std::none_of(used_.begin(), used_.end(),
+                       [&](std::size_t i) { return reading(i).uses(k); }))
+        missing.emplace_back(component_names[static_cast<std::size_t>(k)]);
+    if (missing.empty()) return {"components", true, "All six components are measured."};
+    return {"components", false,
+            fmt::format("Not measured: {}. What moves the platform only that way does not show.",
+                        fmt::join(missing, ", "))};
+  }
+
+  // Independent directions, with rotations made comparable by the scale of each kind.
+  Observability load_directions() const {
+    Eigen::MatrixXd wrenches = Eigen::MatrixXd::Zero(6, static_cast<Eigen::Index>(used_.size()));
+    for (std::size_t i = 0; i < used_.size(); ++i) {
+      const vjm::Load& load = reading(used_[i]).load;
+      wrenches.col(static_cast<Eigen::Index>(i)) = load.at_reference_point(spatial::Pose());
+    }
+    for (const Eigen::Index first : {0, 3}) {
+      const double largest = wrenches.middleRows<3>(first).cwiseAbs().maxCoeff();
+      if (largest > 0) wrenches.middleRows<3>(first) /= largest;
+    }
+    const spatial::Matrix6 gram = wrenches * wrenches.transpose();
+    const Eigen::JacobiSVD<spatial::Matrix6> svd(gram);
+    const double largest = svd.singularValues()[0];
+    const auto rank = (svd.singularValues().array() > 1e-10 * largest).count();
+    if (rank == 6) return {"load_directions", true, "Loads act in all six independent directions."};
+    return {"load_directions", false,
+            fmt::format("Loads span {} of 6 independent directions: compliance in the others does "
+                        "not show.",
+                        largest > 0 ? rank : 0)};
+  }
+
+  Observability poses() const {
+    std::set<std::size_t> configurations;
+    for (const std::size_t i : used_) configurations.insert(reading(i).configuration);
+    if (configurations.size() > 1)
+      return {"poses", true,
+              fmt::format("What depends on the posture shows: {}.",
+                          counted(configurations.size(), "posture"))};
+    return {"poses", false,
+            "One posture: errors that depend on the posture do not show, and springs in series "
+            "cannot be told apart. Measure in other postures."};
+  }
+
+  // The most levels along one line of load in one posture.
+  Observability levels() const {
+    std::map<std::pair<std::size_t, std::array<long, 6>>, std::vector<double>> lines;
+    for (const std::size_t i : used_) {
+      const spatial::Vector6 u = direction_of(reading(i).load);
+      if (u.isZero(0)) continue;
+      std::array<long, 6> key{};
+      for (std::size_t k = 0; k < 6; ++k)
+        key[k] = std::lround(1e6 * u[static_cast<Eigen::Index>(k)]);
+      lines[{reading(i).configuration, key}].push_back(level_of(reading(i).load));
+    }
+    std::size_t most = 0;
+    for (const auto& [key, values] : lines) most = std::max(most, distinct_values(values).size());
+    if (most >= 3)
+      return {"nonlinearity", true,
+              fmt::format("Nonlinearity shows: up to {} along one direction.",
+                          counted(most, "level of load"))};
+    return {"nonlinearity", false,
+            fmt::format("Nonlinearity does not show: at most {} along one direction in one "
+                        "posture. Load in three steps or more.",
+                        counted(most, "level of load"))};
+  }
+
+  Observability reversal() const {
+    const std::size_t pairs = reversed_pairs(campaign_).size();
+    if (pairs > 0)
+      return {"reversal", true,
+              fmt::format("Odd and even parts of the error show: {} of equal and opposite load.",
+                          counted(pairs, "pair"))};
+    return {"reversal", false,
+            "No load is reversed: clearance, preload and one-sided stiffness do not show. Repeat "
+            "loads with the opposite sign."};
+  }
+
+  bool both_branches() const {
+    const std::vector<LoadDirection> all = branches(campaign_);
+    const auto has = [&](LoadDirection direction) {
+      return std::any_of(used_.begin(), used_.end(),
+                         [&](std::size_t i) { return all[i] == direction; });
+    };
+    return has(LoadDirection::loading) && has(LoadDirection::unloading);
+  }
+
+  Observability branches_seen() const {
+    if (both_branches())
+      return {"hysteresis", true, "Hysteresis shows: there is loading and unloading."};
+    return {"hysteresis", false,
+            "Hysteresis does not show: no reading was taken while unloading, or nothing says "
+            "which. Unload in steps, with the columns cycle and step, or direction."};
+  }
+
+  Observability clearance_or_friction() const {
+    const bool reversed = !reversed_pairs(campaign_).empty(), both = both_branches();
+    if (reversed && both)
+      return {"clearance_or_friction", true,
+              "Clearance and friction can be told apart: loads are reversed and unloaded."};
+    return {"clearance_or_friction", false,
+            fmt::format("Clearance and friction cannot be told apart: {}.",
+                        reversed ? "there is no unloading"
+                        : both   ? "no load is reversed"
+                                 : "there is neither reversal nor unloading")};
+  }
+
+  Observability zero_return() const {
+    std::size_t returns = 0;
+    for (const Cycle& cycle : load_cycles(campaign_)) {
+      bool loaded = false;
+      for (const std::size_t i : cycle) {
+        const bool zero = level_of(campaign_.readings[i].load) == 0;
+        returns += zero && loaded;
+        loaded = loaded || !zero;
+      }
+    }
+    if (returns > 0)
+      return {"return_to_zero", true,
+              fmt::format("Return to zero shows: {} without load after loading.",
+                          counted(returns, "reading"))};
+    return {"return_to_zero", false,
+            "Return to zero does not show: no cycle reads the unloaded state after a load."};
+  }
+
+  Observability sessions() const {
+    std::set<std::size_t> sessions;
+    for (const std::size_t i : used_) sessions.insert(reading(i).session);
+    if (sessions.size() > 1)
+      return {"sessions", true,
+              fmt::format("Differences between sessions show: {}.",
+                          counted(sessions.size(), "session"))};
+    return {"sessions", false,
+            "One session: drift from session to session and errors of setting up do not show."};
+  }
+
+  // Of a number that readings may carry.
+  template <class Get>
+  std::size_t distinct(Get get) const {
+    std::vector<double> values;
+    for (const std::size_t i : used_)
+      if (const std::optional<double> value = get(reading(i))) values.push_back(*value);
+    return distinct_values(std::move(values)).size();
+  }
+
+  Observability time() const {
+    if (distinct([](const Reading& r) { return r.time; }) > 1)
+      return {"time", true, "Drift and creep show: readings carry their time."};
+    return {"time", false, "Drift and creep do not show: no column 'time' tells readings apart."};
+  }
+
+  Observability temperature() const {
+    const std::size_t count = distinct([](const Reading& r) { return r.temperature; });
+    if (count > 1)
+      return {"temperature", true, "Thermal effects show: readings carry their temperature."};
+    return {"temperature", false,
+            count == 0 ? "Thermal effects do not show: there is no column 'temperature'."
+                       : "Thermal effects do not show: the temperature is the same throughout."};
+  }
+
+  Observability parameters() const {
+    std::size_t values = 0;
+    for (const std::size_t i : used_)
+      for (Eigen::Index k = 0; k < 6; ++k) values += reading(i).uses(k);
+    const std::size_t uncertain = robot_.uncertain.size();
+    if (uncertain == 0)
+      return {"parameters", true,
+              fmt::format("{}; the robot file declares nothing uncertain, so nothing is refitted.",
+                          counted(values, "value"))};
+    return {"parameters", values > uncertain,
+            fmt::format("{} for {}{}.", counted(values, "value"),
+                        counted(uncertain, "uncertain parameter"),
+                        values > uncertain ? "" : ": too few to fit them")};
+  }
+
+  const Campaign& campaign_;
+  const vjm::Robot& robot_;
+  std::vector<std::size_t> used_;
+};
+
+}  // namespace
+
+std::vector<Observability> check_campaign(const Campaign& campaign, const vjm::Robot& robot) {
+  return Check(campaign, robot).all();
+}
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,39 @@
+// The order in which loads were applied, and how one load compares with another.
+#pragma once
+
+#include <vector>
+
+#include "kinetostat/calibration/campaign.h"
+
+namespace kinetostat::calibration {
+
+/// How large a load is: its force [N], or its moment [N m] where it has no force. It does not
+/// depend on the point about which the wrench is stated.
+double level_of(const vjm::Load& load);
+
+/// Unit vector of the force (first three), or of the moment (last three) where there is no force;
+/// zero without load.
+spatial::Vector6 direction_of(const vjm::Load& load);
+
+/// One load cycle: readings of one session and one name in the column `cycle`, masked ones left
+/// out, in the order of step and time, else of rows.
+using Cycle = std::vector<std::size_t>;
+
+/// Empty when the table has no column `cycle`, or leaves it empty.
+std::vector<Cycle> load_cycles(const Campaign& campaign);
+
+/// One entry a reading: what the table states, else whether its load is larger or smaller than the
+/// one before it in the same cycle and posture; `unstated` where neither tells.
+std::vector<LoadDirection> branches(const Campaign& campaign);
+
+/// Readings in use at the same configuration whose loads are equal and opposite, in pairs; each
+/// reading is in one pair at most.
+std::vector<std::pair<std::size_t, std::size_t>> reversed_pairs(const Campaign& campaign);
+
+/// Distinct values, ascending; those that differ by rounding of a change of units count as one.
+std::vector<double> distinct_values(std::vector<double> values);
+
+/// A reading of which at least one component is in use.
+bool is_used(const Reading& reading);
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,161 @@
+#include "kinetostat/calibration/simulate.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+
+#include <fmt/format.h>
+
+#include "kinetostat/calibration/predict.h"
+#include "kinetostat/calibration/readings_file.h"
+#include "kinetostat/files/csv.h"
+#include "kinetostat/files/error.h"
+#include "kinetostat/files/text_file.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+// Standard normal numbers, the same on every platform, which std::normal_distribution is not.
+class Normal {
+ public:
+  explicit Normal(std::uint64_t seed) : engine_(seed) {}
+
+  double operator()() {
+    const double radius = std::sqrt(-2 * std::log(uniform()));
+    return radius * std::cos(2 * std::numbers::pi * uniform());
+  }
+
+ private:
+  // In (0, 1]: 53 random bits.
+  double uniform() { return static_cast<double>((engine_() >> 11) + 1) * 0x1p-53; }
+
+  std::mt19937_64 engine_;
+};
+
+void refuse_displacements(const files::CsvTable& plan) {
+  for (const char* name : component_names)
+    if (plan.find(name))
+      throw files::InputError({.file = plan.file(),
+                               .line = plan.header_line(),
+                               .key = name,
+                               .what = "a plan has no displacements: they are what is simulated",
+                               .cure = "Remove the columns dx dy dz rx ry rz"});
+  for (std::size_t row = 0; row < plan.rows(); ++row)
+    for (std::size_t c = 0; c < plan.columns().size(); ++c)
+      if (plan.cell(row, c).find('\n') != std::string_view::npos)
+        plan.fail(row, c, "a cell of a plan runs over several lines", "Write it on one line");
+}
+
+// The rows of the plan with further cells; comments and line numbers stay as they are.
+template <class Cells>
+std::string extended(const std::string& text, const files::CsvTable& plan,
+                     const std::string& header, const Cells& cells) {
+  std::string result;
+  std::size_t begin = 0, row = 0;
+  for (int line = 1; begin < text.size(); ++line) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    std::string content = text.substr(begin, end - begin);
+    if (!content.empty() && content.back() == '\r') content.pop_back();
+    if (line == plan.header_line()) content += header;
+    if (row < plan.rows() && line == plan.line(row)) content += cells(row++);
+    result += content + "\n";
+    begin = end + 1;
+  }
+  return result;
+}
+
+// As in the header: where it has no comma, another separator is in use.
+char separator_of(const std::string& text, const files::CsvTable& plan) {
+  std::size_t begin = 0;
+  for (int line = 1; line < plan.header_line(); ++line) begin = text.find('\n', begin) + 1;
+  const std::string header = text.substr(begin, text.find('\n', begin) - begin);
+  if (header.find(',') != std::string::npos) return ',';
+  if (header.find(';') != std::string::npos) return ';';
+  return header.find('\t') != std::string::npos ? '\t' : ',';
+}
+
+Campaign planned(const vjm::Robot& robot, const std::filesystem::path& file,
+                 const std::string& table, DisplacementKind displacement) {
+  Campaign campaign;
+  campaign.file = campaign.readings_file = file;
+  campaign.units = robot.units;
+  campaign.displacement = displacement;
+  const ReadingsContext context{
+      .noise = spatial::Vector6::Constant(std::numeric_limits<double>::quiet_NaN()),
+      .wrench_point = spatial::Vector3(spatial::Vector3::Zero()),
+      .angle_stated = true,
+      .time_stated = true};
+  read_readings(files::CsvTable(table, file), context, robot.manipulator, campaign);
+  return campaign;
+}
+
+std::string noise_text(const SimulationOptions& options) {
+  std::string parts;
+  if (options.translation_noise > 0)
+    parts += fmt::format("translation: {} m", options.translation_noise);
+  if (options.rotation_noise > 0)
+    parts += fmt::format("{}rotation: {} rad", parts.empty() ? "" : ", ", options.rotation_noise);
+  return parts.empty() ? "" : "noise: {" + parts + "}\n";
+}
+
+std::string yaml_text(const vjm::Robot& robot, const std::string& robot_name,
+                      const SimulationOptions& options) {
+  return fmt::format(
+      "# Synthetic readings, made by kinetostat simulate with seed {}. They come from the model "
+      "itself: that a fit of\n"
+      "# this model to them succeeds proves nothing about any machine.\n"
+      "kinetostat: 1\n"
+      "campaign: synthetic readings of {}\n"
+      "origin: synthetic, seed {}\n"
+      "robot: \"{}\"\n"
+      "units: {{length: {}, force: {}, angle: {}, time: {}}}\n"
+      "displacement: {}\n"
+      "wrench_point: reference\n{}"
+      "readings: readings.csv\n",
+      options.seed, files::csv_cell(robot.name), options.seed, robot_name, robot.units.length,
+      robot.units.force, robot.units.angle, robot.units.time,
+      options.displacement == DisplacementKind::absolute ? "absolute" : "difference",
+      noise_text(options));
+}
+
+}  // namespace
+
+SimulatedCampaign simulate(const vjm::Robot& robot, const std::string& robot_name,
+                           const std::filesystem::path& plan, const SimulationOptions& options,
+                           files::Progress& progress) {
+  const std::string text = files::read_text(plan);
+  const files::CsvTable table(text, plan);
+  refuse_displacements(table);
+  const std::string separator(1, separator_of(text, table));
+  std::string header, zeros;
+  for (std::size_t k = 0; k < 6; ++k)
+    if (options.components[k]) header += separator + component_names[k], zeros += separator + "0";
+  const Campaign campaign =
+      planned(robot, plan, extended(text, table, header, [&](std::size_t) { return zeros; }),
+              options.displacement);
+  const Predictions predictions = Predictor(robot.manipulator, campaign, options.threads, progress)
+                                      .predict({}, Eigen::VectorXd(), false, progress);
+  if (predictions.failure)
+    throw files::NoConvergence(fmt::format(
+        "{}:{}: the model has no equilibrium: {}. Check the load and its unit.", plan.string(),
+        campaign.readings[predictions.failure->reading].line, predictions.failure->reason));
+  Normal normal(options.seed);
+  const double length = spatial::parse_unit(robot.units.length).factor;
+  const double angle = spatial::parse_unit(robot.units.angle).factor;
+  const auto cells = [&](std::size_t row) {
+    std::string result;
+    for (Eigen::Index k = 0; k < 6; ++k) {
+      // Drawn whether it is written or not: the components chosen do not change the others' noise.
+      const double noise =
+          normal() * (is_rotation(k) ? options.rotation_noise : options.translation_noise);
+      if (options.components[static_cast<std::size_t>(k)])
+        result += separator + fmt::format("{}", (predictions.displacement[row][k] + noise) /
+                                                    (is_rotation(k) ? angle : length));
+    }
+    return result;
+  };
+  return {yaml_text(robot, robot_name, options), extended(text, table, header, cells)};
+}
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,38 @@
+// Synthetic readings of a plan: what an instrument with a known noise would read if the model were
+// right.
+#pragma once
+
+#include <cstdint>
+
+#include "kinetostat/calibration/campaign.h"
+#include "kinetostat/files/progress.h"
+#include "kinetostat/vjm/robot_file.h"
+
+namespace kinetostat::calibration {
+
+struct SimulationOptions {
+  DisplacementKind displacement = DisplacementKind::difference;
+  /// Standard deviation of every translation [m] and rotation [rad]; 0: exact.
+  double translation_noise = 0, rotation_noise = 0;
+  /// Which components are written, in the order of component_names.
+  std::array<bool, 6> components = {true, true, true, true, true, true};
+  std::uint64_t seed = 1;
+  int threads = 1;
+};
+
+/// A campaign as two files.
+struct SimulatedCampaign {
+  std::string yaml;      // refers to readings.csv beside it
+  std::string readings;  // the plan with columns of displacement
+};
+
+/// `plan` is a table of readings without displacements (docs/reference/campaign-file.md), in the
+/// units of the robot file; wrenches without a point act at the platform's reference point.
+/// `robot_name`: how the campaign file shall call the robot file. Gaussian noise by Box and Muller
+/// from the 64-bit Mersenne twister: the same for any number of threads. Throws files::InputError
+/// for a mistake in the plan, files::NoConvergence where there is no equilibrium.
+SimulatedCampaign simulate(const vjm::Robot& robot, const std::string& robot_name,
+                           const std::filesystem::path& plan, const SimulationOptions& options,
+                           files::Progress& progress);
+
+}  // namespace kinetostat::calibration

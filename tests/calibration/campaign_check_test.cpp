@@ -1,0 +1,103 @@
+#include "kinetostat/calibration/campaign_check.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kinetostat/calibration/load_history.h"
+
+#include "calibration/synthetic.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using testing::HasSubstr;
+
+Campaign campaign(const std::string& csv, const std::string& more = "",
+                  const std::string& displacement = "difference") {
+  return read_campaign(
+      test::write_campaign("kinetostat: 1\ncampaign: c\nunits: {length: mm, force: N, time: s}\n"
+                           "displacement: " +
+                               displacement + "\nreadings: readings.csv\n" + more,
+                           csv),
+      test::bench().manipulator);
+}
+
+Observability topic(const Campaign& c, const std::string& name) {
+  for (const Observability& item : check_campaign(c, test::bench()))
+    if (item.topic == name) return item;
+  ADD_FAILURE() << "no topic " << name;
+  return {};
+}
+
+// One reading tells next to nothing, and that is said.
+TEST(CampaignCheck, OneReadingShowsNothing) {
+  const Campaign c = campaign("fz,dz\n1000,1\n");
+  for (const Observability& item : check_campaign(c, test::bench()))
+    EXPECT_FALSE(item.observable) << item.topic << ": " << item.sentence;
+}
+
+struct Shows {
+  std::string topic, csv, more = {}, displacement = "difference";
+};
+
+class CampaignCheckTopic : public testing::TestWithParam<Shows> {};
+
+TEST_P(CampaignCheckTopic, ShowsWithTheseReadings) {
+  const Campaign c = campaign(GetParam().csv, GetParam().more, GetParam().displacement);
+  const Observability item = topic(c, GetParam().topic);
+  EXPECT_TRUE(item.observable) << item.sentence;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, CampaignCheckTopic,
+    testing::Values(Shows{"noise", "fz,dz\n1,1\n1,1.1\n"},
+                    Shows{"noise", "fz,dz\n1,1\n2,2\n", "noise: {translation: 1 um}\n"},
+                    Shows{"offsets", "fz,dz\n1,1\n", "", "absolute"},
+                    Shows{"poses", "spring,fz,dz\n0,1,1\n5,1,1\n"},
+                    Shows{"nonlinearity", "fz,dz\n1,1\n2,2\n3,3\n"},
+                    Shows{"reversal", "fz,dz\n1,1\n-1,-1\n"},
+                    Shows{"hysteresis", "fz,direction,dz\n1,loading,1\n1,unloading,2\n"},
+                    Shows{"hysteresis", "cycle,step,fz,dz\na,1,1,1\na,2,2,2\na,3,1,1\n"},
+                    Shows{"clearance_or_friction",
+                          "cycle,step,fz,dz\na,1,1,1\na,2,2,2\na,3,1,1\nb,1,-1,-1\n"},
+                    Shows{"return_to_zero", "cycle,step,fz,dz\na,1,0,0\na,2,2,2\na,3,0,0.1\n"},
+                    Shows{"sessions", "session,fz,dz\na,1,1\nb,1,1\n"},
+                    Shows{"time", "time,fz,dz\n1,1,1\n2,1,1\n"},
+                    Shows{"temperature", "temperature,fz,dz\n20,1,1\n21,1,1\n"},
+                    Shows{"parameters", "fz,dz\n1,1\n2,1\n"}),
+    [](const auto& shows) { return shows.param.topic + std::to_string(shows.index); });
+
+// What is masked shows nothing.
+TEST(CampaignCheck, MaskedReadingsDoNotCount) {
+  const Campaign c = campaign("fz,dz,mask,mask_reason\n1,1,,\n-1,-1,1,slipped\n");
+  EXPECT_FALSE(topic(c, "reversal").observable);
+}
+
+TEST(CampaignCheck, DifferencesHideOffsetsAndThatIsSaid) {
+  EXPECT_THAT(topic(campaign("fz,dz\n1,1\n"), "offsets").sentence,
+              HasSubstr("Gravity, geometric errors and thermal offsets do not show"));
+}
+
+TEST(CampaignCheck, SpanOfLoads) {
+  EXPECT_THAT(topic(campaign("fx,fz,dz\n1,0,1\n0,1,1\n1,1,1\n"), "load_directions").sentence,
+              HasSubstr("2 of 6 independent directions"));
+}
+
+TEST(LoadHistory, BranchesFollowTheOrderOfSteps) {
+  const Campaign c = campaign("cycle,step,fz,dz\na,3,1,1\na,1,1,1\na,2,2,2\nb,1,5,1\n");
+  using enum LoadDirection;
+  EXPECT_THAT(branches(c), testing::ElementsAre(unloading, unstated, loading, unstated));
+}
+
+TEST(LoadHistory, PairsEqualAndOppositeLoadsOnce) {
+  const Campaign c = campaign("fz,dz\n1,1\n-1,-1\n-1,-1\n2,2\n-2.1,2\n");
+  EXPECT_EQ(reversed_pairs(c).size(), 1u);
+}
+
+TEST(LoadHistory, LevelDoesNotDependOnThePointOfTheWrench) {
+  EXPECT_DOUBLE_EQ(level_of({{3, 4, 0}, {100, 0, 0}, {1, 2, 3}}), 5);
+  EXPECT_DOUBLE_EQ(level_of({{0, 0, 0}, {0, 2, 0}}), 2);
+}
+
+}  // namespace
+}  // namespace kinetostat::calibration
