@@ -5,6 +5,8 @@
 #include <numeric>
 #include <tuple>
 
+#include "kinetostat/calibration/load_history.h"
+
 namespace kinetostat::calibration {
 namespace {
 
@@ -23,9 +25,9 @@ LoadKey key_of(const vjm::Load& load) {
 
 using StateKey = std::tuple<std::size_t, LoadKey, LoadDirection, std::string, std::size_t>;
 
-StateKey state_of(const Campaign& campaign, const Reading& reading) {
+StateKey state_of(const Campaign& campaign, const Reading& reading, LoadDirection branch) {
   const bool own_zero = campaign.zero == ZeroReading::estimated;
-  return {reading.configuration, key_of(reading.load), reading.direction, reading.setting,
+  return {reading.configuration, key_of(reading.load), branch, reading.setting,
           own_zero ? reading.session : 0};
 }
 
@@ -47,9 +49,10 @@ std::vector<ReplicateGroup> replicate_groups(const Campaign& campaign) {
   // Value: number of the visit to this state within one replicate.
   std::map<std::tuple<StateKey, std::string, Eigen::Index>, int> visits;
   std::map<std::tuple<StateKey, int, Eigen::Index>, std::vector<std::size_t>> groups;
+  const std::vector<LoadDirection> branch = branches(campaign);
   for (const std::size_t i : in_order_of_time(campaign.readings)) {
     const Reading& reading = campaign.readings[i];
-    const StateKey state = state_of(campaign, reading);
+    const StateKey state = state_of(campaign, reading, branch[i]);
     for (Eigen::Index k = 0; k < 6; ++k) {
       if (!reading.uses(k)) continue;
       const int visit = reading.replicate.empty() ? 0 : visits[{state, reading.replicate, k}]++;

@@ -31,6 +31,8 @@ TEST(Replicates, AreReadingsOfEqualPoseLoadDirectionAndSetting) {
   EXPECT_EQ(sizes(campaign("spring,fz,dz\n0,1,1\n5,1,2\n0,1,3\n")), (Sizes{2, 1}));
   EXPECT_EQ(sizes(campaign("fz,setting,dz\n1,a,1\n1,b,2\n1,a,3\n")), (Sizes{2, 1}));
   EXPECT_EQ(sizes(campaign("fz,direction,dz\n1,loading,1\n1,unloading,2\n")), (Sizes{1, 1}));
+  // Within a cycle the order tells: hysteresis is not noise.
+  EXPECT_EQ(sizes(campaign("cycle,step,fz,dz\na,1,1,1\na,2,2,2\na,3,1,1\n")), (Sizes{1, 1, 1}));
   EXPECT_EQ(sizes(campaign("fz,px,py,pz,dz\n1,0,0,0,1\n1,0,0,3,2\n")), (Sizes{1, 1}));
 }
 
