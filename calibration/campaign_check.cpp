@@ -19,6 +19,8 @@ std::string counted(std::size_t count, const std::string& noun) {
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
+std::string levels_text(std::size_t count) { return counted(count, "level") + " of load"; }
+
 class Check {
  public:
   Check(const Campaign& campaign, const vjm::Robot& robot) : campaign_(campaign), robot_(robot) {
@@ -130,12 +132,11 @@ class Check {
     for (const auto& [key, values] : lines) most = std::max(most, distinct_values(values).size());
     if (most >= 3)
       return {"nonlinearity", true,
-              fmt::format("Nonlinearity shows: up to {} along one direction.",
-                          counted(most, "level of load"))};
+              fmt::format("Nonlinearity shows: up to {} along one direction.", levels_text(most))};
     return {"nonlinearity", false,
             fmt::format("Nonlinearity does not show: at most {} along one direction in one "
                         "posture. Load in three steps or more.",
-                        counted(most, "level of load"))};
+                        levels_text(most))};
   }
 
   Observability reversal() const {
