@@ -32,10 +32,10 @@ struct Pattern {
   std::string factor;       // "posture", "reach", "direction of load", ..., or a covariate's name
   bool along_load = false;  // signed residuals are counted along the load
   bool is_trend = false;    // tested as a straight line over a number, not between groups
-  std::vector<PatternGroup> groups;  // largest share first
+  std::vector<PatternGroup> groups = {};  // largest share first
   /// Of the mean of the residual (one-way analysis of variance, each component about its own mean,
   /// or straight line), and of its magnitude. None where the groups allow no test.
-  std::optional<PatternTest> bias, size;
+  std::optional<PatternTest> bias = {}, size = {};
 
   double holm_p_value() const;  // the smaller of both
 };
@@ -51,8 +51,8 @@ struct Reversal {
 struct Loop {
   std::string session, cycle;
   double measured = 0, predicted = 0;  // work lost in the cycle [J]
-  std::optional<double> noise;         // standard deviation of `measured` [J], when known
-  std::optional<spatial::Vector6> return_to_zero;  // last minus first residual without load
+  std::optional<double> noise = {};    // standard deviation of `measured` [J], when known
+  std::optional<spatial::Vector6> return_to_zero = {};  // last minus first residual without load
 };
 
 struct Patterns {
