@@ -31,9 +31,12 @@ StopLaw::StopLaw(double lower, double upper, double stiffness)
   if (!(stiffness > 0)) throw std::invalid_argument("the stiffness of a stop must be positive");
 }
 
-CoordinateLaw::Value StopLaw::at(double x) const {
+CoordinateLaw::Value StopLaw::at(const JointState& joint) const {
+  const double x = joint.position;
   const double beyond = x > upper_ ? x - upper_ : x < lower_ ? x - lower_ : 0.0;
-  return {0.5 * stiffness_ * beyond * beyond, stiffness_ * beyond, beyond != 0 ? stiffness_ : 0};
+  return {.energy = 0.5 * stiffness_ * beyond * beyond,
+          .force = stiffness_ * beyond,
+          .tangent = beyond != 0 ? stiffness_ : 0};
 }
 
 Chain::Chain(std::string name, const spatial::Pose& base)

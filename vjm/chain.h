@@ -51,13 +51,19 @@ struct Spring {
 /// Immutable.
 class CoordinateLaw {
  public:
+  struct JointState {
+    double position = 0;    // x [m or rad]
+    double deflection = 0;  // x from its rest value: the command, where actuated
+    double stiffness = 0;   // of the linear spring beside the law [N/m or N m/rad]
+  };
   struct Value {
-    double energy;   // [J]
-    double force;    // derivative of the energy: what the law resists with [N or N m]
-    double tangent;  // derivative of the force
+    double energy = 0;   // [J]
+    double force = 0;    // derivative of the energy: what the law resists with [N or N m]
+    double tangent = 0;  // derivative of the force with respect to x
+    double force_by_stiffness = 0;  // derivative of the force with respect to JointState::stiffness
   };
   virtual ~CoordinateLaw() = default;
-  virtual Value at(double x) const = 0;
+  virtual Value at(const JointState& joint) const = 0;
 };
 
 /// A joint that may move freely between two stops and meets a contact spring beyond them.
@@ -66,7 +72,7 @@ class StopLaw : public CoordinateLaw {
   /// Bounds [m or rad], contact stiffness [N/m or N m/rad]. Throws std::invalid_argument unless
   /// lower < upper and the stiffness is positive.
   StopLaw(double lower, double upper, double stiffness);
-  Value at(double x) const override;
+  Value at(const JointState& joint) const override;
 
  private:
   double lower_, upper_, stiffness_;
@@ -158,6 +164,11 @@ class Chain {
   Eigen::Index index_of(const std::string& coordinate) const;
   /// The springs' stiffness as one size() x size() matrix (zero rows for coordinates without).
   const Eigen::MatrixXd& stiffness() const { return stiffness_; }
+  /// The value of a law at coordinates x with these deflections from rest.
+  CoordinateLaw::Value value_of(Eigen::Index coordinate, const CoordinateLaw& law,
+                                const Eigen::VectorXd& x, const Eigen::VectorXd& deflection) const {
+    return law.at({x[coordinate], deflection[coordinate], stiffness_(coordinate, coordinate)});
+  }
   /// Coordinates that move in equilibrium: all but actuated joints without a spring.
   const std::vector<Eigen::Index>& free_coordinates() const { return free_; }
   /// Coordinates that a posture chooses: actuated and passive.

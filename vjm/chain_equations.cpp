@@ -61,7 +61,7 @@ void ChainEquations::unbalanced(VectorXd& result) const {
   for (const auto& [node, load] : node_loads_)
     add_generalised_force(chain_, kinematics_, at_node(chain_, kinematics_, node, load), force_);
   for (const auto& [coordinate, law] : chain_.laws())
-    force_[coordinate] -= law->at(x_[coordinate]).force;
+    force_[coordinate] -= chain_.value_of(coordinate, *law, x_, deflection_).force;
   result.resize(size());
   for (Index k = 0; k < size(); ++k)
     result[k] = force_[free_[static_cast<std::size_t>(k)]] / (unit_[k] * scale_.stiffness);
@@ -89,14 +89,20 @@ MatrixXd ChainEquations::energy_hessian() const {
 VectorXd ChainEquations::unbalanced_by_log_stiffness(const Spring& spring) const {
   VectorXd force = VectorXd::Zero(chain_.size());
   const Index n = spring.stiffness.rows();
-  force.segment(spring.first, n) = -spring.stiffness * (x_ - rest_).segment(spring.first, n);
+  const VectorXd deflection = x_ - rest_;
+  force.segment(spring.first, n) = -spring.stiffness * deflection.segment(spring.first, n);
+  for (const auto& [coordinate, law] : chain_.laws())
+    if (coordinate >= spring.first && coordinate < spring.first + n)
+      force[coordinate] -= chain_.stiffness()(coordinate, coordinate) *
+                           chain_.value_of(coordinate, *law, x_, deflection).force_by_stiffness;
   return gather_force(force);
 }
 
 double ChainEquations::energy() const {
   const VectorXd deflection = x_ - rest_;
   double energy = 0.5 * deflection.dot(chain_.stiffness() * deflection);
-  for (const auto& [coordinate, law] : chain_.laws()) energy += law->at(x_[coordinate]).energy;
+  for (const auto& [coordinate, law] : chain_.laws())
+    energy += chain_.value_of(coordinate, *law, x_, deflection).energy;
   return energy;
 }
 
@@ -118,10 +124,11 @@ void ChainEquations::add_increment(const VectorXd& scaled, double factor, Vector
 void ChainEquations::linearise(bool factorise) {
   const Index n = size();
   hessian_ = -chain_.stiffness();
+  deflection_ = x_ - rest_;
   for_each_load(
       [this](const PointWrench& load) { add_wrench_hessian(chain_, kinematics_, load, hessian_); });
   for (const auto& [coordinate, law] : chain_.laws())
-    hessian_(coordinate, coordinate) -= law->at(x_[coordinate]).tangent;
+    hessian_(coordinate, coordinate) -= chain_.value_of(coordinate, *law, x_, deflection_).tangent;
   const Vector6 to_scaled = scale_.twist();
   matrix_.setZero(6 + n, 6 + n);
   for (Index l = 0; l < n; ++l) {

@@ -61,6 +61,13 @@ class ChainEquations {
 
   /// Derivative of unbalanced() with respect to the logarithm of one spring's stiffness.
   Eigen::VectorXd unbalanced_by_log_stiffness(const Spring& spring) const;
+  /// Generalised forces on all coordinates, as the balance has them: free ones only, scaled.
+  Eigen::VectorXd gather_force(const Eigen::VectorXd& full) const;
+  /// The state that is set, for derivatives of its generalised forces.
+  Eigen::VectorXd deflection() const { return x_ - rest_; }
+  const Eigen::VectorXd& coordinates() const { return x_; }
+  const ChainKinematics& kinematics() const { return kinematics_; }
+
   /// Elastic energy of springs and laws [J].
   double energy() const;
 
@@ -71,7 +78,6 @@ class ChainEquations {
   Eigen::VectorXd scaled_increment(const Eigen::VectorXd& full) const;
 
  private:
-  Eigen::VectorXd gather_force(const Eigen::VectorXd& full) const;
   template <class Use>
   void for_each_load(const Use& use) const;
   void linearise_origin();

@@ -12,6 +12,7 @@
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/yaml.h"
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/effect_file.h"
 #include "kinetostat/vjm/link_model.h"
 
 namespace kinetostat::vjm {
@@ -385,12 +386,6 @@ std::vector<UncertainStiffness> read_uncertain(const YamlNode& top,
   return result;
 }
 
-void refuse_effects(const YamlNode& top) {
-  const auto effects = top.find("effects");
-  if (effects && !(effects->is_sequence() && effects->items().empty()))
-    effects->fail("this version of kinetostat knows no effects", "Leave 'effects: []'");
-}
-
 }  // namespace
 
 Robot read_robot(const std::filesystem::path& file, const LinkOptions& options) {
@@ -398,7 +393,6 @@ Robot read_robot(const std::filesystem::path& file, const LinkOptions& options) 
   files::check_format_version(top);
   top.allow_only({"kinetostat", "name", "origin", "units", "gravity", "materials", "links",
                   "chain_types", "manipulator", "uncertain", "effects"});
-  refuse_effects(top);
   Parts parts{.units = files::read_units(top.at("units")), .links = {}};
   LinkOptions link_options = options;
   link_options.within.push_back(std::filesystem::weakly_canonical(file));
@@ -418,10 +412,12 @@ Robot read_robot(const std::filesystem::path& file, const LinkOptions& options) 
   try {
     const Manipulator bare(name, std::move(assembly.chains), std::move(assembly.spans),
                            std::move(assembly.inner_bodies));
-    Manipulator manipulator = bare.with_gravity(gravity);
+    const Manipulator plain = bare.with_gravity(gravity);
+    std::vector<Effect> effects = read_effects(top, plain, parts.units);
+    Manipulator manipulator = with_effects(plain, effects);
     std::vector<UncertainStiffness> uncertain = read_uncertain(top, manipulator);
-    return {file,       name,     parts.units, std::move(manipulator), std::move(uncertain),
-            link_files, has_beams};
+    return {file,       name,      parts.units,       std::move(manipulator), std::move(uncertain),
+            link_files, has_beams, std::move(effects)};
   } catch (const std::invalid_argument& error) {
     top.at("manipulator").fail(error.what());
   }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kinetostat/spatial/units.h"
+#include "kinetostat/vjm/effect.h"
 #include "kinetostat/vjm/link_model.h"
 #include "kinetostat/vjm/manipulator.h"
 #include "kinetostat/vjm/sensitivity.h"
@@ -23,10 +24,11 @@ struct Robot {
   std::filesystem::path file;
   std::string name;
   spatial::UnitSystem units;
-  Manipulator manipulator;
+  Manipulator manipulator;  // with the effects
   std::vector<UncertainStiffness> uncertain;
   std::vector<std::filesystem::path> link_files;  // read for this robot, in order of first use
   bool has_beams = false;                         // links that LinkOptions can split further
+  std::vector<Effect> effects = {};               // as in the file
 };
 
 /// Throws files::InputError naming file, line, key, what was expected and the nearest thing that

@@ -1,0 +1,15 @@
+// Effects of a robot file. Internal to this room; the format is in docs/reference/robot-file.md.
+#pragma once
+
+#include "kinetostat/files/yaml.h"
+#include "kinetostat/vjm/effect.h"
+
+namespace kinetostat::vjm {
+
+/// Reads `effects: [{effect: hardening, at: x.rho, k3: {value: 1e12 N/m^3, sd: 1e11 N/m^3}}]` from
+/// the top of a robot file. Every effect has been tried on the manipulator. Throws
+/// files::InputError for unknown kinds, places and keys, and values outside their physical range.
+std::vector<Effect> read_effects(const files::YamlNode& top, const Manipulator& manipulator,
+                                 const spatial::UnitSystem& units);
+
+}  // namespace kinetostat::vjm
