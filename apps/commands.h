@@ -18,6 +18,8 @@ void add_compensate(Program& program);
 void add_measure_check(Program& program);
 void add_simulate(Program& program);
 void add_compare(Program& program);
+void add_effect_list(Program& program);
+void add_effect_show(Program& program);
 void add_demo(Program& program);
 
 }  // namespace kinetostat::apps

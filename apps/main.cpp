@@ -18,6 +18,8 @@ int main(int argc, char** argv) {
   kinetostat::apps::add_measure_check(program);
   kinetostat::apps::add_simulate(program);
   kinetostat::apps::add_compare(program);
+  kinetostat::apps::add_effect_list(program);
+  kinetostat::apps::add_effect_show(program);
   kinetostat::apps::add_demo(program);
   return program.run(argc, argv);
 }
