@@ -147,7 +147,7 @@ INSTANTIATE_TEST_SUITE_P(
     Surface, BrokenLink,
     testing::Values(
         Mistake{"open", link(), stl(without_last(cube())), {"cube.stl", "open"}},
-        Mistake{"flipped", link(), stl(one_flipped(cube())), {"cube.stl", "face the other way"}},
+        Mistake{"flipped", link(), stl(one_flipped(cube())), {"cube.stl", "faces the other way"}},
         Mistake{
             "self_intersecting", link(), stl(both(cube(), cube(5))), {"cube.stl", "facets cross"}},
         Mistake{"doubled_facet", link(), stl(both(cube(), {cube()[0]})), {"cube.stl"}},
