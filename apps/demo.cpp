@@ -39,7 +39,7 @@ files::Json identify_link(const std::string& name, const path& folder, Run& run)
   files::write_vtu(folder / "links" / (name + ".vtu"), fea::displacement_fields(result));
   run.print(
       fmt::format("Link '{}': {} tetrahedra, {} unknowns, {} kg, symmetry defect {:.0e}\n{}\n",
-                  name, result.mesh.element_count(), result.response.unknowns,
+                  name, result.mesh.element_count(), result.response.solver.unknowns,
                   report::number(result.mass.value_or(0)), result.symmetry_defect,
                   report::text(result.compliance, mm_newton)));
   return {{"file", link_file.string()},

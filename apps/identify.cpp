@@ -121,7 +121,7 @@ void print_result(Run& run, const fea::LinkResult& result) {
           : "";
   run.print(fmt::format("mesh: {} tetrahedra of {} nodes{}, {} nodes, {} unknowns\n",
                         result.mesh.element_count(), result.mesh.nodes_per_element(), size,
-                        result.mesh.nodes.size(), result.response.unknowns));
+                        result.mesh.nodes.size(), result.response.solver.unknowns));
   run.print("interfaces:\n");
   for (const fea::CoupledInterface& interface : result.interfaces)
     run.print(interface_line(interface, length, result.unit));

@@ -56,7 +56,8 @@ void assembly(benchmark::State& state) {
   const Cantilever beam(static_cast<int>(state.range(0)));
   const Unknowns unknowns(beam.mesh, beam.root, {});
   kinetostat::files::Progress silent;
-  for (auto _ : state) benchmark::DoNotOptimize(assemble(beam.mesh, steel, unknowns, silent));
+  Team team(2);
+  for (auto _ : state) benchmark::DoNotOptimize(assemble(beam.mesh, {steel}, unknowns, team, silent));
   state.SetItemsProcessed(state.iterations() *
                           static_cast<std::int64_t>(beam.mesh.element_count()));
   state.counters["unknowns"] = 3.0 * unknowns.blocks();
@@ -67,10 +68,11 @@ void factorisation(benchmark::State& state) {
   const Cantilever beam(static_cast<int>(state.range(0)));
   const Unknowns unknowns(beam.mesh, beam.root, {});
   kinetostat::files::Progress silent;
-  const Equations equations = assemble(beam.mesh, steel, unknowns, silent);
+  Team team(2);
+  const BlockMatrix equations = assemble(beam.mesh, {steel}, unknowns, team, silent);
   double operations = 0;
   for (auto _ : state) {
-    const Factorisation factor(equations.stiffness, equations.pattern, 0);
+    const Factorisation factor(equations, 0);
     operations += factor.stats().operations;
     state.counters["ordering_s"] = factor.stats().ordering_seconds;
   }

@@ -10,8 +10,6 @@
 namespace kinetostat::fea {
 namespace {
 
-constexpr const char* phase = "assembly";
-
 // The blocks of unknowns that an element touches, ascending.
 void blocks_of(std::span<const int> element, const Unknowns& unknowns, std::vector<int>& blocks) {
   blocks.clear();
@@ -52,71 +50,40 @@ Groups elements_of_blocks(const TetMesh& mesh, const Unknowns& unknowns) {
   return groups;
 }
 
-BlockPattern find_pattern(const TetMesh& mesh, const Unknowns& unknowns) {
-  const Groups elements = elements_of_blocks(mesh, unknowns);
-  BlockPattern pattern;
-  pattern.start.reserve(static_cast<std::size_t>(unknowns.blocks()) + 1);
-  std::vector<int> seen_by(static_cast<std::size_t>(unknowns.blocks()), -1);
-  std::vector<int> blocks, column;
-  for (int b = 0; b < unknowns.blocks(); ++b) {
-    column.assign(1, b);
-    seen_by[static_cast<std::size_t>(b)] = b;
+// Rows of blocks that one thread works on at a time.
+constexpr int rows_at_once = 4096;
+
+int pieces(int rows) { return (rows + rows_at_once - 1) / rows_at_once; }
+
+// The rows of the pattern from `first` on, at most rows_at_once of them.
+BlockPattern rows_of_pattern(const TetMesh& mesh, const Unknowns& unknowns, const Groups& elements,
+                             int first) {
+  BlockPattern rows;
+  std::vector<int> blocks, row;
+  const int end = std::min(first + rows_at_once, unknowns.blocks());
+  for (int b = first; b < end; ++b) {
+    row.assign(1, b);
     for (int k = elements.start[static_cast<std::size_t>(b)];
          k < elements.start[static_cast<std::size_t>(b) + 1]; ++k) {
       const auto e = static_cast<std::size_t>(elements.item[static_cast<std::size_t>(k)]);
       blocks_of(mesh.element(e), unknowns, blocks);
-      for (const int partner : blocks) {
-        if (partner < b || seen_by[static_cast<std::size_t>(partner)] == b) continue;
-        seen_by[static_cast<std::size_t>(partner)] = b;
-        column.push_back(partner);
-      }
+      row.insert(row.end(), std::upper_bound(blocks.begin(), blocks.end(), b), blocks.end());
     }
-    std::sort(column.begin(), column.end());
-    pattern.partner.insert(pattern.partner.end(), column.begin(), column.end());
-    pattern.start.push_back(static_cast<int>(pattern.partner.size()));
+    std::sort(row.begin(), row.end());
+    row.erase(std::unique(row.begin(), row.end()), row.end());
+    rows.partner.insert(rows.partner.end(), row.begin(), row.end());
+    rows.start.push_back(static_cast<int>(rows.partner.size()));
   }
-  return pattern;
+  return rows;
 }
 
-// Column 3b + a of the matrix: rows a to 2 of the diagonal block, then three rows per partner.
-SymmetricMatrix empty_matrix(const BlockPattern& pattern) {
-  SymmetricMatrix matrix;
-  const std::size_t entries = 9 * pattern.partner.size();
-  if (entries > static_cast<std::size_t>(std::numeric_limits<int>::max()))
-    throw std::length_error("the stiffness matrix has more than 2^31 entries");
-  matrix.row.reserve(entries);
-  for (int b = 0; b < pattern.blocks(); ++b) {
-    const int first = pattern.start[static_cast<std::size_t>(b)];
-    const int last = pattern.start[static_cast<std::size_t>(b) + 1];
-    for (int a = 0; a < 3; ++a) {
-      for (int i = a; i < 3; ++i) matrix.row.push_back(3 * b + i);
-      for (int k = first + 1; k < last; ++k)
-        for (int i = 0; i < 3; ++i)
-          matrix.row.push_back(3 * pattern.partner[static_cast<std::size_t>(k)] + i);
-      matrix.column_start.push_back(static_cast<int>(matrix.row.size()));
-    }
-  }
-  matrix.value.assign(matrix.row.size(), 0.0);
-  return matrix;
-}
-
-void add_block(const BlockPattern& pattern, SymmetricMatrix& matrix, int row_block,
-               int column_block, const Eigen::Ref<const Matrix3>& block) {
-  const auto first =
-      pattern.partner.begin() + pattern.start[static_cast<std::size_t>(column_block)];
-  const auto last =
-      pattern.partner.begin() + pattern.start[static_cast<std::size_t>(column_block) + 1];
-  const auto place = static_cast<int>(std::lower_bound(first, last, row_block) - first);
-  for (int a = 0; a < 3; ++a) {
-    double* column =
-        matrix.value.data() + matrix.column_start[static_cast<std::size_t>(3 * column_block + a)];
-    if (place == 0) {
-      for (int i = a; i < 3; ++i) column[i - a] += block(i, a);
-    } else {
-      double* at = column + (3 - a) + 3 * (place - 1);
-      for (int i = 0; i < 3; ++i) at[i] += block(i, a);
-    }
-  }
+void append(BlockPattern& pattern, const BlockPattern& rows) {
+  const std::size_t before = pattern.partner.size();
+  if (before + rows.partner.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+    throw std::length_error("the stiffness matrix has more than 2^31 blocks");
+  pattern.partner.insert(pattern.partner.end(), rows.partner.begin(), rows.partner.end());
+  for (std::size_t b = 1; b < rows.start.size(); ++b)
+    pattern.start.push_back(rows.start[b] + static_cast<int>(before));
 }
 
 // How the nodes of one element move with its blocks of unknowns: u = motion * unknowns.
@@ -142,11 +109,12 @@ Eigen::MatrixXd motion_of(const TetMesh& mesh, std::span<const int> element,
   return motion;
 }
 
-// Adds element stiffnesses to the global one.
+// Adds element stiffnesses to some rows of the global matrix.
 class Scatter {
  public:
-  Scatter(const TetMesh& mesh, const Unknowns& unknowns, Equations& equations)
-      : mesh_(mesh), unknowns_(unknowns), equations_(equations) {}
+  // Rows of blocks first to end - 1.
+  Scatter(const TetMesh& mesh, const Unknowns& unknowns, int first, int end, BlockMatrix& matrix)
+      : mesh_(mesh), unknowns_(unknowns), first_(first), end_(end), matrix_(matrix) {}
 
   template <int Nodes>
   void add(std::size_t e, const ElementStiffness<Nodes>& stiffness) {
@@ -159,17 +127,26 @@ class Scatter {
       add_directly<Nodes>(element, stiffness);
   }
 
+  void add_block(int row, int column, const Eigen::Ref<const Matrix3>& block) {
+    if (row < first_ || row >= end_) return;
+    const auto begin = matrix_.pattern.partner.begin();
+    const auto at =
+        std::lower_bound(begin + static_cast<std::ptrdiff_t>(matrix_.pattern.begin(row)),
+                         begin + static_cast<std::ptrdiff_t>(matrix_.pattern.end(row)), column);
+    double* value = matrix_.value.data() + 9 * (at - begin);
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) *value++ += block(i, j);
+  }
+
  private:
   template <int Nodes>
   void add_directly(std::span<const int> element, const ElementStiffness<Nodes>& stiffness) {
-    for (int j = 0; j < Nodes; ++j) {
-      const int column = unknowns_.block_of(element[static_cast<std::size_t>(j)]);
-      if (column < 0) continue;
-      for (int i = 0; i < Nodes; ++i) {
-        const int row = unknowns_.block_of(element[static_cast<std::size_t>(i)]);
-        if (row >= column)
-          add_block(equations_.pattern, equations_.stiffness, row, column,
-                    stiffness.template block<3, 3>(3 * i, 3 * j));
+    for (int i = 0; i < Nodes; ++i) {
+      const int row = unknowns_.block_of(element[static_cast<std::size_t>(i)]);
+      if (row < first_ || row >= end_) continue;
+      for (int j = 0; j < Nodes; ++j) {
+        const int column = unknowns_.block_of(element[static_cast<std::size_t>(j)]);
+        if (column >= row) add_block(row, column, stiffness.template block<3, 3>(3 * i, 3 * j));
       }
     }
   }
@@ -179,18 +156,63 @@ class Scatter {
     blocks_of(element, unknowns_, blocks_);
     const Eigen::MatrixXd motion = motion_of(mesh_, element, unknowns_, blocks_);
     const Eigen::MatrixXd reduced = motion.transpose() * stiffness * motion;
-    for (std::size_t j = 0; j < blocks_.size(); ++j)
-      for (std::size_t i = j; i < blocks_.size(); ++i)
-        add_block(equations_.pattern, equations_.stiffness, blocks_[i], blocks_[j],
+    for (std::size_t i = 0; i < blocks_.size(); ++i)
+      for (std::size_t j = i; j < blocks_.size(); ++j)
+        add_block(blocks_[i], blocks_[j],
                   reduced.block<3, 3>(3 * static_cast<Eigen::Index>(i),
                                       3 * static_cast<Eigen::Index>(j)));
   }
 
   const TetMesh& mesh_;
   const Unknowns& unknowns_;
-  Equations& equations_;
+  int first_, end_;
+  BlockMatrix& matrix_;
   std::vector<int> blocks_;
 };
+
+// Elements that touch the given rows, ascending.
+std::vector<int> elements_of_rows(const Groups& elements, int first, int end) {
+  std::vector<int> some(elements.item.begin() + elements.start[static_cast<std::size_t>(first)],
+                        elements.item.begin() + elements.start[static_cast<std::size_t>(end)]);
+  std::sort(some.begin(), some.end());
+  some.erase(std::unique(some.begin(), some.end()), some.end());
+  return some;
+}
+
+void add_rows(const TetMesh& mesh, const std::vector<Material>& materials, const Unknowns& unknowns,
+              const Groups& elements, int first, BlockMatrix& matrix) {
+  const int end = std::min(first + rows_at_once, unknowns.blocks());
+  Scatter scatter(mesh, unknowns, first, end, matrix);
+  for (const int element : elements_of_rows(elements, first, end)) {
+    const auto e = static_cast<std::size_t>(element);
+    const Material& material = materials[mesh.material_of(e)];
+    if (mesh.curved)
+      scatter.add<10>(e, stiffness_curved_tet10(mesh.all_nodes(e), material));
+    else if (mesh.order == 2)
+      scatter.add<10>(e, stiffness_tet10(mesh.corners(e), material));
+    else
+      scatter.add<4>(e, stiffness_tet4(mesh.corners(e), material));
+  }
+  for (const GroundSpring& spring : unknowns.springs()) {
+    const int block = unknowns.block_of(spring.node);
+    scatter.add_block(block, block, spring.stiffness);
+  }
+}
+
+BlockPattern find_pattern(const TetMesh& mesh, const Unknowns& unknowns, const Groups& elements,
+                          Team& team) {
+  std::vector<BlockPattern> rows(static_cast<std::size_t>(pieces(unknowns.blocks())));
+  team.for_each(pieces(unknowns.blocks()), [&](int piece) {
+    rows[static_cast<std::size_t>(piece)] =
+        rows_of_pattern(mesh, unknowns, elements, piece * rows_at_once);
+  });
+  std::size_t partners = 0;
+  for (const BlockPattern& some : rows) partners += some.partner.size();
+  BlockPattern pattern;
+  pattern.partner.reserve(partners);
+  for (BlockPattern& some : rows) append(pattern, std::exchange(some, {}));
+  return pattern;
+}
 
 }  // namespace
 
@@ -205,8 +227,9 @@ Unknowns::Unknowns(const TetMesh& mesh, const std::vector<int>& fixed_nodes,
         throw std::invalid_argument(fmt::format("node {} belongs to two interfaces", node));
       master = static_cast<int>(b);
     }
-  for (std::size_t n = 0; n < master_.size(); ++n)
-    if (master_[n] == free) block_[n] = node_blocks_++;
+  for (const int node : along_curve(mesh.nodes))
+    if (const auto n = static_cast<std::size_t>(node); master_[n] == free)
+      block_[n] = node_blocks_++;
 }
 
 Eigen::Matrix3Xd Unknowns::displacements(const TetMesh& mesh, const Eigen::VectorXd& values) const {
@@ -226,29 +249,23 @@ Eigen::Matrix3Xd Unknowns::displacements(const TetMesh& mesh, const Eigen::Vecto
   return u;
 }
 
-Equations assemble(const TetMesh& mesh, const std::vector<Material>& materials,
-                   const Unknowns& unknowns, files::Progress& progress) {
-  progress.report(phase, 0);
-  Equations equations;
-  equations.pattern = find_pattern(mesh, unknowns);
-  equations.stiffness = empty_matrix(equations.pattern);
-  Scatter scatter(mesh, unknowns, equations);
-  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
-    if (e % 8192 == 0)
-      progress.report(phase, static_cast<double>(e) / static_cast<double>(mesh.element_count()));
-    const Material& material = materials[mesh.material_of(e)];
-    if (mesh.curved)
-      scatter.add<10>(e, stiffness_curved_tet10(mesh.all_nodes(e), material));
-    else if (mesh.order == 2)
-      scatter.add<10>(e, stiffness_tet10(mesh.corners(e), material));
-    else
-      scatter.add<4>(e, stiffness_tet4(mesh.corners(e), material));
-  }
-  for (const GroundSpring& spring : unknowns.springs()) {
-    const int block = unknowns.block_of(spring.node);
-    add_block(equations.pattern, equations.stiffness, block, block, spring.stiffness);
-  }
-  return equations;
+BlockPattern find_pattern(const TetMesh& mesh, const Unknowns& unknowns, Team& team) {
+  return find_pattern(mesh, unknowns, elements_of_blocks(mesh, unknowns), team);
+}
+
+BlockMatrix assemble(const TetMesh& mesh, const std::vector<Material>& materials,
+                     const Unknowns& unknowns, Team& team, files::Progress& progress) {
+  progress.report("assembly", 0);
+  const Groups elements = elements_of_blocks(mesh, unknowns);
+  BlockMatrix matrix{.pattern = find_pattern(mesh, unknowns, elements, team)};
+  progress.report("assembly", 0.3);
+  matrix.value.assign(9 * matrix.pattern.partner.size(), 0.0);
+  team.for_each(pieces(unknowns.blocks()), [&](int piece) {
+    if (!progress.cancelled())
+      add_rows(mesh, materials, unknowns, elements, piece * rows_at_once, matrix);
+  });
+  progress.report("assembly", 1);
+  return matrix;
 }
 
 }  // namespace kinetostat::fea

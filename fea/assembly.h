@@ -5,9 +5,10 @@
 #include <utility>
 #include <vector>
 
+#include "kinetostat/fea/block_matrix.h"
 #include "kinetostat/fea/elasticity.h"
 #include "kinetostat/fea/reference_body.h"
-#include "kinetostat/fea/symmetric_matrix.h"
+#include "kinetostat/fea/team.h"
 #include "kinetostat/fea/tet_mesh.h"
 #include "kinetostat/files/progress.h"
 
@@ -20,7 +21,8 @@ struct GroundSpring {
 };
 
 /// What moves freely. Unknowns come in blocks of three: first the displacements of the free nodes
-/// in the order of the mesh, then the translation and the rotation of each reference body.
+/// along a space-filling curve, so that neighbours are near in memory, then the translation and the
+/// rotation of each reference body.
 class Unknowns {
  public:
   /// Throws std::invalid_argument when a node has two masters, or is fixed and has one.
@@ -54,20 +56,13 @@ class Unknowns {
   int node_blocks_ = 0;
 };
 
-struct Equations {
-  BlockPattern pattern;
-  SymmetricMatrix stiffness;
-};
+/// Assembles the stiffness of the free motions, T' K T with T the rigid motions. `materials` are
+/// those that the elements name by number. Every entry is summed in the order of the elements, so
+/// the number of threads changes no digit.
+BlockMatrix assemble(const TetMesh& mesh, const std::vector<Material>& materials,
+                     const Unknowns& unknowns, Team& team, files::Progress& progress);
 
-/// Assembles the stiffness of the free motions, T' K T with T the rigid motions. Two passes: first
-/// the pattern, then the values; the order of summation is that of the elements. `materials` are
-/// those that the elements name by number.
-Equations assemble(const TetMesh& mesh, const std::vector<Material>& materials,
-                   const Unknowns& unknowns, files::Progress& progress);
-/// The same for one material.
-inline Equations assemble(const TetMesh& mesh, const Material& material, const Unknowns& unknowns,
-                          files::Progress& progress) {
-  return assemble(mesh, std::vector<Material>{material}, unknowns, progress);
-}
+/// The links between the unknowns alone, without values.
+BlockPattern find_pattern(const TetMesh& mesh, const Unknowns& unknowns, Team& team);
 
 }  // namespace kinetostat::fea

@@ -1,6 +1,7 @@
 #include "kinetostat/fea/factorisation.h"
 
 #include <chrono>
+#include <limits>
 #include <metis.h>
 #include <new>
 #include <suitesparse/cholmod.h>
@@ -66,22 +67,55 @@ std::vector<int> elimination_order(const BlockPattern& pattern, int bodies) {
   return unknowns;
 }
 
-// CHOLMOD's view of memory that belongs to someone else. It does not write to it.
-cholmod_sparse view(const SymmetricMatrix& matrix) {
-  cholmod_sparse a{};
-  a.nrow = a.ncol = static_cast<std::size_t>(matrix.size());
-  a.nzmax = matrix.entries();
-  a.p = const_cast<int*>(matrix.column_start.data());
-  a.i = const_cast<int*>(matrix.row.data());
-  a.x = const_cast<double*>(matrix.value.data());
-  a.stype = -1;  // the lower triangle
-  a.itype = CHOLMOD_INT;
-  a.xtype = CHOLMOD_REAL;
-  a.dtype = CHOLMOD_DOUBLE;
-  a.sorted = 1;
-  a.packed = 1;
-  return a;
-}
+// The lower triangle by columns, as CHOLMOD wants it: column 3b + a has the rows a to 2 of the
+// diagonal block, then three rows per partner.
+class LowerTriangle {
+ public:
+  explicit LowerTriangle(const BlockMatrix& matrix) : LowerTriangle(matrix.pattern) {
+    value_.reserve(row_.size());
+    for (int b = 0; b < matrix.pattern.blocks(); ++b)
+      for (int a = 0; a < 3; ++a)
+        for (std::size_t k = matrix.pattern.begin(b); k < matrix.pattern.end(b); ++k)
+          for (int i = matrix.pattern.partner[k] == b ? a : 0; i < 3; ++i)
+            value_.push_back(matrix.block(k)(a, i));
+  }
+  // Without values.
+  explicit LowerTriangle(const BlockPattern& pattern) {
+    const std::size_t entries = 9 * pattern.partner.size();
+    if (entries > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+      throw std::length_error("the stiffness matrix has more than 2^31 entries");
+    row_.reserve(entries);
+    column_start_.reserve(3 * static_cast<std::size_t>(pattern.blocks()) + 1);
+    for (int b = 0; b < pattern.blocks(); ++b)
+      for (int a = 0; a < 3; ++a) {
+        for (std::size_t k = pattern.begin(b); k < pattern.end(b); ++k)
+          for (int i = pattern.partner[k] == b ? a : 0; i < 3; ++i)
+            row_.push_back(3 * pattern.partner[k] + i);
+        column_start_.push_back(static_cast<int>(row_.size()));
+      }
+  }
+
+  // CHOLMOD does not write to it.
+  cholmod_sparse view() const {
+    cholmod_sparse a{};
+    a.nrow = a.ncol = column_start_.size() - 1;
+    a.nzmax = row_.size();
+    a.p = const_cast<int*>(column_start_.data());
+    a.i = const_cast<int*>(row_.data());
+    a.x = const_cast<double*>(value_.data());
+    a.stype = -1;  // the lower triangle
+    a.itype = CHOLMOD_INT;
+    a.xtype = value_.empty() ? CHOLMOD_PATTERN : CHOLMOD_REAL;
+    a.dtype = CHOLMOD_DOUBLE;
+    a.sorted = 1;
+    a.packed = 1;
+    return a;
+  }
+
+ private:
+  std::vector<int> column_start_ = {0}, row_;
+  std::vector<double> value_;
+};
 
 cholmod_dense view(const Eigen::MatrixXd& matrix) {
   cholmod_dense b{};
@@ -125,21 +159,36 @@ struct Factorisation::Impl {
   }
 };
 
-Factorisation::Factorisation(const SymmetricMatrix& stiffness, const BlockPattern& pattern,
-                             int bodies)
+Factorisation::Factorisation(const BlockPattern& pattern, int bodies)
     : impl_(std::make_unique<Impl>()) {
-  const OneBlasThread same_digits_everywhere;
   cholmod_common& common = impl_->common;
-  cholmod_sparse a = view(stiffness);
-  auto start = std::chrono::steady_clock::now();
+  const auto start = std::chrono::steady_clock::now();
   std::vector<int> order = elimination_order(pattern, bodies);
+  const LowerTriangle triangle(pattern);
+  cholmod_sparse a = triangle.view();
   impl_->factor = cholmod_analyze_p(&a, order.data(), nullptr, 0, &common);
   impl_->check("the analysis");
-  impl_->stats.ordering_seconds = seconds_since(start);
-  impl_->stats.entries = common.lnz;
-  impl_->stats.operations = common.fl;
+  FactorisationStats& stats = impl_->stats;
+  stats.ordering_seconds = seconds_since(start);
+  stats.entries = common.lnz;
+  stats.operations = common.fl;
+  // The factor, its largest update, its row numbers; and the matrix twice, here and permuted.
+  const auto entries = static_cast<double>(a.nzmax);
+  stats.bytes = 8.0 * static_cast<double>(impl_->factor->xsize + impl_->factor->maxcsize) +
+                4.0 * static_cast<double>(impl_->factor->ssize) + 2 * 12 * entries;
+}
 
-  start = std::chrono::steady_clock::now();
+Factorisation::Factorisation(const BlockMatrix& stiffness, int bodies)
+    : Factorisation(stiffness.pattern, bodies) {
+  factorise(stiffness);
+}
+
+void Factorisation::factorise(const BlockMatrix& stiffness) {
+  const OneBlasThread same_digits_everywhere;
+  cholmod_common& common = impl_->common;
+  const auto start = std::chrono::steady_clock::now();
+  const LowerTriangle triangle(stiffness);
+  cholmod_sparse a = triangle.view();
   cholmod_factorize(&a, impl_->factor, &common);
   impl_->check("the factorisation");
   impl_->stats.factor_seconds = seconds_since(start);

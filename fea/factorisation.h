@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include "kinetostat/fea/symmetric_matrix.h"
+#include "kinetostat/fea/block_matrix.h"
 
 namespace kinetostat::fea {
 
@@ -20,6 +20,7 @@ class SingularStiffness : public std::runtime_error {
 struct FactorisationStats {
   double entries = 0;  // of the factor
   double operations = 0;
+  double bytes = 0;                 // of all that the factorisation holds while it works
   double reciprocal_condition = 0;  // estimate from the factor's diagonal
   double ordering_seconds = 0, factor_seconds = 0;
 };
@@ -28,13 +29,18 @@ struct FactorisationStats {
 class Factorisation {
  public:
   /// Orders the blocks by nested dissection (METIS), the last `bodies` pairs of them last, because
-  /// they are linked to a whole interface. Throws SingularStiffness, and std::bad_alloc when the
-  /// factor does not fit in memory.
-  Factorisation(const SymmetricMatrix& stiffness, const BlockPattern& pattern, int bodies);
+  /// they are linked to a whole interface, and predicts what stats() says of the factor. Throws
+  /// std::bad_alloc.
+  Factorisation(const BlockPattern& pattern, int bodies);
+  /// The same and factorise().
+  Factorisation(const BlockMatrix& stiffness, int bodies);
   ~Factorisation();
   Factorisation(const Factorisation&) = delete;
   Factorisation& operator=(const Factorisation&) = delete;
 
+  /// Requires the pattern that was analysed. Throws SingularStiffness, and std::bad_alloc when the
+  /// factor does not fit in memory.
+  void factorise(const BlockMatrix& stiffness);
   Eigen::MatrixXd solve(const Eigen::MatrixXd& right_hand_sides) const;
   const FactorisationStats& stats() const;
 

@@ -1,7 +1,6 @@
 #include "kinetostat/fea/link_response.h"
 
 #include <algorithm>
-#include <chrono>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -12,10 +11,6 @@
 
 namespace kinetostat::fea {
 namespace {
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 // Motion [translation; rotation] at `to` of a body that has the motion q at `from`: shift * q.
 Matrix6 shift(const Vector3& from, const Vector3& to) {
@@ -169,16 +164,11 @@ LinkResponse respond(const TetMesh& mesh, const std::vector<Material>& materials
                      const std::vector<CoupledInterface>& interfaces, const SolverOptions& options,
                      files::Progress& progress) {
   if (interfaces.size() < 2) throw std::invalid_argument("respond: two interfaces at least");
-  auto start = std::chrono::steady_clock::now();
   const Solid solid = with_stiff_bodies(mesh, materials, interfaces);
   const Couplings couplings(solid.mesh, solid.materials, interfaces);
-  const Equations equations = assemble(solid.mesh, solid.materials, couplings.unknowns(), progress);
+  const Solution solution = solve(solid.mesh, solid.materials, couplings.unknowns(),
+                                  couplings.loads(), options, progress);
   LinkResponse response;
-  response.unknowns = static_cast<std::size_t>(equations.stiffness.size());
-  response.assembly_seconds = seconds_since(start);
-  start = std::chrono::steady_clock::now();
-  const Solution solution =
-      solve(solid.mesh, equations, couplings.unknowns(), couplings.loads(), options, progress);
   response.solver = solution.stats;
   const Eigen::Index cases = solution.x.cols();
   response.flexibility.resize(cases, cases);
@@ -194,7 +184,6 @@ LinkResponse respond(const TetMesh& mesh, const std::vector<Material>& materials
                    [](double a, double b) { return std::max(a, b); });
     response.fields.push_back(motions.nodes.leftCols(static_cast<Eigen::Index>(mesh.nodes.size())));
   }
-  response.solve_seconds = seconds_since(start);
   return response;
 }
 

@@ -23,9 +23,7 @@ struct LinkResponse {
   /// most; the largest of all load cases. 0 where the coupling is rigid.
   std::vector<double> fit_residuals;
 
-  std::size_t unknowns = 0;  // those of bodies included
   SolverStats solver;
-  double assembly_seconds = 0, solve_seconds = 0;
 
   /// Of the first loaded interface.
   Matrix6 compliance() const { return flexibility.topLeftCorner<6, 6>(); }

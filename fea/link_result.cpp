@@ -108,7 +108,7 @@ Json mesh_json(const LinkResult& result) {
           {"size", result.element_size > 0 ? Json(result.element_size) : Json()},
           {"elements", result.mesh.element_count()},
           {"nodes", result.mesh.nodes.size()},
-          {"unknowns", result.response.unknowns},
+          {"unknowns", result.response.solver.unknowns},
           {"volume", result.geometry.volume},
           {"surface_volume", result.surface_volume},
           {"surface_facets", result.facets},
@@ -127,8 +127,8 @@ Json timings_json(const LinkResult& result) {
   for (const auto& [phase, seconds] : result.timings) json[phase] = seconds;
   json["ordering"] = result.response.solver.factor.ordering_seconds;
   json["factorisation"] = result.response.solver.factor.factor_seconds;
-  json["assembly"] = result.response.assembly_seconds;
-  json["solution"] = result.response.solve_seconds;
+  json["assembly"] = result.response.solver.assembly_seconds;
+  json["solution"] = result.response.solver.solve_seconds;
   json["blas"] = result.blas.name;
   json["blas_threads"] = result.blas.threads;
   return json;
@@ -157,7 +157,7 @@ Json to_json(const LinkResult& result) {
     json["interfaces"][result.interfaces[i].name] =
         interface_json(result.interfaces[i], result.response.fit_residuals[i]);
   json["mesh"] = mesh_json(result);
-  json["solver"] = {{"method", result.response.solver.method},
+  json["solver"] = {{"method", name(result.response.solver.method)},
                     {"factor_entries", result.response.solver.factor.entries},
                     {"reciprocal_condition", result.response.solver.factor.reciprocal_condition},
                     {"iterations", result.response.solver.iterations}};

@@ -1,12 +1,32 @@
 #include "kinetostat/fea/solver.h"
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <functional>
 #include <limits>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "kinetostat/fea/memory.h"
+#include "kinetostat/fea/p_multigrid.h"
 
 namespace kinetostat::fea {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// Below, the factorisation takes a second at most and has no tolerance.
+constexpr int small_model = 8000;  // blocks of three unknowns
+
+// For forecasts of time: floating-point operations of a factorisation per second; unknowns that
+// multigrid solves per second and thread for a batch of loads.
+constexpr double factorisation_rate = 20e9, multigrid_rate = 1e5;
 
 constexpr int most_refinement_steps = 4;
 
@@ -17,7 +37,7 @@ double change(const Eigen::MatrixXd& correction, const Eigen::MatrixXd& solution
 }
 
 // Each step multiplies the error by about the same factor, which the last two corrections show.
-int refine(const SymmetricMatrix& stiffness, const Factorisation& factorisation,
+int refine(const BlockMatrix& stiffness, const Factorisation& factorisation,
            const Eigen::MatrixXd& loads, Eigen::MatrixXd& x) {
   int steps = 0;
   double last = 1, expected = 1;
@@ -33,28 +53,190 @@ int refine(const SymmetricMatrix& stiffness, const Factorisation& factorisation,
   return steps;
 }
 
-Solution solve_directly(const Equations& equations, const Unknowns& unknowns,
-                        const Eigen::MatrixXd& loads, files::Progress& progress) {
-  progress.report("factorisation", 0);
-  const Factorisation factorisation(equations.stiffness, equations.pattern,
-                                    static_cast<int>(unknowns.bodies().size()));
-  progress.report("solution", 0);
-  Solution solution{.x = factorisation.solve(loads), .stats = {}};
-  solution.stats.method = "supernodal Cholesky, nested dissection";
-  solution.stats.factor = factorisation.stats();
-  solution.stats.iterations = refine(equations.stiffness, factorisation, loads, solution.x);
-  return solution;
+// What multigrid holds beside the process as it is and the coarse level's factors [bytes].
+double multigrid_bytes(const BlockMatrix& stiffness, const LaneProduct& product,
+                       Eigen::Index columns) {
+  constexpr double lane_vectors = 8;
+  const auto unknowns = static_cast<double>(stiffness.size());
+  return lane_vectors * sizeof(Lanes) * unknowns + static_cast<double>(product.bytes()) +
+         8.0 * 3 * unknowns + 8.0 * static_cast<double>(columns) * unknowns;
 }
+
+// One model, one method after another.
+class Task {
+ public:
+  Task(const TetMesh& mesh, const std::vector<Material>& materials, const Unknowns& unknowns,
+       const Eigen::MatrixXd& loads, const SolverOptions& options, files::Progress& progress)
+      : mesh_(mesh),
+        materials_(materials),
+        unknowns_(unknowns),
+        loads_(loads),
+        options_(options),
+        progress_(progress),
+        team_(std::max(options.threads, 1)),
+        limit_(options.memory > 0 ? options.memory : memory_share()) {
+    stats_.unknowns = 3 * static_cast<std::size_t>(unknowns.blocks());
+  }
+
+  Solution run() {
+    const bool first_order = mesh_.order == 1, small = unknowns_.blocks() <= small_model;
+    const bool asked = options_.method != SolverMethod::automatic;
+    std::optional<Eigen::MatrixXd> x;
+    if (options_.method == SolverMethod::direct || (!asked && small)) {
+      stats_.reason = asked ? "as asked for" : "small model";
+    } else if (first_order) {
+      stats_.reason = "elements of first order have no coarser ones";
+    } else {
+      stats_.reason = asked ? "as asked for" : "faster and smaller than the factors of the matrix";
+      x = try_multigrid();
+    }
+    if (!x) x = solve_directly();
+    stats_.peak_bytes = peak_memory();
+    return {std::move(*x), std::move(stats_)};
+  }
+
+ private:
+  const BlockMatrix& stiffness() {
+    if (!stiffness_) {
+      const auto start = Clock::now();
+      stiffness_ = assemble(mesh_, materials_, unknowns_, team_, progress_);
+      stats_.assembly_seconds = seconds_since(start);
+    }
+    return *stiffness_;
+  }
+
+  void require(SolverMethod method, double bytes) const {
+    if (bytes > limit_) throw MemoryLimit(method, bytes, limit_);
+  }
+
+  Eigen::MatrixXd solve_directly() {
+    stats_.method = SolverMethod::direct;
+    stiffness();
+    auto start = Clock::now();
+    progress_.report("ordering", 0);
+    Factorisation factorisation(stiffness().pattern, bodies());
+    stats_.direct = {.bytes = resident_memory() + factorisation.stats().bytes,
+                     .seconds = factorisation.stats().operations / factorisation_rate};
+    require(SolverMethod::direct, stats_.direct.bytes);
+    progress_.report("factorisation", 0);
+    factorisation.factorise(stiffness());
+    stats_.factor = factorisation.stats();
+    stats_.setup_seconds += seconds_since(start);
+    progress_.report("solution", 0);
+    start = Clock::now();
+    Eigen::MatrixXd x = factorisation.solve(loads_);
+    stats_.iterations = refine(stiffness(), factorisation, loads_, x);
+    stats_.solve_seconds += seconds_since(start);
+    return x;
+  }
+
+  // Nothing when the direct method has to follow; the reason says why.
+  std::optional<Eigen::MatrixXd> try_multigrid() {
+    stats_.method = SolverMethod::multigrid;
+    const auto start = Clock::now();
+    CoarseLevel coarse(mesh_, materials_, unknowns_, team_, progress_);
+    stats_.coarse_unknowns = coarse.unknowns();
+    forecast_direct(coarse.stats());
+    const double before = seconds_since(start);
+    stiffness();
+    const auto setup = Clock::now();
+    LaneProduct product(stiffness(), team_);
+    stats_.multigrid = {.bytes = resident_memory() + coarse.stats().bytes +
+                                 multigrid_bytes(stiffness(), product, loads_.cols()),
+                        .seconds = static_cast<double>(stats_.unknowns) *
+                                       static_cast<double>(batches()) /
+                                       (multigrid_rate * team_.threads()) +
+                                   coarse.stats().operations / factorisation_rate};
+    require(SolverMethod::multigrid, stats_.multigrid.bytes);
+    try {
+      progress_.report("coarse factorisation", 0);
+      coarse.factorise();
+      PMultigrid multigrid(product, coarse, columns(), progress_);
+      stats_.factor = coarse.stats();
+      stats_.setup_seconds = before + seconds_since(setup);
+      return iterate(product, multigrid);
+    } catch (const SingularStiffness&) {
+      stats_.reason = "the corners alone are not supported";
+    }
+    return {};
+  }
+
+  std::optional<Eigen::MatrixXd> iterate(LaneProduct& product, PMultigrid& multigrid) {
+    const auto start = Clock::now();
+    Eigen::MatrixXd x(loads_.rows(), loads_.cols());
+    for (Eigen::Index first = 0; first < loads_.cols(); first += columns()) {
+      const Eigen::Index count = std::min<Eigen::Index>(columns(), loads_.cols() - first);
+      LaneVector b = to_lanes(loads_.middleCols(first, count));
+      const ConjugateGradientResult result = conjugate_gradients(
+          product, b, std::ref(multigrid), {.tolerance = options_.tolerance}, progress_);
+      stats_.iterations = std::max(stats_.iterations, result.iterations);
+      stats_.residual = std::max(stats_.residual, result.residual);
+      if (!result.converged) {
+        stats_.reason = fmt::format(
+            "multigrid reached {:.1e} of {:.0e} in {} iterations: badly shaped elements or a "
+            "Poisson's ratio near 0.5",
+            result.residual, options_.tolerance, result.iterations);
+        return {};
+      }
+      from_lanes(result.x, x.middleCols(first, count));
+    }
+    stats_.solve_seconds = seconds_since(start);
+    return x;
+  }
+
+  // The factors of the corners' matrix say how those of the whole would grow: in a solid the
+  // entries go with the power 4/3 of the unknowns and the operations with their square (George's
+  // nested dissection), and its rows are about as full.
+  void forecast_direct(const FactorisationStats& corners) {
+    const double ratio = static_cast<double>(stats_.unknowns) /
+                         static_cast<double>(std::max<std::size_t>(stats_.coarse_unknowns, 1));
+    stats_.direct = {.bytes = resident_memory() + std::pow(ratio, 4.0 / 3) * corners.bytes,
+                     .seconds = ratio * ratio * corners.operations / factorisation_rate};
+  }
+
+  int bodies() const { return static_cast<int>(unknowns_.bodies().size()); }
+  Eigen::Index batches() const { return (loads_.cols() + lane_count - 1) / lane_count; }
+  // Of a batch: even shares.
+  int columns() const {
+    return static_cast<int>((loads_.cols() + batches() - 1) / std::max<Eigen::Index>(batches(), 1));
+  }
+
+  const TetMesh& mesh_;
+  const std::vector<Material>& materials_;
+  const Unknowns& unknowns_;
+  const Eigen::MatrixXd& loads_;
+  const SolverOptions& options_;
+  files::Progress& progress_;
+  Team team_;
+  double limit_;
+  std::optional<BlockMatrix> stiffness_;
+  SolverStats stats_;
+};
+
+double gibibytes(double bytes) { return bytes / (1 << 30); }
 
 }  // namespace
 
-Solution solve(const TetMesh& /*mesh*/, const Equations& equations, const Unknowns& unknowns,
-               const Eigen::MatrixXd& loads, const SolverOptions& /*options*/,
+const char* name(SolverMethod method) {
+  switch (method) {
+    case SolverMethod::direct:
+      return "direct";
+    case SolverMethod::multigrid:
+      return "multigrid";
+    default:
+      return "automatic";
+  }
+}
+
+MemoryLimit::MemoryLimit(SolverMethod method, double needed, double limit)
+    : std::runtime_error(
+          fmt::format("the {} solver needs {:.3g} GiB of memory, and {:.3g} GiB are allowed",
+                      name(method), gibibytes(needed), gibibytes(limit))) {}
+
+Solution solve(const TetMesh& mesh, const std::vector<Material>& materials,
+               const Unknowns& unknowns, const Eigen::MatrixXd& loads, const SolverOptions& options,
                files::Progress& progress) {
-  const auto start = Clock::now();
-  Solution solution = solve_directly(equations, unknowns, loads, progress);
-  solution.stats.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-  return solution;
+  return Task(mesh, materials, unknowns, loads, options, progress).run();
 }
 
 }  // namespace kinetostat::fea

@@ -1,7 +1,9 @@
-// K u = f for several loads at once: the choice of the method, and what it cost.
+// K u = f for several loads at once: the choice of the method, and what it costs.
 #pragma once
 
+#include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -11,17 +13,44 @@
 
 namespace kinetostat::fea {
 
+enum class SolverMethod {
+  automatic,  // direct for small models and elements of first order, else multigrid
+  direct,     // Cholesky factors of the whole matrix
+  multigrid,  // conjugate gradients, preconditioned by two-level p-multigrid
+};
+
+/// "automatic", "direct", "multigrid".
+const char* name(SolverMethod method);
+
 struct SolverOptions {
-  enum class Method { automatic, direct };
-  Method method = Method::automatic;
-  int threads = 1;
+  SolverMethod method = SolverMethod::automatic;
+  int threads = 1;          // at least 1; no digit of the result depends on it
+  double tolerance = 1e-9;  // of multigrid: energy of the error, its root beside the solution's
+  double memory = 0;        // [bytes] that the process may have; 0: its share of what is free
+};
+
+/// More memory is needed than the process may have.
+class MemoryLimit : public std::runtime_error {
+ public:
+  MemoryLimit(SolverMethod method, double needed, double limit);
+};
+
+/// What a method will cost, as far as that is known before.
+struct SolverForecast {
+  double bytes = 0;    // peak of the process
+  double seconds = 0;  // rough: for a processor of 2020, on the threads that it uses
 };
 
 struct SolverStats {
-  std::string method;         // in words
-  FactorisationStats factor;  // of the stiffness matrix
-  int iterations = 0;         // steps of iterative refinement
-  double seconds = 0;         // wall clock, all of it
+  SolverMethod method = SolverMethod::direct;  // the one that was used
+  std::string reason;                          // why this one, in words
+  SolverForecast direct, multigrid;            // zero where the method was not considered
+  FactorisationStats factor;                   // of the stiffness matrix, or of the coarse level's
+  std::size_t unknowns = 0, coarse_unknowns = 0;
+  int iterations = 0;   // of conjugate gradients, or of iterative refinement
+  double residual = 0;  // reached by conjugate gradients, as SolverOptions::tolerance
+  double assembly_seconds = 0, setup_seconds = 0, solve_seconds = 0;  // wall clock
+  double peak_bytes = 0;  // of the process, since it began
 };
 
 struct Solution {
@@ -31,10 +60,11 @@ struct Solution {
 
 /// Solves for all columns of `loads` (forces [N] and moments [N m] on the unknowns). The unknowns
 /// of bodies are unknowns like all others: condensing them out first would subtract large numbers
-/// from one another. Iterative refinement removes the rounding of the factorisation, which grows
-/// with the slenderness. Throws SingularStiffness, std::bad_alloc, Cancelled.
-Solution solve(const TetMesh& mesh, const Equations& equations, const Unknowns& unknowns,
-               const Eigen::MatrixXd& loads, const SolverOptions& options,
+/// from one another. When multigrid does not converge, or not down to the rounding, the direct
+/// method follows, and the reason is in the stats. Throws SingularStiffness, MemoryLimit,
+/// std::bad_alloc, Cancelled.
+Solution solve(const TetMesh& mesh, const std::vector<Material>& materials,
+               const Unknowns& unknowns, const Eigen::MatrixXd& loads, const SolverOptions& options,
                files::Progress& progress);
 
 }  // namespace kinetostat::fea

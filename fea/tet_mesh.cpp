@@ -139,6 +139,10 @@ std::array<Vector3, 10> TetMesh::all_nodes(std::size_t e) const {
   return points;
 }
 
+std::vector<int> along_curve(const std::vector<Vector3>& points) {
+  return ascending(curve_places(points));
+}
+
 TetMesh with_mid_nodes(const TetMesh& linear) {
   if (linear.order != 1) throw std::invalid_argument("with_mid_nodes: the mesh has them already");
   const std::vector<std::uint64_t> edges = unique_edges(linear);
@@ -170,7 +174,7 @@ TetMesh with_mid_nodes(const TetMesh& linear) {
 
 TetMesh reordered(const TetMesh& linear) {
   if (linear.order != 1) throw std::invalid_argument("reordered: order 1 is required");
-  const std::vector<int> node_order = ascending(curve_places(linear.nodes));
+  const std::vector<int> node_order = along_curve(linear.nodes);
   std::vector<int> new_number(node_order.size());
   TetMesh mesh;
   mesh.nodes.reserve(linear.nodes.size());

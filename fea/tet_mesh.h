@@ -54,6 +54,9 @@ TetMesh with_mid_nodes(const TetMesh& linear);
 /// Requires order 1.
 TetMesh reordered(const TetMesh& linear);
 
+/// The numbers of the points in the order in which a space-filling curve passes them.
+std::vector<int> along_curve(const std::vector<Vector3>& points);
+
 /// Signed volume of a tetrahedron [m^3].
 double volume(const std::array<Vector3, 4>& corners);
 

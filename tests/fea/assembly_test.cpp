@@ -12,15 +12,9 @@ namespace {
 
 const Material steel(210e9, 0.3);
 
-Eigen::MatrixXd dense(const SymmetricMatrix& matrix) {
-  Eigen::MatrixXd full = Eigen::MatrixXd::Zero(matrix.size(), matrix.size());
-  for (Eigen::Index j = 0; j < matrix.size(); ++j)
-    for (int k = matrix.column_start[static_cast<std::size_t>(j)];
-         k < matrix.column_start[static_cast<std::size_t>(j) + 1]; ++k) {
-      full(matrix.row[static_cast<std::size_t>(k)], j) = matrix.value[static_cast<std::size_t>(k)];
-      full(j, matrix.row[static_cast<std::size_t>(k)]) = matrix.value[static_cast<std::size_t>(k)];
-    }
-  return full;
+Eigen::MatrixXd dense(const BlockMatrix& matrix) {
+  return -matrix.residual(Eigen::MatrixXd::Zero(matrix.size(), matrix.size()),
+                          Eigen::MatrixXd::Identity(matrix.size(), matrix.size()));
 }
 
 // The sum of all elements, entry by entry.
@@ -49,25 +43,27 @@ Eigen::MatrixXd motions(const TetMesh& mesh, const Unknowns& unknowns) {
 
 TEST(Assembly, IsTheElementsSumSeenThroughTheFreeMotions) {
   files::Progress silent;
+  Team team(2);
   const TetMesh mesh = with_mid_nodes(box_mesh({0.2, 0.1, 0.1}, 2, 1, 1));
   const Unknowns unknowns(mesh, interface_on(mesh, 1).nodes,
                           {{Vector3(0.3, 0, 0.1), interface_on(mesh, 2).nodes}});
   const Eigen::MatrixXd t = motions(mesh, unknowns);
   const Eigen::MatrixXd expected = t.transpose() * summed(mesh) * t;
-  const Eigen::MatrixXd k = dense(assemble(mesh, steel, unknowns, silent).stiffness);
+  const Eigen::MatrixXd k = dense(assemble(mesh, {steel}, unknowns, team, silent));
   EXPECT_LT((k - expected).cwiseAbs().maxCoeff(), 1e-14 * expected.cwiseAbs().maxCoeff());
 }
 
 TEST(Assembly, SixRigidMotionsStoreNoEnergy) {
   files::Progress silent;
+  Team team(2);
   const TetMesh mesh = with_mid_nodes(box_mesh({0.31, 0.02, 0.012}, 10, 2, 2));
   const Unknowns unknowns(mesh, {}, {});
-  const SymmetricMatrix k = assemble(mesh, steel, unknowns, silent).stiffness;
+  const BlockMatrix k = assemble(mesh, {steel}, unknowns, team, silent);
   const double stiffness = *std::max_element(k.value.begin(), k.value.end());
   for (int motion = 0; motion < 6; ++motion) {
     Eigen::VectorXd u(k.size());
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
-      u.segment<3>(3 * static_cast<Eigen::Index>(n)) =
+      u.segment<3>(3 * unknowns.block_of(static_cast<int>(n))) =
           rigid_motion(mesh.nodes[n] - Vector3(0.15, 0, 0)).col(motion);
     const double energy = -0.5 * u.dot(k.residual(Eigen::VectorXd::Zero(k.size()), u).col(0));
     EXPECT_LT(std::abs(energy), 1e-15 * stiffness * u.squaredNorm()) << motion;
@@ -77,6 +73,7 @@ TEST(Assembly, SixRigidMotionsStoreNoEnergy) {
 // The patch test: boundary nodes moved by u = A x, all others must follow exactly.
 TEST(Assembly, PatchTestIsPassedByBothElements) {
   files::Progress silent;
+  Team team(2);
   Matrix3 a;
   a << 3, -2, 7, 1, 5, -4, -6, 2, 9;
   a *= 1e-4;
@@ -95,19 +92,20 @@ TEST(Assembly, PatchTestIsPassedByBothElements) {
     // The whole stiffness once, and that of the inner nodes alone.
     const Unknowns everything(mesh, {}, {}), inner(mesh, moved, {});
     ASSERT_GT(inner.blocks(), 0);
-    const SymmetricMatrix whole = assemble(mesh, steel, everything, silent).stiffness;
-    const Equations equations = assemble(mesh, steel, inner, silent);
+    const BlockMatrix whole = assemble(mesh, {steel}, everything, team, silent);
+    const BlockMatrix equations = assemble(mesh, {steel}, inner, team, silent);
     Eigen::VectorXd prescribed = Eigen::VectorXd::Zero(whole.size());
     for (const int n : moved)
-      prescribed.segment<3>(3 * n) = a * mesh.nodes[static_cast<std::size_t>(n)];
+      prescribed.segment<3>(3 * everything.block_of(n)) =
+          a * mesh.nodes[static_cast<std::size_t>(n)];
     const Eigen::VectorXd forces =
         whole.residual(Eigen::VectorXd::Zero(whole.size()), prescribed).col(0);
     Eigen::VectorXd load(3 * inner.blocks());
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
       if (const int block = inner.block_of(static_cast<int>(n)); block >= 0)
-        load.segment<3>(3 * block) = forces.segment<3>(3 * static_cast<Eigen::Index>(n));
-    const Eigen::VectorXd u =
-        Factorisation(equations.stiffness, equations.pattern, 0).solve(load).col(0);
+        load.segment<3>(3 * block) =
+            forces.segment<3>(3 * everything.block_of(static_cast<int>(n)));
+    const Eigen::VectorXd u = Factorisation(equations, 0).solve(load).col(0);
     for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
       const int block = inner.block_of(static_cast<int>(n));
       if (block < 0) continue;

@@ -187,8 +187,9 @@ TEST_P(Couplings, BodyTendsToRigidAsItsModulusGrows) {
 TEST_P(Couplings, EveryPairIsReciprocalAndBalanced) {
   const TetMesh m = mesh();
   files::Progress silent;
+  Team team(2);
   const Unknowns all(m, {}, {});
-  const SymmetricMatrix k = assemble(m, steel, all, silent).stiffness;
+  const BlockMatrix k = assemble(m, {steel}, all, team, silent);
   for (const Coupling fixed : kinds)
     for (const Coupling loaded : kinds) {
       const LinkResponse r = response(m, fixed, loaded);
@@ -200,7 +201,7 @@ TEST_P(Couplings, EveryPairIsReciprocalAndBalanced) {
       for (Eigen::Index j = 0; j < 6; ++j) {
         const Eigen::Matrix3Xd& field = r.fields[static_cast<std::size_t>(j)];
         EXPECT_LT(held.of(field).norm(), 1e-10 * r.compliance().col(j).norm());
-        u.col(j) = field.reshaped();
+        u.col(j) = values_of(all, field);
       }
       if (fixed == Coupling::body || loaded == Coupling::body) continue;  // which store energy
       const Matrix6 energy = -u.transpose() * k.residual(Eigen::MatrixXd::Zero(k.size(), 6), u);
@@ -214,7 +215,9 @@ TEST_P(Couplings, EveryPairIsReciprocalAndBalanced) {
 TEST(Coupling, DistributingAtBothEndsIsTheConstrainedMinimumOfTheEnergy) {
   const TetMesh mesh = with_mid_nodes(box_mesh({0.05, 0.02, 0.012}, 2, 1, 1));
   files::Progress silent;
-  const SymmetricMatrix sparse = assemble(mesh, steel, Unknowns(mesh, {}, {}), silent).stiffness;
+  Team team(2);
+  const Unknowns all(mesh, {}, {});
+  const BlockMatrix sparse = assemble(mesh, {steel}, all, team, silent);
   const Eigen::Index n = sparse.size();
   const Eigen::MatrixXd k =
       -sparse.residual(Eigen::MatrixXd::Zero(n, n), Eigen::MatrixXd::Identity(n, n));
@@ -226,7 +229,7 @@ TEST(Coupling, DistributingAtBothEndsIsTheConstrainedMinimumOfTheEnergy) {
     const MeanMotion mean(mesh, end.geometry, end.point);
     g[i] = Eigen::MatrixXd::Zero(n, 6);
     for (std::size_t a = 0; a < mean.nodes().size(); ++a)
-      g[i].middleRows<3>(3 * mean.nodes()[a]) =
+      g[i].middleRows<3>(3 * all.block_of(mean.nodes()[a])) =
           mean.nodal_forces().middleRows<3>(3 * static_cast<Eigen::Index>(a));
   }
   const double scale = k.diagonal().mean();

@@ -14,35 +14,38 @@ const Material steel(210e9, 0.3);
 
 TEST(Factorisation, SolvesToTheResidualOfRounding) {
   files::Progress silent;
+  Team team(2);
   const TetMesh mesh = with_mid_nodes(box_mesh({0.4, 0.1, 0.1}, 8, 2, 2));
   const Unknowns unknowns(mesh, interface_on(mesh, 1).nodes,
                           {{Vector3(0.4, 0.05, 0.05), interface_on(mesh, 2).nodes}});
-  const Equations equations = assemble(mesh, steel, unknowns, silent);
-  const Factorisation factorisation(equations.stiffness, equations.pattern, 1);
-  const Eigen::MatrixXd b = Eigen::MatrixXd::Ones(equations.stiffness.size(), 2);
+  const BlockMatrix equations = assemble(mesh, {steel}, unknowns, team, silent);
+  const Factorisation factorisation(equations, 1);
+  const Eigen::MatrixXd b = Eigen::MatrixXd::Ones(equations.size(), 2);
   const Eigen::MatrixXd x = factorisation.solve(b);
-  EXPECT_LT(equations.stiffness.residual(b, x).cwiseAbs().maxCoeff(), 1e-7);
+  EXPECT_LT(equations.residual(b, x).cwiseAbs().maxCoeff(), 1e-7);
   EXPECT_GT(factorisation.stats().entries, 0);
 }
 
 TEST(Factorisation, SaysThatAnUnsupportedBodyCanMove) {
   files::Progress silent;
+  Team team(2);
   const TetMesh mesh = with_mid_nodes(box_mesh({0.4, 0.1, 0.1}, 8, 2, 2));
   const Unknowns unknowns(mesh, {}, {{Vector3(0.4, 0.05, 0.05), interface_on(mesh, 2).nodes}});
-  const Equations equations = assemble(mesh, steel, unknowns, silent);
-  EXPECT_THROW(Factorisation(equations.stiffness, equations.pattern, 1), SingularStiffness);
+  const BlockMatrix equations = assemble(mesh, {steel}, unknowns, team, silent);
+  EXPECT_THROW(Factorisation(equations, 1), SingularStiffness);
 }
 
 TEST(Factorisation, SaysThatABodyOnOneHingeCanMove) {
   files::Progress silent;
+  Team team(2);
   const TetMesh mesh = with_mid_nodes(box_mesh({0.4, 0.1, 0.1}, 8, 2, 2));
   // All nodes on one straight edge: the body turns about it.
   std::vector<int> edge;
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
     if (mesh.nodes[n].y() == 0 && mesh.nodes[n].z() == 0) edge.push_back(static_cast<int>(n));
   const Unknowns unknowns(mesh, edge, {});
-  const Equations equations = assemble(mesh, steel, unknowns, silent);
-  EXPECT_THROW(Factorisation(equations.stiffness, equations.pattern, 0), SingularStiffness);
+  const BlockMatrix equations = assemble(mesh, {steel}, unknowns, team, silent);
+  EXPECT_THROW(Factorisation(equations, 0), SingularStiffness);
 }
 
 TEST(Blas, IsNamedAndSetBack) {

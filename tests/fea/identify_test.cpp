@@ -44,6 +44,7 @@ class Identify : public testing::Test {
     IdentifyOptions options;
     options.meshing.helper = KINETOSTAT_TETGEN;
     files::Progress silent;
+    Team team(2);
     return identify(read_link(folder_.file("bar.yaml", link)), options, silent);
   }
   std::string message(const SurfaceMesh& surface, const std::string& link) {
@@ -70,11 +71,12 @@ TEST_F(Identify, GivesASymmetricPositiveDefiniteComplianceAtTheCentroid) {
 TEST_F(Identify, EnergyOfTheFieldsIsTheWorkOfTheWrenches) {
   const LinkResult result = run(bar, link_text());
   files::Progress silent;
+  Team team(2);
   const Unknowns all(result.mesh, {}, {});
-  const SymmetricMatrix k = assemble(result.mesh, result.material, all, silent).stiffness;
+  const BlockMatrix k = assemble(result.mesh, {result.material}, all, team, silent);
   Eigen::MatrixXd u(k.size(), 6);
   for (Eigen::Index j = 0; j < 6; ++j)
-    u.col(j) = result.response.fields[static_cast<std::size_t>(j)].reshaped();
+    u.col(j) = values_of(all, result.response.fields[static_cast<std::size_t>(j)]);
   const Matrix6 energy = -u.transpose() * k.residual(Eigen::MatrixXd::Zero(k.size(), 6), u);
   const Matrix6& c = result.compliance.matrix();
   for (int i = 0; i < 6; ++i)
@@ -117,6 +119,7 @@ TEST_F(Identify, TheComplianceTurnsWithTheMesh) {
 TEST_F(Identify, TheComplianceOfTurnedElementsIsTheTurnedCompliance) {
   const Matrix3 turn = spatial::exp_rotation(Vector3(0.4, -0.7, 1.1));
   files::Progress silent;
+  Team team(2);
   const Material steel(210e9, 0.3);
   const auto compliance = [&](const Matrix3& r) {
     TetMesh mesh = with_mid_nodes(box_mesh({0.1, 0.02, 0.012}, 8, 2, 2));

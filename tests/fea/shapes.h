@@ -127,6 +127,14 @@ inline std::vector<CoupledInterface> coupled_ends(const TetMesh& mesh,
   return ends;
 }
 
+/// The unknowns that give these displacements of all nodes. Requires every node to be free.
+inline Eigen::VectorXd values_of(const Unknowns& unknowns, const Eigen::Matrix3Xd& displacements) {
+  Eigen::VectorXd values(displacements.size());
+  for (Eigen::Index n = 0; n < displacements.cols(); ++n)
+    values.segment<3>(3 * unknowns.block_of(static_cast<int>(n))) = displacements.col(n);
+  return values;
+}
+
 /// A folder that lives as long as the object.
 class TemporaryFolder {
  public:

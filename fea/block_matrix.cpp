@@ -1,0 +1,24 @@
+#include "kinetostat/fea/block_matrix.h"
+
+namespace kinetostat::fea {
+
+Eigen::MatrixXd BlockMatrix::residual(const Eigen::MatrixXd& b, const Eigen::MatrixXd& x) const {
+  // Rows on end, so that all right-hand sides share one pass over the matrix.
+  using Rows = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const Rows in = x.cast<long double>();
+  Rows out = b.cast<long double>();
+  for (int row = 0; row < pattern.blocks(); ++row)
+    for (std::size_t k = pattern.begin(row); k < pattern.end(row); ++k) {
+      const int column = pattern.partner[k];
+      const Block a = block(k);
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+          const long double entry = a(i, j);
+          out.row(3 * row + i) -= entry * in.row(3 * column + j);
+          if (row != column) out.row(3 * column + j) -= entry * in.row(3 * row + i);
+        }
+    }
+  return out.cast<double>();
+}
+
+}  // namespace kinetostat::fea

@@ -1,0 +1,39 @@
+// A large sparse symmetric matrix of 3x3 blocks.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace kinetostat::fea {
+
+/// Which blocks of three unknowns are linked: for each, the numbers of itself and of its later
+/// partners, ascending.
+struct BlockPattern {
+  std::vector<int> start = {0};
+  std::vector<int> partner = {};
+
+  int blocks() const { return static_cast<int>(start.size()) - 1; }
+  /// Places in `partner` of the row of a block.
+  std::size_t begin(int block) const {
+    return static_cast<std::size_t>(start[static_cast<std::size_t>(block)]);
+  }
+  std::size_t end(int block) const { return begin(block + 1); }
+};
+
+/// The diagonal and the blocks right of it; those below are their transposes.
+struct BlockMatrix {
+  BlockPattern pattern = {};
+  std::vector<double> value = {};  // nine for each place in pattern.partner, row by row
+
+  using Block = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>;
+  Block block(std::size_t place) const { return Block(value.data() + 9 * place); }
+  Eigen::Index size() const { return 3 * static_cast<Eigen::Index>(pattern.blocks()); }
+
+  /// B - A X for several columns at once, summed in extended precision: where A X nearly cancels B,
+  /// the digits that are left are right.
+  Eigen::MatrixXd residual(const Eigen::MatrixXd& b, const Eigen::MatrixXd& x) const;
+};
+
+}  // namespace kinetostat::fea

@@ -1,0 +1,49 @@
+// The same solid with linear displacements in each element: the coarse level of p-multigrid.
+#pragma once
+
+#include <vector>
+
+#include "kinetostat/fea/assembly.h"
+#include "kinetostat/fea/lanes.h"
+#include "kinetostat/fea/tet_mesh.h"
+
+namespace kinetostat::fea {
+
+/// A mesh of second order without its middle nodes, held and rigid where the whole one is. Because
+/// the elements have straight edges, its displacements are among those of the whole mesh, and its
+/// stiffness is P'KP with P of `Prolongation`.
+struct CornerModel {
+  TetMesh mesh;
+  Unknowns unknowns;
+};
+
+/// Requires order 2.
+CornerModel corner_model(const TetMesh& mesh, const Unknowns& unknowns);
+
+/// P: the displacements of the corners as those of all nodes; a middle node moves with half the
+/// sum of the ends of its edge.
+class Prolongation {
+ public:
+  Prolongation(const TetMesh& mesh, const Unknowns& fine, const Unknowns& coarse);
+
+  int coarse_blocks() const { return static_cast<int>(child_start_.size()) - 1; }
+  /// fine = P coarse.
+  void prolong(const LaneVector& coarse, LaneVector& fine, Team& team) const;
+  /// coarse = P' fine.
+  void restrict(const LaneVector& fine, LaneVector& coarse, Team& team) const;
+
+ private:
+  // Half the motion of a reference body, at a free node in the middle of an edge that ends on it.
+  struct BodyLink {
+    int block, body_block;  // fine, first coarse
+    Eigen::Matrix<double, 3, 6> half_motion;
+  };
+
+  // Two for each fine block: coarse blocks of which it takes one half, or -1.
+  std::vector<int> parent_;
+  std::vector<BodyLink> body_links_;
+  // The fine blocks that take one half of each coarse one.
+  std::vector<int> child_start_, child_;
+};
+
+}  // namespace kinetostat::fea

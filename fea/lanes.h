@@ -1,0 +1,86 @@
+// Eight right-hand sides side by side in memory, so that one pass over a matrix serves all and the
+// processor works on them at once.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "kinetostat/fea/block_matrix.h"
+#include "kinetostat/fea/team.h"
+
+namespace kinetostat::fea {
+
+inline constexpr int lane_count = 8;
+
+/// One number for each right-hand side.
+struct alignas(64) Lanes {
+  double v[lane_count];
+};
+
+/// Blocks of three unknowns, each with its lanes: unknown 3b + i is element 3b + i.
+using LaneVector = std::vector<Lanes>;
+
+/// At most eight columns; the lanes without a column are zero.
+LaneVector to_lanes(const Eigen::Ref<const Eigen::MatrixXd>& columns);
+void from_lanes(const LaneVector& lanes, Eigen::Ref<Eigen::MatrixXd> columns);
+
+/// Products with a symmetric matrix on several threads. Rows are worked on in pieces that depend
+/// on the matrix alone; what a piece adds to rows of later pieces is kept apart and added in the
+/// order of the pieces, so the number of threads changes no digit.
+class LaneProduct {
+ public:
+  /// Keeps references to both.
+  LaneProduct(const BlockMatrix& matrix, Team& team);
+
+  const BlockMatrix& matrix() const { return matrix_; }
+  Team& team() const { return team_; }
+  int pieces() const { return static_cast<int>(first_row_.size()) - 1; }
+  /// Blocks first to end - 1 of a piece.
+  int first(int piece) const { return first_row_[static_cast<std::size_t>(piece)]; }
+  int end(int piece) const { return first(piece + 1); }
+
+  /// y = A x, then then(piece) for every piece, when its rows of y are complete.
+  template <class Then>
+  void operator()(const LaneVector& x, LaneVector& y, const Then& then) {
+    team_.for_each(pieces(), [&](int piece) { multiply(piece, x.data(), y.data()); });
+    team_.for_each(pieces(), [&](int piece) {
+      collect(piece, y.data());
+      then(piece);
+    });
+  }
+
+  /// work(row) for every block row.
+  template <class Work>
+  void for_each_row(const Work& work) const {
+    team_.for_each(pieces(), [&](int piece) {
+      for (int row = first(piece); row < end(piece); ++row) work(row);
+    });
+  }
+
+  /// Bytes that the object holds beside the matrix.
+  std::size_t bytes() const;
+
+ private:
+  struct Overhang {
+    std::vector<int> row;   // rows of later pieces, ascending
+    std::vector<int> slot;  // for each block of the piece that lies in such a row: where in `row`
+    LaneVector sum;         // three for each of row
+  };
+  struct Part {
+    int piece;        // whose overhang
+    int first, last;  // of its rows
+  };
+
+  void multiply(int piece, const Lanes* x, Lanes* y);
+  void collect(int piece, Lanes* y) const;
+
+  const BlockMatrix& matrix_;
+  Team& team_;
+  std::vector<int> first_row_;
+  std::vector<Overhang> overhangs_;
+  std::vector<std::vector<Part>> parts_;  // of each piece: what earlier ones add to it
+};
+
+}  // namespace kinetostat::fea

@@ -1,0 +1,41 @@
+#include "kinetostat/fea/team.h"
+
+namespace kinetostat::fea {
+
+Team::Team(int threads) {
+  for (int t = 1; t < threads; ++t) others_.emplace_back([this] { serve(); });
+}
+
+Team::~Team() {
+  stop_ = true;
+  ++call_;
+  call_.notify_all();
+  for (std::thread& thread : others_) thread.join();
+}
+
+void Team::for_each(int count, const std::function<void(int)>& work) {
+  work_ = &work;
+  count_ = count;
+  next_ = 0;
+  busy_ = static_cast<int>(others_.size());
+  ++call_;
+  call_.notify_all();
+  take_items();
+  for (int busy = busy_; busy > 0; busy = busy_) busy_.wait(busy);
+}
+
+void Team::serve() {
+  for (unsigned seen = 0;;) {
+    call_.wait(seen);
+    seen = call_;
+    if (stop_) return;
+    take_items();
+    if (--busy_ == 0) busy_.notify_all();
+  }
+}
+
+void Team::take_items() {
+  for (int i = next_++; i < count_; i = next_++) (*work_)(i);
+}
+
+}  // namespace kinetostat::fea

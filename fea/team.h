@@ -1,0 +1,40 @@
+// Threads that share out independent items of work, again and again.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <thread>
+#include <vector>
+
+namespace kinetostat::fea {
+
+/// Keeps its threads between calls and lets them sleep meanwhile: the loops of a solver are too
+/// short to start threads for each, and a machine may have other work.
+class Team {
+ public:
+  /// The caller is one of the threads.
+  explicit Team(int threads);
+  ~Team();
+  Team(const Team&) = delete;
+  Team& operator=(const Team&) = delete;
+
+  int threads() const { return static_cast<int>(others_.size()) + 1; }
+
+  /// Calls work(i) for every i below `count`, each once, by whoever is free; returns when all are
+  /// done. The calls must not depend on each other nor throw.
+  void for_each(int count, const std::function<void(int)>& work);
+
+ private:
+  void serve();
+  void take_items();
+
+  std::vector<std::thread> others_;
+  const std::function<void(int)>* work_ = nullptr;
+  int count_ = 0;
+  std::atomic<int> next_ = 0;
+  std::atomic<int> busy_ = 0;       // other threads that have not finished this call
+  std::atomic<unsigned> call_ = 0;  // its number
+  std::atomic<bool> stop_ = false;
+};
+
+}  // namespace kinetostat::fea

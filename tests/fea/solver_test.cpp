@@ -1,0 +1,224 @@
+#include "kinetostat/fea/solver.h"
+
+#include <cstdio>
+#include <cstdlib>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kinetostat/fea/corner_model.h"
+#include "kinetostat/fea/lanes.h"
+#include "kinetostat/fea/link_response.h"
+#include "kinetostat/fea/memory.h"
+
+#include "fea/shapes.h"
+
+namespace kinetostat::fea {
+namespace {
+
+const Material steel(210e9, 0.3);
+
+std::vector<CoupledInterface> ends(const TetMesh& mesh, Coupling coupling = Coupling::rigid) {
+  const Interface root = interface_on(mesh, 1), tip = interface_on(mesh, 2);
+  return {{"root", root, root.centroid, coupling}, {"tip", tip, tip.centroid, coupling}};
+}
+
+LinkResponse respond_with(SolverMethod method, const TetMesh& mesh,
+                          const std::vector<Material>& materials,
+                          Coupling coupling = Coupling::rigid, int threads = 2) {
+  files::Progress silent;
+  return respond(mesh, materials, ends(mesh, coupling), {.method = method, .threads = threads},
+                 silent);
+}
+
+// Entry by entry beside the diagonal.
+double difference(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+  const Eigen::VectorXd scale = b.diagonal().cwiseSqrt();
+  return ((a - b).array() / (scale * scale.transpose()).array()).abs().maxCoeff();
+}
+
+// Both methods, one answer: the tolerance of 1e-9 in energy, and what rounding leaves of it.
+void expect_agreement(const TetMesh& mesh, const std::vector<Material>& materials,
+                      Coupling coupling = Coupling::rigid, double tolerance = 1e-9) {
+  const LinkResponse a = respond_with(SolverMethod::multigrid, mesh, materials, coupling);
+  const LinkResponse b = respond_with(SolverMethod::direct, mesh, materials, coupling);
+  EXPECT_EQ(a.solver.method, SolverMethod::multigrid) << a.solver.reason;
+  EXPECT_EQ(b.solver.method, SolverMethod::direct);
+  EXPECT_LT(a.solver.residual, 1e-9);
+  EXPECT_LT(difference(a.flexibility, b.flexibility), tolerance);
+  for (std::size_t j = 0; j < a.fields.size(); ++j)
+    EXPECT_LT((a.fields[j] - b.fields[j]).norm(), 1e-7 * b.fields[j].norm()) << j;
+}
+
+TEST(Solver, MultigridAgreesWithTheFactorsOnABlock) {
+  expect_agreement(with_mid_nodes(box_mesh({0.2, 0.1, 0.1}, 8, 4, 4)), {steel});
+}
+
+TEST(Solver, MultigridAgreesWithTheFactorsOnASlenderRod) {
+  // Bending of a rod 100 times as long as thick: stiffnesses that differ by 1e6 nearly cancel.
+  expect_agreement(with_mid_nodes(box_mesh({1, 0.01, 0.01}, 150, 2, 2)), {steel}, Coupling::rigid,
+                   1e-7);
+}
+
+TEST(Solver, MultigridAgreesWithTheFactorsOnAThinPlate) {
+  expect_agreement(with_mid_nodes(box_mesh({0.2, 0.05, 0.002}, 40, 10, 1)), {steel},
+                   Coupling::rigid, 1e-7);
+}
+
+TEST(Solver, MultigridAgreesWithTheFactorsForMaterialsOfVeryDifferentStiffness) {
+  TetMesh mesh = box_mesh({0.2, 0.1, 0.1}, 8, 4, 4);
+  for (std::size_t e = 0; e < mesh.element_count(); ++e)
+    mesh.materials.push_back(mesh.corners(e)[0].x() > 0.1 ? 1 : 0);
+  expect_agreement(with_mid_nodes(mesh), {steel, Material(210e13, 0.3)});
+}
+
+TEST(Solver, MultigridAgreesWithTheFactorsOnALinkThatSpringsHold) {
+  expect_agreement(with_mid_nodes(box_mesh({0.2, 0.1, 0.1}, 8, 4, 4)), {steel},
+                   Coupling::distributing);
+}
+
+TEST(Solver, EveryNumberOfThreadsGivesTheSameBytes) {
+  const TetMesh mesh = with_mid_nodes(box_mesh({0.2, 0.1, 0.1}, 10, 5, 5));
+  for (const SolverMethod method : {SolverMethod::direct, SolverMethod::multigrid}) {
+    const auto one = respond_with(method, mesh, {steel}, Coupling::rigid, 1);
+    for (const int threads : {2, 3, 7})
+      EXPECT_TRUE(respond_with(method, mesh, {steel}, Coupling::rigid, threads).flexibility ==
+                  one.flexibility)
+          << name(method) << threads;
+  }
+}
+
+TEST(Solver, MoreLoadsThanLanesAreSolvedInEvenShares) {
+  const TetMesh mesh = with_mid_nodes(box_mesh({0.2, 0.1, 0.1}, 4, 2, 2));
+  const Unknowns unknowns(mesh, interface_on(mesh, 1).nodes, {});
+  Eigen::MatrixXd loads = Eigen::MatrixXd::Zero(3 * unknowns.blocks(), 19);
+  for (Eigen::Index j = 0; j < 18; ++j) loads(3 * j, j) = 1 + static_cast<double>(j);
+  files::Progress silent;
+  const auto solved = [&](SolverMethod method) {
+    return solve(mesh, {steel}, unknowns, loads, {.method = method, .threads = 2}, silent).x;
+  };
+  const Eigen::MatrixXd x = solved(SolverMethod::multigrid);
+  EXPECT_EQ(x.col(18).norm(), 0);  // no load
+  EXPECT_LT((x - solved(SolverMethod::direct)).norm(), 1e-8 * x.norm());
+}
+
+TEST(Solver, FollowsWithTheFactorsWhereMultigridDoesNotConverge) {
+  const TetMesh mesh = with_mid_nodes(box_mesh({0.2, 0.1, 0.1}, 8, 4, 4));
+  const std::vector<Material> nearly_incompressible{Material(1e6, 0.499999)};
+  const LinkResponse a = respond_with(SolverMethod::multigrid, mesh, nearly_incompressible);
+  EXPECT_EQ(a.solver.method, SolverMethod::direct);
+  EXPECT_THAT(a.solver.reason, testing::HasSubstr("iterations"));
+  const LinkResponse b = respond_with(SolverMethod::direct, mesh, nearly_incompressible);
+  EXPECT_TRUE(a.flexibility == b.flexibility);
+}
+
+TEST(Solver, ElementsOfFirstOrderAreSolvedDirectly) {
+  const LinkResponse response =
+      respond_with(SolverMethod::multigrid, box_mesh({0.2, 0.1, 0.1}, 4, 2, 2), {steel});
+  EXPECT_EQ(response.solver.method, SolverMethod::direct);
+  EXPECT_THAT(response.solver.reason, testing::HasSubstr("first order"));
+}
+
+TEST(Solver, SaysThatAnUnsupportedBodyCanMove) {
+  const TetMesh mesh = with_mid_nodes(box_mesh({0.4, 0.1, 0.1}, 8, 2, 2));
+  const Unknowns unknowns(mesh, {}, {{Vector3(0.4, 0.05, 0.05), interface_on(mesh, 2).nodes}});
+  const Eigen::MatrixXd loads = Eigen::MatrixXd::Ones(3 * unknowns.blocks(), 1);
+  files::Progress silent;
+  for (const SolverMethod method : {SolverMethod::direct, SolverMethod::multigrid})
+    EXPECT_THROW(solve(mesh, {steel}, unknowns, loads, {.method = method}, silent),
+                 SingularStiffness);
+}
+
+TEST(Solver, RefusesAModelAboveTheMemoryLimitWithBothNumbers) {
+  const TetMesh mesh = with_mid_nodes(box_mesh({0.2, 0.1, 0.1}, 8, 4, 4));
+  const Unknowns unknowns(mesh, interface_on(mesh, 1).nodes, {});
+  const Eigen::MatrixXd loads = Eigen::MatrixXd::Ones(3 * unknowns.blocks(), 1);
+  files::Progress silent;
+  for (const SolverMethod method : {SolverMethod::direct, SolverMethod::multigrid}) {
+    try {
+      solve(mesh, {steel}, unknowns, loads, {.method = method, .memory = 1 << 20}, silent);
+      ADD_FAILURE() << name(method);
+    } catch (const MemoryLimit& error) {
+      EXPECT_THAT(error.what(),
+                  testing::ContainsRegex(std::string(name(method)) +
+                                         " solver needs [0-9.]+ GiB .*, and 0.000977 GiB"));
+    }
+  }
+}
+
+// Ends the process: 0 when the forecast of its memory was within 10 % of the peak.
+[[noreturn]] void solve_and_exit(SolverMethod method) {
+  const TetMesh mesh = with_mid_nodes(box_mesh({0.4, 0.1, 0.1}, 32, 8, 8));
+  const SolverStats stats = respond_with(method, mesh, {steel}).solver;
+  const double forecast =
+      method == SolverMethod::direct ? stats.direct.bytes : stats.multigrid.bytes;
+  std::fprintf(stderr, "forecast %.0f MB, peak %.0f MB\n", forecast / 1e6, stats.peak_bytes / 1e6);
+  std::_Exit(std::abs(forecast / stats.peak_bytes - 1) < 0.1 ? 0 : 1);
+}
+
+TEST(SolverDeathTest, ForecastsThePeakOfMemoryWithinTenPercent) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");  // a fresh process, with a peak of its own
+  for (const SolverMethod method : {SolverMethod::direct, SolverMethod::multigrid})
+    EXPECT_EXIT(solve_and_exit(method), testing::ExitedWithCode(0), "forecast") << name(method);
+}
+
+// P'KP, column by column, is what the elements of first order give.
+TEST(CornerModel, StiffnessIsThatOfLinearDisplacements) {
+  const TetMesh mesh = with_mid_nodes(box_mesh({0.3, 0.1, 0.1}, 3, 1, 1));
+  Unknowns fine(mesh, interface_on(mesh, 1).nodes,
+                {{Vector3(0.4, 0.02, 0.1), interface_on(mesh, 2).nodes}});
+  fine.set_springs({{5, 1e9 * Matrix3::Identity()}});  // a free corner
+  ASSERT_GE(fine.block_of(5), 0);
+  const CornerModel corners = corner_model(mesh, fine);
+  const Prolongation prolongation(mesh, fine, corners.unknowns);
+  files::Progress silent;
+  Team team(2);
+  const BlockMatrix k = assemble(mesh, {steel}, fine, team, silent);
+  const BlockMatrix coarse = assemble(corners.mesh, {steel}, corners.unknowns, team, silent);
+  LaneProduct product(k, team);
+  LaneVector unit(static_cast<std::size_t>(coarse.size())), back(unit.size());
+  LaneVector u(static_cast<std::size_t>(k.size())), f(u.size());
+  const double scale = *std::max_element(coarse.value.begin(), coarse.value.end());
+  for (Eigen::Index j = 0; j < coarse.size(); ++j) {
+    const Eigen::VectorXd e = Eigen::VectorXd::Unit(coarse.size(), j);
+    unit = to_lanes(e);
+    prolongation.prolong(unit, u, team);
+    product(u, f, [](int) {});
+    prolongation.restrict(f, back, team);
+    Eigen::VectorXd column(coarse.size());
+    from_lanes(back, column);
+    const Eigen::VectorXd expected =
+        -coarse.residual(Eigen::VectorXd::Zero(coarse.size()), e).col(0);
+    EXPECT_LT((column - expected).cwiseAbs().maxCoeff(), 1e-13 * scale) << j;
+  }
+}
+
+TEST(LaneProduct, IsTheProductOfTheMatrix) {
+  const TetMesh mesh = with_mid_nodes(box_mesh({0.4, 0.1, 0.1}, 8, 4, 4));  // several pieces
+  const Unknowns unknowns(mesh, {}, {{Vector3(0, 0, 0), interface_on(mesh, 2).nodes}});
+  files::Progress silent;
+  Team team(3);
+  const BlockMatrix k = assemble(mesh, {steel}, unknowns, team, silent);
+  LaneProduct product(k, team);
+  ASSERT_GT(product.pieces(), 2);
+  Eigen::MatrixXd x(k.size(), lane_count);
+  for (Eigen::Index i = 0; i < x.size(); ++i) x.data()[i] = std::sin(7.0 * double(i));
+  LaneVector y(static_cast<std::size_t>(k.size()));
+  std::vector<int> visits(static_cast<std::size_t>(product.pieces()), 0);
+  product(to_lanes(x), y, [&](int piece) { ++visits[static_cast<std::size_t>(piece)]; });
+  EXPECT_THAT(visits, testing::Each(1));
+  Eigen::MatrixXd product_of_lanes(x.rows(), x.cols());
+  from_lanes(y, product_of_lanes);
+  const Eigen::MatrixXd expected = -k.residual(Eigen::MatrixXd::Zero(x.rows(), x.cols()), x);
+  EXPECT_LT((product_of_lanes - expected).cwiseAbs().maxCoeff(),
+            1e-13 * expected.cwiseAbs().maxCoeff());
+}
+
+TEST(Memory, IsFoundOnThisMachine) {
+  EXPECT_GT(resident_memory(), 1e6);
+  EXPECT_GE(peak_memory(), resident_memory());
+  EXPECT_GT(memory_share(), resident_memory());
+}
+
+}  // namespace
+}  // namespace kinetostat::fea
