@@ -56,7 +56,7 @@ Concentration concentration_of(const std::vector<double>& indicator, const TetMe
 void assess(const LinkModel& model, Accuracy& accuracy) {
   const ErrorEstimate estimate = estimate_error(model.mesh, model.materials, model.response.fields);
   const Eigen::MatrixXd& raw = model.response.flexibility;
-  accuracy.meshes.push_back({.unknowns = model.response.unknowns,
+  accuracy.meshes.push_back({.unknowns = model.response.solver.unknowns,
                              .elements = model.mesh.element_count(),
                              .flexibility = 0.5 * (raw + raw.transpose()),
                              .recovery_error = estimate.total});

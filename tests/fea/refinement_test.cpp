@@ -43,7 +43,7 @@ TEST_F(Refine, ReachesTheAccuracyAndItsBarsHoldTheTrueError) {
   EXPECT_LE(coarse.accuracy.bars.relative_error, 0.02);
   const RefinedModel fine = refined({.accuracy = 0.002});
   EXPECT_TRUE(fine.accuracy.converged) << fine.accuracy.shortfall;
-  EXPECT_GT(fine.model.response.unknowns, 2 * coarse.model.response.unknowns);
+  EXPECT_GT(fine.model.response.solver.unknowns, 2 * coarse.model.response.solver.unknowns);
   const ErrorBars& bars = coarse.accuracy.bars;
   const Eigen::MatrixXd& c = coarse.accuracy.meshes.back().flexibility;
   const Eigen::MatrixXd& reference = fine.accuracy.meshes.back().flexibility;
