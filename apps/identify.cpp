@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "kinetostat/apps/accuracy_text.h"
 #include "kinetostat/apps/command.h"
@@ -23,6 +25,8 @@ struct Options {
   bool no_cache = false;
   double time_limit = fea::TetrahedralizeOptions{}.time_limit;
   fea::RefinementOptions refinement;
+  std::string solver = name(fea::SolverMethod::automatic);
+  std::uint64_t memory = 0;  // [bytes]; 0: a share of what is free
 };
 
 // Components that are rounding beside the largest, or below a nanometre, are shown as 0.
@@ -107,6 +111,21 @@ void print_preload(Run& run, const fea::LinkResult& result, const spatial::UnitS
                         factor(geometric.buckling_free), factor(geometric.buckling_held)));
 }
 
+void print_solver(Run& run, const fea::SolverStats& solver) {
+  const auto forecast = [](fea::SolverMethod method, const fea::SolverForecast& cost) {
+    return fmt::format("{} about {:.2g} GB and {:.2g} s", name(method), cost.bytes / 1e9,
+                       cost.seconds);
+  };
+  std::string line = fmt::format("solver: {} ({}), {} iterations", name(solver.method),
+                                 solver.reason, solver.iterations);
+  if (solver.residual > 0) line += fmt::format(", energy of the residual {:.1e}", solver.residual);
+  std::vector<std::string> costs;
+  if (solver.multigrid.bytes > 0)
+    costs.push_back(forecast(fea::SolverMethod::multigrid, solver.multigrid));
+  if (solver.direct.bytes > 0) costs.push_back(forecast(fea::SolverMethod::direct, solver.direct));
+  run.print(fmt::format("{}; forecast: {}\n", line, fmt::join(costs, ", ")));
+}
+
 void print_inputs(Run& run, const fea::LinkSpec& spec) {
   run.print(fmt::format("link {}: {} in {}, E = {} Pa, nu = {}\n", spec.name, spec.mesh_name,
                         spec.unit, report::number(spec.material.young()),
@@ -122,6 +141,9 @@ void print_result(Run& run, const fea::LinkResult& result) {
   run.print(fmt::format("mesh: {} tetrahedra of {} nodes{}, {} nodes, {} unknowns\n",
                         result.mesh.element_count(), result.mesh.nodes_per_element(), size,
                         result.mesh.nodes.size(), result.response.solver.unknowns));
+  print_solver(run, result.response.solver);
+  if (const std::string warning = result.blas.warning(); !warning.empty())
+    run.print(fmt::format("warning: {} ({})\n", warning, result.blas.name));
   run.print("interfaces:\n");
   for (const fea::CoupledInterface& interface : result.interfaces)
     run.print(interface_line(interface, length, result.unit));
@@ -137,12 +159,20 @@ void print_result(Run& run, const fea::LinkResult& result) {
     run.print(fmt::format("warning: {}\n", warning));
 }
 
+fea::SolverMethod method_of(const std::string& word) {
+  for (const auto method : {fea::SolverMethod::direct, fea::SolverMethod::multigrid})
+    if (word == name(method)) return method;
+  return fea::SolverMethod::automatic;
+}
+
 fea::LinkResult identified(Run& run, const Options& options, const fea::LinkSpec& spec,
                            const files::Cache& cache) {
   fea::IdentifyOptions settings;
   settings.meshing.cache = &cache;
   settings.meshing.time_limit = options.time_limit;
-  settings.solver.threads = run.threads();
+  settings.solver = {.method = method_of(options.solver),
+                     .threads = run.threads(),
+                     .memory = static_cast<double>(options.memory)};
   settings.refinement = options.refinement;
   if (options.bracket != "when_cheap")
     settings.bracket =
@@ -218,6 +248,15 @@ void add_identify(Program& program) {
       ->capture_default_str();
   app.add_flag("--no-cache", options->no_cache,
                "Compute all anew, and keep neither the volume mesh nor the result");
+  app.add_option("--solver", options->solver,
+                 "direct: Cholesky factors; multigrid: conjugate gradients, faster and smaller on "
+                 "large models; automatic: by their size")
+      ->check(CLI::IsMember({"automatic", "direct", "multigrid"}));
+  app.add_option("--memory", options->memory,
+                 "Memory that the program may have, as 8GB; nine tenths of what is free unless "
+                 "given. A model that needs more is refused, never swapped")
+      ->type_name("SIZE")
+      ->transform(CLI::AsSizeValue(true));
   app.add_option("--mesh-time", options->time_limit, "Seconds that meshing may take")
       ->type_name("S")
       ->check(CLI::PositiveNumber);

@@ -31,6 +31,12 @@ struct BlockMatrix {
   Block block(std::size_t place) const { return Block(value.data() + 9 * place); }
   Eigen::Index size() const { return 3 * static_cast<Eigen::Index>(pattern.blocks()); }
 
+  /// What it takes in memory.
+  std::size_t bytes() const {
+    return sizeof(double) * value.size() +
+           sizeof(int) * (pattern.partner.size() + pattern.start.size());
+  }
+
   /// B - A X for several columns at once, summed in extended precision: where A X nearly cancels B,
   /// the digits that are left are right.
   Eigen::MatrixXd residual(const Eigen::MatrixXd& b, const Eigen::MatrixXd& x) const;

@@ -27,6 +27,10 @@ class Prolongation {
   Prolongation(const TetMesh& mesh, const Unknowns& fine, const Unknowns& coarse);
 
   int coarse_blocks() const { return static_cast<int>(child_start_.size()) - 1; }
+  std::size_t bytes() const {
+    return sizeof(int) * (parent_.size() + child_start_.size() + child_.size()) +
+           sizeof(BodyLink) * body_links_.size();
+  }
   /// fine = P coarse.
   void prolong(const LaneVector& coarse, LaneVector& fine, Team& team) const;
   /// coarse = P' fine.

@@ -51,8 +51,7 @@ class StressedModel {
   StressedModel(const TetMesh& mesh, const std::vector<Material>& materials, Unknowns unknowns,
                 const Prestress& prestress, files::Progress& progress)
       : unknowns_(std::move(unknowns)),
-        equations_(assemble(mesh, materials, unknowns_, progress)),
-        factors_(equations_.stiffness, equations_.pattern,
+        factors_(stiffness(mesh, materials, unknowns_, progress),
                  static_cast<int>(unknowns_.bodies().size())),
         prestress_(mesh, unknowns_, prestress) {}
 
@@ -61,8 +60,13 @@ class StressedModel {
   Eigen::VectorXd solve(const Eigen::VectorXd& load) const { return factors_.solve(load); }
 
  private:
+  static BlockMatrix stiffness(const TetMesh& mesh, const std::vector<Material>& materials,
+                               const Unknowns& unknowns, files::Progress& progress) {
+    Team alone(1);
+    return assemble(mesh, materials, unknowns, alone, progress);
+  }
+
   Unknowns unknowns_;
-  Equations equations_;
   Factorisation factors_;
   PrestressProduct prestress_;
 };

@@ -69,6 +69,9 @@ auto solved(const LinkSpec& spec, const TetMesh& mesh, Work work) {
   } catch (const SingularStiffness& error) {
     throw InputError(spec.file, error.what(),
                      "Is the body in one piece and the fixed interface a proper face of it?");
+  } catch (const MemoryLimit& error) {
+    throw InputError(spec.file, error.what(),
+                     "Use a larger element size, ask for less accuracy, or allow more (--memory)");
   } catch (const std::bad_alloc&) {
     throw InputError(spec.file,
                      fmt::format("{} nodes need more memory than there is", mesh.nodes.size()),

@@ -121,6 +121,23 @@ Json mesh_json(const LinkResult& result) {
           {"mean_edge", result.quality.mean_edge}};
 }
 
+Json forecast_json(const SolverForecast& forecast) {
+  if (forecast.bytes == 0) return {};
+  return {{"memory", forecast.bytes}, {"seconds", forecast.seconds}};
+}
+
+Json solver_json(const SolverStats& solver) {
+  Json json{{"method", name(solver.method)},
+            {"reason", solver.reason},
+            {"factor_entries", solver.factor.entries},
+            {"reciprocal_condition", solver.factor.reciprocal_condition},
+            {"iterations", solver.iterations},
+            {"residual", solver.residual}};
+  json["forecast"] = {{"direct", forecast_json(solver.direct)},
+                      {"multigrid", forecast_json(solver.multigrid)}};
+  return json;
+}
+
 // All that may differ between two runs on the same input.
 Json timings_json(const LinkResult& result) {
   Json json;
@@ -129,6 +146,8 @@ Json timings_json(const LinkResult& result) {
   json["factorisation"] = result.response.solver.factor.factor_seconds;
   json["assembly"] = result.response.solver.assembly_seconds;
   json["solution"] = result.response.solver.solve_seconds;
+  json["memory_before_solution"] = result.response.solver.bytes_before;
+  json["memory_peak"] = result.response.solver.peak_bytes;
   json["blas"] = result.blas.name;
   json["blas_threads"] = result.blas.threads;
   return json;
@@ -157,10 +176,7 @@ Json to_json(const LinkResult& result) {
     json["interfaces"][result.interfaces[i].name] =
         interface_json(result.interfaces[i], result.response.fit_residuals[i]);
   json["mesh"] = mesh_json(result);
-  json["solver"] = {{"method", name(result.response.solver.method)},
-                    {"factor_entries", result.response.solver.factor.entries},
-                    {"reciprocal_condition", result.response.solver.factor.reciprocal_condition},
-                    {"iterations", result.response.solver.iterations}};
+  json["solver"] = solver_json(result.response.solver);
   json["warnings"] = result.warnings;
   json["timings"] = timings_json(result);
   json["inputs"] = {{"link_sha256", result.link_sha256},

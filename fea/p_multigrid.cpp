@@ -108,7 +108,10 @@ CoarseLevel::CoarseLevel(const TetMesh& mesh, const std::vector<Material>& mater
       matrix_(assemble(corners.mesh, materials, corners.unknowns, team, progress)),
       factorisation_(std::make_unique<Factorisation>(matrix_.pattern,
                                                      static_cast<int>(unknowns.bodies().size()))),
-      lanes_(static_cast<std::size_t>(matrix_.size())) {}
+      lanes_(static_cast<std::size_t>(matrix_.size())),
+      bytes_(static_cast<double>(prolongation_.bytes() + matrix_.bytes() +
+                                 sizeof(Lanes) * lanes_.size()) +
+             factorisation_->stats().bytes) {}
 
 void CoarseLevel::factorise() {
   factorisation_->factorise(matrix_);

@@ -45,6 +45,8 @@ class CoarseLevel {
   /// correction = P (P'AP)^-1 P' residual, for the first `columns` lanes.
   void correct(const LaneVector& residual, int columns, LaneVector& correction);
 
+  /// What it takes in memory when it is factorised.
+  double bytes() const { return bytes_; }
   std::size_t unknowns() const { return lanes_.size(); }
   const FactorisationStats& stats() const { return factorisation_->stats(); }
 
@@ -57,6 +59,7 @@ class CoarseLevel {
   BlockMatrix matrix_;
   std::unique_ptr<Factorisation> factorisation_;
   LaneVector lanes_;
+  double bytes_;
 };
 
 /// One V-cycle of two levels: smooth, correct by the corners' solution, smooth.

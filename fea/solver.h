@@ -1,7 +1,7 @@
 // K u = f for several loads at once: the choice of the method, and what it costs.
 #pragma once
 
-#include <stdexcept>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -29,15 +29,19 @@ struct SolverOptions {
   double memory = 0;        // [bytes] that the process may have; 0: its share of what is free
 };
 
-/// More memory is needed than the process may have.
-class MemoryLimit : public std::runtime_error {
+/// More memory is needed than the process may have. The message names both figures.
+class MemoryLimit : public std::bad_alloc {
  public:
   MemoryLimit(SolverMethod method, double needed, double limit);
+  const char* what() const noexcept override { return text_.c_str(); }
+
+ private:
+  std::string text_;
 };
 
 /// What a method will cost, as far as that is known before.
 struct SolverForecast {
-  double bytes = 0;    // peak of the process
+  double bytes = 0;    // at most at a time, beside what the process held before
   double seconds = 0;  // rough: for a processor of 2020, on the threads that it uses
 };
 
@@ -50,7 +54,7 @@ struct SolverStats {
   int iterations = 0;   // of conjugate gradients, or of iterative refinement
   double residual = 0;  // reached by conjugate gradients, as SolverOptions::tolerance
   double assembly_seconds = 0, setup_seconds = 0, solve_seconds = 0;  // wall clock
-  double peak_bytes = 0;  // of the process, since it began
+  double bytes_before = 0, peak_bytes = 0;                            // of the process
 };
 
 struct Solution {
