@@ -146,12 +146,11 @@ class Task {
     stiffness();
     const auto setup = Clock::now();
     LaneProduct product(stiffness(), team_);
-    stats_.multigrid = {.bytes = resident_memory() + coarse.stats().bytes +
-                                 multigrid_bytes(stiffness(), product, loads_.cols()),
-                        .seconds = static_cast<double>(stats_.unknowns) *
-                                       static_cast<double>(batches()) /
-                                       (multigrid_rate * team_.threads()) +
-                                   coarse.stats().operations / factorisation_rate};
+    stats_.multigrid = {
+        .bytes = coarse.bytes() + multigrid_bytes(stiffness(), product, loads_.cols()),
+        .seconds = static_cast<double>(stats_.unknowns) * static_cast<double>(batches()) /
+                       (multigrid_rate * team_.threads()) +
+                   coarse.stats().operations / factorisation_rate};
     require(SolverMethod::multigrid, stats_.multigrid);
     try {
       progress_.report("coarse factorisation", 0);
