@@ -57,7 +57,8 @@ void assembly(benchmark::State& state) {
   const Unknowns unknowns(beam.mesh, beam.root, {});
   kinetostat::files::Progress silent;
   Team team(2);
-  for (auto _ : state) benchmark::DoNotOptimize(assemble(beam.mesh, {steel}, unknowns, team, silent));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(assemble(beam.mesh, {steel}, unknowns, team, silent));
   state.SetItemsProcessed(state.iterations() *
                           static_cast<std::int64_t>(beam.mesh.element_count()));
   state.counters["unknowns"] = 3.0 * unknowns.blocks();
