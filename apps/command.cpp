@@ -101,7 +101,8 @@ CLI::App& Program::group_of(const std::string& name) {
   const std::string group = name.substr(0, blank);
   for (CLI::App* known : app_.get_subcommands({}))
     if (known->get_name() == group) return *known;
-  CLI::App* app = app_.add_subcommand(group, fmt::format("Commands about a {}", group));
+  CLI::App* app =
+      app_.add_subcommand(group, fmt::format("The commands that begin with '{}'", group));
   app->require_subcommand(1);
   return *app;
 }
