@@ -143,13 +143,16 @@ LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
   result.quality = quality(result.mesh);
   if (geometry.volume) result.element_size = result.quality.mean_edge;
   watch.lap("model");
-  // Whoever stopped the refinement gets what it reached, and does not wait for the bracket.
+  // Whoever stopped the refinement gets what it reached, and does not wait for the bracket. A
+  // cancelled run that was not refining has nothing less to give than the whole result.
+  const bool stopped = progress.cancelled();
+  if (stopped && result.accuracy.shortfall.empty()) throw files::Cancelled();
   files::Progress silent;
-  files::Progress& rest = progress.cancelled() ? silent : progress;
-  if (is_wanted(options.bracket, result.mesh) && !progress.cancelled()) {
+  files::Progress& rest = stopped ? silent : progress;
+  if (is_wanted(options.bracket, result.mesh) && !stopped) {
     result.bracket = solved(spec, result.mesh, [&] {
       return coupling_bracket(result.mesh, {spec.material}, result.interfaces, result.response,
-                              options.solver, progress);
+                              options.solver, rest);
     });
     watch.lap("bracket");
   }

@@ -1,5 +1,8 @@
 #include "kinetostat/fea/identify.h"
 
+#include <atomic>
+#include <limits>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -37,15 +40,29 @@ std::string link_text(const spatial::Pose& pose = {}, const std::string& rest = 
          rest;
 }
 
+// Cancels for good when it has been asked `patience` times.
+class Impatient : public files::Progress {
+ public:
+  explicit Impatient(int patience) : patience_(patience) {}
+  bool cancelled() const override { return ++asked_ > patience_; }
+  int asked() const { return asked_; }
+
+ private:
+  int patience_;
+  mutable std::atomic<int> asked_ = 0;
+};
+
 class Identify : public testing::Test {
  protected:
   LinkResult run(const SurfaceMesh& surface, const std::string& link) {
+    files::Progress silent;
+    return run(surface, link, silent);
+  }
+  LinkResult run(const SurfaceMesh& surface, const std::string& link, files::Progress& progress) {
     folder_.file("bar.stl", binary_stl(surface, 1000));
     IdentifyOptions options;
     options.meshing.helper = KINETOSTAT_TETGEN;
-    files::Progress silent;
-    Team team(2);
-    return identify(read_link(folder_.file("bar.yaml", link)), options, silent);
+    return identify(read_link(folder_.file("bar.yaml", link)), options, progress);
   }
   std::string message(const SurfaceMesh& surface, const std::string& link) {
     try {
@@ -65,6 +82,24 @@ TEST_F(Identify, GivesASymmetricPositiveDefiniteComplianceAtTheCentroid) {
   EXPECT_NEAR((result.compliance.frame().point - Vector3(0.1, 0, 0)).norm(), 0, 1e-9);
   EXPECT_NEAR(*result.mass, 7850 * 0.1 * 0.02 * 0.012, 1e-6);
   EXPECT_NEAR((result.center_of_mass - Vector3(0.05, 0, 0)).norm(), 0, 1e-8);
+}
+
+// At whatever moment the user stops it: all of the result, or none of it.
+TEST_F(Identify, CancelledAtAnyMomentItGivesNoPartOfAResult) {
+  Impatient patient(std::numeric_limits<int>::max());
+  const LinkResult whole = run(bar, link_text(), patient);
+  ASSERT_TRUE(whole.bracket);
+  int cancelled = 0;
+  for (int patience = 0; patience <= patient.asked(); ++patience) {
+    Impatient user(patience);
+    try {
+      const LinkResult result = run(bar, link_text(), user);
+      EXPECT_TRUE(result.bracket) << "cancelled when asked " << patience + 1 << " times";
+    } catch (const files::Cancelled&) {
+      ++cancelled;
+    }
+  }
+  EXPECT_GE(cancelled, 10);
 }
 
 // The stored energy of each field is half the work of its wrench: C = U' K U.
