@@ -21,13 +21,15 @@
 #include <cstdlib>
 #include <new>
 #include <stdexcept>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include "kinetostat/fea/cgal_protocol.h"
 
+#include "child.h"
+
 namespace {
 
+using namespace kinetostat;
 using namespace kinetostat::fea::cgal;
 namespace pmp = CGAL::Polygon_mesh_processing;
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
@@ -136,23 +138,6 @@ Answer wrap(const Request& request) {
   return answer_of(mesh);
 }
 
-std::string read_all(int descriptor) {
-  std::string bytes;
-  std::vector<char> buffer(1 << 20);
-  for (ssize_t got; (got = read(descriptor, buffer.data(), buffer.size())) > 0;)
-    bytes.append(buffer.data(), static_cast<std::size_t>(got));
-  return bytes;
-}
-
-bool write_all(int descriptor, const std::string& bytes) {
-  for (std::size_t at = 0; at < bytes.size();) {
-    const ssize_t put = write(descriptor, bytes.data() + at, bytes.size() - at);
-    if (put <= 0) return false;
-    at += static_cast<std::size_t>(put);
-  }
-  return true;
-}
-
 bool is_consistent(const Request& request) {
   const auto points = static_cast<std::int64_t>(request.points.size() / 3);
   return request.points.size() % 3 == 0 && request.triangles.size() % 3 == 0 &&
@@ -178,28 +163,15 @@ int run() {
   return write_all(answer_descriptor, encode(answer)) ? exit_done : EXIT_FAILURE;
 }
 
-// The address sanitizer reserves terabytes of address space: no limit then.
-void limit_memory(int argc, char** argv) {
-#ifndef __SANITIZE_ADDRESS__
-  if (argc != 3 || std::string(argv[1]) != "--memory") return;
-  const rlimit limit{std::strtoull(argv[2], nullptr, 10), RLIM_INFINITY};
-  if (limit.rlim_cur > 0) setrlimit(RLIMIT_AS, &limit);
-#else
-  (void)argc, (void)argv;
-#endif
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  const rlimit no_core{0, 0};
-  setrlimit(RLIMIT_CORE, &no_core);
   if (argc == 2 && std::string(argv[1]) == "--version") {
     std::printf("kinetostat-cgal %s with CGAL %s, GPL-3.0+\n", KINETOSTAT_VERSION,
                 CGAL_VERSION_STR);
     return 0;
   }
-  limit_memory(argc, argv);
+  limit_process(argc, argv);
   int code = EXIT_FAILURE;
   try {
     code = run();

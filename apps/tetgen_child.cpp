@@ -9,7 +9,6 @@
 #include <limits>
 #include <memory>
 #include <new>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #define TETLIBRARY
@@ -17,26 +16,12 @@
 
 #include "kinetostat/fea/tetgen_protocol.h"
 
+#include "child.h"
+
 namespace {
 
+using namespace kinetostat;
 using namespace kinetostat::fea::tetgen;
-
-std::string read_all(int descriptor) {
-  std::string bytes;
-  std::vector<char> buffer(1 << 20);
-  for (ssize_t got; (got = read(descriptor, buffer.data(), buffer.size())) > 0;)
-    bytes.append(buffer.data(), static_cast<std::size_t>(got));
-  return bytes;
-}
-
-bool write_all(int descriptor, const std::string& bytes) {
-  for (std::size_t at = 0; at < bytes.size();) {
-    const ssize_t put = write(descriptor, bytes.data() + at, bytes.size() - at);
-    if (put <= 0) return false;
-    at += static_cast<std::size_t>(put);
-  }
-  return true;
-}
 
 bool is_consistent(const Request& request) {
   const auto points = static_cast<std::int64_t>(request.points.size() / 3);
@@ -164,17 +149,6 @@ Answer taken_from(const tetgenio& out) {
   return answer;
 }
 
-// The address sanitizer reserves terabytes of address space: no limit then.
-void limit_memory(int argc, char** argv) {
-#ifndef __SANITIZE_ADDRESS__
-  if (argc != 3 || std::string(argv[1]) != "--memory") return;
-  const rlimit limit{std::strtoull(argv[2], nullptr, 10), RLIM_INFINITY};
-  if (limit.rlim_cur > 0) setrlimit(RLIMIT_AS, &limit);
-#else
-  (void)argc, (void)argv;
-#endif
-}
-
 int run() {
   Request request;
   if (!decode(read_all(STDIN_FILENO), request) || !is_consistent(request)) return exit_bad_request;
@@ -195,9 +169,7 @@ int run() {
 
 int main(int argc, char** argv) {
   setvbuf(stdout, nullptr, _IOLBF, 0);  // its words must be out before it crashes
-  const rlimit no_core{0, 0};
-  setrlimit(RLIMIT_CORE, &no_core);
-  limit_memory(argc, argv);
+  limit_process(argc, argv);
   int code = EXIT_FAILURE;
   try {
     code = run();

@@ -31,4 +31,19 @@ bool take_block(const std::string& bytes, std::size_t& at, Items& items) {
   return true;
 }
 
+/// The blocks one after the other.
+template <class... Items>
+std::string encode_blocks(const Items&... blocks) {
+  std::string bytes;
+  (append_block(bytes, blocks), ...);
+  return bytes;
+}
+
+/// The blocks that encode_blocks() wrote; false when `bytes` holds more or less than these.
+template <class... Items>
+bool decode_blocks(const std::string& bytes, Items&... blocks) {
+  std::size_t at = 0;
+  return (take_block(bytes, at, blocks) && ...) && at == bytes.size();
+}
+
 }  // namespace kinetostat::fea

@@ -36,33 +36,18 @@ struct Answer {
 };
 
 inline std::string encode(const Request& request) {
-  std::string bytes;
-  append_block(bytes, request.operation);
-  append_block(bytes, request.numbers);
-  append_block(bytes, request.points);
-  append_block(bytes, request.triangles);
-  return bytes;
+  return encode_blocks(request.operation, request.numbers, request.points, request.triangles);
 }
-
 inline bool decode(const std::string& bytes, Request& request) {
-  std::size_t at = 0;
-  return take_block(bytes, at, request.operation) && take_block(bytes, at, request.numbers) &&
-         take_block(bytes, at, request.points) && take_block(bytes, at, request.triangles) &&
-         at == bytes.size();
+  return decode_blocks(bytes, request.operation, request.numbers, request.points,
+                       request.triangles);
 }
 
 inline std::string encode(const Answer& answer) {
-  std::string bytes;
-  append_block(bytes, answer.points);
-  append_block(bytes, answer.triangles);
-  append_block(bytes, answer.counts);
-  return bytes;
+  return encode_blocks(answer.points, answer.triangles, answer.counts);
 }
-
 inline bool decode(const std::string& bytes, Answer& answer) {
-  std::size_t at = 0;
-  return take_block(bytes, at, answer.points) && take_block(bytes, at, answer.triangles) &&
-         take_block(bytes, at, answer.counts) && at == bytes.size();
+  return decode_blocks(bytes, answer.points, answer.triangles, answer.counts);
 }
 
 }  // namespace kinetostat::fea::cgal

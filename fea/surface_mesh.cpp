@@ -200,17 +200,11 @@ struct Soup {
 };
 
 std::string encode(const Soup& soup) {
-  std::string bytes;
-  append_block(bytes, soup.names);
-  append_block(bytes, soup.facets_of_name);
-  append_block(bytes, soup.coordinates);
-  return bytes;
+  return encode_blocks(soup.names, soup.facets_of_name, soup.coordinates);
 }
 
 bool decode(const std::string& bytes, Soup& soup) {
-  std::size_t at = 0;
-  return take_block(bytes, at, soup.names) && take_block(bytes, at, soup.facets_of_name) &&
-         take_block(bytes, at, soup.coordinates) && at == bytes.size();
+  return decode_blocks(bytes, soup.names, soup.facets_of_name, soup.coordinates);
 }
 
 // Throws with a reason.

@@ -40,38 +40,19 @@ struct Answer {
 };
 
 inline std::string encode(const Request& request) {
-  std::string bytes;
-  append_block(bytes, request.switches);
-  append_block(bytes, request.points);
-  append_block(bytes, request.triangles);
-  append_block(bytes, request.markers);
-  append_block(bytes, request.holes);
-  append_block(bytes, request.sizes);
-  return bytes;
+  return encode_blocks(request.switches, request.points, request.triangles, request.markers,
+                       request.holes, request.sizes);
 }
-
 inline bool decode(const std::string& bytes, Request& request) {
-  std::size_t at = 0;
-  return take_block(bytes, at, request.switches) && take_block(bytes, at, request.points) &&
-         take_block(bytes, at, request.triangles) && take_block(bytes, at, request.markers) &&
-         take_block(bytes, at, request.holes) && take_block(bytes, at, request.sizes) &&
-         at == bytes.size();
+  return decode_blocks(bytes, request.switches, request.points, request.triangles, request.markers,
+                       request.holes, request.sizes);
 }
 
 inline std::string encode(const Answer& answer) {
-  std::string bytes;
-  append_block(bytes, answer.points);
-  append_block(bytes, answer.tetrahedra);
-  append_block(bytes, answer.triangles);
-  append_block(bytes, answer.markers);
-  return bytes;
+  return encode_blocks(answer.points, answer.tetrahedra, answer.triangles, answer.markers);
 }
-
 inline bool decode(const std::string& bytes, Answer& answer) {
-  std::size_t at = 0;
-  return take_block(bytes, at, answer.points) && take_block(bytes, at, answer.tetrahedra) &&
-         take_block(bytes, at, answer.triangles) && take_block(bytes, at, answer.markers) &&
-         at == bytes.size();
+  return decode_blocks(bytes, answer.points, answer.tetrahedra, answer.triangles, answer.markers);
 }
 
 }  // namespace kinetostat::fea::tetgen

@@ -1,0 +1,44 @@
+// What the helper programs have in common: bytes in, bytes out, and their limits. Nothing but the
+// standard library, so that the helpers share no code with the rest.
+#pragma once
+
+#include <cstdlib>
+#include <string>
+#include <sys/resource.h>
+#include <unistd.h>
+#include <vector>
+
+namespace kinetostat {
+
+inline std::string read_all(int descriptor) {
+  std::string bytes;
+  std::vector<char> buffer(1 << 20);
+  for (ssize_t got; (got = read(descriptor, buffer.data(), buffer.size())) > 0;)
+    bytes.append(buffer.data(), static_cast<std::size_t>(got));
+  return bytes;
+}
+
+inline bool write_all(int descriptor, const std::string& bytes) {
+  for (std::size_t at = 0; at < bytes.size();) {
+    const ssize_t put = write(descriptor, bytes.data() + at, bytes.size() - at);
+    if (put <= 0) return false;
+    at += static_cast<std::size_t>(put);
+  }
+  return true;
+}
+
+/// No core dump, and no more memory than the arguments `--memory BYTES` say. The address sanitizer
+/// reserves terabytes of address space: no limit then.
+inline void limit_process(int argc, char** argv) {
+  const rlimit no_core{0, 0};
+  setrlimit(RLIMIT_CORE, &no_core);
+#ifndef __SANITIZE_ADDRESS__
+  if (argc != 3 || std::string(argv[1]) != "--memory") return;
+  const rlimit limit{std::strtoull(argv[2], nullptr, 10), RLIM_INFINITY};
+  if (limit.rlim_cur > 0) setrlimit(RLIMIT_AS, &limit);
+#else
+  (void)argc, (void)argv;
+#endif
+}
+
+}  // namespace kinetostat
