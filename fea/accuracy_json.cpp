@@ -5,16 +5,10 @@ namespace {
 
 using files::Json;
 
+// Nothing where nothing was estimated.
 template <class Matrix>
 Json rows(const Matrix& matrix) {
-  if (matrix.size() == 0) return {};
-  Json list = Json::array();
-  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-    Json row = Json::array();
-    for (Eigen::Index j = 0; j < matrix.cols(); ++j) row.push_back(matrix(i, j));
-    list.push_back(std::move(row));
-  }
-  return list;
+  return matrix.size() == 0 ? Json() : files::rows(matrix);
 }
 
 Json optional(const std::optional<double>& value) { return value ? Json(*value) : Json(); }

@@ -11,19 +11,10 @@ namespace kinetostat::fea {
 namespace {
 
 using files::Json;
+using files::rows;
 using files::to_json;
 
 constexpr const char* wrench_names[] = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
-
-Json rows(const Eigen::MatrixXd& matrix) {
-  Json list = Json::array();
-  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-    Json row = Json::array();
-    for (Eigen::Index j = 0; j < matrix.cols(); ++j) row.push_back(matrix(i, j));
-    list.push_back(std::move(row));
-  }
-  return list;
-}
 
 Json interface_json(const CoupledInterface& coupled, double fit_residual) {
   const Interface& interface = coupled.geometry;
@@ -60,7 +51,7 @@ Json reduced_json(const LinkResult& result) {
   return {{"degrees_of_freedom", freedoms_json(result.interfaces)},
           {"fixed", result.interfaces.front().name},
           {"stiffness", rows(reduced_stiffness(raw, result.interfaces))},
-          {"flexibility", rows(Eigen::MatrixXd(0.5 * (raw + raw.transpose())))}};
+          {"flexibility", rows(0.5 * (raw + raw.transpose()))}};
 }
 
 Json bracket_json(const std::optional<CouplingBracket>& bracket) {
@@ -76,12 +67,11 @@ Json preload_json(const LinkResult& result) {
   const GeometricStiffness& geometric = *result.geometric_stiffness;
   const Vector6& wrench = *result.preload;
   Json change;
-  for (std::size_t j = 0; j < 6; ++j)
-    change[wrench_names[j]] = rows(Eigen::MatrixXd(geometric.per_load[j]));
+  for (std::size_t j = 0; j < 6; ++j) change[wrench_names[j]] = rows(geometric.per_load[j]);
   return {{"force", to_json(Vector3(wrench.head<3>()))},
           {"moment", to_json(Vector3(wrench.tail<3>()))},
           {"moments", "semi-tangential"},
-          {"stiffness", rows(Eigen::MatrixXd(geometric.stiffness))},
+          {"stiffness", rows(geometric.stiffness)},
           {"stiffness_change_per_load", change},
           {"buckling_factor",
            {{"free", factor_json(geometric.buckling_free)},

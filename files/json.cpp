@@ -17,20 +17,9 @@ namespace {
 using spatial::Matrix6;
 using spatial::Vector3;
 
-template <class Matrix>
-Json rows(const Matrix& matrix) {
-  Json list = Json::array();
-  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-    Json row = Json::array();
-    for (Eigen::Index j = 0; j < matrix.cols(); ++j) row.push_back(matrix(i, j));
-    list.push_back(row);
-  }
-  return list;
-}
-
 void add_frame(Json& json, const spatial::Frame& frame) {
   json["point"] = to_json(frame.point);
-  json["axes"] = rows(frame.axes.transpose().eval());
+  json["axes"] = rows(frame.axes.transpose());
 }
 
 Json coordinate_order() { return {"tx", "ty", "tz", "rx", "ry", "rz"}; }

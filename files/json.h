@@ -26,6 +26,17 @@ Json to_json(const spatial::Stiffness6& stiffness);
 Json to_json(const spatial::Wrench& wrench);
 Json to_json(const spatial::Twist& twist);
 Json to_json(const spatial::Vector3& vector);
+/// A matrix of any size and without a frame: a list of its rows.
+template <class Derived>
+Json rows(const Eigen::MatrixBase<Derived>& matrix) {
+  Json list = Json::array();
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
+    Json row = Json::array();
+    for (Eigen::Index j = 0; j < matrix.cols(); ++j) row.push_back(matrix(i, j));
+    list.push_back(std::move(row));
+  }
+  return list;
+}
 
 /// Reads what to_json(Compliance6) wrote, or a link result that has the same keys. Throws
 /// InputError naming the key that is missing or malformed, when order or units are others than
