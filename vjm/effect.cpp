@@ -6,23 +6,10 @@
 
 #include "kinetostat/spatial/spelling.h"
 #include "kinetostat/vjm/effects/kinds.h"
-#include "kinetostat/vjm/equilibrium_system.h"
+#include "kinetostat/vjm/equilibrium_state.h"
 
 namespace kinetostat::vjm {
-namespace {
-
-SystemState state_of(const Equilibrium& equilibrium) {
-  SystemState state;
-  state.bodies.push_back(equilibrium.platform);
-  for (const spatial::Pose& body : equilibrium.inner_bodies) state.bodies.push_back(body);
-  for (const ChainEquilibrium& chain : equilibrium.chains) {
-    state.wrenches.push_back(chain.wrench.coordinates());
-    state.coordinates.push_back(chain.coordinates);
-  }
-  return state;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 namespace effects {
 

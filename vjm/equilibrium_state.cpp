@@ -78,4 +78,15 @@ Equilibrium describe(EquilibriumSystem& system, const Manipulator& manipulator,
   return equilibrium;
 }
 
+SystemState state_of(const Equilibrium& equilibrium) {
+  SystemState state;
+  state.bodies.push_back(equilibrium.platform);
+  for (const spatial::Pose& body : equilibrium.inner_bodies) state.bodies.push_back(body);
+  for (const ChainEquilibrium& chain : equilibrium.chains) {
+    state.wrenches.push_back(chain.wrench.coordinates());
+    state.coordinates.push_back(chain.coordinates);
+  }
+  return state;
+}
+
 }  // namespace kinetostat::vjm

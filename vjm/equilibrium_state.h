@@ -11,4 +11,7 @@ namespace kinetostat::vjm {
 Equilibrium describe(EquilibriumSystem& system, const Manipulator& manipulator,
                      const Posture& posture, const SystemState& state, const Load& load);
 
+/// The state back from what is known of it.
+SystemState state_of(const Equilibrium& equilibrium);
+
 }  // namespace kinetostat::vjm

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/vjm/equilibrium_system.h"
+#include "kinetostat/vjm/equilibrium_state.h"
 
 namespace kinetostat::vjm {
 namespace {
@@ -26,14 +26,7 @@ Eigen::Matrix<double, 6, Eigen::Dynamic> displacement_by_log_stiffness(
     const Manipulator& manipulator, const Posture& posture, const Load& load,
     const Equilibrium& equilibrium, const std::vector<SpringParameter>& parameters) {
   EquilibriumSystem system(manipulator, posture);
-  SystemState state;
-  state.bodies.push_back(equilibrium.platform);
-  for (const spatial::Pose& body : equilibrium.inner_bodies) state.bodies.push_back(body);
-  for (const ChainEquilibrium& chain : equilibrium.chains) {
-    state.wrenches.push_back(chain.wrench.coordinates());
-    state.coordinates.push_back(chain.coordinates);
-  }
-  system.set(state, load);
+  system.set(state_of(equilibrium), load);
   system.linearise(false);
 
   Eigen::Matrix<double, 6, Eigen::Dynamic> derivatives(6, parameters.size());
