@@ -1,9 +1,6 @@
 // Inner bodies, gravity, loads at nodes, stops, geometric errors, patterns: what goes beyond a
 // parallel robot without weight.
 #include <cmath>
-#include <filesystem>
-#include <fstream>
-#include <unistd.h>
 
 #include <gtest/gtest.h>
 
@@ -16,6 +13,7 @@
 #include "kinetostat/vjm/stiffness.h"
 
 #include "vjm/random_chain.h"
+#include "vjm/robot_text.h"
 
 namespace kinetostat::vjm {
 namespace {
@@ -26,15 +24,6 @@ using spatial::Vector3;
 using spatial::Vector6;
 
 const std::string robots = std::string(KINETOSTAT_SOURCE_DIR) + "/data/robots/";
-
-Robot read_text(const std::string& text) {
-  const auto file = std::filesystem::path(::testing::TempDir()) /
-                    ("mechanism_" + std::to_string(::getpid()) + ".yaml");
-  std::ofstream(file) << text;
-  Robot robot = read_robot(file);
-  std::filesystem::remove(file);
-  return robot;
-}
 
 std::string replaced_all(std::string text, const std::string& from, const std::string& to) {
   std::size_t at = text.find(from);
@@ -125,7 +114,7 @@ TEST(Mechanism, ACutChainIsTheSameChain) {
 }
 
 TEST(Gravity, ACantileverSagsLikeABeamUnderItsOwnWeight) {
-  const Robot robot = read_text(R"(kinetostat: 1
+  const Robot robot = robot_from(R"(kinetostat: 1
 name: beam
 units: {length: mm, force: N, angle: deg}
 gravity: {direction: [0, 0, -1], acceleration: 10 m/s^2}
@@ -145,14 +134,14 @@ manipulator: {chain: arm}
 
 TEST(Gravity, SegmentsCarryTheWeightOfTheWholeBeam) {
   const auto sag = [](int segments) {
-    const Robot robot = read_text(R"(kinetostat: 1
+    const Robot robot = robot_from(R"(kinetostat: 1
 name: beam
 units: {length: mm, force: N, angle: deg}
 gravity: {direction: [0, 0, -1]}
 materials: {steel: {E: 210 GPa, nu: 0.3, density: 8000 kg/m^3}}
 links:
   beam: {beam: {length: 500, section: {circle: {diameter: 20}}, material: steel, segments: )" +
-                                  std::to_string(segments) + R"(}}
+                                   std::to_string(segments) + R"(}}
 chain_types: {arm: [{link: beam}]}
 manipulator: {chain: arm}
 )");
@@ -205,7 +194,7 @@ struct ShiftRow {
 TEST(GeometricErrors, ActuatorErrorsShiftTheOrthoglideAsPublished) {
   const std::string nominal = files::read_text(robots + "orthoglide.yaml");
   const auto with_error = [&](const std::string& millimetres) {
-    return read_text(
+    return robot_from(
         replaced_all(nominal, "type: puu, base:",
                      "type: puu, errors: [{at: rho, point: [" + millimetres + ", 0, 0]}], base:"));
   };
@@ -230,7 +219,7 @@ TEST(GeometricErrors, ActuatorErrorsShiftTheOrthoglideAsPublished) {
 
 TEST(GeometricErrors, ATwistedChainOfAnOverconstrainedRobotLoadsTheOthers) {
   const std::string nominal = files::read_text(robots + "orthoglide_prpar.yaml");
-  const Robot robot = read_text(
+  const Robot robot = robot_from(
       replaced_all(nominal, "{name: x, type: carriage,",
                    "{name: x, type: carriage, errors: [{at: rho, rotation_vector: [1, 0, 0]}],"));
   const Posture posture = posture_of(robot.manipulator, {0.05, 0.05, 0.05});
@@ -252,8 +241,8 @@ TEST(GeometricErrors, ATwistedChainOfAnOverconstrainedRobotLoadsTheOthers) {
 TEST(GeometricErrors, TheLinearAssemblyIsTheLimitOfTheFullOne) {
   const std::string twisted = files::read_text(robots + "orthoglide_errors.yaml");
   const auto difference = [&](const std::string& degrees) {
-    const Robot robot = read_text(replaced_all(twisted, "rotation_vector: [1, 0, 0]",
-                                               "rotation_vector: [" + degrees + ", 0, 0]"));
+    const Robot robot = robot_from(replaced_all(twisted, "rotation_vector: [1, 0, 0]",
+                                                "rotation_vector: [" + degrees + ", 0, 0]"));
     const Assembly a =
         assemble(robot.manipulator, posture_of(robot.manipulator, {0.03, -0.02, 0.05}));
     EXPECT_EQ(a.assembled.status, EquilibriumStatus::converged) << a.assembled.reason;
@@ -266,7 +255,7 @@ TEST(GeometricErrors, TheLinearAssemblyIsTheLimitOfTheFullOne) {
 TEST(Patterns, ThreeTurnedCopiesAreTheOrthoglide) {
   const Robot explicit_robot = read_robot(robots + "orthoglide.yaml");
   const std::string text = files::read_text(robots + "orthoglide.yaml");
-  const Robot pattern = read_text(
+  const Robot pattern = robot_from(
       text.substr(0, text.find("manipulator:")) +
       "manipulator:\n  chains:\n    - {name: leg, type: puu, base: [0, -109.53084041, 0], pattern: "
       "{count: 3, axis: [1, 1, 1]}}\n");

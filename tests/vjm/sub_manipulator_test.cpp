@@ -4,7 +4,6 @@
 #include <fstream>
 #include <random>
 #include <stdexcept>
-#include <unistd.h>
 
 #include <Eigen/Cholesky>
 #include <gmock/gmock.h>
@@ -15,6 +14,8 @@
 #include "kinetostat/vjm/robot_file.h"
 #include "kinetostat/vjm/stiffness.h"
 
+#include "vjm/robot_text.h"
+
 namespace kinetostat::vjm {
 namespace {
 
@@ -24,17 +25,6 @@ using spatial::Vector3;
 using spatial::Vector6;
 
 const std::string robots = std::string(KINETOSTAT_SOURCE_DIR) + "/data/robots/";
-
-Robot read_text(const std::string& text) {
-  const auto file =
-      std::filesystem::path(robots) / (".sub_manipulator_" + std::to_string(::getpid()) + ".yaml");
-  std::ofstream(file) << text;
-  struct Removed {
-    std::filesystem::path file;
-    ~Removed() { std::filesystem::remove(file); }
-  } const removed{file};
-  return read_robot(file);
-}
 
 std::string leg_of(const std::string& name) {
   return "  - {name: " + name + ", type: prpar, base: {point: " +
@@ -71,7 +61,7 @@ const std::string orthoglide =
 // A robot of twelve chains and six inner bodies, and the same of three chains with reduced legs.
 TEST(SubManipulator, ReducedLegsGiveTheStiffnessOfTheWholeMechanism) {
   const Robot whole = read_robot(robots + "orthoglide_prpar.yaml");
-  const Robot reduced = read_text(orthoglide);
+  const Robot reduced = robot_from(orthoglide);
   EXPECT_EQ(reduced.manipulator.size(), 3U);
   const auto compliance = [](const Robot& robot) {
     const PostureResult at = posture_at(robot.manipulator, Pose());
