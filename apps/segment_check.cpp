@@ -1,8 +1,8 @@
 #include "kinetostat/apps/segment_check.h"
 
-#include <tuple>
-
 #include <fmt/format.h>
+
+#include "kinetostat/vjm/segments.h"
 
 namespace kinetostat::apps {
 
@@ -11,20 +11,7 @@ std::optional<double> lumping_error(const vjm::Robot& robot, const PostureReques
   if (!robot.has_beams || found.status != vjm::EquilibriumStatus::converged) return std::nullopt;
   const vjm::Robot finer = vjm::read_robot(posture.robot_file, {.segment_multiple = 2});
   const vjm::Equilibrium again = load.solve(finer, posture.posture(finer));
-  if (again.status != vjm::EquilibriumStatus::converged) return std::nullopt;
-  const bool held = load.task(robot).platform_held;
-  const auto size_and_change = [](const spatial::Vector3& a, const spatial::Vector3& b) {
-    return std::pair(b.norm(), (a - b).norm());
-  };
-  auto [size, change] =
-      held ? size_and_change(found.wrench.force, again.wrench.force)
-           : size_and_change(found.displacement.translation, again.displacement.translation);
-  if (size == 0)
-    std::tie(size, change) =
-        held ? size_and_change(found.wrench.moment, again.wrench.moment)
-             : size_and_change(found.displacement.rotation, again.displacement.rotation);
-  if (size == 0) return std::nullopt;
-  return 4.0 / 3 * change / size;
+  return vjm::lumping_error(found, again, load.task(robot).platform_held);
 }
 
 std::string lumping_text(const vjm::Robot& robot, const std::optional<double>& error) {

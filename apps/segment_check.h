@@ -8,11 +8,7 @@
 
 namespace kinetostat::apps {
 
-/// Solves again with every beam in twice the segments. The springs of a straight unloaded beam are
-/// exact with any number; under load the difference is the share of geometric stiffness that lumped
-/// springs miss. Returns Richardson's estimate of the relative error of the displacement under the
-/// load (or of the wrench that holds a displacement); nothing without beams or when either does not
-/// converge.
+/// Solves again with every beam in twice the segments: vjm::lumping_error(). Nothing without beams.
 std::optional<double> lumping_error(const vjm::Robot& robot, const PostureRequest& posture,
                                     const LoadRequest& load, const vjm::Equilibrium& found);
 

@@ -34,4 +34,20 @@ SegmentStudy study_segments(const std::vector<int>& multiples,
   return study;
 }
 
+std::optional<double> lumping_error(const Equilibrium& given, const Equilibrium& twice,
+                                    bool platform_held) {
+  if (given.status != EquilibriumStatus::converged || twice.status != EquilibriumStatus::converged)
+    return std::nullopt;
+  const auto error = [](const spatial::Vector3& a, const spatial::Vector3& b) {
+    return a.isZero(0) ? std::nullopt : std::optional(4.0 / 3 * (a - b).norm() / a.norm());
+  };
+  if (platform_held) {
+    const auto of_force = error(given.wrench.force, twice.wrench.force);
+    return of_force ? of_force : error(given.wrench.moment, twice.wrench.moment);
+  }
+  const auto of_translation = error(given.displacement.translation, twice.displacement.translation);
+  return of_translation ? of_translation
+                        : error(given.displacement.rotation, twice.displacement.rotation);
+}
+
 }  // namespace kinetostat::vjm

@@ -5,6 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include "kinetostat/vjm/equilibrium.h"
+
 namespace kinetostat::vjm {
 
 /// A result for several numbers of segments. A chain of lumped springs converges to the beam with
@@ -25,5 +27,14 @@ struct SegmentStudy {
 /// Stops at the first multiple for which there is no result.
 SegmentStudy study_segments(const std::vector<int>& multiples,
                             const std::function<std::optional<double>(int)>& result);
+
+/// Of the same robot and load, once as given and once with every beam in twice the segments.
+/// Richardson's estimate of the relative error of the first: of the displacement of a free
+/// platform, or of the force that holds it (of rotation or moment when there is none). The springs
+/// of a straight unloaded beam are exact with any number; under load the difference is the share of
+/// geometric stiffness that lumped springs miss. Nothing when either has not converged or nothing
+/// moves.
+std::optional<double> lumping_error(const Equilibrium& given, const Equilibrium& twice,
+                                    bool platform_held);
 
 }  // namespace kinetostat::vjm
