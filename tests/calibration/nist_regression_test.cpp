@@ -3,10 +3,12 @@
 #include <fstream>
 #include <map>
 #include <sstream>
-#include <unsupported/Eigen/AutoDiff>
 
 #include <Eigen/Core>
 #include <gtest/gtest.h>
+
+// Needs Eigen/Core before it.
+#include <unsupported/Eigen/AutoDiff>
 
 #include "kinetostat/calibration/least_squares.h"
 
