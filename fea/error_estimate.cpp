@@ -36,72 +36,105 @@ Eigen::MatrixXd mass_matrix(int order) {
   return m / 420;
 }
 
-// D^-1 : s, with the shear components doubled, because each counts twice in a product of stresses.
-Eigen::MatrixXd strains(const Eigen::MatrixXd& stresses, const Material& material) {
-  const double direct = (1 + material.poisson()) / material.young();
-  const double lateral = material.poisson() / material.young();
-  Eigen::MatrixXd result(stresses.rows(), stresses.cols());
-  for (Eigen::Index c = 0; c < stresses.cols(); ++c)
-    for (Eigen::Index r = 0; r < stresses.rows(); r += 6) {
-      const auto s = stresses.block<6, 1>(r, c);
-      result.block<3, 1>(r, c) = direct * s.head<3>().array() - lateral * s.head<3>().sum();
-      result.block<3, 1>(r + 3, c) = 2 * direct * s.tail<3>();
-    }
-  return result;
-}
+// One row per node of the element, one column per stress.
+using AtNodes = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 // Recovered minus computed stresses at the nodes of an element: both are in the span of the shape
 // functions.
-Eigen::MatrixXd stress_defect(const TetMesh& mesh, std::size_t e, const Stresses& at_corners,
-                              const Stresses& recovered) {
+void stress_defect(const TetMesh& mesh, std::size_t e, const Stresses& at_corners,
+                   const Stresses& recovered, AtNodes& defect) {
   const auto element = mesh.element(e);
   const auto corners = at_corners.middleCols<4>(4 * static_cast<Eigen::Index>(e));
-  Eigen::MatrixXd defect(at_corners.rows(), static_cast<Eigen::Index>(element.size()));
+  defect.resize(static_cast<Eigen::Index>(element.size()), at_corners.rows());
   for (std::size_t n = 0; n < element.size(); ++n) {
-    auto column = defect.col(static_cast<Eigen::Index>(n));
-    column = recovered.col(element[n]);
+    auto row = defect.row(static_cast<Eigen::Index>(n));
     if (n < 4)
-      column -= corners.col(static_cast<Eigen::Index>(n));
+      row = (recovered.col(element[n]) - corners.col(static_cast<Eigen::Index>(n))).transpose();
     else
-      column -= 0.5 * (corners.col(tet_edges[n - 4][0]) + corners.col(tet_edges[n - 4][1]));
+      row = (recovered.col(element[n]) -
+             0.5 * (corners.col(tet_edges[n - 4][0]) + corners.col(tet_edges[n - 4][1])))
+                .transpose();
   }
-  return defect;
 }
 
-// Adds the elements of one material.
-void add_elements(const TetMesh& mesh, std::size_t number, const Material& material,
-                  const Stresses& at_corners, ErrorEstimate& error) {
-  const Stresses recovered = recovered_stresses(mesh, at_corners, number);
-  const Eigen::MatrixXd root = mass_matrix(mesh.order).llt().matrixL();
-  const Eigen::Index cases = error.total.rows();
-  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
-    if (mesh.material_of(e) != number) continue;
-    const Eigen::MatrixXd stress = stress_defect(mesh, e, at_corners, recovered) * root;
-    const Eigen::MatrixXd strain = volume(mesh.corners(e)) * strains(stress, material);
-    Eigen::Index entry = 0;
-    for (Eigen::Index j = 0; j < cases; ++j)
-      for (Eigen::Index i = 0; i <= j; ++i) {
-        const double part =
-            stress.middleRows<6>(6 * i).cwiseProduct(strain.middleRows<6>(6 * j)).sum();
-        error.by_element(entry++, static_cast<Eigen::Index>(e)) = part;
-        error.total(i, j) += part;
+// D^-1 : s, with the shear components doubled, because each counts twice in a product of stresses.
+Vector6 strain(const Eigen::Ref<const Vector6>& s, const Material& material) {
+  const double direct = (1 + material.poisson()) / material.young();
+  const double lateral = material.poisson() / material.young();
+  Vector6 result;
+  result.head<3>() = direct * s.head<3>().array() - lateral * s.head<3>().sum();
+  result.tail<3>() = 2 * direct * s.tail<3>();
+  return result;
+}
+
+// The elements of one material.
+class Contributions {
+ public:
+  Contributions(const TetMesh& mesh, const Material& material, const Stresses& at_corners,
+                const Stresses& recovered)
+      : mesh_(mesh),
+        material_(material),
+        at_corners_(at_corners),
+        recovered_(recovered),
+        root_(mass_matrix(mesh.order).llt().matrixU()) {}
+
+  // What element e adds to the upper triangle of the error matrix, column by column.
+  void of(std::size_t e, Eigen::Ref<Eigen::VectorXd> parts) {
+    stress_defect(mesh_, e, at_corners_, recovered_, defect_);
+    parts.setZero();
+    const Eigen::Index cases = defect_.cols() / 6;
+    for (Eigen::Index a = 0; a < root_.rows(); ++a) {
+      stress_.setZero(defect_.cols());
+      for (Eigen::Index b = a; b < root_.cols(); ++b)
+        stress_ += root_(a, b) * defect_.row(b).transpose();
+      Eigen::Index entry = 0;
+      for (Eigen::Index j = 0; j < cases; ++j) {
+        const Vector6 strain_j = strain(stress_.segment<6>(6 * j), material_);
+        for (Eigen::Index i = 0; i <= j; ++i)
+          parts[entry++] += stress_.segment<6>(6 * i).dot(strain_j);
       }
+    }
+    parts *= volume(mesh_.corners(e));
   }
+
+ private:
+  const TetMesh& mesh_;
+  const Material& material_;
+  const Stresses &at_corners_, &recovered_;
+  const Eigen::MatrixXd root_;
+  AtNodes defect_;
+  Eigen::VectorXd stress_;
+};
+
+void add_elements(const TetMesh& mesh, std::size_t number, const Material& material,
+                  const Stresses& at_corners, ErrorEstimate& error, Team& team) {
+  constexpr std::size_t at_once = 1024;
+  const Stresses recovered = recovered_stresses(mesh, at_corners, number, team);
+  team.for_each_piece(mesh.element_count(), at_once, [&](int, std::size_t begin, std::size_t end) {
+    Contributions contributions(mesh, material, at_corners, recovered);
+    for (std::size_t e = begin; e < end; ++e)
+      if (mesh.material_of(e) == number)
+        contributions.of(e, error.by_element.col(static_cast<Eigen::Index>(e)));
+  });
 }
 
 }  // namespace
 
 ErrorEstimate estimate_error(const TetMesh& mesh, const std::vector<Material>& materials,
-                             const std::vector<Eigen::Matrix3Xd>& displacements) {
+                             const std::vector<Eigen::Matrix3Xd>& displacements, Team& team) {
   const auto cases = static_cast<Eigen::Index>(displacements.size());
   ErrorEstimate error{
-      .total = Eigen::MatrixXd::Zero(cases, cases),
+      .total = Eigen::MatrixXd(cases, cases),
       .by_element = Eigen::MatrixXd(cases * (cases + 1) / 2,
                                     static_cast<Eigen::Index>(mesh.element_count()))};
-  const Stresses at_corners = corner_stresses(mesh, materials, displacements);
+  const Stresses at_corners = corner_stresses(mesh, materials, displacements, team);
   for (std::size_t m = 0; m < materials.size(); ++m)
-    add_elements(mesh, m, materials[m], at_corners, error);
-  error.total.triangularView<Eigen::StrictlyLower>() = error.total.transpose();
+    add_elements(mesh, m, materials[m], at_corners, error, team);
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(error.by_element.rows());
+  for (Eigen::Index e = 0; e < error.by_element.cols(); ++e) sum += error.by_element.col(e);
+  Eigen::Index entry = 0;
+  for (Eigen::Index j = 0; j < cases; ++j)
+    for (Eigen::Index i = 0; i <= j; ++i) error.total(i, j) = error.total(j, i) = sum[entry++];
   return error;
 }
 

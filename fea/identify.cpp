@@ -98,7 +98,7 @@ RefinedModel model_as_asked(const LinkSpec& spec, const LinkGeometry& geometry,
     meshing.edge_length = spec.size.value_or(0);
     LinkModel model = model_on(spec, geometry, meshing, options.solver, progress);
     progress.report("error estimate", 0);
-    Accuracy accuracy = accuracy_of(model);
+    Accuracy accuracy = accuracy_of(model, options.solver.threads);
     return {.model = std::move(model), .accuracy = std::move(accuracy)};
   }
   const Solve solve = [&](const SizeField& sizes) {
@@ -107,6 +107,7 @@ RefinedModel model_as_asked(const LinkSpec& spec, const LinkGeometry& geometry,
   };
   RefinementOptions refinement = options.refinement;
   refinement.accuracy = spec.accuracy;
+  refinement.threads = options.solver.threads;
   return refine(solve, size_from_surface(geometry.imported.mesh), refinement, progress);
 }
 

@@ -69,7 +69,7 @@ inline constexpr std::size_t cheap_bracket_unknowns = 300'000;  // of the link a
 struct IdentifyOptions {
   TetrahedralizeOptions meshing = {};  // edge_length and sizes are set from the link file
   SolverOptions solver = {};
-  RefinementOptions refinement = {};  // accuracy is set from the link file
+  RefinementOptions refinement = {};  // accuracy is set from the link file, threads from solver
   BracketWanted bracket = BracketWanted::when_cheap;
 };
 

@@ -3,14 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-// The same source for several generations of processors, chosen when the program starts. Products
-// and sums are rounded one by one in all of them, so the digits are the same everywhere.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-#define KINETOSTAT_FOR_SEVERAL_PROCESSORS \
-  __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define KINETOSTAT_FOR_SEVERAL_PROCESSORS
-#endif
+#include "kinetostat/fea/several_processors.h"
 
 namespace kinetostat::fea {
 namespace {

@@ -207,8 +207,9 @@ files::VtuGrid displacement_fields(const LinkResult& result) {
       .nodes_per_cell = static_cast<int>(mesh.nodes_per_element()),
       .connectivity = mesh.connectivity};
   for (const Vector3& p : mesh.nodes) grid.points.insert(grid.points.end(), {p.x(), p.y(), p.z()});
-  const Stresses stresses =
-      recovered_stresses(mesh, corner_stresses(mesh, {result.material}, result.response.fields), 0);
+  Team alone(1);
+  const Stresses stresses = recovered_stresses(
+      mesh, corner_stresses(mesh, {result.material}, result.response.fields, alone), 0, alone);
   for (std::size_t j = 0; j < result.response.fields.size(); ++j) {
     const Eigen::Matrix3Xd& u = result.response.fields[j];
     const std::string interface =

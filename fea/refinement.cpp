@@ -53,8 +53,10 @@ Concentration concentration_of(const std::vector<double>& indicator, const TetMe
 }
 
 // Adds the outcome on this mesh and judges the sequence again.
-void assess(const LinkModel& model, Accuracy& accuracy) {
-  const ErrorEstimate estimate = estimate_error(model.mesh, model.materials, model.response.fields);
+void assess(const LinkModel& model, int threads, Accuracy& accuracy) {
+  Team team(threads);
+  const ErrorEstimate estimate =
+      estimate_error(model.mesh, model.materials, model.response.fields, team);
   const Eigen::MatrixXd& raw = model.response.flexibility;
   accuracy.meshes.push_back({.unknowns = model.response.solver.unknowns,
                              .elements = model.mesh.element_count(),
@@ -90,7 +92,7 @@ class Refinement {
   RefinedModel run(SizeField sizes) {
     RefinedModel best{.model = solve_(sizes), .accuracy = {}};
     best.accuracy.asked = options_.accuracy;
-    assess(best.model, best.accuracy);
+    assess(best.model, options_.threads, best.accuracy);
     while (true) {
       const std::string lack = lacking(best.accuracy, options_.accuracy);
       best.accuracy.converged = lack.empty();
@@ -123,7 +125,7 @@ class Refinement {
                                                 .least_growth = least_growth,
                                                 .most_growth = std::min(room, most_growth)}));
       Accuracy accuracy = best.accuracy;
-      assess(model, accuracy);
+      assess(model, options_.threads, accuracy);
       best.model = std::move(model);
       best.accuracy = std::move(accuracy);
       return {};
@@ -148,9 +150,9 @@ class Refinement {
 
 }  // namespace
 
-Accuracy accuracy_of(const LinkModel& model) {
+Accuracy accuracy_of(const LinkModel& model, int threads) {
   Accuracy accuracy;
-  assess(model, accuracy);
+  assess(model, threads, accuracy);
   return accuracy;
 }
 

@@ -31,6 +31,7 @@ struct RefinementOptions {
   std::size_t most_meshes = 8;          // >= 1
   std::size_t most_unknowns = 3000000;  // no mesh beyond is begun
   double time_limit = 0;                // [s] after which no further mesh is begun; 0: none
+  int threads = 1;                      // of the error estimate; no digit depends on it
 };
 
 /// Where the error sits.
@@ -56,7 +57,7 @@ struct RefinedModel {
 };
 
 /// Error bars of one model, for a mesh that the user chose.
-Accuracy accuracy_of(const LinkModel& model);
+Accuracy accuracy_of(const LinkModel& model, int threads);
 
 /// Refines, at least once, until the accuracy is reached and the two estimates of the error agree.
 /// When a mesh after the first cannot be finished, or the user cancels then, the last good one is

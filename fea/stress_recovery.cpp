@@ -7,6 +7,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "kinetostat/fea/several_processors.h"
+
 namespace kinetostat::fea {
 namespace {
 
@@ -65,12 +67,42 @@ Terms terms_at(const Vector3& x, int order) {
 
 // Where the stresses of an element are most accurate: at its centre when they are constant, at the
 // four points of the quadrature when they are linear. Barycentric coordinates in the columns.
-Eigen::Matrix4Xd sample_points(int order) {
+constexpr int most_samples = 4;
+using SamplePoints = Eigen::Matrix<double, 4, Eigen::Dynamic, 0, 4, most_samples>;
+SamplePoints sample_points(int order) {
   if (order == 1) return Eigen::Vector4d::Constant(0.25);
   const double near = (5 + 3 * std::sqrt(5.0)) / 20, far = (5 - std::sqrt(5.0)) / 20;
   Eigen::Matrix4d points = Eigen::Matrix4d::Constant(far);
   points.diagonal().setConstant(near);
   return points;
+}
+
+// out[i] = sum over k of weight[k] * values[k][i]: the stresses at one sample point from those at
+// the four corners, which lie one behind the other.
+KINETOSTAT_FOR_SEVERAL_PROCESSORS
+void weighted_sum(const double* weight, const double* values, int width, double* __restrict out) {
+  for (int i = 0; i < width; ++i)
+    out[i] = weight[0] * values[i] + weight[1] * values[width + i] +
+             weight[2] * values[2 * width + i] + weight[3] * values[3 * width + i];
+}
+
+// sums[i][j] += a[i] * b[j].
+KINETOSTAT_FOR_SEVERAL_PROCESSORS
+void add_product(const double* a, int rows, const double* b, int columns, double* __restrict sums) {
+  for (int i = 0; i < rows; ++i)
+    for (int j = 0; j < columns; ++j) sums[i * columns + j] += a[i] * b[j];
+}
+
+// The same for four pairs at once.
+KINETOSTAT_FOR_SEVERAL_PROCESSORS
+void add_four_products(const double* a, int rows, const double* b, int columns,
+                       double* __restrict sums) {
+  for (int i = 0; i < rows; ++i) {
+    const double a0 = a[i], a1 = a[rows + i], a2 = a[2 * rows + i], a3 = a[3 * rows + i];
+    for (int j = 0; j < columns; ++j)
+      sums[i * columns + j] +=
+          a0 * b[j] + a1 * b[columns + j] + a2 * b[2 * columns + j] + a3 * b[3 * columns + j];
+  }
 }
 
 // The traction on a face with unit normal n, as rows times the stress.
@@ -87,160 +119,260 @@ void sort_unique(std::vector<int>& items) {
   items.erase(std::unique(items.begin(), items.end()), items.end());
 }
 
-// One patch after the other; the matrices of the last one are reused.
-class Recovery {
- public:
-  Recovery(const TetMesh& mesh, const Stresses& at_corners, std::size_t material)
-      : mesh_(mesh), stresses_(at_corners), points_(sample_points(mesh.order)) {
-    elements_ = group(mesh.nodes.size(), mesh.element_count(), [&](std::size_t e) {
+// Polynomials row by row: one row per term, one column per stress.
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// The elements and the free faces around each corner node.
+struct Neighbourhood {
+  const TetMesh& mesh;
+  std::size_t material;  // of the elements
+  Groups elements, free_faces;
+
+  Neighbourhood(const TetMesh& solid, std::size_t number) : mesh(solid), material(number) {
+    elements = group(mesh.nodes.size(), mesh.element_count(), [&](std::size_t e) {
       return mesh.element(e).first(mesh.material_of(e) == material ? 4 : 0);
     });
-    free_faces_ = group(mesh.nodes.size(), mesh.boundary.size(), [&](std::size_t f) {
+    free_faces = group(mesh.nodes.size(), mesh.boundary.size(), [&](std::size_t f) {
       const BoundaryFace& face = mesh.boundary[f];
       return std::span(face.nodes).first(face.tag == 0 ? 3 : 0);
     });
   }
+};
 
-  Stresses all() {
-    Stresses result =
-        Stresses::Zero(stresses_.rows(), static_cast<Eigen::Index>(mesh_.nodes.size()));
-    for (int node = 0; node < static_cast<int>(mesh_.nodes.size()); ++node) {
-      if (elements_.of(node).empty()) continue;
-      choose_elements(node);
-      fit(node);
-      result.col(node) = polynomials_.row(0).transpose();  // its local coordinates are 0
-      if (mesh_.order == 2) add_to_middles(node, result);
-    }
-    return result;
+// One patch after the other; the matrices of the last one are reused.
+class Patch {
+ public:
+  Patch(const Neighbourhood& around, const Stresses& at_corners)
+      : around_(around),
+        mesh_(around.mesh),
+        stresses_(at_corners),
+        points_(sample_points(around.mesh.order)),
+        terms_count_(term_count(around.mesh.order)) {}
+
+  // The fitted polynomial in (x - node) / scale; returns the scale [m].
+  double fit(int node, Eigen::Ref<RowMajor> polynomial) {
+    choose_elements(node);
+    centre_ = position(node);
+    scale_ = 0;
+    for (const int e : elements_)
+      for (const Vector3& p : mesh_.corners(static_cast<std::size_t>(e)))
+        scale_ = std::max(scale_, (p - centre_).norm());
+    // The normal matrix stands right of the right-hand sides.
+    const Eigen::Index width = stresses_.rows();
+    sums_.setZero(terms_count_, width + terms_count_);
+    for (const int e : elements_) add_samples(e);
+    normal_ = sums_.rightCols(terms_count_);
+    // A patch that lies in a plane or a line leaves terms undetermined: they shall be small.
+    normal_.diagonal().array() += 1e-9 * normal_.trace();
+    if (around_.free_faces.of(node).empty())
+      polynomial = normal_.llt().solve(sums_.leftCols(width));
+    else
+      solve_with_tractions(node, polynomial);
+    return scale_;
   }
 
  private:
+  using Normal = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 10, 10>;
+
   const Vector3& position(int node) const { return mesh_.nodes[static_cast<std::size_t>(node)]; }
   Terms terms(const Vector3& x) const { return terms_at((x - centre_) / scale_, mesh_.order); }
 
   void choose_elements(int node) {
-    const auto around = elements_.of(node);
-    patch_.assign(around.begin(), around.end());
-    if (patch_.size() >= fewest_elements) return;
-    for (const int e : around)
+    const auto near = around_.elements.of(node);
+    elements_.assign(near.begin(), near.end());
+    if (elements_.size() >= fewest_elements) return;
+    for (const int e : near)
       for (const int neighbour : mesh_.element(static_cast<std::size_t>(e)).first(4)) {
-        const auto more = elements_.of(neighbour);
-        patch_.insert(patch_.end(), more.begin(), more.end());
+        const auto more = around_.elements.of(neighbour);
+        elements_.insert(elements_.end(), more.begin(), more.end());
       }
-    sort_unique(patch_);
-  }
-
-  void fit(int node) {
-    centre_ = position(node);
-    scale_ = 0;
-    for (const int e : patch_)
-      for (const Vector3& p : mesh_.corners(static_cast<std::size_t>(e)))
-        scale_ = std::max(scale_, (p - centre_).norm());
-    normal_.setZero(term_count(mesh_.order), term_count(mesh_.order));
-    polynomials_.setZero(term_count(mesh_.order), stresses_.rows());
-    for (const int e : patch_) add_samples(e);
-    // A patch that lies in a plane or a line leaves terms undetermined: they shall be small.
-    normal_.diagonal().array() += 1e-9 * normal_.trace();
-    if (free_faces_.of(node).empty())
-      polynomials_ = normal_.llt().solve(polynomials_);
-    else
-      solve_with_tractions(node);
+    sort_unique(elements_);
   }
 
   void add_samples(int e) {
     const std::array<Vector3, 4> corners = mesh_.corners(static_cast<std::size_t>(e));
-    const Eigen::MatrixXd samples = stresses_.middleCols<4>(4 * Eigen::Index{e}) * points_;
+    const int rows = static_cast<int>(terms_count_), width = static_cast<int>(stresses_.rows());
+    factors_.resize(points_.cols(), terms_count_);
+    samples_.resize(points_.cols(), sums_.cols());
     for (Eigen::Index q = 0; q < points_.cols(); ++q) {
       Vector3 x = Vector3::Zero();
       for (Eigen::Index k = 0; k < 4; ++k)
         x += points_(k, q) * corners[static_cast<std::size_t>(k)];
-      const Terms t = terms(x);
-      normal_.noalias() += t * t.transpose();
-      polynomials_.noalias() += t * samples.col(q).transpose();
+      factors_.row(q) = terms(x).transpose();
+      weighted_sum(points_.col(q).data(), stresses_.col(4 * Eigen::Index{e}).data(), width,
+                   samples_.row(q).data());
+      samples_.row(q).tail(terms_count_) = factors_.row(q);
     }
+    const auto add = points_.cols() == most_samples ? add_four_products : add_product;
+    add(factors_.data(), rows, samples_.data(), static_cast<int>(sums_.cols()), sums_.data());
   }
 
   // A traction couples the six components of the stress: one system for all of them.
-  void solve_with_tractions(int node) {
-    const Eigen::Index n = normal_.rows();
+  void solve_with_tractions(int node, Eigen::Ref<RowMajor> polynomial) {
+    const Eigen::Index n = terms_count_, cases = stresses_.rows() / components;
     coupled_.setZero(components * n, components * n);
     for (Eigen::Index i = 0; i < components; ++i) coupled_.block(i * n, i * n, n, n) = normal_;
-    for (const int f : free_faces_.of(node))
+    for (const int f : around_.free_faces.of(node))
       add_tractions(mesh_.boundary[static_cast<std::size_t>(f)]);
-    // The six components of a load case lie below one another.
-    Eigen::Map<Eigen::MatrixXd> by_case(polynomials_.data(), components * n,
-                                        stresses_.rows() / components);
-    by_case = coupled_.llt().solve(by_case).eval();
+    by_case_.resize(components * n, cases);
+    for (Eigen::Index c = 0; c < cases; ++c)
+      for (Eigen::Index i = 0; i < components; ++i)
+        by_case_.block(i * n, c, n, 1) = sums_.col(components * c + i);
+    Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>>(coupled_).solveInPlace(by_case_);
+    for (Eigen::Index c = 0; c < cases; ++c)
+      for (Eigen::Index i = 0; i < components; ++i)
+        polynomial.col(components * c + i) = by_case_.block(i * n, c, n, 1);
   }
 
+  // To the lower triangle.
   void add_tractions(const BoundaryFace& face) {
     const Vector3 &a = position(face.nodes[0]), &b = position(face.nodes[1]),
                   &c = position(face.nodes[2]);
     const auto t = traction((b - a).cross(c - a).normalized());
     const Eigen::Matrix<double, 6, 6> square = t.transpose() * t;
-    const Eigen::Index n = normal_.rows();
+    Normal products = Normal::Zero(terms_count_, terms_count_);
     for (const Vector3& x : {Vector3((a + b) / 2), Vector3((b + c) / 2), Vector3((c + a) / 2)}) {
       const Terms m = terms(x);
-      for (Eigen::Index i = 0; i < components; ++i)
-        for (Eigen::Index j = 0; j < components; ++j)
-          if (square(i, j) != 0)
-            coupled_.block(i * n, j * n, n, n).noalias() += square(i, j) * m * m.transpose();
+      products += m * m.transpose();
     }
+    for (Eigen::Index i = 0; i < components; ++i)
+      for (Eigen::Index j = 0; j <= i; ++j)
+        if (square(i, j) != 0)
+          coupled_.block(i * terms_count_, j * terms_count_, terms_count_, terms_count_) +=
+              square(i, j) * products;
   }
 
-  void add_to_middles(int node, Stresses& result) {
-    middles_.clear();
-    for (const int e : elements_.of(node)) {
-      const auto element = mesh_.element(static_cast<std::size_t>(e));
-      for (std::size_t k = 0; k < tet_edges.size(); ++k)
-        for (const int end : tet_edges[k])
-          if (element[static_cast<std::size_t>(end)] == node) middles_.push_back(element[4 + k]);
-    }
-    sort_unique(middles_);
-    for (const int middle : middles_)
-      result.col(middle) += 0.5 * polynomials_.transpose() * terms(position(middle));
-  }
-
+  const Neighbourhood& around_;
   const TetMesh& mesh_;
   const Stresses& stresses_;
-  const Eigen::Matrix4Xd points_;
-  Groups elements_, free_faces_;
+  const SamplePoints points_;
+  const Eigen::Index terms_count_;
 
   Vector3 centre_;  // [m]
   double scale_ = 1;
-  std::vector<int> patch_, middles_;
-  Eigen::MatrixXd normal_, coupled_;
-  Eigen::MatrixXd polynomials_;  // one row per term; right-hand sides until the system is solved
+  std::vector<int> elements_;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, most_samples, 10> factors_;
+  RowMajor samples_, sums_;
+  Normal normal_;
+  Eigen::MatrixXd coupled_, by_case_;
 };
+
+class Recovery {
+ public:
+  Recovery(const TetMesh& mesh, const Stresses& at_corners, std::size_t material, Team& team)
+      : mesh_(mesh),
+        around_(mesh, material),
+        stresses_(at_corners),
+        team_(team),
+        place_(mesh.nodes.size(), -1) {
+    for (std::size_t n = 0; n < place_.size(); ++n)
+      if (!around_.elements.of(static_cast<int>(n)).empty()) {
+        place_[n] = static_cast<int>(corners_.size());
+        corners_.push_back(static_cast<int>(n));
+      }
+  }
+
+  Stresses all() {
+    Stresses result =
+        Stresses::Zero(stresses_.rows(), static_cast<Eigen::Index>(mesh_.nodes.size()));
+    fit_corners(result);
+    if (mesh_.order == 2) take_means(result);
+    return result;
+  }
+
+ private:
+  static constexpr std::size_t at_once = 256;
+
+  Eigen::Index terms_count() const { return term_count(mesh_.order); }
+  auto polynomial(std::size_t place) {
+    return polynomials_.middleRows(static_cast<Eigen::Index>(place) * terms_count(), terms_count());
+  }
+
+  void fit_corners(Stresses& result) {
+    polynomials_.resize(static_cast<Eigen::Index>(corners_.size()) * terms_count(),
+                        stresses_.rows());
+    scales_.resize(corners_.size());
+    team_.for_each_piece(corners_.size(), at_once, [&](int, std::size_t begin, std::size_t end) {
+      Patch patch(around_, stresses_);
+      for (std::size_t i = begin; i < end; ++i) {
+        scales_[i] = patch.fit(corners_[i], polynomial(i));
+        result.col(corners_[i]) = polynomial(i).row(0).transpose();  // its own coordinates are 0
+      }
+    });
+  }
+
+  void take_means(Stresses& result) {
+    std::vector<std::array<int, 2>> ends(mesh_.nodes.size(), {-1, -1});
+    for (std::size_t e = 0; e < mesh_.element_count(); ++e) {
+      if (mesh_.material_of(e) != around_.material) continue;
+      const auto element = mesh_.element(e);
+      for (std::size_t k = 0; k < tet_edges.size(); ++k)
+        ends[static_cast<std::size_t>(element[4 + k])] = {
+            element[static_cast<std::size_t>(tet_edges[k][0])],
+            element[static_cast<std::size_t>(tet_edges[k][1])]};
+    }
+    team_.for_each_piece(ends.size(), at_once, [&](int, std::size_t begin, std::size_t last) {
+      for (std::size_t n = begin; n < last; ++n)
+        for (const int end : ends[n]) {
+          if (end < 0) continue;
+          const auto p = static_cast<std::size_t>(place_[static_cast<std::size_t>(end)]);
+          const Terms at_middle =
+              terms_at((mesh_.nodes[n] - mesh_.nodes[static_cast<std::size_t>(end)]) / scales_[p],
+                       mesh_.order);
+          result.col(static_cast<Eigen::Index>(n)) += 0.5 * (polynomial(p).transpose() * at_middle);
+        }
+    });
+  }
+
+  const TetMesh& mesh_;
+  const Neighbourhood around_;
+  const Stresses& stresses_;
+  Team& team_;
+  std::vector<int> corners_, place_;  // nodes with a polynomial, and the place of each in the list
+  RowMajor polynomials_;              // one below the other
+  std::vector<double> scales_;        // [m]
+};
+
+// Rows: the components of the displacements of all load cases, at the nodes of one element.
+void gather(std::span<const int> element, const std::vector<Eigen::Matrix3Xd>& displacements,
+            Eigen::MatrixXd& at_nodes) {
+  at_nodes.resize(3 * static_cast<Eigen::Index>(displacements.size()),
+                  static_cast<Eigen::Index>(element.size()));
+  for (std::size_t c = 0; c < displacements.size(); ++c)
+    for (std::size_t n = 0; n < element.size(); ++n)
+      at_nodes.block<3, 1>(3 * static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(n)) =
+          displacements[c].col(element[n]);
+}
 
 }  // namespace
 
 Stresses corner_stresses(const TetMesh& mesh, const std::vector<Material>& materials,
-                         const std::vector<Eigen::Matrix3Xd>& displacements) {
+                         const std::vector<Eigen::Matrix3Xd>& displacements, Team& team) {
+  constexpr std::size_t at_once = 1024;
   Stresses result(components * static_cast<Eigen::Index>(displacements.size()),
                   4 * static_cast<Eigen::Index>(mesh.element_count()));
-  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
-    const auto element = mesh.element(e);
-    const Material& material = materials[mesh.material_of(e)];
-    const BarycentricGradients gradients = barycentric_gradients(mesh.corners(e));
-    for (Eigen::Index k = 0; k < 4; ++k) {
-      const Eigen::Matrix3Xd shapes =
-          shape_gradients(gradients, mesh.order, Eigen::Vector4d::Unit(k));
-      for (std::size_t c = 0; c < displacements.size(); ++c) {
-        Matrix3 h = Matrix3::Zero();
-        for (std::size_t n = 0; n < element.size(); ++n)
-          h += displacements[c].col(element[n]) *
-               shapes.col(static_cast<Eigen::Index>(n)).transpose();
-        result.block<6, 1>(components * static_cast<Eigen::Index>(c),
-                           4 * static_cast<Eigen::Index>(e) + k) = stress_of(h, material);
+  team.for_each_piece(mesh.element_count(), at_once, [&](int, std::size_t begin, std::size_t end) {
+    Eigen::MatrixXd at_nodes;
+    Eigen::Matrix<double, Eigen::Dynamic, 3> slopes;
+    for (std::size_t e = begin; e < end; ++e) {
+      const Material& material = materials[mesh.material_of(e)];
+      const BarycentricGradients gradients = barycentric_gradients(mesh.corners(e));
+      gather(mesh.element(e), displacements, at_nodes);
+      for (Eigen::Index k = 0; k < 4; ++k) {
+        slopes = at_nodes.lazyProduct(
+            shape_gradients(gradients, mesh.order, Eigen::Vector4d::Unit(k)).transpose());
+        for (Eigen::Index c = 0; c < static_cast<Eigen::Index>(displacements.size()); ++c)
+          result.block<6, 1>(components * c, 4 * static_cast<Eigen::Index>(e) + k) =
+              stress_of(slopes.middleRows<3>(3 * c), material);
       }
     }
-  }
+  });
   return result;
 }
 
-Stresses recovered_stresses(const TetMesh& mesh, const Stresses& at_corners, std::size_t material) {
-  return Recovery(mesh, at_corners, material).all();
+Stresses recovered_stresses(const TetMesh& mesh, const Stresses& at_corners, std::size_t material,
+                            Team& team) {
+  return Recovery(mesh, at_corners, material, team).all();
 }
 
 }  // namespace kinetostat::fea

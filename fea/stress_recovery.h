@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "kinetostat/fea/elasticity.h"
+#include "kinetostat/fea/team.h"
 #include "kinetostat/fea/tet_mesh.h"
 
 namespace kinetostat::fea {
@@ -17,7 +18,7 @@ using Stresses = Eigen::MatrixXd;
 /// 4 e + k belongs to corner k of element e. Within an element they are linear at second order and
 /// constant at first, so that the corners say everything.
 Stresses corner_stresses(const TetMesh& mesh, const std::vector<Material>& materials,
-                         const std::vector<Eigen::Matrix3Xd>& displacements);
+                         const std::vector<Eigen::Matrix3Xd>& displacements, Team& team);
 
 /// Continuous stresses at the nodes of the elements of one material, one column per node of the
 /// mesh (zero at others); between the nodes, the shape functions. Around every corner node a
@@ -26,6 +27,7 @@ Stresses corner_stresses(const TetMesh& mesh, const std::vector<Material>& mater
 /// and Zhu 1992, Int. J. Numer. Meth. Engng 33:1331). On boundary faces with tag 0, which carry no
 /// load, the traction of the polynomial is asked to vanish; the interfaces ask nothing. A mid node
 /// has the mean of its two corners' polynomials.
-Stresses recovered_stresses(const TetMesh& mesh, const Stresses& at_corners, std::size_t material);
+Stresses recovered_stresses(const TetMesh& mesh, const Stresses& at_corners, std::size_t material,
+                            Team& team);
 
 }  // namespace kinetostat::fea

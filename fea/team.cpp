@@ -1,5 +1,7 @@
 #include "kinetostat/fea/team.h"
 
+#include <algorithm>
+
 namespace kinetostat::fea {
 
 Team::Team(int threads) {
@@ -22,6 +24,14 @@ void Team::for_each(int count, const std::function<void(int)>& work) {
   call_.notify_all();
   take_items();
   for (int busy = busy_; busy > 0; busy = busy_) busy_.wait(busy);
+}
+
+void Team::for_each_piece(std::size_t count, std::size_t size,
+                          const std::function<void(int, std::size_t, std::size_t)>& work) {
+  for_each(pieces(count, size), [&](int i) {
+    const std::size_t begin = static_cast<std::size_t>(i) * size;
+    work(i, begin, std::min(begin + size, count));
+  });
 }
 
 void Team::serve() {

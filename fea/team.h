@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <functional>
 #include <thread>
 #include <vector>
@@ -23,6 +24,14 @@ class Team {
   /// Calls work(i) for every i below `count`, each once, by whoever is free; returns when all are
   /// done. The calls must not depend on each other nor throw.
   void for_each(int count, const std::function<void(int)>& work);
+
+  /// Calls work(i, begin, end) for the i-th of the pieces of at most `size` numbers that make up
+  /// 0 to count - 1. The pieces do not depend on the number of threads.
+  void for_each_piece(std::size_t count, std::size_t size,
+                      const std::function<void(int, std::size_t, std::size_t)>& work);
+  static int pieces(std::size_t count, std::size_t size) {
+    return static_cast<int>((count + size - 1) / size);
+  }
 
  private:
   void serve();
