@@ -26,7 +26,7 @@ using vjm::MapPoint;
 using vjm::MapState;
 
 struct MapRequest {
-  std::string robot_file, grid, path, vtu, checkpoint;
+  std::string robot_file, grid, path, up_to, vtu, checkpoint;
   std::vector<std::string> indices;
   LoadRequest load;
 };
@@ -54,6 +54,7 @@ constexpr IndexWord index_words[] = {
     {"condition", MapIndex::Kind::condition, IndexWord::Argument::length},
     {"deflection", MapIndex::Kind::deflection, IndexWord::Argument::none},
     {"rotation", MapIndex::Kind::rotation, IndexWord::Argument::none},
+    {"critical-force", MapIndex::Kind::critical_force, IndexWord::Argument::direction},
 };
 
 const IndexWord& find_word(const std::string& word) {
@@ -76,6 +77,7 @@ std::string unit_of(const spatial::Dimension& dimension, const spatial::UnitSyst
     return fmt::format("{} {}/rad", units.force, units.length);
   if (dimension == d::length) return units.length;
   if (dimension == d::angle) return units.angle;
+  if (dimension == d::force) return units.force;
   return "";
 }
 
@@ -112,10 +114,32 @@ NamedIndex read_index(const std::string& text, const spatial::UnitSystem& units)
   return named;
 }
 
+bool has_wrench(const vjm::TargetPose& pose) {
+  return !pose.load.force.isZero(0) || !pose.load.moment.isZero(0);
+}
+
+// How far critical forces are sought [N].
+double read_up_to(const MapRequest& request, const spatial::UnitSystem& units,
+                  const PoseList& list) {
+  if (request.up_to.empty())
+    throw UsageError("--up-to", "a critical force is sought up to a force that you state",
+                     "Give --up-to 5000, the largest that matters");
+  const double force = quantity("--up-to", request.up_to, spatial::dimension::force, units);
+  if (!(force > 0) || std::isinf(force))
+    throw UsageError("--up-to", fmt::format("'{}' is not a force above zero", request.up_to));
+  if (std::any_of(list.poses.begin(), list.poses.end(), has_wrench))
+    throw UsageError("--index", "a critical force grows from nothing, not from a wrench",
+                     "Leave the wrench away; weight and --node-load act beside the growing force");
+  return force;
+}
+
 std::vector<NamedIndex> read_indices(const MapRequest& request, const vjm::Robot& robot,
-                                     bool loaded) {
+                                     const PoseList& list, bool loaded) {
   std::vector<NamedIndex> indices;
   for (const std::string& text : request.indices) indices.push_back(read_index(text, robot.units));
+  for (NamedIndex& index : indices)
+    if (index.index.kind == MapIndex::Kind::critical_force)
+      index.index.up_to = read_up_to(request, robot.units, list);
   for (const NamedIndex& index : indices)
     if (!loaded && (index.index.kind == MapIndex::Kind::deflection ||
                     index.index.kind == MapIndex::Kind::rotation))
@@ -139,7 +163,7 @@ PoseList read_poses(const MapRequest& request, const vjm::Robot& robot) {
 bool is_loaded(const vjm::Robot& robot, const PoseList& list) {
   if (!robot.manipulator.is_relaxed_when_unloaded()) return true;
   return std::any_of(list.poses.begin(), list.poses.end(), [](const vjm::TargetPose& pose) {
-    return !pose.load.force.isZero(0) || !pose.load.moment.isZero(0) || !pose.load.nodes.empty();
+    return has_wrench(pose) || !pose.load.nodes.empty();
   });
 }
 
@@ -155,7 +179,8 @@ std::string request_hash(const vjm::Robot& robot, const PoseList& list,
   fmt::memory_buffer text;
   const auto out = std::back_inserter(text);
   fmt::format_to(out, "{}\n", report::provenance(robot).dump());
-  for (const NamedIndex& index : indices) fmt::format_to(out, "{}\n", index.name);
+  for (const NamedIndex& index : indices)
+    fmt::format_to(out, "{} {}\n", index.name, index.index.up_to);
   for (const vjm::TargetPose& pose : list.poses) {
     for (const double c : coordinates_of(pose.platform)) fmt::format_to(out, "{} ", c);
     for (const double c : pose.load.at_reference_point(spatial::Pose()))
@@ -329,7 +354,7 @@ files::Json summary(const vjm::Robot& robot, const PoseList& list,
 files::Json map(const MapRequest& request, Run& run) {
   const vjm::Robot robot = vjm::read_robot(request.robot_file);
   const PoseList list = read_poses(request, robot);
-  const std::vector<NamedIndex> named = read_indices(request, robot, is_loaded(robot, list));
+  const std::vector<NamedIndex> named = read_indices(request, robot, list, is_loaded(robot, list));
   std::vector<MapIndex> indices;
   for (const NamedIndex& index : named) indices.push_back(index.index);
   vjm::MapCheckpoint checkpoint{.file = request.checkpoint, .request = {}};
@@ -362,11 +387,13 @@ void add_map(Program& program) {
                  "Poses from a CSV file with columns x,y,z,rx,ry,rz and loads fx,fy,fz,mx,my,mz");
   app.add_option("--index", request->indices,
                  "stiffness=DX,DY,DZ, rotational-stiffness=DX,DY,DZ, weakest-translation, "
-                 "weakest-rotation, weakest=LENGTH, condition=LENGTH, deflection, rotation; "
-                 "may be repeated")
+                 "weakest-rotation, weakest=LENGTH, condition=LENGTH, deflection, rotation, "
+                 "critical-force=DX,DY,DZ; may be repeated")
       ->required()
       ->allow_extra_args(false);
   request->load.add_load_options(app);
+  app.add_option("--up-to", request->up_to, "Seek critical forces up to this force")
+      ->type_name("FORCE");
   app.add_option("--vtu", request->vtu, "Write the map for ParaView")->type_name("FILE");
   app.add_option("--checkpoint", request->checkpoint,
                  "Where an interrupted map goes on from, when not beside --out")

@@ -39,6 +39,11 @@ CoordinateLaw::Value StopLaw::at(const JointState& joint) const {
           .tangent = beyond != 0 ? stiffness_ : 0};
 }
 
+double StopLaw::middle() const {
+  if (std::isinf(lower_)) return std::isinf(upper_) ? 0 : upper_;
+  return std::isinf(upper_) ? lower_ : (lower_ + upper_) / 2;
+}
+
 Chain::Chain(std::string name, const spatial::Pose& base)
     : name_(std::move(name)), tail_(base), nominal_tail_(base) {}
 

@@ -74,6 +74,10 @@ class StopLaw : public CoordinateLaw {
   StopLaw(double lower, double upper, double stiffness);
   Value at(const JointState& joint) const override;
 
+  /// Between the stops, or at the only one.
+  double middle() const;
+  double stiffness() const { return stiffness_; }
+
  private:
   double lower_, upper_, stiffness_;
 };

@@ -31,11 +31,15 @@ struct NewtonResult {
   std::vector<double> corrections;
 };
 
+// Without damping a step may go through a stop, from where the next one comes back to it.
+enum class Damping { as_needed, none };
+
 // Newton's method with Deuflhard's natural monotonicity test: a damped step is accepted when the
 // correction seen from its end, with the old matrix, is smaller. This does not depend on how forces
 // and lengths are weighed.
 NewtonResult newton(EquilibriumSystem& system, const SystemState& start, const Load& load,
-                    bool platform_held, const EquilibriumOptions& options) {
+                    bool platform_held, const EquilibriumOptions& options,
+                    Damping damping = Damping::as_needed) {
   NewtonResult result;
   result.state = start;
   const double reach = system.scale().length;
@@ -63,7 +67,8 @@ NewtonResult newton(EquilibriumSystem& system, const SystemState& start, const L
       system.solve(right, again);
       simplified = again.norm();
       // Once corrections are down at rounding they cannot be asked to fall further.
-      if (simplified <= (1 - factor / 4) * size || size <= enough) break;
+      if (simplified <= (1 - factor / 4) * size || size <= enough || damping == Damping::none)
+        break;
       factor /= 2;
       if (factor < 1.0 / 1024) return result;
     }
@@ -75,6 +80,40 @@ NewtonResult newton(EquilibriumSystem& system, const SystemState& start, const L
     }
   }
   return result;
+}
+
+// A weak spring across the gap between two stops.
+class AcrossGap : public CoordinateLaw {
+ public:
+  AcrossGap(double middle, double stiffness) : middle_(middle), stiffness_(stiffness) {}
+  Value at(const JointState& joint) const override {
+    const double d = joint.position - middle_;
+    return {.energy = 0.5 * stiffness_ * d * d, .force = stiffness_ * d, .tangent = stiffness_};
+  }
+
+ private:
+  double middle_, stiffness_;
+};
+
+bool has_gaps(const Manipulator& manipulator) {
+  for (const Chain& chain : manipulator.chains())
+    for (const auto& [coordinate, law] : chain.laws())
+      if (dynamic_cast<const StopLaw*>(law.get()) != nullptr) return true;
+  return false;
+}
+
+// With springs across all gaps, `share` as stiff as the stops.
+Manipulator with_bridged_gaps(const Manipulator& manipulator, double share) {
+  Manipulator bridged = manipulator;
+  for (std::size_t c = 0; c < manipulator.size(); ++c) {
+    Chain chain = manipulator.chains()[c];
+    for (const auto& [coordinate, law] : manipulator.chains()[c].laws())
+      if (const auto* stop = dynamic_cast<const StopLaw*>(law.get()))
+        chain.law(chain.coordinates()[static_cast<std::size_t>(coordinate)].name,
+                  std::make_shared<AcrossGap>(stop->middle(), share * stop->stiffness()));
+    bridged = bridged.with_chain(c, std::move(chain));
+  }
+  return bridged;
 }
 
 std::string failure_reason(const Task& task, double reached, bool consistent) {
@@ -133,18 +172,49 @@ Equilibrium follow(const Manipulator& manipulator, const Posture& posture, const
   return equilibrium;
 }
 
+// Between stops a joint may move freely, so Newton's method cannot tell where a load takes it. The
+// gap is bridged by springs that become softer and softer, until the joint lies at a stop, or is
+// balanced without.
+Equilibrium follow_through_gaps(const Manipulator& manipulator, const Posture& posture,
+                                const Task& task, const EquilibriumOptions& options) {
+  Equilibrium found = follow(manipulator, posture, task, options);
+  if (found.status == EquilibriumStatus::converged || !has_gaps(manipulator)) return found;
+  const Equilibrium first = follow(with_bridged_gaps(manipulator, 1), posture, task, options);
+  if (first.status != EquilibriumStatus::converged) return found;
+  SystemState state = state_of(first);
+  EquilibriumSystem exact(manipulator, posture);
+  for (double share = 0.1; share > 1e-10; share /= 10) {
+    NewtonResult result = newton(exact, state, task.load, task.pose_given, options);
+    if (result.converged) {
+      Equilibrium equilibrium = describe(exact, manipulator, posture, result.state, task.load);
+      equilibrium.status = EquilibriumStatus::converged;
+      equilibrium.reached = 1;
+      equilibrium.steps = found.steps + 1;
+      equilibrium.corrections = std::move(result.corrections);
+      return equilibrium;
+    }
+    const Manipulator bridged = with_bridged_gaps(manipulator, share);
+    EquilibriumSystem softer(bridged, posture);
+    result = newton(softer, state, task.load, task.pose_given, options, Damping::none);
+    if (!result.converged) return found;
+    state = result.state;
+  }
+  return found;
+}
+
 }  // namespace
 
 Equilibrium equilibrium_at_pose(const Manipulator& manipulator, const Posture& posture,
                                 const Pose& pose, const EquilibriumOptions& options,
                                 const std::vector<NodeLoad>& node_loads) {
-  return follow(manipulator, posture, {true, posture.platform, pose, {.nodes = node_loads}},
-                options);
+  return follow_through_gaps(manipulator, posture,
+                             {true, posture.platform, pose, {.nodes = node_loads}}, options);
 }
 
 Equilibrium equilibrium_under_load(const Manipulator& manipulator, const Posture& posture,
                                    const Load& load, const EquilibriumOptions& options) {
-  return follow(manipulator, posture, {false, posture.platform, posture.platform, load}, options);
+  return follow_through_gaps(manipulator, posture,
+                             {false, posture.platform, posture.platform, load}, options);
 }
 
 }  // namespace kinetostat::vjm

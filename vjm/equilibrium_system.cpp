@@ -17,11 +17,15 @@ Index first_row(int body) { return Index{6} * body; }
 
 double stiffest(const Manipulator& manipulator, double length) {
   double largest = 0;
-  for (const Chain& chain : manipulator.chains())
-    for (Index k = 0; k < chain.size(); ++k) {
+  for (const Chain& chain : manipulator.chains()) {
+    const auto take = [&](Index k, double stiffness) {
       const bool turns = is_rotation(chain.coordinates()[static_cast<std::size_t>(k)].motion);
-      largest = std::max(largest, chain.stiffness()(k, k) / (turns ? length * length : 1.0));
-    }
+      largest = std::max(largest, stiffness / (turns ? length * length : 1.0));
+    };
+    for (Index k = 0; k < chain.size(); ++k) take(k, chain.stiffness()(k, k));
+    for (const auto& [k, law] : chain.laws())
+      if (const auto* stop = dynamic_cast<const StopLaw*>(law.get())) take(k, stop->stiffness());
+  }
   return largest > 0 ? largest : 1.0;
 }
 

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <stdexcept>
 
 #include <Eigen/Eigenvalues>
 
 #include "kinetostat/files/parallel.h"
 #include "kinetostat/vjm/equilibrium.h"
 #include "kinetostat/vjm/map_checkpoint.h"
+#include "kinetostat/vjm/path.h"
 #include "kinetostat/vjm/posture.h"
 #include "kinetostat/vjm/stiffness.h"
 
@@ -129,12 +131,40 @@ double value_of(const MapIndex& index, const Flexibility& flexibility, const Vec
       return deflection.head<3>().norm();
     case MapIndex::Kind::rotation:
       return deflection.tail<3>().norm();
+    case MapIndex::Kind::critical_force:
+      break;  // critical_force() below
   }
   return not_a_number;
 }
 
+double critical_force(const Manipulator& manipulator, const Posture& posture,
+                      const std::vector<NodeLoad>& constant, const MapIndex& index) {
+  PathTask task;
+  task.platform_held = false;
+  task.growing.force = index.up_to * index.direction;
+  task.constant = constant;
+  files::Progress silent;
+  const Path path = trace(manipulator, posture, task,
+                          {.lowest = 0, .points = 20, .until_critical = true}, silent);
+  if (path.status != EquilibriumStatus::converged) return not_a_number;
+  for (const CriticalPoint& critical : path.critical)
+    if (critical.unstable_after > critical.unstable_before)
+      return std::max(0.0, critical.point.parameter) * index.up_to;
+  const BranchEnd end = path.branches.at(0).end;
+  const bool came_to_the_end =
+      end == BranchEnd::target || end == BranchEnd::range || end == BranchEnd::locked;
+  return came_to_the_end ? infinity : not_a_number;
+}
+
 bool is_unloaded(const Load& load) {
   return load.force.isZero(0) && load.moment.isZero(0) && load.nodes.empty();
+}
+
+void refuse_critical_force_beside_a_wrench(const Load& load, const std::vector<MapIndex>& indices) {
+  if (load.force.isZero(0) && load.moment.isZero(0)) return;
+  for (const MapIndex& index : indices)
+    if (index.kind == MapIndex::Kind::critical_force)
+      throw std::invalid_argument("a critical force grows from nothing, not from a wrench");
 }
 
 // A length of the size of the robot, to compare translations with rotations when ranks are decided.
@@ -177,6 +207,8 @@ spatial::Dimension dimension_of(MapIndex::Kind kind) {
       return dimension::length;
     case MapIndex::Kind::rotation:
       return dimension::angle;
+    case MapIndex::Kind::critical_force:
+      return dimension::force;
     default:
       return dimension::linear_stiffness;
   }
@@ -200,6 +232,7 @@ std::string to_string(MapState state) {
 
 MapPoint map_point(const Manipulator& manipulator, const TargetPose& target,
                    const std::vector<MapIndex>& indices) {
+  refuse_critical_force_beside_a_wrench(target.load, indices);
   MapPoint point{.values = std::vector<double>(indices.size(), not_a_number)};
   const PostureResult posture = posture_at(manipulator, target.platform);
   if (!posture.reached) return point;
@@ -218,7 +251,10 @@ MapPoint map_point(const Manipulator& manipulator, const TargetPose& target,
   }
   point.state = flexibility.has_free_motion() ? MapState::free_motion : MapState::reached;
   for (std::size_t i = 0; i < indices.size(); ++i)
-    point.values[i] = value_of(indices[i], flexibility, deflection);
+    point.values[i] =
+        indices[i].kind == MapIndex::Kind::critical_force
+            ? critical_force(manipulator, posture.posture, target.load.nodes, indices[i])
+            : value_of(indices[i], flexibility, deflection);
   return point;
 }
 

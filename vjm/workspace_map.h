@@ -31,10 +31,12 @@ struct MapIndex {
     condition,            // largest over smallest eigenvalue, scaled likewise
     deflection,           // of the reference point under load and weight [m]
     rotation,             // of the platform under load and weight [rad]
+    critical_force,       // dead force along `direction` at which the platform gives way [N]
   };
   Kind kind = Kind::weakest_translation;
   spatial::Vector3 direction = spatial::Vector3::UnitX();  // unit vector, base axes
   double length = 1;                                       // [m]
+  double up_to = 1;                                        // [N] the critical force is sought
 };
 
 spatial::Dimension dimension_of(MapIndex::Kind kind);
@@ -58,6 +60,11 @@ struct MapPoint {
 /// One pose. Stiffness is the tangent at the state in which the manipulator stands: under the load,
 /// weight, preloads and geometric errors where there are any, else that of the relaxed posture. All
 /// forces and moments are taken at the platform's reference point.
+///
+/// A critical force grows from nothing at the reference point beside the weight and the forces on
+/// nodes, until the equilibrium under it is no longer stable: the first critical point of trace().
+/// Infinite when none is met on the way; NaN when the path is lost. Throws std::invalid_argument
+/// when it is asked for beside a wrench on the platform.
 MapPoint map_point(const Manipulator& manipulator, const TargetPose& target,
                    const std::vector<MapIndex>& indices);
 

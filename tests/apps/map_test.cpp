@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "kinetostat/files/csv.h"
+#include "kinetostat/files/json.h"
 #include "kinetostat/files/text_file.h"
 
 #include "run_program.h"
@@ -43,6 +44,21 @@ TEST(MapCommand, ItsTableAgreesWithTheStiffnessCommand) {
   EXPECT_EQ(table.columns().back(), "stiffness=1 0 0 [N/mm]");
   // JAMRIS09 Table 1 in our numbers: 2.82e-4 mm/N.
   EXPECT_NEAR(1 / table.number(0, 7), 2.82e-4, 0.005e-4);
+}
+
+TEST(MapCommand, CriticalForceIsTheFirstCriticalPointOfTheTrace) {
+  ASSERT_EQ(kinetostat(orthoglide + "--grid x=0,y=0,z=0 --index critical-force=-1,-1,-1 "
+                                    "--up-to 20000 -o critical.csv")
+                .code,
+            0);
+  const double ours = files::read_csv(working_folder() / "critical.csv").number(0, 7);
+  ASSERT_EQ(kinetostat("trace data/robots/orthoglide.yaml --at 0,0,0 --wrench -9000,-9000,-9000 "
+                       "--segments 1 --json critical.json")
+                .code,
+            0);
+  const files::Json trace = files::read_json(working_folder() / "critical.json");
+  EXPECT_NEAR(ours, trace["path"]["critical_points"][0]["point"]["along"]["force"].get<double>(),
+              1e-7 * ours);
 }
 
 TEST(MapCommand, PathMayHaveUnitsAndLoadsOfItsOwn) {
@@ -89,6 +105,11 @@ INSTANTIATE_TEST_SUITE_P(
         MapMistake{"no_length", grid + "--index weakest", 2, "needs a length"},
         MapMistake{"negative_length", grid + "--index condition=-1", 2, "not above zero"},
         MapMistake{"no_load", grid + "--index deflection", 2, "no load and no weight"},
+        MapMistake{"no_limit", grid + "--index critical-force=1,0,0", 2,
+                   "--up-to: a critical force"},
+        MapMistake{"wrench_beside_critical_force",
+                   grid + "--index critical-force=1,0,0 --up-to 1e5 --wrench 1,0,0", 2,
+                   "grows from nothing"},
         MapMistake{"unknown_axis", "--grid q=0:1:2 --index rotation", 2, "'q=0:1:2'"},
         MapMistake{"axis_twice", "--grid x=0,x=1 --index rotation", 2, "given twice"},
         MapMistake{"half_a_point", "--grid x=0:1:2.5 --index rotation", 2, "number of points"},

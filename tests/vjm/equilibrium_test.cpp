@@ -1,6 +1,7 @@
 #include "kinetostat/vjm/equilibrium.h"
 
 #include <cmath>
+#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -299,6 +300,52 @@ TEST(Equilibrium, PreloadedPassiveSpringsMoveTheUnloadedRobot) {
   EXPECT_NEAR(free.displacement.rotation.z(), 0.1, 1e-12);
   EXPECT_NEAR(free.energy, 0, 1e-20);
 }
+
+// A slide with play between two stops, then a spring in every other direction.
+Chain slide_with_play(const std::string& name, double lower, double upper, double contact) {
+  Chain chain(name);
+  chain.passive("slide", Motion::tx).law("slide", std::make_shared<StopLaw>(lower, upper, contact));
+  for (const Motion motion : {Motion::ty, Motion::tz, Motion::rx, Motion::ry, Motion::rz})
+    chain.actuator(to_string(motion), motion, 1e5);
+  return chain;
+}
+
+// However stiff the stop is beside the other springs.
+class StiffStop : public ::testing::TestWithParam<double> {};
+
+TEST_P(StiffStop, CarriesTheLoadThatTakesTheJointThere) {
+  const double contact = GetParam();
+  const Manipulator play("play", {slide_with_play("slide", -1e-3, 2e-3, contact)});
+  const Posture inside = posture_at(play, Pose()).posture;
+  for (const double force : {0.5, -300.0, 4000.0}) {
+    const Equilibrium e = equilibrium_under_load(play, inside, {.force = {force, 70, 0}});
+    ASSERT_EQ(e.status, EquilibriumStatus::converged) << e.reason;
+    const double stop = force > 0 ? 2e-3 : -1e-3;
+    EXPECT_NEAR(e.displacement.translation.x(), stop + force / contact, 1e-12);
+    EXPECT_NEAR(e.displacement.translation.y(), 70 / 1e5, 1e-12);
+    EXPECT_TRUE(e.free.stable());
+  }
+  // A load that works in the gap alone has nothing to hold it, unless it has no share there.
+  EXPECT_EQ(equilibrium_under_load(play, inside, {.force = {0, 70, 0}}).status,
+            EquilibriumStatus::converged);
+}
+
+// One slide may not go above 0, the other not below 10 mm: the stops share what they lack.
+TEST_P(StiffStop, ContradictoryOnesPressAgainstEachOther) {
+  const double contact = GetParam(), infinity = std::numeric_limits<double>::infinity();
+  const Manipulator pair("pair", {slide_with_play("low", -infinity, 0, contact),
+                                  slide_with_play("high", 0.010, infinity, contact)});
+  const PostureResult middle = posture_at(pair, Pose::translation({0.005, 0, 0}));
+  ASSERT_TRUE(middle.reached);
+  const Equilibrium e = equilibrium_under_load(pair, middle.posture, {.force = {0, 70, 0}});
+  ASSERT_EQ(e.status, EquilibriumStatus::converged) << e.reason;
+  EXPECT_NEAR(e.chains[0].wrench.force.x(), 0.005 * contact, 1e-9 * contact);
+  EXPECT_NEAR(e.chains[1].wrench.force.x(), -0.005 * contact, 1e-9 * contact);
+  EXPECT_NEAR(e.displacement.translation.x(), 0, 1e-12);
+  EXPECT_NEAR(e.displacement.translation.y(), 70 / 2e5, 1e-12);
+}
+
+INSTANTIATE_TEST_SUITE_P(Contacts, StiffStop, ::testing::Values(1e5, 1e8, 1e11));
 
 }  // namespace
 }  // namespace kinetostat::vjm

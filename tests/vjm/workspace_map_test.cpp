@@ -152,6 +152,28 @@ bool same(const std::vector<MapPoint>& a, const std::vector<MapPoint>& b) {
   return true;
 }
 
+// A pendulum that a hinge with a spring keeps upright falls at k/L, pushed towards the hinge, and
+// never when pulled. A weight above it takes its share.
+TEST(WorkspaceMap, CriticalForceOfAPropIsItsSpringOverItsLength) {
+  Chain chain("prop");
+  chain.actuator("hinge", Motion::rz, 300.0).offset(Pose::translation({0.4, 0, 0})).node("top");
+  const MapIndex push{.kind = Kind::critical_force, .direction = -Vector3::UnitX(), .up_to = 2000};
+  MapIndex pull = push, near = push;
+  pull.direction = Vector3::UnitX();
+  near.up_to = 700;
+  const TargetPose upright{Pose::translation({0.4, 0, 0})};
+  const MapPoint point = map_point({"prop", {chain}}, upright, {push, pull, near});
+  EXPECT_NEAR(point.values[0], 300 / 0.4, 1e-8 * 750);
+  EXPECT_TRUE(std::isinf(point.values[1]));
+  EXPECT_TRUE(std::isinf(point.values[2]));
+  const Load pushed{
+      .nodes = {{.chain = 0, .node = chain.node_index("top"), .force = {-250, 0, 0}}}};
+  EXPECT_NEAR(map_point({"prop", {chain}}, {upright.platform, pushed}, {push}).values[0], 500,
+              1e-8 * 750);
+  EXPECT_THROW(map_point({"prop", {chain}}, {upright.platform, {.force = {1, 0, 0}}}, {push}),
+               std::invalid_argument);
+}
+
 TEST(WorkspaceMap, ResultDoesNotDependOnTheNumberOfThreads) {
   const Robot robot = shipped("orthoglide.yaml");
   files::Progress progress;
