@@ -15,14 +15,19 @@ namespace {
 
 struct CompareRequest {
   CampaignRequest campaign;
-  std::string csv;
+  std::string csv, robust;
 };
+
+calibration::Loss loss_of(const std::string& name) {
+  if (name == "huber") return calibration::Loss::huber;
+  return name == "cauchy" ? calibration::Loss::cauchy : calibration::Loss::squares;
+}
 
 files::Json compare(const CompareRequest& request, Run& run) {
   const vjm::Robot robot = request.campaign.read_robot();
   const calibration::Campaign campaign = request.campaign.read_campaign(robot);
   const calibration::Comparison comparison =
-      calibration::compare(robot, campaign, run.threads(), run.progress());
+      calibration::compare(robot, campaign, run.threads(), run.progress(), loss_of(request.robust));
   files::Json json{{"inputs", report::provenance(robot)}};
   say_which_robot(robot, campaign, json, run);
   run.print(report::text(campaign, comparison));
@@ -46,6 +51,11 @@ void add_compare(Program& program) {
   request->campaign.add_options(app);
   app.add_option("--csv", request->csv, "Write measured, predicted and residual of every reading")
       ->type_name("FILE");
+  app.add_option("--robust", request->robust,
+                 "Fit with a loss that outliers move less: huber (95 % efficient, one minimum) or "
+                 "cauchy (far outliers hardly count)")
+      ->type_name("LOSS")
+      ->check(CLI::IsMember({"huber", "cauchy"}));
 }
 
 }  // namespace kinetostat::apps

@@ -1,14 +1,14 @@
 #include "kinetostat/calibration/base_fit.h"
 
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <set>
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
+#include "kinetostat/calibration/identifiability.h"
+#include "kinetostat/calibration/session_frame.h"
 #include "kinetostat/files/error.h"
 
 namespace kinetostat::calibration {
@@ -17,277 +17,349 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+using spatial::Vector6;
 
-// Relative size below which a sensitivity is nothing but rounding of the equilibrium.
-constexpr double rounding = 1e-9;
-// A stiffness factor beyond e^10 either way: the data want the spring rigid, or gone.
-constexpr double runaway = 10;
-// Longest step of a logarithm: a factor of e.
-constexpr double longest_step = 1;
-
-std::vector<Zero> zeros_of(const Campaign& campaign) {
-  std::set<std::pair<std::size_t, Index>> found;
-  if (campaign.zero == ZeroReading::estimated)
-    for (const Value& value : values_in_use(campaign))
-      found.emplace(campaign.readings[value.reading].session, value.component);
-  std::vector<Zero> zeros;
-  for (const auto& [session, component] : found) zeros.push_back({session, component});
-  return zeros;
+// Sessions that have a value in use.
+std::set<std::size_t> sessions_in_use(const std::vector<Value>& values, const Campaign& campaign) {
+  std::set<std::size_t> sessions;
+  for (const Value& value : values) sessions.insert(campaign.readings[value.reading].session);
+  return sessions;
 }
 
-// The weighted least-squares problem: unknowns are log factors, then zeros.
+// The unknowns of a fit and where each stands in their vector: parameters, zeros, frames.
+class Unknowns {
+ public:
+  Unknowns(const Campaign& campaign, const std::vector<Parameter>& parameters,
+           const std::vector<Value>& values)
+      : campaign_(campaign), parameters_(parameters) {
+    std::set<std::pair<std::size_t, Index>> zeros;
+    if (campaign.zero == ZeroReading::estimated)
+      for (const Value& value : values)
+        zeros.emplace(campaign.readings[value.reading].session, value.component);
+    for (const auto& [session, component] : zeros) zeros_.push_back({session, component});
+    if (campaign.session_frame == SessionFrame::estimated)
+      for (const std::size_t session : sessions_in_use(values, campaign))
+        frames_.push_back(session);
+    // In differences the position of the frame cancels.
+    first_frame_component_ = campaign.displacement == DisplacementKind::difference ? 3 : 0;
+  }
+
+  const std::vector<Parameter>& parameters() const { return parameters_; }
+  const std::vector<Zero>& zeros() const { return zeros_; }
+  const std::vector<std::size_t>& frames() const { return frames_; }  // sessions
+  Index parameter_count() const { return static_cast<Index>(parameters_.size()); }
+  Index frame_components() const { return 6 - first_frame_component_; }
+  Index zero_at(std::size_t zero) const { return parameter_count() + static_cast<Index>(zero); }
+  Index frame_at(std::size_t frame) const {
+    return zero_at(zeros_.size()) + static_cast<Index>(frame) * frame_components();
+  }
+  Index size() const { return frame_at(frames_.size()); }
+
+  std::optional<std::size_t> frame_of(std::size_t session) const {
+    const auto found = std::lower_bound(frames_.begin(), frames_.end(), session);
+    if (found == frames_.end() || *found != session) return std::nullopt;
+    return static_cast<std::size_t>(found - frames_.begin());
+  }
+  Vector6 frame(const VectorXd& q, std::size_t frame) const {
+    Vector6 result = Vector6::Zero();
+    result.tail(frame_components()) = q.segment(frame_at(frame), frame_components());
+    return result;
+  }
+
+  std::vector<UnknownName> names() const {
+    std::vector<UnknownName> result;
+    for (const Parameter& p : parameters_)
+      result.push_back({p.phrase(), true, p.is_logarithm(), p.unit, p.typical});
+    for (const Zero& zero : zeros_)
+      result.push_back({fmt::format("the zero of {}{}",
+                                    component_names[static_cast<std::size_t>(zero.component)],
+                                    in_session(zero.session)),
+                        false, false, is_rotation(zero.component) ? "rad" : "m"});
+    for (const std::size_t session : frames_)
+      for (Index k = first_frame_component_; k < 6; ++k)
+        result.push_back({fmt::format("the {} of the frame{}",
+                                      std::array{"x", "y", "z", "turn about x", "turn about y",
+                                                 "turn about z"}[static_cast<std::size_t>(k)],
+                                      in_session(session)),
+                          false, false, is_rotation(k) ? "rad" : "m"});
+    return result;
+  }
+
+ private:
+  std::string in_session(std::size_t session) const {
+    const std::string& name = campaign_.sessions[session];
+    return name.empty() ? "" : fmt::format(" in session '{}'", name);
+  }
+
+  const Campaign& campaign_;
+  const std::vector<Parameter>& parameters_;
+  std::vector<Zero> zeros_;
+  std::vector<std::size_t> frames_;
+  Index first_frame_component_ = 0;
+};
+
+// The weighted least-squares problem.
 class Problem {
  public:
-  struct Linearisation {
-    VectorXd residual;  // whitened, measured - predicted
-    MatrixXd jacobian;  // of the whitened prediction
-    std::vector<spatial::Vector6> predicted;
-    std::optional<PredictionFailure> failure;
-    double cost() const { return residual.squaredNorm(); }
-  };
-
   Problem(const Predictor& predictor, const Campaign& campaign, const Noise& noise,
           const std::vector<Parameter>& parameters, files::Progress& progress)
       : predictor_(predictor),
         campaign_(campaign),
         noise_(noise),
-        parameters_(parameters),
-        zeros_(zeros_of(campaign)),
         values_(values_in_use(campaign)),
+        unknowns_(campaign, parameters, values_),
         progress_(progress) {}
 
-  Index unknowns() const { return static_cast<Index>(parameters_.size() + zeros_.size()); }
+  const Unknowns& unknowns() const { return unknowns_; }
   Index values() const { return static_cast<Index>(values_.size()); }
-  const std::vector<Zero>& zeros() const { return zeros_; }
-  const std::vector<Parameter>& parameters() const { return parameters_; }
+  std::vector<Vector6> predicted(const VectorXd& q) {
+    if (predicted_at_.size() != q.size() || predicted_at_ != q) (void)at(q);
+    return predicted_;
+  }
+  const std::optional<PredictionFailure>& failure() const { return failure_; }
 
-  Linearisation at(const VectorXd& q) const {
-    const auto p = static_cast<Index>(parameters_.size());
-    Predictions predictions = predictor_.predict(parameters_, q.head(p), p > 0, progress_);
-    Linearisation result;
-    result.failure = predictions.failure;
-    if (result.failure) return result;
-    result.predicted = std::move(predictions.displacement);
-    add_zeros(q, result.predicted);
-    result.residual.resize(values());
-    result.jacobian.setZero(values(), unknowns());
-    for (Index i = 0; i < values(); ++i) {
-      const Value& value = values_[static_cast<std::size_t>(i)];
-      const double sigma = noise_.sigma[value.reading][value.component];
-      const double measured = campaign_.readings[value.reading].displacement[value.component];
-      result.residual[i] = (measured - result.predicted[value.reading][value.component]) / sigma;
-      if (p > 0)
-        result.jacobian.row(i).head(p) =
-            predictions.derivatives[value.reading].row(value.component) / sigma;
-      for (std::size_t z = 0; z < zeros_.size(); ++z)
-        if (zero_applies(zeros_[z], value))
-          result.jacobian(i, p + static_cast<Index>(z)) = 1 / sigma;
-    }
+  std::optional<Linearisation> at(const VectorXd& q) {
+    const Index p = unknowns_.parameter_count();
+    Predictions predictions =
+        predictor_.predict(unknowns_.parameters(), q.head(p), p > 0, progress_);
+    failure_ = predictions.failure;
+    if (failure_) return std::nullopt;
+    predicted_ = std::move(predictions.displacement);
+    predicted_at_ = q;
+    Linearisation result{VectorXd(values()), MatrixXd::Zero(values(), unknowns_.size())};
+    Index row = 0;
+    for (std::size_t i = 0; i < predicted_.size(); ++i)
+      row += add_reading(q, i, p > 0 ? &predictions.derivatives[i] : nullptr, row, result);
     return result;
   }
 
-  VectorXd measured() const {
-    VectorXd y(values());
-    for (Index i = 0; i < values(); ++i) {
-      const Value& value = values_[static_cast<std::size_t>(i)];
-      y[i] = campaign_.readings[value.reading].displacement[value.component] /
-             noise_.sigma[value.reading][value.component];
+  VectorXd start() const {
+    VectorXd q = VectorXd::Zero(unknowns_.size());
+    for (std::size_t k = 0; k < unknowns_.parameters().size(); ++k)
+      q[static_cast<Index>(k)] = unknowns_.parameters()[k].start;
+    return q;
+  }
+
+  // A frame may be anywhere: its start is where the positions fit best.
+  void start_frames(VectorXd& q) {
+    if (unknowns_.frames().empty() || unknowns_.frame_components() < 6) return;
+    const Predictions predictions = predictor_.predict(
+        unknowns_.parameters(), q.head(unknowns_.parameter_count()), false, progress_);
+    if (predictions.failure) return;
+    for (std::size_t f = 0; f < unknowns_.frames().size(); ++f) {
+      std::vector<spatial::Vector3> predicted, measured;
+      for (std::size_t i = 0; i < campaign_.readings.size(); ++i) {
+        const Reading& r = campaign_.readings[i];
+        if (r.session != unknowns_.frames()[f] || !r.uses(0) || !r.uses(1) || !r.uses(2)) continue;
+        predicted.push_back(predictions.displacement[i].head<3>());
+        measured.push_back(r.displacement.head<3>());
+      }
+      q.segment<6>(unknowns_.frame_at(f)) = frame_between(predicted, measured);
     }
-    return y;
   }
 
-  std::string name(Index unknown) const {
-    const auto p = static_cast<Index>(parameters_.size());
-    if (unknown < p)
-      return fmt::format("the stiffness of '{}'",
-                         parameters_[static_cast<std::size_t>(unknown)].name);
-    const Zero& zero = zeros_[static_cast<std::size_t>(unknown - p)];
-    const std::string& session = campaign_.sessions[zero.session];
-    return fmt::format("the zero of {}{}",
-                       component_names[static_cast<std::size_t>(zero.component)],
-                       session.empty() ? "" : fmt::format(" in session '{}'", session));
+  // Norm of the readings over their noise.
+  double scale() const {
+    double sum = 0;
+    for (const Value& value : values_)
+      sum += std::pow(campaign_.readings[value.reading].displacement[value.component] /
+                          noise_.sigma[value.reading][value.component],
+                      2);
+    return std::sqrt(sum);
   }
 
-  [[noreturn]] void fail_prediction(const PredictionFailure& failure) const {
-    const Reading& reading = campaign_.readings[failure.reading];
+  [[noreturn]] void fail_prediction() const {
+    const Reading& reading = campaign_.readings[failure_->reading];
     throw files::NoConvergence(
         fmt::format("{}:{}: the model has no equilibrium for reading '{}': {}. Check the load and "
                     "its unit, or mask the reading.",
-                    campaign_.readings_file.string(), reading.line, reading.id, failure.reason));
+                    campaign_.readings_file.string(), reading.line, reading.id, failure_->reason));
   }
 
  private:
-  bool zero_applies(const Zero& zero, const Value& value) const {
-    return zero.component == value.component &&
-           zero.session == campaign_.readings[value.reading].session;
+  using Derivatives = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+
+  // Fills the rows of one reading; returns how many there are.
+  Index add_reading(const VectorXd& q, std::size_t i, const Derivatives* by_parameters, Index row,
+                    Linearisation& result) {
+    const Reading& reading = campaign_.readings[i];
+    Derivatives all = Derivatives::Zero(6, unknowns_.size());
+    if (by_parameters != nullptr && by_parameters->cols() > 0)
+      all.leftCols(by_parameters->cols()) = *by_parameters;
+    add_frame(q, reading, predicted_[i], all);
+    add_zeros(q, reading, predicted_[i], all);
+    const std::vector<Index> used = components_in_use(reading);
+    const auto count = static_cast<Index>(used.size());
+    if (count == 0) return 0;
+    MatrixXd block(count, unknowns_.size() + 1);
+    block.rightCols(unknowns_.size()) = all(used, Eigen::all);
+    block.col(0) = (predicted_[i] - reading.displacement)(used);
+    noise_.whiten(i, used, block);
+    result.residual.segment(row, count) = block.col(0);
+    result.jacobian.middleRows(row, count) = block.rightCols(unknowns_.size());
+    return count;
   }
 
-  void add_zeros(const VectorXd& q, std::vector<spatial::Vector6>& predicted) const {
-    const auto p = static_cast<Index>(parameters_.size());
-    for (std::size_t z = 0; z < zeros_.size(); ++z)
-      for (std::size_t i = 0; i < predicted.size(); ++i)
-        if (campaign_.readings[i].session == zeros_[z].session)
-          predicted[i][zeros_[z].component] += q[p + static_cast<Index>(z)];
+  void add_frame(const VectorXd& q, const Reading& reading, Vector6& predicted,
+                 Derivatives& all) const {
+    const auto f = unknowns_.frame_of(reading.session);
+    if (!f) return;
+    const SeenFromFrame seen =
+        seen_from(unknowns_.frame(q, *f), predicted, campaign_.displacement, reading.displacement);
+    predicted = seen.displacement;
+    all.leftCols(unknowns_.parameter_count()) =
+        seen.by_displacement * all.leftCols(unknowns_.parameter_count());
+    const Index n = unknowns_.frame_components();
+    all.middleCols(unknowns_.frame_at(*f), n) = seen.by_frame.rightCols(n);
+  }
+
+  void add_zeros(const VectorXd& q, const Reading& reading, Vector6& predicted,
+                 Derivatives& all) const {
+    for (std::size_t z = 0; z < unknowns_.zeros().size(); ++z) {
+      const Zero& zero = unknowns_.zeros()[z];
+      if (reading.session != zero.session) continue;
+      predicted[zero.component] += q[unknowns_.zero_at(z)];
+      all(zero.component, unknowns_.zero_at(z)) = 1;
+    }
   }
 
   const Predictor& predictor_;
   const Campaign& campaign_;
   const Noise& noise_;
-  const std::vector<Parameter>& parameters_;
-  std::vector<Zero> zeros_;
   std::vector<Value> values_;
+  Unknowns unknowns_;
   files::Progress& progress_;
+  std::vector<Vector6> predicted_;  // of the last residual
+  VectorXd predicted_at_ = VectorXd::Constant(1, std::numeric_limits<double>::quiet_NaN());
+  std::optional<PredictionFailure> failure_;
 };
 
 void require_enough_values(const Problem& problem) {
-  if (problem.values() > problem.unknowns() || problem.unknowns() == 0) return;
+  if (problem.values() > problem.unknowns().size() || problem.unknowns().size() == 0) return;
   throw files::NotIdentifiable(
-      fmt::format("{} measured values for {} unknowns (parameters and zeros) leave nothing to "
-                  "judge the fit by. "
-                  "Measure more, or declare less uncertain.",
-                  problem.values(), problem.unknowns()));
+      fmt::format("{} measured values for {} unknowns (parameters, zeros and frames) leave nothing "
+                  "to judge the fit by. Measure more, or declare less uncertain.",
+                  problem.values(), problem.unknowns().size()));
 }
 
-void require_sensitivity(const Problem& problem, const Problem::Linearisation& state) {
-  const auto p = static_cast<Index>(problem.parameters().size());
-  const VectorXd sizes = state.jacobian.colwise().norm();
-  double largest = problem.measured().norm();
-  for (Index k = 0; k < p; ++k) largest = std::max(largest, sizes[k]);
-  std::vector<std::string> idle;
-  for (Index k = 0; k < p; ++k)
-    if (!(sizes[k] > rounding * largest)) idle.push_back(problem.name(k));
-  if (!idle.empty())
+void require_bounded(const Problem& problem, const LeastSquaresResult& result) {
+  for (std::size_t k = 0; k < problem.unknowns().parameters().size(); ++k) {
+    const Parameter& parameter = problem.unknowns().parameters()[k];
+    if (result.hit[k] == BoundHit::none || parameter.bounds_stated) continue;
+    const bool up = result.hit[k] == BoundHit::upper;
     throw files::NotIdentifiable(
-        fmt::format("no reading depends on {}: these data cannot determine it. Load it in a "
-                    "measured direction, or take it out of 'uncertain' in the robot file.",
-                    fmt::join(idle, " and ")));
-}
-
-// A direction in the space of unknowns that changes no reading, in words.
-void require_independence(const Problem& problem, const MatrixXd& scaled_jacobian) {
-  if (problem.unknowns() == 0) return;
-  const Eigen::JacobiSVD<MatrixXd> svd(Eigen::HouseholderQR<MatrixXd>(scaled_jacobian)
-                                           .matrixQR()
-                                           .topRows(problem.unknowns())
-                                           .triangularView<Eigen::Upper>(),
-                                       Eigen::ComputeFullV);
-  if (svd.singularValues().tail<1>()[0] > rounding * svd.singularValues()[0]) return;
-  const VectorXd direction = svd.matrixV().rightCols<1>();
-  std::vector<std::string> members;
-  for (Index k = 0; k < direction.size(); ++k)
-    if (std::abs(direction[k]) > 0.1 * direction.cwiseAbs().maxCoeff())
-      members.push_back(problem.name(k));
-  throw files::NotIdentifiable(
-      fmt::format("these data cannot tell {} apart: they change all readings in the same "
-                  "proportion. Measure other poses, loads or components, or declare fewer of them "
-                  "uncertain.",
-                  fmt::join(members, " and ")));
-}
-
-void require_identifiable(const Problem& problem, const Problem::Linearisation& state) {
-  require_sensitivity(problem, state);
-  require_independence(problem, state.jacobian.colwise().normalized());
-}
-
-// Step of some unknowns that minimises |residual - J step|^2 + damping |D step|^2, with D the
-// lengths of J's columns.
-VectorXd damped_step(const MatrixXd& jacobian, const VectorXd& residual, double damping) {
-  const Index n = jacobian.cols(), m = jacobian.rows();
-  const VectorXd lengths = jacobian.colwise().norm();
-  MatrixXd matrix(m + n, n);
-  matrix.topRows(m) = jacobian * lengths.cwiseInverse().asDiagonal();
-  matrix.bottomRows(n) = std::sqrt(damping) * MatrixXd::Identity(n, n);
-  VectorXd right(m + n);
-  right << residual, VectorXd::Zero(n);
-  return matrix.householderQr().solve(right).cwiseQuotient(lengths);
-}
-
-// The same with no stiffness changing by more than a bounded factor: one after the other, the worst
-// is held at its bound while the rest find their best. Without bounds a weak parameter beside a
-// strong one that is far off runs away on what the strong one's curvature leaves over.
-VectorXd bounded_step(const Problem& problem, const Problem::Linearisation& state, double damping) {
-  const auto p = static_cast<Index>(problem.parameters().size());
-  std::vector<Index> moving(static_cast<std::size_t>(problem.unknowns()));
-  std::iota(moving.begin(), moving.end(), 0);
-  VectorXd step = VectorXd::Zero(problem.unknowns());
-  VectorXd residual = state.residual;
-  while (!moving.empty()) {
-    step(moving) = damped_step(state.jacobian(Eigen::all, moving), residual, damping);
-    const auto worst = std::max_element(moving.begin(), moving.end(), [&](Index a, Index b) {
-      return (a < p ? std::abs(step[a]) : 0) < (b < p ? std::abs(step[b]) : 0);
-    });
-    if (*worst >= p || std::abs(step[*worst]) <= longest_step) break;
-    step[*worst] = std::copysign(longest_step, step[*worst]);
-    residual -= step[*worst] * state.jacobian.col(*worst);
-    moving.erase(worst);
+        fmt::format("{} runs away to {}: these readings {}. Check units and signs of load and "
+                    "displacement, or take it out of 'uncertain' in the robot file.",
+                    parameter.phrase(), up ? "infinity" : "zero",
+                    up ? "show no such compliance" : "are larger than any spring explains"));
   }
-  return step;
 }
 
-void require_bounded(const Problem& problem, const VectorXd& q) {
-  for (Index k = 0; k < static_cast<Index>(problem.parameters().size()); ++k)
-    if (std::abs(q[k]) > runaway)
-      throw files::NotIdentifiable(fmt::format(
-          "{} runs away to {}: these readings {}. Check units and signs of load and "
-          "displacement, or take it out of 'uncertain' in the robot file.",
-          problem.name(k), q[k] > 0 ? "infinity" : "zero",
-          q[k] > 0 ? "show no such compliance" : "are larger than any spring explains"));
+LeastSquaresOptions options_for(const Problem& problem, const BaseFitOptions& options) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const Index n = problem.unknowns().size();
+  LeastSquaresOptions result{.max_iterations = options.max_iterations,
+                             .tolerance = options.tolerance,
+                             .scale = problem.scale(),
+                             .lower = VectorXd::Constant(n, -infinity),
+                             .upper = VectorXd::Constant(n, infinity),
+                             .longest_step = VectorXd::Constant(n, infinity),
+                             .loss = options.loss,
+                             .first_damping = 0};
+  for (std::size_t k = 0; k < problem.unknowns().parameters().size(); ++k) {
+    const Parameter& parameter = problem.unknowns().parameters()[k];
+    const auto i = static_cast<Index>(k);
+    result.lower[i] = parameter.lower;
+    result.upper[i] = parameter.upper;
+    result.longest_step[i] = parameter.longest_step;
+  }
+  return result;
 }
 
-struct Solution {
-  VectorXd unknowns;
-  Problem::Linearisation state;
-  int iterations = 0;
-};
+LeastSquaresResult solve(Problem& problem, const BaseFitOptions& options) {
+  const auto residuals = [&problem](const VectorXd& q) { return problem.at(q); };
+  VectorXd start = problem.start();
+  problem.start_frames(start);
+  LeastSquaresResult result = minimise(residuals, start, options_for(problem, options));
+  if (result.status == LeastSquaresStatus::no_start) problem.fail_prediction();
+  require_bounded(problem, result);
+  require_identifiable(problem.unknowns().names(), result.at.jacobian, result.free(),
+                       problem.scale());
+  if (result.status != LeastSquaresStatus::converged)
+    throw files::NoConvergence(fmt::format(
+        "the fit of the uncertain parameters did not converge: {} after {} "
+        "evaluations of the model",
+        result.status == LeastSquaresStatus::stalled ? "no step makes it better" : "it still moves",
+        result.iterations));
+  return result;
+}
 
-Solution solve(const Problem& problem, const BaseFitOptions& options) {
-  Solution now{VectorXd::Zero(problem.unknowns()), {}, 0};
-  now.state = problem.at(now.unknowns);
-  if (now.state.failure) problem.fail_prediction(*now.state.failure);
-  if (problem.unknowns() == 0) return now;
-  const VectorXd measured = problem.measured();
-  const double size = measured.norm() + (measured - now.state.residual).norm();
-  double damping = 0;
-  while (now.iterations < options.max_iterations) {
-    ++now.iterations;
-    require_identifiable(problem, now.state);
-    const VectorXd step = bounded_step(problem, now.state, damping);
-    const double change = (now.state.jacobian * step).norm();
-    if (change <= options.tolerance * size) return now;
-    const VectorXd candidate = now.unknowns + step;
-    Problem::Linearisation next = problem.at(candidate);
-    const bool better = !next.failure && next.cost() <= now.state.cost();
-    // Where rounding of the equilibrium hides the progress there is none left to make.
-    if (!better && change <= 1e-9 * size) return now;
-    if (better) {
-      require_bounded(problem, candidate);
-      now.unknowns = candidate;
-      now.state = std::move(next);
-      damping = damping > 1e-8 ? damping / 10 : 0;
-    } else {
-      damping = std::max(1e-3, damping * 10);
+// By which the inverse of J'J is multiplied to be a covariance: 1 with a known noise. For a robust
+// loss, Huber's (1973) correction for the information that the loss gives up.
+double variance_of(const LeastSquaresResult& result, Loss loss, bool noise_known, Index freedom) {
+  const double n = static_cast<double>(result.at.residual.size());
+  if (loss == Loss::squares)
+    return noise_known ? 1 : result.at.residual.squaredNorm() / static_cast<double>(freedom);
+  double squares = 0, slopes = 0;
+  for (Index i = 0; i < result.at.residual.size(); ++i) {
+    const double r = result.at.residual[i];
+    squares += std::pow(result.weights[i] * r, 2);
+    slopes += influence_slope(loss, r);
+  }
+  return squares / static_cast<double>(freedom) / std::pow(slopes / n, 2);
+}
+
+void require_usable_noise(const Campaign& campaign, const Noise& noise, bool has_parameters,
+                          Loss loss) {
+  if (!noise.comparable && has_parameters)
+    throw files::InputError(
+        {.file = campaign.file,
+         .key = "noise",
+         .what = "translations and rotations cannot be fitted together, because nothing says how "
+                 "exact either is",
+         .cure = "State 'noise: {translation: ..., rotation: ...}', or repeat readings"});
+  if (loss != Loss::squares && noise.source == NoiseSource::unknown)
+    throw files::InputError(
+        {.file = campaign.file,
+         .key = "noise",
+         .what = "a robust fit must know how large the noise is, to tell an outlier from it",
+         .cure = "State 'noise: {translation: ...}', or repeat readings"});
+}
+
+// Estimates with their standard errors from the solution.
+class Estimates {
+ public:
+  Estimates(const Unknowns& unknowns, const LeastSquaresResult& result, const MatrixXd& covariance)
+      : unknowns_(unknowns), result_(result), errors_(covariance.diagonal().cwiseSqrt()) {}
+
+  void add_to(BaseFit& fit) const {
+    for (std::size_t k = 0; k < unknowns_.parameters().size(); ++k) {
+      const auto i = static_cast<Index>(k);
+      fit.parameters.push_back(
+          {unknowns_.parameters()[k], result_.x[i], errors_[i], result_.hit[k]});
     }
+    fit.zeros = unknowns_.zeros();
+    for (std::size_t z = 0; z < fit.zeros.size(); ++z) {
+      fit.zeros[z].value = result_.x[unknowns_.zero_at(z)];
+      fit.zeros[z].standard_error = errors_[unknowns_.zero_at(z)];
+    }
+    for (std::size_t f = 0; f < unknowns_.frames().size(); ++f) add_frame(f, fit);
   }
-  throw files::NoConvergence(
-      fmt::format("the fit of the uncertain parameters did not converge in {} iterations",
-                  options.max_iterations));
-}
 
-MatrixXd covariance_of(const Problem& problem, const Problem::Linearisation& state,
-                       const Noise& noise) {
-  const Index n = problem.unknowns();
-  if (n == 0) return MatrixXd(0, 0);
-  const VectorXd lengths = state.jacobian.colwise().norm();
-  const MatrixXd scaled = state.jacobian * lengths.cwiseInverse().asDiagonal();
-  const MatrixXd r =
-      Eigen::HouseholderQR<MatrixXd>(scaled).matrixQR().topRows(n).triangularView<Eigen::Upper>();
-  const MatrixXd inverse = lengths.cwiseInverse().asDiagonal() *
-                           r.triangularView<Eigen::Upper>().solve(MatrixXd::Identity(n, n)).eval();
-  const double variance = noise.source == NoiseSource::unknown
-                              ? state.cost() / static_cast<double>(problem.values() - n)
-                              : 1.0;
-  return variance * inverse * inverse.transpose();
-}
+ private:
+  void add_frame(std::size_t f, BaseFit& fit) const {
+    const Index n = unknowns_.frame_components();
+    const Vector6 unknown = Vector6::Constant(std::numeric_limits<double>::quiet_NaN());
+    FrameEstimate frame{unknowns_.frames()[f], unknown, unknown};
+    frame.value.tail(n) = result_.x.segment(unknowns_.frame_at(f), n);
+    frame.standard_error.tail(n) = errors_.segment(unknowns_.frame_at(f), n);
+    fit.frames.push_back(frame);
+  }
+
+  const Unknowns& unknowns_;
+  const LeastSquaresResult& result_;
+  VectorXd errors_;
+};
 
 }  // namespace
 
@@ -302,34 +374,26 @@ std::vector<Value> values_in_use(const Campaign& campaign) {
 BaseFit fit_base(const Predictor& predictor, const Campaign& campaign, const Noise& noise,
                  const std::vector<Parameter>& parameters, files::Progress& progress,
                  const BaseFitOptions& options) {
-  if (!noise.comparable && !parameters.empty())
-    throw files::InputError(
-        {.file = campaign.file,
-         .key = "noise",
-         .what = "translations and rotations cannot be fitted together, because nothing says how "
-                 "exact either is",
-         .cure = "State 'noise: {translation: ..., rotation: ...}', or repeat readings"});
-  const Problem problem(predictor, campaign, noise, parameters, progress);
+  require_usable_noise(campaign, noise, !parameters.empty(), options.loss);
+  Problem problem(predictor, campaign, noise, parameters, progress);
   require_enough_values(problem);
-  Solution solution = solve(problem, options);
+  const LeastSquaresResult result = solve(problem, options);
+  const std::vector<Index> free = result.free();
   BaseFit fit;
-  fit.covariance = covariance_of(problem, solution.state, noise);
-  fit.error_source = noise.source;
-  for (std::size_t k = 0; k < parameters.size(); ++k) {
-    const auto i = static_cast<Index>(k);
-    fit.parameters.push_back(
-        {parameters[k], solution.unknowns[i], std::sqrt(fit.covariance(i, i))});
-  }
-  fit.zeros = problem.zeros();
-  for (std::size_t z = 0; z < fit.zeros.size(); ++z) {
-    const auto i = static_cast<Index>(parameters.size() + z);
-    fit.zeros[z].value = solution.unknowns[i];
-    fit.zeros[z].standard_error = std::sqrt(fit.covariance(i, i));
-  }
-  fit.predicted = std::move(solution.state.predicted);
-  fit.squared_error = solution.state.cost();
+  fit.estimated = static_cast<Index>(free.size());
   fit.values = problem.values();
-  fit.iterations = solution.iterations;
+  fit.squared_error = result.at.residual.squaredNorm();
+  fit.iterations = result.iterations;
+  fit.loss = options.loss;
+  fit.weights.assign(result.weights.begin(), result.weights.end());
+  const double variance = variance_of(result, options.loss, noise.source != NoiseSource::unknown,
+                                      fit.degrees_of_freedom());
+  fit.covariance = variance * inverse_normal_matrix(result.at.jacobian, free);
+  fit.error_source = noise.source;
+  fit.weak = weak_sentences(problem.unknowns().names(), weak_combinations(result.at.jacobian, free),
+                            std::sqrt(variance));
+  Estimates(problem.unknowns(), result, fit.covariance).add_to(fit);
+  fit.predicted = problem.predicted(result.x);
   return fit;
 }
 

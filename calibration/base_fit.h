@@ -2,8 +2,10 @@
 // nobody claimed to know.
 #pragma once
 
+#include <string>
 #include <vector>
 
+#include "kinetostat/calibration/least_squares.h"
 #include "kinetostat/calibration/noise.h"
 #include "kinetostat/calibration/predict.h"
 
@@ -26,43 +28,58 @@ struct Zero {
   double standard_error = 0;
 };
 
-struct ParameterEstimate {
-  Parameter parameter;
-  double log_factor = 0;
-  double standard_error = 0;  // of log_factor, so nearly the relative one of the stiffness
+/// Where the measuring frame of one session really was: position [m] and rotation vector [rad] of
+/// the stated frame, seen from it. In differences only the rotation matters; the position is NaN.
+struct FrameEstimate {
+  std::size_t session = 0;
+  spatial::Vector6 value, standard_error;
 };
 
-/// A model with its parameters and zeros at their best values.
+struct ParameterEstimate {
+  Parameter parameter;
+  double value = 0;  // of its coordinate: the logarithm of a stiffness factor
+  double standard_error = 0;
+  BoundHit hit = BoundHit::none;  // then there is no standard error
+};
+
+/// A model with its parameters, zeros and frames at their best values.
 struct BaseFit {
   std::vector<ParameterEstimate> parameters;
   std::vector<Zero> zeros;
-  Eigen::MatrixXd covariance;  // of the parameters, then the zeros
+  std::vector<FrameEstimate> frames;
+  Eigen::MatrixXd covariance;  // of the parameters, zeros and frames, in that order
   /// Where the standard errors come from; `unknown`: from the residual itself, so they take the
   /// model to be right.
   NoiseSource error_source = NoiseSource::unknown;
-  /// One entry a reading: what the table should show, zeros included [m; rad].
+  std::vector<std::string> weak;  // what the data hardly tell apart, in sentences
+  Loss loss = Loss::squares;
+  /// One entry a value in use, in the order of values_in_use: how much it counted.
+  std::vector<double> weights;
+  /// One entry a reading: what the table should show, zeros and frames included [m; rad].
   std::vector<spatial::Vector6> predicted;
   double squared_error = 0;  // sum of squares of the whitened residuals in use
   Eigen::Index values = 0;   // how many there are
   int iterations = 0;
 
-  Eigen::Index estimated() const {  // number of parameters and zeros
-    return static_cast<Eigen::Index>(parameters.size() + zeros.size());
-  }
-  Eigen::Index degrees_of_freedom() const { return values - estimated(); }
+  /// Number of parameters, zeros and frame coordinates that were estimated; one that a bound holds
+  /// was not.
+  Eigen::Index estimated = 0;
+  Eigen::Index degrees_of_freedom() const { return values - estimated; }
 };
 
 struct BaseFitOptions {
-  int max_iterations = 50;
+  int max_iterations = 100;
   /// Ends when a step changes the predictions by less than this, relative to the readings.
   double tolerance = 1e-13;
+  Loss loss = Loss::squares;
 };
 
-/// Weighted least squares by Levenberg-Marquardt on exact implicit derivatives. Without parameters
-/// only the zeros are estimated, if the campaign asks for that. Throws files::NotIdentifiable
-/// naming the parameters (or the combination) that no reading depends on, files::NoConvergence with
-/// the reading that has no equilibrium, or when the iteration stalls; files::InputError when noise
-/// is needed to compare translations with rotations and nothing states it.
+/// Weighted least squares within bounds on exact implicit derivatives. Without parameters only the
+/// zeros and frames are estimated, as far as the campaign asks for them. Throws
+/// files::NotIdentifiable naming the parameters (or the combination) that no reading depends on, or
+/// one that runs away; files::NoConvergence with the reading that has no equilibrium, or when the
+/// iteration stalls; files::InputError when noise is needed to compare translations with rotations,
+/// or for a robust loss, and nothing states it.
 BaseFit fit_base(const Predictor& predictor, const Campaign& campaign, const Noise& noise,
                  const std::vector<Parameter>& parameters, files::Progress& progress,
                  const BaseFitOptions& options = {});

@@ -17,7 +17,7 @@ YamlNode read_top(const std::filesystem::path& file) {
   YamlNode top = files::read_yaml(file);
   files::check_format_version(top);
   top.allow_only({"kinetostat", "campaign", "origin", "robot", "units", "displacement", "zero",
-                  "wrench_point", "noise", "readings"});
+                  "session_frame", "wrench_point", "noise", "readings"});
   return top;
 }
 
@@ -69,6 +69,13 @@ bool Reading::uses(Eigen::Index component) const {
   return !masked && !std::isnan(displacement[component]);
 }
 
+std::vector<Eigen::Index> components_in_use(const Reading& reading) {
+  std::vector<Eigen::Index> used;
+  for (Eigen::Index k = 0; k < 6; ++k)
+    if (reading.uses(k)) used.push_back(k);
+  return used;
+}
+
 std::optional<std::filesystem::path> robot_named_in(const std::filesystem::path& campaign) {
   const YamlNode top = read_top(campaign);
   const auto robot = top.find("robot");
@@ -88,6 +95,9 @@ Campaign read_campaign(const std::filesystem::path& file, const vjm::Manipulator
     campaign.displacement = DisplacementKind::absolute;
   if (const auto zero = top.find("zero"); zero && zero->choice({"known", "estimate"}) == "estimate")
     campaign.zero = ZeroReading::estimated;
+  if (const auto frame = top.find("session_frame");
+      frame && frame->choice({"known", "estimate"}) == "estimate")
+    campaign.session_frame = SessionFrame::estimated;
   campaign.readings_file = top.at("readings").existing_file();
   const ReadingsContext context{.noise = read_noise(top),
                                 .wrench_point = read_wrench_point(top, campaign.units),

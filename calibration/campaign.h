@@ -30,6 +30,11 @@ enum class ZeroReading {
   estimated  // they are off by one unknown constant per session and component
 };
 
+enum class SessionFrame {
+  known,     // displacements are given in the frame that the campaign states
+  estimated  // each session was measured in an unknown rigid frame of its own
+};
+
 enum class LoadDirection { unstated, loading, unloading };
 
 /// What the controller was told: a platform pose, or joint coordinates (home values where not
@@ -57,6 +62,9 @@ struct Reading {
   bool uses(Eigen::Index component) const;  // measured and not masked
 };
 
+/// Its components in use, ascending.
+std::vector<Eigen::Index> components_in_use(const Reading& reading);
+
 /// A column that the format does not know, kept as it stands, one text a reading.
 struct Covariate {
   std::string name;
@@ -70,6 +78,7 @@ struct Campaign {
   spatial::UnitSystem units;
   DisplacementKind displacement = DisplacementKind::difference;
   ZeroReading zero = ZeroReading::known;
+  SessionFrame session_frame = SessionFrame::known;
   /// Every value that is used has a standard deviation, or none has.
   bool noise_stated = false;
 

@@ -91,7 +91,7 @@ std::optional<double> residual_deviation(const Assessment& assessment) {
 // The noise comes from `evidence`, which has not seen any residual.
 void add_tests(const Evidence& evidence, Assessment& assessment) {
   const BaseFit& fit = assessment.fit;
-  const auto lack = static_cast<Eigen::Index>(evidence.groups.size()) - fit.estimated();
+  const auto lack = static_cast<Eigen::Index>(evidence.groups.size()) - fit.estimated;
   const bool by_stated_noise =
       evidence.noise.source == NoiseSource::stated && fit.degrees_of_freedom() > 0;
   const bool by_replicates = evidence.noise.comparable && evidence.pure.degrees_of_freedom > 0 &&
@@ -157,13 +157,14 @@ std::vector<std::string> notes(const Evidence& evidence) {
 }  // namespace
 
 Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int threads,
-                   files::Progress& progress) {
+                   files::Progress& progress, Loss loss) {
   Evidence evidence{campaign, replicate_groups(campaign), {}, {}};
   evidence.noise = noise_of(campaign, evidence.groups);
   evidence.pure = pure_error(campaign, evidence.groups, evidence.noise.sigma);
   const Predictor predictor(robot.manipulator, campaign, threads, progress);
   const auto fit = [&](const std::vector<Parameter>& parameters) {
-    return assess(evidence, fit_base(predictor, campaign, evidence.noise, parameters, progress));
+    return assess(evidence, fit_base(predictor, campaign, evidence.noise, parameters, progress,
+                                     {.loss = loss}));
   };
   Comparison result;
   result.noise_source = evidence.noise.source;

@@ -63,6 +63,6 @@ struct Comparison {
 /// Throws what Predictor and fit_base throw, but for a refit that the data cannot determine: that
 /// is told in `refit_failure`, beside the assessment as designed.
 Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int threads,
-                   files::Progress& progress);
+                   files::Progress& progress, Loss loss = Loss::squares);
 
 }  // namespace kinetostat::calibration

@@ -192,7 +192,7 @@ class Solver {
         accept(candidate, std::move(*next));
       } else {
         if (damping > largest_damping) return LeastSquaresStatus::stalled;
-        damping = std::max(damping, 1e-12) * growth;
+        damping = std::max(damping, 1e-6) * growth;
         growth *= 2;
       }
     }
@@ -312,6 +312,16 @@ double cost_of(Loss loss, double residual) {
   if (loss == Loss::cauchy)
     return cauchy_width * cauchy_width * std::log1p(std::pow(size / cauchy_width, 2));
   return size * size;
+}
+
+double influence_slope(Loss loss, double residual) {
+  const double size = std::abs(residual);
+  if (loss == Loss::huber) return size <= huber_width ? 1 : 0;
+  if (loss == Loss::cauchy) {
+    const double s = std::pow(size / cauchy_width, 2);
+    return (1 - s) / ((1 + s) * (1 + s));
+  }
+  return 1;
 }
 
 std::vector<Index> LeastSquaresResult::free() const {

@@ -32,6 +32,8 @@ enum class Loss {
 /// Derivative of the cost with respect to r^2: 1 for squares, the weight of a residual otherwise.
 double weight_of(Loss loss, double residual);
 double cost_of(Loss loss, double residual);
+/// Derivative of weight * residual with respect to the residual.
+double influence_slope(Loss loss, double residual);
 
 struct LeastSquaresOptions {
   int max_iterations = 200;

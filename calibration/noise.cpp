@@ -19,6 +19,12 @@ bool measures(const Campaign& campaign, bool rotation) {
 
 }  // namespace
 
+void Noise::whiten(std::size_t reading, const std::vector<Eigen::Index>& used,
+                   Eigen::Ref<Eigen::MatrixXd> rows) const {
+  for (std::size_t i = 0; i < used.size(); ++i)
+    rows.row(static_cast<Eigen::Index>(i)) /= sigma[reading][used[i]];
+}
+
 Noise noise_of(const Campaign& campaign, const std::vector<ReplicateGroup>& groups) {
   const std::size_t n = campaign.readings.size();
   Noise noise;

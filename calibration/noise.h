@@ -21,6 +21,11 @@ struct Noise {
   /// False when translations and rotations are measured together and nothing says how their errors
   /// compare: then they cannot enter one sum of squares.
   bool comparable = true;
+
+  /// Divides rows that belong to the components `used` of a reading (residuals, derivatives) by its
+  /// noise; correlated components by the Cholesky factor of their covariance.
+  void whiten(std::size_t reading, const std::vector<Eigen::Index>& used,
+              Eigen::Ref<Eigen::MatrixXd> rows) const;
 };
 
 Noise noise_of(const Campaign& campaign, const std::vector<ReplicateGroup>& groups);

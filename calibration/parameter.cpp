@@ -1,5 +1,6 @@
 #include "kinetostat/calibration/parameter.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace kinetostat::calibration {
@@ -32,10 +33,18 @@ void describe_stiffness(const vjm::Manipulator& manipulator, Parameter& paramete
 
 }  // namespace
 
+std::string Parameter::phrase() const { return "the stiffness of '" + name + "'"; }
+
 std::vector<Parameter> uncertain_parameters(const vjm::Robot& robot) {
   std::vector<Parameter> parameters;
   for (const vjm::UncertainStiffness& uncertain : robot.uncertain) {
     Parameter parameter{.name = uncertain.name, .springs = uncertain.springs, .stiffness = {}};
+    if (uncertain.between) {
+      parameter.lower = std::log(uncertain.between->first);
+      parameter.upper = std::log(uncertain.between->second);
+      parameter.start = std::clamp(0.0, parameter.lower, parameter.upper);
+      parameter.bounds_stated = true;
+    }
     describe_stiffness(robot.manipulator, parameter);
     parameters.push_back(std::move(parameter));
   }

@@ -10,13 +10,27 @@
 namespace kinetostat::calibration {
 
 /// Springs of one name, scaled together. The coordinate in which it is fitted is the natural
-/// logarithm of the factor: 0 as designed, no bounds needed.
+/// logarithm of the factor: 0 as designed.
 struct Parameter {
   std::string name;  // as in the robot file: "leg", or "x.rho"
   std::vector<vjm::SpringParameter> springs;
   /// Stiffness as designed, where all the springs are one-dimensional and equal [N/m or N m/rad].
   std::optional<double> stiffness;
   bool is_torsional = false;
+
+  // Of the coordinate: where the fit starts, its bounds, and its longest step.
+  double start = 0, lower = -runaway, upper = runaway, longest_step = 1;
+  /// The bounds mean something: the user or physics sets them. Otherwise a fit that hits one is
+  /// running away.
+  bool bounds_stated = false;
+  std::string unit = {};  // of the coordinate, SI; empty for a logarithm
+  double typical = 1;     // a change of it that is worth knowing
+
+  /// A stiffness factor beyond e^10 either way: the data want the spring rigid, or gone.
+  static constexpr double runaway = 10;
+
+  bool is_logarithm() const { return !springs.empty(); }
+  std::string phrase() const;  // "the stiffness of 'leg'"
 };
 
 /// What the robot file declares uncertain.

@@ -7,6 +7,7 @@
 
 #include "kinetostat/files/csv.h"
 #include "kinetostat/files/text_file.h"
+#include "kinetostat/report/base_fit.h"
 #include "kinetostat/report/text.h"
 
 namespace kinetostat::report {
@@ -236,41 +237,9 @@ std::string statistics_text(const Campaign& campaign, const Assessment& assessme
   return table.text();
 }
 
-std::string parameters_text(const Campaign& campaign, const Assessment& assessment) {
-  if (assessment.fit.parameters.empty()) return {};
-  Table table({"stiffness", "designed", "fitted", "+-", "unit", "factor"});
-  for (const calibration::ParameterEstimate& e : assessment.fit.parameters) {
-    const double factor = std::exp(e.log_factor);
-    if (!e.parameter.stiffness) {
-      table.add_row({e.parameter.name, "1", number(factor, 6), number(factor * e.standard_error, 2),
-                     "-", number(factor, 6)});
-      continue;
-    }
-    const std::string unit =
-        e.parameter.is_torsional
-            ? fmt::format("{} {}/rad", campaign.units.force, campaign.units.length)
-            : fmt::format("{}/{}", campaign.units.force, campaign.units.length);
-    const double designed = *e.parameter.stiffness / spatial::parse_unit(unit).factor;
-    table.add_row({e.parameter.name, number(designed, 6), number(designed * factor, 7),
-                   number(designed * factor * e.standard_error, 2), unit, number(factor, 6)});
-  }
-  return "\n" + table.text();
-}
-
-std::string zeros_text(const Campaign& campaign, const Assessment& assessment) {
-  if (assessment.fit.zeros.empty()) return {};
-  Table table({"zero of", "session", "value", "+-", "unit"});
-  for (const calibration::Zero& zero : assessment.fit.zeros)
-    table.add_row({name_of(zero.component), campaign.sessions[zero.session],
-                   number(in_units(campaign, zero.component, zero.value), 6),
-                   number(in_units(campaign, zero.component, zero.standard_error), 2),
-                   unit_of(campaign, zero.component)});
-  return "\n" + table.text();
-}
-
 // Whose word the standard errors are.
 std::string error_text(const Assessment& assessment) {
-  if (assessment.fit.estimated() == 0) return {};
+  if (assessment.fit.estimated == 0) return {};
   if (assessment.adequacy == Adequacy::inadequate)
     return "  The model fails, so these standard errors are too small to be believed.\n";
   if (assessment.fit.error_source == NoiseSource::unknown)
@@ -290,8 +259,7 @@ std::string assessment_text(const Campaign& campaign, const std::string& title,
                             const Assessment& assessment) {
   return fmt::format("\n{}\n{}\n", title, std::string(title.size(), '-')) +
          statistics_text(campaign, assessment) + deviation_text(campaign, assessment) +
-         parameters_text(campaign, assessment) + zeros_text(campaign, assessment) +
-         error_text(assessment);
+         report::text(campaign, assessment.fit) + error_text(assessment);
 }
 
 Json to_json(const ChiSquareTest& test) {
@@ -320,39 +288,6 @@ Json to_json(const Campaign& campaign, const ResidualStatistics& s) {
   json["bias"] = s.bias;
   json["share"] = s.share;
   return json;
-}
-
-Json to_json(const calibration::ParameterEstimate& e) {
-  const double factor = std::exp(e.log_factor);
-  Json json{{"stiffness", e.parameter.name},
-            {"factor", factor},
-            {"log_factor", e.log_factor},
-            {"standard_error_of_log_factor", e.standard_error}};
-  if (e.parameter.stiffness) {
-    json["designed"] = *e.parameter.stiffness;
-    json["fitted"] = *e.parameter.stiffness * factor;
-    json["standard_error"] = *e.parameter.stiffness * factor * e.standard_error;
-    json["unit"] = e.parameter.is_torsional ? "N m/rad" : "N/m";
-  }
-  return json;
-}
-
-Json to_json(const Campaign& campaign, const calibration::Zero& zero) {
-  return {{"component", name_of(zero.component)},
-          {"session", campaign.sessions[zero.session]},
-          {"value", zero.value},
-          {"standard_error", zero.standard_error},
-          {"unit", calibration::is_rotation(zero.component) ? "rad" : "m"}};
-}
-
-Json covariance_json(const Eigen::MatrixXd& covariance) {
-  Json rows = Json::array();
-  for (Eigen::Index i = 0; i < covariance.rows(); ++i) {
-    Json row = Json::array();
-    for (Eigen::Index j = 0; j < covariance.cols(); ++j) row.push_back(covariance(i, j));
-    rows.push_back(row);
-  }
-  return rows;
 }
 
 // null where nothing was measured.
@@ -413,7 +348,7 @@ Json to_json(const Campaign& campaign, const Assessment& assessment) {
   const calibration::BaseFit& fit = assessment.fit;
   Json json{{"adequacy", adequacy_text(assessment.adequacy)},
             {"values", fit.values},
-            {"estimated", fit.estimated()},
+            {"estimated", fit.estimated},
             {"degrees_of_freedom", fit.degrees_of_freedom()},
             {"whitened_sum_of_squares", fit.squared_error},
             {"residual_standard_deviation", nullptr},
@@ -423,14 +358,10 @@ Json to_json(const Campaign& campaign, const Assessment& assessment) {
     json["residual_standard_deviation"] = *assessment.residual_deviation;
   if (assessment.chi_square) json["chi_square"] = to_json(*assessment.chi_square);
   if (assessment.lack_of_fit) json["lack_of_fit"] = to_json(*assessment.lack_of_fit);
-  for (const char* key : {"parameters", "zeros", "by_component", "by_session"})
-    json[key] = Json::array();
-  for (const auto& e : fit.parameters) json["parameters"].push_back(to_json(e));
-  for (const auto& zero : fit.zeros) json["zeros"].push_back(to_json(campaign, zero));
-  json["covariance"] = covariance_json(fit.covariance);
+  json.update(report::to_json(campaign, assessment.fit));
   json["standard_errors_from"] =
       fit.error_source == NoiseSource::unknown ? "residual" : noise_text(fit.error_source);
-  json["iterations"] = fit.iterations;
+  for (const char* key : {"by_component", "by_session"}) json[key] = Json::array();
   for (const auto& s : assessment.by_component)
     json["by_component"].push_back(to_json(campaign, s));
   for (const auto& s : assessment.by_session) json["by_session"].push_back(to_json(campaign, s));

@@ -374,14 +374,25 @@ UncertainStiffness find_springs(const Manipulator& manipulator, const YamlNode& 
   return result;
 }
 
+// `between: [0.5, 2]`: two positive numbers, ascending.
+std::pair<double, double> read_factors(const YamlNode& node) {
+  const std::vector<YamlNode> items = node.items(2);
+  const double lower = items[0].number(), upper = items[1].number();
+  if (!(lower > 0 && lower < upper))
+    node.fail(fmt::format("{:.6g} to {:.6g} is no range of a factor", lower, upper),
+              "Write the smallest and the largest factor on the stiffness: [0.5, 2]");
+  return {lower, upper};
+}
+
 std::vector<UncertainStiffness> read_uncertain(const YamlNode& top,
                                                const Manipulator& manipulator) {
   std::vector<UncertainStiffness> result;
   const auto list = top.find("uncertain");
   if (!list) return result;
   for (const YamlNode& item : list->items()) {
-    item.allow_only({"stiffness"});
+    item.allow_only({"stiffness", "between"});
     result.push_back(find_springs(manipulator, item.at("stiffness")));
+    if (const auto between = item.find("between")) result.back().between = read_factors(*between);
   }
   return result;
 }

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kinetostat/spatial/units.h"
@@ -18,6 +20,8 @@ namespace kinetostat::vjm {
 struct UncertainStiffness {
   std::string name;  // as written: "leg", or "x.rho"
   std::vector<SpringParameter> springs;
+  /// Bounds of the factor on the stiffness that are physically possible, when stated.
+  std::optional<std::pair<double, double>> between = {};
 };
 
 struct Robot {

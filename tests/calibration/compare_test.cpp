@@ -21,7 +21,7 @@ std::vector<double> figures(const Comparison& c) {
                   {a->fit.squared_error, a->chi_square->statistic, a->chi_square->p_value,
                    a->lack_of_fit->f, a->lack_of_fit->p_value});
     for (const ParameterEstimate& p : a->fit.parameters)
-      result.insert(result.end(), {p.log_factor, p.standard_error});
+      result.insert(result.end(), {p.value, p.standard_error});
     for (const ResidualStatistics& s : a->by_component)
       result.insert(result.end(), {s.rms, s.max, s.bias, s.share});
     for (const Pattern& pattern : a->patterns.factors) {
@@ -202,7 +202,7 @@ TEST(Adequacy, VerdictsAreWrongAsOftenAsTheySay) {
     lack_of_fit_inside += a.lack_of_fit->p_value > 0.05;
     false_alarms += a.adequacy == Adequacy::inadequate;
     const ParameterEstimate& p = a.fit.parameters[0];
-    const double error = p.log_factor - std::log(1 / 1.1);
+    const double error = p.value - std::log(1 / 1.1);
     covered += std::abs(error) < 1.959964 * p.standard_error;
   }
   const double bound = 4 * std::sqrt(campaigns * 0.05 * 0.95);

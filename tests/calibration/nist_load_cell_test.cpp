@@ -79,7 +79,7 @@ TEST_F(NistLoadCell, FitIsTheStraightLineOfTheTextbook) {
   EXPECT_NEAR(refitted().lack_of_fit->f, line.lack_of_fit, 1e-8 * line.lack_of_fit);
   EXPECT_NEAR(*refitted().residual_deviation * 1e3, line.deviation, 1e-10 * line.deviation);
   const ParameterEstimate& spring = refitted().fit.parameters.at(0);
-  const double stiffness = 1e-3 * *spring.parameter.stiffness * std::exp(spring.log_factor);
+  const double stiffness = 1e-3 * *spring.parameter.stiffness * std::exp(spring.value);
   EXPECT_NEAR(stiffness * line.slope, 1, 1e-10);
   EXPECT_NEAR(refitted().fit.zeros.at(0).value * 1e3, line.intercept, 1e-10);
 }

@@ -1,0 +1,211 @@
+#include "kinetostat/report/base_fit.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "kinetostat/report/text.h"
+
+namespace kinetostat::report {
+namespace {
+
+using calibration::BaseFit;
+using calibration::BoundHit;
+using calibration::Campaign;
+using calibration::ParameterEstimate;
+using files::Json;
+
+// Below this weight a reading is named as one that hardly counted.
+constexpr double low_weight = 0.5;
+
+std::string component_name(Eigen::Index component) {
+  return calibration::component_names[static_cast<std::size_t>(component)];
+}
+
+const std::string& unit_of(const Campaign& campaign, Eigen::Index component) {
+  return calibration::is_rotation(component) ? campaign.units.angle : campaign.units.length;
+}
+
+std::string shown(const Campaign& campaign, Eigen::Index component, double si, int digits) {
+  return number(si / spatial::parse_unit(unit_of(campaign, component)).factor, digits);
+}
+
+std::string hit_text(BoundHit hit) { return hit == BoundHit::lower ? "lower" : "upper"; }
+
+// A value as designed and fitted in a unit, with the factor between the two if there is one.
+struct Shown {
+  double designed = 1, fitted = 1, error = 0;
+  std::string unit = "-";
+};
+
+Shown shown_parameter(const Campaign& campaign, const ParameterEstimate& e) {
+  if (!e.parameter.is_logarithm())
+    return {e.parameter.start, e.value, e.standard_error, e.parameter.unit};
+  const double factor = std::exp(e.value);
+  Shown shown{1, factor, factor * e.standard_error, "-"};
+  if (!e.parameter.stiffness) return shown;
+  shown.unit = e.parameter.is_torsional
+                   ? fmt::format("{} {}/rad", campaign.units.force, campaign.units.length)
+                   : fmt::format("{}/{}", campaign.units.force, campaign.units.length);
+  const double designed = *e.parameter.stiffness / spatial::parse_unit(shown.unit).factor;
+  shown.designed *= designed;
+  shown.fitted *= designed;
+  shown.error *= designed;
+  return shown;
+}
+
+std::string parameters_text(const Campaign& campaign, const BaseFit& fit) {
+  if (fit.parameters.empty()) return {};
+  Table table({"parameter", "designed", "fitted", "+-", "unit", "factor"});
+  for (const ParameterEstimate& e : fit.parameters) {
+    const Shown shown = shown_parameter(campaign, e);
+    table.add_row({e.parameter.name, number(shown.designed, 6), number(shown.fitted, 7),
+                   e.hit == BoundHit::none ? number(shown.error, 2) : hit_text(e.hit) + " bound",
+                   shown.unit, e.parameter.is_logarithm() ? number(std::exp(e.value), 6) : "-"});
+  }
+  return "\n" + table.text();
+}
+
+std::string zeros_text(const Campaign& campaign, const BaseFit& fit) {
+  if (fit.zeros.empty()) return {};
+  Table table({"zero of", "session", "value", "+-", "unit"});
+  for (const calibration::Zero& zero : fit.zeros)
+    table.add_row({component_name(zero.component), campaign.sessions[zero.session],
+                   shown(campaign, zero.component, zero.value, 6),
+                   shown(campaign, zero.component, zero.standard_error, 2),
+                   unit_of(campaign, zero.component)});
+  return "\n" + table.text();
+}
+
+std::string frames_text(const Campaign& campaign, const BaseFit& fit) {
+  if (fit.frames.empty()) return {};
+  Table table({"frame of session", "", "value", "+-", "unit"});
+  for (const calibration::FrameEstimate& frame : fit.frames)
+    for (Eigen::Index k = 0; k < 6; ++k)
+      if (!std::isnan(frame.value[k]))
+        table.add_row({campaign.sessions[frame.session], component_name(k).substr(1),
+                       shown(campaign, k, frame.value[k], 6),
+                       shown(campaign, k, frame.standard_error[k], 2), unit_of(campaign, k)});
+  std::string text = "\n" + table.text();
+  if (campaign.displacement == calibration::DisplacementKind::difference)
+    text += "  In differences the position of a frame cancels: it is not observable.\n";
+  return text;
+}
+
+std::vector<std::string> bound_sentences(const BaseFit& fit) {
+  std::vector<std::string> sentences;
+  for (const ParameterEstimate& e : fit.parameters)
+    if (e.hit != BoundHit::none)
+      sentences.push_back(fmt::format(
+          "The fit of {} ends at its {} bound: the readings would have it beyond what is "
+          "possible, so that something else is missing from the model, or the bound is wrong.",
+          e.parameter.phrase(), hit_text(e.hit)));
+  return sentences;
+}
+
+// Readings of which a robust loss has taken most of the influence, by their ids.
+std::vector<std::string> doubted(const Campaign& campaign, const BaseFit& fit) {
+  std::vector<std::string> ids;
+  const std::vector<calibration::Value> values = calibration::values_in_use(campaign);
+  for (std::size_t i = 0; i < std::min(values.size(), fit.weights.size()); ++i) {
+    const std::string& id = campaign.readings[values[i].reading].id;
+    if (fit.weights[i] < low_weight && (ids.empty() || ids.back() != id)) ids.push_back(id);
+  }
+  return ids;
+}
+
+std::string loss_text(const Campaign& campaign, const BaseFit& fit) {
+  if (fit.loss == calibration::Loss::squares) return {};
+  std::vector<std::string> ids = doubted(campaign, fit);
+  const std::size_t count = ids.size();
+  if (count > 10) ids.resize(10);
+  return fmt::format("  Robust fit ({}): {} readings counted less than half{}{}{}.\n",
+                     fit.loss == calibration::Loss::huber ? "Huber" : "Cauchy", count,
+                     count > 0 ? ": " : "", fmt::join(ids, ", "), count > 10 ? ", ..." : "");
+}
+
+Json to_json(const ParameterEstimate& e) {
+  Json json{{"parameter", e.parameter.name}, {"bound", nullptr}};
+  if (e.hit != BoundHit::none) json["bound"] = hit_text(e.hit);
+  if (!e.parameter.is_logarithm()) {
+    json.update({{"designed", e.parameter.start},
+                 {"fitted", e.value},
+                 {"standard_error", e.standard_error},
+                 {"unit", e.parameter.unit}});
+    return json;
+  }
+  const double factor = std::exp(e.value);
+  json.update({{"stiffness", e.parameter.name},
+               {"factor", factor},
+               {"log_factor", e.value},
+               {"standard_error_of_log_factor", e.standard_error}});
+  if (e.parameter.stiffness)
+    json.update({{"designed", *e.parameter.stiffness},
+                 {"fitted", *e.parameter.stiffness * factor},
+                 {"standard_error", *e.parameter.stiffness * factor * e.standard_error},
+                 {"unit", e.parameter.is_torsional ? "N m/rad" : "N/m"}});
+  return json;
+}
+
+Json to_json(const Campaign& campaign, const calibration::Zero& zero) {
+  return {{"component", component_name(zero.component)},
+          {"session", campaign.sessions[zero.session]},
+          {"value", zero.value},
+          {"standard_error", zero.standard_error},
+          {"unit", calibration::is_rotation(zero.component) ? "rad" : "m"}};
+}
+
+Json numbers(const spatial::Vector6& v) {
+  Json json = Json::array();
+  for (const double x : v) json.push_back(std::isnan(x) ? Json() : Json(x));
+  return json;
+}
+
+Json to_json(const Campaign& campaign, const calibration::FrameEstimate& frame) {
+  return {{"session", campaign.sessions[frame.session]},
+          {"value", numbers(frame.value)},
+          {"standard_error", numbers(frame.standard_error)},
+          {"units", {"m", "m", "m", "rad", "rad", "rad"}}};
+}
+
+Json covariance_json(const Eigen::MatrixXd& covariance) {
+  Json rows = Json::array();
+  for (Eigen::Index i = 0; i < covariance.rows(); ++i) {
+    Json row = Json::array();
+    for (Eigen::Index j = 0; j < covariance.cols(); ++j) row.push_back(covariance(i, j));
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+}  // namespace
+
+std::string text(const Campaign& campaign, const BaseFit& fit) {
+  std::string result = parameters_text(campaign, fit) + zeros_text(campaign, fit) +
+                       frames_text(campaign, fit) + loss_text(campaign, fit);
+  for (const std::string& sentence : bound_sentences(fit)) result += "  " + sentence + "\n";
+  for (const std::string& sentence : fit.weak) result += "  " + sentence + "\n";
+  return result;
+}
+
+Json to_json(const Campaign& campaign, const BaseFit& fit) {
+  Json json{{"parameters", Json::array()},
+            {"zeros", Json::array()},
+            {"frames", Json::array()},
+            {"covariance", covariance_json(fit.covariance)},
+            {"weak_combinations", fit.weak},
+            {"bounds_hit", bound_sentences(fit)},
+            {"loss", fit.loss == calibration::Loss::squares ? "squares"
+                     : fit.loss == calibration::Loss::huber ? "huber"
+                                                            : "cauchy"},
+            {"readings_of_low_weight", doubted(campaign, fit)},
+            {"iterations", fit.iterations}};
+  for (const ParameterEstimate& e : fit.parameters) json["parameters"].push_back(to_json(e));
+  for (const calibration::Zero& zero : fit.zeros) json["zeros"].push_back(to_json(campaign, zero));
+  for (const calibration::FrameEstimate& frame : fit.frames)
+    json["frames"].push_back(to_json(campaign, frame));
+  return json;
+}
+
+}  // namespace kinetostat::report

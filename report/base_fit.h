@@ -1,0 +1,18 @@
+// Fitted parameters, zeros and frames, for people and for programs.
+#pragma once
+
+#include <string>
+
+#include "kinetostat/calibration/base_fit.h"
+#include "kinetostat/files/json.h"
+
+namespace kinetostat::report {
+
+/// Tables in the units of the campaign, and what must be known to believe them: bounds that were
+/// hit, combinations that the readings hardly determine, readings that counted less.
+std::string text(const calibration::Campaign& campaign, const calibration::BaseFit& fit);
+
+/// Every figure, in SI units.
+files::Json to_json(const calibration::Campaign& campaign, const calibration::BaseFit& fit);
+
+}  // namespace kinetostat::report
