@@ -1,5 +1,6 @@
 #include "kinetostat/calibration/base_fit.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -112,6 +113,10 @@ class Problem {
 
   const Unknowns& unknowns() const { return unknowns_; }
   Index values() const { return static_cast<Index>(values_.size()); }
+  Index priors() const {
+    return std::count_if(unknowns_.parameters().begin(), unknowns_.parameters().end(),
+                         [](const Parameter& p) { return p.prior.has_value(); });
+  }
   std::vector<Vector6> predicted(const VectorXd& q) {
     if (predicted_at_.size() != q.size() || predicted_at_ != q) (void)at(q);
     return predicted_;
@@ -126,7 +131,9 @@ class Problem {
     if (failure_) return std::nullopt;
     predicted_ = std::move(predictions.displacement);
     predicted_at_ = q;
-    Linearisation result{VectorXd(values()), MatrixXd::Zero(values(), unknowns_.size())};
+    const Index rows = values() + priors();
+    Linearisation result{VectorXd(rows), MatrixXd::Zero(rows, unknowns_.size())};
+    add_priors(q, result);
     Index row = 0;
     for (std::size_t i = 0; i < predicted_.size(); ++i)
       row += add_reading(q, i, p > 0 ? &predictions.derivatives[i] : nullptr, row, result);
@@ -178,6 +185,18 @@ class Problem {
 
  private:
   using Derivatives = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+
+  // The last rows.
+  void add_priors(const VectorXd& q, Linearisation& result) const {
+    Index row = values();
+    for (std::size_t k = 0; k < unknowns_.parameters().size(); ++k) {
+      const auto i = static_cast<Index>(k);
+      const auto& prior = unknowns_.parameters()[k].prior;
+      if (!prior) continue;
+      result.residual[row] = (q[i] - prior->mean) / prior->deviation;
+      result.jacobian(row++, i) = 1 / prior->deviation;
+    }
+  }
 
   // Fills the rows of one reading; returns how many there are.
   Index add_reading(const VectorXd& q, std::size_t i, const Derivatives* by_parameters, Index row,
@@ -382,10 +401,11 @@ BaseFit fit_base(const Predictor& predictor, const Campaign& campaign, const Noi
   BaseFit fit;
   fit.estimated = static_cast<Index>(free.size());
   fit.values = problem.values();
-  fit.squared_error = result.at.residual.squaredNorm();
+  fit.squared_error = result.at.residual.head(fit.values).squaredNorm();
   fit.iterations = result.iterations;
   fit.loss = options.loss;
-  fit.weights.assign(result.weights.begin(), result.weights.end());
+  fit.weights.assign(result.weights.begin(), result.weights.begin() + fit.values);
+  fit.at = {result.at.residual.head(fit.values), result.at.jacobian.topRows(fit.values)};
   const double variance = variance_of(result, options.loss, noise.source != NoiseSource::unknown,
                                       fit.degrees_of_freedom());
   fit.covariance = variance * inverse_normal_matrix(result.at.jacobian, free);
@@ -395,6 +415,25 @@ BaseFit fit_base(const Predictor& predictor, const Campaign& campaign, const Noi
   Estimates(problem.unknowns(), result, fit.covariance).add_to(fit);
   fit.predicted = problem.predicted(result.x);
   return fit;
+}
+
+std::optional<Linearisation> linearised_at(const Predictor& predictor, const Campaign& campaign,
+                                           const Noise& noise,
+                                           const std::vector<Parameter>& parameters,
+                                           const VectorXd& values, const BaseFit& fit,
+                                           files::Progress& progress) {
+  Problem problem(predictor, campaign, noise, parameters, progress);
+  const Unknowns& unknowns = problem.unknowns();
+  VectorXd q(unknowns.size());
+  q.head(values.size()) = values;
+  for (std::size_t z = 0; z < fit.zeros.size(); ++z) q[unknowns.zero_at(z)] = fit.zeros[z].value;
+  for (std::size_t f = 0; f < fit.frames.size(); ++f)
+    q.segment(unknowns.frame_at(f), unknowns.frame_components()) =
+        fit.frames[f].value.tail(unknowns.frame_components());
+  std::optional<Linearisation> result = problem.at(q);
+  if (!result) return std::nullopt;
+  return Linearisation{result->residual.head(problem.values()),
+                       result->jacobian.topRows(problem.values())};
 }
 
 }  // namespace kinetostat::calibration

@@ -2,6 +2,7 @@
 // nobody claimed to know.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -57,6 +58,9 @@ struct BaseFit {
   std::vector<double> weights;
   /// One entry a reading: what the table should show, zeros and frames included [m; rad].
   std::vector<spatial::Vector6> predicted;
+  /// Whitened predicted minus measured of the values in use, and its derivatives with respect to
+  /// the parameters, zeros and frames, at the best values.
+  Linearisation at;
   double squared_error = 0;  // sum of squares of the whitened residuals in use
   Eigen::Index values = 0;   // how many there are
   int iterations = 0;
@@ -83,5 +87,13 @@ struct BaseFitOptions {
 BaseFit fit_base(const Predictor& predictor, const Campaign& campaign, const Noise& noise,
                  const std::vector<Parameter>& parameters, files::Progress& progress,
                  const BaseFitOptions& options = {});
+
+/// The same equations at other values of the parameters (and with other parameters), zeros and
+/// frames as in `fit`. Nothing where the model has no equilibrium for a reading.
+std::optional<Linearisation> linearised_at(const Predictor& predictor, const Campaign& campaign,
+                                           const Noise& noise,
+                                           const std::vector<Parameter>& parameters,
+                                           const Eigen::VectorXd& values, const BaseFit& fit,
+                                           files::Progress& progress);
 
 }  // namespace kinetostat::calibration

@@ -25,6 +25,11 @@ struct Parameter {
   bool bounds_stated = false;
   std::string unit = {};  // of the coordinate, SI; empty for a logarithm
   double typical = 1;     // a change of it that is worth knowing
+  /// What is known of the coordinate beside the readings; enters the fit as one more reading.
+  struct Prior {
+    double mean = 0, deviation = 1;
+  };
+  std::optional<Prior> prior = {};
 
   /// A stiffness factor beyond e^10 either way: the data want the spring rigid, or gone.
   static constexpr double runaway = 10;
