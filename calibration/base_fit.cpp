@@ -27,20 +27,35 @@ std::set<std::size_t> sessions_in_use(const std::vector<Value>& values, const Ca
   return sessions;
 }
 
+std::optional<double> known_zero(const BaseFit& fit, std::size_t session, Index component) {
+  for (const Zero& zero : fit.zeros)
+    if (zero.session == session && zero.component == component) return zero.value;
+  return std::nullopt;
+}
+
+std::optional<Vector6> known_frame(const BaseFit& fit, std::size_t session) {
+  for (const FrameEstimate& frame : fit.frames)
+    if (frame.session == session)
+      return frame.value.unaryExpr([](double x) { return std::isnan(x) ? 0 : x; });
+  return std::nullopt;
+}
+
 // The unknowns of a fit and where each stands in their vector: parameters, zeros, frames.
 class Unknowns {
  public:
   Unknowns(const Campaign& campaign, const std::vector<Parameter>& parameters,
-           const std::vector<Value>& values)
+           const std::vector<Value>& values, const BaseFit* known)
       : campaign_(campaign), parameters_(parameters) {
     std::set<std::pair<std::size_t, Index>> zeros;
     if (campaign.zero == ZeroReading::estimated)
       for (const Value& value : values)
         zeros.emplace(campaign.readings[value.reading].session, value.component);
-    for (const auto& [session, component] : zeros) zeros_.push_back({session, component});
+    for (const auto& [session, component] : zeros)
+      if (known == nullptr || !known_zero(*known, session, component))
+        zeros_.push_back({session, component});
     if (campaign.session_frame == SessionFrame::estimated)
       for (const std::size_t session : sessions_in_use(values, campaign))
-        frames_.push_back(session);
+        if (known == nullptr || !known_frame(*known, session)) frames_.push_back(session);
     // In differences the position of the frame cancels.
     first_frame_component_ = campaign.displacement == DisplacementKind::difference ? 3 : 0;
   }
@@ -103,12 +118,14 @@ class Unknowns {
 class Problem {
  public:
   Problem(const Predictor& predictor, const Campaign& campaign, const Noise& noise,
-          const std::vector<Parameter>& parameters, files::Progress& progress)
+          const std::vector<Parameter>& parameters, const BaseFit* known,
+          files::Progress& progress)
       : predictor_(predictor),
         campaign_(campaign),
         noise_(noise),
+        known_(known),
         values_(values_in_use(campaign)),
-        unknowns_(campaign, parameters, values_),
+        unknowns_(campaign, parameters, values_, known),
         progress_(progress) {}
 
   const Unknowns& unknowns() const { return unknowns_; }
@@ -222,7 +239,12 @@ class Problem {
   void add_frame(const VectorXd& q, const Reading& reading, Vector6& predicted,
                  Derivatives& all) const {
     const auto f = unknowns_.frame_of(reading.session);
-    if (!f) return;
+    if (!f) {
+      if (const auto known = known_ ? known_frame(*known_, reading.session) : std::nullopt)
+        predicted = seen_from(*known, predicted, campaign_.displacement, reading.displacement)
+                        .displacement;
+      return;
+    }
     const SeenFromFrame seen =
         seen_from(unknowns_.frame(q, *f), predicted, campaign_.displacement, reading.displacement);
     predicted = seen.displacement;
@@ -234,6 +256,8 @@ class Problem {
 
   void add_zeros(const VectorXd& q, const Reading& reading, Vector6& predicted,
                  Derivatives& all) const {
+    for (Index k = 0; k < 6 && known_ != nullptr; ++k)
+      predicted[k] += known_zero(*known_, reading.session, k).value_or(0);
     for (std::size_t z = 0; z < unknowns_.zeros().size(); ++z) {
       const Zero& zero = unknowns_.zeros()[z];
       if (reading.session != zero.session) continue;
@@ -245,6 +269,7 @@ class Problem {
   const Predictor& predictor_;
   const Campaign& campaign_;
   const Noise& noise_;
+  const BaseFit* known_;  // of the sessions that it knows, or nullptr
   std::vector<Value> values_;
   Unknowns unknowns_;
   files::Progress& progress_;
@@ -380,22 +405,8 @@ class Estimates {
   VectorXd errors_;
 };
 
-}  // namespace
-
-std::vector<Value> values_in_use(const Campaign& campaign) {
-  std::vector<Value> values;
-  for (std::size_t i = 0; i < campaign.readings.size(); ++i)
-    for (Index k = 0; k < 6; ++k)
-      if (campaign.readings[i].uses(k)) values.push_back({i, k});
-  return values;
-}
-
-BaseFit fit_base(const Predictor& predictor, const Campaign& campaign, const Noise& noise,
-                 const std::vector<Parameter>& parameters, files::Progress& progress,
-                 const BaseFitOptions& options) {
-  require_usable_noise(campaign, noise, !parameters.empty(), options.loss);
-  Problem problem(predictor, campaign, noise, parameters, progress);
-  require_enough_values(problem);
+// Solves the problem and says what is known of it.
+BaseFit fitted(Problem& problem, const Noise& noise, const BaseFitOptions& options) {
   const LeastSquaresResult result = solve(problem, options);
   const std::vector<Index> free = result.free();
   BaseFit fit;
@@ -417,12 +428,44 @@ BaseFit fit_base(const Predictor& predictor, const Campaign& campaign, const Noi
   return fit;
 }
 
+}  // namespace
+
+std::vector<Value> values_in_use(const Campaign& campaign) {
+  std::vector<Value> values;
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i)
+    for (Index k = 0; k < 6; ++k)
+      if (campaign.readings[i].uses(k)) values.push_back({i, k});
+  return values;
+}
+
+BaseFit fit_base(const Predictor& predictor, const Campaign& campaign, const Noise& noise,
+                 const std::vector<Parameter>& parameters, files::Progress& progress,
+                 const BaseFitOptions& options) {
+  require_usable_noise(campaign, noise, !parameters.empty(), options.loss);
+  Problem problem(predictor, campaign, noise, parameters, nullptr, progress);
+  require_enough_values(problem);
+  return fitted(problem, noise, options);
+}
+
+BaseFit predict_others(const Predictor& predictor, const Campaign& others, const Noise& noise,
+                       const BaseFit& fit, files::Progress& progress) {
+  std::vector<Parameter> parameters;
+  for (const ParameterEstimate& e : fit.parameters) {
+    parameters.push_back(e.parameter);
+    parameters.back().start = parameters.back().lower = parameters.back().upper = e.value;
+    parameters.back().bounds_stated = true;
+    parameters.back().prior.reset();
+  }
+  Problem problem(predictor, others, noise, parameters, &fit, progress);
+  return fitted(problem, noise, {});
+}
+
 std::optional<Linearisation> linearised_at(const Predictor& predictor, const Campaign& campaign,
                                            const Noise& noise,
                                            const std::vector<Parameter>& parameters,
                                            const VectorXd& values, const BaseFit& fit,
                                            files::Progress& progress) {
-  Problem problem(predictor, campaign, noise, parameters, progress);
+  Problem problem(predictor, campaign, noise, parameters, nullptr, progress);
   const Unknowns& unknowns = problem.unknowns();
   VectorXd q(unknowns.size());
   q.head(values.size()) = values;

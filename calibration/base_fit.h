@@ -78,6 +78,12 @@ struct BaseFitOptions {
   Loss loss = Loss::squares;
 };
 
+/// What a fitted model says about other readings of its campaign, of which `others` uses none that
+/// the fit used: parameters, and the zeros and frames of sessions that the fit knows, stay as they
+/// are; those of further sessions are estimated from `others` itself.
+BaseFit predict_others(const Predictor& predictor, const Campaign& others, const Noise& noise,
+                       const BaseFit& fit, files::Progress& progress);
+
 /// Weighted least squares within bounds on exact implicit derivatives. Without parameters only the
 /// zeros and frames are estimated, as far as the campaign asks for them. Throws
 /// files::NotIdentifiable naming the parameters (or the combination) that no reading depends on, or

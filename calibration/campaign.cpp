@@ -1,10 +1,15 @@
 #include "kinetostat/calibration/campaign.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include <fmt/format.h>
+
 #include "kinetostat/calibration/readings_file.h"
+#include "kinetostat/files/error.h"
 #include "kinetostat/files/yaml.h"
+#include "kinetostat/spatial/spelling.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -17,7 +22,9 @@ YamlNode read_top(const std::filesystem::path& file) {
   YamlNode top = files::read_yaml(file);
   files::check_format_version(top);
   top.allow_only({"kinetostat", "campaign", "origin", "robot", "units", "displacement", "zero",
-                  "session_frame", "wrench_point", "noise", "readings"});
+                  "session_frame", "frames", "displacement_frame", "target_point",
+                  "wrench_frame", "wrench_point", "noise", "instruments", "instrument", "roles",
+                  "readings"});
   return top;
 }
 
@@ -40,27 +47,148 @@ void read_deviations(const YamlNode& node, const Dimension& dimension,
   for (const YamlNode& item : node.items(3)) noise[i++] = read_deviation(item, dimension);
 }
 
-spatial::Vector6 read_noise(const YamlNode& top) {
-  spatial::Vector6 noise = spatial::Vector6::Constant(std::numeric_limits<double>::quiet_NaN());
-  const auto node = top.find("noise");
-  if (!node) return noise;
-  node->allow_only({"translation", "rotation"});
-  if (const auto given = node->find("translation"))
-    read_deviations(*given, dimension::length, noise.head<3>());
-  if (const auto given = node->find("rotation"))
-    read_deviations(*given, dimension::angle, noise.tail<3>());
-  return noise;
+constexpr double not_stated = std::numeric_limits<double>::quiet_NaN();
+
+// `correlation: {dx_dz: 0.3}` between components.
+spatial::Matrix6 read_correlation(const YamlNode& node) {
+  spatial::Matrix6 matrix = spatial::Matrix6::Identity();
+  std::vector<std::string> names;
+  for (Eigen::Index i = 0; i < 6; ++i)
+    for (Eigen::Index j = i + 1; j < 6; ++j) names.push_back(correlation_name(i, j));
+  node.allow_only(names);
+  for (Eigen::Index i = 0; i < 6; ++i)
+    for (Eigen::Index j = i + 1; j < 6; ++j)
+      if (const auto given = node.find(correlation_name(i, j)))
+        matrix(i, j) = matrix(j, i) = given->number();
+  if (!is_correlation(matrix))
+    node.fail("these correlations are not possible together",
+              "Each lies between -1 and 1, and their matrix is positive definite");
+  return matrix;
 }
 
-std::optional<spatial::Vector3> read_wrench_point(const YamlNode& top,
-                                                  const spatial::UnitSystem& units) {
-  const auto node = top.find("wrench_point");
-  if (!node) return std::nullopt;
-  if (node->is_scalar()) {
-    node->choice({"reference"});
-    return spatial::Vector3(spatial::Vector3::Zero());
+Instrument read_instrument(const YamlNode& node) {
+  node.allow_only({"translation", "rotation", "correlation"});
+  Instrument instrument;
+  if (const auto given = node.find("translation"))
+    read_deviations(*given, dimension::length, instrument.sigma.head<3>());
+  if (const auto given = node.find("rotation"))
+    read_deviations(*given, dimension::angle, instrument.sigma.tail<3>());
+  if (const auto given = node.find("correlation")) instrument.correlation = read_correlation(*given);
+  return instrument;
+}
+
+std::map<std::string, Instrument> read_instruments(const YamlNode& top) {
+  std::map<std::string, Instrument> instruments;
+  if (const auto given = top.find("instruments"))
+    for (const auto& [name, node] : given->members())
+      instruments.emplace(name, read_instrument(node));
+  if (const auto given = top.find("noise")) instruments[""] = read_instrument(*given);
+  if (const auto given = top.find("instrument")) {
+    if (top.has("noise"))
+      given->fail("'noise' and 'instrument' both say how exact the readings are", "Keep one");
+    std::vector<std::string> names;
+    for (const auto& [name, instrument] : instruments) names.push_back(name);
+    if (names.empty())
+      given->fail("no instrument is described", "Add 'instruments: {NAME: {translation: ...}}'");
+    instruments[""] = instruments.at(given->choice(names));
   }
-  return node->vector3(dimension::length, units);
+  return instruments;
+}
+
+// A frame that the campaign file names: where it stands, on what.
+struct NamedFrame {
+  bool on_platform = false;
+  spatial::Pose pose;
+};
+
+std::map<std::string, NamedFrame> read_frames(const YamlNode& top,
+                                              const spatial::UnitSystem& units) {
+  std::map<std::string, NamedFrame> frames = {{"base", {}}, {"platform", {true, {}}}};
+  if (const auto given = top.find("frames"))
+    for (const auto& [name, node] : given->members()) {
+      if (frames.count(name) > 0)
+        node.fail(fmt::format("the frame '{}' needs no description", name), "Choose another name");
+      node.allow_only({"on", "pose"});
+      frames[name] = {node.at("on").choice({"base", "platform"}) == "platform",
+                      files::read_pose(node.at("pose"), units)};
+    }
+  return frames;
+}
+
+std::optional<NamedFrame> read_frame(const YamlNode& top, const std::string& key,
+                                     const std::map<std::string, NamedFrame>& frames) {
+  const auto given = top.find(key);
+  if (!given) return std::nullopt;
+  std::vector<std::string> names;
+  for (const auto& [name, frame] : frames) names.push_back(name);
+  return frames.at(given->choice(names));
+}
+
+Observation read_observation(const YamlNode& top, const std::map<std::string, NamedFrame>& frames,
+                             const Campaign& campaign) {
+  Observation observation;
+  if (const auto frame = read_frame(top, "displacement_frame", frames)) {
+    const YamlNode node = top.at("displacement_frame");
+    if (frame->on_platform && campaign.displacement == DisplacementKind::absolute)
+      node.fail("absolute poses cannot be given in a frame that moves with the platform",
+                "Name a frame on the base, or measure differences");
+    if (frame->on_platform && frame->pose.rotation() != spatial::Matrix3::Identity())
+      node.fail("differences can be given in the platform's own axes, not in turned ones",
+                "Write 'displacement_frame: platform', or turn the readings");
+    observation.platform_axes = frame->on_platform;
+    if (!frame->on_platform) observation.frame = frame->pose;
+  }
+  if (const auto target = top.find("target_point"))
+    observation.target = target->vector3(dimension::length, campaign.units);
+  return observation;
+}
+
+// What the wrenches of the readings are given in.
+WrenchFrame read_wrench_frame(const YamlNode& top, const std::map<std::string, NamedFrame>& frames,
+                              const spatial::UnitSystem& units) {
+  WrenchFrame result;
+  if (const auto frame = read_frame(top, "wrench_frame", frames)) {
+    result.on_platform = frame->on_platform;
+    result.axes = frame->pose.rotation();
+    const std::string name = top.at("wrench_frame").text();
+    if (name != "base" && name != "platform") result.origin = frame->pose.position();
+  }
+  const auto point = top.find("wrench_point");
+  if (!point) return result;
+  result.origin.reset();
+  result.point = spatial::Vector3(spatial::Vector3::Zero());
+  if (point->is_scalar())
+    point->choice({"reference"});
+  else
+    result.point = point->vector3(dimension::length, units);
+  return result;
+}
+
+std::map<std::string, Role> read_roles(const YamlNode& top) {
+  std::map<std::string, Role> roles;
+  if (const auto given = top.find("roles"))
+    for (const auto& [session, node] : given->members())
+      roles[session] = role_named(node.choice({role_names.begin(), role_names.end()}));
+  return roles;
+}
+
+// A role of a session that no reading belongs to is a slip.
+void check_roles(const YamlNode& top, const std::map<std::string, Role>& roles,
+                 const Campaign& campaign) {
+  for (const auto& [session, role] : roles)
+    if (!std::binary_search(campaign.sessions.begin(), campaign.sessions.end(), session)) {
+      const std::string near = spatial::nearest_spelling(session, campaign.sessions);
+      top.at("roles").at(session).fail(
+          fmt::format("no reading belongs to a session '{}'", session),
+          near.empty() ? "Write a name of the column 'session'"
+                       : fmt::format("Did you mean '{}'?", near));
+    }
+  if (!has_role(campaign, Role::fit))
+    throw files::InputError(
+        {.file = campaign.file,
+         .key = "roles",
+         .what = "no reading is left to fit by: all are masked, to select or to confirm",
+         .cure = "Give at least one session or pose the role 'fit'"});
 }
 
 }  // namespace
@@ -74,6 +202,21 @@ std::vector<Eigen::Index> components_in_use(const Reading& reading) {
   for (Eigen::Index k = 0; k < 6; ++k)
     if (reading.uses(k)) used.push_back(k);
   return used;
+}
+
+bool has_role(const Campaign& campaign, Role role) {
+  return std::any_of(campaign.readings.begin(), campaign.readings.end(),
+                     [role](const Reading& r) { return !r.masked && r.role == role; });
+}
+
+Campaign only(Campaign campaign, Role role) {
+  for (Reading& reading : campaign.readings)
+    if (reading.role != role && !reading.masked) {
+      reading.masked = true;
+      reading.mask_reason =
+          fmt::format("to {}", role_names[static_cast<std::size_t>(reading.role)]);
+    }
+  return campaign;
 }
 
 std::optional<std::filesystem::path> robot_named_in(const std::filesystem::path& campaign) {
@@ -99,11 +242,15 @@ Campaign read_campaign(const std::filesystem::path& file, const vjm::Manipulator
       frame && frame->choice({"known", "estimate"}) == "estimate")
     campaign.session_frame = SessionFrame::estimated;
   campaign.readings_file = top.at("readings").existing_file();
-  const ReadingsContext context{.noise = read_noise(top),
-                                .wrench_point = read_wrench_point(top, campaign.units),
+  const auto frames = read_frames(top, campaign.units);
+  campaign.observation = read_observation(top, frames, campaign);
+  const ReadingsContext context{.instruments = read_instruments(top),
+                                .wrench = read_wrench_frame(top, frames, campaign.units),
+                                .roles = read_roles(top),
                                 .angle_stated = units.has("angle"),
                                 .time_stated = units.has("time")};
   read_readings(files::read_csv(campaign.readings_file), context, manipulator, campaign);
+  check_roles(top, context.roles, campaign);
   return campaign;
 }
 

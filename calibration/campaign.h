@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "kinetostat/calibration/observation.h"
 #include "kinetostat/spatial/pose.h"
 #include "kinetostat/spatial/units.h"
 #include "kinetostat/vjm/equilibrium.h"
@@ -37,6 +38,14 @@ enum class SessionFrame {
 
 enum class LoadDirection { unstated, loading, unloading };
 
+/// What a reading is for. Only readings to fit by are fitted; the others are predicted.
+enum class Role {
+  fit,
+  select,  // to choose between models
+  confirm  // kept back until the model stands, to judge it
+};
+inline constexpr std::array<const char*, 3> role_names = {"fit", "select", "confirm"};
+
 /// What the controller was told: a platform pose, or joint coordinates (home values where not
 /// given).
 struct Configuration {
@@ -56,6 +65,10 @@ struct Reading {
   vjm::Load load;
   spatial::Vector6 displacement;  // [m; rad]; NaN where not measured
   spatial::Vector6 sigma;         // standard deviation of the noise [m; rad]; NaN where not stated
+  /// Of the noise between components: in Campaign::correlations; none: independent.
+  std::optional<std::size_t> correlation;
+  Role role = Role::fit;
+  std::string instrument;  // its name; empty: the one that the campaign has
   bool masked = false;            // kept and shown, but not used
   std::string mask_reason;
 
@@ -76,6 +89,7 @@ struct Campaign {
   std::string name;
   std::optional<std::filesystem::path> robot;  // as named in the file, relative to its folder
   spatial::UnitSystem units;
+  Observation observation;
   DisplacementKind displacement = DisplacementKind::difference;
   ZeroReading zero = ZeroReading::known;
   SessionFrame session_frame = SessionFrame::known;
@@ -86,8 +100,14 @@ struct Campaign {
   std::vector<Configuration> configurations;  // the distinct ones
   std::vector<std::string> sessions;          // sorted; {""} when there is no such column
   std::vector<Covariate> covariates;
+  std::vector<spatial::Matrix6> correlations;  // the distinct ones; positive definite
   std::vector<std::string> notes;  // what was assumed, in sentences
 };
+
+/// Whether any reading has this role.
+bool has_role(const Campaign& campaign, Role role);
+/// The campaign with every reading masked that has another role.
+Campaign only(Campaign campaign, Role role);
 
 /// The robot file that a campaign file names, if it names one. Throws files::InputError when the
 /// campaign cannot be read or the named file does not exist.

@@ -15,7 +15,7 @@ using spatial::Vector6;
 
 // What all assessments of one campaign share.
 struct Evidence {
-  const Campaign& campaign;
+  const Campaign& campaign;  // with readings of other roles masked
   std::vector<ReplicateGroup> groups;
   Noise noise;
   PureError pure;  // whitened by `noise`
@@ -60,10 +60,16 @@ void add_statistics(const Evidence& evidence, Assessment& assessment) {
 
 void add_residuals(const Evidence& evidence, Assessment& assessment) {
   for (std::size_t i = 0; i < evidence.campaign.readings.size(); ++i) {
-    const Vector6 residual =
-        evidence.campaign.readings[i].displacement - assessment.fit.predicted[i];
+    const Reading& reading = evidence.campaign.readings[i];
+    const Vector6 residual = reading.displacement - assessment.fit.predicted[i];
     assessment.residual.push_back(residual);
-    assessment.whitened.push_back(residual.cwiseQuotient(evidence.noise.sigma[i]));
+    Vector6 whitened = residual.cwiseQuotient(evidence.noise.sigma[i]);
+    if (const auto used = components_in_use(reading); !used.empty()) {
+      Eigen::MatrixXd column = residual(used);
+      evidence.noise.whiten(i, used, column);
+      whitened(used) = column;
+    }
+    assessment.whitened.push_back(whitened);
   }
 }
 
@@ -112,9 +118,49 @@ void add_tests(const Evidence& evidence, Assessment& assessment) {
   assessment.adequacy = fails ? Adequacy::inadequate : Adequacy::adequate;
 }
 
-Assessment assess(const Evidence& evidence, BaseFit fit) {
+// What a model says of readings that were kept out of its fit. Their predictions take the place of
+// those that were made without the zeros and frames of their sessions.
+HeldOut predict_held_out(const Predictor& predictor, const Campaign& others, Role role,
+                         const Evidence& evidence, files::Progress& progress,
+                         Assessment& assessment) {
+  HeldOut result;
+  result.role = role;
+  const Evidence own{others, {}, evidence.noise, {}};
+  Assessment alone;
+  try {
+    alone.fit = predict_others(predictor, others, evidence.noise, assessment.fit, progress);
+  } catch (const files::NotIdentifiable& error) {
+    result.values = static_cast<Eigen::Index>(values_in_use(others).size());
+    result.failure = error.what();
+    return result;
+  }
+  result.values = alone.fit.values;
+  result.estimated = alone.fit.estimated;
+  result.squared_error = alone.fit.squared_error;
+  add_residuals(own, alone);
+  for (Eigen::Index k = 0; k < 6; ++k)
+    if (const auto s = statistics(own, alone, k, std::nullopt); s.count > 0)
+      result.by_component.push_back(s);
+  if (evidence.noise.source != NoiseSource::unknown && alone.fit.degrees_of_freedom() > 0)
+    result.chi_square = chi_square_test(alone.fit.squared_error, alone.fit.degrees_of_freedom());
+  for (std::size_t i = 0; i < others.readings.size(); ++i)
+    if (!others.readings[i].masked) assessment.fit.predicted[i] = alone.fit.predicted[i];
+  return result;
+}
+
+void add_held_out(const Predictor& predictor, const Campaign& whole, const Evidence& evidence,
+                  files::Progress& progress, Assessment& assessment) {
+  for (const Role role : {Role::select, Role::confirm})
+    if (has_role(whole, role))
+      assessment.held_out.push_back(
+          predict_held_out(predictor, only(whole, role), role, evidence, progress, assessment));
+}
+
+Assessment assess(const Predictor& predictor, const Campaign& whole, const Evidence& evidence,
+                  BaseFit fit, files::Progress& progress) {
   Assessment assessment;
   assessment.fit = std::move(fit);
+  add_held_out(predictor, whole, evidence, progress, assessment);
   add_residuals(evidence, assessment);
   add_statistics(evidence, assessment);
   assessment.residual_deviation = residual_deviation(assessment);
@@ -158,13 +204,15 @@ std::vector<std::string> notes(const Evidence& evidence) {
 
 Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int threads,
                    files::Progress& progress, Loss loss) {
-  Evidence evidence{campaign, replicate_groups(campaign), {}, {}};
-  evidence.noise = noise_of(campaign, evidence.groups);
-  evidence.pure = pure_error(campaign, evidence.groups, evidence.noise.sigma);
+  const Campaign to_fit = only(campaign, Role::fit);
+  Evidence evidence{to_fit, replicate_groups(to_fit), {}, {}};
+  evidence.noise = noise_of(campaign, replicate_groups(campaign));
+  evidence.pure = pure_error(to_fit, evidence.groups, evidence.noise);
   const Predictor predictor(robot.manipulator, campaign, threads, progress);
   const auto fit = [&](const std::vector<Parameter>& parameters) {
-    return assess(evidence, fit_base(predictor, campaign, evidence.noise, parameters, progress,
-                                     {.loss = loss}));
+    return assess(predictor, campaign, evidence,
+                  fit_base(predictor, to_fit, evidence.noise, parameters, progress, {.loss = loss}),
+                  progress);
   };
   Comparison result;
   result.noise_source = evidence.noise.source;

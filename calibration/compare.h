@@ -29,6 +29,19 @@ enum class Adequacy {
   not_evaluated  // nothing but the residual itself tells the noise
 };
 
+/// Readings of another role, predicted by a model that was fitted without them.
+struct HeldOut {
+  Role role = Role::confirm;
+  Eigen::Index values = 0;
+  Eigen::Index estimated = 0;  // zeros and frames of sessions that only they belong to
+  double squared_error = 0;    // whitened
+  std::vector<ResidualStatistics> by_component;
+  /// Of the noise alone; what the fitted parameters leave unsure is not in it. Only with a known
+  /// noise.
+  std::optional<ChiSquareTest> chi_square;
+  std::string failure;  // why there is nothing but the number of values; else empty
+};
+
 /// A model, with its zeros and (when refitted) its parameters at their best values, against the
 /// readings.
 struct Assessment {
@@ -37,6 +50,7 @@ struct Assessment {
   std::vector<spatial::Vector6> whitened;  // over the noise
   std::vector<ResidualStatistics> by_component;
   std::vector<ResidualStatistics> by_session;  // empty with one session
+  std::vector<HeldOut> held_out;               // one a role that some readings have, but `fit`
   Patterns patterns;                           // what the residual depends on
   bool is_exact = false;  // the residual is nothing but rounding of the equilibrium
   /// sqrt(sum of squares / degrees of freedom) [m or rad], when only translations or only rotations

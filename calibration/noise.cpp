@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Cholesky>
+
 namespace kinetostat::calibration {
 namespace {
 
@@ -17,12 +19,22 @@ bool measures(const Campaign& campaign, bool rotation) {
                      });
 }
 
+void add_correlations(const Campaign& campaign, Noise& noise) {
+  if (campaign.correlations.empty()) return;
+  for (const Reading& reading : campaign.readings)
+    noise.correlation.push_back(reading.correlation ? &campaign.correlations[*reading.correlation]
+                                                    : nullptr);
+}
+
 }  // namespace
 
 void Noise::whiten(std::size_t reading, const std::vector<Eigen::Index>& used,
                    Eigen::Ref<Eigen::MatrixXd> rows) const {
   for (std::size_t i = 0; i < used.size(); ++i)
     rows.row(static_cast<Eigen::Index>(i)) /= sigma[reading][used[i]];
+  if (correlation.empty() || correlation[reading] == nullptr) return;
+  const Eigen::MatrixXd part = (*correlation[reading])(used, used);
+  Eigen::LLT<Eigen::MatrixXd>(part).matrixL().solveInPlace(rows);
 }
 
 Noise noise_of(const Campaign& campaign, const std::vector<ReplicateGroup>& groups) {
@@ -31,6 +43,7 @@ Noise noise_of(const Campaign& campaign, const std::vector<ReplicateGroup>& grou
   if (campaign.noise_stated) {
     noise.source = NoiseSource::stated;
     for (const Reading& reading : campaign.readings) noise.sigma.push_back(reading.sigma);
+    add_correlations(campaign, noise);
     return noise;
   }
   noise.sigma.assign(n, Vector6::Ones());
@@ -39,7 +52,7 @@ Noise noise_of(const Campaign& campaign, const std::vector<ReplicateGroup>& grou
   for (const bool rotation : {false, true}) {
     if (!measures(campaign, rotation)) continue;
     const Eigen::Index first = rotation ? 3 : 0;
-    const PureError scatter = pure_error(campaign, groups, noise.sigma, first, 3);
+    const PureError scatter = pure_error(campaign, groups, noise, first, 3);
     const bool usable = scatter.degrees_of_freedom > 0 && scatter.sum > 0;
     complete = complete && usable;
     if (usable)

@@ -21,8 +21,15 @@ const std::vector<std::string>& reserved_names() {
       "fx",        "fy",       "fz",        "mx",         "my",       "mz",          "px",
       "py",        "pz",       "direction", "dx",         "dy",       "dz",          "rx",
       "ry",        "rz",       "sigma",     "sigma_dx",   "sigma_dy", "sigma_dz",    "sigma_rx",
-      "sigma_ry",  "sigma_rz", "mask",      "mask_reason"};
-  return names;
+      "sigma_ry",  "sigma_rz", "mask",      "mask_reason", "role", "instrument"};
+  static const std::vector<std::string> all = [] {
+    std::vector<std::string> result = names;
+    for (Eigen::Index i = 0; i < 6; ++i)
+      for (Eigen::Index j = i + 1; j < 6; ++j)
+        result.push_back("corr_" + correlation_name(i, j));
+    return result;
+  }();
+  return all;
 }
 
 // "Fx [N]" -> "fx": what a column name comes down to when case, unit and blanks are taken off.
@@ -65,7 +72,8 @@ class ColumnFinder {
 
   ReadingsColumns find() {
     for (const char* name : {"id", "session", "cycle", "step", "time", "temperature", "setting",
-                             "replicate", "direction", "mask", "mask_reason"})
+                             "replicate", "direction", "mask", "mask_reason", "role",
+                             "instrument"})
       found_.texts[name] = column(name);
     for (std::size_t i = 0; i < 6; ++i) {
       found_.displacement[i] = column(component_names[i]);
@@ -73,6 +81,10 @@ class ColumnFinder {
       found_.wrench[i] = column(std::array{"fx", "fy", "fz", "mx", "my", "mz"}[i]);
     }
     found_.any_sigma = column("sigma");
+    for (Eigen::Index i = 0; i < 6; ++i)
+      for (Eigen::Index j = i + 1; j < 6; ++j)
+        if (const Column c = column("corr_" + correlation_name(i, j)))
+          found_.correlations.push_back({{i, j}, *c});
     found_.point = together("px", "py", "pz");
     found_.position = together("x", "y", "z");
     found_.orientation = together("roll", "pitch", "yaw");
@@ -165,14 +177,15 @@ class ColumnFinder {
       fail_header("", "there is no column of load, so no difference to the unloaded state",
                   "Name at least one of fx, fy, fz, mx, my, mz");
     const bool moments = found_.wrench[3] || found_.wrench[4] || found_.wrench[5];
-    const bool point_given = found_.point[0] || context_.wrench_point;
+    const bool point_given =
+        found_.point[0] || context_.wrench.point || context_.wrench.origin;
     if (moments && !point_given)
       fail_header(found_.wrench[3]   ? "mx"
                   : found_.wrench[4] ? "my"
                                      : "mz",
                   "moments are given without the point that they are taken about",
                   "Add the columns px, py, pz, or 'wrench_point: reference' or 'wrench_point: "
-                  "[x, y, z]' to the campaign file");
+                  "[x, y, z]' to the campaign file, or name a 'wrench_frame' with its origin");
     if (!moments && !point_given && any(found_.wrench))
       campaign_.notes.push_back(
           "No point of application is given: forces act at the platform's reference point.");

@@ -24,6 +24,7 @@ struct ReadingsColumns {
   std::map<std::string, Column, std::less<>> texts;  // id, session, ... by name
   std::array<Column, 6> displacement, sigma, wrench;
   Column any_sigma;
+  std::vector<std::pair<std::pair<Eigen::Index, Eigen::Index>, std::size_t>> correlations;
   Columns3 point, position, orientation;  // all three or none
   std::vector<JointColumn> joints;
   std::set<std::size_t> known;  // all of the above; the others are covariates

@@ -7,12 +7,15 @@
 #include <set>
 #include <unordered_map>
 
+#include <Eigen/Cholesky>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "kinetostat/calibration/readings_columns.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/spatial/spelling.h"
+#include "kinetostat/vjm/posture.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -27,8 +30,12 @@ constexpr double not_measured = std::numeric_limits<double>::quiet_NaN();
 class Reader {
  public:
   Reader(const files::CsvTable& table, const ReadingsContext& context, ReadingsColumns columns,
-         Campaign& campaign)
-      : table_(table), context_(context), columns_(std::move(columns)), campaign_(campaign) {
+         const vjm::Manipulator& manipulator, Campaign& campaign)
+      : table_(table),
+        context_(context),
+        columns_(std::move(columns)),
+        campaign_(campaign),
+        manipulator_(manipulator) {
     length_ = factor(dimension::length);
     force_ = factor(dimension::force);
     moment_ = factor(dimension::moment);
@@ -38,6 +45,8 @@ class Reader {
 
   void read() {
     read_sessions();
+    for (const auto& [name, instrument] : context_.instruments)
+      if (instrument.correlation) correlation_of_[name] = index_of(*instrument.correlation);
     campaign_.readings.reserve(table_.rows());
     for (std::size_t row = 0; row < table_.rows(); ++row) read_row(row);
     check_ids();
@@ -97,7 +106,9 @@ class Reader {
     reading.temperature = optional_number(row, columns_.texts.at("temperature"), 1);
     reading.direction = read_direction(row);
     reading.configuration = read_configuration(row);
-    reading.load = read_load(row);
+    reading.load = read_load(row, reading.configuration);
+    reading.role = read_role(row, session);
+    reading.instrument = read_instrument(row);
     read_mask(row, reading);
     read_displacement(row, reading);
     campaign_.readings.push_back(std::move(reading));
@@ -143,12 +154,104 @@ class Reader {
     return result;
   }
 
-  vjm::Load read_load(std::size_t row) const {
+  vjm::Load read_load(std::size_t row, std::size_t configuration) {
     const Vector3 point = columns_.point[0] ? vector3(row, columns_.point, length_)
-                                            : context_.wrench_point.value_or(Vector3::Zero());
-    return {vector3(row, {columns_.wrench[0], columns_.wrench[1], columns_.wrench[2]}, force_),
-            vector3(row, {columns_.wrench[3], columns_.wrench[4], columns_.wrench[5]}, moment_),
-            point};
+                                            : context_.wrench.point.value_or(Vector3::Zero());
+    const vjm::Load load{
+        vector3(row, {columns_.wrench[0], columns_.wrench[1], columns_.wrench[2]}, force_),
+        vector3(row, {columns_.wrench[3], columns_.wrench[4], columns_.wrench[5]}, moment_), point};
+    const WrenchFrame& frame = context_.wrench;
+    const bool as_it_is = !frame.on_platform && !frame.origin &&
+                          frame.axes == spatial::Matrix3::Identity();
+    return as_it_is ? load : in_base_axes(load, configuration);
+  }
+
+  // Where the platform stands without load, as commanded; its base frame where it cannot be told.
+  const spatial::Pose& commanded(std::size_t configuration) {
+    while (commanded_.size() <= configuration) {
+      const Configuration& next = campaign_.configurations[commanded_.size()];
+      if (next.target) {
+        commanded_.push_back(*next.target);
+        continue;
+      }
+      const vjm::PostureResult posture = vjm::posture_from_joints(manipulator_, next.joints);
+      commanded_.push_back(posture.reached ? posture.posture.platform : spatial::Pose());
+    }
+    return commanded_[configuration];
+  }
+
+  vjm::Load in_base_axes(vjm::Load load, std::size_t configuration) {
+    const WrenchFrame& frame = context_.wrench;
+    const spatial::Pose& platform = commanded(configuration);
+    const spatial::Matrix3 axes = frame.on_platform ? platform.rotation() * frame.axes : frame.axes;
+    load.force = axes * load.force;
+    load.moment = axes * load.moment;
+    if (frame.origin && !columns_.point[0])
+      load.point_on_platform = frame.on_platform ? *frame.origin : platform.inverse() * *frame.origin;
+    return load;
+  }
+
+  Role read_role(std::size_t row, const std::string& session) const {
+    const std::string word = text(row, "role");
+    if (word.empty()) {
+      const auto found = context_.roles.find(session);
+      return found == context_.roles.end() ? Role::fit : found->second;
+    }
+    if (std::find(role_names.begin(), role_names.end(), word) == role_names.end())
+      table_.fail(row, *columns_.texts.at("role"), fmt::format("'{}' is not a role", word),
+                  "Write fit, select or confirm, or leave the cell empty");
+    return role_named(word);
+  }
+
+  std::string read_instrument(std::size_t row) const {
+    const std::string name = text(row, "instrument");
+    if (!name.empty() && context_.instruments.count(name) == 0) {
+      std::vector<std::string> names;
+      for (const auto& [known, instrument] : context_.instruments)
+        if (!known.empty()) names.push_back(known);
+      const std::string near = spatial::nearest_spelling(name, names);
+      table_.fail(row, *columns_.texts.at("instrument"),
+                  fmt::format("the instrument '{}' is not described", name),
+                  near.empty() ? fmt::format("Add '{}' under 'instruments' in the campaign file", name)
+                               : fmt::format("Did you mean '{}'?", near));
+    }
+    return name;
+  }
+
+  const Instrument& instrument_of(const Reading& reading) const {
+    static const Instrument unknown;
+    const auto found = context_.instruments.find(reading.instrument);
+    return found == context_.instruments.end() ? unknown : found->second;
+  }
+
+  std::size_t index_of(const spatial::Matrix6& correlation) {
+    auto& known = campaign_.correlations;
+    const auto found = std::find(known.begin(), known.end(), correlation);
+    if (found != known.end()) return static_cast<std::size_t>(found - known.begin());
+    known.push_back(correlation);
+    return known.size() - 1;
+  }
+
+  // Columns of the row over what the instrument says.
+  std::optional<std::size_t> read_correlation(std::size_t row, const Reading& reading) {
+    std::optional<std::size_t> result;
+    if (const auto found = correlation_of_.find(reading.instrument); found != correlation_of_.end())
+      result = found->second;
+    spatial::Matrix6 matrix = result ? campaign_.correlations[*result]
+                                     : spatial::Matrix6(spatial::Matrix6::Identity());
+    std::optional<std::size_t> last;
+    for (const auto& [pair, column] : columns_.correlations)
+      if (const auto value = optional_number(row, column, 1)) {
+        matrix(pair.first, pair.second) = matrix(pair.second, pair.first) = *value;
+        last = column;
+      }
+    if (!last) return result;
+    if (!is_correlation(matrix))
+      table_.fail(row, *last,
+                  fmt::format("with '{}' these correlations are not possible together",
+                              table_.cell(row, *last)),
+                  "Each lies between -1 and 1, and their matrix is positive definite");
+    return index_of(matrix);
   }
 
   void read_mask(std::size_t row, Reading& reading) const {
@@ -164,9 +267,10 @@ class Reader {
     reading.masked = true;
   }
 
-  void read_displacement(std::size_t row, Reading& reading) const {
+  void read_displacement(std::size_t row, Reading& reading) {
     reading.displacement.setConstant(not_measured);
-    reading.sigma = context_.noise;
+    reading.sigma = instrument_of(reading).sigma;
+    reading.correlation = read_correlation(row, reading);
     for (std::size_t i = 0; i < 6; ++i) {
       const auto k = static_cast<Eigen::Index>(i);
       const double unit = displacement_unit(k);
@@ -281,13 +385,33 @@ class Reader {
 
   double length_ = 1, force_ = 1, moment_ = 1, angle_ = 1, time_ = 1;
   std::map<std::vector<double>, std::size_t> configuration_of_;
+  const vjm::Manipulator& manipulator_;
+  std::vector<spatial::Pose> commanded_;                // one a configuration
+  std::map<std::string, std::size_t> correlation_of_;  // of instruments
 };
 
 }  // namespace
 
+std::string correlation_name(Eigen::Index i, Eigen::Index j) {
+  return fmt::format("{}_{}", component_names[static_cast<std::size_t>(i)],
+                     component_names[static_cast<std::size_t>(j)]);
+}
+
+bool is_correlation(const spatial::Matrix6& matrix) {
+  const Eigen::LLT<spatial::Matrix6> factor(matrix);
+  return factor.info() == Eigen::Success &&
+         factor.matrixLLT().diagonal().minCoeff() > 1e-6;  // else nearly singular
+}
+
+Role role_named(std::string_view name) {
+  const auto found = std::find(role_names.begin(), role_names.end(), name);
+  return static_cast<Role>(found - role_names.begin());
+}
+
 void read_readings(const files::CsvTable& table, const ReadingsContext& context,
                    const vjm::Manipulator& manipulator, Campaign& campaign) {
-  Reader(table, context, find_columns(table, context, manipulator, campaign), campaign).read();
+  Reader(table, context, find_columns(table, context, manipulator, campaign), manipulator, campaign)
+      .read();
 }
 
 }  // namespace kinetostat::calibration

@@ -1,17 +1,47 @@
 // The table of readings of a campaign. Internal to this room: campaign.h is what others use.
 #pragma once
 
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+
 #include "kinetostat/calibration/campaign.h"
 #include "kinetostat/files/csv.h"
 
 namespace kinetostat::calibration {
 
+/// How exact an instrument is.
+struct Instrument {
+  /// Standard deviations [m; rad]; NaN where not stated.
+  spatial::Vector6 sigma =
+      spatial::Vector6::Constant(std::numeric_limits<double>::quiet_NaN());
+  std::optional<spatial::Matrix6> correlation = {};
+};
+
+/// In what the wrenches of the readings are given.
+struct WrenchFrame {
+  bool on_platform = false;  // it turns with the posture; else it stands on the base
+  spatial::Matrix3 axes = spatial::Matrix3::Identity();
+  std::optional<spatial::Vector3> origin = {};  // point that wrenches are about, on the same body [m]
+  std::optional<spatial::Vector3> point = {};   // the same on the platform, when stated on its own
+};
+
 /// What the campaign file says about its readings.
 struct ReadingsContext {
-  spatial::Vector6 noise;  // standard deviation [m; rad] of the instrument; NaN where not stated
-  std::optional<spatial::Vector3> wrench_point;    // on the platform, platform axes [m]
+  std::map<std::string, Instrument> instruments = {};  // by name; "": where a reading names none
+  WrenchFrame wrench = {};
+  std::map<std::string, Role> roles = {};  // of sessions
   bool angle_stated = false, time_stated = false;  // units that the campaign file names
 };
+
+/// "dx_dz": the correlation of two components, in the order of component_names.
+std::string correlation_name(Eigen::Index i, Eigen::Index j);
+/// Symmetric with unit diagonal as given; positive definite?
+bool is_correlation(const spatial::Matrix6& matrix);
+/// Of one of role_names.
+Role role_named(std::string_view name);
 
 /// Fills readings, configurations, sessions, covariates, noise_stated and notes of `campaign`,
 /// whose other members are set. Throws files::InputError.

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "kinetostat/calibration/load_history.h"
+#include "kinetostat/calibration/noise.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -65,24 +66,32 @@ std::vector<ReplicateGroup> replicate_groups(const Campaign& campaign) {
 }
 
 PureError pure_error(const Campaign& campaign, const std::vector<ReplicateGroup>& groups,
-                     const std::vector<spatial::Vector6>& sigma, Eigen::Index first,
-                     Eigen::Index count) {
+                     const Noise& noise, Eigen::Index first, Eigen::Index count) {
   PureError result;
+  // Deviations from the weighted means, by reading.
+  std::map<std::size_t, std::pair<std::vector<Eigen::Index>, std::vector<double>>> deviations;
   for (const ReplicateGroup& group : groups) {
     const Eigen::Index k = group.component;
-    if (k < first || k >= first + count) continue;
+    if (k < first || k >= first + count || group.readings.size() < 2) continue;
     double weights = 0, mean = 0;
     for (const std::size_t i : group.readings) {
-      const double weight = 1 / (sigma[i][k] * sigma[i][k]);
+      const double weight = 1 / (noise.sigma[i][k] * noise.sigma[i][k]);
       weights += weight;
       mean += weight * campaign.readings[i].displacement[k];
     }
     mean /= weights;
     for (const std::size_t i : group.readings) {
-      const double deviation = (campaign.readings[i].displacement[k] - mean) / sigma[i][k];
-      result.sum += deviation * deviation;
+      deviations[i].first.push_back(k);
+      deviations[i].second.push_back(campaign.readings[i].displacement[k] - mean);
     }
     result.degrees_of_freedom += static_cast<Eigen::Index>(group.readings.size()) - 1;
+  }
+  for (auto& [reading, entry] : deviations) {
+    auto& [components, values] = entry;
+    Eigen::MatrixXd column = Eigen::Map<Eigen::VectorXd>(
+        values.data(), static_cast<Eigen::Index>(values.size()));
+    noise.whiten(reading, components, column);
+    result.sum += column.squaredNorm();
   }
   return result;
 }

@@ -7,6 +7,8 @@
 
 namespace kinetostat::calibration {
 
+struct Noise;  // noise.h
+
 /// Readings of one component that every model predicts to be equal; a single one also is a group.
 struct ReplicateGroup {
   Eigen::Index component = 0;
@@ -27,9 +29,8 @@ struct PureError {
   Eigen::Index degrees_of_freedom = 0;  // number of values minus number of groups
 };
 
-/// Over the components [first, first + count), with one sigma a reading and component [m; rad].
+/// Over the components [first, first + count), in units of the noise.
 PureError pure_error(const Campaign& campaign, const std::vector<ReplicateGroup>& groups,
-                     const std::vector<spatial::Vector6>& sigma, Eigen::Index first = 0,
-                     Eigen::Index count = 6);
+                     const Noise& noise, Eigen::Index first = 0, Eigen::Index count = 6);
 
 }  // namespace kinetostat::calibration

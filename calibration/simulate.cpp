@@ -81,11 +81,8 @@ Campaign planned(const vjm::Robot& robot, const std::filesystem::path& file,
   campaign.file = campaign.readings_file = file;
   campaign.units = robot.units;
   campaign.displacement = displacement;
-  const ReadingsContext context{
-      .noise = spatial::Vector6::Constant(std::numeric_limits<double>::quiet_NaN()),
-      .wrench_point = spatial::Vector3(spatial::Vector3::Zero()),
-      .angle_stated = true,
-      .time_stated = true};
+  ReadingsContext context{.angle_stated = true, .time_stated = true};
+  context.wrench.point = spatial::Vector3(spatial::Vector3::Zero());
   read_readings(files::CsvTable(table, file), context, robot.manipulator, campaign);
   return campaign;
 }
