@@ -118,8 +118,7 @@ class Unknowns {
 class Problem {
  public:
   Problem(const Predictor& predictor, const Campaign& campaign, const Noise& noise,
-          const std::vector<Parameter>& parameters, const BaseFit* known,
-          files::Progress& progress)
+          const std::vector<Parameter>& parameters, const BaseFit* known, files::Progress& progress)
       : predictor_(predictor),
         campaign_(campaign),
         noise_(noise),
@@ -241,8 +240,8 @@ class Problem {
     const auto f = unknowns_.frame_of(reading.session);
     if (!f) {
       if (const auto known = known_ ? known_frame(*known_, reading.session) : std::nullopt)
-        predicted = seen_from(*known, predicted, campaign_.displacement, reading.displacement)
-                        .displacement;
+        predicted =
+            seen_from(*known, predicted, campaign_.displacement, reading.displacement).displacement;
       return;
     }
     const SeenFromFrame seen =

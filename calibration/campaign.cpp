@@ -22,9 +22,8 @@ YamlNode read_top(const std::filesystem::path& file) {
   YamlNode top = files::read_yaml(file);
   files::check_format_version(top);
   top.allow_only({"kinetostat", "campaign", "origin", "robot", "units", "displacement", "zero",
-                  "session_frame", "frames", "displacement_frame", "target_point",
-                  "wrench_frame", "wrench_point", "noise", "instruments", "instrument", "roles",
-                  "readings"});
+                  "session_frame", "frames", "displacement_frame", "target_point", "wrench_frame",
+                  "wrench_point", "noise", "instruments", "instrument", "roles", "readings"});
   return top;
 }
 
@@ -73,7 +72,8 @@ Instrument read_instrument(const YamlNode& node) {
     read_deviations(*given, dimension::length, instrument.sigma.head<3>());
   if (const auto given = node.find("rotation"))
     read_deviations(*given, dimension::angle, instrument.sigma.tail<3>());
-  if (const auto given = node.find("correlation")) instrument.correlation = read_correlation(*given);
+  if (const auto given = node.find("correlation"))
+    instrument.correlation = read_correlation(*given);
   return instrument;
 }
 
@@ -178,10 +178,9 @@ void check_roles(const YamlNode& top, const std::map<std::string, Role>& roles,
   for (const auto& [session, role] : roles)
     if (!std::binary_search(campaign.sessions.begin(), campaign.sessions.end(), session)) {
       const std::string near = spatial::nearest_spelling(session, campaign.sessions);
-      top.at("roles").at(session).fail(
-          fmt::format("no reading belongs to a session '{}'", session),
-          near.empty() ? "Write a name of the column 'session'"
-                       : fmt::format("Did you mean '{}'?", near));
+      top.at("roles").at(session).fail(fmt::format("no reading belongs to a session '{}'", session),
+                                       near.empty() ? "Write a name of the column 'session'"
+                                                    : fmt::format("Did you mean '{}'?", near));
     }
   if (!has_role(campaign, Role::fit))
     throw files::InputError(

@@ -69,7 +69,7 @@ struct Reading {
   std::optional<std::size_t> correlation;
   Role role = Role::fit;
   std::string instrument;  // its name; empty: the one that the campaign has
-  bool masked = false;            // kept and shown, but not used
+  bool masked = false;     // kept and shown, but not used
   std::string mask_reason;
 
   bool uses(Eigen::Index component) const;  // measured and not masked
@@ -101,7 +101,7 @@ struct Campaign {
   std::vector<std::string> sessions;          // sorted; {""} when there is no such column
   std::vector<Covariate> covariates;
   std::vector<spatial::Matrix6> correlations;  // the distinct ones; positive definite
-  std::vector<std::string> notes;  // what was assumed, in sentences
+  std::vector<std::string> notes;              // what was assumed, in sentences
 };
 
 /// Whether any reading has this role.

@@ -45,8 +45,8 @@ void into_axes_of(const Pose& from, const Columns& from_derivatives, Vector6& di
     const Vector3 v = displacement.segment<3>(first);
     if (derivatives.cols() > 0)
       derivatives.middleRows<3>(first) =
-          (back * (derivatives.middleRows<3>(first) +
-                   spatial::skew(v) * from_derivatives.bottomRows<3>()))
+          (back *
+           (derivatives.middleRows<3>(first) + spatial::skew(v) * from_derivatives.bottomRows<3>()))
               .eval();
     displacement.segment<3>(first) = back * v;
   }

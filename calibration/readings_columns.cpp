@@ -16,17 +16,16 @@ namespace dimension = spatial::dimension;
 
 const std::vector<std::string>& reserved_names() {
   static const std::vector<std::string> names = {
-      "id",        "session",  "cycle",     "step",       "time",     "temperature", "setting",
-      "replicate", "x",        "y",         "z",          "roll",     "pitch",       "yaw",
-      "fx",        "fy",       "fz",        "mx",         "my",       "mz",          "px",
-      "py",        "pz",       "direction", "dx",         "dy",       "dz",          "rx",
-      "ry",        "rz",       "sigma",     "sigma_dx",   "sigma_dy", "sigma_dz",    "sigma_rx",
-      "sigma_ry",  "sigma_rz", "mask",      "mask_reason", "role", "instrument"};
+      "id",        "session",  "cycle",     "step",        "time",     "temperature", "setting",
+      "replicate", "x",        "y",         "z",           "roll",     "pitch",       "yaw",
+      "fx",        "fy",       "fz",        "mx",          "my",       "mz",          "px",
+      "py",        "pz",       "direction", "dx",          "dy",       "dz",          "rx",
+      "ry",        "rz",       "sigma",     "sigma_dx",    "sigma_dy", "sigma_dz",    "sigma_rx",
+      "sigma_ry",  "sigma_rz", "mask",      "mask_reason", "role",     "instrument"};
   static const std::vector<std::string> all = [] {
     std::vector<std::string> result = names;
     for (Eigen::Index i = 0; i < 6; ++i)
-      for (Eigen::Index j = i + 1; j < 6; ++j)
-        result.push_back("corr_" + correlation_name(i, j));
+      for (Eigen::Index j = i + 1; j < 6; ++j) result.push_back("corr_" + correlation_name(i, j));
     return result;
   }();
   return all;
@@ -72,8 +71,7 @@ class ColumnFinder {
 
   ReadingsColumns find() {
     for (const char* name : {"id", "session", "cycle", "step", "time", "temperature", "setting",
-                             "replicate", "direction", "mask", "mask_reason", "role",
-                             "instrument"})
+                             "replicate", "direction", "mask", "mask_reason", "role", "instrument"})
       found_.texts[name] = column(name);
     for (std::size_t i = 0; i < 6; ++i) {
       found_.displacement[i] = column(component_names[i]);
@@ -177,8 +175,7 @@ class ColumnFinder {
       fail_header("", "there is no column of load, so no difference to the unloaded state",
                   "Name at least one of fx, fy, fz, mx, my, mz");
     const bool moments = found_.wrench[3] || found_.wrench[4] || found_.wrench[5];
-    const bool point_given =
-        found_.point[0] || context_.wrench.point || context_.wrench.origin;
+    const bool point_given = found_.point[0] || context_.wrench.point || context_.wrench.origin;
     if (moments && !point_given)
       fail_header(found_.wrench[3]   ? "mx"
                   : found_.wrench[4] ? "my"

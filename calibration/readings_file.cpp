@@ -161,8 +161,8 @@ class Reader {
         vector3(row, {columns_.wrench[0], columns_.wrench[1], columns_.wrench[2]}, force_),
         vector3(row, {columns_.wrench[3], columns_.wrench[4], columns_.wrench[5]}, moment_), point};
     const WrenchFrame& frame = context_.wrench;
-    const bool as_it_is = !frame.on_platform && !frame.origin &&
-                          frame.axes == spatial::Matrix3::Identity();
+    const bool as_it_is =
+        !frame.on_platform && !frame.origin && frame.axes == spatial::Matrix3::Identity();
     return as_it_is ? load : in_base_axes(load, configuration);
   }
 
@@ -187,7 +187,8 @@ class Reader {
     load.force = axes * load.force;
     load.moment = axes * load.moment;
     if (frame.origin && !columns_.point[0])
-      load.point_on_platform = frame.on_platform ? *frame.origin : platform.inverse() * *frame.origin;
+      load.point_on_platform =
+          frame.on_platform ? *frame.origin : platform.inverse() * *frame.origin;
     return load;
   }
 
@@ -212,8 +213,9 @@ class Reader {
       const std::string near = spatial::nearest_spelling(name, names);
       table_.fail(row, *columns_.texts.at("instrument"),
                   fmt::format("the instrument '{}' is not described", name),
-                  near.empty() ? fmt::format("Add '{}' under 'instruments' in the campaign file", name)
-                               : fmt::format("Did you mean '{}'?", near));
+                  near.empty()
+                      ? fmt::format("Add '{}' under 'instruments' in the campaign file", name)
+                      : fmt::format("Did you mean '{}'?", near));
     }
     return name;
   }
@@ -237,8 +239,8 @@ class Reader {
     std::optional<std::size_t> result;
     if (const auto found = correlation_of_.find(reading.instrument); found != correlation_of_.end())
       result = found->second;
-    spatial::Matrix6 matrix = result ? campaign_.correlations[*result]
-                                     : spatial::Matrix6(spatial::Matrix6::Identity());
+    spatial::Matrix6 matrix =
+        result ? campaign_.correlations[*result] : spatial::Matrix6(spatial::Matrix6::Identity());
     std::optional<std::size_t> last;
     for (const auto& [pair, column] : columns_.correlations)
       if (const auto value = optional_number(row, column, 1)) {
@@ -386,7 +388,7 @@ class Reader {
   double length_ = 1, force_ = 1, moment_ = 1, angle_ = 1, time_ = 1;
   std::map<std::vector<double>, std::size_t> configuration_of_;
   const vjm::Manipulator& manipulator_;
-  std::vector<spatial::Pose> commanded_;                // one a configuration
+  std::vector<spatial::Pose> commanded_;               // one a configuration
   std::map<std::string, std::size_t> correlation_of_;  // of instruments
 };
 

@@ -15,8 +15,7 @@ namespace kinetostat::calibration {
 /// How exact an instrument is.
 struct Instrument {
   /// Standard deviations [m; rad]; NaN where not stated.
-  spatial::Vector6 sigma =
-      spatial::Vector6::Constant(std::numeric_limits<double>::quiet_NaN());
+  spatial::Vector6 sigma = spatial::Vector6::Constant(std::numeric_limits<double>::quiet_NaN());
   std::optional<spatial::Matrix6> correlation = {};
 };
 
@@ -24,15 +23,16 @@ struct Instrument {
 struct WrenchFrame {
   bool on_platform = false;  // it turns with the posture; else it stands on the base
   spatial::Matrix3 axes = spatial::Matrix3::Identity();
-  std::optional<spatial::Vector3> origin = {};  // point that wrenches are about, on the same body [m]
-  std::optional<spatial::Vector3> point = {};   // the same on the platform, when stated on its own
+  std::optional<spatial::Vector3> origin =
+      {};  // point that wrenches are about, on the same body [m]
+  std::optional<spatial::Vector3> point = {};  // the same on the platform, when stated on its own
 };
 
 /// What the campaign file says about its readings.
 struct ReadingsContext {
   std::map<std::string, Instrument> instruments = {};  // by name; "": where a reading names none
   WrenchFrame wrench = {};
-  std::map<std::string, Role> roles = {};  // of sessions
+  std::map<std::string, Role> roles = {};          // of sessions
   bool angle_stated = false, time_stated = false;  // units that the campaign file names
 };
 

@@ -88,8 +88,8 @@ PureError pure_error(const Campaign& campaign, const std::vector<ReplicateGroup>
   }
   for (auto& [reading, entry] : deviations) {
     auto& [components, values] = entry;
-    Eigen::MatrixXd column = Eigen::Map<Eigen::VectorXd>(
-        values.data(), static_cast<Eigen::Index>(values.size()));
+    Eigen::MatrixXd column =
+        Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
     noise.whiten(reading, components, column);
     result.sum += column.squaredNorm();
   }

@@ -1,7 +1,8 @@
-#include "kinetostat/calibration/noise.h"
 #include "kinetostat/calibration/replicates.h"
 
 #include <gtest/gtest.h>
+
+#include "kinetostat/calibration/noise.h"
 
 #include "calibration/synthetic.h"
 
@@ -62,8 +63,7 @@ TEST(Replicates, VisitsWithinOneReplicateAreKeptApart) {
 
 TEST(Replicates, PureErrorIsWeightedByTheNoiseOfEachReading) {
   const Campaign c = campaign("fz,dz\n1,1\n1,4\n");
-  const Noise noise{
-      .sigma = {spatial::Vector6::Constant(1e-3), spatial::Vector6::Constant(2e-3)}};
+  const Noise noise{.sigma = {spatial::Vector6::Constant(1e-3), spatial::Vector6::Constant(2e-3)}};
   // Difference 3 mm with variance 1 + 4 mm^2.
   EXPECT_NEAR(pure_error(c, replicate_groups(c), noise).sum, 9.0 / 5.0, 1e-12);
 }
