@@ -27,6 +27,8 @@ struct Options {
   fea::RefinementOptions refinement;
   std::string solver = name(fea::SolverMethod::automatic);
   std::uint64_t memory = 0;  // [bytes]; 0: a share of what is free
+  int processes = fea::SolverOptions{}.processes;
+  std::string launcher = fea::SolverOptions{}.launcher;
 };
 
 // Components that are rounding beside the largest, or below a nanometre, are shown as 0.
@@ -122,6 +124,7 @@ void print_solver(Run& run, const fea::SolverStats& solver) {
   std::vector<std::string> costs;
   if (solver.multigrid.bytes > 0)
     costs.push_back(forecast(fea::SolverMethod::multigrid, solver.multigrid));
+  if (solver.petsc.bytes > 0) costs.push_back(forecast(fea::SolverMethod::petsc, solver.petsc));
   if (solver.direct.bytes > 0) costs.push_back(forecast(fea::SolverMethod::direct, solver.direct));
   run.print(fmt::format("{}; forecast: {}\n", line, fmt::join(costs, ", ")));
 }
@@ -160,7 +163,8 @@ void print_result(Run& run, const fea::LinkResult& result) {
 }
 
 fea::SolverMethod method_of(const std::string& word) {
-  for (const auto method : {fea::SolverMethod::direct, fea::SolverMethod::multigrid})
+  for (const auto method :
+       {fea::SolverMethod::direct, fea::SolverMethod::multigrid, fea::SolverMethod::petsc})
     if (word == name(method)) return method;
   return fea::SolverMethod::automatic;
 }
@@ -172,7 +176,9 @@ fea::LinkResult identified(Run& run, const Options& options, const fea::LinkSpec
   settings.meshing.time_limit = options.time_limit;
   settings.solver = {.method = method_of(options.solver),
                      .threads = run.threads(),
-                     .memory = static_cast<double>(options.memory)};
+                     .memory = static_cast<double>(options.memory),
+                     .processes = options.processes,
+                     .launcher = options.launcher};
   settings.refinement = options.refinement;
   if (options.bracket != "when_cheap")
     settings.bracket =
@@ -250,8 +256,15 @@ void add_identify(Program& program) {
                "Compute all anew, and keep neither the volume mesh nor the result");
   app.add_option("--solver", options->solver,
                  "direct: Cholesky factors; multigrid: conjugate gradients, faster and smaller on "
-                 "large models; automatic: by their size")
-      ->check(CLI::IsMember({"automatic", "direct", "multigrid"}));
+                 "large models; petsc: the same without factors, on any number of processes, where "
+                 "PETSc is installed; automatic: by size and memory")
+      ->check(CLI::IsMember({"automatic", "direct", "multigrid", "petsc"}));
+  app.add_option("--processes", options->processes, "Processes of --solver petsc, under MPI")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--launcher", options->launcher,
+                 "Command that starts them, as 'mpirun --hostfile hosts'; '-n N' follows")
+      ->type_name("COMMAND");
   app.add_option("--memory", options->memory,
                  "Memory that the program may have, as 8GB; nine tenths of what is free unless "
                  "given. A model that needs more is refused, never swapped")

@@ -63,8 +63,11 @@ std::string version_report() {
   std::string text = fmt::format("kinetostat {}, Apache-2.0\n\nLinked:\n", version());
   for (const Part& part : linked_parts())
     text += fmt::format("  {:<24} {:<8} {}\n", part.name, part.version, part.licence);
-  text += fmt::format("\nIn processes of their own:\n  {:<24} {:<8} {}\n  {:<24} {:<8} {}\n",
-                      "TetGen", "1.5", "AGPL-3.0+", "CGAL", KINETOSTAT_CGAL_VERSION, "GPL-3.0+");
+  text += "\nIn processes of their own:\n";
+  for (const Part& part :
+       {Part{"TetGen", "1.5", "AGPL-3.0+"}, Part{"CGAL", KINETOSTAT_CGAL_VERSION, "GPL-3.0+"},
+        Part{"PETSc", KINETOSTAT_PETSC_VERSION, "BSD-2-Clause"}})
+    text += fmt::format("  {:<24} {:<8} {}\n", part.name, part.version, part.licence);
   return text +
          "\nThe program as a whole, linked with CHOLMOD, is under GPL-3.0; the source code "
          "of kinetostat is\nunder Apache-2.0.\n";

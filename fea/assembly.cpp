@@ -50,24 +50,35 @@ Groups elements_of_blocks(const TetMesh& mesh, const Unknowns& unknowns) {
   return groups;
 }
 
+// Which part of the matrix is made: rows first to end - 1; whole, or from the diagonal on.
+struct Part {
+  int first, end;
+  bool whole;
+};
+
 // Rows of blocks that one thread works on at a time.
 constexpr int rows_at_once = 4096;
 
-int pieces(int rows) { return (rows + rows_at_once - 1) / rows_at_once; }
+int pieces(const Part& part) { return (part.end - part.first + rows_at_once - 1) / rows_at_once; }
 
-// The rows of the pattern from `first` on, at most rows_at_once of them.
+Part piece_of(const Part& part, int piece) {
+  const int first = part.first + piece * rows_at_once;
+  return {first, std::min(first + rows_at_once, part.end), part.whole};
+}
+
 BlockPattern rows_of_pattern(const TetMesh& mesh, const Unknowns& unknowns, const Groups& elements,
-                             int first) {
+                             const Part& part) {
   BlockPattern rows;
   std::vector<int> blocks, row;
-  const int end = std::min(first + rows_at_once, unknowns.blocks());
-  for (int b = first; b < end; ++b) {
+  for (int b = part.first; b < part.end; ++b) {
     row.assign(1, b);
     for (int k = elements.start[static_cast<std::size_t>(b)];
          k < elements.start[static_cast<std::size_t>(b) + 1]; ++k) {
       const auto e = static_cast<std::size_t>(elements.item[static_cast<std::size_t>(k)]);
       blocks_of(mesh.element(e), unknowns, blocks);
-      row.insert(row.end(), std::upper_bound(blocks.begin(), blocks.end(), b), blocks.end());
+      row.insert(row.end(),
+                 part.whole ? blocks.begin() : std::upper_bound(blocks.begin(), blocks.end(), b),
+                 blocks.end());
     }
     std::sort(row.begin(), row.end());
     row.erase(std::unique(row.begin(), row.end()), row.end());
@@ -112,9 +123,10 @@ Eigen::MatrixXd motion_of(const TetMesh& mesh, std::span<const int> element,
 // Adds element stiffnesses to some rows of the global matrix.
 class Scatter {
  public:
-  // Rows of blocks first to end - 1.
-  Scatter(const TetMesh& mesh, const Unknowns& unknowns, int first, int end, BlockMatrix& matrix)
-      : mesh_(mesh), unknowns_(unknowns), first_(first), end_(end), matrix_(matrix) {}
+  // `matrix` begins with the row `first_row`.
+  Scatter(const TetMesh& mesh, const Unknowns& unknowns, const Part& rows, int first_row,
+          BlockMatrix& matrix)
+      : mesh_(mesh), unknowns_(unknowns), rows_(rows), first_row_(first_row), matrix_(matrix) {}
 
   template <int Nodes>
   void add(std::size_t e, const ElementStiffness<Nodes>& stiffness) {
@@ -128,11 +140,12 @@ class Scatter {
   }
 
   void add_block(int row, int column, const Eigen::Ref<const Matrix3>& block) {
-    if (row < first_ || row >= end_) return;
+    if (row < rows_.first || row >= rows_.end) return;
+    const int r = row - first_row_;
     const auto begin = matrix_.pattern.partner.begin();
     const auto at =
-        std::lower_bound(begin + static_cast<std::ptrdiff_t>(matrix_.pattern.begin(row)),
-                         begin + static_cast<std::ptrdiff_t>(matrix_.pattern.end(row)), column);
+        std::lower_bound(begin + static_cast<std::ptrdiff_t>(matrix_.pattern.begin(r)),
+                         begin + static_cast<std::ptrdiff_t>(matrix_.pattern.end(r)), column);
     double* value = matrix_.value.data() + 9 * (at - begin);
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) *value++ += block(i, j);
@@ -143,10 +156,11 @@ class Scatter {
   void add_directly(std::span<const int> element, const ElementStiffness<Nodes>& stiffness) {
     for (int i = 0; i < Nodes; ++i) {
       const int row = unknowns_.block_of(element[static_cast<std::size_t>(i)]);
-      if (row < first_ || row >= end_) continue;
+      if (row < rows_.first || row >= rows_.end) continue;
       for (int j = 0; j < Nodes; ++j) {
         const int column = unknowns_.block_of(element[static_cast<std::size_t>(j)]);
-        if (column >= row) add_block(row, column, stiffness.template block<3, 3>(3 * i, 3 * j));
+        if (column >= row || (rows_.whole && column >= 0))
+          add_block(row, column, stiffness.template block<3, 3>(3 * i, 3 * j));
       }
     }
   }
@@ -157,7 +171,7 @@ class Scatter {
     const Eigen::MatrixXd motion = motion_of(mesh_, element, unknowns_, blocks_);
     const Eigen::MatrixXd reduced = motion.transpose() * stiffness * motion;
     for (std::size_t i = 0; i < blocks_.size(); ++i)
-      for (std::size_t j = i; j < blocks_.size(); ++j)
+      for (std::size_t j = rows_.whole ? 0 : i; j < blocks_.size(); ++j)
         add_block(blocks_[i], blocks_[j],
                   reduced.block<3, 3>(3 * static_cast<Eigen::Index>(i),
                                       3 * static_cast<Eigen::Index>(j)));
@@ -165,25 +179,26 @@ class Scatter {
 
   const TetMesh& mesh_;
   const Unknowns& unknowns_;
-  int first_, end_;
+  Part rows_;
+  int first_row_;
   BlockMatrix& matrix_;
   std::vector<int> blocks_;
 };
 
 // Elements that touch the given rows, ascending.
-std::vector<int> elements_of_rows(const Groups& elements, int first, int end) {
-  std::vector<int> some(elements.item.begin() + elements.start[static_cast<std::size_t>(first)],
-                        elements.item.begin() + elements.start[static_cast<std::size_t>(end)]);
+std::vector<int> elements_of_rows(const Groups& elements, const Part& rows) {
+  std::vector<int> some(
+      elements.item.begin() + elements.start[static_cast<std::size_t>(rows.first)],
+      elements.item.begin() + elements.start[static_cast<std::size_t>(rows.end)]);
   std::sort(some.begin(), some.end());
   some.erase(std::unique(some.begin(), some.end()), some.end());
   return some;
 }
 
 void add_rows(const TetMesh& mesh, const std::vector<Material>& materials, const Unknowns& unknowns,
-              const Groups& elements, int first, BlockMatrix& matrix) {
-  const int end = std::min(first + rows_at_once, unknowns.blocks());
-  Scatter scatter(mesh, unknowns, first, end, matrix);
-  for (const int element : elements_of_rows(elements, first, end)) {
+              const Groups& elements, const Part& rows, int first_row, BlockMatrix& matrix) {
+  Scatter scatter(mesh, unknowns, rows, first_row, matrix);
+  for (const int element : elements_of_rows(elements, rows)) {
     const auto e = static_cast<std::size_t>(element);
     const Material& material = materials[mesh.material_of(e)];
     if (mesh.curved)
@@ -200,11 +215,11 @@ void add_rows(const TetMesh& mesh, const std::vector<Material>& materials, const
 }
 
 BlockPattern find_pattern(const TetMesh& mesh, const Unknowns& unknowns, const Groups& elements,
-                          Team& team) {
-  std::vector<BlockPattern> rows(static_cast<std::size_t>(pieces(unknowns.blocks())));
-  team.for_each(pieces(unknowns.blocks()), [&](int piece) {
+                          const Part& part, Team& team) {
+  std::vector<BlockPattern> rows(static_cast<std::size_t>(pieces(part)));
+  team.for_each(pieces(part), [&](int piece) {
     rows[static_cast<std::size_t>(piece)] =
-        rows_of_pattern(mesh, unknowns, elements, piece * rows_at_once);
+        rows_of_pattern(mesh, unknowns, elements, piece_of(part, piece));
   });
   std::size_t partners = 0;
   for (const BlockPattern& some : rows) partners += some.partner.size();
@@ -212,6 +227,22 @@ BlockPattern find_pattern(const TetMesh& mesh, const Unknowns& unknowns, const G
   pattern.partner.reserve(partners);
   for (BlockPattern& some : rows) append(pattern, std::exchange(some, {}));
   return pattern;
+}
+
+BlockMatrix assemble_part(const TetMesh& mesh, const std::vector<Material>& materials,
+                          const Unknowns& unknowns, const Part& part, Team& team,
+                          files::Progress& progress) {
+  progress.report("assembly", 0);
+  const Groups elements = elements_of_blocks(mesh, unknowns);
+  BlockMatrix matrix{.pattern = find_pattern(mesh, unknowns, elements, part, team)};
+  progress.report("assembly", 0.3);
+  matrix.value.assign(9 * matrix.pattern.partner.size(), 0.0);
+  team.for_each(pieces(part), [&](int piece) {
+    if (!progress.cancelled())
+      add_rows(mesh, materials, unknowns, elements, piece_of(part, piece), part.first, matrix);
+  });
+  progress.report("assembly", 1);
+  return matrix;
 }
 
 }  // namespace
@@ -250,22 +281,19 @@ Eigen::Matrix3Xd Unknowns::displacements(const TetMesh& mesh, const Eigen::Vecto
 }
 
 BlockPattern find_pattern(const TetMesh& mesh, const Unknowns& unknowns, Team& team) {
-  return find_pattern(mesh, unknowns, elements_of_blocks(mesh, unknowns), team);
+  return find_pattern(mesh, unknowns, elements_of_blocks(mesh, unknowns),
+                      {0, unknowns.blocks(), false}, team);
 }
 
 BlockMatrix assemble(const TetMesh& mesh, const std::vector<Material>& materials,
                      const Unknowns& unknowns, Team& team, files::Progress& progress) {
-  progress.report("assembly", 0);
-  const Groups elements = elements_of_blocks(mesh, unknowns);
-  BlockMatrix matrix{.pattern = find_pattern(mesh, unknowns, elements, team)};
-  progress.report("assembly", 0.3);
-  matrix.value.assign(9 * matrix.pattern.partner.size(), 0.0);
-  team.for_each(pieces(unknowns.blocks()), [&](int piece) {
-    if (!progress.cancelled())
-      add_rows(mesh, materials, unknowns, elements, piece * rows_at_once, matrix);
-  });
-  progress.report("assembly", 1);
-  return matrix;
+  return assemble_part(mesh, materials, unknowns, {0, unknowns.blocks(), false}, team, progress);
+}
+
+BlockMatrix assemble_rows(const TetMesh& mesh, const std::vector<Material>& materials,
+                          const Unknowns& unknowns, int first, int end, Team& team,
+                          files::Progress& progress) {
+  return assemble_part(mesh, materials, unknowns, {first, end, true}, team, progress);
 }
 
 }  // namespace kinetostat::fea

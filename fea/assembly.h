@@ -62,6 +62,13 @@ class Unknowns {
 BlockMatrix assemble(const TetMesh& mesh, const std::vector<Material>& materials,
                      const Unknowns& unknowns, Team& team, files::Progress& progress);
 
+/// Whole rows of the same matrix, first to end - 1, with the blocks left of the diagonal: for a
+/// process that holds these alone. Row `first` is row 0 of the result's pattern, whose partners are
+/// in ascending order and numbers of the whole matrix.
+BlockMatrix assemble_rows(const TetMesh& mesh, const std::vector<Material>& materials,
+                          const Unknowns& unknowns, int first, int end, Team& team,
+                          files::Progress& progress);
+
 /// The links between the unknowns alone, without values.
 BlockPattern find_pattern(const TetMesh& mesh, const Unknowns& unknowns, Team& team);
 

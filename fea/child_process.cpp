@@ -5,7 +5,9 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <fcntl.h>
+#include <sstream>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -43,6 +45,10 @@ class MemoryFile {
   MemoryFile& operator=(const MemoryFile&) = delete;
 
   int descriptor() const { return descriptor_; }
+  // While this process lives.
+  std::string path() const {
+    return "/proc/" + std::to_string(getpid()) + "/fd/" + std::to_string(descriptor_);
+  }
 
   void write_all(const std::string& bytes) const {
     for (std::size_t at = 0; at < bytes.size();) {
@@ -170,6 +176,20 @@ std::filesystem::path find_helper(const std::string& name) {
   return {};
 }
 
+std::filesystem::path find_program(const std::string& name) {
+  std::error_code ignored;
+  if (name.find('/') != std::string::npos)
+    return std::filesystem::is_regular_file(name, ignored) ? std::filesystem::path(name)
+                                                           : std::filesystem::path();
+  const char* const path = std::getenv("PATH");
+  std::istringstream folders(path == nullptr ? "" : path);
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (const auto program = std::filesystem::path(folder) / name;
+        !folder.empty() && std::filesystem::is_regular_file(program, ignored))
+      return program;
+  return {};
+}
+
 ChildResult run_child(const ChildCall& call, const std::string& phase, files::Progress& progress) {
   const std::string program = call.program.string();
   if (access(program.c_str(), X_OK) != 0) fail(program.c_str());
@@ -177,7 +197,10 @@ ChildResult run_child(const ChildCall& call, const std::string& phase, files::Pr
   input.write_all(call.input);
   second.write_all(call.second_input);
   std::vector<std::string> copies{program};
-  copies.insert(copies.end(), call.arguments.begin(), call.arguments.end());
+  for (const std::string& argument : call.arguments)
+    copies.push_back(argument == ChildCall::input_path    ? input.path()
+                     : argument == ChildCall::answer_path ? answer.path()
+                                                          : argument);
   std::vector<char*> arguments;
   for (std::string& argument : copies) arguments.push_back(argument.data());
   arguments.push_back(nullptr);

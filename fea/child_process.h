@@ -19,6 +19,11 @@ struct ChildResult {
 };
 
 struct ChildCall {
+  /// Among the arguments, these stand for paths by which any process of the same user on this
+  /// machine reads the input and writes the answer: for programs that a launcher starts.
+  static constexpr const char* input_path = "@input";
+  static constexpr const char* answer_path = "@answer";
+
   std::filesystem::path program;
   std::vector<std::string> arguments;
   std::string input;              // on its standard input
@@ -31,6 +36,10 @@ struct ChildCall {
 /// ../libexec/kinetostat from there (an installation may be moved), else in the folder that was
 /// fixed when kinetostat was configured. Empty when in none.
 std::filesystem::path find_helper(const std::string& name);
+
+/// The program that a shell would start by this name: a path, or a name in the folders of PATH.
+/// Empty when there is none.
+std::filesystem::path find_program(const std::string& name);
 
 /// Runs the program and waits. It is killed when the time is over, when `progress` is cancelled and
 /// when this process ends for whatever reason. Data pass through anonymous memory files, which

@@ -120,6 +120,15 @@ Prolongation::Prolongation(const TetMesh& mesh, const Unknowns& fine, const Unkn
           static_cast<int>(i / 2);
 }
 
+void Prolongation::visit_parts(const std::function<void(int, int, const Matrix3&)>& visit) const {
+  for (std::size_t i = 0; i < parent_.size(); ++i)
+    if (parent_[i] >= 0) visit(static_cast<int>(i / 2), parent_[i], 0.5 * Matrix3::Identity());
+  for (const BodyLink& link : body_links_) {
+    visit(link.block, link.body_block, link.half_motion.leftCols<3>());
+    visit(link.block, link.body_block + 1, link.half_motion.rightCols<3>());
+  }
+}
+
 void Prolongation::prolong(const LaneVector& coarse, LaneVector& fine, Team& team) const {
   const int blocks = static_cast<int>(parent_.size() / 2);
   in_pieces(blocks, team, [&](int b) {

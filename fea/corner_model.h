@@ -1,6 +1,7 @@
 // The same solid with linear displacements in each element: the coarse level of p-multigrid.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "kinetostat/fea/assembly.h"
@@ -31,6 +32,10 @@ class Prolongation {
     return sizeof(int) * (parent_.size() + child_start_.size() + child_.size()) +
            sizeof(BodyLink) * body_links_.size();
   }
+  /// Calls visit(fine block, coarse block, factor) for the parts of P, some more than once: they
+  /// add up.
+  void visit_parts(const std::function<void(int, int, const Matrix3&)>& visit) const;
+
   /// fine = P coarse.
   void prolong(const LaneVector& coarse, LaneVector& fine, Team& team) const;
   /// coarse = P' fine.

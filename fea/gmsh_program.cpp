@@ -1,9 +1,7 @@
 #include "kinetostat/fea/gmsh_program.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <sstream>
-#include <system_error>
 
 #include <fmt/format.h>
 
@@ -69,16 +67,7 @@ std::string msh_of(const SurfaceMesh& surface, const std::vector<int>& tags) {
 
 }  // namespace
 
-std::filesystem::path find_gmsh() {
-  const char* const path = std::getenv("PATH");
-  std::istringstream folders(path == nullptr ? "" : path);
-  std::error_code ignored;
-  for (std::string folder; std::getline(folders, folder, ':');)
-    if (const auto program = std::filesystem::path(folder) / "gmsh";
-        !folder.empty() && std::filesystem::is_regular_file(program, ignored))
-      return program;
-  return {};
-}
+std::filesystem::path find_gmsh() { return find_program("gmsh"); }
 
 std::string step_surface(const std::filesystem::path& file, const GmshLimits& limits,
                          files::Progress& progress) {

@@ -72,6 +72,8 @@ auto solved(const LinkSpec& spec, const TetMesh& mesh, Work work) {
   } catch (const MemoryLimit& error) {
     throw InputError(spec.file, error.what(),
                      "Use a larger element size, ask for less accuracy, or allow more (--memory)");
+  } catch (const PetscFailure& error) {
+    throw InputError(spec.file, error.what(), "Use another solver (--solver)");
   } catch (const std::bad_alloc&) {
     throw InputError(spec.file,
                      fmt::format("{} nodes need more memory than there is", mesh.nodes.size()),

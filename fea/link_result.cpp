@@ -124,7 +124,8 @@ Json solver_json(const SolverStats& solver) {
             {"iterations", solver.iterations},
             {"residual", solver.residual}};
   json["forecast"] = {{"direct", forecast_json(solver.direct)},
-                      {"multigrid", forecast_json(solver.multigrid)}};
+                      {"multigrid", forecast_json(solver.multigrid)},
+                      {"petsc", forecast_json(solver.petsc)}};
   return json;
 }
 
@@ -138,6 +139,8 @@ Json timings_json(const LinkResult& result) {
   json["solution"] = result.response.solver.solve_seconds;
   json["memory_before_solution"] = result.response.solver.bytes_before;
   json["memory_peak"] = result.response.solver.peak_bytes;
+  if (result.response.solver.helper_bytes > 0)
+    json["memory_helper"] = result.response.solver.helper_bytes;
   json["blas"] = result.blas.name;
   json["blas_threads"] = result.blas.threads;
   return json;

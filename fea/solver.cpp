@@ -27,6 +27,8 @@ constexpr int small_model = 8000;  // blocks of three unknowns
 // For forecasts of time: floating-point operations of a factorisation per second; unknowns that
 // multigrid solves per second and thread for a batch of loads.
 constexpr double factorisation_rate = 20e9, multigrid_rate = 1e5;
+// Unknowns times loads that a process of PETSc solves per second.
+constexpr double petsc_rate = 5e4;
 
 constexpr int most_refinement_steps = 4;
 
@@ -90,7 +92,9 @@ class Task {
       stats_.reason = "elements of first order have no coarser ones";
     } else {
       stats_.reason = asked ? "as asked for" : "faster and smaller than the factors of the matrix";
-      x = try_multigrid();
+      if (options_.method != SolverMethod::petsc) x = try_multigrid();
+      if (stats_.method == SolverMethod::petsc || options_.method == SolverMethod::petsc)
+        x = solve_by_petsc();
     }
     if (!x) x = solve_directly();
     stats_.peak_bytes = peak_memory();
@@ -107,9 +111,50 @@ class Task {
     return *stiffness_;
   }
 
-  void require(SolverMethod method, const SolverForecast& forecast) const {
-    const double peak = stats_.bytes_before + forecast.bytes;
-    if (peak > limit_) throw MemoryLimit(method, peak, limit_);
+  bool fits(const SolverForecast& forecast) const {
+    return stats_.bytes_before + forecast.bytes <= limit_;
+  }
+  void require(SolverMethod method, const SolverForecast& forecast,
+               const std::string& otherwise = {}) const {
+    if (!fits(forecast))
+      throw MemoryLimit(method, stats_.bytes_before + forecast.bytes, limit_, otherwise);
+  }
+
+  // In other processes, which share this machine unless the launcher says otherwise.
+  Eigen::MatrixXd solve_by_petsc() {
+    stats_.method = SolverMethod::petsc;
+    if (!has_petsc())
+      throw PetscFailure(
+          "the helper program kinetostat-petsc is not installed; it is built where PETSc is "
+          "(Debian: libpetsc-real-dev)");
+    forecast_petsc();
+    if (options_.processes == 1) require(SolverMethod::petsc, stats_.petsc);
+    PetscSolution solution = solve_with_petsc(mesh_, materials_, unknowns_, loads_,
+                                              {.processes = options_.processes,
+                                               .launcher = options_.launcher,
+                                               .tolerance = options_.tolerance},
+                                              progress_);
+    stats_.iterations = solution.iterations;
+    stats_.residual = solution.residual;
+    stats_.coarse_unknowns = solution.coarse_unknowns;
+    stats_.setup_seconds = solution.setup_seconds;
+    stats_.solve_seconds = solution.solve_seconds;
+    stats_.helper_bytes = solution.bytes;
+    return std::move(solution.x);
+  }
+
+  bool may_use_petsc() {
+    if (options_.method != SolverMethod::automatic || !has_petsc()) return false;
+    forecast_petsc();
+    return fits(stats_.petsc);
+  }
+
+  void forecast_petsc() {
+    stats_.petsc = {.bytes = petsc_bytes(stats_.unknowns, static_cast<std::size_t>(loads_.cols()),
+                                         options_.processes),
+                    .seconds = static_cast<double>(stats_.unknowns) *
+                               static_cast<double>(loads_.cols()) /
+                               (petsc_rate * options_.processes)};
   }
 
   Eigen::MatrixXd solve_directly() {
@@ -135,7 +180,7 @@ class Task {
     return x;
   }
 
-  // Nothing when the direct method has to follow; the reason says why.
+  // Nothing when another method has to follow; the reason says why.
   std::optional<Eigen::MatrixXd> try_multigrid() {
     stats_.method = SolverMethod::multigrid;
     const auto start = Clock::now();
@@ -151,7 +196,14 @@ class Task {
         .seconds = static_cast<double>(stats_.unknowns) * static_cast<double>(batches()) /
                        (multigrid_rate * team_.threads()) +
                    coarse.stats().operations / factorisation_rate};
-    require(SolverMethod::multigrid, stats_.multigrid);
+    if (!fits(stats_.multigrid) && may_use_petsc()) {
+      stats_.method = SolverMethod::petsc;
+      stats_.reason = "the factors of the coarse level do not fit into memory";
+      stiffness_.reset();
+      return {};
+    }
+    require(SolverMethod::multigrid, stats_.multigrid,
+            has_petsc() ? "" : "; kinetostat-petsc, which needs less, is not installed");
     try {
       progress_.report("coarse factorisation", 0);
       coarse.factorise();
@@ -228,14 +280,17 @@ const char* name(SolverMethod method) {
       return "direct";
     case SolverMethod::multigrid:
       return "multigrid";
+    case SolverMethod::petsc:
+      return "petsc";
     default:
       return "automatic";
   }
 }
 
-MemoryLimit::MemoryLimit(SolverMethod method, double needed, double limit)
-    : text_(fmt::format("the {} solver needs {:.3g} GiB of memory, and {:.3g} GiB are allowed",
-                        name(method), gibibytes(needed), gibibytes(limit))) {}
+MemoryLimit::MemoryLimit(SolverMethod method, double needed, double limit,
+                         const std::string& otherwise)
+    : text_(fmt::format("the {} solver needs {:.3g} GiB of memory, and {:.3g} GiB are allowed{}",
+                        name(method), gibibytes(needed), gibibytes(limit), otherwise)) {}
 
 Solution solve(const TetMesh& mesh, const std::vector<Material>& materials,
                const Unknowns& unknowns, const Eigen::MatrixXd& loads, const SolverOptions& options,

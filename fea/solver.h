@@ -9,6 +9,7 @@
 
 #include "kinetostat/fea/assembly.h"
 #include "kinetostat/fea/factorisation.h"
+#include "kinetostat/fea/petsc_solver.h"
 #include "kinetostat/files/progress.h"
 
 namespace kinetostat::fea {
@@ -17,9 +18,10 @@ enum class SolverMethod {
   automatic,  // direct for small models and elements of first order, else multigrid
   direct,     // Cholesky factors of the whole matrix
   multigrid,  // conjugate gradients, preconditioned by two-level p-multigrid
+  petsc,      // the same in PETSc, the coarse level by algebraic multigrid; several processes
 };
 
-/// "automatic", "direct", "multigrid".
+/// "automatic", "direct", "multigrid", "petsc".
 const char* name(SolverMethod method);
 
 struct SolverOptions {
@@ -27,12 +29,14 @@ struct SolverOptions {
   int threads = 1;          // at least 1; no digit of the result depends on it
   double tolerance = 1e-9;  // of multigrid: energy of the error, its root beside the solution's
   double memory = 0;        // [bytes] that the process may have; 0: its share of what is free
+  int processes = 1;        // of petsc
+  std::string launcher = "mpirun";  // that starts them when they are more than one
 };
 
 /// More memory is needed than the process may have. The message names both figures.
 class MemoryLimit : public std::bad_alloc {
  public:
-  MemoryLimit(SolverMethod method, double needed, double limit);
+  MemoryLimit(SolverMethod method, double needed, double limit, const std::string& otherwise = {});
   const char* what() const noexcept override { return text_.c_str(); }
 
  private:
@@ -48,13 +52,14 @@ struct SolverForecast {
 struct SolverStats {
   SolverMethod method = SolverMethod::direct;  // the one that was used
   std::string reason;                          // why this one, in words
-  SolverForecast direct, multigrid;            // zero where the method was not considered
+  SolverForecast direct, multigrid, petsc;     // zero where the method was not considered
   FactorisationStats factor;                   // of the stiffness matrix, or of the coarse level's
   std::size_t unknowns = 0, coarse_unknowns = 0;
   int iterations = 0;   // of conjugate gradients, or of iterative refinement
   double residual = 0;  // reached by conjugate gradients, as SolverOptions::tolerance
   double assembly_seconds = 0, setup_seconds = 0, solve_seconds = 0;  // wall clock
   double bytes_before = 0, peak_bytes = 0;                            // of the process
+  double helper_bytes = 0;                                            // of all those of petsc
 };
 
 struct Solution {
@@ -65,7 +70,8 @@ struct Solution {
 /// Solves for all columns of `loads` (forces [N] and moments [N m] on the unknowns). The unknowns
 /// of bodies are unknowns like all others: condensing them out first would subtract large numbers
 /// from one another. When multigrid does not converge, or not down to the rounding, the direct
-/// method follows, and the reason is in the stats. Throws SingularStiffness, MemoryLimit,
+/// method follows, and the reason is in the stats; petsc does when the coarse level's factors would
+/// not fit into memory and it is installed. Throws SingularStiffness, MemoryLimit, PetscFailure,
 /// std::bad_alloc, Cancelled.
 Solution solve(const TetMesh& mesh, const std::vector<Material>& materials,
                const Unknowns& unknowns, const Eigen::MatrixXd& loads, const SolverOptions& options,
