@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -110,6 +111,29 @@ TEST(Solver, FollowsWithTheFactorsWhereMultigridDoesNotConverge) {
   EXPECT_THAT(a.solver.reason, testing::HasSubstr("iterations"));
   const LinkResponse b = respond_with(SolverMethod::direct, mesh, nearly_incompressible);
   EXPECT_TRUE(a.flexibility == b.flexibility);
+}
+
+TEST(Solver, AutomaticChoiceNoticesElementsTooFlatForMultigrid) {
+  // Twelve times as long as thick, and more unknowns than a small model has.
+  const TetMesh mesh = with_mid_nodes(box_mesh({0.264, 0.264, 0.002}, 22, 22, 2));
+  const LinkResponse response = respond_with(SolverMethod::automatic, mesh, {steel});
+  EXPECT_GT(response.solver.unknowns, 24000u);
+  EXPECT_EQ(response.solver.method, SolverMethod::direct);
+  EXPECT_THAT(response.solver.reason, testing::HasSubstr("badly shaped elements"));
+}
+
+// A block with waves on its upper side, four cells long: mid nodes are off the middles of their
+// edges, so the linear displacements are no longer among the quadratic ones.
+TetMesh waved(double height) {
+  TetMesh mesh = with_mid_nodes(box_mesh({0.2, 0.1, 0.1}, 8, 4, 4));
+  for (Vector3& p : mesh.nodes)
+    p.z() += height * std::sin(std::numbers::pi * p.x() / 0.05) * p.z() / 0.1;
+  mesh.curved = true;
+  return mesh;
+}
+
+TEST(Solver, MultigridAgreesWithTheFactorsOnCurvedElements) {
+  for (const double height : {0.004, 0.01}) expect_agreement(waved(height), {steel});
 }
 
 TEST(Solver, ElementsOfFirstOrderAreSolvedDirectly) {
