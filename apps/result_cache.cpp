@@ -23,8 +23,9 @@ std::string this_program() { return files::sha256(files::read_text("/proc/self/e
 
 ResultCache::ResultCache(const files::Cache& cache, const Run& run, const fea::LinkSpec& spec)
     : cache_(cache),
-      key_(fmt::format("identify {} {} {} {}", this_program(), run.threads(),
-                       options_that_decide(run), spec.meaning)),
+      key_(cache.enabled() ? fmt::format("identify {} {} {} {}", this_program(), run.threads(),
+                                         options_that_decide(run), spec.meaning)
+                           : ""),
       link_sha256_(spec.sha256) {}
 
 std::optional<ResultCache::Entry> ResultCache::find() const {

@@ -51,12 +51,10 @@ class LaneProduct {
     });
   }
 
-  /// work(row) for every block row.
+  /// work(first block, number of blocks) for every piece.
   template <class Work>
-  void for_each_row(const Work& work) const {
-    team_.for_each(pieces(), [&](int piece) {
-      for (int row = first(piece); row < end(piece); ++row) work(row);
-    });
+  void for_each_piece(const Work& work) const {
+    team_.for_each(pieces(), [&](int piece) { work(first(piece), end(piece) - first(piece)); });
   }
 
   /// Bytes that the object holds beside the matrix.

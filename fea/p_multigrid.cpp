@@ -1,8 +1,11 @@
 #include "kinetostat/fea/p_multigrid.h"
 
+#include <algorithm>
 #include <cstdint>
 
 #include <Eigen/LU>
+
+#include "kinetostat/fea/several_processors.h"
 
 namespace kinetostat::fea {
 namespace {
@@ -14,13 +17,28 @@ constexpr double best_weights[4][4] = {
     {1.00842544782028, 1.08867839208730, 1.33753125909618, 0},
     {1.00391310427285, 1.04035811188593, 1.14863498546254, 1.38268869241000}};
 
-// out = factor * out + scale * D^-1 r on one block.
-void add_scaled(const double* inverse, const Lanes* r, double scale, double factor, Lanes* out) {
-  for (int i = 0; i < 3; ++i)
-    for (int lane = 0; lane < lane_count; ++lane)
-      out[i].v[lane] = factor * out[i].v[lane] +
-                       scale * (inverse[3 * i] * r[0].v[lane] + inverse[3 * i + 1] * r[1].v[lane] +
-                                inverse[3 * i + 2] * r[2].v[lane]);
+using Register = double __attribute__((vector_size(sizeof(Lanes)), may_alias));
+
+// d = keep * d + scale * D^-1 r on some blocks.
+KINETOSTAT_FOR_SEVERAL_PROCESSORS
+void add_scaled(const double* inverse, const Lanes* r_lanes, double scale, double keep, int blocks,
+                Lanes* d_lanes) {
+  const auto* r = reinterpret_cast<const Register*>(r_lanes);
+  auto* d = reinterpret_cast<Register*>(d_lanes);
+  for (int b = 0; b < blocks; ++b, inverse += 9, r += 3, d += 3)
+    for (int i = 0; i < 3; ++i) {
+      const Register z =
+          inverse[3 * i] * r[0] + inverse[3 * i + 1] * r[1] + inverse[3 * i + 2] * r[2];
+      d[i] = keep == 0 ? scale * z : keep * d[i] + scale * z;
+    }
+}
+
+// a += weight * b.
+KINETOSTAT_FOR_SEVERAL_PROCESSORS
+void add(double weight, const Lanes* b_lanes, int count, Lanes* a_lanes) {
+  const auto* b = reinterpret_cast<const Register*>(b_lanes);
+  auto* a = reinterpret_cast<Register*>(a_lanes);
+  for (int i = 0; i < count; ++i) a[i] += weight * b[i];
 }
 
 std::vector<double> inverse_diagonal(const BlockMatrix& matrix) {
@@ -53,45 +71,40 @@ ChebyshevSmoother::ChebyshevSmoother(LaneProduct& product, files::Progress& prog
   constexpr double margin = 1.05;  // the iterations see the eigenvalue from below
   LaneVector b = noise(static_cast<std::size_t>(product.matrix().size()));
   const auto jacobi = [this](const LaneVector& r, LaneVector& z) {
-    product_.for_each_row([&](int row) {
-      add_scaled(inverse_.data() + 9 * row, r.data() + 3 * row, 1, 0, z.data() + 3 * row);
-    });
+    product_.for_each_piece([&](int first, int blocks) { begin(first, blocks, 1, r, z); });
   };
   largest_eigenvalue_ =
       margin * largest_ritz_value(conjugate_gradients(
                    product, b, jacobi, {.tolerance = 0, .most_iterations = iterations}, progress));
 }
 
+void ChebyshevSmoother::begin(int first, int blocks, double scale, const LaneVector& r,
+                              LaneVector& d) const {
+  add_scaled(inverse_.data() + 9 * first, r.data() + 3 * first, scale, 0, blocks,
+             d.data() + 3 * first);
+}
+
 void ChebyshevSmoother::smooth(LaneVector& x, LaneVector& r, LaneVector& d, LaneVector& w,
                                bool needs_residual) const {
-  product_.for_each_row([&](int row) {
-    add_scaled(inverse_.data() + 9 * row, r.data() + 3 * row, 4 / (3 * largest_eigenvalue_), 0,
-               d.data() + 3 * row);
-  });
+  product_.for_each_piece(
+      [&](int first, int blocks) { begin(first, blocks, 4 / (3 * largest_eigenvalue_), r, d); });
   for (int k = 1; k <= degree; ++k) {
     const double weight = best_weights[degree - 1][k - 1];
     const bool last = k == degree;
     if (last && !needs_residual) {
-      product_.for_each_row([&](int row) {
-        for (auto i = static_cast<std::size_t>(3 * row); i < static_cast<std::size_t>(3 * row + 3);
-             ++i)
-          for (int lane = 0; lane < lane_count; ++lane) x[i].v[lane] += weight * d[i].v[lane];
+      product_.for_each_piece([&](int first, int blocks) {
+        add(weight, d.data() + 3 * first, 3 * blocks, x.data() + 3 * first);
       });
       return;
     }
     product_(d, w, [&](int piece) {
-      for (int row = product_.first(piece); row < product_.end(piece); ++row) {
-        for (auto i = static_cast<std::size_t>(3 * row); i < static_cast<std::size_t>(3 * row + 3);
-             ++i)
-          for (int lane = 0; lane < lane_count; ++lane) {
-            x[i].v[lane] += weight * d[i].v[lane];
-            r[i].v[lane] -= weight * w[i].v[lane];
-          }
-        if (!last)
-          add_scaled(inverse_.data() + 9 * row, r.data() + 3 * row,
-                     (8.0 * k + 4) / ((2 * k + 3) * largest_eigenvalue_),
-                     (2.0 * k - 1) / (2 * k + 3), d.data() + 3 * row);
-      }
+      const int first = product_.first(piece), blocks = product_.end(piece) - first;
+      add(weight, d.data() + 3 * first, 3 * blocks, x.data() + 3 * first);
+      add(-weight, w.data() + 3 * first, 3 * blocks, r.data() + 3 * first);
+      if (!last)
+        add_scaled(inverse_.data() + 9 * first, r.data() + 3 * first,
+                   (8.0 * k + 4) / ((2 * k + 3) * largest_eigenvalue_), (2.0 * k - 1) / (2 * k + 3),
+                   blocks, d.data() + 3 * first);
     });
   }
 }
@@ -106,16 +119,27 @@ CoarseLevel::CoarseLevel(const TetMesh& mesh, const std::vector<Material>& mater
     : team_(team),
       prolongation_(mesh, unknowns, corners.unknowns),
       matrix_(assemble(corners.mesh, materials, corners.unknowns, team, progress)),
-      factorisation_(std::make_unique<Factorisation>(matrix_.pattern,
-                                                     static_cast<int>(unknowns.bodies().size()))),
       lanes_(static_cast<std::size_t>(matrix_.size())),
-      bytes_(static_cast<double>(prolongation_.bytes() + matrix_.bytes() +
-                                 sizeof(Lanes) * lanes_.size()) +
-             factorisation_->stats().bytes) {}
+      analysis_(std::async(std::launch::async,
+                           [this, bodies = static_cast<int>(unknowns.bodies().size())] {
+                             return std::make_unique<Factorisation>(matrix_.pattern, bodies);
+                           })) {}
 
-void CoarseLevel::factorise() {
-  factorisation_->factorise(matrix_);
+void CoarseLevel::analyse() { factorisation_ = analysis_.get(); }
+
+void CoarseLevel::begin_factorisation() {
+  factorising_ = std::async(std::launch::async, [this] { factorisation_->factorise(matrix_); });
+}
+
+void CoarseLevel::finish_factorisation() {
+  factorising_.get();
   matrix_ = {};
+}
+
+double CoarseLevel::bytes() const {
+  return static_cast<double>(prolongation_.bytes() + matrix_.bytes() +
+                             sizeof(Lanes) * lanes_.size()) +
+         factorisation_->stats().bytes;
 }
 
 void CoarseLevel::correct(const LaneVector& residual, int columns, LaneVector& correction) {
@@ -136,17 +160,16 @@ PMultigrid::PMultigrid(LaneProduct& product, CoarseLevel& coarse, int columns,
 }
 
 void PMultigrid::operator()(const LaneVector& r, LaneVector& z) {
-  residual_ = r;
-  std::fill(z.begin(), z.end(), Lanes{});
+  product_.for_each_piece([&](int first, int blocks) {
+    std::copy_n(r.begin() + 3 * first, 3 * blocks, residual_.begin() + 3 * first);
+    std::fill_n(z.begin() + 3 * first, 3 * blocks, Lanes{});
+  });
   smoother_.smooth(z, residual_, direction_, work_, true);
   coarse_.correct(residual_, columns_, direction_);
   product_(direction_, work_, [&](int piece) {
-    for (auto i = static_cast<std::size_t>(3 * product_.first(piece));
-         i < static_cast<std::size_t>(3 * product_.end(piece)); ++i)
-      for (int lane = 0; lane < lane_count; ++lane) {
-        z[i].v[lane] += direction_[i].v[lane];
-        residual_[i].v[lane] -= work_[i].v[lane];
-      }
+    const int first = product_.first(piece), count = 3 * (product_.end(piece) - first);
+    add(1, direction_.data() + 3 * first, count, z.data() + 3 * first);
+    add(-1, work_.data() + 3 * first, count, residual_.data() + 3 * first);
   });
   smoother_.smooth(z, residual_, direction_, work_, false);
 }

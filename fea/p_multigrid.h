@@ -2,6 +2,7 @@
 // ones solved exactly.
 #pragma once
 
+#include <future>
 #include <memory>
 
 #include "kinetostat/fea/conjugate_gradients.h"
@@ -28,25 +29,36 @@ class ChebyshevSmoother {
   double largest_eigenvalue() const { return largest_eigenvalue_; }
 
  private:
+  // d = scale * D^-1 r on some blocks.
+  void begin(int first, int blocks, double scale, const LaneVector& r, LaneVector& d) const;
+
   LaneProduct& product_;
   std::vector<double> inverse_;  // of the diagonal blocks, nine each
   double largest_eigenvalue_ = 0;
 };
 
-/// The linear elements on the corners, factorised.
+/// The linear elements on the corners, factorised. Analysis and factorisation, which one thread
+/// does, go on in the background, so that the others have work meanwhile.
 class CoarseLevel {
  public:
-  /// Assembles and analyses; stats() of the factorisation predicts what factorise() needs.
+  /// Assembles, and begins to analyse.
   CoarseLevel(const TetMesh& mesh, const std::vector<Material>& materials, const Unknowns& unknowns,
               Team& team, files::Progress& progress);
+  CoarseLevel(const CoarseLevel&) = delete;
+  CoarseLevel& operator=(const CoarseLevel&) = delete;
 
-  /// Throws SingularStiffness and std::bad_alloc.
-  void factorise();
+  /// Waits for the analysis: stats() of the factorisation predict what it needs. Throws
+  /// std::bad_alloc.
+  void analyse();
+  /// Begins, after analyse().
+  void begin_factorisation();
+  /// Waits for its end. Throws SingularStiffness and std::bad_alloc.
+  void finish_factorisation();
   /// correction = P (P'AP)^-1 P' residual, for the first `columns` lanes.
   void correct(const LaneVector& residual, int columns, LaneVector& correction);
 
-  /// What it takes in memory when it is factorised.
-  double bytes() const { return bytes_; }
+  /// What it takes in memory when it is factorised. Requires analyse().
+  double bytes() const;
   std::size_t unknowns() const { return lanes_.size(); }
   const FactorisationStats& stats() const { return factorisation_->stats(); }
 
@@ -59,7 +71,8 @@ class CoarseLevel {
   BlockMatrix matrix_;
   std::unique_ptr<Factorisation> factorisation_;
   LaneVector lanes_;
-  double bytes_;
+  std::future<std::unique_ptr<Factorisation>> analysis_;
+  std::future<void> factorising_;  // the last member: its end is waited for before the others go
 };
 
 /// One V-cycle of two levels: smooth, correct by the corners' solution, smooth.

@@ -185,12 +185,13 @@ class Task {
     stats_.method = SolverMethod::multigrid;
     const auto start = Clock::now();
     CoarseLevel coarse(mesh_, materials_, unknowns_, team_, progress_);
-    stats_.coarse_unknowns = coarse.unknowns();
-    forecast_direct(coarse.stats());
     const double before = seconds_since(start);
     stiffness();
     const auto setup = Clock::now();
     LaneProduct product(stiffness(), team_);
+    coarse.analyse();
+    stats_.coarse_unknowns = coarse.unknowns();
+    forecast_direct(coarse.stats());
     stats_.multigrid = {
         .bytes = coarse.bytes() + multigrid_bytes(stiffness(), product, loads_.cols()),
         .seconds = static_cast<double>(stats_.unknowns) * static_cast<double>(batches()) /
@@ -206,8 +207,9 @@ class Task {
             has_petsc() ? "" : "; kinetostat-petsc, which needs less, is not installed");
     try {
       progress_.report("coarse factorisation", 0);
-      coarse.factorise();
+      coarse.begin_factorisation();
       PMultigrid multigrid(product, coarse, columns(), progress_);
+      coarse.finish_factorisation();
       stats_.factor = coarse.stats();
       stats_.setup_seconds = before + seconds_since(setup);
       return iterate(product, multigrid);

@@ -27,7 +27,7 @@ const char* name(SolverMethod method);
 struct SolverOptions {
   SolverMethod method = SolverMethod::automatic;
   int threads = 1;          // at least 1; no digit of the result depends on it
-  double tolerance = 1e-9;  // of multigrid: energy of the error, its root beside the solution's
+  double tolerance = 1e-8;  // of multigrid: energy of the error, its root beside the solution's
   double memory = 0;        // [bytes] that the process may have; 0: its share of what is free
   int processes = 1;        // of petsc
   std::string launcher = "mpirun";  // that starts them when they are more than one

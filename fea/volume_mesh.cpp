@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstdint>
+#include <future>
 #include <numeric>
 #include <optional>
 #include <unordered_map>
@@ -349,6 +350,9 @@ TetMesh tagged_volume(const FileMesh& file) {
 
 ImportedVolume read_volume_mesh(const std::filesystem::path& path, const std::string& unit) {
   const std::string bytes = files::read_text(path);
+  // Beside the parsing: for a large file it takes as long.
+  std::future<std::string> hash =
+      std::async(std::launch::async, [&bytes] { return files::sha256(bytes); });
   FileMesh file = parse(path, bytes);
   if (file.tets.empty())
     throw InputError(path, "the file holds no tetrahedra",
@@ -372,7 +376,7 @@ ImportedVolume read_volume_mesh(const std::filesystem::path& path, const std::st
   result.surface = surface_of(result.mesh);
   result.surface.groups = face_groups(file, numbering, result.mesh, middles);
   result.element_groups = element_groups(file);
-  result.sha256 = files::sha256(bytes);
+  result.sha256 = hash.get();
   return result;
 }
 

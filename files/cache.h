@@ -22,6 +22,9 @@ class Cache {
   /// told.
   static Cache of_user();
 
+  /// It may find and keep something.
+  bool enabled() const { return !folder_.empty(); }
+
   /// What was kept under this key; an entry that is not sound is thrown away.
   std::optional<std::string> find(const std::string& key) const;
   /// Keeps `content`, then removes the entries that were not used for longest until the limit is
