@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <malloc.h>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -169,8 +170,17 @@ fea::SolverMethod method_of(const std::string& word) {
   return fea::SolverMethod::automatic;
 }
 
+// All threads share one heap, so that what one frees another uses: the forecast of memory counts on
+// it. The solvers allocate little inside parallel loops.
+void share_one_heap() {
+#ifdef M_ARENA_MAX
+  mallopt(M_ARENA_MAX, 1);
+#endif
+}
+
 fea::LinkResult identified(Run& run, const Options& options, const fea::LinkSpec& spec,
                            const files::Cache& cache) {
+  share_one_heap();
   fea::IdentifyOptions settings;
   settings.meshing.cache = &cache;
   settings.meshing.time_limit = options.time_limit;
