@@ -49,12 +49,14 @@ Noise noise_of(const Campaign& campaign, const std::vector<ReplicateGroup>& grou
   noise.sigma.assign(n, Vector6::Ones());
   Vector6 pooled = Vector6::Ones();
   bool complete = true;
+  Eigen::Index freedom = 0;
   for (const bool rotation : {false, true}) {
     if (!measures(campaign, rotation)) continue;
     const Eigen::Index first = rotation ? 3 : 0;
     const PureError scatter = pure_error(campaign, groups, noise, first, 3);
     const bool usable = scatter.degrees_of_freedom > 0 && scatter.sum > 0;
     complete = complete && usable;
+    if (usable) freedom += scatter.degrees_of_freedom;
     if (usable)
       pooled.segment<3>(first).setConstant(
           std::sqrt(scatter.sum / static_cast<double>(scatter.degrees_of_freedom)));
@@ -62,6 +64,7 @@ Noise noise_of(const Campaign& campaign, const std::vector<ReplicateGroup>& grou
   noise.comparable = complete || !(measures(campaign, false) && measures(campaign, true));
   if (!complete) return noise;
   noise.source = NoiseSource::replicates;
+  noise.degrees_of_freedom = freedom;
   noise.sigma.assign(n, pooled);
   return noise;
 }

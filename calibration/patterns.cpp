@@ -1,6 +1,7 @@
 #include "kinetostat/calibration/patterns.h"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <map>
@@ -127,6 +128,7 @@ class Finder {
       for (Index k = 0; k < 6; ++k)
         if (campaign.readings[i].uses(k) && (noise.comparable || !is_rotation(k)))
           components_.push_back({i, static_cast<std::size_t>(k), whitened[i][k]});
+    find_work();
     find_along_load();
   }
 
@@ -136,6 +138,8 @@ class Finder {
     for (const Factor& factor : factors()) add(factor, result);
     result.reversal = reversal();
     result.loops = loops();
+    result.loop_area = loop_test(area_);
+    result.return_to_zero = loop_test(return_);
     correct(result);
     return result;
   }
@@ -154,15 +158,30 @@ class Finder {
     return !(error > rounding * rounding * size);
   }
 
+  // The wrench that works on what is measured.
+  void find_work() {
+    for (std::size_t i = 0; i < campaign_.readings.size(); ++i)
+      work_.push_back(
+          campaign_.observation.wrench(pose_of(i), reading(i).load.at_reference_point(pose_of(i))));
+  }
+
   void find_along_load() {
     for (std::size_t i = 0; i < campaign_.readings.size(); ++i) {
-      const Vector6 u = direction_of(reading(i).load);
+      const Vector6 u = direction_seen(i);
       double sum = 0, squares = 0;
       for (Index k = 0; k < 6; ++k)
         if (reading(i).uses(k)) sum += u[k] * whitened_[i][k], squares += u[k] * u[k];
       // Less than this share of the load's direction is measured: it tells nothing.
       if (squares > 1e-6) along_load_.push_back({i, 0, sum / std::sqrt(squares)});
     }
+  }
+
+  // Direction of the load in the axes of the displacements.
+  Vector6 direction_seen(std::size_t i) const {
+    const Vector6 u = direction_of(reading(i).load);
+    Observation axes = campaign_.observation;
+    axes.target.setZero();
+    return axes.wrench(pose_of(i), u);
   }
 
   std::vector<Factor> factors() const {
@@ -333,9 +352,10 @@ class Finder {
       if (factor.group[s.reading] >= 0) samples.push_back(s);
     Pattern pattern{.factor = factor.name, .along_load = factor.along_load};
     pattern.groups = groups(factor, samples);
+    if (!factor.along_load) add_components(factor, samples, pattern.groups);
     if (pattern.groups.size() < 2) return;
     std::vector<Sample> sizes = samples;
-    for (Sample& s : sizes) s.value = std::abs(s.value);
+    for (Sample& s : sizes) s.value = std::sqrt(std::abs(s.value));
     pattern.is_trend = !factor.number.empty();
     const auto explained = [&](const std::vector<Sample>& all) {
       return pattern.is_trend ? along_line(all, factor.number) : between_groups(all, factor.group);
@@ -343,6 +363,26 @@ class Finder {
     pattern.bias = test_of(explained(samples), parameters_);
     pattern.size = test_of(explained(sizes), parameters_);
     result.factors.push_back(std::move(pattern));
+  }
+
+  // Which component holds most of the error of each group.
+  static void add_components(const Factor& factor, const std::vector<Sample>& samples,
+                             std::vector<PatternGroup>& groups) {
+    std::map<std::string, std::array<double, 6>> squares;
+    for (const Sample& s : samples)
+      squares[factor.labels[static_cast<std::size_t>(factor.group[s.reading])]][s.channel] +=
+          s.value * s.value;
+    for (PatternGroup& group : groups) {
+      const std::array<double, 6>& all = squares[group.label];
+      const double total = std::accumulate(all.begin(), all.end(), 0.0);
+      // The first of equals, whatever rounding makes of them.
+      const double largest = *std::max_element(all.begin(), all.end());
+      const auto most = std::find_if(all.begin(), all.end(),
+                                     [largest](double x) { return x >= (1 - rounding) * largest; });
+      if (!(total > 0)) continue;
+      group.component = static_cast<Index>(most - all.begin());
+      group.component_share = largest / total;
+    }
   }
 
   static std::vector<PatternGroup> groups(const Factor& factor,
@@ -429,10 +469,7 @@ class Finder {
       if (!std::all_of(cycle.begin(), cycle.end(),
                        [&](std::size_t i) { return reading(i).uses(k); }))
         continue;
-      const auto load = [&](std::size_t n) {
-        const vjm::Load& l = reading(cycle[n]).load;
-        return l.at_reference_point(pose_of(cycle[n]))[k];
-      };
+      const auto load = [&](std::size_t n) { return work_[cycle[n]][k]; };
       for (std::size_t n = 0; n < cycle.size(); ++n) {
         const std::size_t i = cycle[n];
         const double before = n > 0 ? load(n - 1) + load(n) : 0;
@@ -446,8 +483,8 @@ class Finder {
     if (noise_.source == NoiseSource::unknown) return;
     loop.noise = std::sqrt(variance);
     if (variance > 0) {
-      loop_statistic_ += std::pow(loop.measured - loop.predicted, 2) / variance;
-      ++loop_count_;
+      area_.sum += std::pow(loop.measured - loop.predicted, 2) / variance;
+      ++area_.count;
     }
   }
 
@@ -456,28 +493,56 @@ class Finder {
     return campaign_.configurations[reading(i).configuration].target.value_or(spatial::Pose());
   }
 
-  void add_return(const Cycle& cycle, Loop& loop) const {
+  void add_return(const Cycle& cycle, Loop& loop) {
     std::optional<std::size_t> first, last;
     for (const std::size_t i : cycle)
       if (level_of(reading(i).load) == 0) (first ? last : first) = i;
-    if (last) loop.return_to_zero = residual_[*last] - residual_[*first];
+    if (!last) return;
+    loop.return_to_zero = residual_[*last] - residual_[*first];
+    if (noise_.source == NoiseSource::unknown) return;
+    for (Index k = 0; k < 6; ++k) {
+      if (!reading(*first).uses(k) || !reading(*last).uses(k)) continue;
+      return_.sum += std::pow((*loop.return_to_zero)[k], 2) /
+                     (std::pow(noise_.sigma[*first][k], 2) + std::pow(noise_.sigma[*last][k], 2));
+      ++return_.count;
+    }
+  }
+
+  // A sum of squares over the noise.
+  struct Squares {
+    double sum = 0;
+    Index count = 0;
+  };
+
+  std::optional<LoopTest> loop_test(const Squares& squares) const {
+    if (squares.count == 0) return std::nullopt;
+    LoopTest test{.statistic = squares.sum,
+                  .degrees_of_freedom = squares.count,
+                  .degrees_of_freedom_noise = noise_.degrees_of_freedom};
+    const auto n = static_cast<double>(squares.count);
+    if (noise_.degrees_of_freedom > 0) {
+      test.p_value = p_of_f(squares.sum / n, squares.count, noise_.degrees_of_freedom);
+    } else {
+      const boost::math::chi_squared law(n);
+      test.p_value = boost::math::cdf(boost::math::complement(law, squares.sum));
+    }
+    return test;
   }
 
   void correct(Patterns& patterns) const {
-    std::vector<PatternTest*> tests;
-    for (Pattern& pattern : patterns.factors)
-      for (auto* test : {&pattern.bias, &pattern.size})
-        if (*test) tests.push_back(&**test);
-    if (patterns.reversal) tests.push_back(&patterns.reversal->test);
+    std::vector<std::pair<double, double*>> tests;  // p-value and where its correction belongs
+    const auto add = [&tests](auto& test) {
+      if (test) tests.emplace_back(test->p_value, &test->holm_p_value);
+    };
+    for (Pattern& pattern : patterns.factors) add(pattern.bias), add(pattern.size);
+    if (patterns.reversal)
+      tests.emplace_back(patterns.reversal->test.p_value, &patterns.reversal->test.holm_p_value);
+    add(patterns.loop_area);
+    add(patterns.return_to_zero);
     std::vector<double> p;
-    for (const PatternTest* test : tests) p.push_back(test->p_value);
-    if (loop_count_ > 0) {
-      const boost::math::chi_squared law(static_cast<double>(loop_count_));
-      p.push_back(boost::math::cdf(boost::math::complement(law, loop_statistic_)));
-    }
+    for (const auto& test : tests) p.push_back(test.first);
     const std::vector<double> adjusted = holm(p);
-    for (std::size_t i = 0; i < tests.size(); ++i) tests[i]->holm_p_value = adjusted[i];
-    if (loop_count_ > 0) patterns.loop_p_value = adjusted.back();
+    for (std::size_t i = 0; i < tests.size(); ++i) *tests[i].second = adjusted[i];
     std::stable_sort(
         patterns.factors.begin(), patterns.factors.end(),
         [](const Pattern& a, const Pattern& b) { return a.holm_p_value() < b.holm_p_value(); });
@@ -489,8 +554,8 @@ class Finder {
   Index parameters_;
   const Noise& noise_;
   std::vector<Sample> components_, along_load_;
-  double loop_statistic_ = 0;
-  Index loop_count_ = 0;
+  std::vector<Vector6> work_;  // one a reading
+  Squares area_, return_;
 };
 
 }  // namespace

@@ -17,6 +17,9 @@ struct PatternGroup {
   double share = 0;            // of the whitened sum of squares of all groups
   double share_of_values = 0;  // the same share of the values
   double mean = 0;             // whitened residual; along the load where `along_load`
+  std::optional<Eigen::Index> component =
+      {};  // that holds most of its error, with that share of it
+  double component_share = 0;
 };
 
 /// A test that the residual does not depend on one thing. Holm's correction is over all tests of
@@ -34,7 +37,8 @@ struct Pattern {
   bool is_trend = false;    // tested as a straight line over a number, not between groups
   std::vector<PatternGroup> groups = {};  // largest share first
   /// Of the mean of the residual (one-way analysis of variance, each component about its own mean,
-  /// or straight line), and of its magnitude. None where the groups allow no test.
+  /// or straight line), and of its magnitude: of the root of it, which is nearly normal when the
+  /// residual is (Hawkins and Wixley 1986). None where the groups allow no test.
   std::optional<PatternTest> bias = {}, size = {};
 
   double holm_p_value() const;  // the smaller of both
@@ -45,6 +49,14 @@ struct Reversal {
   Eigen::Index pairs = 0;
   double odd_share = 0;  // of their squared error: the part that changes sign with the load
   PatternTest test;      // odd against even part; equal for mere noise
+};
+
+/// A test over all load cycles together, against the noise; Holm-corrected with the others.
+struct LoopTest {
+  double statistic = 0;  // chi-square, or F times its first degrees of freedom
+  Eigen::Index degrees_of_freedom = 0;
+  Eigen::Index degrees_of_freedom_noise = 0;  // 0: the noise is stated
+  double p_value = 1, holm_p_value = 1;
 };
 
 /// One closed load cycle.
@@ -59,13 +71,13 @@ struct Patterns {
   std::vector<Pattern> factors;  // most significant first
   std::optional<Reversal> reversal;
   std::vector<Loop> loops;
-  std::optional<double> loop_p_value;  // Holm-corrected; that measured areas are the predicted ones
+  std::optional<LoopTest> loop_area;       // that measured areas are the predicted ones
+  std::optional<LoopTest> return_to_zero;  // that residuals without load are the same afterwards
 };
 
 /// `residual` [m; rad] and `whitened`, one entry a reading. `parameters`: how many were fitted.
-/// `noise_known`: whitened residuals have unit variance when the model is right. Empty when the
-/// residual is nothing but rounding. No figure depends on the order of rows, on units or on the
-/// point about which wrenches are stated.
+/// Empty when the residual is nothing but rounding. No figure depends on the order of rows, on
+/// units or on the point about which wrenches are stated.
 Patterns find_patterns(const Campaign& campaign, const std::vector<spatial::Vector6>& residual,
                        const std::vector<spatial::Vector6>& whitened, Eigen::Index parameters,
                        const Noise& noise);

@@ -148,6 +148,9 @@ std::string pattern_sentence(const std::string& model, const calibration::Patter
       model == "The refitted model" ? "the refitted model" : "the model as designed",
       pattern.factor, number(100 * worst->share, 3), worst->label,
       number(100 * worst->share_of_values, 3));
+  if (worst->component)
+    text += fmt::format(", {} % of it in {}", number(100 * worst->component_share, 3),
+                        name_of(*worst->component));
   if (by_bias && pattern.along_load) {
     text += ", mean along the load";
     for (std::size_t g = 0; g < std::min<std::size_t>(pattern.groups.size(), 4); ++g)
@@ -158,35 +161,81 @@ std::string pattern_sentence(const std::string& model, const calibration::Patter
   return text + fmt::format("; {}.", test_text(by_bias ? *pattern.bias : *pattern.size));
 }
 
+std::string loop_test_text(const calibration::LoopTest& test) {
+  if (test.degrees_of_freedom_noise > 0)
+    return fmt::format("F = {} on {} and {} degrees of freedom, {} after Holm's correction",
+                       number(test.statistic / static_cast<double>(test.degrees_of_freedom), 4),
+                       test.degrees_of_freedom, test.degrees_of_freedom_noise,
+                       probability(test.holm_p_value));
+  return fmt::format("chi-square {} on {} degrees of freedom, {} after Holm's correction",
+                     number(test.statistic, 4), test.degrees_of_freedom,
+                     probability(test.holm_p_value));
+}
+
+std::string area_sentence(const Campaign&, const std::string& model,
+                          const calibration::Patterns& patterns) {
+  const auto worst = std::max_element(
+      patterns.loops.begin(), patterns.loops.end(), [](const auto& a, const auto& b) {
+        return std::abs(a.measured - a.predicted) < std::abs(b.measured - b.predicted);
+      });
+  return fmt::format(
+      "{} loses {} J in load cycle '{}', where {} J were measured with a noise of {} J ({} closed "
+      "cycles; {}).",
+      model, number(worst->predicted, 3), worst->cycle, number(worst->measured, 3),
+      number(worst->noise.value_or(0), 2), patterns.loops.size(),
+      loop_test_text(*patterns.loop_area));
+}
+
+std::string return_sentence(const Campaign& campaign, const std::string& model,
+                            const calibration::Patterns& patterns) {
+  const calibration::Loop* worst = nullptr;
+  Eigen::Index component = 0;
+  double largest = -1;
+  for (const calibration::Loop& loop : patterns.loops)
+    for (Eigen::Index k = 0; loop.return_to_zero && k < 6; ++k)
+      if (const double size = std::abs((*loop.return_to_zero)[k]); size > largest)
+        largest = size, worst = &loop, component = k;
+  return fmt::format(
+      "{} does not return to zero as the readings do: in load cycle '{}' they come back {} of {} "
+      "off ({}).",
+      model, worst->cycle, quantity(campaign, component, (*worst->return_to_zero)[component]),
+      name_of(component), loop_test_text(*patterns.return_to_zero));
+}
+
+// Between -6 and -5: below the tests of adequacy, above plain statistics, the surest first.
+double significance(double p_value, double statistic) {
+  const double digits = p_value > 1e-300 ? -std::log10(p_value) : 300 + std::log10(statistic);
+  return -5 - 1 / (1 + std::max(0.0, digits));
+}
+
+double severity_of(const calibration::Pattern& pattern) {
+  double severity = -6;
+  for (const auto* test : {&pattern.bias, &pattern.size})
+    if (*test) severity = std::max(severity, significance((*test)->holm_p_value, (*test)->f));
+  return severity;
+}
+
 // Significant dependences, between the tests of adequacy and the plain statistics.
-void add_patterns(const Named& model, std::vector<Finding>& findings) {
+void add_patterns(const Campaign& campaign, const Named& model, std::vector<Finding>& findings) {
   const calibration::Patterns& patterns = model.assessment->patterns;
   for (const calibration::Pattern& pattern : patterns.factors)
     if (pattern.holm_p_value() < level)
-      findings.push_back({-5 - pattern.holm_p_value(), pattern_sentence(model.name, pattern)});
+      findings.push_back({severity_of(pattern), pattern_sentence(model.name, pattern)});
   if (patterns.reversal && patterns.reversal->test.holm_p_value < level) {
     const calibration::Reversal& r = *patterns.reversal;
     findings.push_back(
-        {-5 - r.test.holm_p_value,
+        {significance(r.test.holm_p_value, r.test.f),
          fmt::format("{} leaves an error of which {} % {} over {} pairs of readings; {}.",
                      model.name, number(100 * std::max(r.odd_share, 1 - r.odd_share), 3),
                      r.odd_share > 0.5 ? "changes sign with the load (odd)"
                                        : "stays when the load is reversed (even)",
                      r.pairs, test_text(r.test))});
   }
-  if (patterns.loop_p_value && *patterns.loop_p_value < level) {
-    const auto worst = std::max_element(
-        patterns.loops.begin(), patterns.loops.end(), [](const auto& a, const auto& b) {
-          return std::abs(a.measured - a.predicted) < std::abs(b.measured - b.predicted);
-        });
-    findings.push_back(
-        {-5 - *patterns.loop_p_value,
-         fmt::format("{} loses {} J in load cycle '{}', where {} J were measured with a noise of "
-                     "{} J ({} closed cycles, {} after Holm's correction).",
-                     model.name, number(worst->predicted, 3), worst->cycle,
-                     number(worst->measured, 3), number(worst->noise.value_or(0), 2),
-                     patterns.loops.size(), probability(*patterns.loop_p_value))});
-  }
+  for (const auto& [test, sentence] : {std::pair(patterns.loop_area, &area_sentence),
+                                       std::pair(patterns.return_to_zero, &return_sentence)})
+    if (test && test->holm_p_value < level)
+      findings.push_back({significance(test->holm_p_value, test->statistic),
+                          sentence(campaign, model.name, patterns)});
 }
 
 std::string_view noise_text(NoiseSource source) {
@@ -255,11 +304,38 @@ std::string deviation_text(const Campaign& campaign, const Assessment& assessmen
       assessment.fit.degrees_of_freedom());
 }
 
+std::string role_name(calibration::Role role) {
+  return calibration::role_names[static_cast<std::size_t>(role)];
+}
+
+std::string held_out_text(const Campaign& campaign, const Assessment& assessment) {
+  std::string text;
+  for (const calibration::HeldOut& held_out : assessment.held_out) {
+    text += fmt::format("  Kept out of the fit, to {}: {} values", role_name(held_out.role),
+                        held_out.values);
+    if (!held_out.failure.empty()) {
+      text += "; " + held_out.failure + "\n";
+      continue;
+    }
+    for (const ResidualStatistics& s : held_out.by_component)
+      text += fmt::format(", {} rms {} max {}", name_of(s.component),
+                          quantity(campaign, s.component, s.rms),
+                          quantity(campaign, s.component, s.max));
+    if (held_out.chi_square)
+      text += fmt::format("; {} times the noise ({})",
+                          number(std::sqrt(held_out.chi_square->reduced()), 3),
+                          probability(held_out.chi_square->p_value));
+    text += ".\n";
+  }
+  return text;
+}
+
 std::string assessment_text(const Campaign& campaign, const std::string& title,
                             const Assessment& assessment) {
   return fmt::format("\n{}\n{}\n", title, std::string(title.size(), '-')) +
          statistics_text(campaign, assessment) + deviation_text(campaign, assessment) +
-         report::text(campaign, assessment.fit) + error_text(assessment);
+         held_out_text(campaign, assessment) + report::text(campaign, assessment.fit) +
+         error_text(assessment);
 }
 
 Json to_json(const ChiSquareTest& test) {
@@ -310,12 +386,16 @@ Json to_json(const calibration::Pattern& pattern) {
             {"size", nullptr},           {"groups", Json::array()}};
   if (pattern.bias) json["mean"] = to_json(*pattern.bias);
   if (pattern.size) json["size"] = to_json(*pattern.size);
-  for (const calibration::PatternGroup& g : pattern.groups)
+  for (const calibration::PatternGroup& g : pattern.groups) {
     json["groups"].push_back({{"label", g.label},
                               {"values", g.values},
                               {"share", g.share},
                               {"share_of_values", g.share_of_values},
                               {"whitened_mean", g.mean}});
+    if (g.component)
+      json["groups"].back().update(
+          {{"component", name_of(*g.component)}, {"component_share", g.component_share}});
+  }
   return json;
 }
 
@@ -329,18 +409,45 @@ Json to_json(const calibration::Loop& loop) {
   return json;
 }
 
+Json to_json(const calibration::LoopTest& test) {
+  Json json{{"statistic", test.statistic},
+            {"degrees_of_freedom", test.degrees_of_freedom},
+            {"degrees_of_freedom_of_noise", nullptr},
+            {"p_value", test.p_value},
+            {"holm_p_value", test.holm_p_value}};
+  if (test.degrees_of_freedom_noise > 0)
+    json["degrees_of_freedom_of_noise"] = test.degrees_of_freedom_noise;
+  return json;
+}
+
 Json to_json(const calibration::Patterns& patterns) {
   Json json{{"factors", Json::array()},
             {"reversal", nullptr},
             {"loops", Json::array()},
-            {"loops_holm_p_value", nullptr}};
+            {"loop_area", nullptr},
+            {"return_to_zero", nullptr}};
   for (const calibration::Pattern& p : patterns.factors) json["factors"].push_back(to_json(p));
   for (const calibration::Loop& loop : patterns.loops) json["loops"].push_back(to_json(loop));
   if (patterns.reversal)
     json["reversal"] = {{"pairs", patterns.reversal->pairs},
                         {"odd_share", patterns.reversal->odd_share},
                         {"test", to_json(patterns.reversal->test)}};
-  if (patterns.loop_p_value) json["loops_holm_p_value"] = *patterns.loop_p_value;
+  if (patterns.loop_area) json["loop_area"] = to_json(*patterns.loop_area);
+  if (patterns.return_to_zero) json["return_to_zero"] = to_json(*patterns.return_to_zero);
+  return json;
+}
+
+Json to_json(const Campaign& campaign, const calibration::HeldOut& held_out) {
+  Json json{{"role", role_name(held_out.role)},
+            {"values", held_out.values},
+            {"estimated", held_out.estimated},
+            {"whitened_sum_of_squares", held_out.squared_error},
+            {"by_component", Json::array()},
+            {"chi_square", nullptr},
+            {"failure", nullptr}};
+  for (const auto& s : held_out.by_component) json["by_component"].push_back(to_json(campaign, s));
+  if (held_out.chi_square) json["chi_square"] = to_json(*held_out.chi_square);
+  if (!held_out.failure.empty()) json["failure"] = held_out.failure;
   return json;
 }
 
@@ -365,6 +472,9 @@ Json to_json(const Campaign& campaign, const Assessment& assessment) {
   for (const auto& s : assessment.by_component)
     json["by_component"].push_back(to_json(campaign, s));
   for (const auto& s : assessment.by_session) json["by_session"].push_back(to_json(campaign, s));
+  json["held_out"] = Json::array();
+  for (const auto& held_out : assessment.held_out)
+    json["held_out"].push_back(to_json(campaign, held_out));
   json["patterns"] = to_json(assessment.patterns);
   return json;
 }
@@ -376,14 +486,18 @@ Json readings_json(const Campaign& campaign, const Comparison& comparison) {
     Json json{{"id", reading.id},
               {"line", reading.line},
               {"session", campaign.sessions[reading.session]},
+              {"role", role_name(reading.role)},
               {"masked", reading.masked},
               {"measured", numbers(reading.displacement)},
               {"predicted", numbers(comparison.as_designed.fit.predicted[i])},
               {"residual", numbers(comparison.as_designed.residual[i])}};
     if (reading.masked) json["mask_reason"] = reading.mask_reason;
+    if (!reading.instrument.empty()) json["instrument"] = reading.instrument;
+    json["whitened"] = numbers(comparison.as_designed.whitened[i]);
     if (comparison.refitted) {
       json["refitted_predicted"] = numbers(comparison.refitted->fit.predicted[i]);
       json["refitted_residual"] = numbers(comparison.refitted->residual[i]);
+      json["refitted_whitened"] = numbers(comparison.refitted->whitened[i]);
     }
     list.push_back(json);
   }
@@ -434,7 +548,7 @@ std::vector<std::string> findings(const Campaign& campaign, const Comparison& co
     if (const auto& test = model.assessment->lack_of_fit) all.push_back(finding(model.name, *test));
     if (const auto& test = model.assessment->chi_square) all.push_back(finding(model.name, *test));
   }
-  add_patterns(models(comparison).back(), all);
+  add_patterns(campaign, models(comparison).back(), all);
   add_axes(campaign, models(comparison).back(), all);
   std::stable_sort(all.begin(), all.end(),
                    [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
