@@ -185,6 +185,7 @@ void check_roles(const YamlNode& top, const std::map<std::string, Role>& roles,
   if (!has_role(campaign, Role::fit))
     throw files::InputError(
         {.file = campaign.file,
+         .line = top.has("roles") ? top.at("roles").line() : 0,
          .key = "roles",
          .what = "no reading is left to fit by: all are masked, to select or to confirm",
          .cure = "Give at least one session or pose the role 'fit'"});
@@ -246,6 +247,7 @@ Campaign read_campaign(const std::filesystem::path& file, const vjm::Manipulator
   const ReadingsContext context{.instruments = read_instruments(top),
                                 .wrench = read_wrench_frame(top, frames, campaign.units),
                                 .roles = read_roles(top),
+                                .units_line = units.line(),
                                 .angle_stated = units.has("angle"),
                                 .time_stated = units.has("time")};
   read_readings(files::read_csv(campaign.readings_file), context, manipulator, campaign);

@@ -102,6 +102,7 @@ class ColumnFinder {
 
   [[noreturn]] void fail_header(const std::string& column, const std::string& what,
                                 const std::string& cure) const {
+    if (const Column found = table_.find(column)) table_.fail_column(*found, what, cure);
     throw files::InputError({.file = table_.file(),
                              .line = table_.header_line(),
                              .key = column,
@@ -207,6 +208,7 @@ class ColumnFinder {
       if (!column || stated) return;
       throw files::InputError(
           {.file = campaign_.file,
+           .line = context_.units_line,
            .key = fmt::format("units.{}", key),
            .what = fmt::format("no unit of {} is stated, but the readings have the column '{}'",
                                key, table_.columns()[*column]),

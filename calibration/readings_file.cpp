@@ -355,8 +355,8 @@ class Reader {
         if (!has && !without) without = {row, k};
       }
     if (used == 0)
-      throw files::InputError(table_.file(), "every reading is masked",
-                              "At least one reading must be used");
+      table_.fail(0, *columns_.texts.at("mask"), "every reading is masked",
+                  "At least one reading must be used");
     if (stated > 0 && stated < used)
       table_.fail(without->first, *columns_.displacement[without->second],
                   "this value has no standard deviation, but others have",

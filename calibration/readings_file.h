@@ -33,6 +33,7 @@ struct ReadingsContext {
   std::map<std::string, Instrument> instruments = {};  // by name; "": where a reading names none
   WrenchFrame wrench = {};
   std::map<std::string, Role> roles = {};          // of sessions
+  int units_line = 0;                              // of the campaign file
   bool angle_stated = false, time_stated = false;  // units that the campaign file names
 };
 

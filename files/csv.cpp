@@ -77,6 +77,7 @@ void CsvTable::read_header() {
     if (find(name))
       fail_at(cell.begin, fmt::format("two columns are named '{}'", name),
               "Give each column its own name");
+    column_begins_.push_back(cell.begin);
     columns_.push_back(name);
   }
 }
@@ -208,6 +209,16 @@ void CsvTable::fail(std::size_t row, std::size_t column, const std::string& what
   throw InputError({.file = file_,
                     .line = line_of(position),
                     .column = column_in_line(position),
+                    .key = columns_[column],
+                    .what = what,
+                    .cure = cure});
+}
+
+void CsvTable::fail_column(std::size_t column, const std::string& what,
+                           const std::string& cure) const {
+  throw InputError({.file = file_,
+                    .line = header_line_,
+                    .column = column_in_line(column_begins_[column]),
                     .key = columns_[column],
                     .what = what,
                     .cure = cure});

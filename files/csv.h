@@ -28,6 +28,9 @@ class CsvTable {
   std::optional<std::size_t> find(std::string_view column) const;
   /// Line of the column names, counted from 1.
   int header_line() const { return header_line_; }
+  /// Throws InputError with the place of a column's name.
+  [[noreturn]] void fail_column(std::size_t column, const std::string& what,
+                                const std::string& cure) const;
 
   /// Line of the file on which a row begins, counted from 1.
   int line(std::size_t row) const { return row_lines_[row]; }
@@ -63,7 +66,8 @@ class CsvTable {
   std::string buffer_;
   char separator_ = ',';
   std::vector<std::string> columns_;
-  std::vector<Cell> cells_;  // row-major
+  std::vector<std::size_t> column_begins_;  // in the buffer
+  std::vector<Cell> cells_;                 // row-major
   std::vector<int> row_lines_;
   std::deque<std::string> unescaped_;
 

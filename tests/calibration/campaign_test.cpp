@@ -2,9 +2,11 @@
 
 #include <ctime>
 
+#include <Eigen/LU>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "kinetostat/calibration/noise.h"
 #include "kinetostat/files/error.h"
 
 #include "calibration/synthetic.h"
@@ -141,108 +143,91 @@ TEST(CampaignFile, ReadsAHundredThousandRowsInUnderASecond) {
 #endif
 }
 
-struct Broken {
-  std::string name, yaml, csv, message;
-};
-
-class BrokenCampaign : public testing::TestWithParam<Broken> {};
-
-TEST_P(BrokenCampaign, IsRefusedWithPlaceValueAndCure) {
-  const auto file = test::write_campaign(GetParam().yaml, GetParam().csv);
-  files::Progress silent;
-  const vjm::Robot robot = test::orthoglide();
-  std::string message = "no error";
-  try {
-    compare(robot, read_campaign(file, robot.manipulator), 1, silent);
-  } catch (const files::InputError& error) {
-    message = error.what();
+// A chi-square is r' C^-1 r, whatever is measured of each reading.
+TEST(CampaignFile, CorrelatedNoiseWhitensTogether) {
+  const Campaign c = read(
+      "fz,dx,dy,dz,sigma_dx,sigma_dy,sigma_dz,corr_dx_dz\n1,3,1,4,1,2,3,0.8\n1,1,,2,1,2,3,-0.5\n");
+  const Noise noise = noise_of(c, {});
+  for (const std::size_t i : {0u, 1u}) {
+    const std::vector<Eigen::Index> used = components_in_use(c.readings[i]);
+    spatial::Matrix6 covariance = spatial::Matrix6::Identity();
+    covariance(0, 2) = covariance(2, 0) = i == 0 ? 0.8 : -0.5;
+    covariance = c.readings[i].sigma.asDiagonal() * covariance * c.readings[i].sigma.asDiagonal();
+    const Eigen::VectorXd r = c.readings[i].displacement(used);
+    const Eigen::MatrixXd part = covariance(used, used);
+    Eigen::MatrixXd whitened = r;
+    noise.whiten(i, used, whitened);
+    EXPECT_NEAR(whitened.squaredNorm(), r.dot(part.inverse() * r), 1e-9);
   }
-  EXPECT_THAT(message, HasSubstr(GetParam().message));
 }
 
-std::string without(const std::string& line) {
-  std::string text = head;
-  const std::size_t begin = text.find(line);
-  return text.erase(begin, text.find('\n', begin) + 1 - begin);
+TEST(CampaignFile, InstrumentsSayHowExactTheirReadingsAre) {
+  const Campaign c =
+      read("instrument,fz,dx,dz\ntracker,1,1,1\ngauge,1,,1\n,1,1,1\n",
+           "instruments:\n"
+           "  tracker: {translation: [10 um, 10 um, 20 um], correlation: {dx_dz: 0.3}}\n"
+           "  gauge: {translation: 2 um}\n"
+           "instrument: tracker\n");
+  EXPECT_EQ(c.readings[0].instrument, "tracker");
+  EXPECT_DOUBLE_EQ(c.readings[0].sigma.z(), 20e-6);
+  EXPECT_DOUBLE_EQ(c.readings[1].sigma.z(), 2e-6);
+  EXPECT_DOUBLE_EQ(c.readings[2].sigma.z(), 20e-6);
+  ASSERT_TRUE(c.readings[0].correlation);
+  EXPECT_DOUBLE_EQ(c.correlations[*c.readings[0].correlation](2, 0), 0.3);
+  EXPECT_FALSE(c.readings[1].correlation);
+  EXPECT_TRUE(c.noise_stated);
 }
 
-const std::string pose = "x,y,z,fx,dx\n";
+TEST(CampaignFile, RolesAreOfSessionsOrOfRows) {
+  const Campaign c = read("session,role,fz,dz\na,,1,1\nb,,1,1\na,select,1,1\nb,fit,1,1\n",
+                          "roles: {b: confirm}\n");
+  EXPECT_EQ(c.readings[0].role, Role::fit);
+  EXPECT_EQ(c.readings[1].role, Role::confirm);
+  EXPECT_EQ(c.readings[2].role, Role::select);
+  EXPECT_EQ(c.readings[3].role, Role::fit);
+  const Campaign part = only(c, Role::confirm);
+  EXPECT_TRUE(part.readings[0].masked);
+  EXPECT_EQ(part.readings[0].mask_reason, "to fit");
+  EXPECT_FALSE(part.readings[1].masked);
+}
 
-INSTANTIATE_TEST_SUITE_P(
-    All, BrokenCampaign,
-    testing::Values(
-        Broken{"NoUnits", without("units"), pose + "0,0,0,1,1\n",
-               "campaign.yaml:1: the key 'units' is missing"},
-        Broken{"NoAngleUnit",
-               "kinetostat: 1\ncampaign: c\nunits: {length: mm, force: N}\n"
-               "displacement: difference\nreadings: readings.csv\n",
-               "x,y,z,fx,rx\n0,0,0,1,1\n",
-               "units.angle: no unit of angle is stated, but the readings have the column 'rx'. "
-               "Write 'angle: deg' under 'units'"},
-        Broken{"NoTimeUnit",
-               "kinetostat: 1\ncampaign: c\nunits: {length: mm, force: N}\n"
-               "displacement: difference\nreadings: readings.csv\n",
-               "x,y,z,time,fx,dx\n0,0,0,1,1,1\n", "units.time: no unit of time is stated"},
-        Broken{"NoiseWithoutUnit", head + "noise: {translation: 15}\n", pose + "0,0,0,1,1\n",
-               "campaign.yaml:6: noise.translation: "},
-        Broken{"NegativeNoise", head + "noise: {translation: -15 um}\n", pose + "0,0,0,1,1\n",
-               "'-15 um' is not positive. Give the standard deviation"},
-        Broken{"MisspeltKey", head + "nose: {translation: 15 um}\n", pose + "0,0,0,1,1\n",
-               "campaign.yaml:6: nose: the key 'nose' is not known here. Did you mean 'noise'?"},
-        Broken{"UnknownKind", without("displacement") + "displacement: relative\n",
-               pose + "0,0,0,1,1\n", "displacement: 'relative' is not one of difference, absolute"},
-        Broken{"NoReadingsFile", without("readings") + "readings: reading.csv\n",
-               pose + "0,0,0,1,1\n", "reading.csv' does not exist. Did you mean 'readings.csv'?"},
-        Broken{"NotANumber", head, pose + "0,0,0,1,0.5\n0,0,0,12 N,0.5\n",
-               "readings.csv:3:7: fx: '12 N' is not a number. Write the number alone"},
-        Broken{"EmptyLoad", head, pose + "0,0,0,,0.5\n",
-               "readings.csv:2:7: fx: the cell is empty. Write a number"},
-        Broken{"DuplicateId", head, "id," + pose + "a,0,0,0,1,1\nb,0,0,0,1,1\na,0,0,0,2,1\n",
-               "readings.csv:4:1: id: the id 'a' is already used on line 2. Give each row"},
-        Broken{"EmptyId", head, "id," + pose + ",0,0,0,1,1\n",
-               "readings.csv:2:1: id: the id is empty"},
-        Broken{"NothingMeasured", head, pose + "0,0,0,1,\n",
-               "readings.csv:2:9: dx: the reading has no displacement at all. Write what was"},
-        Broken{"NoDisplacementColumn", head, "x,y,z,fx\n0,0,0,1\n",
-               "readings.csv:1: there is no column of displacement. Name at least one of dx"},
-        Broken{"NoLoadColumn", head, "x,y,z,dx\n0,0,0,1\n",
-               "readings.csv:1: there is no column of load"},
-        Broken{"MomentWithoutPoint", head, "x,y,z,mz,rz\n0,0,0,1,1\n",
-               "readings.csv:1: mz: moments are given without the point that they are taken about. "
-               "Add the columns px, py, pz, or 'wrench_point: reference'"},
-        Broken{"HalfAPoint", head, "x,y,z,fx,px,py,dx\n0,0,0,1,0,0,1\n",
-               "readings.csv:1: pz: the column 'pz' is missing: px, py and pz go together"},
-        Broken{"HalfAPose", head, "x,y,fx,dx\n0,0,1,1\n",
-               "readings.csv:1: z: the column 'z' is missing: x, y and z go together"},
-        Broken{"MissingJoint", head, "x.rho,y.rho,fx,dx\n-450,-450,1,1\n",
-               "readings.csv:1: z.rho: the actuated joint 'z.rho' has no column"},
-        Broken{"PoseTwice", head, "x,y,z,x.rho,y.rho,z.rho,fx,dx\n0,0,0,1,1,1,1,1\n",
-               "the posture is given twice"},
-        Broken{
-            "UnitInHeader", head, "x,y,z,Fx [N],dx\n0,0,0,1,1\n",
-            "readings.csv:1: Fx [N]: the column 'Fx [N]' is not known. Write 'fx'; units belong"},
-        Broken{"TimeRunsBackwards", head,
-               "cycle,time," + pose + "a,1,0,0,0,1,1\na,5,0,0,0,1,1\na,4,0,0,0,1,1\n",
-               "readings.csv:4:3: time: time runs backwards in this cycle: '4' comes after '5' of "
-               "line 3. Order the rows by time"},
-        Broken{"SigmaForSomeOnly", head, "x,y,z,fx,dx,sigma\n0,0,0,1,1,0.01\n0,0,0,2,1,\n",
-               "readings.csv:3:9: dx: this value has no standard deviation, but others have. State "
-               "it under 'noise' in the campaign file or in a column sigma_dx"},
-        Broken{"ZeroSigma", head, "x,y,z,fx,dx,sigma\n0,0,0,1,1,0\n",
-               "readings.csv:2:11: sigma: '0' is not positive"},
-        Broken{"MaskWithoutReason", head, pose.substr(0, pose.size() - 1) + ",mask\n0,0,0,1,1,1\n",
-               "readings.csv:2:11: mask: the reading is masked without a reason. Say why in"},
-        Broken{"WrongMask", head, "x,y,z,fx,dx,mask\n0,0,0,1,1,maybe\n",
-               "mask: 'maybe' is neither 0 nor 1"},
-        Broken{"AllMasked", head, "x,y,z,fx,dx,mask,mask_reason\n0,0,0,1,1,1,slipped\n",
-               "every reading is masked"},
-        Broken{"WrongDirection", head, "x,y,z,fx,dx,direction\n0,0,0,1,1,up\n",
-               "readings.csv:2:11: direction: 'up' is not a direction of load. Write loading or"},
-        Broken{"PoseOutOfReach", head, pose + "0,0,0,1,1\n0,0,900,1,1\n",
-               "readings.csv:3: the posture of reading '2' is out of reach: chain "},
-        Broken{"RaggedRow", head, pose + "0,0,0,1\n",
-               "readings.csv:2: dx: this row has 4 cells, the header has 5"}),
-    [](const auto& broken) { return broken.param.name; });
+// One wrench, written down in four frames: the same load.
+TEST(CampaignFile, WrenchesMayBeGivenInAnyStatedFrame) {
+  const vjm::Manipulator manipulator = test::orthoglide().manipulator;
+  const spatial::Vector3 force(10, -20, 30), moment(1, 2, -3);  // about the reference point, base
+  const spatial::Pose platform(spatial::rotation_from_rpy({0.1, -0.2, 0.3}), {0.01, 0.02, -0.03});
+  const auto csv = [&](const spatial::Vector3& f, const spatial::Vector3& m) {
+    std::string text = "x,y,z,roll,pitch,yaw,fx,fy,fz,mx,my,mz,dx\n";
+    return text + fmt::format("10,20,-30,{},{},{},{},{},{},{},{},{},1\n", 0.1 * 180 / M_PI,
+                              -0.2 * 180 / M_PI, 0.3 * 180 / M_PI, f.x(), f.y(), f.z(), 1e3 * m.x(),
+                              1e3 * m.y(), 1e3 * m.z());
+  };
+  const auto load = [&](const std::string& text, const std::string& more) {
+    return read(text, more, manipulator).readings[0].load.at_reference_point(platform);
+  };
+  spatial::Vector6 expected;
+  expected << force, moment;
+  const auto same = [&](const spatial::Vector6& actual) {
+    return kinetostat::test::matrix_near(actual, expected, 1e-10);
+  };
+  EXPECT_TRUE(same(load(csv(force, moment), "wrench_point: reference\n")));
+  const spatial::Matrix3 r = platform.rotation();
+  EXPECT_TRUE(same(load(csv(r.transpose() * force, r.transpose() * moment),
+                        "wrench_frame: platform\nwrench_point: reference\n")));
+  // A load cell on the platform reads about its own origin in its own axes.
+  const spatial::Pose cell(spatial::rotation_from_rpy({0, 0, M_PI / 2}), {0.05, 0, 0.1});
+  const spatial::Matrix3 axes = r * cell.rotation();
+  const spatial::Vector3 about = moment - (r * cell.position()).cross(force);
+  EXPECT_TRUE(same(load(csv(axes.transpose() * force, axes.transpose() * about),
+                        "frames: {cell: {on: platform, pose: {point: [50, 0, 100], rpy: [0, 0, "
+                        "90]}}}\nwrench_frame: cell\n")));
+  // One on the table, about a point that does not move.
+  const spatial::Vector3 origin(0.2, -0.1, 0.05);
+  const spatial::Vector3 about_origin = moment - (origin - platform.position()).cross(force);
+  EXPECT_TRUE(same(load(csv(force, about_origin),
+                        "frames: {table: {on: base, pose: [200, -100, 50]}}\nwrench_frame: "
+                        "table\n")));
+}
 
 }  // namespace
 }  // namespace kinetostat::calibration
