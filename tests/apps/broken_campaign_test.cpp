@@ -157,7 +157,7 @@ INSTANTIATE_TEST_SUITE_P(
                "readings are. Keep one"},
         Broken{"ImpossibleCorrelation", head,
                "x,y,z,fx,dx,dy,sigma,corr_dx_dy\n0,0,0,1,1,1,1,1.2\n",
-               "readings.csv:2:17: corr_dx_dy: with '1.2' these correlations are not possible "
+               "readings.csv:2:15: corr_dx_dy: with '1.2' these correlations are not possible "
                "together. Each lies between -1 and 1"},
         Broken{"UnknownFrame", head + "wrench_frame: tabel\n", pose + "0,0,0,1,1\n",
                "campaign.yaml:6: wrench_frame: 'tabel' is not one of base, platform"},
