@@ -1,5 +1,7 @@
 #include "kinetostat/calibration/observation.h"
 
+#include "kinetostat/spatial/rotation.h"
+
 namespace kinetostat::calibration {
 
 using Columns = Eigen::Matrix<double, 6, Eigen::Dynamic>;
@@ -40,16 +42,19 @@ Vector6 Observation::wrench(const Pose& platform, const Vector6& wrench) const {
 void into_axes_of(const Pose& from, const Columns& from_derivatives, Vector6& displacement,
                   Columns& derivatives) {
   const Matrix3 back = from.rotation().transpose();
-  // d(R'v) = R'(dv - w x v) with the increment w of R; a rotation vector turns like any other.
-  for (const Eigen::Index first : {0, 3}) {
-    const Vector3 v = displacement.segment<3>(first);
-    if (derivatives.cols() > 0)
-      derivatives.middleRows<3>(first) =
-          (back *
-           (derivatives.middleRows<3>(first) + spatial::skew(v) * from_derivatives.bottomRows<3>()))
-              .eval();
-    displacement.segment<3>(first) = back * v;
+  const Vector3 translation = displacement.head<3>();
+  // With the increment w of the axes R: d(R'p) = R'(dp - w x p), and the increment of R'TR is that
+  // of T less w plus T w, seen from R.
+  if (derivatives.cols() > 0) {
+    const Matrix3 turn = spatial::exp_rotation(displacement.tail<3>());
+    const auto w = from_derivatives.bottomRows<3>();
+    derivatives.topRows<3>() =
+        (back * (derivatives.topRows<3>() + spatial::skew(translation) * w)).eval();
+    derivatives.bottomRows<3>() =
+        (back * (derivatives.bottomRows<3>() + (turn - Matrix3::Identity()) * w)).eval();
   }
+  displacement.head<3>() = back * translation;
+  displacement.tail<3>() = (back * displacement.tail<3>()).eval();
 }
 
 }  // namespace kinetostat::calibration

@@ -29,8 +29,9 @@ struct Observation {
   spatial::Matrix3 axes(const spatial::Pose& platform) const;
 };
 
-/// A displacement in the axes of the pose that it starts from, with its derivatives: rotation
-/// increments of that pose turn the axes. Columns of `from` and `derivatives` as in Observation.
+/// A displacement [translation; rotation vector] in the axes of the pose that it starts from, and
+/// its derivatives (none: no columns), columns [translation; rotation increment] like those of that
+/// pose.
 void into_axes_of(const spatial::Pose& from,
                   const Eigen::Matrix<double, 6, Eigen::Dynamic>& from_derivatives,
                   spatial::Vector6& displacement,

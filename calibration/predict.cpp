@@ -93,7 +93,16 @@ Predictor::CaseResult Predictor::solve(const vjm::Manipulator& manipulator,
   if (with_derivatives)
     result.derivatives =
         pose_derivatives(manipulator, start.posture, load_case.load, equilibrium, parameters);
+  observe(result.pose, result.derivatives);
   return result;
+}
+
+// From the platform in base axes to what the campaign measures of it.
+void Predictor::observe(spatial::Pose& pose,
+                        Eigen::Matrix<double, 6, Eigen::Dynamic>& derivatives) const {
+  if (campaign_.observation.is_default()) return;
+  derivatives = campaign_.observation.motion(pose, derivatives);
+  pose = campaign_.observation.seen(pose);
 }
 
 // The state of every configuration without load, from which differences are measured.
@@ -107,6 +116,7 @@ std::vector<Predictor::CaseResult> Predictor::references(const vjm::Manipulator&
       states[i].pose = postures_[i].posture.platform;
       if (with_derivatives)
         states[i].derivatives.setZero(6, static_cast<Eigen::Index>(parameters.size()));
+      observe(states[i].pose, states[i].derivatives);
     }
     return states;
   }
@@ -135,14 +145,17 @@ void Predictor::enter(const CaseResult& result, const Reading& reading, std::siz
 
 // The displacement from one state to another, with its derivatives: a rotation increment of the
 // first state counts turned by the displacement.
-void Predictor::subtract(const CaseResult& from, CaseResult& to) {
+void Predictor::subtract(const CaseResult& from, CaseResult& to) const {
   if (to.failure.empty()) to.failure = from.failure;
   if (!to.failure.empty()) return;
   to.displacement = spatial::pose_difference(from.pose, to.pose);
-  if (to.derivatives.size() == 0) return;
-  const spatial::Matrix3 turn = to.pose.rotation() * from.pose.rotation().transpose();
-  to.derivatives.topRows<3>() -= from.derivatives.topRows<3>();
-  to.derivatives.bottomRows<3>() -= turn * from.derivatives.bottomRows<3>();
+  if (to.derivatives.size() > 0) {
+    const spatial::Matrix3 turn = to.pose.rotation() * from.pose.rotation().transpose();
+    to.derivatives.topRows<3>() -= from.derivatives.topRows<3>();
+    to.derivatives.bottomRows<3>() -= turn * from.derivatives.bottomRows<3>();
+  }
+  if (campaign_.observation.platform_axes)
+    into_axes_of(from.pose, from.derivatives, to.displacement, to.derivatives);
 }
 
 Predictions Predictor::predict(const std::vector<Parameter>& parameters,

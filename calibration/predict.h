@@ -59,7 +59,8 @@ class Predictor {
   std::vector<CaseResult> references(const vjm::Manipulator& manipulator,
                                      const std::vector<Parameter>& parameters,
                                      bool with_derivatives, files::Progress& progress) const;
-  static void subtract(const CaseResult& from, CaseResult& to);
+  void observe(spatial::Pose& pose, Eigen::Matrix<double, 6, Eigen::Dynamic>& derivatives) const;
+  void subtract(const CaseResult& from, CaseResult& to) const;
   void enter(const CaseResult& result, const Reading& reading, std::size_t index,
              Predictions& predictions) const;
 

@@ -34,7 +34,12 @@ struct Kind {
   const char* name;
   const char* displacement;
   bool heavy;
+  const char* more = "";
 };
+
+const char* tracker =
+    "frames: {tracker: {on: base, pose: {point: [900, 200, 300], rpy: [20, -30, 130]}}}\n"
+    "displacement_frame: tracker\ntarget_point: [30, -20, 80]\n";
 
 class PredictionDerivatives : public testing::TestWithParam<Kind> {};
 
@@ -43,7 +48,7 @@ TEST_P(PredictionDerivatives, AgreeWithCentralDifferences) {
   std::filesystem::path file = test::write(strongly_loaded(), {});
   std::string yaml = files::read_text(file);
   yaml.replace(yaml.find("difference"), 10, GetParam().displacement);
-  files::write_atomically(file, yaml);
+  files::write_atomically(file, yaml + GetParam().more);
   const Campaign campaign = read_campaign(file, robot.manipulator);
   files::Progress silent;
   const Predictor predictor(robot.manipulator, campaign, 1, silent);
@@ -72,7 +77,12 @@ INSTANTIATE_TEST_SUITE_P(Kinds, PredictionDerivatives,
                          testing::Values(Kind{"difference", "difference", false},
                                          Kind{"absolute", "absolute", false},
                                          Kind{"heavy_difference", "difference", true},
-                                         Kind{"heavy_absolute", "absolute", true}),
+                                         Kind{"heavy_absolute", "absolute", true},
+                                         Kind{"heavy_platform_axes", "difference", true,
+                                              "displacement_frame: platform\n"
+                                              "target_point: [30, -20, 80]\n"},
+                                         Kind{"heavy_tracker", "absolute", true, tracker},
+                                         Kind{"tracker", "difference", false, tracker}),
                          [](const auto& kind) { return std::string(kind.param.name); });
 
 // Weight moves the platform before and after the load: a difference leaves it out.
@@ -118,6 +128,47 @@ TEST(Prediction, IsTheChangeFromTheUnloadedPostureOrThePoseItself) {
                                               1e-10));
     EXPECT_TRUE(kinetostat::test::matrix_near(absolute.displacement[i].tail<3>(),
                                               plan[i].displacement.tail<3>(), 1e-10));
+  }
+}
+
+// What a tracker sees of a target on the platform, put together from the platform's pose.
+TEST(Prediction, IsWhatTheStatedFrameSeesOfTheStatedPoint) {
+  const vjm::Robot robot = heavy_orthoglide();
+  const std::filesystem::path file = test::write(strongly_loaded(), {.more = tracker});
+  Campaign campaign = read_campaign(file, robot.manipulator);
+  files::Progress silent;
+  const auto predict = [&] {
+    return Predictor(robot.manipulator, campaign, 1, silent)
+        .predict({}, VectorXd(), false, silent)
+        .displacement;
+  };
+  const auto difference = predict();
+  campaign.displacement = DisplacementKind::absolute;
+  const auto absolute = predict();
+  campaign.displacement = DisplacementKind::difference;
+  campaign.observation = {.frame = {}, .platform_axes = true, .target = {0.03, -0.02, 0.08}};
+  const auto own = predict();
+  const spatial::Pose frame(spatial::rotation_from_rpy(Vector3(20, -30, 130) * M_PI / 180),
+                            {0.9, 0.2, 0.3});
+  const spatial::Pose target = spatial::Pose::translation({0.03, -0.02, 0.08});
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+    const Reading& r = campaign.readings[i];
+    const vjm::Posture posture =
+        vjm::posture_at(robot.manipulator, *campaign.configurations[r.configuration].target)
+            .posture;
+    const auto seen = [&](const vjm::Load& load) {
+      return frame.inverse() * equilibrium_under_load(robot.manipulator, posture, load).platform *
+             target;
+    };
+    const spatial::Pose before = seen({}), after = seen(r.load);
+    const spatial::Vector6 moved = spatial::pose_difference(before, after);
+    EXPECT_TRUE(kinetostat::test::matrix_near(difference[i], moved, 1e-10));
+    EXPECT_TRUE(kinetostat::test::matrix_near(absolute[i].head<3>(), after.position(), 1e-10));
+    EXPECT_TRUE(kinetostat::test::matrix_near(spatial::exp_rotation(absolute[i].tail<3>()),
+                                              after.rotation(), 1e-10));
+    const spatial::Matrix3 back = (frame * before).rotation().transpose() * frame.rotation();
+    EXPECT_TRUE(kinetostat::test::matrix_near(own[i].head<3>(), back * moved.head<3>(), 1e-10));
+    EXPECT_TRUE(kinetostat::test::matrix_near(own[i].tail<3>(), back * moved.tail<3>(), 1e-10));
   }
 }
 
