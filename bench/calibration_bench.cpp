@@ -1,9 +1,11 @@
 // Comparison of a 3-PUU with many readings, and reading them.
+#include <array>
 #include <filesystem>
 
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
+#include "kinetostat/calibration/campaign_check.h"
 #include "kinetostat/calibration/compare.h"
 #include "kinetostat/calibration/simulate.h"
 #include "kinetostat/files/text_file.h"
@@ -29,14 +31,15 @@ std::string plan(int readings) {
   return csv;
 }
 
-std::filesystem::path campaign(int readings) {
+std::filesystem::path campaign(int readings, const std::array<bool, 6>& components = {
+                                                 true, true, true, true, true, true}) {
   const auto folder = std::filesystem::temp_directory_path() /
                       fmt::format("kinetostat_calibration_bench_{}", readings);
   files::Progress silent;
   files::write_atomically(folder / "plan.csv", plan(readings));
-  const SimulatedCampaign made =
-      simulate(orthoglide(), orthoglide().file.string(), folder / "plan.csv",
-               {.translation_noise = 5e-6, .rotation_noise = 2e-5}, silent);
+  const SimulatedCampaign made = simulate(
+      orthoglide(), orthoglide().file.string(), folder / "plan.csv",
+      {.translation_noise = 5e-6, .rotation_noise = 2e-5, .components = components}, silent);
   files::write_atomically(folder / "readings.csv", made.readings);
   files::write_atomically(folder / "campaign.yaml", made.yaml);
   return folder / "campaign.yaml";
@@ -53,6 +56,49 @@ BENCHMARK(compare_readings)
     ->Name("3-PUU compared with readings, one thread")
     ->Arg(10000)
     ->Unit(benchmark::kSecond);
+
+// Actuators, feet and legs of every chain, nine stiffnesses that are 20 % off, and the zeros of
+// three axes: twelve unknowns.
+vjm::Robot uncertain_orthoglide() {
+  vjm::Robot robot = orthoglide();
+  for (std::size_t c = 0; c < 3; ++c)
+    for (const char* spring : {"rho", "foot", "leg"}) {
+      const vjm::UncertainStiffness stiffness{
+          .name = robot.manipulator.chains()[c].name() + "." + spring, .springs = {{c, spring}}};
+      robot.manipulator = vjm::with_scaled(robot.manipulator, stiffness, c == 1 ? 0.8 : 1.25);
+      robot.uncertain.push_back(stiffness);
+    }
+  return robot;
+}
+
+void fit_readings(benchmark::State& state) {
+  const auto file = campaign(static_cast<int>(state.range(0)), {true, true, true});
+  files::write_atomically(file, files::read_text(file) + "zero: estimate\n");
+  const vjm::Robot robot = uncertain_orthoglide();
+  const Campaign read = read_campaign(file, robot.manipulator);
+  const Noise noise = noise_of(read, {});
+  files::Progress silent;
+  int evaluations = 0;
+  for (auto _ : state) {
+    const Predictor predictor(robot.manipulator, read, 1, silent);
+    const BaseFit fit = fit_base(predictor, read, noise, uncertain_parameters(robot), silent);
+    evaluations = fit.iterations;
+  }
+  state.counters["evaluations"] = evaluations;
+}
+BENCHMARK(fit_readings)
+    ->Name("base fit of 12 unknowns, 3-PUU, one thread")
+    ->Arg(1000)
+    ->Unit(benchmark::kSecond);
+
+// As `measure check` does.
+void read_rows(benchmark::State& state) {
+  const auto file = campaign(static_cast<int>(state.range(0)));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(
+        check_campaign(read_campaign(file, orthoglide().manipulator), orthoglide()));
+}
+BENCHMARK(read_rows)->Name("rows read and checked")->Arg(100000)->Unit(benchmark::kSecond);
 
 }  // namespace
 }  // namespace kinetostat::calibration

@@ -67,8 +67,9 @@ TEST_P(PredictionDerivatives, AgreeWithCentralDifferences) {
       EXPECT_GT(exact.displacement[i].tail<3>().norm(), 0.01);
       const spatial::Vector6 differences =
           (8 * (f1[i] - b1[i]) - (f2[i] - b2[i])) / (12 * h);  // fourth order
-      EXPECT_TRUE(
-          kinetostat::test::matrix_near_relative(exact.derivatives[i].col(p), differences, 1e-6));
+      // Rounding of poses of the size of 1 m takes its part.
+      EXPECT_LT((exact.derivatives[i].col(p) - differences).norm(),
+                1e-6 * differences.norm() + 2e-12);
     }
   }
 }
