@@ -1,0 +1,281 @@
+#include "case.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "campaign_text.h"
+
+namespace twin {
+namespace {
+
+using Readings = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+
+RobotSpec robot_named(const std::string& name) {
+  if (name == "bench") return bench();
+  if (name == "arm_3r") return arm_3r();
+  if (name == "arm_6r") return arm_6r();
+  if (name == "orthoglide") return orthoglide();
+  throw std::invalid_argument("no robot " + name);
+}
+
+/// What can be hidden in a robot so that a plan can show it.
+struct Menu {
+  std::string robot, plan;
+  std::vector<HiddenEffect> effects, outside;
+};
+
+const std::vector<Menu>& menus() {
+  static const std::vector<Menu> all{
+      {"bench",
+       "cycles",
+       {{"friction", "q1"},
+        {"clearance", "q1"},
+        {"hardening", "q1"},
+        {"piecewise_stiffness", "q1"},
+        {"creep", "q1"}},
+       {{"servo_droop", "q1"}}},
+      {"arm_3r",
+       "cycles",
+       {{"friction", "q2"},
+        {"clearance", "q3"},
+        {"hardening", "q2"},
+        {"creep", "q2"},
+        {"base_compliance", "base"},
+        {"platform_compliance", "end"},
+        {"application_point", "load"},
+        {"wrench_misalignment", "load"},
+        {"target_lever_arm", "sensor"},
+        {"session_drift", "sensor"}},
+       {{"servo_droop", "q2"}, {"cable_drag", "platform"}, {"cross_coupling", "q2"}}},
+      {"arm_3r",
+       "poses",
+       {{"payload", "platform"},
+        {"self_weight", "fore"},
+        {"eccentricity", "q2"},
+        {"thermal_expansion", "upper"},
+        {"geometric_error", "q3"}},
+       {{"cable_drag", "platform"}}},
+      {"arm_6r",
+       "cycles",
+       {{"friction", "q3"},
+        {"clearance", "q2"},
+        {"hardening", "q2"},
+        {"base_compliance", "base"},
+        {"piecewise_stiffness", "q3"}},
+       {{"servo_droop", "q3"}, {"softening_by_heat", "q2"}}},
+      {"arm_6r",
+       "poses",
+       {{"gravity_compensator", "q2"},
+        {"payload", "platform"},
+        {"eccentricity", "q3"},
+        {"thermal_expansion", "upper"}},
+       {{"cable_drag", "platform"}}},
+      {"orthoglide",
+       "cycles",
+       {{"clearance", "x.rho"},
+        {"friction", "y.rho"},
+        {"hardening", "z.rho"},
+        {"application_point", "load"}},
+       {{"servo_droop", "y.rho"}, {"cable_drag", "platform"}}},
+      {"orthoglide",
+       "poses",
+       {{"thermal_expansion", "x.leg"}, {"preload", "y.rho"}, {"payload", "platform"}},
+       {{"cable_drag", "platform"}}}};
+  return all;
+}
+
+const Menu& menu_of(const Case& spec) {
+  for (const Menu& menu : menus())
+    if (menu.robot == spec.robot && menu.plan == spec.plan) return menu;
+  return menus().front();
+}
+
+}  // namespace
+
+std::vector<Case> suite() {
+  std::vector<Case> cases;
+  const auto add = [&](const std::string& kind, const Menu& menu, const std::string& what,
+                       std::vector<Target> targets, const std::string& plan = "") {
+    Case c{.name = fmt::format("{:04}_{}_{}_{}", cases.size() + 1, menu.robot, kind, what),
+           .kind = kind,
+           .robot = menu.robot,
+           .plan = plan.empty() ? menu.plan : plan,
+           .targets = std::move(targets)};
+    c.seed = 1000 + cases.size();
+    cases.push_back(c);
+  };
+  // Round by round, so that the first part of the suite is a fair sample of the whole.
+  for (int round = 0; round < 4; ++round) {
+    for (const Menu& menu : menus())
+      for (const char* kind : {"clean", "off_base", "loud"})
+        for (int i = 0; i < 2; ++i) add(kind, menu, menu.plan, {});
+    for (const double d : {8., 5., 15., 3.5, 2.})
+      for (const Menu& menu : menus())
+        for (const HiddenEffect& effect : menu.effects)
+          add("single", menu, fmt::format("{}_d{:g}", effect.name, d), {{effect, d}});
+    for (const Menu& menu : menus())
+      for (const HiddenEffect& effect : menu.outside)
+        for (const double d : {8., 15.})
+          add("outside", menu, fmt::format("{}_d{:g}", effect.name, d), {{effect, d}});
+    for (const Menu& menu : menus()) {
+      // One that may mask the other, and one three times the other.
+      const HiddenEffect& first =
+          menu.effects[static_cast<std::size_t>(round) % menu.effects.size()];
+      const HiddenEffect& second =
+          menu.effects[static_cast<std::size_t>(round + 1) % menu.effects.size()];
+      add("pair", menu, first.name + "_" + second.name, {{first, 24}, {second, 8}});
+      add("pair", menu, second.name + "_" + first.name, {{second, 10}, {first, 10}});
+    }
+    for (const Menu& menu : menus()) {
+      if (menu.plan != "cycles") continue;
+      add("blind", menu, "wrench_gain", {{{"wrench_gain", "load", 0.05}, 0}});
+      if (menu.robot != "bench") add("blind", menu, "payload", {{{"payload", "platform", 0.5}, 0}});
+      add("blind", menu, "friction_one_way",
+          {{menu.effects[menu.robot == "orthoglide" ? 1 : 0], 8}}, "one_way");
+    }
+  }
+  return cases;
+}
+
+namespace {
+
+// 12 % of scatter in every stiffness; 20 % more where the base model is to be wrong.
+std::vector<double> scattered(const RobotSpec& robot, bool off, Random& random) {
+  std::vector<double> factors;
+  for (std::size_t i = 0; i < robot.springs().size(); ++i) {
+    factors.push_back(std::exp(0.12 * std::clamp(random.normal(), -2., 2.)));
+    if (off) factors.back() *= 1 + 0.2 * random.sign();
+  }
+  return factors;
+}
+
+// The size that is as detectable as wanted, by secants in logarithms.
+double size_for(const Target& target, World world, const Plan& plan, const Whitened& whitened) {
+  HiddenEffect effect = target.effect;
+  const auto detectability = [&](double size) {
+    effect.size = size;
+    world.effects = {effect};
+    return whitened.mark_of(respond(world, plan, false)).norm();
+  };
+  double at = usual_size(world.robot, effect), d = detectability(at), power = 1;
+  for (int i = 0; i < 12 && std::abs(std::log(d / target.d_prime)) > 0.03; ++i) {
+    const double next = at * std::exp(std::clamp(std::log(target.d_prime / d) / power, -1.5, 1.5));
+    const double further = detectability(next);
+    if (const double change = std::log(next / at); std::abs(change) > 1e-6)
+      power = std::clamp(std::log(further / d) / change, 0.3, 4.);
+    at = next;
+    d = further;
+  }
+  if (std::abs(std::log(d / target.d_prime)) > 0.2)
+    throw std::runtime_error(fmt::format("{} at {} reaches d' = {:.3g}, wanted {}", effect.name,
+                                         effect.at, d, target.d_prime));
+  return at;
+}
+
+/// What else of the menu looks most like the truth, and how much: the cosine of their marks.
+struct Confuser {
+  std::string name;
+  double cosine = 0;
+};
+
+Confuser confuser_of(const Menu& menu, const HiddenEffect& truth, const Eigen::VectorXd& mark,
+                     World world, const Plan& plan, const Whitened& whitened) {
+  Confuser worst;
+  for (HiddenEffect other : menu.effects) {
+    if (other.name == truth.name && other.at == truth.at) continue;
+    other.size = usual_size(world.robot, other);
+    world.effects = {other};
+    const Eigen::VectorXd look = whitened.mark_of(respond(world, plan, false));
+    const double cosine = std::abs(look.dot(mark)) / std::max(1e-300, look.norm() * mark.norm());
+    if (look.norm() > 0.1 && cosine > worst.cosine)
+      worst = {other.name + " at " + other.at, cosine};
+  }
+  return worst;
+}
+
+// Noise of instrument and load cell, a slight drift of each session, and one outlier in a hundred.
+Readings disturbed(const Case& spec, const Plan& plan, const Responses& clear,
+                   const Readings& noise, Random& random) {
+  const double loud = spec.kind == "loud" ? 1.6 : 1;
+  Readings read = clear.read;
+  const Vector6 drift = 0.1 * noise.col(0).cwiseProduct(
+                                  (Vector6() << random.direction(), random.direction()).finished());
+  double longest = 1;
+  for (const Row& row : plan.rows) longest = std::max(longest, row.time);
+  for (Eigen::Index i = 0; i < read.cols(); ++i) {
+    const double load = wrench_noise * loud * random.normal();
+    read.col(i) +=
+        load * clear.elastic.col(i) + drift * plan.rows[static_cast<std::size_t>(i)].time / longest;
+    for (int c = 0; c < 6; ++c) {
+      const double stated = noise(c, i), from_load = wrench_noise * clear.elastic(c, i);
+      read(c, i) +=
+          loud * random.normal() * std::sqrt(std::max(0., stated * stated - from_load * from_load));
+    }
+    if (random.uniform() < 0.01)
+      read(random.below(plan.rotations ? 6 : 3), i) +=
+          noise(0, i) * random.sign() * random.uniform(8, 15);
+  }
+  return read;
+}
+
+}  // namespace
+
+void write_case(const Case& spec, const std::filesystem::path& folder,
+                const std::filesystem::path& truth) {
+  Random random(spec.seed);
+  World world{.robot = robot_named(spec.robot), .factors = {}, .effects = {}};
+  const std::vector<double> nominal(world.robot.springs().size(), 1);
+  world.factors = scattered(world.robot, spec.kind == "off_base", random);
+  const Plan plan = plan_named(spec.plan, world.robot, random);
+  const Responses base = respond(world, plan, true);
+  const Readings noise = stated_noise(world.robot, base);
+  const Whitened whitened(plan, base, noise);
+
+  std::string hidden;
+  World real = world;
+  Confuser confuser;
+  for (const Target& target : spec.targets) {
+    HiddenEffect effect = target.effect;
+    if (effect.size == 0) effect.size = size_for(target, world, plan, whitened);
+    real.effects.push_back(effect);
+    World alone = world;
+    alone.effects = {effect};
+    const Eigen::VectorXd mark = whitened.mark_of(respond(alone, plan, false));
+    if (spec.kind == "single")
+      confuser = confuser_of(menu_of(spec), effect, mark, world, plan, whitened);
+    hidden += fmt::format(
+        "{}\n    {{\"effect\": \"{}\", \"at\": \"{}\", \"size\": {:.6g}, \"d_prime\": {:.4g}}}",
+        hidden.empty() ? "" : ",", effect.name, effect.at, effect.size, mark.norm());
+  }
+  const Responses clear = real.effects.empty() ? base : respond(real, plan, false);
+  std::filesystem::create_directories(folder);
+  std::filesystem::create_directories(truth.parent_path());
+  write_text(folder / "robot.yaml", robot_file(world.robot, nominal));
+  const Readings read = disturbed(spec, plan, clear, noise, random);
+  write_campaign(spec.name, world.robot, plan, read, noise, random, folder);
+  write_text(truth, fmt::format("{{\"name\": \"{}\", \"class\": \"{}\", \"robot\": \"{}\", "
+                                "\"plan\": \"{}\", \"seed\": {},\n"
+                                "  \"readings\": {}, \"values\": {}, \"confuser\": \"{}\", "
+                                "\"cosine\": {:.3f},\n  \"effects\": [{}]}}\n",
+                                spec.name, spec.kind, spec.robot, spec.plan, spec.seed,
+                                plan.rows.size(), plan.rows.size() * (plan.rotations ? 6u : 3u),
+                                confuser.name, confuser.cosine, hidden));
+}
+
+void write_agreement(const std::string& robot, const std::string& plan_name, int elements,
+                     const std::filesystem::path& folder) {
+  Random random(7);
+  World world{.robot = robot_named(robot), .factors = {}, .effects = {}, .elements = elements};
+  world.factors = scattered(world.robot, false, random);
+  const Plan plan = plan_named(plan_name, world.robot, random);
+  const Responses clear = respond(world, plan, false);
+  std::filesystem::create_directories(folder);
+  write_text(folder / "robot.yaml", robot_file(world.robot, world.factors));
+  write_campaign("agreement", world.robot, plan, clear.read, stated_noise(world.robot, clear),
+                 random, folder);
+}
+
+}  // namespace twin

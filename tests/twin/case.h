@@ -1,0 +1,39 @@
+// Cases of the suite: a robot, what is hidden in it, and how large.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "experiment.h"
+
+namespace twin {
+
+/// A hidden effect, and how detectable it is to be alone.
+struct Target {
+  HiddenEffect effect;
+  double d_prime = 0;
+};
+
+struct Case {
+  std::string name;  // tells the rest, in the list of cases
+  std::string kind;  // class of the suite: clean, off_base, loud, single, pair, outside, blind
+  std::string robot, plan;
+  std::vector<Target> targets = {};
+  std::uint64_t seed = 1;
+};
+
+/// The whole suite, in a fixed order.
+std::vector<Case> suite();
+
+/// Writes robot.yaml, campaign.yaml and readings.csv into `folder`, and what is hidden to `truth`,
+/// which the product never sees. Throws std::runtime_error.
+void write_case(const Case& spec, const std::filesystem::path& folder,
+                const std::filesystem::path& truth);
+
+/// A campaign without noise on a robot whose file says the truth: the product must agree with it.
+void write_agreement(const std::string& robot, const std::string& plan, int elements,
+                     const std::filesystem::path& folder);
+
+}  // namespace twin

@@ -1,0 +1,221 @@
+#include "hidden_effect.h"
+
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+namespace twin {
+namespace {
+
+struct Joint {
+  double stiffness = 0, command = 0;
+  bool turns = false;
+};
+
+Joint find_joint(const RobotSpec& robot, const Posture* posture, const std::string& place) {
+  for (std::size_t c = 0; c < robot.chains.size(); ++c) {
+    Eigen::Index k = 0;
+    for (const Item& item : robot.chains[c].items) {
+      if (item.kind == Item::actuator && robot.place(robot.chains[c], item) == place)
+        return {item.stiffness, posture ? posture->q[c][k] : item.home, item.axes[0] >= 3};
+      k += static_cast<Eigen::Index>(item.axes.size());
+    }
+  }
+  return {};
+}
+
+// Springs that scatter are found in the built robot, where they have their real stiffness.
+double real_stiffness(const Built& built, const std::string& place) {
+  return built.structure.coupling(built.joints.at(place)).law->at(0).tangent;
+}
+
+const Vector3 skew = Vector3(0.6, -0.48, 0.64);  // of unit length: no effect is along an axis
+
+}  // namespace
+
+double usual_size(const RobotSpec& robot, const HiddenEffect& effect) {
+  const Joint joint = find_joint(robot, nullptr, effect.at);
+  const double deflection = joint.turns ? 4e-4 : 3e-6;  // [rad] or [m], about that of the loads
+  const std::map<std::string, double> sizes{
+      {"hardening", 1 / (deflection * deflection)},  // of sinh(d/d0): 1/d0^2
+      {"clearance", deflection / 5},
+      {"piecewise_stiffness", 0.4},
+      {"creep", 0.1},
+      {"friction", joint.stiffness * deflection / 8},
+      {"servo_droop", 0.1},
+      {"preload", joint.stiffness * deflection / 2},
+      {"eccentricity", deflection / 2},
+      {"bearing_compliance", joint.turns ? 0.1 / std::max(joint.stiffness, 1.) : 1e-9},
+      {"base_compliance", robot.name.starts_with("six") ? 5e-8 : 3e-6},
+      {"platform_compliance", robot.name.starts_with("six") ? 1e-7 : 3e-6},
+      {"self_weight", robot.name.starts_with("six") ? 20. : 1.},
+      {"payload", robot.name.starts_with("six") ? 20. : 1.},
+      {"gravity_compensator", 2e5},
+      {"thermal_expansion", 1e-5},
+      {"geometric_error", 1e-4},
+      {"wrench_gain", 0.05},
+      {"wrench_misalignment", 0.02},
+      {"application_point", 0.01},
+      {"target_lever_arm", 0.01},
+      {"sensor_frame", 0.02},
+      {"session_drift", 3e-9},
+      {"cable_drag", robot.name.starts_with("six") ? 3e4 : 2e3},
+      {"cross_coupling", 0.05},
+      {"softening_by_heat", 5e-3}};
+  const auto found = sizes.find(effect.name);
+  if (found == sizes.end())
+    throw std::invalid_argument(fmt::format("nobody knows the effect '{}'", effect.name));
+  return found->second;
+}
+
+namespace {
+
+JointLawPointer law_of(const HiddenEffect& effect, double k, double deflection) {
+  if (effect.name == "hardening") return hardening_law(k, 1 / std::sqrt(effect.size));
+  if (effect.name == "clearance") return clearance_law(k, effect.size);
+  if (effect.name == "piecewise_stiffness")
+    return two_slope_law(k, 1 + effect.size, deflection / 2);
+  if (effect.name == "creep") return creep_law(k, effect.size / k, 300);
+  if (effect.name == "friction") return friction_law(k, effect.size, deflection / 30);
+  if (effect.name == "servo_droop") return servo_droop_law(k, effect.size, deflection);
+  return nullptr;
+}
+
+Matrix6 soft(double translation, double rotation) {
+  Vector6 k;
+  k << Vector3::Constant(1 / translation), Vector3::Constant(1 / rotation);
+  return k.asDiagonal();
+}
+
+void bear(Coupling& coupling, double compliance, bool turns) {
+  for (int i = 0; i < 6; ++i)
+    if (i != coupling.axis) {
+      const double c = turns ? (i < 3 ? 0.1 : 1) * compliance : (i < 3 ? 1 : 100) * compliance;
+      coupling.stiffness(i, i) = 1 / c;
+    }
+}
+
+void balance(Built& built, const std::string& at, double k) {
+  Structure& s = built.structure;
+  const Coupling& joint = s.coupling(built.joints.at(at));
+  const Pose frame = s.pose_of(joint.a);
+  const Pose behind = s.pose_of(joint.b);
+  // The cylinder hangs behind the joint and pulls at a lug of the moving link.
+  const Mark lug = s.mark(joint.b.body, {behind * Vector3(-0.05, 0, 0.25), Matrix3::Identity()});
+  const Mark foot = s.mark(joint.a.body, {frame.x + Vector3(-0.6, 0, -0.25), Matrix3::Identity()});
+  s.add(Strut{foot, lug, k, 0.55});
+}
+
+void cross_couple(Built& built, const std::string& at, double share) {
+  // A moment about the joint also turns what is behind it out of its plane.
+  Coupling& joint = built.structure.coupling(built.joints.at(at));
+  const double k = joint.law->at(0).tangent;
+  const int other = joint.axis < 3 ? (joint.axis + 1) % 3 : 3 + (joint.axis - 2) % 3;
+  const double c = 1 / k;
+  Eigen::Matrix2d compliance;
+  compliance << c, share * c, share * c, 1e-3 * c + share * share * c;
+  const Eigen::Matrix2d stiffness = compliance.inverse();
+  joint.law = linear_law(0);
+  joint.stiffness(joint.axis, joint.axis) = stiffness(0, 0);
+  joint.stiffness(joint.axis, other) = joint.stiffness(other, joint.axis) = stiffness(0, 1);
+  joint.stiffness(other, other) = stiffness(1, 1);
+}
+
+}  // namespace
+
+void apply_to_structure(const HiddenEffect& effect, const RobotSpec& robot, const Posture& posture,
+                        Built& built) {
+  if (effect.size == 0) return;
+  Structure& s = built.structure;
+  const Joint joint = find_joint(robot, &posture, effect.at);
+  const double deflection = joint.turns ? 4e-4 : 3e-6;
+  if (const auto number = built.joints.find(effect.at); number != built.joints.end()) {
+    const double k = real_stiffness(built, effect.at);
+    Coupling& coupling = s.coupling(number->second);
+    if (const JointLawPointer law = law_of(effect, k, deflection)) coupling.law = law;
+    if (effect.name == "preload") coupling.rest[coupling.axis] += effect.size / k;
+    if (effect.name == "eccentricity")
+      coupling.rest[coupling.axis] += effect.size * std::cos(joint.command + 0.7);
+    if (effect.name == "bearing_compliance") bear(coupling, effect.size, joint.turns);
+    if (effect.name == "cross_coupling") cross_couple(built, effect.at, effect.size);
+    if (effect.name == "gravity_compensator") balance(built, effect.at, effect.size);
+    if (effect.name == "geometric_error") {
+      Vector6 shift;
+      shift << effect.size * skew, effect.size * Vector3(skew.z(), skew.x(), skew.y());
+      shift[coupling.axis] = 0;
+      coupling.rest += shift;
+    }
+  }
+  if (effect.name == "base_compliance")
+    for (const int mount : built.mounts)
+      s.coupling(mount).stiffness = soft(0.1 * effect.size, effect.size);
+  if (effect.name == "platform_compliance")
+    for (const int end : built.ends)
+      s.coupling(end).stiffness = soft(0.1 * effect.size, effect.size);
+  if (effect.name == "self_weight") {
+    const std::vector<int>& bodies = built.beams_bodies.at(effect.at);
+    const double share = effect.size / static_cast<double>(bodies.size() - 1);
+    for (std::size_t i = 0; i < bodies.size(); ++i)
+      if (bodies[i] != ground)
+        s.add_mass(bodies[i], i == 0 || i + 1 == bodies.size() ? share / 2 : share);
+  }
+  if (effect.name == "payload") s.add_mass(built.platform.body, effect.size);
+  if (effect.name == "cable_drag") {
+    // The dress pack: an elastic line from a post beside the robot to the tool.
+    const Vector3 tool = s.pose_of(built.platform).x;
+    const Vector3 post = tool.norm() * Vector3(0.2, 0.9, 0.5);
+    s.add(Strut{{ground, {post, Matrix3::Identity()}},
+                built.platform,
+                effect.size,
+                0.7 * (tool - post).norm()});
+  }
+}
+
+void apply_conditions(const std::vector<HiddenEffect>& effects, const std::vector<Vector6>& rests,
+                      const Row& row, Built& built) {
+  for (const HiddenEffect& effect : effects) {
+    if (effect.name == "thermal_expansion") {
+      const std::vector<int>& elements = built.links.at(effect.at);
+      const auto n = static_cast<double>(elements.size());
+      for (std::size_t i = 0; i < elements.size(); ++i) {
+        // Warmer at the end where the motor is.
+        const double gradient = 1 + 0.2 * (0.5 - (static_cast<double>(i) + 0.5) / n);
+        const auto number = static_cast<std::size_t>(elements[i]);
+        built.structure.couplings()[number].rest[0] =
+            rests[number][0] * (1 + effect.size * gradient * (row.link_temperature - 20));
+      }
+    }
+    if (effect.name == "softening_by_heat") {
+      Coupling& coupling = built.structure.coupling(built.joints.at(effect.at));
+      coupling.stiffness(coupling.axis, coupling.axis) =
+          -effect.size * (row.link_temperature - 20) * coupling.law->at(0).tangent;
+    }
+  }
+}
+
+DeadLoad actual_load(const std::vector<HiddenEffect>& effects, const Row& row,
+                     const Mark& platform) {
+  DeadLoad load{platform, row.force, Vector3::Zero()};
+  for (const HiddenEffect& effect : effects) {
+    if (effect.name == "wrench_gain") load.force *= 1 + effect.size;
+    if (effect.name == "wrench_misalignment")
+      load.force = rotation_of(effect.size * skew) * load.force;
+    if (effect.name == "application_point") load.at.at.x += load.at.at.R * (effect.size * skew);
+  }
+  return load;
+}
+
+Pose seen(const std::vector<HiddenEffect>& effects, const Pose& platform, double seconds) {
+  Pose pose = platform;
+  for (const HiddenEffect& effect : effects) {
+    if (effect.name == "target_lever_arm") pose.x = pose * Vector3(effect.size * skew);
+    if (effect.name == "sensor_frame")
+      pose = Pose{Vector3::Zero(), rotation_of(effect.size * skew)} * pose;
+    if (effect.name == "session_drift") pose.x += effect.size * seconds * skew;
+  }
+  return pose;
+}
+
+}  // namespace twin

@@ -1,0 +1,146 @@
+#include "joint_law.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace twin {
+namespace {
+
+class Linear : public JointLaw {
+ public:
+  explicit Linear(double k) : k_(k) {}
+  Reaction at(double d) const override { return {k_ * d, k_}; }
+
+ private:
+  double k_;
+};
+
+class Hardening : public JointLaw {
+ public:
+  Hardening(double k, double d0) : k_(k), d0_(d0) {}
+  Reaction at(double d) const override {
+    // Beyond 20 d0 straight on, so that a far trial point does not overflow.
+    const double u = std::clamp(d / d0_, -20., 20.), beyond = d - u * d0_;
+    return {k_ * (d0_ * std::sinh(u) + std::cosh(u) * beyond), k_ * std::cosh(u)};
+  }
+
+ private:
+  double k_, d0_;
+};
+
+double softplus(double x) { return std::max(x, 0.) + std::log1p(std::exp(-std::abs(x))); }
+double logistic(double x) { return 0.5 * (1 + std::tanh(x / 2)); }
+
+class Clearance : public JointLaw {
+ public:
+  Clearance(double k, double gap) : k_(k), gap_(gap), w_(0.15 * gap) {}
+  Reaction at(double d) const override {
+    const double up = (d - gap_) / w_, down = -(d + gap_) / w_;
+    return {k_ * w_ * (softplus(up) - softplus(down)), k_ * (logistic(up) + logistic(down))};
+  }
+
+ private:
+  double k_, gap_, w_;
+};
+
+class TwoSlopes : public JointLaw {
+ public:
+  TwoSlopes(double k, double ratio, double d1)
+      : k_(k), more_(k * (ratio - 1)), d1_(d1), w_(d1 / 5) {}
+  Reaction at(double d) const override {
+    const double up = (d - d1_) / w_, down = -(d + d1_) / w_;
+    return {k_ * d + more_ * w_ * (softplus(up) - softplus(down)),
+            k_ + more_ * (logistic(up) + logistic(down))};
+  }
+
+ private:
+  double k_, more_, d1_, w_;
+};
+
+class Creep : public JointLaw {
+ public:
+  Creep(double k, double c, double tau) : k_(k), c_(c / 2), tau_{tau / 2, 1.5 * tau} {}
+  Reaction at(double d) const override { return {k_ * (d - slack_[0] - slack_[1]), k_}; }
+  void accept(double d, double seconds) override {
+    const double force = at(d).force;
+    for (std::size_t i = 0; i < slack_.size(); ++i)
+      slack_[i] += (1 - std::exp(-seconds / tau_[i])) * (c_ * force - slack_[i]);
+  }
+
+ private:
+  double k_, c_;
+  std::array<double, 2> tau_, slack_{0, 0};
+};
+
+class Friction : public JointLaw {
+ public:
+  Friction(double k, double force, double s) : k_(k), force_(force), s_(s) {}
+  Reaction at(double d) const override {
+    const double z = advanced(d);
+    return {k_ * d + force_ * z, k_ + force_ * slope(z, d - d_)};
+  }
+  void accept(double d, double) override {
+    z_ = advanced(d);
+    d_ = d;
+  }
+
+ private:
+  double slope(double z, double way) const {
+    return (1 - std::pow(std::abs(z), 1.5) * (z * way >= 0 ? 1. : -0.2)) / s_;
+  }
+  // Runge-Kutta over the way from the last accepted point, a tenth of s at a time at most.
+  double advanced(double d) const {
+    const double way = d - d_;
+    const int steps = std::clamp(static_cast<int>(std::ceil(std::abs(way) / (0.1 * s_))), 1, 400);
+    const double h = way / steps;
+    double z = z_;
+    for (int i = 0; i < steps; ++i) {
+      const double a = slope(z, h), b = slope(z + h / 2 * a, h), c = slope(z + h / 2 * b, h);
+      z = std::clamp(z + h / 6 * (a + 2 * b + 2 * c + slope(z + h * c, h)), -1., 1.);
+    }
+    return z;
+  }
+
+  double k_, force_, s_, z_ = 0, d_ = 0;
+};
+
+class ServoDroop : public JointLaw {
+ public:
+  ServoDroop(double k, double droop, double d0)
+      : k_(k), b_(droop * std::sqrt(d0)), r2_(d0 * d0 / 400) {}
+  Reaction at(double d) const override {
+    double e = d, slope = 1;
+    for (int i = 0; i < 50; ++i) {
+      const double q = std::pow(e * e + r2_, 0.25);
+      slope = 1 + b_ * (1 / q - 0.5 * e * e / std::pow(q, 5));
+      const double step = (e + b_ * e / q - d) / slope;
+      e -= step;
+      if (std::abs(step) < 1e-16) break;
+    }
+    return {k_ * e, k_ / slope};
+  }
+
+ private:
+  double k_, b_, r2_;
+};
+
+}  // namespace
+
+JointLawPointer linear_law(double k) { return std::make_shared<Linear>(k); }
+JointLawPointer hardening_law(double k, double d0) { return std::make_shared<Hardening>(k, d0); }
+JointLawPointer clearance_law(double k, double gap) { return std::make_shared<Clearance>(k, gap); }
+JointLawPointer two_slope_law(double k, double ratio, double d1) {
+  return std::make_shared<TwoSlopes>(k, ratio, d1);
+}
+JointLawPointer creep_law(double k, double c, double tau) {
+  return std::make_shared<Creep>(k, c, tau);
+}
+JointLawPointer friction_law(double k, double force, double s) {
+  return std::make_shared<Friction>(k, force, s);
+}
+JointLawPointer servo_droop_law(double k, double droop, double d0) {
+  return std::make_shared<ServoDroop>(k, droop, d0);
+}
+
+}  // namespace twin
