@@ -84,9 +84,11 @@ std::string frames_text(const Campaign& campaign, const BaseFit& fit) {
   for (const calibration::FrameEstimate& frame : fit.frames)
     for (Eigen::Index k = 0; k < 6; ++k)
       if (!std::isnan(frame.value[k]))
-        table.add_row({campaign.sessions[frame.session], component_name(k).substr(1),
-                       shown(campaign, k, frame.value[k], 6),
-                       shown(campaign, k, frame.standard_error[k], 2), unit_of(campaign, k)});
+        table.add_row(
+            {campaign.sessions[frame.session],
+             (calibration::is_rotation(k) ? "turn about " : "") + component_name(k).substr(1),
+             shown(campaign, k, frame.value[k], 6), shown(campaign, k, frame.standard_error[k], 2),
+             unit_of(campaign, k)});
   std::string text = "\n" + table.text();
   if (campaign.displacement == calibration::DisplacementKind::difference)
     text += "  In differences the position of a frame cancels: it is not observable.\n";
