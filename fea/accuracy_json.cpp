@@ -31,6 +31,7 @@ Json to_json(const Accuracy& accuracy) {
             {"recovery", rows(bars.recovery)},
             {"extrapolation", rows(bars.extrapolation)},
             {"agreement", optional(bars.agreement)},
+            {"calibration", optional(bars.calibration)},
             {"observed_rate", optional(bars.observed_rate)},
             {"best_rate", bars.best_rate},
             {"asked", optional(accuracy.asked)}};

@@ -43,28 +43,50 @@ std::optional<double> rate_through(const MeshOutcome& a, const MeshOutcome& b,
   return 0.5 * (low + high);
 }
 
-// What is left of the error of the mesh before the last one. A rate better than theory's is owed to
-// a coarse first mesh and not to be relied upon.
-double remaining_share(const std::vector<MeshOutcome>& sequence, std::optional<double> rate,
-                       double best_rate) {
-  const MeshOutcome &before = sequence[sequence.size() - 2], &last = sequence.back();
-  double share = last.recovery_error.trace() == 0
-                     ? 0
-                     : mean_change(last.recovery_error, last.flexibility) /
-                           mean_change(before.recovery_error, last.flexibility);
-  if (rate)
-    share = power(last, std::clamp(*rate, slowest_rate, best_rate)) /
-            power(before, std::clamp(*rate, slowest_rate, best_rate));
+// What is left of the error of the mesh before the last one, as the recovery sees it.
+double recovered_share(const MeshOutcome& before, const MeshOutcome& last) {
+  if (last.recovery_error.trace() == 0) return 0;
+  const double share = mean_change(last.recovery_error, last.flexibility) /
+                       mean_change(before.recovery_error, last.flexibility);
   return std::clamp(share, 0.0, 0.9);
 }
 
+// The same by the rate. One better than theory's is owed to a coarse first mesh and not to be
+// relied upon.
+double share_by_rate(const MeshOutcome& before, const MeshOutcome& last, double rate,
+                     double best_rate) {
+  const double believed = std::clamp(rate, slowest_rate, best_rate);
+  return std::clamp(power(last, believed) / power(before, believed), 0.0, 0.9);
+}
+
+// How many times the last change remains when this share of the error before it is left.
+double remaining_changes(double share) { return share / (1 - share); }
+
+void compare_with_change(const MeshOutcome& before, const MeshOutcome& last, ErrorBars& result) {
+  const MatrixXd change = last.flexibility - before.flexibility;
+  const double seen_share = recovered_share(before, last);
+  const double share = result.observed_rate
+                           ? share_by_rate(before, last, *result.observed_rate, result.best_rate)
+                           : seen_share;
+  result.extrapolation = remaining_changes(share) * change;
+  const double recovered = mean_change(result.recovery, last.flexibility);
+  // Both vanish where the elements hold the exact solution.
+  if (recovered < 1e-9) {
+    result.agreement = result.calibration = 1;
+    return;
+  }
+  result.agreement = mean_change(result.extrapolation, last.flexibility) / recovered;
+  result.calibration =
+      remaining_changes(seen_share) * mean_change(change, last.flexibility) / recovered;
+}
+
 MatrixXd bars(const ErrorBars& estimates) {
+  const double enlarged = std::max(1.0, estimates.calibration.value_or(1));
   const MatrixXd& recovery = estimates.recovery;
-  MatrixXd larger = recovery.cwiseAbs();
-  if (estimates.extrapolation.size() > 0)
-    larger = larger.cwiseMax(estimates.extrapolation.cwiseAbs());
-  const Eigen::VectorXd roots = recovery.diagonal().cwiseMax(0).cwiseSqrt();
-  return ErrorBars::safety * larger + ErrorBars::cross_share * roots * roots.transpose();
+  MatrixXd bar = ErrorBars::safety * enlarged * recovery.cwiseAbs();
+  if (estimates.extrapolation.size() > 0) bar = bar.cwiseMax(estimates.extrapolation.cwiseAbs());
+  const Eigen::VectorXd roots = (enlarged * recovery.diagonal()).cwiseMax(0).cwiseSqrt();
+  return bar + ErrorBars::cross_share * roots * roots.transpose();
 }
 
 }  // namespace
@@ -79,16 +101,7 @@ ErrorBars error_bars(const std::vector<MeshOutcome>& sequence, int order) {
   if (count >= 3)
     result.observed_rate =
         rate_through(sequence[count - 3], sequence[count - 2], sequence[count - 1]);
-  if (count >= 2) {
-    const double share = remaining_share(sequence, result.observed_rate, result.best_rate);
-    result.extrapolation = share / (1 - share) * (c - sequence[count - 2].flexibility);
-    const double recovered = mean_change(result.recovery, c);
-    // Both vanish where the elements hold the exact solution.
-    if (recovered < 1e-9)
-      result.agreement = 1;
-    else
-      result.agreement = mean_change(result.extrapolation, c) / recovered;
-  }
+  if (count >= 2) compare_with_change(sequence[count - 2], last, result);
   result.bar = bars(result);
   const Eigen::VectorXd size = c.diagonal().cwiseSqrt();
   result.significant =

@@ -23,7 +23,8 @@ struct ErrorBars {
   /// Of the entries |C_ij| >= significance * sqrt(C_ii C_jj), a measure that no choice of units
   /// changes. The others are small by symmetry or nearly so: they have a bar, but no relative one.
   static constexpr double significance = 0.05;
-  /// A bar is this times the larger of the two estimates ...
+  /// A bar is this times the recovery's estimate, enlarged by the calibration where that is above
+  /// 1, and never below the extrapolation's ...
   static constexpr double safety = 2;
   /// ... plus this times the root of the estimates of the two diagonal entries: the estimate of an
   /// entry off the diagonal may be small by chance.
@@ -37,6 +38,10 @@ struct ErrorBars {
   Eigen::Matrix<bool, Eigen::Dynamic, Eigen::Dynamic> significant;
   double relative_error = 0;  // largest bar of a significant entry beside the entry
 
+  /// Mean over all load cases: what the last change of the flexibility was, beside the fall of the
+  /// recovery's estimate from the mesh before to the last one. Above 1 the recovery sees too little
+  /// of the error. From two meshes on; not above 0 when the error did not fall.
+  std::optional<double> calibration;
   /// The error falls as unknowns^-rate: as observed on the last three meshes, if there are three
   /// and they converge.
   std::optional<double> observed_rate;
