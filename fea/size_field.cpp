@@ -92,16 +92,23 @@ std::vector<Vector3> spread(const SurfaceMesh& surface, std::size_t facet, doubl
   return points;
 }
 
+// The error of an element beside a singular edge falls as h^(2 lambda), whatever its order; at the
+// edge of a held face lambda is about 3/4.
+constexpr double singular_exponent = 1 / (2 * 0.75 + 3);
+constexpr double most_refined = 0.2, most_coarsened = 1.5;
+
 // The factor K of size_from_error for a share of the error, with sizes of p-th order elements.
 class Equidistribution {
  public:
   Equidistribution(const std::vector<double>& error_of, int order)
-      : error_of_(error_of), exponent_(1.0 / (2 * order + 3)), order_(order) {
+      : error_of_(error_of), smooth_exponent_(1.0 / (2 * order + 3)), order_(order) {
     for (const double error : error_of) total_ += error;
   }
 
   double ratio(double k, double error) const {
-    return error > 0 ? std::clamp(std::pow(k / error, exponent_), 0.25, 1.5) : 1.5;
+    if (!(error > 0)) return most_coarsened;
+    const double exponent = error > k ? singular_exponent : smooth_exponent_;
+    return std::clamp(std::pow(k / error, exponent), most_refined, most_coarsened);
   }
   double share(double k) const {
     double sum = 0;
@@ -128,7 +135,7 @@ class Equidistribution {
 
  private:
   const std::vector<double>& error_of_;
-  double exponent_, total_ = 0;
+  double smooth_exponent_, total_ = 0;
   int order_;
 };
 

@@ -12,6 +12,7 @@
 #include <fmt/ranges.h>
 
 #include "kinetostat/fea/child_process.h"
+#include "kinetostat/fea/edge_division.h"
 #include "kinetostat/fea/surface_check.h"
 #include "kinetostat/fea/surface_faces.h"
 #include "kinetostat/fea/tetgen_protocol.h"
@@ -65,14 +66,16 @@ Vector3 point_inside(const SurfaceMesh& surface, const Shell& cavity) {
 
 double regular_tetrahedron_volume(double edge) { return edge * edge * edge / (6 * std::sqrt(2.0)); }
 
-tetgen::Request request_for(const SurfaceMesh& surface, const Markers& markers,
-                            const SurfaceReport& report, const SizeField& sizes) {
+tetgen::Request request_for(const SurfaceMesh& surface, const DividedSurface& divided,
+                            const Markers& markers, const SurfaceReport& report,
+                            const SizeField& sizes) {
   tetgen::Request request;
-  for (const Vector3& p : surface.points)
+  for (const Vector3& p : divided.mesh.points)
     request.points.insert(request.points.end(), p.data(), p.data() + 3);
-  for (const Triangle& t : surface.triangles)
+  for (const Triangle& t : divided.mesh.triangles)
     request.triangles.insert(request.triangles.end(), t.begin(), t.end());
-  request.markers = markers.of_facet;
+  for (const int facet : divided.parent)
+    request.markers.push_back(markers.of_facet[static_cast<std::size_t>(facet)]);
   for (const Shell& shell : report.shells) {
     if (shell.depth % 2 == 0) continue;
     const Vector3 inside = point_inside(surface, shell);
@@ -102,12 +105,12 @@ void refuse_too_many(const SurfaceReport& report, const TetrahedralizeOptions& o
 }
 
 // Facets of the triangles that TetGen lists as "( 0, 2, 3) and ( 8, 12, 14)".
-std::vector<int> facets_named(const std::string& words, const SurfaceMesh& surface) {
+std::vector<int> facets_named(const std::string& words, const DividedSurface& surface) {
   std::map<Triangle, int> facet_of;
-  for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
-    Triangle t = surface.triangles[f];
+  for (std::size_t f = 0; f < surface.mesh.triangles.size(); ++f) {
+    Triangle t = surface.mesh.triangles[f];
     std::sort(t.begin(), t.end());
-    facet_of.emplace(t, static_cast<int>(f));
+    facet_of.emplace(t, surface.parent[f]);
   }
   static const std::regex triple(R"(\(\s*(\d{1,9}),\s*(\d{1,9}),\s*(\d{1,9})\))");
   std::vector<int> facets;
@@ -333,7 +336,8 @@ TetMesh tetrahedralize(const SurfaceMesh& surface, const std::vector<int>& tags,
   const SurfaceReport report = check_surface(surface, weld_tolerance(surface.points));
   refuse_too_many(report, options);
   const Markers markers = mark(surface, tags);
-  Mesher mesher(request_for(surface, markers, report, options.sizes), options, progress);
+  const DividedSurface divided = divide_edges(surface, markers.of_facet, options.sizes);
+  Mesher mesher(request_for(surface, divided, markers, report, options.sizes), options, progress);
   ChildResult first_failure;
   bool failed = false, flat = false;
   for (const auto& [switches, share] : attempts(options)) {
@@ -352,7 +356,7 @@ TetMesh tetrahedralize(const SurfaceMesh& surface, const std::vector<int>& tags,
                        "Export the mesh again with a finer tolerance, or change the element size");
   // TetGen's own search for crossing facets names them even where meshing just crashes.
   const ChildResult search = mesher.run("pd", std::min(options.time_limit, 20.0));
-  explain(first_failure, options, facets_named(first_failure.words + search.words, surface));
+  explain(first_failure, options, facets_named(first_failure.words + search.words, divided));
 }
 
 }  // namespace kinetostat::fea
