@@ -11,6 +11,7 @@
 #include <CGAL/Polygon_mesh_processing/polygon_mesh_to_polygon_soup.h>
 #include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
 #include <CGAL/Polygon_mesh_processing/repair_polygon_soup.h>
+#include <CGAL/Polygon_mesh_processing/repair_self_intersections.h>
 #include <CGAL/Polygon_mesh_processing/stitch_borders.h>
 #include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
 #include <CGAL/Surface_mesh.h>
@@ -97,14 +98,23 @@ Answer fill(const Request& request) {
   return answer;
 }
 
+// Facets that cross are taken away and the holes closed, a little farther around each time.
+void uncross(Mesh& piece) {
+  if (!pmp::does_self_intersect(piece)) return;
+  pmp::experimental::remove_self_intersections(piece, CGAL::parameters::preserve_genus(false));
+  piece.collect_garbage();
+  if (CGAL::is_empty(piece) || !CGAL::is_closed(piece) || pmp::does_self_intersect(piece))
+    throw Impossible("a piece of the surface crosses itself");
+}
+
 // Closed pieces of the surface, those that bound material before cavities, each in the order of the
 // input.
 std::vector<Mesh> pieces_of(const Mesh& mesh) {
   std::vector<Mesh> pieces;
   pmp::split_connected_components(mesh, pieces);
-  for (const Mesh& piece : pieces) {
+  for (Mesh& piece : pieces) {
     if (!CGAL::is_closed(piece)) throw Impossible("a piece of the surface is open");
-    if (pmp::does_self_intersect(piece)) throw Impossible("a piece of the surface crosses itself");
+    uncross(piece);
   }
   std::stable_partition(pieces.begin(), pieces.end(),
                         [](const Mesh& piece) { return pmp::volume(piece) > 0; });

@@ -202,7 +202,7 @@ files::Json check_surface(Run& run, const Options& options, const Request& reque
     run.refuse({options.mesh, "the surface does not bound a solid, see above",
                 request.repair.steps.empty()
                     ? "Mend it in the program it came from, or with '--repair "
-                      "weld,orient,fill,unite,wrap', then check again"
+                      "weld,orient,fill,unite,drop,wrap', then check again"
                     : "Mend it in the program it came from, then check again"});
   files::Json json{{"sound", report.sound()},
                    {"facets", report.facets},
@@ -301,8 +301,9 @@ void add_mesh_check(Program& program) {
       ->type_name("DENSITY");
   app.add_option("--body", options->body, "Check only this one of several bodies")
       ->type_name("NAME");
-  app.add_option("--repair", options->repair,
-                 "Mend it: any of weld,orient,fill,unite,wrap, taken in that order where needed")
+  app.add_option(
+         "--repair", options->repair,
+         "Mend it: any of weld,orient,fill,unite,drop,wrap, taken in that order where needed")
       ->type_name("STEPS");
   app.add_option("--tolerance", options->tolerance,
                  "Distance within which weld joins; 1e-4 of the diagonal by default")

@@ -15,6 +15,9 @@ namespace {
 
 using Cause = MeshingError::Cause;
 
+// Of the time for the first attempt: what a surface may take that defeats TetGen.
+constexpr double cleaned_share = 0.25, gmsh_share = 0.5;
+
 // More time, memory or another program would not help where these are the cause.
 bool is_about_the_surface(const MeshingError& error) {
   return error.cause() == Cause::refused || error.cause() == Cause::crashed ||
@@ -22,10 +25,11 @@ bool is_about_the_surface(const MeshingError& error) {
 }
 
 std::optional<TetMesh> cleaned_and_filled(const SurfaceMesh& surface, const std::vector<int>& tags,
-                                          double tolerance, const TetrahedralizeOptions& options,
+                                          double tolerance, TetrahedralizeOptions options,
                                           files::Progress& progress) {
   const std::optional<CleanSurface> clean = without_thin_facets(surface, tags, tolerance);
   if (!clean) return {};
+  options.time_limit *= cleaned_share;
   try {
     TetMesh mesh = tetrahedralize(clean->mesh, clean->tags, options, progress);
     mesh.made_by = fmt::format("TetGen, thin facets removed within {:.2g} m", tolerance);
@@ -76,9 +80,9 @@ TetMesh fill_solid(const SurfaceMesh& surface, const std::vector<int>& tags,
         return *std::move(mesh);
     std::string also = "gmsh, which might do it, is not installed";
     if (!find_gmsh().empty()) try {
-        TetMesh mesh =
-            gmsh_tetrahedra(surface, tags, one_size(options),
-                            {.time = options.time_limit, .memory = options.memory_limit}, progress);
+        TetMesh mesh = gmsh_tetrahedra(
+            surface, tags, one_size(options),
+            {.time = gmsh_share * options.time_limit, .memory = options.memory_limit}, progress);
         also = fault(mesh, surface);
         if (also.empty()) {
           mesh = reordered(mesh);

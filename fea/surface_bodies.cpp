@@ -47,18 +47,19 @@ std::vector<Body> named(const SurfaceMesh& mesh, const std::vector<Shell>& shell
   return bodies;
 }
 
-// A shell within others belongs to the smallest box around it that is an outermost shell's.
+// A cavity belongs to the smallest box around it that is a body's; what floats in it is a body,
+// too.
 std::vector<Body> numbered(const std::vector<Shell>& shells) {
   std::vector<Body> bodies;
   std::vector<const Shell*> outermost;
   for (const Shell& shell : shells) {
-    if (shell.depth != 0) continue;
+    if (shell.depth % 2 != 0) continue;
     outermost.push_back(&shell);
     bodies.push_back({.name = std::to_string(outermost.size()), .facets = {}, .box = {}});
     add(bodies.back(), shell);
   }
   for (const Shell& shell : shells) {
-    if (shell.depth == 0) continue;
+    if (shell.depth % 2 == 0) continue;
     std::size_t owner = outermost.size();
     for (std::size_t i = 0; i < outermost.size(); ++i)
       if (outermost[i]->box.contains(shell.box) &&

@@ -105,10 +105,14 @@ std::vector<int> merge_identical(std::vector<Vector3>& points) {
   return number;
 }
 
-std::string lower_extension(const std::filesystem::path& file) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
+std::string lower_case(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+std::string lower_extension(const std::filesystem::path& file) {
+  const std::string extension = lower_case(file.extension().string());
   return extension.empty() ? extension : extension.substr(1);
 }
 
@@ -119,9 +123,8 @@ std::size_t occurrences(const std::string& text, const std::string& word) {
   return count;
 }
 
-void check_ascii_stl(const std::filesystem::path& file, std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+void check_ascii_stl(const std::filesystem::path& file, const std::string& bytes) {
+  const std::string text = lower_case(bytes);
   const std::size_t ends = occurrences(text, "endfacet");
   const std::size_t begins = occurrences(text, "facet") - ends;
   if (begins != ends || text.find("endsolid") == std::string::npos)
@@ -133,16 +136,20 @@ void check_ascii_stl(const std::filesystem::path& file, std::string text) {
 }
 
 // The importer trusts the facet count of a binary STL and stops silently at the end of an ASCII
-// one.
-void check_stl(const std::filesystem::path& file, const std::string& bytes) {
+// one, whose words it knows in lower case only.
+void check_stl(const std::filesystem::path& file, std::string& bytes) {
   const std::size_t text_begin = bytes.find_first_not_of(" \t\r\n");
-  const bool says_solid =
-      text_begin != std::string::npos && bytes.compare(text_begin, 5, "solid") == 0;
+  const std::string first_word = text_begin == std::string::npos ? "" : bytes.substr(text_begin, 5);
+  const bool says_solid = lower_case(first_word) == "solid";
   std::uint32_t count = 0;
   if (bytes.size() >= stl_header) std::memcpy(&count, bytes.data() + 80, sizeof count);
   const std::size_t expected = stl_header + stl_facet * std::size_t{count};
   if (bytes.size() >= stl_header && bytes.size() == expected) return;
-  if (says_solid && bytes.find('\0') == std::string::npos) return check_ascii_stl(file, bytes);
+  if (says_solid && bytes.find('\0') == std::string::npos) {
+    check_ascii_stl(file, bytes);
+    if (first_word != "solid") bytes = lower_case(bytes);
+    return;
+  }
   if (bytes.size() < stl_header)
     throw InputError(file, fmt::format("{} bytes are too few for an STL file", bytes.size()),
                      "Export the mesh again");
@@ -280,7 +287,7 @@ SurfaceMesh import_step(const std::filesystem::path& file) {
   throw InputError(file, "the STEP file holds no surface", "Export the link as a solid");
 }
 
-SurfaceMesh import_triangles(const std::filesystem::path& file, const std::string& bytes) {
+SurfaceMesh import_triangles(const std::filesystem::path& file, std::string bytes) {
   const std::string kind = lower_extension(file);
   if (!is_step(kind) && kind != "stl" && kind != "obj" && kind != "ply" && kind != "msh")
     throw InputError(file, fmt::format("'.{}' is not a surface format that is read here", kind),
@@ -375,6 +382,21 @@ double weld_tolerance(const std::vector<Vector3>& points) {
                   4 * double{std::numeric_limits<float>::epsilon()} * farthest);
 }
 
+void drop_unused_points(SurfaceMesh& mesh) {
+  std::vector<int> number(mesh.points.size(), -1);
+  for (const Triangle& t : mesh.triangles)
+    for (const int corner : t) number[static_cast<std::size_t>(corner)] = 0;
+  std::size_t count = 0;
+  for (std::size_t p = 0; p < number.size(); ++p) {
+    if (number[p] < 0) continue;
+    number[p] = static_cast<int>(count);
+    mesh.points[count++] = mesh.points[p];
+  }
+  mesh.points.resize(count);
+  for (Triangle& t : mesh.triangles)
+    for (int& corner : t) corner = number[static_cast<std::size_t>(corner)];
+}
+
 void keep_facets(SurfaceMesh& mesh, const std::vector<int>& kept) {
   std::vector<Triangle> triangles;
   for (std::size_t f = 0; f < kept.size(); ++f)
@@ -388,6 +410,7 @@ void keep_facets(SurfaceMesh& mesh, const std::vector<int>& kept) {
     group.facets = std::move(facets);
   }
   std::erase_if(mesh.groups, [](const FacetGroup& group) { return group.facets.empty(); });
+  drop_unused_points(mesh);
 }
 
 std::vector<int> merge_near(std::vector<Vector3>& points, double tolerance) {

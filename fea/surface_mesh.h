@@ -79,8 +79,12 @@ struct ImportedSurface {
   std::string sha256;  // of the file
 };
 
-/// Keeps the facets whose number in `kept` is not -1, under that number, with their groups; kept
-/// numbers ascend from 0.
+/// Leaves out the points that no facet has; the others keep their order. Whatever works on points
+/// counts on that: a mesher would put nodes there.
+void drop_unused_points(SurfaceMesh& mesh);
+
+/// Keeps the facets whose number in `kept` is not -1, under that number, with their points and
+/// groups; kept numbers ascend from 0.
 void keep_facets(SurfaceMesh& mesh, const std::vector<int>& kept);
 
 /// The unit of a mesh is not stated. Whoever knows where it should have been stated adds that.

@@ -120,12 +120,17 @@ double winding_number(const SurfaceMesh& mesh, const Shell& shell, const Vector3
   return angle / (4 * std::numbers::pi);
 }
 
+// A file whose facets share no corners has as many shells as facets; but what encloses anything has
+// four facets.
 void nest_shells(const SurfaceMesh& mesh, std::vector<Shell>& shells) {
+  std::vector<const Shell*> enclosing;
+  for (const Shell& shell : shells)
+    if (shell.facets.size() >= 4) enclosing.push_back(&shell);
   for (Shell& inner : shells)
-    for (const Shell& outer : shells) {
-      if (&inner == &outer || !outer.box.contains(inner.box)) continue;
+    for (const Shell* outer : enclosing) {
+      if (&inner == outer || !outer->box.contains(inner.box)) continue;
       const Vector3& probe = mesh.corner(static_cast<std::size_t>(inner.facets.front()), 0);
-      if (std::abs(winding_number(mesh, outer, probe)) > 0.5) ++inner.depth;
+      if (std::abs(winding_number(mesh, *outer, probe)) > 0.5) ++inner.depth;
     }
 }
 

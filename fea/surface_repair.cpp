@@ -9,8 +9,10 @@
 
 #include "kinetostat/fea/cgal_protocol.h"
 #include "kinetostat/fea/child_process.h"
+#include "kinetostat/fea/surface_bodies.h"
 #include "kinetostat/fea/surface_cleaning.h"
 #include "kinetostat/fea/surface_distance.h"
+#include "kinetostat/fea/surface_flattening.h"
 #include "kinetostat/fea/surface_topology.h"
 #include "kinetostat/fea/surface_weld.h"
 #include "kinetostat/spatial/units.h"
@@ -107,6 +109,7 @@ class Repair {
     report_.volume_before = enclosed_volume(original_);
     take(RepairStep::fill, &Repair::fill);
     take(RepairStep::unite, &Repair::unite);
+    take(RepairStep::drop, &Repair::drop);
     take(RepairStep::wrap, &Repair::wrap);
     report_.volume_after = enclosed_volume(mesh_).value_or(0);
     return std::move(report_);
@@ -137,12 +140,15 @@ class Repair {
     if (did.joined + did.split + did.removed == 0) return;
     if (welded.triangles.empty())
       return log(RepairStep::weld, false, "nothing would be left of the surface");
+    const std::size_t moved = did.joined + did.split > 0 ? flatten(welded, tolerance) : 0;
     mesh_ = std::move(welded);
     state_ = check_surface(mesh_, contact_);
     log(RepairStep::weld, true,
-        fmt::format("{} joined within {}, {} split at a corner, {} removed",
+        fmt::format("{} joined within {}, {} split at a corner, {} moved into the plane of a flat "
+                    "face, {} removed",
                     counted(did.joined, "corner", "corners"), length(tolerance),
                     counted(did.split, "open edge", "open edges"),
+                    counted(moved, "corner", "corners"),
                     counted(did.removed, "facet that was there twice or collapsed",
                             "facets that were there twice or collapsed")));
   }
@@ -252,6 +258,30 @@ class Repair {
     accept(std::move(*united), state);
   }
 
+  // Screws and motors that a housing was exported with; whoever means one of them says so.
+  void drop() {
+    if (!state_.sound()) return;
+    const std::vector<Body> bodies = find_bodies(mesh_, state_.shells);
+    double whole = 0;
+    const Body* largest = &bodies.front();
+    for (const Body& body : bodies) {
+      whole += body.volume;
+      if (body.volume > largest->volume) largest = &body;
+    }
+    const double rest = 1 - largest->volume / whole;
+    if (rest > options_.limit)
+      return log(
+          RepairStep::drop, false,
+          fmt::format("the largest of {} bodies has only {:.2g} % of the volume; the limit is "
+                      "{:.2g} %",
+                      bodies.size(), 100 * (1 - rest), 100 * (1 - options_.limit)));
+    log(RepairStep::drop, true,
+        fmt::format("{} that touch nothing left out, {:.2g} % of the volume",
+                    counted(bodies.size() - 1, "body", "bodies"), 100 * rest));
+    keep_body(mesh_, *largest);
+    state_ = check_surface(mesh_, contact_);
+  }
+
   // From coarse to fine: the first that stays within the limit.
   void wrap() {
     std::string last;
@@ -341,7 +371,7 @@ class Repair {
 }  // namespace
 
 const std::vector<std::string>& repair_steps() {
-  static const std::vector<std::string> names{"weld", "orient", "fill", "unite", "wrap"};
+  static const std::vector<std::string> names{"weld", "orient", "fill", "unite", "drop", "wrap"};
   return names;
 }
 

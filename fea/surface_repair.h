@@ -18,9 +18,11 @@ namespace kinetostat::fea {
 ///           corners that lie on them, facets that are there twice go
 ///   orient  facets of a shell agree with one another, its outside is out
 ///   fill    holes are closed by triangles between their corners (CGAL)
-///   unite   closed bodies that overlap, touch or lie within one another become their union (CGAL)
+///   unite   closed bodies that overlap, touch or lie within one another become their union; where
+///           one crosses itself, the facets that do are replaced (CGAL)
+///   drop    bodies that touch nothing and are small beside the largest are left out
 ///   wrap    a new surface is shrunk onto the old one from outside (CGAL, alpha wrapping)
-enum class RepairStep { weld, orient, fill, unite, wrap };
+enum class RepairStep { weld, orient, fill, unite, drop, wrap };
 
 /// All steps, by name: "weld" ... "wrap".
 const std::vector<std::string>& repair_steps();
@@ -31,8 +33,9 @@ RepairStep repair_step(const std::string& name);
 struct RepairOptions {
   std::vector<RepairStep> steps = {};  // allowed; taken where there is something to mend
   double tolerance = 0;                // [m] of weld, >= 0; 0: 1e-4 of the bounding box's diagonal
-  double limit = 0.01;  // the enclosed volume may change by this fraction and no point of the new
-                        // surface be farther than this fraction of the diagonal from the old one
+  double limit = 0.01;  // the enclosed volume may change by this fraction, what is dropped
+                        // included, and no point of the new surface be farther than this fraction
+                        // of the diagonal from the old one
   std::string unit = "m";                           // of the lengths in words
   double time_limit = 120;                          // [s] of each run of the helper, > 0
   std::size_t memory_limit = std::size_t{6} << 30;  // [bytes] of the helper

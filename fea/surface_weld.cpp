@@ -219,6 +219,7 @@ EdgeWeldReport weld_open_edges(SurfaceMesh& mesh, double tolerance) {
     report.split += count;
   }
   report.removed += remove_repeated_facets(mesh);
+  drop_unused_points(mesh);
   return report;
 }
 

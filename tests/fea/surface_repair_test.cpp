@@ -5,8 +5,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "kinetostat/fea/edge_division.h"
 #include "kinetostat/fea/surface_bodies.h"
 #include "kinetostat/fea/surface_distance.h"
+#include "kinetostat/fea/surface_faces.h"
 #include "kinetostat/fea/surface_weld.h"
 
 #include "fea/shapes.h"
@@ -31,6 +33,13 @@ SurfaceMesh unwelded(const SurfaceMesh& mesh, double error) {
     soup.triangles.push_back({base, base + 1, base + 2});
   }
   return soup;
+}
+
+// Many facets a side, their corners on the edges of the box.
+SurfaceMesh fine_box() {
+  return divide_edges(box, {1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6},
+                      {.points = {Vector3::Zero()}, .sizes = {0.25}})
+      .mesh;
 }
 
 RepairReport mend(SurfaceMesh& mesh, std::vector<RepairStep> steps, double limit = 0.01) {
@@ -67,6 +76,34 @@ TEST(Repair, WeldJoinsCornersOfOpenEdges) {
   ASSERT_EQ(report.actions.size(), 1u);
   EXPECT_THAT(report.actions[0].words, HasSubstr("28 corners joined"));
   expect_sound(mesh, 6, 1e-3);
+}
+
+// A mesher would put nodes at points that no facet has.
+TEST(Repair, WeldLeavesNoPointsBehind) {
+  SurfaceMesh mesh = unwelded(box, 1e-4);
+  mend(mesh, {RepairStep::weld});
+  EXPECT_EQ(mesh.points.size(), 8u);
+}
+
+TEST(Repair, WeldMakesFlatFacesFlatAgain) {
+  SurfaceMesh mesh = unwelded(fine_box(), 1e-4);
+  mend(mesh, {RepairStep::weld});
+  expect_sound(mesh, 6, 1e-3);
+  EXPECT_EQ(flat_faces(mesh, 1e-12).size(), 6u);
+}
+
+TEST(Repair, DropLeavesOutSmallBodiesThatTouchNothing) {
+  SurfaceMesh mesh = box;
+  append(mesh, inverted(box_surface({1, 0.5, 0.25}, {2, 1.5, 0.75})));
+  append(mesh, box_surface({1.4, 0.9, 0.4}, {1.6, 1.1, 0.6}));  // floats in the cavity
+  append(mesh, box_surface({5, 0, 0}, {5.2, 0.2, 0.2}));
+  EXPECT_EQ(find_bodies(mesh, nested_shells(mesh, edge_uses(mesh))).size(), 3u);
+  SurfaceMesh kept = mesh;
+  EXPECT_FALSE(mend(kept, {RepairStep::drop}, 1e-3).actions.at(0).done);
+  EXPECT_EQ(kept.triangles, mesh.triangles);
+  EXPECT_TRUE(mend(kept, {RepairStep::drop}, 0.01).actions.at(0).done);
+  expect_sound(kept, 5.5, 1e-12);
+  EXPECT_EQ(kept.points.size(), 16u);
 }
 
 TEST(Repair, WeldMovesNothingWhereTheSurfaceIsClosed) {
@@ -227,6 +264,20 @@ TEST(RepairByCgal, UniteKeepsCavities) {
   mend(mesh, {RepairStep::unite});
   expect_sound(mesh, 5.5 + 1, 1e-9);
   EXPECT_EQ(check_surface(mesh, tolerance).cavities(), 1);
+}
+
+// The middle of an edge of the top is pulled out through the bottom.
+TEST(RepairByCgal, UniteMendsABodyThatCrossesItself) {
+  SurfaceMesh mesh = fine_box();
+  const auto pulled = std::find_if(mesh.points.begin(), mesh.points.end(), [](const Vector3& p) {
+    return (p - Vector3(1.5, 0, 1)).norm() < 1e-9;
+  });
+  ASSERT_NE(pulled, mesh.points.end());
+  *pulled = {1.5, 0.2, -0.1};
+  ASSERT_FALSE(check_surface(mesh, tolerance).sound());
+  const RepairReport report = mend(mesh, {RepairStep::unite}, 0.1);
+  ASSERT_TRUE(report.actions.at(0).done) << report.actions[0].words;
+  EXPECT_TRUE(check_surface(mesh, tolerance).sound());
 }
 
 TEST(RepairByCgal, BodiesApartAreNotUnited) {
