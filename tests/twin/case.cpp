@@ -93,6 +93,13 @@ const Menu& menu_of(const Case& spec) {
   return menus().front();
 }
 
+// About a fifth of the joint's force under the largest load.
+double one_way_friction(const std::string& robot) {
+  if (robot == "bench") return 6;
+  if (robot == "arm_3r") return 6;
+  return robot == "arm_6r" ? 200 : 90;
+}
+
 }  // namespace
 
 std::vector<Case> suite() {
@@ -121,20 +128,18 @@ std::vector<Case> suite() {
         for (const double d : {8., 15.})
           add("outside", menu, fmt::format("{}_d{:g}", effect.name, d), {{effect, d}});
     for (const Menu& menu : menus()) {
-      // One that may mask the other, and one three times the other.
-      const HiddenEffect& first =
-          menu.effects[static_cast<std::size_t>(round) % menu.effects.size()];
-      const HiddenEffect& second =
-          menu.effects[static_cast<std::size_t>(round + 1) % menu.effects.size()];
-      add("pair", menu, first.name + "_" + second.name, {{first, 24}, {second, 8}});
-      add("pair", menu, second.name + "_" + first.name, {{second, 10}, {first, 10}});
+      // One three times the other, then two alike. A joint has one law, and friction beside it.
+      const std::size_t n = menu.effects.size(), r = static_cast<std::size_t>(round);
+      const HiddenEffect &other = menu.effects[1 + r % (n - 1)], &first = menu.effects[0];
+      add("pair", menu, other.name + "_" + first.name, {{other, 24}, {first, 8}});
+      add("pair", menu, first.name + "_" + other.name + "_alike", {{other, 10}, {first, 10}});
     }
     for (const Menu& menu : menus()) {
       if (menu.plan != "cycles") continue;
       add("blind", menu, "wrench_gain", {{{"wrench_gain", "load", 0.05}, 0}});
       if (menu.robot != "bench") add("blind", menu, "payload", {{{"payload", "platform", 0.5}, 0}});
       add("blind", menu, "friction_one_way",
-          {{menu.effects[menu.robot == "orthoglide" ? 1 : 0], 8}}, "one_way");
+          {{{"friction", menu.effects[0].at, one_way_friction(menu.robot)}, 0}}, "one_way");
     }
   }
   return cases;
@@ -240,7 +245,9 @@ void write_case(const Case& spec, const std::filesystem::path& folder,
   for (const Target& target : spec.targets) {
     HiddenEffect effect = target.effect;
     if (effect.size == 0) effect.size = size_for(target, world, plan, whitened);
-    real.effects.push_back(effect);
+    // Last in the list is applied last: friction beside whatever law there is.
+    real.effects.insert(effect.name == "friction" ? real.effects.end() : real.effects.begin(),
+                        effect);
     World alone = world;
     alone.effects = {effect};
     const Eigen::VectorXd mark = whitened.mark_of(respond(alone, plan, false));
@@ -255,7 +262,7 @@ void write_case(const Case& spec, const std::filesystem::path& folder,
   std::filesystem::create_directories(truth.parent_path());
   write_text(folder / "robot.yaml", robot_file(world.robot, nominal));
   const Readings read = disturbed(spec, plan, clear, noise, random);
-  write_campaign(spec.name, world.robot, plan, read, noise, random, folder);
+  write_campaign("case", world.robot, plan, read, noise, random, folder);
   write_text(truth, fmt::format("{{\"name\": \"{}\", \"class\": \"{}\", \"robot\": \"{}\", "
                                 "\"plan\": \"{}\", \"seed\": {},\n"
                                 "  \"readings\": {}, \"values\": {}, \"confuser\": \"{}\", "

@@ -17,7 +17,7 @@ constexpr double degree = std::numbers::pi / 180;
 double largest_force(const RobotSpec& robot) {
   if (robot.name.starts_with("joint")) return 60;
   if (robot.name.starts_with("three")) return 35;
-  return robot.name.starts_with("six") ? 500 : 150;
+  return robot.name.starts_with("six") ? 500 : 450;
 }
 
 Posture random_posture(const RobotSpec& robot, Random& random) {
@@ -142,6 +142,11 @@ Plan plan_named(const std::string& name, const RobotSpec& robot, Random& random)
 
 namespace {
 
+bool creeps(const std::vector<HiddenEffect>& effects) {
+  return std::any_of(effects.begin(), effects.end(),
+                     [](const HiddenEffect& e) { return e.name == "creep"; });
+}
+
 bool has_memory(const std::vector<HiddenEffect>& effects) {
   return std::any_of(effects.begin(), effects.end(), [](const HiddenEffect& e) {
     return e.name == "friction" || e.name == "creep";
@@ -203,7 +208,7 @@ class Run {
   void reach(const Row& row) {
     apply_conditions(world_.effects, rests_, row, built_);
     const bool remembers = has_memory(world_.effects);
-    const int holds = 4, ramps = remembers ? 8 : 1;
+    const int holds = creeps(world_.effects) ? 4 : 1, ramps = remembers ? 8 : 1;
     const double seconds = row.time - time_;
     if (remembers)
       for (int i = 0; i < holds; ++i) go(force_, 0.9 * seconds / holds, row);

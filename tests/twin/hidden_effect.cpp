@@ -43,7 +43,7 @@ double usual_size(const RobotSpec& robot, const HiddenEffect& effect) {
       {"clearance", deflection / 5},
       {"piecewise_stiffness", 0.4},
       {"creep", 0.1},
-      {"friction", joint.stiffness * deflection / 8},
+      {"friction", joint.stiffness * deflection / 20},
       {"servo_droop", 0.1},
       {"preload", joint.stiffness * deflection / 2},
       {"eccentricity", deflection / 2},
@@ -61,7 +61,7 @@ double usual_size(const RobotSpec& robot, const HiddenEffect& effect) {
       {"target_lever_arm", 0.01},
       {"sensor_frame", 0.02},
       {"session_drift", 3e-9},
-      {"cable_drag", robot.name.starts_with("six") ? 3e4 : 2e3},
+      {"cable_drag", robot.name.starts_with("six") ? 1e3 : 300.},
       {"cross_coupling", 0.05},
       {"softening_by_heat", 5e-3}};
   const auto found = sizes.find(effect.name);
@@ -78,7 +78,6 @@ JointLawPointer law_of(const HiddenEffect& effect, double k, double deflection) 
   if (effect.name == "piecewise_stiffness")
     return two_slope_law(k, 1 + effect.size, deflection / 2);
   if (effect.name == "creep") return creep_law(k, effect.size / k, 300);
-  if (effect.name == "friction") return friction_law(k, effect.size, deflection / 30);
   if (effect.name == "servo_droop") return servo_droop_law(k, effect.size, deflection);
   return nullptr;
 }
@@ -135,6 +134,8 @@ void apply_to_structure(const HiddenEffect& effect, const RobotSpec& robot, cons
     const double k = real_stiffness(built, effect.at);
     Coupling& coupling = s.coupling(number->second);
     if (const JointLawPointer law = law_of(effect, k, deflection)) coupling.law = law;
+    if (effect.name == "friction")
+      coupling.law = friction_law(coupling.law, effect.size, deflection / 30);
     if (effect.name == "preload") coupling.rest[coupling.axis] += effect.size / k;
     if (effect.name == "eccentricity")
       coupling.rest[coupling.axis] += effect.size * std::cos(joint.command + 0.7);

@@ -31,7 +31,8 @@ struct Row {
 /// std::invalid_argument for a name that nobody knows.
 double usual_size(const RobotSpec& robot, const HiddenEffect& effect);
 
-/// Changes bodies, springs and laws of a built robot. Once for each cycle.
+/// Changes bodies, springs and laws of a built robot. Once for each cycle; a law of a joint takes
+/// the place of the one before, but friction comes beside it.
 void apply_to_structure(const HiddenEffect& effect, const RobotSpec& robot, const Posture& posture,
                         Built& built);
 /// Lets what depends on the conditions of a row follow them. `rests`: what the couplings had.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace twin {
 namespace {
@@ -75,12 +76,15 @@ class Creep : public JointLaw {
 
 class Friction : public JointLaw {
  public:
-  Friction(double k, double force, double s) : k_(k), force_(force), s_(s) {}
+  Friction(JointLawPointer beside, double force, double s)
+      : beside_(std::move(beside)), force_(force), s_(s) {}
   Reaction at(double d) const override {
     const double z = advanced(d);
-    return {k_ * d + force_ * z, k_ + force_ * slope(z, d - d_)};
+    const Reaction other = beside_->at(d);
+    return {other.force + force_ * z, other.tangent + force_ * slope(z, d - d_)};
   }
-  void accept(double d, double) override {
+  void accept(double d, double seconds) override {
+    beside_->accept(d, seconds);
     z_ = advanced(d);
     d_ = d;
   }
@@ -102,7 +106,8 @@ class Friction : public JointLaw {
     return z;
   }
 
-  double k_, force_, s_, z_ = 0, d_ = 0;
+  JointLawPointer beside_;
+  double force_, s_, z_ = 0, d_ = 0;
 };
 
 class ServoDroop : public JointLaw {
@@ -136,8 +141,8 @@ JointLawPointer two_slope_law(double k, double ratio, double d1) {
 JointLawPointer creep_law(double k, double c, double tau) {
   return std::make_shared<Creep>(k, c, tau);
 }
-JointLawPointer friction_law(double k, double force, double s) {
-  return std::make_shared<Friction>(k, force, s);
+JointLawPointer friction_law(JointLawPointer beside, double force, double s) {
+  return std::make_shared<Friction>(std::move(beside), force, s);
 }
 JointLawPointer servo_droop_law(double k, double droop, double d0) {
   return std::make_shared<ServoDroop>(k, droop, d0);

@@ -35,8 +35,8 @@ JointLawPointer two_slope_law(double k, double ratio, double d1);
 /// k (d - slack), the slack creeping by two Kelvin elements of compliance c/2 each, with
 /// relaxation times tau/2 and 3 tau/2.
 JointLawPointer creep_law(double k, double c, double tau);
-/// k d and, beside it, Bouc-Wen friction: F z with dz/dd = [1 - |z|^1.5 (0.6 sgn(z dd) + 0.4)] / s.
-JointLawPointer friction_law(double k, double force, double s);
+/// Bouc-Wen friction beside another law: F z with dz/dd = [1 - |z|^1.5 (0.6 sgn(z dd) + 0.4)] / s.
+JointLawPointer friction_law(JointLawPointer beside, double force, double s);
 /// A position loop without integrator whose droop grows with the root of the load: the deflection d
 /// is e + droop sqrt(d0) e / (e^2 + (d0/20)^2)^(1/4), force k e. In no catalogue of the product.
 JointLawPointer servo_droop_law(double k, double droop, double d0);

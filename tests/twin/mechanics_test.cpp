@@ -141,7 +141,7 @@ TEST(TwinMechanics, SlopesOfJointLawsAreThoseOfTheirForces) {
 
 TEST(TwinMechanics, FrictionLosesFourTimesItsForceTimesTheWay) {
   const double k = 1e4, force = 5, s = 1e-5, way = 5e-3;
-  const JointLawPointer law = friction_law(k, force, s);
+  const JointLawPointer law = friction_law(linear_law(k), force, s);
   double work = 0, before = law->at(0).force, at = 0;
   const auto ramp = [&](double to, bool count) {
     const double from = at;

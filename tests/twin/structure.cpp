@@ -194,7 +194,7 @@ void Structure::move(const Eigen::VectorXd& step) {
 }
 
 bool Structure::settle(const std::vector<DeadLoad>& loads) {
-  constexpr int most = 60;
+  constexpr int most = 120;
   constexpr double largest = 0.02, small = 1e-12, rounding = 1e-8;  // of a step [m or rad]
   double before = 0;
   for (int i = 0; i < most; ++i) {
@@ -205,7 +205,7 @@ bool Structure::settle(const std::vector<DeadLoad>& loads) {
     if (!std::isfinite(size)) return false;
     if (size > largest) step *= largest / size;
     // A Newton step that overshoots a corner of a joint law comes back the same way: halve it then.
-    if (i > 20) step *= 0.5;
+    if (i > 12) step *= i > 40 ? 0.25 : 0.5;
     move(step);
     if (size < small) return true;
     // Steps that no longer shrink are rounding of the stiff directions.

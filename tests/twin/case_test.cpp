@@ -1,0 +1,106 @@
+// Cases are what their list says: reproducible, and as detectable as wanted.
+#include "case.h"
+
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include "support/temporary_folder.h"
+
+namespace twin {
+namespace {
+
+std::string content(const std::filesystem::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+Case first_with(const std::string& part) {
+  for (const Case& c : suite())
+    if (c.name.find(part) != std::string::npos) return c;
+  ADD_FAILURE() << part;
+  return {};
+}
+
+TEST(TwinCases, HaveNamesOfTheirOwnAndSeedsOfTheirOwn) {
+  std::set<std::string> names;
+  std::set<std::uint64_t> seeds;
+  for (const Case& c : suite()) {
+    EXPECT_TRUE(names.insert(c.name).second) << c.name;
+    EXPECT_TRUE(seeds.insert(c.seed).second) << c.name;
+  }
+  EXPECT_GT(names.size(), 1000u);
+}
+
+TEST(TwinCases, AreTheSameAgain) {
+  const kinetostat::test::TemporaryFolder folder;
+  const Case c = first_with("bench_single_friction_d5");
+  write_case(c, folder.path() / "a", folder.path() / "a.json");
+  write_case(c, folder.path() / "b", folder.path() / "b.json");
+  for (const char* file : {"robot.yaml", "campaign.yaml", "readings.csv"})
+    EXPECT_EQ(content(folder.path() / "a" / file), content(folder.path() / "b" / file)) << file;
+  EXPECT_EQ(content(folder.path() / "a.json"), content(folder.path() / "b.json"));
+  Case other = c;
+  ++other.seed;
+  write_case(other, folder.path() / "c", folder.path() / "c.json");
+  EXPECT_NE(content(folder.path() / "a" / "readings.csv"),
+            content(folder.path() / "c" / "readings.csv"));
+}
+
+// d' is what a matched filter sees, in standard deviations: its mean over campaigns with the
+// effect, and one standard deviation of it without.
+TEST(TwinCases, DetectabilityIsTheOutputOfAMatchedFilter) {
+  Random random(5);
+  World world{.robot = bench(), .factors = {1.1, 0.95}, .effects = {}};
+  const Plan plan = cycle_plan(world.robot, random);
+  const Responses base = respond(world, plan, true);
+  Eigen::Matrix<double, 6, Eigen::Dynamic> noise = stated_noise(world.robot, base);
+  const Whitened whitened(plan, base, noise);
+  World hidden = world;
+  hidden.effects = {{"clearance", "q1", 2e-5}};
+  const Responses with = respond(hidden, plan, false);
+  const Eigen::VectorXd mark = whitened.mark_of(with);
+  double sum = 0, squares = 0;
+  constexpr int campaigns = 400;
+  for (int i = 0; i < campaigns; ++i) {
+    Responses noisy = with;
+    for (Eigen::Index k = 0; k < noisy.read.size(); ++k)
+      noisy.read(k) += noise(k) * random.normal();
+    const double seen = whitened.mark_of(noisy).dot(mark.normalized());
+    sum += seen;
+    squares += seen * seen;
+  }
+  const double mean = sum / campaigns;
+  EXPECT_NEAR(mean, mark.norm(), 4 / std::sqrt(1. * campaigns));
+  EXPECT_NEAR(std::sqrt(squares / campaigns - mean * mean), 1, 0.15);
+}
+
+// What is refitted leaves no mark: neither stiffness nor, as forces go, a gain of the load cell.
+TEST(TwinCases, WhatIsRefittedIsNotDetectable) {
+  Random random(5);
+  World world{.robot = arm_3r(), .factors = std::vector<double>(6, 1.), .effects = {}};
+  const Plan plan = cycle_plan(world.robot, random);
+  const Responses base = respond(world, plan, true);
+  const auto noise = stated_noise(world.robot, base);
+  const Whitened whitened(plan, base, noise);
+  World other = world;
+  other.effects = {{"wrench_gain", "load", 0.05}};
+  EXPECT_LT(whitened.mark_of(respond(other, plan, false)).norm(), 0.2);
+  other.effects = {};
+  other.factors[3] = 1.02;
+  EXPECT_LT(whitened.mark_of(respond(other, plan, false)).norm(), 0.2);
+  other.factors[3] = 1;
+  other.effects = {{"base_compliance", "base", 3e-6}};
+  EXPECT_GT(whitened.mark_of(respond(other, plan, false)).norm(), 1);
+}
+
+TEST(TwinCases, NobodyCanHideWhatNobodyKnows) {
+  EXPECT_THROW(usual_size(bench(), {"gremlins", "q1"}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace twin
