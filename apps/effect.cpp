@@ -19,6 +19,18 @@ std::string unit_of(const vjm::EffectParameter& parameter) {
                            : fmt::format("{}, or {} where the joint turns", linear, angular);
 }
 
+// What a prior width is counted in.
+std::string prior_unit(const vjm::EffectParameter& parameter) {
+  switch (parameter.prior_unit) {
+    case vjm::PriorUnit::stiffness:
+      return "times the stiffness of the joint's spring";
+    case vjm::PriorUnit::compliance:
+      return "over the stiffness of the joint's spring";
+    default:
+      return "SI";
+  }
+}
+
 files::Json to_json(const vjm::EffectKind& kind) {
   files::Json parameters = files::Json::array();
   for (const vjm::EffectParameter& p : kind.parameters)
@@ -28,6 +40,8 @@ files::Json to_json(const vjm::EffectKind& kind) {
                           {"lower", p.lower},
                           {"upper", p.upper},
                           {"none", p.none},
+                          {"prior_sd", p.prior_sd},
+                          {"prior_unit", prior_unit(p)},
                           {"required", p.required}});
   return {{"name", kind.name},
           {"summary", kind.summary},
@@ -41,7 +55,8 @@ files::Json to_json(const vjm::EffectKind& kind) {
 
 files::Json list(Run& run) {
   files::Json kinds = files::Json::array();
-  for (const vjm::EffectKind& kind : vjm::effect_kinds()) {
+  for (const auto& pointer : vjm::effect_kinds()) {
+    const vjm::EffectKind& kind = *pointer;
     run.print(
         fmt::format("{:<18} {:<10} {}\n", kind.name, vjm::to_string(kind.place), kind.summary));
     kinds.push_back(to_json(kind));
@@ -49,7 +64,7 @@ files::Json list(Run& run) {
   return {{"effects", kinds}};
 }
 
-const vjm::EffectKind& named(const std::string& name) {
+std::shared_ptr<const vjm::EffectKind> named(const std::string& name) {
   try {
     return vjm::effect_kind(name);
   } catch (const std::invalid_argument& error) {
@@ -58,15 +73,20 @@ const vjm::EffectKind& named(const std::string& name) {
 }
 
 files::Json show(const std::string& name, Run& run) {
-  const vjm::EffectKind& kind = named(name);
+  const std::shared_ptr<const vjm::EffectKind> named_kind = named(name);
+  const vjm::EffectKind& kind = *named_kind;
   run.print(
       fmt::format("{}: {}\n\n  acts on    {}\n  law        {}\n  source     {}\n"
                   "  signature  {}\n  confuser   {}\n\n",
                   kind.name, kind.summary, vjm::to_string(kind.place), kind.law, kind.source,
                   kind.signature, kind.confuser));
   for (const vjm::EffectParameter& p : kind.parameters)
-    run.print(fmt::format("  {} [{}]: {:g} to {:g}, {:g} is no effect{}\n", p.name, unit_of(p),
-                          p.lower, p.upper, p.none, p.required ? "" : " (and the default)"));
+    run.print(fmt::format(
+        "  {} [{}]: {:g} to {:g}, {}; prior +- {:g}{}\n", p.name, unit_of(p), p.lower, p.upper,
+        p.required ? (&p == &kind.parameters[0] ? fmt::format("{:g} is no effect", p.none)
+                                                : std::string("to be given"))
+                   : fmt::format("{:g} unless given", p.none),
+        p.prior_sd, p.prior_unit == vjm::PriorUnit::absolute ? "" : " " + prior_unit(p)));
   return {{"effect", to_json(kind)}};
 }
 

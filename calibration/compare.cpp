@@ -208,7 +208,7 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
   Evidence evidence{to_fit, replicate_groups(to_fit), {}, {}};
   evidence.noise = noise_of(campaign, replicate_groups(campaign));
   evidence.pure = pure_error(to_fit, evidence.groups, evidence.noise);
-  const Predictor predictor(robot.manipulator, campaign, threads, progress);
+  const Predictor predictor(robot.without_effects(), robot.effects, campaign, threads, progress);
   const auto fit = [&](const std::vector<Parameter>& parameters) {
     return assess(predictor, campaign, evidence,
                   fit_base(predictor, to_fit, evidence.noise, parameters, progress, {.loss = loss}),

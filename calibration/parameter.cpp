@@ -33,7 +33,30 @@ void describe_stiffness(const vjm::Manipulator& manipulator, Parameter& paramete
 
 }  // namespace
 
-std::string Parameter::phrase() const { return "the stiffness of '" + name + "'"; }
+std::string Parameter::phrase() const {
+  return is_logarithm() ? "the stiffness of '" + name + "'" : "the " + name;
+}
+
+Parameter effect_parameter(const std::vector<vjm::Effect>& effects, std::size_t index,
+                           Eigen::Index value, const vjm::Manipulator& bare) {
+  const vjm::Effect& effect = effects.at(index);
+  const vjm::EffectParameter& described =
+      effect.kind->parameters.at(static_cast<std::size_t>(value));
+  const double prior = vjm::prior_deviation(effect, value, bare);
+  return {
+      .name = effect.name_of(value),
+      .springs = {},
+      .stiffness = {},
+      .start = effect.values[value],
+      .lower = described.lower,
+      .upper = described.upper,
+      .longest_step = 3 * std::max(prior, std::abs(effect.values[value])),
+      .bounds_stated = true,
+      .unit = spatial::to_string(vjm::turns(effect, bare) ? described.angular : described.linear),
+      .typical = prior,
+      .effect = index,
+      .value = value};
+}
 
 std::vector<Parameter> uncertain_parameters(const vjm::Robot& robot) {
   std::vector<Parameter> parameters;
@@ -45,37 +68,34 @@ std::vector<Parameter> uncertain_parameters(const vjm::Robot& robot) {
       parameter.start = std::clamp(0.0, parameter.lower, parameter.upper);
       parameter.bounds_stated = true;
     }
-    describe_stiffness(robot.manipulator, parameter);
+    describe_stiffness(robot.without_effects(), parameter);
     parameters.push_back(std::move(parameter));
   }
+  for (const vjm::UncertainValue& uncertain : robot.uncertain_values)
+    parameters.push_back(effect_parameter(robot.effects, uncertain.effect, uncertain.value,
+                                          robot.without_effects()));
   return parameters;
 }
 
-vjm::Manipulator with_values(const vjm::Manipulator& manipulator,
+vjm::EffectModel with_values(const vjm::Manipulator& bare, std::vector<vjm::Effect> effects,
                              const std::vector<Parameter>& parameters,
                              const Eigen::VectorXd& values) {
-  vjm::Manipulator result = manipulator;
-  for (std::size_t p = 0; p < parameters.size(); ++p)
-    result = vjm::with_scaled(result, {parameters[p].name, parameters[p].springs},
-                              std::exp(values[static_cast<Eigen::Index>(p)]));
-  return result;
+  vjm::Manipulator scaled = bare;
+  for (std::size_t p = 0; p < parameters.size(); ++p) {
+    const double value = values[static_cast<Eigen::Index>(p)];
+    if (parameters[p].is_logarithm())
+      scaled =
+          vjm::with_scaled(scaled, {parameters[p].name, parameters[p].springs}, std::exp(value));
+    else
+      effects.at(parameters[p].effect).values[parameters[p].value] = value;
+  }
+  return {std::move(scaled), std::move(effects)};
 }
 
-Eigen::Matrix<double, 6, Eigen::Dynamic> pose_derivatives(
-    const vjm::Manipulator& manipulator, const vjm::Posture& posture, const vjm::Load& load,
-    const vjm::Equilibrium& equilibrium, const std::vector<Parameter>& parameters) {
-  std::vector<vjm::SpringParameter> springs;
+std::vector<vjm::ModelParameter> model_parameters(const std::vector<Parameter>& parameters) {
+  std::vector<vjm::ModelParameter> result;
   for (const Parameter& parameter : parameters)
-    springs.insert(springs.end(), parameter.springs.begin(), parameter.springs.end());
-  const auto by_spring =
-      vjm::displacement_by_log_stiffness(manipulator, posture, load, equilibrium, springs);
-  Eigen::Matrix<double, 6, Eigen::Dynamic> result(6, parameters.size());
-  Eigen::Index first = 0;
-  for (std::size_t p = 0; p < parameters.size(); ++p) {
-    const auto count = static_cast<Eigen::Index>(parameters[p].springs.size());
-    result.col(static_cast<Eigen::Index>(p)) = by_spring.middleCols(first, count).rowwise().sum();
-    first += count;
-  }
+    result.push_back({parameter.springs, parameter.effect, parameter.value});
   return result;
 }
 

@@ -5,14 +5,16 @@
 #include <string>
 #include <vector>
 
+#include "kinetostat/vjm/effect_model.h"
 #include "kinetostat/vjm/robot_file.h"
 
 namespace kinetostat::calibration {
 
-/// Springs of one name, scaled together. The coordinate in which it is fitted is the natural
-/// logarithm of the factor: 0 as designed.
+/// Springs of one name, scaled together, or a value of an effect. The coordinate in which the
+/// former is fitted is the natural logarithm of the factor: 0 as designed; the latter is its own
+/// coordinate, in SI.
 struct Parameter {
-  std::string name;  // as in the robot file: "leg", or "x.rho"
+  std::string name;  // as in the robot file: "leg", or "x.rho"; "k3 of hardening at x.rho"
   std::vector<vjm::SpringParameter> springs;
   /// Stiffness as designed, where all the springs are one-dimensional and equal [N/m or N m/rad].
   std::optional<double> stiffness;
@@ -31,28 +33,31 @@ struct Parameter {
   };
   std::optional<Prior> prior = {};
 
+  // Which value of which effect of the model, when there are no springs.
+  std::size_t effect = 0;
+  Eigen::Index value = 0;
+
   /// A stiffness factor beyond e^10 either way: the data want the spring rigid, or gone.
   static constexpr double runaway = 10;
 
   bool is_logarithm() const { return !springs.empty(); }
-  std::string phrase() const;  // "the stiffness of 'leg'"
+  std::string phrase() const;  // "the stiffness of 'leg'", "the k3 of hardening at x.rho"
 };
+
+/// The coordinate of an effect's value: it starts where the effect stands and stays in its physical
+/// range. `bare` is the manipulator without effects.
+Parameter effect_parameter(const std::vector<vjm::Effect>& effects, std::size_t effect,
+                           Eigen::Index value, const vjm::Manipulator& bare);
 
 /// What the robot file declares uncertain.
 std::vector<Parameter> uncertain_parameters(const vjm::Robot& robot);
 
-/// The manipulator with its parameters at `values` (one logarithm each).
-vjm::Manipulator with_values(const vjm::Manipulator& manipulator,
+/// The model with its parameters at `values`.
+vjm::EffectModel with_values(const vjm::Manipulator& bare, std::vector<vjm::Effect> effects,
                              const std::vector<Parameter>& parameters,
                              const Eigen::VectorXd& values);
 
-/// Derivatives of the loaded platform pose at an equilibrium with respect to the coordinates of the
-/// parameters: [translation m; rotation increment rad], base axes, a column each. Exact (implicit
-/// differentiation of the equations of equilibrium).
-Eigen::Matrix<double, 6, Eigen::Dynamic> pose_derivatives(const vjm::Manipulator& manipulator,
-                                                          const vjm::Posture& posture,
-                                                          const vjm::Load& load,
-                                                          const vjm::Equilibrium& equilibrium,
-                                                          const std::vector<Parameter>& parameters);
+/// The same parameters as the model's equations know them.
+std::vector<vjm::ModelParameter> model_parameters(const std::vector<Parameter>& parameters);
 
 }  // namespace kinetostat::calibration

@@ -1,8 +1,12 @@
 #include "kinetostat/calibration/predict.h"
 
+#include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -17,9 +21,15 @@ using spatial::Vector6;
 
 struct Predictor::CaseResult {
   std::string failure;  // empty when solved
-  spatial::Pose pose;
-  Eigen::Matrix<double, 6, Eigen::Dynamic> derivatives;  // rotations as increments
   Vector6 displacement = Vector6::Constant(std::numeric_limits<double>::quiet_NaN());
+  vjm::Matrix6X derivatives;  // rotations as increments
+};
+
+// One prediction: the model at its values, and what is asked of it.
+struct Predictor::Run {
+  const vjm::EffectModel& model;
+  std::vector<vjm::ModelParameter> parameters;
+  bool with_derivatives = false;
 };
 
 namespace {
@@ -32,18 +42,27 @@ vjm::PostureResult unloaded_posture(const vjm::Manipulator& manipulator,
 
 }  // namespace
 
-Predictor::Predictor(const vjm::Manipulator& manipulator, const Campaign& campaign, int threads,
-                     files::Progress& progress)
-    : manipulator_(manipulator), campaign_(campaign), threads_(threads) {
+Predictor::Predictor(const vjm::Manipulator& bare, std::vector<vjm::Effect> effects,
+                     const Campaign& campaign, int threads, files::Progress& progress)
+    : bare_(bare), effects_(std::move(effects)), campaign_(campaign), threads_(threads) {
+  for (const vjm::Effect& effect : effects_) {
+    varies_ |= effect.kind->varies || effect.kind->history > 0;
+    has_history_ |= effect.kind->history > 0;
+  }
   find_postures(progress);
   find_cases();
+  find_sequences();
 }
+
+Predictor::Predictor(const vjm::Manipulator& manipulator, const Campaign& campaign, int threads,
+                     files::Progress& progress)
+    : Predictor(manipulator, {}, campaign, threads, progress) {}
 
 void Predictor::find_postures(files::Progress& progress) {
   postures_.resize(campaign_.configurations.size());
   files::parallel_for(postures_.size(), threads_, "unloaded postures", progress,
                       [this](std::size_t i) {
-                        postures_[i] = unloaded_posture(manipulator_, campaign_.configurations[i]);
+                        postures_[i] = unloaded_posture(bare_, campaign_.configurations[i]);
                       });
   for (const Reading& reading : campaign_.readings)
     if (const vjm::PostureResult& posture = postures_[reading.configuration];
@@ -56,74 +75,193 @@ void Predictor::find_postures(files::Progress& progress) {
            .cure = "Check the pose columns, their unit and the robot file, or mask the reading"});
 }
 
+namespace {
+
+// Readings of each session and cycle in order of step and time, masked ones included: they were
+// taken, too. A reading without a cycle stands alone.
+std::vector<std::vector<std::size_t>> cycles_of(const Campaign& campaign) {
+  std::map<std::pair<std::size_t, std::string>, std::vector<std::size_t>> cycles;
+  std::vector<std::vector<std::size_t>> result;
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+    const Reading& r = campaign.readings[i];
+    if (r.cycle.empty())
+      result.push_back({i});
+    else
+      cycles[{r.session, r.cycle}].push_back(i);
+  }
+  for (auto& [key, members] : cycles) {
+    std::stable_sort(members.begin(), members.end(), [&](std::size_t a, std::size_t b) {
+      const Reading &x = campaign.readings[a], &y = campaign.readings[b];
+      return std::tuple(x.step, x.time) < std::tuple(y.step, y.time);
+    });
+    result.push_back(std::move(members));
+  }
+  return result;
+}
+
+// The same without a change of configuration inside.
+std::vector<std::vector<std::size_t>> stretches_of(const Campaign& campaign) {
+  std::vector<std::vector<std::size_t>> result;
+  for (const std::vector<std::size_t>& cycle : cycles_of(campaign))
+    for (std::size_t k = 0; k < cycle.size(); ++k) {
+      const bool same = k > 0 && campaign.readings[cycle[k]].configuration ==
+                                     campaign.readings[cycle[k - 1]].configuration;
+      if (!same) result.emplace_back();
+      result.back().push_back(cycle[k]);
+    }
+  return result;
+}
+
+std::vector<vjm::Conditions> conditions_of(const Campaign& campaign) {
+  std::map<std::size_t, double> start;  // of sessions
+  for (const Reading& r : campaign.readings)
+    if (r.time) {
+      const auto [found, fresh] = start.emplace(r.session, *r.time);
+      if (!fresh) found->second = std::min(found->second, *r.time);
+    }
+  std::vector<vjm::Conditions> result;
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+    const Reading& r = campaign.readings[i];
+    result.push_back({.time = r.time ? *r.time - start[r.session] : 0,
+                      .temperature = r.temperature,
+                      .session = campaign.sessions[r.session],
+                      .setting = r.setting});
+    for (const Covariate& c : campaign.covariates) {
+      const std::string& text = c.values[i];
+      double value = 0;
+      const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+      if (error == std::errc() && end == text.data() + text.size() && std::isfinite(value))
+        result.back().covariates.emplace(c.name, value);
+    }
+  }
+  for (const std::vector<std::size_t>& stretch : stretches_of(campaign))
+    for (std::size_t k = 1; k < stretch.size(); ++k)
+      result[stretch[k]].elapsed =
+          std::max(0.0, result[stretch[k]].time - result[stretch[k - 1]].time);
+  return result;
+}
+
+// In differences a reading counts from the state without load when its session began.
+vjm::Conditions without_load(vjm::Conditions conditions) {
+  conditions.time = conditions.elapsed = 0;
+  return conditions;
+}
+
+}  // namespace
+
+std::size_t Predictor::conditions_index(const vjm::Conditions& conditions) {
+  const auto [found, fresh] = known_conditions_.emplace(conditions, conditions_.size());
+  if (fresh) conditions_.push_back(conditions);
+  return found->second;
+}
+
+std::size_t Predictor::reference_index(std::size_t configuration,
+                                       const vjm::Conditions& conditions) {
+  const std::size_t c = varies_ ? conditions_index(without_load(conditions)) : 0;
+  const auto [found, fresh] =
+      known_references_.emplace(std::pair(configuration, c), references_.size());
+  if (fresh) references_.push_back({configuration, c});
+  return found->second;
+}
+
 void Predictor::find_cases() {
-  std::map<std::array<double, 10>, std::size_t> known;
-  for (const Reading& reading : campaign_.readings) {
-    std::array<double, 10> key{static_cast<double>(reading.configuration)};
+  conditions_index({});  // the neutral one, first
+  std::vector<vjm::Conditions> conditions;
+  if (varies_) conditions = conditions_of(campaign_);
+  std::map<std::array<double, 12>, std::size_t> known;
+  for (std::size_t r = 0; r < campaign_.readings.size(); ++r) {
+    const Reading& reading = campaign_.readings[r];
+    const std::size_t c = varies_ ? conditions_index(conditions[r]) : 0;
+    std::array<double, 12> key{static_cast<double>(reading.configuration), static_cast<double>(c),
+                               has_history_ ? static_cast<double>(r) : 0};
     const vjm::Load& load = reading.load;
     for (std::size_t i = 0; i < 3; ++i) {
       const auto k = static_cast<Eigen::Index>(i);
-      key[1 + i] = load.force[k];
-      key[4 + i] = load.moment[k];
-      key[7 + i] = load.point_on_platform[k];
+      key[3 + i] = load.force[k];
+      key[6 + i] = load.moment[k];
+      key[9 + i] = load.point_on_platform[k];
     }
     const auto [found, fresh] = known.emplace(key, cases_.size());
-    if (fresh) cases_.push_back({reading.configuration, load});
+    if (fresh)
+      cases_.push_back({reading.configuration, load, c,
+                        reference_index(reading.configuration, vjm::Conditions(conditions_[c])),
+                        true});
+    cases_[found->second].may_fail &= reading.masked;
     case_of_reading_.push_back(found->second);
   }
 }
 
-Predictor::CaseResult Predictor::solve(const vjm::Manipulator& manipulator,
-                                       const LoadCase& load_case,
-                                       const std::vector<Parameter>& parameters,
-                                       bool with_derivatives) const {
-  CaseResult result;
-  const vjm::PostureResult& start = postures_[load_case.configuration];
-  if (!start.reached) {
-    result.failure = start.reason;
-    return result;
+void Predictor::find_sequences() {
+  if (!has_history_) {
+    for (std::size_t c = 0; c < cases_.size(); ++c) sequences_.push_back({c});
+    return;
   }
-  const vjm::Equilibrium equilibrium =
-      vjm::equilibrium_under_load(manipulator, start.posture, load_case.load);
-  if (equilibrium.status != vjm::EquilibriumStatus::converged) {
-    result.failure = equilibrium.reason;
-    return result;
+  for (const std::vector<std::size_t>& stretch : stretches_of(campaign_)) {
+    sequences_.emplace_back();
+    for (const std::size_t reading : stretch)
+      sequences_.back().push_back(case_of_reading_[reading]);
   }
-  result.pose = equilibrium.platform;
-  if (with_derivatives)
-    result.derivatives =
-        pose_derivatives(manipulator, start.posture, load_case.load, equilibrium, parameters);
-  observe(result.pose, result.derivatives);
-  return result;
+}
+
+vjm::Response Predictor::solve(const Run& run, std::size_t configuration, const vjm::Load& load,
+                               std::size_t conditions, const vjm::Response& before) const {
+  const vjm::PostureResult& start = postures_[configuration];
+  if (start.reached) {
+    vjm::Response response = run.model.respond(start.posture, load, conditions_[conditions],
+                                               before, run.parameters, run.with_derivatives);
+    observe(response);
+    return response;
+  }
+  vjm::Response response = before;
+  response.failure = start.reason;
+  return response;
 }
 
 // From the platform in base axes to what the campaign measures of it.
-void Predictor::observe(spatial::Pose& pose,
-                        Eigen::Matrix<double, 6, Eigen::Dynamic>& derivatives) const {
-  if (campaign_.observation.is_default()) return;
-  derivatives = campaign_.observation.motion(pose, derivatives);
-  pose = campaign_.observation.seen(pose);
+void Predictor::observe(vjm::Response& response) const {
+  if (campaign_.observation.is_default() || !response.failure.empty()) return;
+  response.derivatives = campaign_.observation.motion(response.observed, response.derivatives);
+  response.observed = campaign_.observation.seen(response.observed);
 }
 
-// The state of every configuration without load, from which differences are measured.
-std::vector<Predictor::CaseResult> Predictor::references(const vjm::Manipulator& manipulator,
-                                                         const std::vector<Parameter>& parameters,
-                                                         bool with_derivatives,
-                                                         files::Progress& progress) const {
-  std::vector<CaseResult> states(postures_.size());
-  if (manipulator.is_relaxed_when_unloaded()) {
+// States without load, from which differences are measured and histories begin.
+std::vector<vjm::Response> Predictor::references(const Run& run, files::Progress& progress) const {
+  const vjm::Response rest = run.model.at_rest(run.parameters.size());
+  std::vector<vjm::Response> states(references_.size(), rest);
+  if (campaign_.displacement == DisplacementKind::absolute && !has_history_) return states;
+  if (run.model.is_relaxed_when_unloaded()) {
     for (std::size_t i = 0; i < states.size(); ++i) {
-      states[i].pose = postures_[i].posture.platform;
-      if (with_derivatives)
-        states[i].derivatives.setZero(6, static_cast<Eigen::Index>(parameters.size()));
-      observe(states[i].pose, states[i].derivatives);
+      states[i].observed = postures_[references_[i].configuration].posture.platform;
+      if (run.with_derivatives)
+        states[i].derivatives.setZero(6, static_cast<Eigen::Index>(run.parameters.size()));
+      observe(states[i]);
     }
     return states;
   }
   files::parallel_for(states.size(), threads_, "states without load", progress, [&](std::size_t i) {
-    states[i] = solve(manipulator, {i, {}}, parameters, with_derivatives);
+    states[i] = solve(run, references_[i].configuration, {}, references_[i].conditions, rest);
   });
   return states;
+}
+
+void Predictor::follow(const Run& run, const std::vector<std::size_t>& sequence,
+                       const std::vector<vjm::Response>& unloaded,
+                       std::vector<CaseResult>& results) const {
+  vjm::Response before = unloaded[cases_[sequence.front()].reference];
+  for (const std::size_t c : sequence) {
+    const LoadCase& at = cases_[c];
+    vjm::Response response = before.failure.empty()
+                                 ? solve(run, at.configuration, at.load, at.conditions, before)
+                                 : before;
+    if (campaign_.displacement == DisplacementKind::absolute) {
+      results[c] = {response.failure, spatial::pose_difference({}, response.observed),
+                    response.derivatives};
+    } else {
+      results[c] = displacement_from(unloaded[at.reference], response);
+    }
+    // A masked reading without an equilibrium leaves the history as it was.
+    if (response.failure.empty() || !at.may_fail) before = std::move(response);
+  }
 }
 
 void Predictor::enter(const CaseResult& result, const Reading& reading, std::size_t index,
@@ -145,36 +283,31 @@ void Predictor::enter(const CaseResult& result, const Reading& reading, std::siz
 
 // The displacement from one state to another, with its derivatives: a rotation increment of the
 // first state counts turned by the displacement.
-void Predictor::subtract(const CaseResult& from, CaseResult& to) const {
-  if (to.failure.empty()) to.failure = from.failure;
-  if (!to.failure.empty()) return;
-  to.displacement = spatial::pose_difference(from.pose, to.pose);
-  if (to.derivatives.size() > 0) {
-    const spatial::Matrix3 turn = to.pose.rotation() * from.pose.rotation().transpose();
-    to.derivatives.topRows<3>() -= from.derivatives.topRows<3>();
-    to.derivatives.bottomRows<3>() -= turn * from.derivatives.bottomRows<3>();
+Predictor::CaseResult Predictor::displacement_from(const vjm::Response& from,
+                                                   const vjm::Response& to) const {
+  CaseResult result{.failure = to.failure.empty() ? from.failure : to.failure,
+                    .derivatives = to.derivatives};
+  if (!result.failure.empty()) return result;
+  result.displacement = spatial::pose_difference(from.observed, to.observed);
+  if (result.derivatives.size() > 0) {
+    const spatial::Matrix3 turn = to.observed.rotation() * from.observed.rotation().transpose();
+    result.derivatives.topRows<3>() -= from.derivatives.topRows<3>();
+    result.derivatives.bottomRows<3>() -= turn * from.derivatives.bottomRows<3>();
   }
   if (campaign_.observation.platform_axes)
-    into_axes_of(from.pose, from.derivatives, to.displacement, to.derivatives);
+    into_axes_of(from.observed, from.derivatives, result.displacement, result.derivatives);
+  return result;
 }
 
 Predictions Predictor::predict(const std::vector<Parameter>& parameters,
                                const Eigen::VectorXd& values, bool with_derivatives,
                                files::Progress& progress) const {
-  const vjm::Manipulator manipulator = with_values(manipulator_, parameters, values);
+  const vjm::EffectModel model = with_values(bare_, effects_, parameters, values);
+  const Run run{model, model_parameters(parameters), with_derivatives};
+  const std::vector<vjm::Response> unloaded = references(run, progress);
   std::vector<CaseResult> results(cases_.size());
-  files::parallel_for(cases_.size(), threads_, "loaded equilibria", progress, [&](std::size_t i) {
-    results[i] = solve(manipulator, cases_[i], parameters, with_derivatives);
-  });
-  if (campaign_.displacement == DisplacementKind::absolute) {
-    for (CaseResult& result : results)
-      result.displacement = spatial::pose_difference(spatial::Pose(), result.pose);
-  } else {
-    const std::vector<CaseResult> unloaded =
-        references(manipulator, parameters, with_derivatives, progress);
-    for (std::size_t i = 0; i < cases_.size(); ++i)
-      subtract(unloaded[cases_[i].configuration], results[i]);
-  }
+  files::parallel_for(sequences_.size(), threads_, "loaded equilibria", progress,
+                      [&](std::size_t i) { follow(run, sequences_[i], unloaded, results); });
   const std::size_t n = campaign_.readings.size();
   Predictions predictions;
   predictions.displacement.assign(n, CaseResult().displacement);

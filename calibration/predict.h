@@ -1,6 +1,7 @@
 // What a model says that each reading of a campaign should be.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "kinetostat/calibration/campaign.h"
 #include "kinetostat/calibration/parameter.h"
 #include "kinetostat/files/progress.h"
+#include "kinetostat/vjm/effect_model.h"
 #include "kinetostat/vjm/posture.h"
 
 namespace kinetostat::calibration {
@@ -31,44 +33,74 @@ struct Predictions {
   std::optional<PredictionFailure> failure;
 };
 
-/// The full nonlinear model: unloaded posture by kinematics, then loaded equilibrium. Postures are
-/// found once per distinct configuration, equilibria once per distinct load in it.
+/// The full nonlinear model: unloaded posture by kinematics, then loaded equilibrium, one after the
+/// other where an effect carries a history along a cycle. Postures are found once per distinct
+/// configuration, equilibria once per distinct load in it under the same conditions.
+///
+/// A cycle with history starts from the relaxed manipulator, which then takes its state without
+/// load; readings follow in the order of step and time, masked ones included. Another configuration
+/// starts anew, and so does a reading that belongs to no cycle. In differences the state without
+/// load is that at the session's first reading, at the temperature of the reading itself.
 class Predictor {
  public:
-  /// Finds the unloaded postures. Throws files::InputError naming the line of the first reading in
-  /// use whose pose is out of reach. Keeps references to both arguments.
+  /// `bare`: the manipulator without its effects. Finds the unloaded postures. Throws
+  /// files::InputError naming the line of the first reading in use whose pose is out of reach.
+  /// Keeps references to manipulator and campaign.
+  Predictor(const vjm::Manipulator& bare, std::vector<vjm::Effect> effects,
+            const Campaign& campaign, int threads, files::Progress& progress);
+  /// Without effects.
   Predictor(const vjm::Manipulator& manipulator, const Campaign& campaign, int threads,
             files::Progress& progress);
 
-  /// For the manipulator with its parameters at `values`.
+  const std::vector<vjm::Effect>& effects() const { return effects_; }
+
+  /// For the model with its parameters at `values`.
   Predictions predict(const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
                       bool with_derivatives, files::Progress& progress) const;
 
  private:
+  // A state without load, which several cases may share.
+  struct Reference {
+    std::size_t configuration = 0, conditions = 0;
+  };
   // What several readings may share.
   struct LoadCase {
     std::size_t configuration = 0;
     vjm::Load load;
+    std::size_t conditions = 0;
+    std::size_t reference = 0;
+    bool may_fail = false;  // only masked readings need it
   };
   struct CaseResult;
+  struct Run;
 
   void find_postures(files::Progress& progress);
   void find_cases();
-  CaseResult solve(const vjm::Manipulator& manipulator, const LoadCase& load_case,
-                   const std::vector<Parameter>& parameters, bool with_derivatives) const;
-  std::vector<CaseResult> references(const vjm::Manipulator& manipulator,
-                                     const std::vector<Parameter>& parameters,
-                                     bool with_derivatives, files::Progress& progress) const;
-  void observe(spatial::Pose& pose, Eigen::Matrix<double, 6, Eigen::Dynamic>& derivatives) const;
-  void subtract(const CaseResult& from, CaseResult& to) const;
+  void find_sequences();
+  std::size_t conditions_index(const vjm::Conditions& conditions);
+  std::size_t reference_index(std::size_t configuration, const vjm::Conditions& conditions);
+  vjm::Response solve(const Run& run, std::size_t configuration, const vjm::Load& load,
+                      std::size_t conditions, const vjm::Response& before) const;
+  std::vector<vjm::Response> references(const Run& run, files::Progress& progress) const;
+  void follow(const Run& run, const std::vector<std::size_t>& sequence,
+              const std::vector<vjm::Response>& unloaded, std::vector<CaseResult>& results) const;
+  void observe(vjm::Response& response) const;
+  CaseResult displacement_from(const vjm::Response& from, const vjm::Response& to) const;
   void enter(const CaseResult& result, const Reading& reading, std::size_t index,
              Predictions& predictions) const;
 
-  const vjm::Manipulator& manipulator_;
+  const vjm::Manipulator& bare_;
+  std::vector<vjm::Effect> effects_;
   const Campaign& campaign_;
   int threads_;
+  bool varies_ = false, has_history_ = false;
   std::vector<vjm::PostureResult> postures_;  // one a configuration
+  std::vector<vjm::Conditions> conditions_;   // the distinct ones; the neutral one first
+  std::vector<Reference> references_;
+  std::map<vjm::Conditions, std::size_t> known_conditions_;
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t> known_references_;
   std::vector<LoadCase> cases_;
+  std::vector<std::vector<std::size_t>> sequences_;  // of cases
   std::vector<std::size_t> case_of_reading_;
 };
 

@@ -131,8 +131,9 @@ SimulatedCampaign simulate(const vjm::Robot& robot, const std::string& robot_nam
   const Campaign campaign =
       planned(robot, plan, extended(text, table, header, [&](std::size_t) { return zeros; }),
               options.displacement);
-  const Predictions predictions = Predictor(robot.manipulator, campaign, options.threads, progress)
-                                      .predict({}, Eigen::VectorXd(), false, progress);
+  const Predictions predictions =
+      Predictor(robot.without_effects(), robot.effects, campaign, options.threads, progress)
+          .predict({}, Eigen::VectorXd(), false, progress);
   if (predictions.failure)
     throw files::NoConvergence(fmt::format(
         "{}:{}: the model has no equilibrium: {}. Check the load and its unit.", plan.string(),

@@ -11,9 +11,6 @@
 namespace kinetostat::vjm {
 namespace {
 
-constexpr Motion all_motions[] = {Motion::tx, Motion::ty, Motion::tz,
-                                  Motion::rx, Motion::ry, Motion::rz};
-
 bool is_identity(const spatial::Pose& pose) {
   return pose.position().isZero(0) && pose.rotation() == spatial::Matrix3::Identity();
 }
@@ -45,7 +42,7 @@ double StopLaw::middle() const {
 }
 
 Chain::Chain(std::string name, const spatial::Pose& base)
-    : name_(std::move(name)), tail_(base), nominal_tail_(base) {}
+    : name_(std::move(name)), base_(base), tail_(base), nominal_tail_(base) {}
 
 Chain& Chain::offset(const spatial::Pose& pose) {
   tail_ = tail_ * pose;
@@ -68,7 +65,11 @@ Chain& Chain::node(const std::string& name, const spatial::Vector3& position) {
   for (const Node& other : nodes_)
     if (other.name == name)
       throw std::invalid_argument(fmt::format("chain '{}' has two nodes named '{}'", name_, name));
-  nodes_.push_back({name, static_cast<Eigen::Index>(joints_.size()), tail_ * position});
+  // Displacements of the end are those of the tool point, not of what is mounted beside it.
+  spatial::Pose tail = tail_;
+  for (const ChainDisplacement& place : displacements_)
+    if (place.place == "end") tail = tail * spatial::displaced({}, place.value).inverse();
+  add_node({name, static_cast<Eigen::Index>(joints_.size()), tail * position});
   return *this;
 }
 
@@ -167,6 +168,12 @@ Chain Chain::without_errors() const {
   return nominal;
 }
 
+bool Chain::has_coordinate(const std::string& name) const {
+  for (const Coordinate& coordinate : coordinates_)
+    if (coordinate.name == name) return true;
+  return false;
+}
+
 Eigen::VectorXd Chain::home() const {
   Eigen::VectorXd x(size());
   for (Eigen::Index k = 0; k < size(); ++k) x[k] = coordinates_[static_cast<std::size_t>(k)].home;
@@ -179,7 +186,11 @@ Chain Chain::with_scaled_spring(const std::string& spring, double factor) const 
   Chain copy = *this;
   for (Spring& s : copy.springs_) {
     if (s.name != spring) continue;
-    s.stiffness *= factor;
+    if (s.series > 0) {
+      s.stiffness(0, 0) = 1 / ((1 / s.stiffness(0, 0) - s.series) / factor + s.series);
+    } else {
+      s.stiffness *= factor;
+    }
     copy.stiffness_.block(s.first, s.first, s.stiffness.rows(), s.stiffness.cols()) = s.stiffness;
     return copy;
   }

@@ -16,6 +16,8 @@ namespace kinetostat::vjm {
 /// Elementary motion along or about an axis of the moving frame.
 enum class Motion { tx, ty, tz, rx, ry, rz };
 
+inline constexpr Motion all_motions[] = {Motion::tx, Motion::ty, Motion::tz,
+                                         Motion::rx, Motion::ry, Motion::rz};
 inline bool is_rotation(Motion motion) { return motion >= Motion::rx; }
 /// 0, 1, 2 for x, y, z.
 inline int axis_index(Motion motion) { return static_cast<int>(motion) % 3; }
@@ -45,6 +47,7 @@ struct Spring {
   std::string name;
   Eigen::Index first = 0;  // first coordinate; the others follow
   Matrix stiffness;        // symmetric positive definite
+  double series = 0;       // of a single coordinate: compliance in series that scaling leaves alone
 };
 
 /// A force on one coordinate beside the linear springs: a stop, a gap, a hardening spring.
@@ -55,6 +58,7 @@ class CoordinateLaw {
     double position = 0;    // x [m or rad]
     double deflection = 0;  // x from its rest value: the command, where actuated
     double stiffness = 0;   // of the linear spring beside the law [N/m or N m/rad]
+    double travel = 0;      // x from the command itself, wherever the drive leads it (RestShift)
   };
   struct Value {
     double energy = 0;   // [J]
@@ -64,6 +68,9 @@ class CoordinateLaw {
   };
   virtual ~CoordinateLaw() = default;
   virtual Value at(const JointState& joint) const = 0;
+  /// The law sits between the two bodies of the joint (a stop, friction), not in the drive: it does
+  /// not change with the rest value when the joint stands still.
+  virtual bool is_beside_drive() const { return false; }
 };
 
 /// A joint that may move freely between two stops and meets a contact spring beyond them.
@@ -73,6 +80,7 @@ class StopLaw : public CoordinateLaw {
   /// lower < upper and the stiffness is positive.
   StopLaw(double lower, double upper, double stiffness);
   Value at(const JointState& joint) const override;
+  bool is_beside_drive() const override { return true; }
 
   /// Between the stops, or at the only one.
   double middle() const;
@@ -80,6 +88,25 @@ class StopLaw : public CoordinateLaw {
 
  private:
   double lower_, upper_, stiffness_;
+};
+
+/// A drive that leads its joint elsewhere than commanded: to u + shift + cosine cos(order u) +
+/// sine sin(order u) for the command u [m or rad].
+struct RestShift {
+  Eigen::Index coordinate = 0;
+  double shift = 0, cosine = 0, sine = 0, order = 0;
+
+  double at(double command) const;
+};
+
+/// A small displacement [translation; rotation vector] of everything behind a place of a chain, by
+/// which the built chain differs from the nominal one. Those at one place add up, so that their
+/// order does not matter.
+struct ChainDisplacement {
+  std::string place;        // "base", "end", or an element: right behind it
+  bool in_front = false;    // of the element's own motion instead: where its rigid part ends
+  Eigen::Index joints = 0;  // that lead to the place
+  spatial::Vector6 value = spatial::Vector6::Zero();  // in the axes of the place [m; rad]
 };
 
 /// A point that moves with the chain: position [m] in the frame that the first `joints` joints have
@@ -149,19 +176,49 @@ class Chain {
   /// A mass here, at a position in the current frame.
   Chain& mass(const std::string& name, double mass, const spatial::Vector3& position);
 
+  /// What effects change in a chain that is built. `element` is "base", "end", a joint or a link;
+  /// all throw std::invalid_argument for another name.
+  ///
+  /// A compliance in series with the spring of a joint; several add up.
+  Chain& add_series_compliance(const std::string& joint, double compliance);
+  /// A spring of this compliance right behind an element, in its axes, named `name`; a second one
+  /// of the name is in series with the first. Coordinates are appended, so that postures of the
+  /// chain without it stay good. Where the compliance is lost in the rounding of the stiffest
+  /// spring nothing is inserted.
+  Chain& add_compliance_behind(const std::string& element, const std::string& name, Motion motion,
+                               double compliance);
+  Chain& add_displacement(const std::string& element, bool in_front,
+                          const spatial::Vector6& displacement);
+  Chain& add_rest_shift(const RestShift& shift);
+  /// A mass [kg] in the frame that the first `joints` joints lead to.
+  Chain& add_mass(const std::string& name, double mass, Eigen::Index joints,
+                  const spatial::Vector3& position);
+
   const std::string& name() const { return name_; }
+  const spatial::Pose& base() const { return base_; }  // where the chain starts
   const std::vector<Coordinate>& coordinates() const { return coordinates_; }
   const std::vector<Joint>& joints() const { return joints_; }
   const std::vector<Spring>& springs() const { return springs_; }
   const spatial::Pose& tail() const { return tail_; }  // after the last joint
   const std::vector<Node>& nodes() const { return nodes_; }
+  /// Their numbers, nearest the base first.
+  const std::vector<std::size_t>& nodes_by_joints() const { return nodes_by_joints_; }
   const std::vector<PointMass>& masses() const { return masses_; }
   /// Laws beside the springs, with the coordinate that each acts on.
   const std::vector<std::pair<Eigen::Index, std::shared_ptr<const CoordinateLaw>>>& laws() const {
     return laws_;
   }
+  const std::vector<ChainDisplacement>& displacements() const { return displacements_; }
+  const std::vector<RestShift>& rest_shifts() const { return rest_shifts_; }
   Eigen::Index size() const { return static_cast<Eigen::Index>(coordinates_.size()); }
 
+  /// How many joints lead to the frame right behind an element.
+  Eigen::Index joints_to(const std::string& element) const;
+  /// The first elementary joint of a joint or link: the rigid part before it ends there.
+  Eigen::Index first_joint_of(const std::string& element) const;
+  bool has_coordinate(const std::string& name) const;
+  /// Rest values that a vector of commands leads to.
+  Eigen::VectorXd rest_for(const Eigen::VectorXd& commands) const;
   /// Index of a node. Throws std::invalid_argument with did-you-mean.
   std::size_t node_index(const std::string& node) const;
   /// Index of a coordinate. Throws std::invalid_argument with did-you-mean.
@@ -170,8 +227,10 @@ class Chain {
   const Eigen::MatrixXd& stiffness() const { return stiffness_; }
   /// The value of a law at coordinates x with these deflections from rest.
   CoordinateLaw::Value value_of(Eigen::Index coordinate, const CoordinateLaw& law,
-                                const Eigen::VectorXd& x, const Eigen::VectorXd& deflection) const {
-    return law.at({x[coordinate], deflection[coordinate], stiffness_(coordinate, coordinate)});
+                                const Eigen::VectorXd& x, const Eigen::VectorXd& deflection,
+                                const Eigen::VectorXd& travel) const {
+    return law.at({x[coordinate], deflection[coordinate], stiffness_(coordinate, coordinate),
+                   travel[coordinate]});
   }
   /// Coordinates that move in equilibrium: all but actuated joints without a spring.
   const std::vector<Eigen::Index>& free_coordinates() const { return free_; }
@@ -185,7 +244,8 @@ class Chain {
   bool has_errors() const { return has_errors_; }
   Chain without_errors() const;
 
-  /// The same chain with a spring's stiffness multiplied. Throws std::invalid_argument for an
+  /// The same chain with a spring's stiffness multiplied; compliances in series with it stay what
+  /// they are. Throws std::invalid_argument for an
   /// unknown spring, or a factor that is not positive.
   Chain with_scaled_spring(const std::string& spring, double factor) const;
 
@@ -194,13 +254,23 @@ class Chain {
   void add_joint(Motion motion, Eigen::Index coordinate, double factor);
   void add_spring(const std::string& name, Eigen::Index first, const Spring::Matrix& stiffness);
 
+  Eigen::Index add_elastic(const std::string& name, Motion motion, double compliance);
+  void add_node(const Node& node);
+  void insert_joint(Eigen::Index joints, Motion motion, Eigen::Index coordinate);
+  void move_place(const ChainDisplacement& place, const spatial::Pose& change);
+  ChainDisplacement& displacement_at(const std::string& element, bool in_front);
+
   std::string name_;
+  spatial::Pose base_;
   std::vector<Coordinate> coordinates_;
   std::vector<Joint> joints_;
   std::vector<Spring> springs_;
   spatial::Pose tail_, nominal_tail_;
   bool has_errors_ = false;
+  std::vector<ChainDisplacement> displacements_;
+  std::vector<RestShift> rest_shifts_;
   std::vector<Node> nodes_;
+  std::vector<std::size_t> nodes_by_joints_;
   std::vector<PointMass> masses_;
   std::vector<std::pair<Eigen::Index, std::shared_ptr<const CoordinateLaw>>> laws_;
   Eigen::MatrixXd stiffness_;

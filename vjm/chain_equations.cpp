@@ -17,10 +17,11 @@ Vector6 Scale::twist() const {
 
 Vector6 Scale::wrench() const { return twist().cwiseInverse() / stiffness; }
 
-ChainEquations::ChainEquations(const Chain& chain, VectorXd rest, const Scale& scale,
+ChainEquations::ChainEquations(const Chain& chain, VectorXd commands, const Scale& scale,
                                bool origin_moves)
     : chain_(chain),
-      rest_(std::move(rest)),
+      commands_(std::move(commands)),
+      rest_(chain.rest_for(commands_)),
       scale_(scale),
       origin_moves_(origin_moves),
       free_(chain.free_coordinates()) {
@@ -32,7 +33,7 @@ ChainEquations::ChainEquations(const Chain& chain, VectorXd rest, const Scale& s
 }
 
 void ChainEquations::set(const spatial::Pose& origin, const VectorXd& x, const Vector6& wrench) {
-  origin_ = origin.position();
+  origin_ = origin;
   x_ = x;
   wrench_ = wrench;
   evaluate(chain_, x, kinematics_, origin);
@@ -40,6 +41,12 @@ void ChainEquations::set(const spatial::Pose& origin, const VectorXd& x, const V
 
 void ChainEquations::add_node_load(std::size_t node, const Vector6& wrench) {
   node_loads_.emplace_back(node, wrench);
+}
+
+std::vector<PointWrench> ChainEquations::loads() const {
+  std::vector<PointWrench> all;
+  for_each_load([&all](const PointWrench& load) { all.push_back(load); });
+  return all;
 }
 
 // The wrench at the end, then those at nodes.
@@ -55,13 +62,14 @@ VectorXd ChainEquations::gather_force(const VectorXd& full) const {
 
 void ChainEquations::unbalanced(VectorXd& result) const {
   deflection_ = x_ - rest_;
+  travel_ = x_ - commands_;
   force_.resize(chain_.size());
   force_.noalias() = kinematics_.jacobian.transpose() * wrench_;
   force_.noalias() -= chain_.stiffness() * deflection_;
   for (const auto& [node, load] : node_loads_)
     add_generalised_force(chain_, kinematics_, at_node(chain_, kinematics_, node, load), force_);
   for (const auto& [coordinate, law] : chain_.laws())
-    force_[coordinate] -= chain_.value_of(coordinate, *law, x_, deflection_).force;
+    force_[coordinate] -= chain_.value_of(coordinate, *law, x_, deflection_, travel_).force;
   result.resize(size());
   for (Index k = 0; k < size(); ++k)
     result[k] = force_[free_[static_cast<std::size_t>(k)]] / (unit_[k] * scale_.stiffness);
@@ -71,7 +79,7 @@ Vector6 ChainEquations::wrench_on_origin() const {
   Vector6 sum = Vector6::Zero();
   for_each_load([&](const PointWrench& load) {
     sum += load.wrench;
-    sum.tail<3>() += (load.point - origin_).cross(load.wrench.head<3>());
+    sum.tail<3>() += (load.point - origin_.position()).cross(load.wrench.head<3>());
   });
   return sum;
 }
@@ -86,23 +94,26 @@ MatrixXd ChainEquations::energy_hessian() const {
   return -0.5 * (lower + lower.transpose());
 }
 
-VectorXd ChainEquations::unbalanced_by_log_stiffness(const Spring& spring) const {
+VectorXd ChainEquations::force_by_log_stiffness(const Spring& spring) const {
   VectorXd force = VectorXd::Zero(chain_.size());
   const Index n = spring.stiffness.rows();
   const VectorXd deflection = x_ - rest_;
-  force.segment(spring.first, n) = -spring.stiffness * deflection.segment(spring.first, n);
+  // A compliance c in series does not scale: dK/dlog k0 = K (1 - K c) with 1/K = 1/k0 + c.
+  const double share = spring.series > 0 ? 1 - spring.stiffness(0, 0) * spring.series : 1;
+  force.segment(spring.first, n) = -share * spring.stiffness * deflection.segment(spring.first, n);
   for (const auto& [coordinate, law] : chain_.laws())
     if (coordinate >= spring.first && coordinate < spring.first + n)
-      force[coordinate] -= chain_.stiffness()(coordinate, coordinate) *
-                           chain_.value_of(coordinate, *law, x_, deflection).force_by_stiffness;
-  return gather_force(force);
+      force[coordinate] -=
+          share * chain_.stiffness()(coordinate, coordinate) *
+          chain_.value_of(coordinate, *law, x_, deflection, travel()).force_by_stiffness;
+  return force;
 }
 
 double ChainEquations::energy() const {
   const VectorXd deflection = x_ - rest_;
   double energy = 0.5 * deflection.dot(chain_.stiffness() * deflection);
   for (const auto& [coordinate, law] : chain_.laws())
-    energy += chain_.value_of(coordinate, *law, x_, deflection).energy;
+    energy += chain_.value_of(coordinate, *law, x_, deflection, travel()).energy;
   return energy;
 }
 
@@ -125,10 +136,12 @@ void ChainEquations::linearise(bool factorise) {
   const Index n = size();
   hessian_ = -chain_.stiffness();
   deflection_ = x_ - rest_;
+  travel_ = x_ - commands_;
   for_each_load(
       [this](const PointWrench& load) { add_wrench_hessian(chain_, kinematics_, load, hessian_); });
   for (const auto& [coordinate, law] : chain_.laws())
-    hessian_(coordinate, coordinate) -= chain_.value_of(coordinate, *law, x_, deflection_).tangent;
+    hessian_(coordinate, coordinate) -=
+        chain_.value_of(coordinate, *law, x_, deflection_, travel_).tangent;
   const Vector6 to_scaled = scale_.twist();
   matrix_.setZero(6 + n, 6 + n);
   for (Index l = 0; l < n; ++l) {
@@ -149,13 +162,14 @@ void ChainEquations::linearise(bool factorise) {
 void ChainEquations::linearise_origin() {
   const Vector6 to_scaled = scale_.twist(), wrench_scale = scale_.wrench();
   Matrix6 end = Matrix6::Identity(), own = Matrix6::Zero();
-  end.topRightCorner<3, 3>() = -spatial::skew(kinematics_.end.position() - origin_);
+  end.topRightCorner<3, 3>() = -spatial::skew(kinematics_.end.position() - origin_.position());
   by_x_.setZero(6, chain_.size());
   by_origin_.setZero(chain_.size(), 6);
   for_each_load([&](const PointWrench& load) {
     const Vector3 force = load.wrench.head<3>(), moment = load.wrench.tail<3>();
     const Vector3 from_end = load.point - kinematics_.end.position();
-    own.bottomRightCorner<3, 3>() += spatial::skew(force) * spatial::skew(load.point - origin_);
+    own.bottomRightCorner<3, 3>() +=
+        spatial::skew(force) * spatial::skew(load.point - origin_.position());
     for (Index j = 0; j < load.joints; ++j) {
       const Index k = chain_.joints()[static_cast<std::size_t>(j)].coordinate;
       const Vector3 w = kinematics_.joint_twists.col(j).tail<3>();

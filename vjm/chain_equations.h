@@ -27,7 +27,9 @@ struct Scale {
 /// body's pose, and the derivatives with respect to its displacement are given too.
 class ChainEquations {
  public:
-  ChainEquations(const Chain& chain, Eigen::VectorXd rest, const Scale& scale, bool origin_moves);
+  /// `commands` [m or rad]: of the actuated joints, given rest values of the passive springs.
+  ChainEquations(const Chain& chain, Eigen::VectorXd commands, const Scale& scale,
+                 bool origin_moves);
 
   void set(const spatial::Pose& origin, const Eigen::VectorXd& x, const spatial::Vector6& wrench);
   /// Loads at nodes, [force; moment] in base axes; kept until cleared.
@@ -59,12 +61,17 @@ class ChainEquations {
   const Eigen::MatrixXd& origin_by_balance() const { return origin_by_balance_; }
   const spatial::Matrix6& origin_by_origin() const { return origin_by_origin_; }
 
-  /// Derivative of unbalanced() with respect to the logarithm of one spring's stiffness.
-  Eigen::VectorXd unbalanced_by_log_stiffness(const Spring& spring) const;
+  /// Derivative of the generalised forces on all coordinates with respect to the logarithm of one
+  /// spring's stiffness; gather_force() brings it to the balance.
+  Eigen::VectorXd force_by_log_stiffness(const Spring& spring) const;
   /// Generalised forces on all coordinates, as the balance has them: free ones only, scaled.
   Eigen::VectorXd gather_force(const Eigen::VectorXd& full) const;
   /// The state that is set, for derivatives of its generalised forces.
   Eigen::VectorXd deflection() const { return x_ - rest_; }
+  Eigen::VectorXd travel() const { return x_ - commands_; }
+  const spatial::Pose& origin() const { return origin_; }
+  /// The wrench at the end, then those at nodes.
+  std::vector<PointWrench> loads() const;
   const Eigen::VectorXd& coordinates() const { return x_; }
   const ChainKinematics& kinematics() const { return kinematics_; }
 
@@ -83,18 +90,18 @@ class ChainEquations {
   void linearise_origin();
 
   const Chain& chain_;
-  Eigen::VectorXd rest_, unit_;
+  Eigen::VectorXd commands_, rest_, unit_;
   Scale scale_;
   bool origin_moves_;
   std::vector<Eigen::Index> free_;
   std::vector<std::pair<std::size_t, spatial::Vector6>> node_loads_;
-  spatial::Vector3 origin_ = spatial::Vector3::Zero();
+  spatial::Pose origin_;
   ChainKinematics kinematics_;
   Eigen::VectorXd x_;
   spatial::Vector6 wrench_ = spatial::Vector6::Zero();
   Eigen::MatrixXd hessian_, matrix_;
   // Kept, so that Newton's method allocates nothing from its second correction on.
-  mutable Eigen::VectorXd force_, deflection_;
+  mutable Eigen::VectorXd force_, deflection_, travel_;
   Eigen::MatrixXd by_x_, by_origin_;
   RobustFactor factor_;
   spatial::Matrix6 end_by_origin_ = spatial::Matrix6::Zero();

@@ -1,20 +1,35 @@
 #include "kinetostat/vjm/effect.h"
 
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <optional>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
 #include "kinetostat/spatial/spelling.h"
 #include "kinetostat/vjm/effects/kinds.h"
-#include "kinetostat/vjm/equilibrium_state.h"
 
 namespace kinetostat::vjm {
-namespace {}  // namespace
+
+using Eigen::Index;
 
 namespace effects {
 
+EffectParameter optional_parameter(std::string name, const spatial::Dimension& dimension,
+                                   double limit, double prior_sd) {
+  return {.name = std::move(name),
+          .linear = dimension,
+          .angular = dimension,
+          .lower = -limit,
+          .upper = limit,
+          .prior_sd = prior_sd,
+          .required = false};
+}
+
 const Spring& spring_of_joint(const Chain& chain, const std::string& joint) {
-  const Eigen::Index k = chain.index_of(joint);
+  const Index k = chain.index_of(joint);
   for (const Spring& spring : chain.springs())
     if (spring.first == k && spring.stiffness.rows() == 1) return spring;
   throw std::invalid_argument(
@@ -23,18 +38,71 @@ const Spring& spring_of_joint(const Chain& chain, const std::string& joint) {
 
 }  // namespace effects
 
-const std::vector<EffectKind>& effect_kinds() {
-  static const std::vector<EffectKind> kinds = {
-      effects::joint_compliance(), effects::link_compliance(), effects::hardening(),
-      effects::clearance(),        effects::preload(),         effects::payload()};
+double ChainState::drive_force(Index coordinate) const {
+  double force = chain.stiffness()(coordinate, coordinate) * deflection[coordinate];
+  for (const auto& [k, law] : chain.laws())
+    if (k == coordinate && !law->is_beside_drive())
+      force += chain.value_of(k, *law, x, deflection, travel).force;
+  return force;
+}
+
+double ChainState::drive_stiffness(Index coordinate) const {
+  double stiffness = chain.stiffness()(coordinate, coordinate);
+  for (const auto& [k, law] : chain.laws())
+    if (k == coordinate && !law->is_beside_drive())
+      stiffness += chain.value_of(k, *law, x, deflection, travel).tangent;
+  return stiffness;
+}
+
+HistoryStep::HistoryStep(Eigen::VectorXd state, Index coordinates, Index inputs)
+    : next(std::move(state)),
+      by_coordinates(Eigen::MatrixXd::Zero(next.size(), coordinates)),
+      by_input(Eigen::MatrixXd::Zero(next.size(), inputs)),
+      by_drive_force(Eigen::VectorXd::Zero(next.size())) {}
+
+void EffectKind::act(Chain&, const std::string&, const EffectInput&) const {}
+void EffectKind::differentiate(ChainColumns&, const std::string&, const EffectInput&) const {}
+void EffectKind::add_to(ReadingErrors&, const EffectInput&) const {}
+ReadingErrors EffectKind::tangent(Index, const EffectInput&) const {
+  return ReadingErrors::tangent();
+}
+HistoryStep EffectKind::advance(const ChainState&, const std::string&, const EffectInput&) const {
+  throw std::logic_error(fmt::format("the effect '{}' has no history", name));
+}
+
+const std::vector<std::shared_ptr<const EffectKind>>& effect_kinds() {
+  static const std::vector<std::shared_ptr<const EffectKind>> kinds = {
+      effects::joint_compliance(),
+      effects::link_compliance(),
+      effects::bearing_compliance(),
+      effects::base_compliance(),
+      effects::platform_compliance(),
+      effects::geometric_error(),
+      effects::thermal_expansion(),
+      effects::eccentricity(),
+      effects::creep(),
+      effects::hardening(),
+      effects::piecewise_stiffness(),
+      effects::clearance(),
+      effects::friction(),
+      effects::preload(),
+      effects::gravity_compensator(),
+      effects::self_weight(),
+      effects::payload(),
+      effects::wrench_gain(),
+      effects::wrench_misalignment(),
+      effects::application_point(),
+      effects::sensor_frame(),
+      effects::target_lever_arm(),
+      effects::session_drift()};
   return kinds;
 }
 
-const EffectKind& effect_kind(const std::string& name) {
+std::shared_ptr<const EffectKind> effect_kind(const std::string& name) {
   std::vector<std::string> names;
-  for (const EffectKind& kind : effect_kinds()) {
-    if (kind.name == name) return kind;
-    names.push_back(kind.name);
+  for (const auto& kind : effect_kinds()) {
+    if (kind->name == name) return kind;
+    names.push_back(kind->name);
   }
   const std::string near = spatial::nearest_spelling(name, names);
   throw std::invalid_argument(
@@ -43,56 +111,174 @@ const EffectKind& effect_kind(const std::string& name) {
 }
 
 std::string to_string(EffectPlace place) {
-  switch (place) {
-    case EffectPlace::joint:
-      return "joint";
-    case EffectPlace::link:
-      return "link";
-    default:
-      return "platform";
+  static constexpr std::array names = {"joint", "link",     "element", "base",
+                                       "end",   "platform", "load",    "sensor"};
+  return names[static_cast<std::size_t>(place)];
+}
+
+Index Effect::history_size() const { return kind->history * static_cast<Index>(sites.size()); }
+
+std::string Effect::name_of(Index value) const {
+  return fmt::format("{} of {} at {}", kind->parameters[static_cast<std::size_t>(value)].name,
+                     kind->name, at);
+}
+
+Histories no_history(const std::vector<Effect>& effects) {
+  Histories histories;
+  for (const Effect& effect : effects)
+    histories.push_back(Eigen::VectorXd::Zero(effect.history_size()));
+  return histories;
+}
+
+namespace {
+
+// A link in segments has springs "leg.1", "leg.2", ...: the link is what is before the dot.
+void add_links(const Chain& chain, std::vector<std::string>& elements) {
+  for (const Spring& spring : chain.springs()) {
+    if (spring.stiffness.rows() != 6) continue;
+    const std::string link = spring.name.substr(0, spring.name.find('.'));
+    if (std::find(elements.begin(), elements.end(), link) == elements.end())
+      elements.push_back(link);
   }
 }
 
-std::string Effect::place(const Manipulator& manipulator) const {
-  if (kind->place == EffectPlace::platform) return "platform";
-  return manipulator.chains()[chain].name() + "." + element;
+void add_joints(const Chain& chain, std::vector<std::string>& elements) {
+  for (const Coordinate& coordinate : chain.coordinates())
+    if (coordinate.role != Role::elastic) elements.push_back(coordinate.name);
 }
 
-Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effect>& effects) {
+// The elements of one chain on which a kind can act, by name.
+std::vector<std::string> elements_of(EffectPlace place, const Chain& chain) {
+  std::vector<std::string> elements;
+  if (place == EffectPlace::joint || place == EffectPlace::element) add_joints(chain, elements);
+  if (place == EffectPlace::link || place == EffectPlace::element) add_links(chain, elements);
+  if (place == EffectPlace::base || place == EffectPlace::element) elements.push_back("base");
+  if (place == EffectPlace::end || place == EffectPlace::element) elements.push_back("end");
+  return elements;
+}
+
+// The chain whose end carries what is mounted on the platform.
+std::optional<std::size_t> chain_to_platform(const Manipulator& manipulator) {
+  for (std::size_t c = 0; c < manipulator.size(); ++c)
+    if (manipulator.span(c).from == Span::base && manipulator.span(c).to == Span::platform)
+      return c;
+  return std::nullopt;
+}
+
+bool is_of_robot(EffectPlace place) {
+  return place == EffectPlace::platform || place == EffectPlace::load ||
+         place == EffectPlace::sensor;
+}
+
+}  // namespace
+
+std::vector<std::string> effect_places(const EffectKind& kind, const Manipulator& manipulator) {
+  if (is_of_robot(kind.place)) {
+    if (kind.place == EffectPlace::platform && !chain_to_platform(manipulator)) return {};
+    return {to_string(kind.place)};
+  }
+  std::vector<std::string> names;
+  const auto add = [&names](const std::string& name) {
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  };
+  for (const Chain& chain : manipulator.chains())
+    for (const std::string& element : elements_of(kind.place, chain)) {
+      add(chain.name() + "." + element);
+      add(element);
+    }
+  return names;
+}
+
+std::vector<EffectSite> effect_sites(const EffectKind& kind, const Manipulator& manipulator,
+                                     const std::string& name) {
+  std::vector<EffectSite> sites;
+  for (std::size_t c = 0; c < manipulator.size() && !is_of_robot(kind.place); ++c) {
+    const Chain& chain = manipulator.chains()[c];
+    for (const std::string& element : elements_of(kind.place, chain))
+      if (name == element || name == chain.name() + "." + element) sites.push_back({c, element});
+  }
+  const std::vector<std::string> known = effect_places(kind, manipulator);
+  if (!sites.empty()) return sites;
+  if (is_of_robot(kind.place) && std::find(known.begin(), known.end(), name) != known.end()) {
+    if (kind.place != EffectPlace::platform) return {};
+    return {{*chain_to_platform(manipulator), {}}};
+  }
+  if (known.empty())
+    throw std::invalid_argument(fmt::format("the robot has no {} on which '{}' could act",
+                                            to_string(kind.place), kind.name));
+  const std::string near = spatial::nearest_spelling(name, known);
+  throw std::invalid_argument(
+      fmt::format("'{}' is no {} of this robot{}", name, to_string(kind.place),
+                  near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
+}
+
+bool turns(const Effect& effect, const Manipulator& manipulator) {
+  if (effect.kind->place != EffectPlace::joint || effect.sites.empty()) return false;
+  const Chain& chain = manipulator.chains()[effect.sites[0].chain];
+  return is_rotation(
+      chain.coordinates()[static_cast<std::size_t>(chain.index_of(effect.sites[0].element))]
+          .motion);
+}
+
+double prior_deviation(const Effect& effect, Index value, const Manipulator& bare) {
+  const EffectParameter& parameter = effect.kind->parameters[static_cast<std::size_t>(value)];
+  if (parameter.prior_unit == PriorUnit::absolute || effect.sites.empty())
+    return parameter.prior_sd;
+  const Chain& chain = bare.chains()[effect.sites[0].chain];
+  const Index k = chain.index_of(effect.sites[0].element);
+  const double stiffness = chain.stiffness()(k, k);
+  return parameter.prior_unit == PriorUnit::stiffness ? parameter.prior_sd * stiffness
+                                                      : parameter.prior_sd / stiffness;
+}
+
+namespace {
+
+// Numbers of effects in the order in which they are applied: as in the catalogue, then others.
+std::vector<std::size_t> in_order(const std::vector<Effect>& effects) {
+  const auto rank = [](const Effect& effect) {
+    const auto& kinds = effect_kinds();
+    return std::find(kinds.begin(), kinds.end(), effect.kind) - kinds.begin();
+  };
+  std::vector<std::size_t> order(effects.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return rank(effects[a]) < rank(effects[b]);
+  });
+  return order;
+}
+
+}  // namespace
+
+Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effect>& effects,
+                         const Conditions& conditions, const Histories& histories) {
+  std::vector<std::optional<Chain>> changed(manipulator.size());
+  const auto act = [&](const Effect& effect, const Eigen::VectorXd& history) {
+    for (std::size_t s = 0; s < effect.sites.size(); ++s) {
+      const auto [c, element] = effect.sites[s];
+      if (!changed.at(c)) changed[c] = manipulator.chains()[c];
+      const Eigen::VectorXd before =
+          history.segment(static_cast<Index>(s) * effect.kind->history, effect.kind->history);
+      effect.kind->act(*changed[c], element, {effect.values, conditions, before});
+    }
+  };
+  for (const std::size_t e : in_order(effects)) act(effects[e], histories[e]);
   Manipulator result = manipulator;
-  for (const EffectKind& kind : effect_kinds())
-    for (const Effect& effect : effects)
-      if (effect.kind->name == kind.name)
-        result = result.with_chain(effect.chain, kind.applied(result.chains().at(effect.chain),
-                                                              effect.element, effect.values));
+  for (std::size_t c = 0; c < changed.size(); ++c)
+    if (changed[c]) result = result.with_chain(c, std::move(*changed[c]));
   return result;
 }
 
-Matrix6X displacement_by_effects(const Manipulator& manipulator, const Posture& posture,
-                                 const Load& load, const Equilibrium& equilibrium,
-                                 const std::vector<Effect>& effects) {
-  EquilibriumSystem system(manipulator, posture);
-  system.set(state_of(equilibrium), load);
-  system.linearise(false);
-  Eigen::Index count = 0, column = 0;
-  for (const Effect& effect : effects) count += effect.values.size();
-  Matrix6X derivatives(6, count);
-  for (const Effect& effect : effects) {
-    const ChainEquations& equations = system.chains()[effect.chain];
-    const Eigen::VectorXd deflection = equations.deflection();
-    const EffectState effect_state{manipulator.chains()[effect.chain], equations.coordinates(),
-                                   deflection, equations.kinematics(),
-                                   load.gravity * manipulator.gravity()};
-    const Eigen::MatrixXd forces =
-        effect.kind->force_derivatives(effect_state, effect.element, effect.values);
-    for (Eigen::Index p = 0; p < forces.cols(); ++p) {
-      SystemVector right = system.zero();
-      right.coordinates[effect.chain] = -equations.gather_force(forces.col(p));
-      derivatives.col(column++) =
-          system.solve(right).bodies.head<6>().cwiseQuotient(system.scale().twist());
-    }
-  }
-  return derivatives;
+Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effect>& effects) {
+  return with_effects(manipulator, effects, {}, no_history(effects));
+}
+
+ReadingErrors reading_errors(const std::vector<Effect>& effects, const Conditions& conditions) {
+  ReadingErrors errors;
+  const Eigen::VectorXd none;
+  for (const Effect& effect : effects)
+    if (!effect.kind->acts_on_chains())
+      effect.kind->add_to(errors, {effect.values, conditions, none});
+  return errors;
 }
 
 }  // namespace kinetostat::vjm

@@ -1,4 +1,4 @@
-// Effects of a robot file. Internal to this room; the format is in docs/reference/robot-file.md.
+// Effects as people write them. The format is in docs/reference/robot-file.md.
 #pragma once
 
 #include "kinetostat/files/yaml.h"
@@ -11,5 +11,11 @@ namespace kinetostat::vjm {
 /// files::InputError for unknown kinds, places and keys, and values outside their physical range.
 std::vector<Effect> read_effects(const files::YamlNode& top, const Manipulator& manipulator,
                                  const spatial::UnitSystem& units);
+
+/// An effect as words of a command line have it: `size` is the value of the first parameter with
+/// its unit, or "force=50 N,presliding=10 um". Throws files::InputError, or std::invalid_argument
+/// for an unknown kind.
+Effect effect_from_words(const std::string& kind, const std::string& at, const std::string& size,
+                         const Manipulator& manipulator, const spatial::UnitSystem& units);
 
 }  // namespace kinetostat::vjm

@@ -43,7 +43,8 @@ EquilibriumSystem::EquilibriumSystem(const Manipulator& manipulator, const Postu
   ChainKinematics kinematics;
   double reach = 0;
   for (std::size_t c = 0; c < manipulator.size(); ++c) {
-    evaluate(manipulator.chains()[c], posture.coordinates[c], kinematics);
+    evaluate(manipulator.chains()[c], posture.coordinates_of(manipulator.chains()[c], c),
+             kinematics);
     reach = std::max(reach, kinematics.reach);
   }
   scale_.length = reach > 0 ? reach : 1.0;
@@ -51,8 +52,8 @@ EquilibriumSystem::EquilibriumSystem(const Manipulator& manipulator, const Postu
   for (std::size_t c = 0; c < manipulator.size(); ++c) {
     const Chain& chain = manipulator.chains()[c];
     const int from = manipulator.span(c).from;
-    chains_.emplace_back(chain, posture.rest(chain, c), scale_, from != Span::base);
-    chains_.back().set(posture.body(from), posture.coordinates[c], Vector6::Zero());
+    chains_.emplace_back(chain, posture.commands(chain, c), scale_, from != Span::base);
+    chains_.back().set(posture.body(from), posture.coordinates_of(chain, c), Vector6::Zero());
     const MatrixXd jacobian = chains_.back().jacobian();
     rigid_ |= jacobian.cols() < 6 || null_space(jacobian.transpose()).cols() > 0;
   }
@@ -68,7 +69,13 @@ SystemState EquilibriumSystem::relaxed_state() const {
   for (int body = 0; body < static_cast<int>(manipulator_.body_count()); ++body)
     state.bodies.push_back(posture_.body(body));
   state.wrenches.assign(chains_.size(), Vector6::Zero());
-  state.coordinates = posture_.coordinates;
+  for (std::size_t c = 0; c < chains_.size(); ++c) {
+    const Chain& chain = manipulator_.chains()[c];
+    state.coordinates.push_back(posture_.coordinates_of(chain, c));
+    // A drive starts where it leads its joint; without a spring it stays there.
+    for (const RestShift& shift : chain.rest_shifts())
+      state.coordinates[c][shift.coordinate] += shift.at(state.coordinates[c][shift.coordinate]);
+  }
   return state;
 }
 

@@ -33,10 +33,11 @@ void evaluate(const Chain& chain, const Eigen::VectorXd& x, ChainKinematics& kin
   Matrix3 rotation = origin.rotation();
   Vector3 position = origin.position();
   kinematics.nodes.resize(chain.nodes().size());
-  std::size_t node = 0;
+  std::size_t placed = 0;
+  const std::vector<std::size_t>& order = chain.nodes_by_joints();
   const auto place_nodes = [&](Eigen::Index joints_passed) {
-    for (; node < chain.nodes().size() && chain.nodes()[node].joints == joints_passed; ++node)
-      kinematics.nodes[node] = position + rotation * chain.nodes()[node].position;
+    for (; placed < order.size() && chain.nodes()[order[placed]].joints == joints_passed; ++placed)
+      kinematics.nodes[order[placed]] = position + rotation * chain.nodes()[order[placed]].position;
   };
 
   // First pass: the axis of each joint in the tail rows, its origin in the head rows.
@@ -77,6 +78,25 @@ void evaluate(const Chain& chain, const Eigen::VectorXd& x, ChainKinematics& kin
     kinematics.jacobian.col(joint.coordinate) += twists.col(j);
     kinematics.reach = std::max(kinematics.reach, arm.norm());
   }
+}
+
+spatial::Pose frame_behind(const Chain& chain, const Eigen::VectorXd& x, Eigen::Index joints,
+                           const spatial::Pose& origin) {
+  Matrix3 rotation = origin.rotation();
+  Vector3 position = origin.position();
+  for (Eigen::Index j = 0; j < joints; ++j) {
+    const Joint& joint = chain.joints()[static_cast<std::size_t>(j)];
+    position += rotation * joint.before.position();
+    rotation = rotation * joint.before.rotation();
+    const int axis = axis_index(joint.motion);
+    const double value = joint.factor * x[joint.coordinate];
+    if (is_rotation(joint.motion)) {
+      turn(rotation, axis, value);
+    } else {
+      position += value * rotation.col(axis);
+    }
+  }
+  return {rotation, position};
 }
 
 PointWrench at_end(const Chain& chain, const ChainKinematics& kinematics, const Vector6& wrench) {

@@ -26,6 +26,10 @@ struct ChainKinematics {
 void evaluate(const Chain& chain, const Eigen::VectorXd& x, ChainKinematics& kinematics,
               const spatial::Pose& origin = {});
 
+/// The frame that the first `joints` joints lead to.
+spatial::Pose frame_behind(const Chain& chain, const Eigen::VectorXd& x, Eigen::Index joints,
+                           const spatial::Pose& origin = {});
+
 /// A wrench [force; moment] that is constant in base axes and acts at `point`, on the frame that
 /// the first `joints` joints of a chain move.
 struct PointWrench {

@@ -62,7 +62,7 @@ Manipulator Manipulator::with_chain(std::size_t index, Chain chain) const {
 bool Manipulator::is_relaxed_when_unloaded() const {
   for (const Chain& chain : chains_) {
     if (!chain.masses().empty() && !gravity_.isZero(0)) return false;
-    if (chain.has_errors() || !chain.laws().empty()) return false;
+    if (chain.has_errors() || !chain.laws().empty() || !chain.rest_shifts().empty()) return false;
     for (const Spring& spring : chain.springs())
       if (chain.coordinates()[static_cast<std::size_t>(spring.first)].role == Role::passive)
         return false;
@@ -82,12 +82,22 @@ Manipulator Manipulator::without_errors() const {
   return copy;
 }
 
-Eigen::VectorXd Posture::rest(const Chain& chain, std::size_t index) const {
-  Eigen::VectorXd rest = chain.default_rest();
-  for (Eigen::Index k = 0; k < chain.size(); ++k)
+Eigen::VectorXd Posture::coordinates_of(const Chain& chain, std::size_t index) const {
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(chain.size());
+  x.head(coordinates[index].size()) = coordinates[index];
+  return x;
+}
+
+Eigen::VectorXd Posture::commands(const Chain& chain, std::size_t index) const {
+  Eigen::VectorXd commands = chain.default_rest();
+  for (Eigen::Index k = 0; k < coordinates[index].size(); ++k)
     if (chain.coordinates()[static_cast<std::size_t>(k)].role == Role::actuated)
-      rest[k] = coordinates[index][k];
-  return rest;
+      commands[k] = coordinates[index][k];
+  return commands;
+}
+
+Eigen::VectorXd Posture::rest(const Chain& chain, std::size_t index) const {
+  return chain.rest_for(commands(chain, index));
 }
 
 spatial::Pose Posture::body(int number) const {

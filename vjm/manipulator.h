@@ -70,7 +70,11 @@ struct Posture {
   std::vector<Eigen::VectorXd> coordinates;      // one per chain; 0 for virtual springs
   std::vector<spatial::Pose> inner_bodies = {};  // bodies 1, 2, ... in base axes
 
-  /// Rest values of the springs of a chain in this posture: commands where actuated.
+  /// The coordinates of a chain. Springs that effects have appended to it stand at 0.
+  Eigen::VectorXd coordinates_of(const Chain& chain, std::size_t index) const;
+  /// Commands of the actuated joints of a chain, given rest values of its passive springs.
+  Eigen::VectorXd commands(const Chain& chain, std::size_t index) const;
+  /// Rest values of its springs: the commands, or where drives lead the joints instead.
   Eigen::VectorXd rest(const Chain& chain, std::size_t index) const;
   /// Pose of a body, Span::base included.
   spatial::Pose body(int number) const;

@@ -390,10 +390,41 @@ std::vector<UncertainStiffness> read_uncertain(const YamlNode& top,
   const auto list = top.find("uncertain");
   if (!list) return result;
   for (const YamlNode& item : list->items()) {
+    if (item.has("effect")) continue;
     item.allow_only({"stiffness", "between"});
     result.push_back(find_springs(manipulator, item.at("stiffness")));
     if (const auto between = item.find("between")) result.back().between = read_factors(*between);
   }
+  return result;
+}
+
+// `{effect: hardening, at: x.rho, parameter: k3}`: a value of an effect that the file has.
+UncertainValue find_value(const YamlNode& item, const std::vector<Effect>& effects) {
+  item.allow_only({"effect", "at", "parameter"});
+  std::vector<std::string> kinds, places, names;
+  for (const Effect& effect : effects) kinds.push_back(effect.kind->name);
+  if (kinds.empty())
+    item.at("effect").fail("this file has no effects", "List it under 'effects:', with a value");
+  const std::string kind = item.at("effect").choice(kinds);
+  for (const Effect& effect : effects)
+    if (effect.kind->name == kind) places.push_back(effect.at);
+  const std::string at = item.at("at").choice(places);
+  const auto found = std::find_if(effects.begin(), effects.end(), [&](const Effect& effect) {
+    return effect.kind->name == kind && effect.at == at;
+  });
+  for (const EffectParameter& parameter : found->kind->parameters) names.push_back(parameter.name);
+  const std::string name = item.at("parameter").choice(names);
+  return {static_cast<std::size_t>(found - effects.begin()),
+          std::find(names.begin(), names.end(), name) - names.begin()};
+}
+
+std::vector<UncertainValue> read_uncertain_values(const YamlNode& top,
+                                                  const std::vector<Effect>& effects) {
+  std::vector<UncertainValue> result;
+  const auto list = top.find("uncertain");
+  if (!list) return result;
+  for (const YamlNode& item : list->items())
+    if (item.has("effect")) result.push_back(find_value(item, effects));
   return result;
 }
 
@@ -403,7 +434,7 @@ Robot read_robot(const std::filesystem::path& file, const LinkOptions& options) 
   const YamlNode top = files::read_yaml(file);
   files::check_format_version(top);
   top.allow_only({"kinetostat", "name", "origin", "units", "gravity", "materials", "links",
-                  "chain_types", "manipulator", "uncertain", "effects"});
+                  "chain_types", "manipulator", "uncertain", "effects", "effect_kinds"});
   Parts parts{.units = files::read_units(top.at("units")), .links = {}};
   LinkOptions link_options = options;
   link_options.within.push_back(std::filesystem::weakly_canonical(file));
@@ -426,9 +457,17 @@ Robot read_robot(const std::filesystem::path& file, const LinkOptions& options) 
     const Manipulator plain = bare.with_gravity(gravity);
     std::vector<Effect> effects = read_effects(top, plain, parts.units);
     Manipulator manipulator = with_effects(plain, effects);
-    std::vector<UncertainStiffness> uncertain = read_uncertain(top, manipulator);
-    return {file,       name,      parts.units,       std::move(manipulator), std::move(uncertain),
-            link_files, has_beams, std::move(effects)};
+    Robot robot{.file = file,
+                .name = name,
+                .units = parts.units,
+                .manipulator = std::move(manipulator),
+                .uncertain = read_uncertain(top, plain),
+                .link_files = link_files,
+                .has_beams = has_beams,
+                .effects = std::move(effects)};
+    if (!robot.effects.empty()) robot.bare = plain;
+    robot.uncertain_values = read_uncertain_values(top, robot.effects);
+    return robot;
   } catch (const std::invalid_argument& error) {
     top.at("manipulator").fail(error.what());
   }

@@ -24,6 +24,12 @@ struct UncertainStiffness {
   std::optional<std::pair<double, double>> between = {};
 };
 
+/// A value of an effect that its owner declares uncertain.
+struct UncertainValue {
+  std::size_t effect = 0;  // in Robot::effects
+  Eigen::Index value = 0;
+};
+
 struct Robot {
   std::filesystem::path file;
   std::string name;
@@ -33,6 +39,10 @@ struct Robot {
   std::vector<std::filesystem::path> link_files;  // read for this robot, in order of first use
   bool has_beams = false;                         // links that LinkOptions can split further
   std::vector<Effect> effects = {};               // as in the file
+  std::optional<Manipulator> bare = {};           // without the effects, if there are any
+  std::vector<UncertainValue> uncertain_values = {};
+
+  const Manipulator& without_effects() const { return bare ? *bare : manipulator; }
 };
 
 /// Throws files::InputError naming file, line, key, what was expected and the nearest thing that

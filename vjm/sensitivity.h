@@ -1,9 +1,11 @@
-// How the loaded pose changes with a parameter of the model: exact derivatives of the solution.
+// How an equilibrium changes with a parameter of the model: exact derivatives of the solution.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "kinetostat/vjm/effect.h"
 #include "kinetostat/vjm/equilibrium.h"
 
 namespace kinetostat::vjm {
@@ -14,12 +16,54 @@ struct SpringParameter {
   std::string spring;
 };
 
+/// How the equations of equilibrium change with one parameter, the state held.
+struct EquationChange {
+  struct OfChain {
+    Eigen::VectorXd force;  // generalised forces on all coordinates [N or N m]
+    Eigen::VectorXd drive;  // the part of it that drives and links exert
+    spatial::Vector6 end = spatial::Vector6::Zero();     // motion of the end [m; rad]
+    spatial::Vector6 origin = spatial::Vector6::Zero();  // wrench on the body it starts from
+  };
+  std::vector<OfChain> chains;
+  spatial::Vector6 platform_wrench = spatial::Vector6::Zero();  // at the reference point, base axes
+
+  /// Adds `factor` times a column of an effect's derivatives.
+  void add(std::size_t chain, const ChainColumns& columns, Eigen::Index column, double factor = 1);
+};
+
+/// How the solution changes.
+struct StateDerivative {
+  spatial::Vector6 platform;                 // [translation m; rotation increment rad], base axes
+  std::vector<Eigen::VectorXd> coordinates;  // all of each chain
+};
+
+/// Implicit differentiation of the equations of equilibrium at one solution: one factorisation for
+/// all parameters.
+class EquilibriumDerivatives {
+ public:
+  /// `equilibrium` is one of `manipulator` under `load`. Keeps references to the first two.
+  EquilibriumDerivatives(const Manipulator& manipulator, const Posture& posture, const Load& load,
+                         const Equilibrium& equilibrium);
+  ~EquilibriumDerivatives();
+
+  /// The equilibrium as an effect on a chain sees it.
+  ChainState chain(std::size_t index) const;
+  EquationChange no_change() const;
+  /// Adds the change with the natural logarithm of a spring's stiffness. Throws
+  /// std::invalid_argument for an unknown spring.
+  void add_log_stiffness(const SpringParameter& spring, EquationChange& change) const;
+  StateDerivative solve(const EquationChange& change) const;
+
+ private:
+  struct System;
+  std::unique_ptr<System> system_;
+};
+
 /// Derivatives of the platform displacement [m; rad] (base axes) at an equilibrium under `load`
-/// with respect to the natural logarithm of each spring's stiffness, by implicit differentiation of
-/// the equations of equilibrium: one column per parameter. Throws std::invalid_argument for an
-/// unknown spring.
-Eigen::Matrix<double, 6, Eigen::Dynamic> displacement_by_log_stiffness(
-    const Manipulator& manipulator, const Posture& posture, const Load& load,
-    const Equilibrium& equilibrium, const std::vector<SpringParameter>& parameters);
+/// with respect to the natural logarithm of each spring's stiffness: one column per parameter.
+/// Throws std::invalid_argument for an unknown spring.
+Matrix6X displacement_by_log_stiffness(const Manipulator& manipulator, const Posture& posture,
+                                       const Load& load, const Equilibrium& equilibrium,
+                                       const std::vector<SpringParameter>& parameters);
 
 }  // namespace kinetostat::vjm

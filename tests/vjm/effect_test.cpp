@@ -1,10 +1,9 @@
-#include "kinetostat/vjm/effect.h"
-
 #include <cmath>
 #include <random>
 
 #include <gtest/gtest.h>
 
+#include "kinetostat/vjm/effect_model.h"
 #include "kinetostat/vjm/posture.h"
 #include "kinetostat/vjm/robot_file.h"
 
@@ -17,12 +16,20 @@ Robot shipped(const char* name) {
   return read_robot(std::string(KINETOSTAT_SOURCE_DIR) + "/data/robots/" + name);
 }
 
-Effect effect(const char* kind, std::size_t chain, const char* element,
+Effect effect(const Manipulator& m, const char* kind, const char* at,
               std::initializer_list<double> values) {
-  Effect result{.kind = &effect_kind(kind), .chain = chain, .element = element, .values = {}};
+  Effect result{.kind = effect_kind(kind), .at = at, .sites = {}, .values = {}};
+  result.sites = effect_sites(*result.kind, m, at);
   result.values =
       Eigen::Map<const Eigen::VectorXd>(values.begin(), static_cast<Eigen::Index>(values.size()));
   return result;
+}
+
+std::vector<ModelParameter> all_values(const std::vector<Effect>& effects) {
+  std::vector<ModelParameter> parameters;
+  for (std::size_t e = 0; e < effects.size(); ++e)
+    for (Eigen::Index v = 0; v < effects[e].values.size(); ++v) parameters.push_back({{}, e, v});
+  return parameters;
 }
 
 // One spring along z, 1e6 N/m.
@@ -41,7 +48,7 @@ double deflection(const std::vector<Effect>& effects, double force) {
 }
 
 // Central differences of fourth order against the exact derivatives, at random loads.
-void expect_exact(const Manipulator& m, const Posture& posture, std::vector<Effect> effects,
+void expect_exact(const Manipulator& m, const Posture& posture, const std::vector<Effect>& effects,
                   double force, double moment, double tolerance = 1e-14) {
   const EquilibriumOptions tight{.tolerance = tolerance};
   std::mt19937 engine(7);
@@ -49,29 +56,30 @@ void expect_exact(const Manipulator& m, const Posture& posture, std::vector<Effe
   const auto vector = [&](double size) {
     return spatial::Vector3(size * uniform(engine), size * uniform(engine), size * uniform(engine));
   };
+  const std::vector<ModelParameter> parameters = all_values(effects);
   for (int state = 0; state < 100; ++state) {
     const Load load{.force = vector(force), .moment = vector(moment)};
-    const Manipulator changed = with_effects(m, effects);
-    const Equilibrium e = equilibrium_under_load(changed, posture, load, tight);
-    ASSERT_EQ(e.status, EquilibriumStatus::converged) << e.reason;
-    const Matrix6X exact = displacement_by_effects(changed, posture, load, e, effects);
-    Eigen::Index column = 0;
-    for (Effect& shifted : effects)
-      for (Eigen::Index p = 0; p < shifted.values.size(); ++p, ++column) {
-        const double value = shifted.values[p], h = 2e-3 * std::abs(value);
-        const auto pose = [&](double steps) {
-          shifted.values[p] = value + steps * h;
-          return equilibrium_under_load(with_effects(m, effects), posture, load, tight).platform;
-        };
-        const Vector6 near = spatial::pose_difference(pose(-1), pose(1));
-        const Vector6 far = spatial::pose_difference(pose(-2), pose(2));
-        shifted.values[p] = value;
-        const Vector6 numerical = (8 * near - far) / (12 * h);
-        // The second term is the rounding of the solutions themselves.
-        EXPECT_LT((numerical - exact.col(column)).norm(),
-                  1e-6 * exact.col(column).norm() + 1e-13 / h)
-            << shifted.kind->name << " " << p << " state " << state;
-      }
+    const EffectModel model(m, effects, tight);
+    const Response exact =
+        model.respond(posture, load, {}, model.at_rest(parameters.size()), parameters, true);
+    ASSERT_TRUE(exact.failure.empty()) << exact.failure;
+    for (std::size_t p = 0; p < parameters.size(); ++p) {
+      const auto& [springs, e, v] = parameters[p];
+      const double value = effects[e].values[v], h = 2e-3 * std::abs(value);
+      const auto pose = [&](double steps) {
+        std::vector<Effect> shifted = effects;
+        shifted[e].values[v] = value + steps * h;
+        const EffectModel other(m, shifted, tight);
+        return other.respond(posture, load, {}, other.at_rest(0), {}, false).observed;
+      };
+      const Vector6 near = spatial::pose_difference(pose(-1), pose(1));
+      const Vector6 far = spatial::pose_difference(pose(-2), pose(2));
+      const Vector6 numerical = (8 * near - far) / (12 * h);
+      const Vector6 column = exact.derivatives.col(static_cast<Eigen::Index>(p));
+      // The second term is the rounding of the solutions themselves.
+      EXPECT_LT((numerical - column).norm(), 1e-6 * column.norm() + 1e-13 / h)
+          << effects[e].name_of(v) << " state " << state;
+    }
   }
 }
 
@@ -80,9 +88,9 @@ TEST(Effects, AreExactlyDifferentiatedOnAParallelRobot) {
   const Posture posture = posture_at(m, spatial::Pose::translation({0.05, -0.03, 0.02})).posture;
   expect_exact(
       m, posture,
-      {effect("joint_compliance", 0, "rho", {1e-6}), effect("link_compliance", 1, "leg", {1.3}),
-       effect("hardening", 1, "rho", {1e19}), effect("preload", 2, "rho", {50}),
-       effect("payload", 0, "", {5, 0.02, 0.01, -0.03})},
+      {effect(m, "joint_compliance", "x.rho", {1e-6}), effect(m, "link_compliance", "y.leg", {1.3}),
+       effect(m, "hardening", "y.rho", {1e19}), effect(m, "preload", "z.rho", {50}),
+       effect(m, "payload", "platform", {5, 0.02, 0.01, -0.03})},
       300, 10, 1e-15);
 }
 
@@ -90,16 +98,16 @@ TEST(Effects, AreExactlyDifferentiatedOnASerialRobot) {
   const Manipulator m = shipped("six_axis.yaml").manipulator.with_gravity({0, 0, -9.81});
   const Posture posture = posture_from_joints(m, {}).posture;
   expect_exact(m, posture,
-               {effect("joint_compliance", 0, "q1", {1e-7}), effect("hardening", 0, "q2", {1e12}),
-                effect("preload", 0, "q3", {100}), effect("clearance", 0, "q4", {2e-4}),
-                effect("payload", 0, "", {50, 0.1, 0.05, -0.1})},
+               {effect(m, "joint_compliance", "q1", {1e-7}), effect(m, "hardening", "q2", {1e12}),
+                effect(m, "preload", "q3", {100}), effect(m, "clearance", "q4", {2e-4}),
+                effect(m, "payload", "platform", {50, 0.1, 0.05, -0.1})},
                1000, 200);
 }
 
 TEST(Effects, OnOneJointComposeInEitherOrder) {
-  const Effect compliance = effect("joint_compliance", 0, "spring", {4e-7});
-  const Effect gap = effect("clearance", 0, "spring", {1e-4});
-  const Effect hard = effect("hardening", 0, "spring", {3e12});
+  const Effect compliance = effect(bench(), "joint_compliance", "spring", {4e-7});
+  const Effect gap = effect(bench(), "clearance", "spring", {1e-4});
+  const Effect hard = effect(bench(), "hardening", "spring", {3e12});
   const double force = 700;
   const double d = deflection({compliance, gap, hard}, force);
   EXPECT_EQ(d, deflection({hard, gap, compliance}, force));
@@ -116,20 +124,23 @@ TEST(Effects, OfSizeZeroAreNone) {
     const double plain = deflection({}, force);
     EXPECT_NEAR(plain, force / 1e6, 1e-17);
     for (const char* kind : {"joint_compliance", "hardening", "clearance", "preload"})
-      EXPECT_NEAR(deflection({effect(kind, 0, "spring", {0})}, force), plain, 1e-17) << kind;
-    EXPECT_NEAR(deflection({effect("payload", 0, "", {0, 0.1, 0.2, 0.3})}, force), plain, 1e-17);
+      EXPECT_NEAR(deflection({effect(bench(), kind, "spring", {0})}, force), plain, 1e-17) << kind;
+    EXPECT_NEAR(deflection({effect(bench(), "payload", "platform", {0, 0.1, 0.2, 0.3})}, force),
+                plain, 1e-17);
   }
 }
 
 TEST(Effects, FollowTheirLaws) {
-  EXPECT_NEAR(deflection({effect("joint_compliance", 0, "spring", {1e-6})}, 500), 1e-3, 1e-15);
-  EXPECT_NEAR(deflection({effect("preload", 0, "spring", {200})}, 500), 7e-4, 1e-15);
-  EXPECT_NEAR(deflection({effect("payload", 0, "", {20, 0, 0, 0})}, 500), 3e-4, 1e-15);
+  EXPECT_NEAR(deflection({effect(bench(), "joint_compliance", "spring", {1e-6})}, 500), 1e-3,
+              1e-15);
+  EXPECT_NEAR(deflection({effect(bench(), "preload", "spring", {200})}, 500), 7e-4, 1e-15);
+  EXPECT_NEAR(deflection({effect(bench(), "payload", "platform", {20, 0, 0, 0})}, 500), 3e-4,
+              1e-15);
   // k d + k3 d^3 at d = 1e-3: 1000 N + 500 N.
-  EXPECT_NEAR(deflection({effect("hardening", 0, "spring", {5e11})}, 1500), 1e-3, 1e-13);
+  EXPECT_NEAR(deflection({effect(bench(), "hardening", "spring", {5e11})}, 1500), 1e-3, 1e-13);
   // Far beyond the gap the joint has lost just the gap: w^2/4 (1/(d+g) - 1/(d-g)) is left.
-  EXPECT_NEAR(deflection({effect("clearance", 0, "spring", {1e-5})}, 1000), 1.01e-3, 1e-10);
-  EXPECT_NEAR(deflection({effect("clearance", 0, "spring", {1e-5})}, -1000), -1.01e-3, 1e-10);
+  EXPECT_NEAR(deflection({effect(bench(), "clearance", "spring", {1e-5})}, 1000), 1.01e-3, 1e-10);
+  EXPECT_NEAR(deflection({effect(bench(), "clearance", "spring", {1e-5})}, -1000), -1.01e-3, 1e-10);
 }
 
 TEST(Effects, AreRefusedWhereTheyCannotAct) {
@@ -137,8 +148,9 @@ TEST(Effects, AreRefusedWhereTheyCannotAct) {
   chain.actuator("rigid", Motion::rz, std::nullopt);
   const Manipulator m("m", {chain});
   for (const char* kind : {"joint_compliance", "hardening", "clearance", "preload"})
-    EXPECT_THROW(with_effects(m, {effect(kind, 0, "rigid", {1})}), std::invalid_argument) << kind;
-  EXPECT_THROW(with_effects(m, {effect("link_compliance", 0, "leg", {1})}), std::invalid_argument);
+    EXPECT_THROW(with_effects(m, {effect(m, kind, "rigid", {1})}), std::invalid_argument) << kind;
+  EXPECT_THROW(effect(m, "link_compliance", "leg", {1}), std::invalid_argument);
+  EXPECT_THROW(effect(m, "preload", "rigit", {1}), std::invalid_argument);
   EXPECT_THROW(effect_kind("hardning"), std::invalid_argument);
 }
 

@@ -21,45 +21,45 @@ std::vector<const Spring*> springs_of_link(const Chain& chain, const std::string
   return springs;
 }
 
-Chain applied(const Chain& chain, const std::string& link, const Eigen::VectorXd& values) {
-  Chain result = chain;
-  for (const Spring* spring : springs_of_link(chain, link))
-    result = result.with_scaled_spring(spring->name, 1 / values[0]);
-  return result;
-}
+class LinkCompliance : public EffectKind {
+ public:
+  LinkCompliance() {
+    name = "link_compliance";
+    summary = "all compliances of a link times one factor";
+    law = "C = factor C0";
+    source = "JAMRIS09 eq. 1: the compliance of a link is inversely proportional to its modulus";
+    signature = "displacement in the pattern of the link's deflection, in proportion to the load";
+    confuser = "joint_compliance of the joint before the link";
+    place = EffectPlace::link;
+    parameters = {{.name = "factor",
+                   .linear = spatial::dimension::none,
+                   .angular = spatial::dimension::none,
+                   .lower = 0.01,
+                   .upper = 100,
+                   .prior_sd = 0.3,
+                   .none = 1}};
+  }
 
-Eigen::MatrixXd force_derivatives(const EffectState& state, const std::string& link,
-                                  const Eigen::VectorXd& values) {
-  Eigen::MatrixXd derivatives = Eigen::MatrixXd::Zero(state.chain.size(), 1);
-  for (const Spring* spring : springs_of_link(state.chain, link))
-    derivatives.col(0).segment(spring->first, 6) =
-        spring->stiffness * state.deflection.segment(spring->first, 6) / values[0];
-  return derivatives;
-}
+  void act(Chain& chain, const std::string& link, const EffectInput& input) const override {
+    std::vector<std::string> names;
+    for (const Spring* spring : springs_of_link(chain, link)) names.push_back(spring->name);
+    for (const std::string& spring : names)
+      chain = chain.with_scaled_spring(spring, 1 / input.values[0]);
+  }
+
+  void differentiate(ChainColumns& columns, const std::string& link,
+                     const EffectInput& input) const override {
+    const ChainState& state = columns.state();
+    for (const Spring* spring : springs_of_link(state.chain, link)) {
+      const Eigen::VectorXd force =
+          spring->stiffness * state.deflection.segment(spring->first, 6) / input.values[0];
+      for (Eigen::Index i = 0; i < 6; ++i) columns.add_force(0, spring->first + i, force[i]);
+    }
+  }
+};
 
 }  // namespace
 
-EffectKind link_compliance() {
-  return {.name = "link_compliance",
-          .summary = "all compliances of a link times one factor",
-          .law = "C = factor C0",
-          .source =
-              "JAMRIS09 eq. 1: the compliance of a link is inversely proportional to its "
-              "modulus",
-          .signature =
-              "displacement in the pattern of the link's deflection, in proportion to the "
-              "load",
-          .confuser = "joint_compliance of the joint before the link",
-          .place = EffectPlace::link,
-          .parameters = {{.name = "factor",
-                          .linear = spatial::dimension::none,
-                          .angular = spatial::dimension::none,
-                          .lower = 0.01,
-                          .upper = 100,
-                          .prior_sd = 0.3,
-                          .none = 1}},
-          .applied = applied,
-          .force_derivatives = force_derivatives};
-}
+Kind link_compliance() { return std::make_shared<LinkCompliance>(); }
 
 }  // namespace kinetostat::vjm::effects

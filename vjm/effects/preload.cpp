@@ -9,52 +9,56 @@
 namespace kinetostat::vjm::effects {
 namespace {
 
-class Preload : public CoordinateLaw {
+class ConstantForce : public CoordinateLaw {
  public:
-  explicit Preload(double force) : force_(force) {}
+  explicit ConstantForce(double force) : force_(force) {}
   Value at(const JointState& joint) const override {
-    return {.energy = -force_ * joint.deflection, .force = -force_, .tangent = 0};
+    return {.energy = -force_ * joint.travel, .force = -force_, .tangent = 0};
   }
+  bool is_beside_drive() const override { return true; }
 
  private:
   double force_;
 };
 
-Chain applied(const Chain& chain, const std::string& joint, const Eigen::VectorXd& values) {
-  const Eigen::Index k = chain.index_of(joint);
-  const auto& free = chain.free_coordinates();
-  if (std::find(free.begin(), free.end(), k) == free.end())
-    throw std::invalid_argument(fmt::format(
-        "joint '{}' of chain '{}' is rigid: a force in it moves nothing", joint, chain.name()));
-  return Chain(chain).law(joint, std::make_shared<Preload>(values[0]));
-}
+class Preload : public EffectKind {
+ public:
+  Preload() {
+    name = "preload";
+    summary = "a constant force that drives a joint in its positive direction";
+    law = "F = k d - force";
+    source = "MMT11 eq. 2: passive joints with preloaded springs";
+    signature = "an offset without load; internal loads change the stiffness of closed loops";
+    confuser = "payload, or the zero of the session";
+    place = EffectPlace::joint;
+    parameters = {{.name = "force",
+                   .linear = spatial::dimension::force,
+                   .angular = spatial::dimension::moment,
+                   .lower = -1e6,
+                   .upper = 1e6,
+                   .prior_sd = 100}};
+  }
 
-Eigen::MatrixXd force_derivatives(const EffectState& state, const std::string& joint,
-                                  const Eigen::VectorXd&) {
-  Eigen::MatrixXd derivatives = Eigen::MatrixXd::Zero(state.chain.size(), 1);
-  derivatives(state.chain.index_of(joint), 0) = 1;
-  return derivatives;
-}
+  void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
+    require_mobile(chain, joint);
+    chain.law(joint, std::make_shared<ConstantForce>(input.values[0]));
+  }
+
+  void differentiate(ChainColumns& columns, const std::string& joint,
+                     const EffectInput&) const override {
+    columns.add_force(0, columns.state().chain.index_of(joint), 1);
+  }
+};
 
 }  // namespace
 
-EffectKind preload() {
-  return {
-      .name = "preload",
-      .summary = "a constant force that drives a joint in its positive direction",
-      .law = "F = k d - force",
-      .source = "MMT11 eq. 2: passive joints with preloaded springs",
-      .signature = "an offset without load; internal loads change the stiffness of closed loops",
-      .confuser = "payload, or the zero of the session",
-      .place = EffectPlace::joint,
-      .parameters = {{.name = "force",
-                      .linear = spatial::dimension::force,
-                      .angular = spatial::dimension::moment,
-                      .lower = -1e6,
-                      .upper = 1e6,
-                      .prior_sd = 100}},
-      .applied = applied,
-      .force_derivatives = force_derivatives};
+void require_mobile(const Chain& chain, const std::string& joint) {
+  const auto& free = chain.free_coordinates();
+  if (std::find(free.begin(), free.end(), chain.index_of(joint)) == free.end())
+    throw std::invalid_argument(fmt::format(
+        "joint '{}' of chain '{}' is rigid: a force in it moves nothing", joint, chain.name()));
 }
+
+Kind preload() { return std::make_shared<Preload>(); }
 
 }  // namespace kinetostat::vjm::effects

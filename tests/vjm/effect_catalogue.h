@@ -1,0 +1,110 @@
+// Every kind of effect at a place of two robots, with values that a machine may have.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kinetostat/vjm/effect_model.h"
+#include "kinetostat/vjm/posture.h"
+#include "kinetostat/vjm/robot_file.h"
+
+namespace kinetostat::vjm::test {
+
+inline Robot shipped(const std::string& name) {
+  return read_robot(std::string(KINETOSTAT_SOURCE_DIR) + "/data/robots/" + name);
+}
+
+inline Effect effect(const Manipulator& m, const std::string& kind, const std::string& at,
+                     std::vector<double> values) {
+  Effect result{.kind = effect_kind(kind), .at = at, .sites = {}, .values = {}};
+  result.sites = effect_sites(*result.kind, m, at);
+  result.values =
+      Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+  return result;
+}
+
+/// A robot on which effects are tried, and loads that suit it.
+struct Bench {
+  std::string name;
+  Manipulator manipulator;
+  Posture posture;
+  double force, moment;  // [N], [N m]
+  std::vector<Effect> effects;
+};
+
+/// Three translations in a plane-free space, closed loops, light links.
+inline Bench parallel_bench() {
+  const Manipulator m = shipped("orthoglide.yaml").manipulator.with_gravity({0, 0, -9.81});
+  const auto make = [&m](const char* kind, const char* at, std::vector<double> values) {
+    return effect(m, kind, at, std::move(values));
+  };
+  return {"orthoglide",
+          m,
+          posture_at(m, spatial::Pose::translation({0.05, -0.03, 0.02})).posture,
+          300,
+          10,
+          {make("joint_compliance", "x.rho", {2e-8}),
+           make("link_compliance", "leg", {1.3}),
+           make("bearing_compliance", "x.rho", {1e-8, 0, 2e-7}),
+           make("bearing_compliance", "y.u1.Ry", {2e-8, 1e-8, 3e-6}),
+           make("base_compliance", "z.base", {1e-8, 3e-7}),
+           make("platform_compliance", "end", {2e-8, 1e-6}),
+           make("geometric_error", "y.foot", {1e-4, -2e-4, 1.5e-4, 4e-4, -3e-4, 2e-4}),
+           make("thermal_expansion", "leg", {2.3e-5, 21}),
+           make("eccentricity", "rho", {4e-6, -3e-6, 600}),
+           make("creep", "x.rho", {5e-9, 300}),
+           make("hardening", "y.rho", {5e19}),
+           make("piecewise_stiffness", "x.rho", {1.5, 2, 60, 150}),
+           make("clearance", "z.rho", {2e-6}),
+           make("friction", "x.rho", {40, 3e-7}),
+           make("friction", "y.u1.Rz", {2, 2e-6}),
+           make("preload", "z.rho", {50}),
+           make("gravity_compensator", "x.u1.Rz", {2e3, 0.05, 0.2, 0.12, 0.4}),
+           make("self_weight", "y.leg", {3}),
+           make("payload", "platform", {5, 0.02, 0.01, -0.03}),
+           make("wrench_gain", "load", {1.05}),
+           make("wrench_misalignment", "load", {0.03, -0.02, 0.04}),
+           make("application_point", "load", {2e-3, -3e-3, 1e-3}),
+           make("sensor_frame", "sensor", {1e-3, 2e-3, -1e-3, 0.02, -0.01, 0.03}),
+           make("target_lever_arm", "sensor", {0.03, -0.02, 0.05}),
+           make("session_drift", "sensor", {3e-9, -2e-9, 1e-9, 4e-9, 2e-9, -1e-9})}};
+}
+
+/// A heavy arm whose chains start from moving bodies, under its own weight.
+inline Bench arm_bench() {
+  const Manipulator m = shipped("heavy_arm.yaml").manipulator;
+  const auto make = [&m](const char* kind, const char* at, std::vector<double> values) {
+    return effect(m, kind, at, std::move(values));
+  };
+  return {"heavy arm",
+          m,
+          posture_from_joints(m, {}).posture,
+          1500,
+          300,
+          {make("joint_compliance", "arm.q3", {2e-7}),
+           make("link_compliance", "forearm", {1.4}),
+           make("bearing_compliance", "arm.q4", {1e-8, 2e-8, 1e-7}),
+           make("bearing_compliance", "rod.spring", {1e-7, 0, 1e-6}),
+           make("base_compliance", "carousel.base", {1e-8, 1e-7}),
+           make("platform_compliance", "arm.end", {3e-8, 3e-7}),
+           make("geometric_error", "arm.upper_arm", {1e-3, -2e-3, 1e-3, 2e-3, -1e-3, 2e-3}),
+           make("thermal_expansion", "arm.forearm", {1.2e-5, 22}),
+           make("eccentricity", "arm.q3", {1e-4, -2e-4, 3}),
+           make("creep", "shoulder.q2", {1e-7, 400}),
+           make("hardening", "arm.q3", {2e12}),
+           make("piecewise_stiffness", "arm.q5", {1.4, 2, 100, 400}),
+           make("clearance", "arm.q4", {2e-4}),
+           make("friction", "shoulder.q2", {300, 2e-5}),
+           make("friction", "arm.q5", {60, 5e-5}),
+           make("preload", "arm.q3", {200}),
+           make("gravity_compensator", "shoulder.q2", {4e4, 0.15, 0.45, 0.3, 0.4}),
+           make("self_weight", "arm.forearm", {30}),
+           make("wrench_gain", "load", {0.95}),
+           make("wrench_misalignment", "load", {0.03, -0.02, 0.04}),
+           make("application_point", "load", {2e-3, -3e-3, 1e-3}),
+           make("sensor_frame", "sensor", {1e-3, 2e-3, -1e-3, 0.02, -0.01, 0.03}),
+           make("target_lever_arm", "sensor", {0.03, -0.02, 0.05}),
+           make("session_drift", "sensor", {3e-8, -2e-8, 1e-8, 4e-8, 2e-8, -1e-8})}};
+}
+
+}  // namespace kinetostat::vjm::test

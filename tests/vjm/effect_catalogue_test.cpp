@@ -1,0 +1,246 @@
+// What holds for every kind of effect.
+#include "vjm/effect_catalogue.h"
+
+#include <set>
+
+#include <gtest/gtest.h>
+
+#include "kinetostat/spatial/rotation.h"
+
+#include "support/random.h"
+
+namespace kinetostat::vjm {
+namespace {
+
+using kinetostat::test::Random;
+using spatial::Vector6;
+using test::Bench;
+
+struct Step {
+  Load load;
+  Conditions conditions = {};
+};
+
+// A load path: time goes on, the temperature wanders, the load does as it likes.
+std::vector<Step> random_path(const Bench& bench, Random& random, int length) {
+  std::vector<Step> path;
+  double time = 0;
+  for (int k = 0; k < length; ++k) {
+    const double elapsed = k == 0 ? 0 : random.uniform(20, 200);
+    time += elapsed;
+    Step step{.load = {.force = random.vector(bench.force),
+                       .moment = random.vector(bench.moment),
+                       .point_on_platform = random.vector(0.05)}};
+    step.conditions.time = time + 30;
+    step.conditions.elapsed = elapsed;
+    step.conditions.temperature = random.uniform(15, 35);
+    path.push_back(step);
+  }
+  return path;
+}
+
+std::vector<ModelParameter> all_values(const std::vector<Effect>& effects) {
+  std::vector<ModelParameter> parameters;
+  for (std::size_t e = 0; e < effects.size(); ++e)
+    for (Eigen::Index v = 0; v < effects[e].values.size(); ++v) parameters.push_back({{}, e, v});
+  return parameters;
+}
+
+constexpr EquilibriumOptions tight{.tolerance = 1e-15};
+
+// All responses along a path.
+std::vector<Response> follow(const EffectModel& model, const Posture& posture,
+                             const std::vector<Step>& path,
+                             const std::vector<ModelParameter>& parameters) {
+  std::vector<Response> all;
+  Response before = model.at_rest(parameters.size());
+  for (const Step& step : path) {
+    all.push_back(model.respond(posture, step.load, step.conditions, before, parameters,
+                                !parameters.empty()));
+    EXPECT_TRUE(all.back().failure.empty()) << all.back().failure;
+    before = all.back();
+  }
+  return all;
+}
+
+// Central differences of fourth order of all poses along a path, by one value of one effect.
+std::vector<Vector6> numerical(const Bench& bench, const std::vector<Effect>& effects,
+                               const ModelParameter& parameter, double h,
+                               const std::vector<Step>& path) {
+  const auto poses = [&](double steps) {
+    std::vector<Effect> shifted = effects;
+    shifted[parameter.effect].values[parameter.value] += steps * h;
+    return follow(EffectModel(bench.manipulator, shifted, tight), bench.posture, path, {});
+  };
+  const auto a = poses(-2), b = poses(-1), c = poses(1), d = poses(2);
+  std::vector<Vector6> result;
+  for (std::size_t k = 0; k < path.size(); ++k)
+    result.push_back((8 * spatial::pose_difference(b[k].observed, c[k].observed) -
+                      spatial::pose_difference(a[k].observed, d[k].observed)) /
+                     (12 * h));
+  return result;
+}
+
+// A pose is known to about this [m, rad]: rounding of the solution and of the target.
+constexpr double rounding = 3e-15;
+
+// Short beside the rounded corners of a law, and beside a period of a harmonic.
+double step_for(const Effect& effect, Eigen::Index value) {
+  const bool is_order = effect.kind->parameters[static_cast<std::size_t>(value)].name == "order";
+  return (is_order ? 2e-5 : 1e-3) * std::abs(effect.values[value]);
+}
+
+void expect_exact(const Bench& bench, const std::vector<Effect>& effects, int paths, int length) {
+  const std::vector<ModelParameter> parameters = all_values(effects);
+  Random random(11);
+  for (int path_number = 0; path_number < paths; ++path_number) {
+    const std::vector<Step> path = random_path(bench, random, length);
+    const EffectModel model(bench.manipulator, effects, tight);
+    const std::vector<Response> exact = follow(model, bench.posture, path, parameters);
+    for (std::size_t p = 0; p < parameters.size(); ++p) {
+      const auto& [springs, e, v] = parameters[p];
+      if (effects[e].values[v] == 0) continue;  // not given: the axial value of a joint that slides
+      const double h = step_for(effects[e], v);
+      const std::vector<Vector6> differences = numerical(bench, effects, parameters[p], h, path);
+      for (std::size_t k = 0; k < path.size(); ++k) {
+        const Vector6 column = exact[k].derivatives.col(static_cast<Eigen::Index>(p));
+        EXPECT_LT((differences[k] - column).norm(), 1e-6 * column.norm() + rounding / h)
+            << bench.name << ": " << effects[e].name_of(v) << ", path " << path_number << " step "
+            << k << "\nexact " << column.transpose() << "\ndifferences "
+            << differences[k].transpose();
+      }
+    }
+  }
+}
+
+class EveryEffect : public testing::TestWithParam<std::pair<int, std::size_t>> {
+ protected:
+  const Bench& bench() const {
+    static const Bench benches[] = {test::parallel_bench(), test::arm_bench()};
+    return benches[GetParam().first];
+  }
+  const Effect& effect() const { return bench().effects[GetParam().second]; }
+};
+
+std::vector<std::pair<int, std::size_t>> every_effect() {
+  std::vector<std::pair<int, std::size_t>> all;
+  for (std::size_t e = 0; e < test::parallel_bench().effects.size(); ++e) all.emplace_back(0, e);
+  for (std::size_t e = 0; e < test::arm_bench().effects.size(); ++e) all.emplace_back(1, e);
+  return all;
+}
+
+std::string name_of(const testing::TestParamInfo<std::pair<int, std::size_t>>& info) {
+  const bool arm = info.param.first == 1;
+  const Bench bench = arm ? test::arm_bench() : test::parallel_bench();
+  return bench.effects[info.param.second].kind->name + (arm ? "_arm_" : "_parallel_") +
+         std::to_string(info.param.second);
+}
+
+INSTANTIATE_TEST_SUITE_P(Catalogue, EveryEffect, testing::ValuesIn(every_effect()), name_of);
+
+// 50 states on each of two robots; with a history, ten paths of five.
+TEST_P(EveryEffect, HasExactDerivatives) {
+  const bool history = effect().kind->history > 0;
+  expect_exact(bench(), {effect()}, history ? 10 : 50, history ? 5 : 1);
+}
+
+// Where there is none yet its first trace is known, too: a search for effects starts there.
+TEST_P(EveryEffect, HasExactDerivativesAtNone) {
+  const Effect& given = effect();
+  Effect none = given;
+  none.values[0] = given.kind->parameters[0].none;
+  Effect small = none;
+  const double h = 1e-4 * (given.values[0] - none.values[0]);
+  small.values[0] += h;
+  Random random(5);
+  const std::vector<ModelParameter> first = {{{}, 0, 0}};
+  for (int path_number = 0; path_number < 5; ++path_number) {
+    const std::vector<Step> path = random_path(bench(), random, 3);
+    const auto exact =
+        follow(EffectModel(bench().manipulator, {none}, tight), bench().posture, path, first);
+    const auto near =
+        follow(EffectModel(bench().manipulator, {small}, tight), bench().posture, path, {});
+    for (std::size_t k = 0; k < path.size(); ++k) {
+      const Vector6 column = exact[k].derivatives.col(0);
+      const Vector6 difference = spatial::pose_difference(exact[k].observed, near[k].observed) / h;
+      // One-sided, since none is often a bound: the error is of first order in h.
+      EXPECT_LT((difference - column).norm(), 2e-3 * column.norm() + 1e-14 / std::abs(h))
+          << effect().name_of(0) << " step " << k << "\n"
+          << column.transpose() << "\n"
+          << difference.transpose();
+    }
+  }
+}
+
+TEST_P(EveryEffect, OfSizeNoneIsNone) {
+  Effect none = effect();
+  for (std::size_t p = 0; p < none.kind->parameters.size(); ++p) {
+    const bool is_shape = p > 0 && none.kind->parameters[p].required;
+    if (!is_shape) none.values[static_cast<Eigen::Index>(p)] = none.kind->parameters[p].none;
+  }
+  Random random(3);
+  const std::vector<Step> path = random_path(bench(), random, 10);
+  const auto with =
+      follow(EffectModel(bench().manipulator, {none}, tight), bench().posture, path, {});
+  const auto without =
+      follow(EffectModel(bench().manipulator, {}, tight), bench().posture, path, {});
+  for (std::size_t k = 0; k < path.size(); ++k)
+    EXPECT_LT(spatial::pose_difference(with[k].observed, without[k].observed).norm(), 1e-14);
+}
+
+TEST_P(EveryEffect, ChangesSomething) {
+  Random random(4);
+  const std::vector<Step> path = random_path(bench(), random, 3);
+  const auto with =
+      follow(EffectModel(bench().manipulator, {effect()}, tight), bench().posture, path, {});
+  const auto without =
+      follow(EffectModel(bench().manipulator, {}, tight), bench().posture, path, {});
+  EXPECT_GT(spatial::pose_difference(with[2].observed, without[2].observed).norm(), 1e-9);
+}
+
+// Two effects together are one joint model, whichever comes first: every pair.
+TEST_P(EveryEffect, ComposesWithEveryOtherInEitherOrder) {
+  Random random(6);
+  const std::vector<Step> path = random_path(bench(), random, 3);
+  for (const Effect& other : bench().effects) {
+    const auto one = follow(EffectModel(bench().manipulator, {effect(), other}, tight),
+                            bench().posture, path, {});
+    const auto two = follow(EffectModel(bench().manipulator, {other, effect()}, tight),
+                            bench().posture, path, {});
+    for (std::size_t k = 0; k < path.size(); ++k)
+      EXPECT_LT(spatial::pose_difference(one[k].observed, two[k].observed).norm(), 2e-14)
+          << effect().kind->name << " and " << other.kind->name;
+  }
+}
+
+// All together, with the springs they act on: what one carries along the path moves the others.
+TEST(Effects, AllTogetherHaveExactDerivatives) {
+  for (const Bench& bench : {test::parallel_bench(), test::arm_bench()})
+    expect_exact(bench, bench.effects, 1, 4);
+}
+
+TEST(Effects, AreAllOnABench) {
+  std::set<std::string> parallel, arm;
+  for (const Effect& effect : test::parallel_bench().effects) parallel.insert(effect.kind->name);
+  for (const Effect& effect : test::arm_bench().effects) arm.insert(effect.kind->name);
+  arm.insert("payload");  // this arm has one, and no chain from base to platform
+  for (const auto& kind : effect_kinds()) {
+    EXPECT_TRUE(parallel.contains(kind->name)) << kind->name;
+    EXPECT_TRUE(arm.contains(kind->name)) << kind->name;
+  }
+}
+
+TEST(Effects, SayWhatTheyAre) {
+  for (const auto& kind : effect_kinds()) {
+    for (const std::string& text :
+         {kind->summary, kind->law, kind->source, kind->signature, kind->confuser})
+      EXPECT_FALSE(text.empty()) << kind->name;
+    for (const EffectParameter& p : kind->parameters) {
+      EXPECT_LT(p.lower, p.upper) << kind->name << " " << p.name;
+      EXPECT_GT(p.prior_sd, 0) << kind->name << " " << p.name;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kinetostat::vjm

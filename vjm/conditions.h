@@ -1,0 +1,21 @@
+// What was the case when a reading was taken, as far as effects depend on it.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+
+namespace kinetostat::vjm {
+
+/// Neutral by default: nothing that varies with them then acts.
+struct Conditions {
+  double time = 0;                    // since the first reading of the session [s]
+  double elapsed = 0;                 // since the reading before in the same cycle [s]
+  std::optional<double> temperature;  // as read [K or degC: what `reference` of an effect is in]
+  std::string session, setting;
+  std::map<std::string, double> covariates = {};  // further columns that hold numbers, as written
+
+  auto operator<=>(const Conditions&) const = default;
+};
+
+}  // namespace kinetostat::vjm
