@@ -13,6 +13,8 @@
 #include "kinetostat/apps/commands.h"
 #include "kinetostat/files/text_file.h"
 #include "kinetostat/report/manipulator.h"
+#include "kinetostat/report/text.h"
+#include "kinetostat/vjm/effect_file.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -23,6 +25,7 @@ constexpr const char* warning =
 
 struct SimulateRequest {
   std::string robot, plan, translation_noise, rotation_noise, components;
+  std::vector<std::string> effects, places, sizes;
   bool absolute = false;
   std::uint64_t seed = 1;
 };
@@ -54,6 +57,89 @@ std::array<bool, 6> chosen(const std::string& list) {
   return result;
 }
 
+// The place may be left out where there is only one.
+std::string place_of(const SimulateRequest& request, std::size_t i, const vjm::EffectKind& kind,
+                     const vjm::Manipulator& manipulator) {
+  if (i < request.places.size()) return request.places[i];
+  const std::vector<std::string> places = vjm::effect_places(kind, manipulator);
+  if (places.size() == 1) return places[0];
+  throw UsageError("--at", fmt::format("is missing for the effect '{}'", kind.name),
+                   places.empty() ? "This robot has no place for it"
+                                  : fmt::format("Choose among {}", fmt::join(places, ", ")));
+}
+
+std::vector<vjm::Effect> hidden_effects(const SimulateRequest& request, const vjm::Robot& robot) {
+  if (request.sizes.size() != request.effects.size())
+    throw UsageError("--size", "must be given once for each --effect",
+                     "For example --effect clearance --at x.rho --size 20um");
+  if (request.places.size() > request.effects.size())
+    throw UsageError("--at", "is given more often than --effect");
+  std::vector<vjm::Effect> hidden;
+  for (std::size_t i = 0; i < request.effects.size(); ++i) {
+    try {
+      const auto kind = vjm::effect_kind(request.effects[i]);
+      const vjm::Manipulator& bare = robot.without_effects();
+      hidden.push_back(vjm::effect_from_words(kind->name, place_of(request, i, *kind, bare),
+                                              request.sizes[i], bare, robot.units));
+    } catch (const std::invalid_argument& error) {
+      throw UsageError("--effect", error.what(), "'kinetostat effect list' names them");
+    }
+  }
+  return hidden;
+}
+
+std::string effect_text(const vjm::Effect& effect) {
+  return fmt::format(
+      "Hidden effect {} at {}: {}.\n  law       {}\n  signature {}\n  confuser  {}\n",
+      effect.kind->name, effect.at, effect.kind->summary, effect.kind->law, effect.kind->signature,
+      effect.kind->confuser);
+}
+
+// Where and how the hidden effects show in these readings.
+std::string trace_text(const calibration::SimulatedCampaign& made, const vjm::Robot& robot) {
+  report::Table table({"changes", "rms", "largest", "at reading", "unit"});
+  for (const calibration::HiddenTrace& t : made.trace) {
+    const std::string& unit =
+        calibration::is_rotation(t.component) ? robot.units.angle : robot.units.length;
+    const double factor = spatial::parse_unit(unit).factor;
+    table.add_row({calibration::component_names[static_cast<std::size_t>(t.component)],
+                   report::number(t.rms / factor, 4), report::number(t.max / factor, 4),
+                   t.worst_reading, unit});
+  }
+  std::string text = table.text();
+  if (made.detectability)
+    text += fmt::format(
+        "All that they change is {} times the noise (d'): {}.\n",
+        report::number(*made.detectability, 3),
+        *made.detectability < 4 ? "too little to be told from noise" : "it should be seen");
+  return text;
+}
+
+files::Json trace_json(const calibration::SimulatedCampaign& made,
+                       const std::vector<vjm::Effect>& hidden) {
+  files::Json effects = files::Json::array(), trace = files::Json::array();
+  for (const vjm::Effect& effect : hidden) {
+    files::Json values = files::Json::object();
+    for (std::size_t p = 0; p < effect.kind->parameters.size(); ++p)
+      values[effect.kind->parameters[p].name] = effect.values[static_cast<Eigen::Index>(p)];
+    effects.push_back({{"effect", effect.kind->name},
+                       {"at", effect.at},
+                       {"values", values},
+                       {"signature", effect.kind->signature},
+                       {"confuser", effect.kind->confuser}});
+  }
+  for (const calibration::HiddenTrace& t : made.trace)
+    trace.push_back(
+        {{"component", calibration::component_names[static_cast<std::size_t>(t.component)]},
+         {"unit", calibration::is_rotation(t.component) ? "rad" : "m"},
+         {"rms", t.rms},
+         {"max", t.max},
+         {"worst_reading", t.worst_reading}});
+  files::Json json{{"effects", effects}, {"changes", trace}};
+  if (made.detectability) json["detectability"] = *made.detectability;
+  return json;
+}
+
 files::Json simulate(const SimulateRequest& request, Run& run) {
   if (!run.out())
     throw UsageError("--out", "is missing", "Name a folder for campaign.yaml and readings.csv");
@@ -68,22 +154,27 @@ files::Json simulate(const SimulateRequest& request, Run& run) {
           deviation("--noise-rotation", request.rotation_noise, spatial::dimension::angle),
       .components = chosen(request.components),
       .seed = request.seed,
-      .threads = run.threads()};
+      .threads = run.threads(),
+      .hidden = hidden_effects(request, robot)};
   const std::filesystem::path named = std::filesystem::proximate(
       std::filesystem::absolute(robot.file), std::filesystem::absolute(folder));
   const calibration::SimulatedCampaign made =
       calibration::simulate(robot, named.string(), request.plan, options, run.progress());
   files::write_atomically(folder / "readings.csv", made.readings);
   files::write_atomically(folder / "campaign.yaml", made.yaml);
+  for (const vjm::Effect& effect : options.hidden) run.print(effect_text(effect));
+  if (!options.hidden.empty()) run.print("\n" + trace_text(made, robot) + "\n");
   run.print(fmt::format("Wrote {} and readings.csv beside it, seed {}.\n{}\n",
                         (folder / "campaign.yaml").string(), request.seed, warning));
-  return {{"inputs", report::provenance(robot)},
-          {"campaign", (folder / "campaign.yaml").string()},
-          {"readings", (folder / "readings.csv").string()},
-          {"seed", request.seed},
-          {"translation_noise", options.translation_noise},
-          {"rotation_noise", options.rotation_noise},
-          {"warning", warning}};
+  files::Json json{{"inputs", report::provenance(robot)},
+                   {"campaign", (folder / "campaign.yaml").string()},
+                   {"readings", (folder / "readings.csv").string()},
+                   {"seed", request.seed},
+                   {"translation_noise", options.translation_noise},
+                   {"rotation_noise", options.rotation_noise},
+                   {"warning", warning}};
+  if (!options.hidden.empty()) json["hidden"] = trace_json(made, options.hidden);
+  return json;
 }
 
 }  // namespace
@@ -108,6 +199,14 @@ void add_simulate(Program& program) {
   app.add_option("--noise-rotation", request->rotation_noise, "The same for rx, ry, rz");
   app.add_option("--components", request->components, "What is measured: dx,dy,dz,rx,ry,rz")
       ->type_name("LIST");
+  app.add_option("--effect", request->effects,
+                 "An effect that acts beside those of the robot file; may be repeated")
+      ->type_name("NAME");
+  app.add_option("--at", request->places, "Where it acts; as often as --effect")
+      ->type_name("PLACE");
+  app.add_option("--size", request->sizes,
+                 "Its first parameter with its unit, or NAME=VALUE,...; as often as --effect")
+      ->type_name("SIZE");
   app.add_flag("--absolute", request->absolute, "Poses instead of differences to no load");
   app.add_option("--seed", request->seed, "Of the random numbers")->capture_default_str();
 }

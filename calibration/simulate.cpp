@@ -116,6 +116,31 @@ std::string yaml_text(const vjm::Robot& robot, const std::string& robot_name,
       noise_text(options));
 }
 
+void add_trace(const Campaign& campaign, const SimulationOptions& options,
+               const std::vector<spatial::Vector6>& plain,
+               const std::vector<spatial::Vector6>& with, SimulatedCampaign& result) {
+  double over_noise = 0;
+  bool has_noise = true;
+  for (Eigen::Index k = 0; k < 6; ++k) {
+    if (!options.components[static_cast<std::size_t>(k)]) continue;
+    HiddenTrace trace{.component = k};
+    double squares = 0;
+    for (std::size_t i = 0; i < plain.size(); ++i) {
+      const double change = with[i][k] - plain[i][k];
+      squares += change * change;
+      if (std::abs(change) <= trace.max && i > 0) continue;
+      trace.max = std::abs(change);
+      trace.worst_reading = campaign.readings[i].id;
+    }
+    trace.rms = std::sqrt(squares / static_cast<double>(plain.size()));
+    const double noise = is_rotation(k) ? options.rotation_noise : options.translation_noise;
+    has_noise = has_noise && noise > 0;
+    over_noise += squares / (noise * noise);
+    result.trace.push_back(trace);
+  }
+  if (has_noise) result.detectability = std::sqrt(over_noise);
+}
+
 }  // namespace
 
 SimulatedCampaign simulate(const vjm::Robot& robot, const std::string& robot_name,
@@ -131,13 +156,19 @@ SimulatedCampaign simulate(const vjm::Robot& robot, const std::string& robot_nam
   const Campaign campaign =
       planned(robot, plan, extended(text, table, header, [&](std::size_t) { return zeros; }),
               options.displacement);
-  const Predictions predictions =
-      Predictor(robot.without_effects(), robot.effects, campaign, options.threads, progress)
-          .predict({}, Eigen::VectorXd(), false, progress);
-  if (predictions.failure)
-    throw files::NoConvergence(fmt::format(
-        "{}:{}: the model has no equilibrium: {}. Check the load and its unit.", plan.string(),
-        campaign.readings[predictions.failure->reading].line, predictions.failure->reason));
+  const auto predicted = [&](const std::vector<vjm::Effect>& hidden) {
+    std::vector<vjm::Effect> effects = robot.effects;
+    effects.insert(effects.end(), hidden.begin(), hidden.end());
+    Predictions predictions =
+        Predictor(robot.without_effects(), effects, campaign, options.threads, progress)
+            .predict({}, Eigen::VectorXd(), false, progress);
+    if (predictions.failure)
+      throw files::NoConvergence(fmt::format(
+          "{}:{}: the model has no equilibrium: {}. Check the load and its unit.", plan.string(),
+          campaign.readings[predictions.failure->reading].line, predictions.failure->reason));
+    return predictions;
+  };
+  const Predictions predictions = predicted(options.hidden);
   Normal normal(options.seed);
   const double length = spatial::parse_unit(robot.units.length).factor;
   const double angle = spatial::parse_unit(robot.units.angle).factor;
@@ -153,7 +184,11 @@ SimulatedCampaign simulate(const vjm::Robot& robot, const std::string& robot_nam
     }
     return result;
   };
-  return {yaml_text(robot, robot_name, options), extended(text, table, header, cells)};
+  SimulatedCampaign result{yaml_text(robot, robot_name, options),
+                           extended(text, table, header, cells)};
+  if (!options.hidden.empty())
+    add_trace(campaign, options, predicted({}).displacement, predictions.displacement, result);
+  return result;
 }
 
 }  // namespace kinetostat::calibration

@@ -18,12 +18,24 @@ struct SimulationOptions {
   std::array<bool, 6> components = {true, true, true, true, true, true};
   std::uint64_t seed = 1;
   int threads = 1;
+  /// Effects that act beside those of the robot file, and that the campaign does not tell of.
+  std::vector<vjm::Effect> hidden = {};
+};
+
+/// What hidden effects change in one component that is written [m or rad].
+struct HiddenTrace {
+  Eigen::Index component = 0;
+  double rms = 0, max = 0;
+  std::string worst_reading = {};  // its id
 };
 
 /// A campaign as two files.
 struct SimulatedCampaign {
-  std::string yaml;      // refers to readings.csv beside it
-  std::string readings;  // the plan with columns of displacement
+  std::string yaml;                     // refers to readings.csv beside it
+  std::string readings;                 // the plan with columns of displacement
+  std::vector<HiddenTrace> trace = {};  // one a component; empty without hidden effects
+  /// Norm of all that they change over the noise, the d' of diagnosis; where there is noise.
+  std::optional<double> detectability = {};
 };
 
 /// `plan` is a table of readings without displacements (docs/reference/campaign-file.md), in the

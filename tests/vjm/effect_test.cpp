@@ -143,6 +143,97 @@ TEST(Effects, FollowTheirLaws) {
   EXPECT_NEAR(deflection({effect(bench(), "clearance", "spring", {1e-5})}, -1000), -1.01e-3, 1e-10);
 }
 
+// Positions of the bench along a path of loads, from rest.
+std::vector<double> positions(const std::vector<Effect>& effects,
+                              const std::vector<double>& forces) {
+  const EffectModel model(bench(), effects, {.tolerance = 1e-15});
+  const Posture posture = posture_from_joints(bench(), {}).posture;
+  Response before = model.at_rest(0);
+  std::vector<double> result;
+  for (const double force : forces) {
+    before = model.respond(posture, {.force = {0, 0, force}}, {}, before, {}, false);
+    EXPECT_TRUE(before.failure.empty()) << before.failure;
+    result.push_back(before.observed.position().z());
+  }
+  return result;
+}
+
+// Work of the load over a closed path, by the trapezoidal rule.
+double work(const std::vector<double>& force, const std::vector<double>& position) {
+  double sum = 0;
+  for (std::size_t i = 1; i < force.size(); ++i)
+    sum += (force[i] + force[i - 1]) / 2 * (position[i] - position[i - 1]);
+  return sum;
+}
+
+// The second round of a cycle is closed in the state of the friction, too.
+TEST(Effects, FrictionLosesEnergyOnEveryClosedCycle) {
+  const Effect friction = effect(bench(), "friction", "spring", {100, 2e-5});
+  std::mt19937 engine(3);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (int cycle = 0; cycle < 50; ++cycle) {
+    std::vector<double> corners;
+    for (int k = 0; k < 4; ++k) corners.push_back(800 * uniform(engine));
+    corners.push_back(corners[0]);
+    std::vector<double> path = {0};
+    for (int round = 0; round < 3; ++round)
+      for (std::size_t k = 0; k + 1 < corners.size(); ++k)
+        for (int i = 0; i < 40; ++i)
+          path.push_back(corners[k] + (corners[k + 1] - corners[k]) * i / 40.0);
+    const std::vector<double> z = positions({friction}, path);
+    const std::size_t length = 160, begin = path.size() - length;
+    const std::vector<double> last_path(path.begin() + static_cast<long>(begin) - 1, path.end());
+    std::vector<double> last(z.begin() + static_cast<long>(begin) - 1, z.end());
+    EXPECT_GE(work(last_path, last), -1e-12) << cycle;
+  }
+  // A wide cycle: slip over 2 (800 - 100) N / k less the presliding, at 100 N either way.
+  std::vector<double> wide = {0};
+  for (int round = 0; round < 2; ++round)
+    for (const double end : {800.0, -800.0, 0.0}) {
+      const double start = wide.back();
+      for (int i = 1; i <= 400; ++i) wide.push_back(start + (end - start) * i / 400.0);
+    }
+  const std::vector<double> z = positions({friction}, wide);
+  const std::vector<double> force(wide.begin() + 1200, wide.end());
+  const std::vector<double> position(z.begin() + 1200, z.end());
+  // Travel between the reversals: 1400 N / k; sticking and its rounded end take 2 e (1 +- 0.05).
+  const double slip = 1400.0 / 1e6 - 2 * 2e-5;
+  EXPECT_NEAR(work(force, position), 2 * 100 * slip, 2 * 100 * 2e-6);
+}
+
+TEST(Effects, FrictionWithoutForceIsNoneAndCreepWithoutTimeIsNone) {
+  std::vector<double> path;
+  for (int i = 0; i < 40; ++i) path.push_back(700 * std::sin(0.5 * i));
+  const std::vector<double> plain = positions({}, path);
+  const std::vector<double> none =
+      positions({effect(bench(), "friction", "spring", {0, 1e-5})}, path);
+  const std::vector<double> at_once =
+      positions({effect(bench(), "creep", "spring", {1e-6, 10})}, path);
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    EXPECT_NEAR(none[i], plain[i], 1e-18);
+    EXPECT_NEAR(at_once[i], plain[i], 1e-18);
+  }
+}
+
+// A held load: the spring, then c F (1 - exp(-t/tau)) more; taken away, it goes back.
+TEST(Effects, CreepFollowsTheStandardLinearSolid) {
+  const double c = 3e-7, tau = 120;
+  const EffectModel model(bench(), {effect(bench(), "creep", "spring", {c, tau})});
+  const Posture posture = posture_from_joints(bench(), {}).posture;
+  Response state = model.at_rest(0);
+  const auto read = [&](double force, double elapsed) {
+    Conditions conditions;
+    conditions.elapsed = elapsed;
+    state = model.respond(posture, {.force = {0, 0, force}}, conditions, state, {}, false);
+    return state.observed.position().z();
+  };
+  EXPECT_NEAR(read(600, 0), 6e-4, 1e-15);
+  EXPECT_NEAR(read(600, 60), 6e-4 + c * 600 * (1 - std::exp(-0.5)), 1e-15);
+  EXPECT_NEAR(read(600, 180), 6e-4 + c * 600 * (1 - std::exp(-2)), 1e-15);
+  EXPECT_NEAR(read(0, 0), c * 600 * (1 - std::exp(-2)), 1e-15);
+  EXPECT_NEAR(read(0, 120), c * 600 * (1 - std::exp(-2)) * std::exp(-1), 1e-15);
+}
+
 TEST(Effects, AreRefusedWhereTheyCannotAct) {
   Chain chain("c");
   chain.actuator("rigid", Motion::rz, std::nullopt);

@@ -1,0 +1,211 @@
+// What each effect looks like to somebody who compares its readings with the model without it.
+#include <algorithm>
+#include <set>
+
+#include <boost/math/distributions/chi_squared.hpp>
+#include <gtest/gtest.h>
+
+#include "kinetostat/calibration/compare.h"
+
+#include "calibration/synthetic.h"
+#include "vjm/effect_catalogue.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using spatial::Vector6;
+using vjm::test::Bench;
+
+// Four postures, three directions, a closed cycle of nine loads in each; time goes on, the
+// temperature wanders by itself.
+Campaign plan_for(const Bench& bench, bool arm) {
+  Campaign campaign;
+  campaign.file = campaign.readings_file = "plan";
+  campaign.displacement = DisplacementKind::absolute;
+  campaign.noise_stated = true;
+  campaign.sessions = {""};
+  for (int pose = 0; pose < 4; ++pose) {
+    const double a = pose % 2 == 0 ? 1 : -1, b = pose < 2 ? 1 : -1;
+    Configuration configuration;
+    if (arm) {
+      configuration.joints = {{"carousel.q1", 0.3 * a},
+                              {"arm.q3", -0.35 + 0.3 * b},
+                              {"arm.q4", 0.4 * b},
+                              {"arm.q5", 0.5 + 0.3 * a}};
+    } else {
+      configuration.target = spatial::Pose::translation({0.05 * a, 0.04 * b, -0.03 * a + 0.02 * b});
+    }
+    campaign.configurations.push_back(configuration);
+  }
+  const double levels[] = {0, 0.5, 1, 0.5, 0, -0.5, -1, -0.5, 0};
+  for (std::size_t pose = 0; pose < 4; ++pose)
+    for (Eigen::Index axis = 0; axis < 3; ++axis)
+      for (int k = 0; k < 9; ++k) {
+        const auto n = static_cast<double>(campaign.readings.size());
+        Reading reading;
+        reading.id = fmt::format("p{}{}{}", pose, "xyz"[axis], k);
+        reading.cycle = fmt::format("p{}{}", pose, "xyz"[axis]);
+        reading.step = k;
+        reading.time = 90 * n;
+        reading.temperature = 21 + 4 * std::sin(0.7 * n);
+        reading.configuration = pose;
+        reading.load.force = bench.force * levels[k] * spatial::Vector3::Unit(axis);
+        reading.sigma.setOnes();
+        campaign.readings.push_back(reading);
+      }
+  return campaign;
+}
+
+std::vector<Vector6> predicted(const Bench& bench, const std::vector<vjm::Effect>& effects,
+                               const Campaign& campaign) {
+  files::Progress silent;
+  const Predictions p = Predictor(bench.manipulator, effects, campaign, 1, silent)
+                            .predict({}, Eigen::VectorXd(), false, silent);
+  EXPECT_FALSE(p.failure) << p.failure->reason;
+  return p.displacement;
+}
+
+// Readings of the robot with the effect; the noise of each kind is 1.5 times the effect's rms.
+Campaign measured(const Bench& bench, const vjm::Effect& effect, bool arm) {
+  Campaign campaign = plan_for(bench, arm);
+  const std::vector<Vector6> plain = predicted(bench, {}, campaign);
+  const std::vector<Vector6> with = predicted(bench, {effect}, campaign);
+  double translation = 0, rotation = 0;
+  for (std::size_t i = 0; i < plain.size(); ++i) {
+    translation += (with[i] - plain[i]).head<3>().squaredNorm();
+    rotation += (with[i] - plain[i]).tail<3>().squaredNorm();
+  }
+  const double n = 3 * static_cast<double>(plain.size());
+  kinetostat::test::Random random(17);
+  const auto normal = [&random] {  // Irwin and Hall: nearly normal, variance 1
+    double sum = -6;
+    for (int k = 0; k < 12; ++k) sum += random.uniform(0, 1);
+    return sum;
+  };
+  for (std::size_t i = 0; i < plain.size(); ++i) {
+    Reading& reading = campaign.readings[i];
+    reading.sigma.head<3>().setConstant(1.5 * std::sqrt(translation / n));
+    reading.sigma.tail<3>().setConstant(1.5 * std::sqrt(std::max(rotation / n, 1e-24)));
+    for (Eigen::Index k = 0; k < 6; ++k)
+      reading.displacement[k] = with[i][k] + normal() * reading.sigma[k];
+  }
+  return campaign;
+}
+
+vjm::Robot robot_with(const Bench& bench, const std::vector<vjm::Effect>& effects) {
+  return {.file = "bench",
+          .name = bench.name,
+          .units = {},
+          .manipulator = vjm::with_effects(bench.manipulator, effects),
+          .uncertain = {},
+          .link_files = {},
+          .effects = effects,
+          .bare = bench.manipulator};
+}
+
+// What a comparison finds, most significant first: factors, "odd" or "even", "loop".
+std::vector<std::string> findings(const Assessment& assessment) {
+  std::vector<std::pair<double, std::string>> all;
+  const Patterns& p = assessment.patterns;
+  for (const Pattern& factor : p.factors) all.emplace_back(factor.holm_p_value(), factor.factor);
+  if (p.reversal)
+    all.emplace_back(p.reversal->test.holm_p_value, p.reversal->odd_share > 0.5 ? "odd" : "even");
+  if (p.loop_area) all.emplace_back(p.loop_area->holm_p_value, "loop");
+  if (p.return_to_zero) all.emplace_back(p.return_to_zero->holm_p_value, "return to zero");
+  std::stable_sort(all.begin(), all.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<std::string> names;
+  for (const auto& [value, name] : all)
+    if (value < significance_level) names.push_back(name);
+  return names;
+}
+
+std::string worst_axis(const Assessment& assessment) {
+  const auto worst =
+      std::max_element(assessment.by_component.begin(), assessment.by_component.end(),
+                       [](const auto& a, const auto& b) { return a.share < b.share; });
+  return component_names[static_cast<std::size_t>(worst->component)];
+}
+
+// Where each kind shows. What yields to the load follows its direction and changes sign with it;
+// what displaces the unloaded robot stays when the load is reversed and follows the posture.
+const std::set<std::string>& expected(const std::string& kind) {
+  static const std::set<std::string> load = {"direction of load", "level of load", "odd"};
+  static const std::set<std::string> posture = {"posture", "reach", "even"};
+  static const std::set<std::string> temperature = {"temperature"};
+  static const std::set<std::string> time = {"time"};
+  static const std::set<std::string> history = {"loop", "branch", "return to zero"};
+  if (kind == "friction") return history;
+  if (kind == "creep") {
+    static const std::set<std::string> delayed = {"loop", "branch", "time",
+                                                "return to zero"};
+    return delayed;
+  }
+  if (kind == "thermal_expansion") return temperature;
+  if (kind == "session_drift") return time;
+  for (const char* offset : {"geometric_error", "eccentricity", "preload", "gravity_compensator",
+                             "self_weight", "payload", "sensor_frame", "target_lever_arm"})
+    if (kind == offset) return posture;
+  return load;
+}
+
+class EffectSignature : public testing::TestWithParam<std::pair<bool, std::size_t>> {};
+
+std::vector<std::pair<bool, std::size_t>> every_effect() {
+  std::vector<std::pair<bool, std::size_t>> all;
+  for (const bool arm : {false, true}) {
+    const Bench bench = arm ? vjm::test::arm_bench() : vjm::test::parallel_bench();
+    for (std::size_t e = 0; e < bench.effects.size(); ++e) all.emplace_back(arm, e);
+  }
+  return all;
+}
+
+INSTANTIATE_TEST_SUITE_P(Catalogue, EffectSignature, testing::ValuesIn(every_effect()));
+
+TEST_P(EffectSignature, IsSeenWhereItIsAndGoneWithTheEffect) {
+  const bool arm = GetParam().first;
+  const Bench bench = arm ? vjm::test::arm_bench() : vjm::test::parallel_bench();
+  const vjm::Effect& effect = bench.effects[GetParam().second];
+  const Campaign campaign = measured(bench, effect, arm);
+  files::Progress silent;
+  const Comparison plain = compare(robot_with(bench, {}), campaign, 1, silent);
+  const Comparison with = compare(robot_with(bench, {effect}), campaign, 1, silent);
+  EXPECT_EQ(plain.as_designed.adequacy, Adequacy::inadequate) << effect.kind->name;
+
+  const std::vector<std::string> found = findings(plain.as_designed);
+  ASSERT_FALSE(found.empty()) << effect.kind->name;
+  EXPECT_TRUE(expected(effect.kind->name).contains(found.front()))
+      << effect.kind->name << " on the " << bench.name << " shows in " << found.front();
+
+  const ChiSquareTest& chi = *with.as_designed.chi_square;
+  const boost::math::chi_squared law(static_cast<double>(chi.degrees_of_freedom));
+  const double dof = static_cast<double>(chi.degrees_of_freedom);
+  EXPECT_GT(chi.reduced(), boost::math::quantile(law, 0.025) / dof) << effect.kind->name;
+  EXPECT_LT(chi.reduced(), boost::math::quantile(law, 0.975) / dof) << effect.kind->name;
+
+  std::string list = worst_axis(plain.as_designed);
+  for (const std::string& name : found) list += ", " + name;
+  RecordProperty("row", fmt::format("| `{}` | {} | {} | {:.2f} | {:.3f} |", effect.kind->name,
+                                    bench.name + ", " + effect.at, list,
+                                    plain.as_designed.chi_square->reduced(), chi.reduced()));
+}
+
+// The first value, started halfway to none, comes back to what it was.
+TEST_P(EffectSignature, IsFitted) {
+  const bool arm = GetParam().first;
+  const Bench bench = arm ? vjm::test::arm_bench() : vjm::test::parallel_bench();
+  const vjm::Effect& truth = bench.effects[GetParam().second];
+  vjm::Effect guess = truth;
+  guess.values[0] = (truth.values[0] + truth.kind->parameters[0].none) / 2;
+  vjm::Robot robot = robot_with(bench, {guess});
+  robot.uncertain_values = {{0, 0}};
+  files::Progress silent;
+  const Comparison c = compare(robot, measured(bench, truth, arm), 1, silent);
+  ASSERT_TRUE(c.refitted) << c.refit_failure;
+  const ParameterEstimate& e = c.refitted->fit.parameters.at(0);
+  EXPECT_LT(std::abs(e.value - truth.values[0]), 4 * e.standard_error) << e.parameter.name;
+  EXPECT_LT(e.standard_error, 0.5 * std::abs(truth.values[0] - truth.kind->parameters[0].none));
+}
+
+}  // namespace
+}  // namespace kinetostat::calibration
