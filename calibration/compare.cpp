@@ -219,7 +219,8 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
   result.groups = static_cast<Eigen::Index>(evidence.groups.size());
   result.as_designed = fit({});
   try {
-    if (!robot.uncertain.empty()) result.refitted = fit(uncertain_parameters(robot));
+    if (!robot.uncertain.empty() || !robot.uncertain_values.empty())
+      result.refitted = fit(uncertain_parameters(robot));
   } catch (const files::NotIdentifiable& error) {
     result.refit_failure = error.what();
   }

@@ -53,7 +53,7 @@ Parameter effect_parameter(const std::vector<vjm::Effect>& effects, std::size_t 
       .longest_step = 3 * std::max(prior, std::abs(effect.values[value])),
       .bounds_stated = true,
       .unit = spatial::to_string(vjm::turns(effect, bare) ? described.angular : described.linear),
-      .typical = prior,
+      .typical = std::max(prior, std::abs(effect.values[value])),
       .effect = index,
       .value = value};
 }

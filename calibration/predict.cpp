@@ -207,8 +207,8 @@ vjm::Response Predictor::solve(const Run& run, std::size_t configuration, const 
                                std::size_t conditions, const vjm::Response& before) const {
   const vjm::PostureResult& start = postures_[configuration];
   if (start.reached) {
-    vjm::Response response = run.model.respond(start.posture, load, conditions_[conditions],
-                                               before, run.parameters, run.with_derivatives);
+    vjm::Response response = run.model.respond(start.posture, load, conditions_[conditions], before,
+                                               run.parameters, run.with_derivatives);
     observe(response);
     return response;
   }

@@ -62,7 +62,8 @@ void check_by_muparser(const std::string& text, const std::vector<std::string>& 
     parser.SetExpr(text);
     (void)parser.Eval();
   } catch (const mu::ParserError& error) {
-    throw ExpressionError(error.GetMsg(), static_cast<int>(error.GetPos()) + 1);
+    throw ExpressionError(error.GetMsg(), std::clamp(static_cast<int>(error.GetPos()) + 1, 1,
+                                                     static_cast<int>(text.size()) + 1));
   }
 }
 

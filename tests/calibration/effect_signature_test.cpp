@@ -3,6 +3,7 @@
 #include <set>
 
 #include <boost/math/distributions/chi_squared.hpp>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
 #include "kinetostat/calibration/compare.h"
@@ -18,10 +19,10 @@ using vjm::test::Bench;
 
 // Four postures, three directions, a closed cycle of nine loads in each; time goes on, the
 // temperature wanders by itself.
-Campaign plan_for(const Bench& bench, bool arm) {
+Campaign plan_for(const Bench& bench, bool arm, DisplacementKind displacement) {
   Campaign campaign;
+  campaign.displacement = displacement;
   campaign.file = campaign.readings_file = "plan";
-  campaign.displacement = DisplacementKind::absolute;
   campaign.noise_stated = true;
   campaign.sessions = {""};
   for (int pose = 0; pose < 4; ++pose) {
@@ -38,8 +39,8 @@ Campaign plan_for(const Bench& bench, bool arm) {
     campaign.configurations.push_back(configuration);
   }
   const double levels[] = {0, 0.5, 1, 0.5, 0, -0.5, -1, -0.5, 0};
-  for (std::size_t pose = 0; pose < 4; ++pose)
-    for (Eigen::Index axis = 0; axis < 3; ++axis)
+  for (Eigen::Index axis = 0; axis < 3; ++axis)
+    for (std::size_t pose = 0; pose < 4; ++pose)
       for (int k = 0; k < 9; ++k) {
         const auto n = static_cast<double>(campaign.readings.size());
         Reading reading;
@@ -47,7 +48,7 @@ Campaign plan_for(const Bench& bench, bool arm) {
         reading.cycle = fmt::format("p{}{}", pose, "xyz"[axis]);
         reading.step = k;
         reading.time = 90 * n;
-        reading.temperature = 21 + 4 * std::sin(0.7 * n);
+        reading.temperature = 21 + 4 * std::sin(2.4 * n);
         reading.configuration = pose;
         reading.load.force = bench.force * levels[k] * spatial::Vector3::Unit(axis);
         reading.sigma.setOnes();
@@ -65,9 +66,20 @@ std::vector<Vector6> predicted(const Bench& bench, const std::vector<vjm::Effect
   return p.displacement;
 }
 
-// Readings of the robot with the effect; the noise of each kind is 1.5 times the effect's rms.
+// Differences to the unloaded robot for what yields to the load; poses for what displaces the robot
+// without load, which differences do not show.
+DisplacementKind kind_of_readings(const vjm::Effect& effect) {
+  static const std::set<std::string> displaces = {
+      "geometric_error",  "thermal_expansion", "eccentricity",        "preload",
+      "self_weight",      "payload",           "gravity_compensator", "sensor_frame",
+      "target_lever_arm", "session_drift"};
+  return displaces.contains(effect.kind->name) ? DisplacementKind::absolute
+                                               : DisplacementKind::difference;
+}
+
+// Readings of the robot with the effect; the noise of each kind is 0.7 times the effect's rms.
 Campaign measured(const Bench& bench, const vjm::Effect& effect, bool arm) {
-  Campaign campaign = plan_for(bench, arm);
+  Campaign campaign = plan_for(bench, arm, kind_of_readings(effect));
   const std::vector<Vector6> plain = predicted(bench, {}, campaign);
   const std::vector<Vector6> with = predicted(bench, {effect}, campaign);
   double translation = 0, rotation = 0;
@@ -84,8 +96,8 @@ Campaign measured(const Bench& bench, const vjm::Effect& effect, bool arm) {
   };
   for (std::size_t i = 0; i < plain.size(); ++i) {
     Reading& reading = campaign.readings[i];
-    reading.sigma.head<3>().setConstant(1.5 * std::sqrt(translation / n));
-    reading.sigma.tail<3>().setConstant(1.5 * std::sqrt(std::max(rotation / n, 1e-24)));
+    reading.sigma.head<3>().setConstant(0.7 * std::sqrt(translation / n));
+    reading.sigma.tail<3>().setConstant(0.7 * std::sqrt(std::max(rotation, translation) / n));
     for (Eigen::Index k = 0; k < 6; ++k)
       reading.displacement[k] = with[i][k] + normal() * reading.sigma[k];
   }
@@ -137,8 +149,7 @@ const std::set<std::string>& expected(const std::string& kind) {
   static const std::set<std::string> history = {"loop", "branch", "return to zero"};
   if (kind == "friction") return history;
   if (kind == "creep") {
-    static const std::set<std::string> delayed = {"loop", "branch", "time",
-                                                "return to zero"};
+    static const std::set<std::string> delayed = {"loop", "branch", "time", "return to zero"};
     return delayed;
   }
   if (kind == "thermal_expansion") return temperature;
@@ -174,8 +185,15 @@ TEST_P(EffectSignature, IsSeenWhereItIsAndGoneWithTheEffect) {
 
   const std::vector<std::string> found = findings(plain.as_designed);
   ASSERT_FALSE(found.empty()) << effect.kind->name;
-  EXPECT_TRUE(expected(effect.kind->name).contains(found.front()))
-      << effect.kind->name << " on the " << bench.name << " shows in " << found.front();
+  // What a joint under constant weight does with time, and what a joint that hardly moves at some
+  // postures does, shows there first; the loop comes right behind.
+  const bool history = effect.kind->history > 0;
+  const auto end = found.begin() + std::min<std::ptrdiff_t>(history ? 2 : 1, std::ssize(found));
+  EXPECT_TRUE(std::any_of(
+      found.begin(), end,
+      [&](const std::string& name) { return expected(effect.kind->name).contains(name); }))
+      << effect.kind->name << " on the " << bench.name << " shows in "
+      << fmt::format("{}", fmt::join(found, ", "));
 
   const ChiSquareTest& chi = *with.as_designed.chi_square;
   const boost::math::chi_squared law(static_cast<double>(chi.degrees_of_freedom));
@@ -190,21 +208,43 @@ TEST_P(EffectSignature, IsSeenWhereItIsAndGoneWithTheEffect) {
                                     plain.as_designed.chi_square->reduced(), chi.reduced()));
 }
 
-// The first value, started halfway to none, comes back to what it was.
+// The value whose half the readings miss most.
+Eigen::Index strongest_value(const Bench& bench, const vjm::Effect& effect, bool arm) {
+  const Campaign campaign = plan_for(bench, arm, kind_of_readings(effect));
+  const std::vector<Vector6> all = predicted(bench, {effect}, campaign);
+  Eigen::Index strongest = 0;
+  double most = 0;
+  for (Eigen::Index v = 0; v < effect.values.size(); ++v) {
+    vjm::Effect half = effect;
+    const vjm::EffectParameter& parameter = effect.kind->parameters[static_cast<std::size_t>(v)];
+    if (v > 0 && parameter.required) continue;  // a shape, not a size
+    if (parameter.name == "order") continue;    // has a minimum every period
+    half.values[v] = (effect.values[v] + parameter.none) / 2;
+    const std::vector<Vector6> other = predicted(bench, {half}, campaign);
+    double squares = 0;
+    for (std::size_t i = 0; i < all.size(); ++i) squares += (all[i] - other[i]).squaredNorm();
+    if (squares > most) most = squares, strongest = v;
+  }
+  return strongest;
+}
+
+// A value, started halfway to none, comes back to what it was.
 TEST_P(EffectSignature, IsFitted) {
   const bool arm = GetParam().first;
   const Bench bench = arm ? vjm::test::arm_bench() : vjm::test::parallel_bench();
   const vjm::Effect& truth = bench.effects[GetParam().second];
+  const Eigen::Index v = strongest_value(bench, truth, arm);
+  const double none = truth.kind->parameters[static_cast<std::size_t>(v)].none;
   vjm::Effect guess = truth;
-  guess.values[0] = (truth.values[0] + truth.kind->parameters[0].none) / 2;
+  guess.values[v] = (truth.values[v] + none) / 2;
   vjm::Robot robot = robot_with(bench, {guess});
-  robot.uncertain_values = {{0, 0}};
+  robot.uncertain_values = {{0, v}};
   files::Progress silent;
   const Comparison c = compare(robot, measured(bench, truth, arm), 1, silent);
   ASSERT_TRUE(c.refitted) << c.refit_failure;
   const ParameterEstimate& e = c.refitted->fit.parameters.at(0);
-  EXPECT_LT(std::abs(e.value - truth.values[0]), 4 * e.standard_error) << e.parameter.name;
-  EXPECT_LT(e.standard_error, 0.5 * std::abs(truth.values[0] - truth.kind->parameters[0].none));
+  EXPECT_LT(std::abs(e.value - truth.values[v]), 4 * e.standard_error) << e.parameter.name;
+  EXPECT_LT(e.standard_error, 0.5 * std::abs(truth.values[v] - none)) << e.parameter.name;
 }
 
 }  // namespace

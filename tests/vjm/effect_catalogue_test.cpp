@@ -87,7 +87,7 @@ constexpr double rounding = 3e-15;
 // Short beside the rounded corners of a law, and beside a period of a harmonic.
 double step_for(const Effect& effect, Eigen::Index value) {
   const bool is_order = effect.kind->parameters[static_cast<std::size_t>(value)].name == "order";
-  return (is_order ? 2e-5 : 1e-3) * std::abs(effect.values[value]);
+  return (is_order ? 2e-5 : 3e-4) * std::abs(effect.values[value]);
 }
 
 void expect_exact(const Bench& bench, const std::vector<Effect>& effects, int paths, int length) {
@@ -195,7 +195,7 @@ TEST_P(EveryEffect, ChangesSomething) {
       follow(EffectModel(bench().manipulator, {effect()}, tight), bench().posture, path, {});
   const auto without =
       follow(EffectModel(bench().manipulator, {}, tight), bench().posture, path, {});
-  EXPECT_GT(spatial::pose_difference(with[2].observed, without[2].observed).norm(), 1e-9);
+  EXPECT_GT(spatial::pose_difference(with[2].observed, without[2].observed).norm(), 1e-10);
 }
 
 // Two effects together are one joint model, whichever comes first: every pair.
