@@ -29,11 +29,14 @@ class Check {
   }
 
   std::vector<Observability> all() const {
-    return {noise(),           offsets(),       components(),
-            load_directions(), poses(),         levels(),
-            reversal(),        branches_seen(), clearance_or_friction(),
-            zero_return(),     sessions(),      time(),
-            temperature(),     parameters()};
+    std::vector<Observability> result = {
+        noise(),           offsets(),       components(),
+        load_directions(), poses(),         levels(),
+        reversal(),        branches_seen(), clearance_or_friction(),
+        zero_return(),     sessions(),      time(),
+        temperature(),     roles(),         parameters()};
+    if (campaign_.session_frame == SessionFrame::estimated) result.push_back(frames());
+    return result;
   }
 
  private:
@@ -232,11 +235,35 @@ class Check {
                        : "Thermal effects do not show: the temperature is the same throughout."};
   }
 
+  Observability roles() const {
+    const auto kept =
+        static_cast<std::size_t>(std::count_if(used_.begin(), used_.end(), [this](std::size_t i) {
+          return reading(i).role != Role::fit;
+        }));
+    if (kept > 0)
+      return {"roles", true,
+              fmt::format("How the model does on readings it has not seen shows: {} kept out of "
+                          "the fit.",
+                          counted(kept, "reading") + (kept == 1 ? " is" : " are"))};
+    return {"roles", false,
+            "How the model does on readings it has not seen does not show: all are fitted. Keep a "
+            "session or some poses back with 'roles' or the column role."};
+  }
+
+  Observability frames() const {
+    const bool difference = campaign_.displacement == DisplacementKind::difference;
+    return {"session_frames", false,
+            difference ? "The position of the measuring frame does not show, since it cancels in "
+                         "differences; only its rotation is estimated, session by session."
+                       : "Where the robot stands in the measuring frame does not show: every "
+                         "session has an unknown frame of its own, which takes that up."};
+  }
+
   Observability parameters() const {
     std::size_t values = 0;
     for (const std::size_t i : used_)
       for (Eigen::Index k = 0; k < 6; ++k) values += reading(i).uses(k);
-    const std::size_t uncertain = robot_.uncertain.size();
+    const std::size_t uncertain = robot_.uncertain.size() + robot_.uncertain_values.size();
     if (uncertain == 0)
       return {"parameters", true,
               fmt::format("{}; the robot file declares nothing uncertain, so nothing is refitted.",

@@ -82,6 +82,7 @@ const std::vector<std::shared_ptr<const EffectKind>>& effect_kinds() {
       effects::eccentricity(),
       effects::creep(),
       effects::hardening(),
+      effects::load_hardening(),
       effects::piecewise_stiffness(),
       effects::clearance(),
       effects::friction(),

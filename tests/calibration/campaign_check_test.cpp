@@ -64,6 +64,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Shows{"sessions", "session,fz,dz\na,1,1\nb,1,1\n"},
                     Shows{"time", "time,fz,dz\n1,1,1\n2,1,1\n"},
                     Shows{"temperature", "temperature,fz,dz\n20,1,1\n21,1,1\n"},
+                    Shows{"roles", "fz,role,dz\n1,,1\n2,confirm,1\n"},
                     Shows{"parameters", "fz,dz\n1,1\n2,1\n"}),
     [](const auto& shows) { return shows.param.topic + std::to_string(shows.index); });
 
@@ -76,6 +77,16 @@ TEST(CampaignCheck, MaskedReadingsDoNotCount) {
 TEST(CampaignCheck, DifferencesHideOffsetsAndThatIsSaid) {
   EXPECT_THAT(topic(campaign("fz,dz\n1,1\n"), "offsets").sentence,
               HasSubstr("Gravity, geometric errors and thermal offsets do not show"));
+}
+
+TEST(CampaignCheck, UnknownFramesOfSessionsHideThePlaceOfTheRobot) {
+  const auto sentence = [](const char* displacement) {
+    return topic(campaign("fz,dz\n1,1\n", "session_frame: estimate\n", displacement),
+                 "session_frames")
+        .sentence;
+  };
+  EXPECT_THAT(sentence("absolute"), HasSubstr("has an unknown frame of its own"));
+  EXPECT_THAT(sentence("difference"), HasSubstr("it cancels in differences"));
 }
 
 TEST(CampaignCheck, SpanOfLoads) {

@@ -90,6 +90,31 @@ TEST_F(NistLoadCell, WithoutAStatedNoiseThereIsNoChiSquare) {
   EXPECT_FALSE(comparison().noise_check);
 }
 
+// With a spring whose compliance falls with its load the model is the certified quadratic
+// y = b0 + b1 x + b2 x^2 of NIST StRD "Pontius" [mm, N]: b0 the zero, b1 = 1/k, b2 = -b.
+TEST_F(NistLoadCell, HardeningReachesTheCertifiedQuadratic) {
+  const vjm::Robot robot =
+      vjm::read_robot(std::string(KINETOSTAT_SOURCE_DIR) + "/data/robots/bench_hardening.yaml");
+  const Comparison c = test::compare_files(robot, folder + "/campaign.yaml");
+  ASSERT_TRUE(c.refitted) << c.refit_failure;
+  const Assessment& fitted = *c.refitted;
+  ASSERT_EQ(fitted.fit.parameters.size(), 2u);
+  const ParameterEstimate &spring = fitted.fit.parameters[0], &b = fitted.fit.parameters[1];
+  const double b1 = 1e3 / (*spring.parameter.stiffness * std::exp(spring.value));
+  // Equilibria are solved to 1e-11 of the robot's size, which is 1e-6 of this small zero.
+  EXPECT_NEAR(fitted.fit.zeros.at(0).value * 1e3 / 0.673565789473684E-03, 1, 3e-6);
+  EXPECT_NEAR(b1 / 0.732059160401003E-06, 1, 1e-8);
+  EXPECT_NEAR(-b.value * 1e3 / -0.316081871345029E-14, 1, 1e-6);
+  EXPECT_NEAR(*fitted.residual_deviation * 1e3 / 0.205177424076185E-03, 1, 1e-6);
+  // Certified deviations, by the certified scatter instead of that of the replicates.
+  const double scatter = std::sqrt(fitted.fit.squared_error / 37);
+  EXPECT_NEAR(b.standard_error * scatter * 1e3 / 0.486652849992036E-16, 1, 1e-4);
+  ASSERT_TRUE(fitted.lack_of_fit);
+  EXPECT_LT(fitted.lack_of_fit->f, fitted.lack_of_fit->critical);
+  EXPECT_EQ(fitted.lack_of_fit->degrees_of_freedom_lack, 17);
+  EXPECT_EQ(fitted.adequacy, Adequacy::adequate);
+}
+
 // Without its replicates the same campaign has nothing but the residual: no verdict.
 TEST_F(NistLoadCell, OneRunAloneIsNotJudged) {
   const files::CsvTable table = files::read_csv(folder + "/readings.csv");

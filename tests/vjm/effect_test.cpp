@@ -123,7 +123,8 @@ TEST(Effects, OfSizeZeroAreNone) {
   for (const double force : {-800.0, -3.0, 0.5, 900.0}) {
     const double plain = deflection({}, force);
     EXPECT_NEAR(plain, force / 1e6, 1e-17);
-    for (const char* kind : {"joint_compliance", "hardening", "clearance", "preload"})
+    for (const char* kind :
+         {"joint_compliance", "hardening", "load_hardening", "clearance", "preload"})
       EXPECT_NEAR(deflection({effect(bench(), kind, "spring", {0})}, force), plain, 1e-17) << kind;
     EXPECT_NEAR(deflection({effect(bench(), "payload", "platform", {0, 0.1, 0.2, 0.3})}, force),
                 plain, 1e-17);
@@ -138,9 +139,24 @@ TEST(Effects, FollowTheirLaws) {
               1e-15);
   // k d + k3 d^3 at d = 1e-3: 1000 N + 500 N.
   EXPECT_NEAR(deflection({effect(bench(), "hardening", "spring", {5e11})}, 1500), 1e-3, 1e-13);
+  // F/k - b F^2: 1.5 mm less 0.225 mm.
+  EXPECT_NEAR(deflection({effect(bench(), "load_hardening", "spring", {1e-10})}, 1500), 1.275e-3,
+              1e-15);
+  EXPECT_NEAR(deflection({effect(bench(), "load_hardening", "spring", {1e-10})}, -1500), -1.275e-3,
+              1e-15);
   // Far beyond the gap the joint has lost just the gap: w^2/4 (1/(d+g) - 1/(d-g)) is left.
   EXPECT_NEAR(deflection({effect(bench(), "clearance", "spring", {1e-5})}, 1000), 1.01e-3, 1e-10);
   EXPECT_NEAR(deflection({effect(bench(), "clearance", "spring", {1e-5})}, -1000), -1.01e-3, 1e-10);
+}
+
+// Also where the law has ended: beyond 450 N the spring is ten times as stiff as without load.
+TEST(Effects, LoadHardeningIsExactlyDifferentiatedOnBothSidesOfItsEnd) {
+  const Manipulator m = bench();
+  const Effect hard = effect(m, "load_hardening", "spring", {1e-9});
+  expect_exact(m, posture_from_joints(m, {}).posture, {hard}, 2000, 0, 1e-16);
+  const double end = 4.5e-4 - 1e-9 * 450 * 450;
+  EXPECT_NEAR(deflection({hard}, 450), end, 1e-14);
+  EXPECT_NEAR(deflection({hard}, 1450), end + 1000 / 1e7, 1e-14);
 }
 
 // Positions of the bench along a path of loads, from rest.

@@ -17,6 +17,7 @@ Kind thermal_expansion();
 Kind eccentricity();
 Kind creep();
 Kind hardening();
+Kind load_hardening();
 Kind piecewise_stiffness();
 Kind clearance();
 Kind friction();
