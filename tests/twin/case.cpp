@@ -25,6 +25,12 @@ RobotSpec robot_named(const std::string& name) {
 struct Menu {
   std::string robot, plan;
   std::vector<HiddenEffect> effects, outside;
+
+  /// Something in no catalogue acts on that joint.
+  bool outside_at(const std::string& at) const {
+    return at != "platform" && std::any_of(outside.begin(), outside.end(),
+                                           [&](const HiddenEffect& e) { return e.at == at; });
+  }
 };
 
 const std::vector<Menu>& menus() {
@@ -186,10 +192,16 @@ struct Confuser {
   double cosine = 0;
 };
 
-Confuser confuser_of(const Menu& menu, const HiddenEffect& truth, const Eigen::VectorXd& mark,
-                     World world, const Plan& plan, const Whitened& whitened) {
+Confuser confuser_of(const Menu& menu, bool outside, const HiddenEffect& truth,
+                     const Eigen::VectorXd& mark, World world, const Plan& plan,
+                     const Whitened& whitened) {
   Confuser worst;
-  for (HiddenEffect other : menu.effects) {
+  std::vector<HiddenEffect> rivals = menu.effects;
+  // What is in no catalogue may still look like what a joint does.
+  if (outside && menu.outside_at(truth.at))
+    for (const char* law : {"friction", "clearance", "hardening", "piecewise_stiffness", "creep"})
+      rivals.push_back({law, truth.at});
+  for (HiddenEffect other : rivals) {
     if (other.name == truth.name && other.at == truth.at) continue;
     other.size = usual_size(world.robot, other);
     world.effects = {other};
@@ -251,8 +263,9 @@ void write_case(const Case& spec, const std::filesystem::path& folder,
     World alone = world;
     alone.effects = {effect};
     const Eigen::VectorXd mark = whitened.mark_of(respond(alone, plan, false));
-    if (spec.kind == "single")
-      confuser = confuser_of(menu_of(spec), effect, mark, world, plan, whitened);
+    if (spec.kind == "single" || spec.kind == "outside")
+      confuser =
+          confuser_of(menu_of(spec), spec.kind == "outside", effect, mark, world, plan, whitened);
     hidden += fmt::format(
         "{}\n    {{\"effect\": \"{}\", \"at\": \"{}\", \"size\": {:.6g}, \"d_prime\": {:.4g}}}",
         hidden.empty() ? "" : ",", effect.name, effect.at, effect.size, mark.norm());
