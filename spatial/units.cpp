@@ -310,9 +310,12 @@ std::string to_string(const Dimension& d) {
     if (!text.empty()) text += ' ';
     text += exponent == 1 ? std::string(symbol) : fmt::format("{}^{}", symbol, exponent);
   };
-  append("kg", d.mass);
-  append("m", d.length);
-  append("s", d.time);
+  // A force to some power rather than its parts.
+  const bool forces = d.mass != 0 && d.time == -2 * d.mass;
+  append("N", forces ? d.mass : 0);
+  append("kg", forces ? 0 : d.mass);
+  append("m", d.length - (forces ? d.mass : 0));
+  append("s", forces ? 0 : d.time);
   append("K", d.temperature);
   append("rad", d.angle);
   return text.empty() ? "1" : text;

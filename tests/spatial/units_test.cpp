@@ -167,7 +167,9 @@ TEST(Format, IsShortAndReadsBackToTheSameNumber) {
 }
 
 TEST(Dimensions, AreSpelledInBaseUnits) {
-  EXPECT_EQ(to_string(dimension::force), "kg m s^-2");
+  EXPECT_EQ(to_string(dimension::force), "N");
+  EXPECT_EQ(to_string(dimension::linear_stiffness), "N m^-1");
+  EXPECT_EQ(to_string(dimension::mass), "kg");
   EXPECT_EQ(to_string(dimension::none), "1");
   EXPECT_EQ(dimension::force / dimension::area, dimension::pressure);
   EXPECT_EQ(dimension::force * dimension::length, dimension::moment);
