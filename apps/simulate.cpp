@@ -42,10 +42,17 @@ double deviation(const char* option, const std::string& text, const spatial::Dim
                    "Give a finite quantity that is not negative");
 }
 
-std::array<bool, 6> chosen(const std::string& list) {
+// Without a list: what a noise is stated for, or all when there is none at all.
+std::array<bool, 6> chosen(const SimulateRequest& request) {
   std::array<bool, 6> result{};
-  if (list.empty()) result.fill(true);
-  std::stringstream words(list);
+  if (request.components.empty())
+    for (std::size_t k = 0; k < 6; ++k) {
+      const bool rotation = calibration::is_rotation(static_cast<Eigen::Index>(k));
+      const std::string& other = rotation ? request.translation_noise : request.rotation_noise;
+      result[k] =
+          !(rotation ? request.rotation_noise : request.translation_noise).empty() || other.empty();
+    }
+  std::stringstream words(request.components);
   for (std::string word; std::getline(words, word, ',');) {
     const auto& names = calibration::component_names;
     const auto found = std::find(names.begin(), names.end(), word);
@@ -152,7 +159,7 @@ files::Json simulate(const SimulateRequest& request, Run& run) {
           deviation("--noise-translation", request.translation_noise, spatial::dimension::length),
       .rotation_noise =
           deviation("--noise-rotation", request.rotation_noise, spatial::dimension::angle),
-      .components = chosen(request.components),
+      .components = chosen(request),
       .seed = request.seed,
       .threads = run.threads(),
       .hidden = hidden_effects(request, robot)};
@@ -197,7 +204,8 @@ void add_simulate(Program& program) {
   app.add_option("--noise-translation", request->translation_noise,
                  "Standard deviation of one reading of dx, dy, dz, with its unit");
   app.add_option("--noise-rotation", request->rotation_noise, "The same for rx, ry, rz");
-  app.add_option("--components", request->components, "What is measured: dx,dy,dz,rx,ry,rz")
+  app.add_option("--components", request->components,
+                 "What is measured: dx,dy,dz,rx,ry,rz (default: what a noise is stated for)")
       ->type_name("LIST");
   app.add_option("--effect", request->effects,
                  "An effect that acts beside those of the robot file; may be repeated")
