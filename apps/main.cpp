@@ -11,13 +11,16 @@ int main(int argc, char** argv) {
   kinetostat::apps::add_import(program);
   kinetostat::apps::add_stiffness(program);
   kinetostat::apps::add_deflect(program);
-  add_trace(program);
+  kinetostat::apps::add_trace(program);
   kinetostat::apps::add_assemble(program);
   kinetostat::apps::add_map(program);
   kinetostat::apps::add_compensate(program);
   kinetostat::apps::add_measure_check(program);
   kinetostat::apps::add_simulate(program);
   kinetostat::apps::add_compare(program);
+  kinetostat::apps::add_diagnose(program);
+  kinetostat::apps::add_adopt(program);
+  kinetostat::apps::add_revert(program);
   kinetostat::apps::add_effect_list(program);
   kinetostat::apps::add_effect_show(program);
   kinetostat::apps::add_demo(program);

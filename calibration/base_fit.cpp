@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 #include <set>
+#include <stdexcept>
 
 #include <fmt/format.h>
 
@@ -141,8 +142,12 @@ class Problem {
 
   std::optional<Linearisation> at(const VectorXd& q) {
     const Index p = unknowns_.parameter_count();
-    Predictions predictions =
-        predictor_.predict(unknowns_.parameters(), q.head(p), p > 0, progress_);
+    Predictions predictions;
+    try {
+      predictions = predictor_.predict(unknowns_.parameters(), q.head(p), p > 0, progress_);
+    } catch (const std::invalid_argument& error) {  // values that exclude each other
+      predictions.failure = {0, error.what()};
+    }
     failure_ = predictions.failure;
     if (failure_) return std::nullopt;
     predicted_ = std::move(predictions.displacement);

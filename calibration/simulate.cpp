@@ -2,11 +2,10 @@
 
 #include <cmath>
 #include <limits>
-#include <numbers>
-#include <random>
 
 #include <fmt/format.h>
 
+#include "kinetostat/calibration/normal.h"
 #include "kinetostat/calibration/predict.h"
 #include "kinetostat/calibration/readings_file.h"
 #include "kinetostat/files/csv.h"
@@ -15,23 +14,6 @@
 
 namespace kinetostat::calibration {
 namespace {
-
-// Standard normal numbers, the same on every platform, which std::normal_distribution is not.
-class Normal {
- public:
-  explicit Normal(std::uint64_t seed) : engine_(seed) {}
-
-  double operator()() {
-    const double radius = std::sqrt(-2 * std::log(uniform()));
-    return radius * std::cos(2 * std::numbers::pi * uniform());
-  }
-
- private:
-  // In (0, 1]: 53 random bits.
-  double uniform() { return static_cast<double>((engine_() >> 11) + 1) * 0x1p-53; }
-
-  std::mt19937_64 engine_;
-};
 
 void refuse_displacements(const files::CsvTable& plan) {
   for (const char* name : component_names)

@@ -1,0 +1,213 @@
+// kinetostat adopt, kinetostat revert: an effect that was found goes into the robot file, or out.
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "kinetostat/apps/command.h"
+#include "kinetostat/apps/commands.h"
+#include "kinetostat/apps/version.h"
+#include "kinetostat/calibration/adoption.h"
+#include "kinetostat/files/error.h"
+#include "kinetostat/files/text_file.h"
+#include "kinetostat/report/text.h"
+#include "kinetostat/vjm/robot_file.h"
+
+namespace kinetostat::apps {
+namespace {
+
+using calibration::Adoption;
+
+struct AdoptRequest {
+  std::string robot, diagnosis, effect;
+  bool force = false;
+};
+
+const files::Json& need(const files::Json& json, const char* key, const std::string& file) {
+  const auto found = json.find(key);
+  if (found == json.end())
+    throw files::InputError({.file = file,
+                             .key = key,
+                             .what = "this is not a diagnosis: the key is missing",
+                             .cure = "Give a file that 'kinetostat diagnose -o FILE' wrote"});
+  return *found;
+}
+
+std::string name_of(const files::Json& entry) {
+  return entry.at("effect").get<std::string>() + " at " + entry.at("at").get<std::string>();
+}
+
+// The effect to adopt: by name, else the first that was found.
+const files::Json& chosen(const files::Json& diagnosis, const AdoptRequest& request) {
+  const files::Json& found = need(diagnosis, "found", request.diagnosis);
+  std::string known;
+  for (const files::Json& entry : found) {
+    if (request.effect.empty() || request.effect == name_of(entry) ||
+        request.effect == entry.at("effect").get<std::string>())
+      return entry;
+    known += (known.empty() ? "'" : ", '") + name_of(entry) + "'";
+  }
+  if (known.empty())
+    throw files::NotIdentifiable(
+        fmt::format("{}: the verdict is '{}'; there is no effect to adopt", request.diagnosis,
+                    need(diagnosis, "verdict", request.diagnosis).get<std::string>()));
+  throw UsageError("--effect", fmt::format("'{}' was not found by the diagnosis", request.effect),
+                   fmt::format("It found {}", known));
+}
+
+// Held-out error before and after an effect, over the noise.
+struct Fall {
+  double before = std::numeric_limits<double>::quiet_NaN(), after = before;
+};
+
+Fall fall_of(const files::Json& diagnosis, const std::string& name, const std::string& file) {
+  Fall fall;
+  double last = fall.before;
+  for (const files::Json& stage : need(diagnosis, "waterfall", file)) {
+    const double error = stage.at("whitened").get<double>();
+    if (stage.at("name").get<std::string>() == "+ " + name) fall = {last, error};
+    last = error;
+  }
+  return fall;
+}
+
+// One robot file, one diagnosis.
+void require_same_robot(const files::Json& diagnosis, const AdoptRequest& request) {
+  const files::Json& inputs = need(diagnosis, "inputs", request.diagnosis);
+  const std::string stated = inputs.at("robot").at("sha256").get<std::string>();
+  if (stated == files::sha256(files::read_text(request.robot))) return;
+  throw files::InputError(
+      {.file = request.diagnosis,
+       .key = "inputs.robot",
+       .what = fmt::format("the diagnosis is of another state of {}", request.robot),
+       .cure = "Run 'kinetostat diagnose' again on this robot file"});
+}
+
+std::vector<std::string> reasons_for(const files::Json& diagnosis, const files::Json& entry,
+                                     const Fall& fall) {
+  std::vector<std::string> reasons;
+  reasons.push_back(fmt::format("by kinetostat {} from the campaign '{}', readings sha256 {}",
+                                version(), diagnosis.at("campaign").get<std::string>(),
+                                diagnosis.at("readings").get<std::string>()));
+  reasons.push_back(fmt::format("verdict: {}; probability among the rivals {}, gate p = {}",
+                                diagnosis.at("verdict").get<std::string>(),
+                                report::number(entry.at("probability").get<double>(), 4),
+                                report::number(entry.at("gate_p_value").get<double>(), 2)));
+  reasons.push_back(fmt::format("held-out error over the noise: {} before, {} after",
+                                report::number(fall.before, 4), report::number(fall.after, 4)));
+  for (const files::Json& p : entry.at("parameters"))
+    reasons.push_back(fmt::format("prior of {}: {} +- {} {}", p.at("name").get<std::string>(),
+                                  report::number(p.at("prior_mean").get<double>(), 4),
+                                  report::number(p.at("prior_sd").get<double>(), 4),
+                                  p.at("unit").get<std::string>()));
+  return reasons;
+}
+
+Adoption adoption_of(const files::Json& diagnosis, const files::Json& entry, const Fall& fall) {
+  Adoption adoption;
+  adoption.effect = entry.at("effect").get<std::string>();
+  adoption.at = entry.at("at").get<std::string>();
+  const files::Json& parameters = entry.at("parameters");
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const files::Json& deviation = entry.at("deviations").at(k);
+    adoption.values.push_back({.name = parameters[k].at("name").get<std::string>(),
+                               .unit = parameters[k].at("unit").get<std::string>(),
+                               .value = entry.at("values").at(k).get<double>(),
+                               .deviation = deviation.is_null()
+                                                ? std::numeric_limits<double>::quiet_NaN()
+                                                : deviation.get<double>()});
+  }
+  adoption.reasons = reasons_for(diagnosis, entry, fall);
+  return adoption;
+}
+
+// Writes a robot file that reads back; else nothing.
+void write_robot(const std::filesystem::path& file, const std::string& text) {
+  const std::filesystem::path trial = file.string() + ".trial.yaml";
+  files::write_atomically(trial, text);
+  try {
+    (void)vjm::read_robot(trial);
+  } catch (...) {
+    std::filesystem::remove(trial);
+    throw;
+  }
+  std::filesystem::rename(trial, file);
+}
+
+files::Json adopt(const AdoptRequest& request, Run& run) {
+  const files::Json diagnosis = files::read_json(request.diagnosis);
+  const files::Json& entry = chosen(diagnosis, request);
+  if (!request.force) require_same_robot(diagnosis, request);
+  const Fall fall = fall_of(diagnosis, name_of(entry), request.diagnosis);
+  if (!(fall.after < fall.before) && !request.force)
+    throw files::NotIdentifiable(fmt::format(
+        "{}: with {} the held-out error does not fall ({} before, {} after, over the noise); it is "
+        "not adopted. --force adopts it all the same.",
+        request.diagnosis, name_of(entry), report::number(fall.before, 4),
+        report::number(fall.after, 4)));
+  std::string text;
+  try {
+    text =
+        calibration::adopted(files::read_text(request.robot), adoption_of(diagnosis, entry, fall));
+  } catch (const std::invalid_argument& error) {
+    throw files::InputError({.file = request.robot, .key = "effects", .what = error.what()});
+  }
+  const std::filesystem::path out = run.out() ? *run.out() : std::filesystem::path(request.robot);
+  write_robot(out, text);
+  run.print(fmt::format("{}: adopted {}; held-out error over the noise {} -> {}\n", out.string(),
+                        name_of(entry), report::number(fall.before, 4),
+                        report::number(fall.after, 4)));
+  return {{"robot", out.string()},
+          {"effect", entry.at("effect")},
+          {"at", entry.at("at")},
+          {"held_out_before", fall.before},
+          {"held_out_after", fall.after}};
+}
+
+files::Json revert(const std::string& robot, Run& run) {
+  std::string text;
+  try {
+    text = calibration::reverted(files::read_text(robot));
+  } catch (const std::invalid_argument& error) {
+    throw files::InputError({.file = robot, .key = "effects", .what = error.what()});
+  }
+  const std::filesystem::path out = run.out() ? *run.out() : std::filesystem::path(robot);
+  write_robot(out, text);
+  run.print(fmt::format("{}: the effect that was adopted last is taken out\n", out.string()));
+  return {{"robot", out.string()}};
+}
+
+}  // namespace
+
+void add_adopt(Program& program) {
+  const auto request = std::make_shared<AdoptRequest>();
+  CLI::App& app =
+      program.add({.name = "adopt",
+                   .summary = "Write an effect that a diagnosis found into the robot file",
+                   .example = "kinetostat adopt robot.yaml diagnosis.json -o better.yaml",
+                   .out = "Write the robot file there instead of changing it"},
+                  [request](Run& run) { return adopt(*request, run); });
+  app.add_option("ROBOT", request->robot, "Robot file (YAML)")->required();
+  app.add_option("DIAGNOSIS", request->diagnosis, "What 'diagnose -o' wrote (JSON)")->required();
+  app.add_option("--effect", request->effect,
+                 "Which of the effects that were found (default: the "
+                 "first)")
+      ->type_name("NAME");
+  app.add_flag("--force", request->force,
+               "Adopt it although the held-out error does not fall, or the robot file has changed");
+}
+
+void add_revert(Program& program) {
+  const auto robot = std::make_shared<std::string>();
+  CLI::App& app =
+      program.add({.name = "revert",
+                   .summary = "Take the effect that was adopted last out of a robot file",
+                   .example = "kinetostat revert better.yaml",
+                   .out = "Write the robot file there instead of changing it"},
+                  [robot](Run& run) { return revert(*robot, run); });
+  app.add_option("ROBOT", *robot, "Robot file (YAML)")->required();
+}
+
+}  // namespace kinetostat::apps

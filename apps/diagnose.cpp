@@ -1,0 +1,76 @@
+// kinetostat diagnose: which physical effect is missing from a model?
+#include <memory>
+
+#include "kinetostat/apps/campaign_request.h"
+#include "kinetostat/apps/command.h"
+#include "kinetostat/apps/commands.h"
+#include "kinetostat/calibration/diagnosis.h"
+#include "kinetostat/files/error.h"
+#include "kinetostat/files/text_file.h"
+#include "kinetostat/report/diagnosis.h"
+#include "kinetostat/report/manipulator.h"
+
+namespace kinetostat::apps {
+namespace {
+
+struct DiagnoseRequest {
+  CampaignRequest campaign;
+  calibration::DiagnosisOptions options;
+};
+
+void require_known_kinds(const std::vector<std::string>& kinds) {
+  for (const std::string& kind : kinds) {
+    try {
+      (void)vjm::effect_kind(kind);
+    } catch (const std::invalid_argument& error) {
+      throw UsageError("--effects", error.what(), "'kinetostat effect list' names them");
+    }
+  }
+}
+
+files::Json diagnose(const DiagnoseRequest& request, Run& run) {
+  require_known_kinds(request.options.kinds);
+  const vjm::Robot robot = request.campaign.read_robot();
+  const calibration::Campaign campaign = request.campaign.read_campaign(robot);
+  const calibration::Diagnosis diagnosis =
+      calibration::diagnose(robot, campaign, request.options, run.threads(), run.progress());
+  files::Json json{{"inputs", report::provenance(robot)},
+                   {"readings", files::sha256(files::read_text(campaign.readings_file))},
+                   {"seed", request.options.seed},
+                   {"draws", request.options.draws}};
+  say_which_robot(robot, campaign, json, run);
+  run.print(report::text(robot, campaign, diagnosis));
+  json.update(report::to_json(robot, campaign, diagnosis));
+  if (run.out()) files::write_json(*run.out(), json);
+  if (diagnosis.verdict == calibration::Verdict::cannot_tell)
+    run.leave_unidentified("these data cannot tell which effect is missing");
+  return json;
+}
+
+}  // namespace
+
+void add_diagnose(Program& program) {
+  const auto request = std::make_shared<DiagnoseRequest>();
+  CLI::App& app =
+      program.add({.name = "diagnose",
+                   .summary = "Which physical effect is missing from a model",
+                   .example = "kinetostat diagnose data/robots/bench.yaml "
+                              "data/measurements/nist_load_cell/campaign.yaml -o diagnosis.json",
+                   .out = "Write the diagnosis, for 'adopt', to a JSON file"},
+                  [request](Run& run) { return diagnose(*request, run); });
+  request->campaign.add_options(app);
+  app.add_option("--effects", request->options.kinds,
+                 "Effects to try (default: the whole catalogue; see 'effect list')")
+      ->delimiter(',')
+      ->type_name("NAMES");
+  app.add_option("--draws", request->options.draws, "Simulated campaigns of the bootstraps")
+      ->capture_default_str()
+      ->check(CLI::Range(99, 100000));
+  app.add_option("--seed", request->options.seed, "Seed of the bootstraps")->capture_default_str();
+  app.add_option("--most-effects", request->options.most_effects,
+                 "Most effects that are named one after the other")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 10));
+}
+
+}  // namespace kinetostat::apps

@@ -1,0 +1,523 @@
+#include "kinetostat/calibration/diagnosis.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <fmt/format.h>
+
+#include "kinetostat/calibration/replicates.h"
+#include "kinetostat/files/error.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr std::size_t most_fits = 16;      // in one step
+constexpr double told_apart_from = 4;      // d' that names an effect against a rival
+constexpr double doubtful = 4.6;           // difference of log evidence below which both remain
+constexpr double unexplained_share = 0.3;  // of the misfit: more is another effect, not this one
+
+// Prior precision of each unknown of a fit: none for what is refitted anyway.
+VectorXd information_of(const BaseFit& fit) {
+  VectorXd information = VectorXd::Zero(fit.at.jacobian.cols());
+  for (std::size_t k = 0; k < fit.parameters.size(); ++k)
+    if (const auto& prior = fit.parameters[k].parameter.prior)
+      information[static_cast<Index>(k)] = 1 / (prior->deviation * prior->deviation);
+  return information;
+}
+
+// How much of the readings' weight is left when the misfit is all noise: 1, or less.
+double temper_of(const BaseFit& fit) {
+  const auto freedom = static_cast<double>(std::max<Index>(1, fit.degrees_of_freedom()));
+  return std::min(1.0, freedom / std::max(fit.squared_error, 1e-300));
+}
+
+double log_determinant(const MatrixXd& columns) {
+  Eigen::HouseholderQR<MatrixXd> qr(columns);
+  return 2 * qr.matrixQR().diagonal().cwiseAbs().cwiseMax(1e-300).array().log().sum();
+}
+
+// Laplace's approximation of the evidence. What is refitted under every model has a flat prior and
+// the same units everywhere, so its constants cancel between models.
+double log_evidence(const BaseFit& fit, double temper) {
+  const VectorXd information = information_of(fit);
+  double penalty = 0, normalisation = 0;
+  std::vector<Index> kept;
+  for (Index k = 0; k < information.size(); ++k) {
+    const bool is_parameter = k < static_cast<Index>(fit.parameters.size());
+    const ParameterEstimate* estimate =
+        is_parameter ? &fit.parameters[static_cast<std::size_t>(k)] : nullptr;
+    if (information[k] > 0) {
+      const double d = estimate->value - estimate->parameter.prior->mean;
+      penalty += d * d * information[k];
+      normalisation += std::log(information[k]);
+      // A range that ends where there is no effect holds all of the prior on one side.
+      if (estimate->parameter.prior->mean == estimate->parameter.lower ||
+          estimate->parameter.prior->mean == estimate->parameter.upper)
+        normalisation += 2 * std::log(2.0);
+    }
+    if (estimate == nullptr || estimate->hit == BoundHit::none || information[k] > 0)
+      kept.push_back(k);
+  }
+  const auto n = static_cast<Index>(kept.size());
+  MatrixXd rows(fit.at.jacobian.rows() + n, n);
+  rows << std::sqrt(temper) * fit.at.jacobian(Eigen::all, kept),
+      MatrixXd(information(kept).cwiseSqrt().asDiagonal());
+  return -0.5 * (temper * fit.squared_error + penalty) + 0.5 * normalisation -
+         0.5 * log_determinant(rows);
+}
+
+// What a fit cannot absorb of marks that are there.
+std::string why_unobservable(const Candidate& candidate, const Rivals::Marks& marks,
+                             const Campaign& campaign) {
+  if (!marks.failure.empty()) return marks.failure;
+  double largest = 0;
+  for (const Signature& signature : marks.signatures)
+    largest = std::max(largest, signature.columns.norm());
+  if (largest > 1e-2)
+    return "what it does, the refitted parameters do just as well in these readings";
+  if (campaign.displacement == DisplacementKind::difference &&
+      candidate.effect.kind->place != vjm::EffectPlace::joint)
+    return "no reading depends on it: in differences from the unloaded state it cancels";
+  return "no reading depends on it";
+}
+
+// Effects one after the other.
+class Search {
+ public:
+  Search(const Rivals& rivals, const std::vector<Candidate>& candidates,
+         const DiagnosisOptions& options, int threads, files::Progress& progress)
+      : rivals_(rivals),
+        candidates_(candidates),
+        options_(options),
+        threads_(threads),
+        progress_(progress),
+        values_(values_in_use(rivals.campaign())),
+        groups_(held_out_groups(rivals.campaign(), values_)) {}
+
+  const std::vector<Value>& values() const { return values_; }
+  const HeldOutGroups& groups() const { return groups_; }
+
+  /// Screens all candidates beside what is present.
+  void screen(const std::vector<Candidate>& present, const BaseFit& fit) {
+    marks_.clear();
+    signatures_.clear();
+    owner_.clear();
+    for (std::size_t c = 0; c < candidates_.size(); ++c) {
+      progress_.report("screening",
+                       static_cast<double>(c) / static_cast<double>(candidates_.size()));
+      files::Progress silent;
+      const bool there = std::any_of(present.begin(), present.end(), [&](const Candidate& p) {
+        return p.name() == candidates_[c].name();
+      });
+      marks_.push_back(there ? Rivals::Marks{{}, {}, "it is in the model already"}
+                             : rivals_.marks_of(candidates_[c], present, fit, silent));
+      for (std::size_t s = 0; s < marks_.back().signatures.size(); ++s) {
+        signatures_.push_back(marks_.back().signatures[s]);
+        owner_.emplace_back(c, s);
+      }
+    }
+  }
+
+  /// Values that not all the catalogue together explains, though most of the others fit: outliers.
+  std::vector<std::size_t> outliers(const BaseFit& fit) const;
+
+  DiagnosisStep step(const std::vector<Candidate>& present, const BaseFit& fit,
+                     std::vector<BaseFit>& fits);
+
+ private:
+  void fit_survivors(const std::vector<Candidate>& present, const BaseFit& fit,
+                     const Screen& screen, const ResidualSpace& space, DiagnosisStep& step,
+                     std::vector<BaseFit>& fits);
+  void weigh(const BaseFit& without, DiagnosisStep& step, const std::vector<BaseFit>& fits) const;
+
+  const Rivals& rivals_;
+  const std::vector<Candidate>& candidates_;
+  const DiagnosisOptions& options_;
+  int threads_;
+  files::Progress& progress_;
+  std::vector<Value> values_;
+  HeldOutGroups groups_;
+  std::vector<Rivals::Marks> marks_;  // one a candidate
+  std::vector<Signature> signatures_;
+  std::vector<std::pair<std::size_t, std::size_t>> owner_;  // candidate, its mark
+};
+
+std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
+  constexpr double far = 5, bend = 2;
+  Index extra = 0;
+  for (const Signature& s : signatures_) extra += s.columns.cols();
+  const Index n = fit.at.residual.size(), base = fit.at.jacobian.cols();
+  // Without more values than unknowns nothing stands out.
+  MatrixXd x(n, base + extra);
+  x.leftCols(base) = fit.at.jacobian;
+  Index at = base;
+  for (const Signature& s : signatures_) {
+    x.middleCols(at, s.columns.cols()) = s.columns;
+    at += s.columns.cols();
+  }
+  const VectorXd y = -fit.at.residual;
+  VectorXd weights = VectorXd::Ones(n), left = y;
+  for (Index j = 0; j < base; ++j)
+    if (const double length = x.col(j).norm(); length > 0)
+      x.col(j) *= std::sqrt(double(n)) / length;
+  for (int round = 0; round < 8; ++round) {
+    MatrixXd a = x.transpose() * weights.asDiagonal() * x;
+    a.diagonal().tail(extra).array() += 1;
+    a.diagonal().head(base).array() += 1e-9;
+    const VectorXd solution = a.ldlt().solve(x.transpose() * weights.cwiseProduct(y));
+    left = y - x * solution;
+    for (Index i = 0; i < n; ++i)
+      weights[i] = std::min(1.0, bend / std::max(1e-300, std::abs(left[i])));
+  }
+  std::vector<std::size_t> found;
+  for (Index i = 0; i < n; ++i)
+    if (std::abs(left[i]) > far) found.push_back(static_cast<std::size_t>(i));
+  // Many far values are no outliers but something that the catalogue lacks.
+  if (found.size() * 25 > static_cast<std::size_t>(n)) return {};
+  return found;
+}
+
+DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit& fit,
+                           std::vector<BaseFit>& fits) {
+  DiagnosisStep step;
+  const ResidualSpace space(-fit.at.residual, fit.at.jacobian);
+  const Screen screen(space, signatures_);
+  progress_.report("gate", 0);
+  step.gate = gate(screen, space, significance_level, options_.draws, options_.seed, threads_);
+  for (std::size_t c = 0; c < candidates_.size(); ++c)
+    step.ranking.emplace_back().candidate = candidates_[c];
+  std::vector<bool> seen(candidates_.size(), false);
+  for (std::size_t i = 0; i < signatures_.size(); ++i) {
+    Rival& rival = step.ranking[owner_[i].first];
+    const Score score = screen.score(i, space.residual());
+    if (score.dimension > 0) seen[owner_[i].first] = true;
+    if (owner_[i].second == 0) rival.detectability = score.detectability;
+    rival.surprise = std::max(rival.surprise, screen.surprise(score, space.residual()));
+  }
+  for (std::size_t c = 0; c < candidates_.size(); ++c)
+    if (!seen[c])
+      step.ranking[c].unobservable =
+          why_unobservable(candidates_[c], marks_[c], rivals_.campaign());
+  fits.assign(candidates_.size(), {});
+  if (step.gate.p_value <= significance_level)
+    fit_survivors(present, fit, screen, space, step, fits);
+  return step;
+}
+
+void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit& fit,
+                           const Screen& screen, const ResidualSpace& space, DiagnosisStep& step,
+                           std::vector<BaseFit>& fits) {
+  std::vector<std::size_t> order;
+  for (std::size_t c = 0; c < step.ranking.size(); ++c)
+    if (step.ranking[c].unobservable.empty()) order.push_back(c);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return step.ranking[a].surprise > step.ranking[b].surprise;
+  });
+  if (order.size() > most_fits) order.resize(most_fits);
+  for (std::size_t o = 0; o < order.size(); ++o) {
+    progress_.report("fits", static_cast<double>(o) / static_cast<double>(order.size()));
+    const std::size_t c = order[o];
+    // From the mark that explains most, at the size that it asks for.
+    std::size_t best = signatures_.size();
+    double most = -1;
+    for (std::size_t i = 0; i < signatures_.size(); ++i) {
+      if (owner_[i].first != c) continue;
+      const double explained = screen.score(i, space.residual()).explained;
+      if (explained > most) {
+        most = explained;
+        best = i;
+      }
+    }
+    if (best == signatures_.size()) continue;
+    Candidate start = marks_[c].starts[owner_[best].second];
+    const VectorXd mark = space.left_of(signatures_[best].columns.col(0));
+    const double size = mark.dot(space.residual()) / std::max(1e-300, mark.squaredNorm());
+    const vjm::EffectParameter& leading = start.effect.kind->parameters.front();
+    const double value =
+        leading.none + std::clamp(size, leading.lower < leading.none ? -20.0 : 0.05, 20.0) *
+                           (start.effect.values[0] - leading.none);
+    start.effect.values[0] = std::clamp(value, leading.lower, leading.upper);
+    std::string reason;
+    for (const Candidate& from : {start, marks_[c].starts[owner_[best].second]}) {
+      std::vector<Candidate> added = present;
+      added.push_back(from);
+      try {
+        files::Progress silent;
+        BaseFit found = rivals_.fit(added, &fit, silent);
+        if (fits[c].values == 0 || found.squared_error < fits[c].squared_error)
+          fits[c] = std::move(found);
+        break;
+      } catch (const files::Cancelled&) {
+        throw;
+      } catch (const std::runtime_error& error) {
+        reason = error.what();
+      }
+    }
+    if (fits[c].values == 0) step.ranking[c].not_fitted = reason;
+  }
+  weigh(fit, step, fits);
+}
+
+// Evidence, held-out scores and what tells the best from the others.
+void Search::weigh(const BaseFit& without, DiagnosisStep& step,
+                   const std::vector<BaseFit>& fits) const {
+  double temper = temper_of(without);
+  for (const BaseFit& fit : fits)
+    if (fit.values > 0) temper = std::max(temper, temper_of(fit));
+  const HeldOut plain = held_out(without.at, information_of(without), groups_, temper);
+  double best_evidence = -std::numeric_limits<double>::infinity();
+  std::size_t best = fits.size();
+  for (std::size_t c = 0; c < fits.size(); ++c) {
+    if (fits[c].values == 0) continue;
+    RivalFit fit;
+    const BaseFit& full = fits[c];
+    const Index count = step.ranking[c].candidate.effect.values.size();
+    const std::size_t first = full.parameters.size() - static_cast<std::size_t>(count);
+    fit.values.resize(count);
+    fit.deviations.resize(count);
+    for (Index k = 0; k < count; ++k) {
+      const ParameterEstimate& estimate = full.parameters[first + static_cast<std::size_t>(k)];
+      fit.values[k] = estimate.value;
+      fit.deviations[k] = estimate.hit == BoundHit::none ? estimate.standard_error
+                                                         : std::numeric_limits<double>::quiet_NaN();
+    }
+    fit.squared_error = full.squared_error;
+    fit.degrees_of_freedom = full.degrees_of_freedom();
+    fit.log_evidence = log_evidence(full, temper);
+    const HeldOut with = held_out(full.at, information_of(full), groups_, temper);
+    fit.log_score_gain = with.total() - plain.total();
+    double squares = 0;
+    const auto groups = static_cast<double>(groups_.members.size());
+    for (std::size_t g = 0; g < groups_.members.size(); ++g)
+      squares += std::pow(with.log_score[g] - plain.log_score[g] - fit.log_score_gain / groups, 2);
+    fit.log_score_deviation = groups > 1 ? std::sqrt(squares * groups / (groups - 1)) : 0;
+    if (fit.log_evidence > best_evidence) {
+      best_evidence = fit.log_evidence;
+      best = c;
+    }
+    step.ranking[c].fit = std::move(fit);
+  }
+  if (best == fits.size()) return;
+  double sum = 0;
+  for (const Rival& rival : step.ranking)
+    if (rival.fit) sum += std::exp(rival.fit->log_evidence - best_evidence);
+  const VectorXd mark = fits[best].at.residual - without.at.residual;
+  for (std::size_t c = 0; c < fits.size(); ++c) {
+    if (!step.ranking[c].fit) continue;
+    RivalFit& fit = *step.ranking[c].fit;
+    fit.probability = std::exp(fit.log_evidence - best_evidence) / sum;
+    fit.told_apart =
+        c == best
+            ? mark.norm()
+            : ResidualSpace(VectorXd::Zero(mark.size()), fits[c].at.jacobian).left_of(mark).norm();
+  }
+}
+
+// The most probable first.
+std::vector<std::size_t> order_of(const DiagnosisStep& step) {
+  std::vector<std::size_t> order(step.ranking.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  const auto key = [&](std::size_t i) {
+    const Rival& r = step.ranking[i];
+    return std::tuple(r.fit                    ? 0
+                      : r.unobservable.empty() ? 1
+                                               : 2,
+                      r.fit ? -r.fit->log_evidence : -r.surprise);
+  };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
+  return order;
+}
+
+// Rivals of the first in the ranking that may be what is really missing.
+std::vector<std::size_t> indistinguishable(const DiagnosisStep& step) {
+  std::vector<std::size_t> set;
+  if (step.ranking.empty() || !step.ranking[0].fit) return set;
+  const RivalFit& best = *step.ranking[0].fit;
+  set.push_back(0);
+  for (std::size_t i = 1; i < step.ranking.size(); ++i) {
+    if (!step.ranking[i].fit) continue;
+    const RivalFit& fit = *step.ranking[i].fit;
+    const bool as_probable = best.log_evidence - fit.log_evidence < doubtful;
+    const bool as_good =
+        fit.told_apart < told_apart_from &&
+        fit.squared_error - best.squared_error < told_apart_from * told_apart_from &&
+        best.log_evidence - fit.log_evidence < 2 * doubtful;
+    if (as_probable || as_good) set.push_back(i);
+  }
+  return set;
+}
+
+void arrange(DiagnosisStep& step, std::vector<BaseFit>& fits) {
+  const std::vector<std::size_t> order = order_of(step);
+  std::vector<Rival> ranking;
+  std::vector<BaseFit> arranged;
+  for (const std::size_t i : order) {
+    ranking.push_back(std::move(step.ranking[i]));
+    arranged.push_back(std::move(fits[i]));
+  }
+  step.ranking = std::move(ranking);
+  fits = std::move(arranged);
+  step.indistinguishable = indistinguishable(step);
+}
+
+std::optional<ChiSquareTest> test_of(const BaseFit& fit, NoiseSource source) {
+  if (source == NoiseSource::unknown || fit.degrees_of_freedom() < 1) return std::nullopt;
+  return chi_square_test(fit.squared_error, fit.degrees_of_freedom());
+}
+
+// Readings of some values, masked.
+Campaign without(const Campaign& campaign, const std::vector<Value>& values,
+                 const std::vector<std::size_t>& far, std::vector<std::string>& said) {
+  Campaign result = campaign;
+  for (const std::size_t v : far) {
+    Reading& reading = result.readings[values[v].reading];
+    if (reading.masked) continue;
+    reading.masked = true;
+    reading.mask_reason = "more than 5 standard deviations from all that any effect explains";
+    said.push_back(fmt::format("reading '{}' ({}:{}): {}", reading.id,
+                               campaign.readings_file.filename().string(), reading.line,
+                               reading.mask_reason));
+  }
+  return result;
+}
+
+// Readings that are kept to confirm the outcome take no part in it.
+Campaign without_confirming(Campaign campaign) {
+  for (Reading& reading : campaign.readings)
+    if (reading.role == Role::confirm && !reading.masked) {
+      reading.masked = true;
+      reading.mask_reason = "kept to confirm";
+    }
+  return campaign;
+}
+
+double excess(const std::optional<ChiSquareTest>& test) {
+  return test ? test->statistic - static_cast<double>(test->degrees_of_freedom) : 0;
+}
+
+bool can_show_anything(const DiagnosisStep& step) {
+  return std::any_of(step.ranking.begin(), step.ranking.end(),
+                     [](const Rival& r) { return r.detectability >= told_apart_from; });
+}
+
+void judge(Diagnosis& d) {
+  const bool misfit = d.after && d.after->p_value < 1e-3;
+  const bool structure_left = d.structure.p_value < 0.01;
+  const double before = excess(d.before);
+  const double share_left = before > 0 ? std::max(0.0, excess(d.after)) / before : 0;
+  if (d.found.empty()) {
+    if (structure_left)
+      d.verdict = Verdict::none_of_the_above;
+    else if (d.steps.empty() || !can_show_anything(d.steps.front()))
+      d.verdict = Verdict::cannot_tell;
+    else
+      d.verdict = Verdict::no_effect_needed;
+    return;
+  }
+  if (misfit && structure_left && share_left > unexplained_share)
+    d.verdict = Verdict::none_of_the_above;
+  else
+    d.verdict = d.ambiguous.size() > 1 ? Verdict::ambiguous : Verdict::named_effect;
+}
+
+Diagnosis cannot_tell_without_noise() {
+  Diagnosis d;
+  d.missing.push_back(
+      "how exact the readings are: state the instrument's noise in the campaign file, or repeat "
+      "readings under the same load; noise is never taken from the misfit of the model itself");
+  return d;
+}
+
+}  // namespace
+
+std::string to_string(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::no_effect_needed:
+      return "no effect needed";
+    case Verdict::named_effect:
+      return "named effect";
+    case Verdict::ambiguous:
+      return "ambiguous";
+    case Verdict::none_of_the_above:
+      return "none of the above";
+    case Verdict::cannot_tell:
+      break;
+  }
+  return "these data cannot tell";
+}
+
+Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const DiagnosisOptions& options,
+                   int threads, files::Progress& progress) {
+  const std::vector<Candidate> tried = candidates(robot, options.kinds);
+  const Campaign given = without_confirming(whole);
+  Campaign campaign = given;
+  Noise noise = noise_of(campaign, replicate_groups(campaign));
+  if (noise.source == NoiseSource::unknown) return cannot_tell_without_noise();
+  Diagnosis d;
+  std::vector<Candidate> present;
+  {
+    const Rivals rivals(robot, campaign, noise, threads);
+    Search search(rivals, tried, options, threads, progress);
+    const BaseFit fit = rivals.fit({}, nullptr, progress);
+    search.screen(present, fit);
+    campaign = without(given, search.values(), search.outliers(fit), d.set_aside);
+  }
+  d.noise = noise.source;
+  const Rivals rivals(robot, campaign, noise, threads);
+  Search search(rivals, tried, options, threads, progress);
+  const Structure structure(campaign, search.values());
+  BaseFit fit = rivals.fit({}, nullptr, progress);
+  d.before = test_of(fit, noise.source);
+  d.weak = fit.weak;
+  d.held_out = search.groups().what;
+  const auto add_stage = [&](const std::string& name, const BaseFit& stage) {
+    d.waterfall.push_back(
+        waterfall_stage(name, held_out(stage.at, information_of(stage), search.groups(), 1).error,
+                        search.values(), noise, search.groups(), options.seed));
+  };
+  {
+    const Predictor predictor(robot.without_effects(), robot.effects, campaign, threads, progress);
+    add_stage("as designed", fit_base(predictor, campaign, noise, {}, progress));
+  }
+  if (!fit.parameters.empty()) add_stage("refitted", fit);
+  while (present.size() < options.most_effects) {
+    search.screen(present, fit);
+    std::vector<BaseFit> fits;
+    DiagnosisStep step = search.step(present, fit, fits);
+    arrange(step, fits);
+    d.steps.push_back(step);
+    if (step.gate.p_value > significance_level || step.indistinguishable.empty()) break;
+    const Rival& best = step.ranking[0];
+    // What does not help to predict readings that it has not seen is not named.
+    if (best.fit->log_score_gain <= best.fit->log_score_deviation) break;
+    fit = std::move(fits[0]);
+    present.push_back(best.candidate);
+    present.back().effect.values = best.fit->values;
+    d.found.push_back({.candidate = present.back(),
+                       .deviations = best.fit->deviations,
+                       .probability = best.fit->probability,
+                       .gate_p_value = step.gate.p_value});
+    add_stage("+ " + best.candidate.name(), fit);
+    d.ambiguous.clear();
+    for (const std::size_t i : step.indistinguishable)
+      d.ambiguous.push_back(step.ranking[i].candidate.name());
+    if (d.ambiguous.size() > 1) break;
+  }
+  d.waterfall.push_back(noise_floor(search.values(), noise));
+  d.after = test_of(fit, noise.source);
+  d.noise_factor = d.after ? std::sqrt(d.after->reduced()) : 1;
+  d.structure = structure_test(structure, {-fit.at.residual, fit.at.jacobian}, options.draws,
+                               options.seed, threads);
+  judge(d);
+  return d;
+}
+
+}  // namespace kinetostat::calibration

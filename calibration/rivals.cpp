@@ -1,0 +1,186 @@
+#include "kinetostat/calibration/rivals.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+double within(const vjm::EffectParameter& parameter, double value) {
+  return std::clamp(value, parameter.lower, parameter.upper);
+}
+
+// The candidate with its leading value at `share` of its usual distance from nothing.
+Candidate at_size(const Candidate& candidate, double share) {
+  const vjm::EffectParameter& leading = candidate.effect.kind->parameters.front();
+  Candidate result = candidate;
+  result.effect.values[0] = within(leading, leading.none + share * candidate.deviations[0]);
+  return result;
+}
+
+VectorXd values_of(const std::vector<Parameter>& parameters) {
+  VectorXd values(static_cast<Index>(parameters.size()));
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    values[static_cast<Index>(k)] = parameters[k].start;
+  return values;
+}
+
+bool has(const vjm::Robot& robot, const vjm::Effect& wanted) {
+  return std::any_of(robot.effects.begin(), robot.effects.end(), [&](const vjm::Effect& effect) {
+    return effect.kind->name == wanted.kind->name && effect.at == wanted.at;
+  });
+}
+
+bool same_sites(const vjm::Effect& a, const vjm::Effect& b) {
+  return a.kind->name == b.kind->name &&
+         std::equal(a.sites.begin(), a.sites.end(), b.sites.begin(), b.sites.end(),
+                    [](const vjm::EffectSite& x, const vjm::EffectSite& y) {
+                      return x.chain == y.chain && x.element == y.element;
+                    });
+}
+
+std::optional<Candidate> candidate_at(const vjm::Robot& robot,
+                                      const std::shared_ptr<const vjm::EffectKind>& kind,
+                                      const std::string& place) {
+  const vjm::Manipulator& bare = robot.without_effects();
+  Candidate candidate;
+  candidate.effect = {.kind = kind,
+                      .at = place,
+                      .sites = vjm::effect_sites(*kind, bare, place),
+                      .values = VectorXd(static_cast<Index>(kind->parameters.size()))};
+  if (has(robot, candidate.effect)) return std::nullopt;
+  for (std::size_t k = 0; k < kind->parameters.size(); ++k) {
+    const vjm::EffectParameter& parameter = kind->parameters[k];
+    const auto i = static_cast<Index>(k);
+    candidate.effect.values[i] = parameter.none;
+    const double deviation = vjm::prior_deviation(candidate.effect, i, bare);
+    candidate.deviations.push_back(deviation);
+    if (!(deviation > 0) || !std::isfinite(deviation)) return std::nullopt;
+    if (k == 0 || parameter.required)
+      candidate.effect.values[i] = within(parameter, parameter.none + deviation);
+  }
+  return candidate;
+}
+
+}  // namespace
+
+std::string Candidate::name() const {
+  return fmt::format("{} at {}", effect.kind->name, effect.at);
+}
+
+std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std::string>& kinds) {
+  std::vector<Candidate> result;
+  for (const auto& kind : vjm::effect_kinds()) {
+    if (!kinds.empty() && std::find(kinds.begin(), kinds.end(), kind->name) == kinds.end())
+      continue;
+    for (const std::string& place : vjm::effect_places(*kind, robot.without_effects())) {
+      // Some kinds cannot act at every place of their sort: a joint without a spring, say.
+      try {
+        auto candidate = candidate_at(robot, kind, place);
+        // With one chain a joint of it and that joint of every chain are the same.
+        if (candidate && std::none_of(result.begin(), result.end(), [&](const Candidate& other) {
+              return same_sites(other.effect, candidate->effect);
+            })) {
+          (void)vjm::with_effects(robot.without_effects(), {candidate->effect});
+          result.push_back(std::move(*candidate));
+        }
+      } catch (const std::invalid_argument&) {
+        continue;
+      }
+    }
+  }
+  return result;
+}
+
+Rivals::Rivals(const vjm::Robot& robot, const Campaign& campaign, const Noise& noise, int threads)
+    : robot_(robot),
+      campaign_(campaign),
+      noise_(noise),
+      threads_(threads),
+      base_(uncertain_parameters(robot)) {}
+
+std::vector<vjm::Effect> Rivals::effects_with(const std::vector<Candidate>& added) const {
+  std::vector<vjm::Effect> effects = robot_.effects;
+  for (const Candidate& candidate : added) effects.push_back(candidate.effect);
+  return effects;
+}
+
+// What is uncertain anyway, then all values of the added effects.
+std::vector<Parameter> Rivals::parameters(const std::vector<vjm::Effect>& effects,
+                                          const std::vector<Candidate>& added) const {
+  std::vector<Parameter> result = base_;
+  for (std::size_t a = 0; a < added.size(); ++a)
+    for (Index k = 0; k < added[a].effect.values.size(); ++k) {
+      result.push_back(
+          effect_parameter(effects, robot_.effects.size() + a, k, robot_.without_effects()));
+      result.back().prior = {added[a].effect.kind->parameters[static_cast<std::size_t>(k)].none,
+                             added[a].deviations[static_cast<std::size_t>(k)]};
+    }
+  return result;
+}
+
+BaseFit Rivals::fit(const std::vector<Candidate>& added, const BaseFit* start,
+                    files::Progress& progress) const {
+  const std::vector<vjm::Effect> effects = effects_with(added);
+  std::vector<Parameter> unknowns = parameters(effects, added);
+  if (start != nullptr)
+    for (std::size_t k = 0; k < base_.size(); ++k) {
+      unknowns[k].start = start->parameters[k].value;
+      // Steps are measured from the start; bounds are not.
+    }
+  const Predictor predictor(robot_.without_effects(), effects, campaign_, threads_, progress);
+  return fit_base(predictor, campaign_, noise_, unknowns, progress,
+                  {.max_iterations = 60, .tolerance = 1e-9});
+}
+
+Rivals::Marks Rivals::marks_of(const Candidate& candidate, const std::vector<Candidate>& present,
+                               const BaseFit& fit, files::Progress& progress) const {
+  Marks marks;
+  std::vector<Candidate> added = present;
+  added.push_back(candidate);
+  const vjm::EffectParameter& leading = candidate.effect.kind->parameters.front();
+  std::vector<double> shares = {1, 0.2};
+  if (leading.lower < leading.none) shares.push_back(-1);
+  const Predictor predictor(robot_.without_effects(), effects_with(added), campaign_, threads_,
+                            progress);
+  for (const double share : shares) {
+    added.back() = at_size(candidate, share);
+    const std::vector<vjm::Effect> effects = effects_with(added);
+    const std::vector<Parameter> unknowns = parameters(effects, added);
+    VectorXd values = values_of(unknowns);
+    for (std::size_t k = 0; k < fit.parameters.size(); ++k)
+      values[static_cast<Index>(k)] = fit.parameters[k].value;
+    const auto there = linearised_at(predictor, campaign_, noise_, unknowns, values, fit, progress);
+    if (!there) {
+      marks.failure = "the model with it has no equilibrium for some reading";
+      continue;
+    }
+    // Whitened residuals are predicted minus measured; so a mark is their change.
+    MatrixXd columns(fit.at.residual.size(), candidate.effect.values.size());
+    columns.col(0) = there->residual - fit.at.residual;
+    const auto first = static_cast<Index>(unknowns.size()) - candidate.effect.values.size();
+    for (Index k = 1; k < columns.cols(); ++k)
+      columns.col(k) =
+          candidate.deviations[static_cast<std::size_t>(k)] * there->jacobian.col(first + k);
+    if (!columns.allFinite()) continue;
+    marks.signatures.push_back({columns});
+    marks.starts.push_back(added.back());
+  }
+  if (!marks.signatures.empty()) marks.failure.clear();
+  return marks;
+}
+
+std::size_t first_value(const BaseFit& fit, const std::vector<Candidate>& added) {
+  std::size_t count = 0;
+  for (const Candidate& candidate : added)
+    count += static_cast<std::size_t>(candidate.effect.values.size());
+  return fit.parameters.size() - count;
+}
+
+}  // namespace kinetostat::calibration

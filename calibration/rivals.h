@@ -1,0 +1,65 @@
+// What could be missing from a model, and the models that have it.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kinetostat/calibration/base_fit.h"
+#include "kinetostat/calibration/residual_space.h"
+
+namespace kinetostat::calibration {
+
+/// An effect of the catalogue (or of the user) at a place where the robot has none of its kind yet.
+struct Candidate {
+  /// Usual values: one prior standard deviation from where there is no effect, within the physical
+  /// range, for the leading value and those that must be given; the others where there is none.
+  vjm::Effect effect;
+  std::vector<double> deviations;  // prior standard deviations of its values [SI]
+
+  std::string name() const;  // "clearance at x.rho"
+};
+
+/// All of them, in the order of the catalogue, then of the places. `kinds`: of these kinds only;
+/// empty: all. A place that stands for several (a joint of each chain) is a candidate beside them.
+std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std::string>& kinds);
+
+/// A robot, a campaign, and the fits of models with something more.
+class Rivals {
+ public:
+  Rivals(const vjm::Robot& robot, const Campaign& campaign, const Noise& noise, int threads);
+
+  /// What is fitted under every rival: what the user declared uncertain, zeros and frames.
+  BaseFit fit(const std::vector<Candidate>& added, const BaseFit* start,
+              files::Progress& progress) const;
+
+  /// Marks of one candidate beside a model that is fitted already (with `present` effects): of its
+  /// usual size, and of other sizes where its shape depends on that. Empty with a reason where the
+  /// model has no equilibrium with it.
+  struct Marks {
+    std::vector<Signature> signatures;
+    std::vector<Candidate> starts;  // the candidate at the size of each signature
+    std::string failure;
+  };
+  Marks marks_of(const Candidate& candidate, const std::vector<Candidate>& present,
+                 const BaseFit& fit, files::Progress& progress) const;
+
+  const Campaign& campaign() const { return campaign_; }
+  const Noise& noise() const { return noise_; }
+
+ private:
+  std::vector<Parameter> parameters(const std::vector<vjm::Effect>& effects,
+                                    const std::vector<Candidate>& added) const;
+  std::vector<vjm::Effect> effects_with(const std::vector<Candidate>& added) const;
+
+  const vjm::Robot& robot_;
+  const Campaign& campaign_;
+  const Noise& noise_;
+  int threads_;
+  std::vector<Parameter> base_;
+};
+
+/// The first of the values of candidates `added` in the parameters of their fit.
+std::size_t first_value(const BaseFit& fit, const std::vector<Candidate>& added);
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,257 @@
+#include "kinetostat/report/diagnosis.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "kinetostat/report/text.h"
+
+namespace kinetostat::report {
+namespace {
+
+using calibration::Candidate;
+using calibration::Diagnosis;
+using calibration::DiagnosisStep;
+using calibration::Rival;
+using calibration::Verdict;
+using files::Json;
+
+constexpr std::size_t shown_rivals = 12, most_places = 6;
+
+std::string unit_of(const vjm::EffectParameter& parameter, bool angular) {
+  const spatial::Dimension& dimension = angular ? parameter.angular : parameter.linear;
+  return dimension == spatial::dimension::none ? "" : spatial::to_string(dimension);
+}
+
+// "gap = 5.2e-05 +- 3e-06 m"
+std::string values_text(const vjm::Robot& robot, const Candidate& candidate,
+                        const Eigen::VectorXd& values, const Eigen::VectorXd& deviations) {
+  const vjm::EffectKind& kind = *candidate.effect.kind;
+  const bool angular = vjm::turns(candidate.effect, robot.without_effects());
+  std::vector<std::string> texts;
+  for (std::size_t k = 0; k < kind.parameters.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    const std::string deviation = std::isnan(deviations[i])
+                                      ? " (at a bound of its range)"
+                                      : fmt::format(" +- {}", number(deviations[i], 2));
+    const std::string unit = unit_of(kind.parameters[k], angular);
+    texts.push_back(fmt::format("{} = {}{}{}{}", kind.parameters[k].name, number(values[i], 4),
+                                deviation, unit.empty() ? "" : " ", unit));
+  }
+  return fmt::format("{}", fmt::join(texts, ", "));
+}
+
+std::string verdict_text(const vjm::Robot& robot, const Diagnosis& d) {
+  std::string text = fmt::format("Verdict: {}\n", calibration::to_string(d.verdict));
+  for (std::size_t i = 0; i < d.found.size(); ++i) {
+    const calibration::FoundEffect& found = d.found[i];
+    text += fmt::format(
+        "  {}: {}\n    {}\n    probability among the rivals {}, gate p = {}\n", i + 1,
+        found.candidate.name(),
+        values_text(robot, found.candidate, found.candidate.effect.values, found.deviations),
+        number(found.probability, 3), number(found.gate_p_value, 2));
+  }
+  switch (d.verdict) {
+    case Verdict::ambiguous:
+      text += fmt::format("  These readings do not tell it from: {}.\n",
+                          fmt::join(d.ambiguous.begin() + 1, d.ambiguous.end(), "; "));
+      break;
+    case Verdict::none_of_the_above:
+      text += d.found.empty()
+                  ? fmt::format(
+                        "  Something is left that no effect of the catalogue explains. It "
+                        "depends on {} (p = {}).\n",
+                        d.structure.depends_on, number(d.structure.p_value, 2))
+                  : fmt::format(
+                        "  The nearest effect leaves too much unexplained, and what is left "
+                        "depends on {} (p = {}).\n",
+                        d.structure.depends_on, number(d.structure.p_value, 2));
+      break;
+    case Verdict::cannot_tell:
+      if (d.missing.empty())
+        text += "  No effect of its usual size would show in these readings.\n";
+      break;
+    default:
+      break;
+  }
+  for (const std::string& sentence : d.missing) text += "  Missing: " + sentence + ".\n";
+  return text;
+}
+
+std::string length_text(const calibration::Campaign& campaign, double si) {
+  if (std::isnan(si)) return "-";
+  return number(si / spatial::parse_unit(campaign.units.length).factor, 4);
+}
+
+std::string angle_text(const calibration::Campaign& campaign, double si) {
+  if (std::isnan(si)) return "-";
+  return number(si / spatial::parse_unit(campaign.units.angle).factor, 4);
+}
+
+std::string waterfall_text(const calibration::Campaign& campaign, const Diagnosis& d) {
+  if (d.waterfall.empty()) return "";
+  Table table({"", fmt::format("rms {}", campaign.units.length),
+               fmt::format("rms {}", campaign.units.angle), "over noise", "95 % from", "to"});
+  for (const calibration::WaterfallStage& s : d.waterfall)
+    table.add_row({s.name, length_text(campaign, s.translation), angle_text(campaign, s.rotation),
+                   number(s.whitened, 4), number(s.lower, 4), number(s.upper, 4)});
+  return fmt::format("\nError on {} left out of the fit\n{}", d.held_out, table.text());
+}
+
+std::string ranking_text(const vjm::Robot& robot, const DiagnosisStep& step, std::size_t round) {
+  std::string text =
+      fmt::format("\nRound {}: gate p = {} (largest of {} marks, {} simulated campaigns)\n",
+                  round + 1, number(step.gate.p_value, 2), step.ranking.size(), step.gate.draws);
+  Table table({"candidate", "d' at usual size", "-log p", "probability", "held-out gain", "+-",
+               "told apart d'", "value"});
+  std::size_t shown = 0, hidden = 0;
+  std::map<std::string, std::map<std::string, std::vector<std::string>>> unobservable;
+  for (const Rival& r : step.ranking) {
+    if (!r.unobservable.empty()) {
+      unobservable[r.unobservable][r.candidate.effect.kind->name].push_back(r.candidate.effect.at);
+      continue;
+    }
+    if (++shown > shown_rivals) {
+      ++hidden;
+      continue;
+    }
+    std::vector<std::string> row{r.candidate.name(), number(r.detectability, 3),
+                                 number(r.surprise, 3)};
+    if (r.fit) {
+      row.insert(row.end(), {number(r.fit->probability, 3), number(r.fit->log_score_gain, 3),
+                             number(r.fit->log_score_deviation, 2), number(r.fit->told_apart, 3),
+                             values_text(robot, r.candidate, r.fit->values, r.fit->deviations)});
+    } else {
+      row.insert(row.end(), {"-", "-", "-", "-", r.not_fitted.empty() ? "" : "not fitted"});
+    }
+    table.add_row(row);
+  }
+  text += table.text();
+  if (hidden > 0) text += fmt::format("  and {} more with a smaller mark\n", hidden);
+  for (const auto& [reason, kinds] : unobservable) {
+    text += fmt::format("  not observable, because {}:\n", reason);
+    for (const auto& [kind, places] : kinds)
+      text += places.size() > most_places
+                  ? fmt::format("    {} at {} places\n", kind, places.size())
+                  : fmt::format("    {} at {}\n", kind, fmt::join(places, ", "));
+  }
+  return text;
+}
+
+Json numbers(const Eigen::VectorXd& v) {
+  Json list = Json::array();
+  for (const double x : v) list.push_back(std::isnan(x) ? Json() : Json(x));
+  return list;
+}
+
+Json candidate_json(const vjm::Robot& robot, const Candidate& candidate) {
+  const vjm::EffectKind& kind = *candidate.effect.kind;
+  const bool angular = vjm::turns(candidate.effect, robot.without_effects());
+  Json parameters = Json::array();
+  for (std::size_t k = 0; k < kind.parameters.size(); ++k)
+    parameters.push_back({{"name", kind.parameters[k].name},
+                          {"unit", unit_of(kind.parameters[k], angular)},
+                          {"prior_mean", kind.parameters[k].none},
+                          {"prior_sd", candidate.deviations[k]}});
+  return {{"effect", kind.name}, {"at", candidate.effect.at}, {"parameters", parameters}};
+}
+
+Json rival_json(const vjm::Robot& robot, const Rival& r) {
+  Json json = candidate_json(robot, r.candidate);
+  json["observable"] = r.unobservable.empty();
+  if (!r.unobservable.empty()) json["reason"] = r.unobservable;
+  json["detectability"] = r.detectability;
+  json["surprise"] = r.surprise;
+  if (!r.not_fitted.empty()) json["not_fitted"] = r.not_fitted;
+  if (r.fit)
+    json["fit"] = {{"values", numbers(r.fit->values)},
+                   {"deviations", numbers(r.fit->deviations)},
+                   {"chi_square", r.fit->squared_error},
+                   {"degrees_of_freedom", r.fit->degrees_of_freedom},
+                   {"log_score_gain", r.fit->log_score_gain},
+                   {"log_score_deviation", r.fit->log_score_deviation},
+                   {"log_evidence", r.fit->log_evidence},
+                   {"probability", r.fit->probability},
+                   {"told_apart", r.fit->told_apart}};
+  return json;
+}
+
+Json step_json(const vjm::Robot& robot, const DiagnosisStep& step) {
+  Json ranking = Json::array();
+  for (const Rival& r : step.ranking) ranking.push_back(rival_json(robot, r));
+  return {{"gate",
+           {{"largest", step.gate.largest},
+            {"critical", step.gate.critical},
+            {"p_value", step.gate.p_value},
+            {"draws", step.gate.draws}}},
+          {"indistinguishable", step.indistinguishable},
+          {"confusion", step.confusion.size() > 0 ? files::rows(step.confusion) : Json()},
+          {"ranking", ranking}};
+}
+
+Json test_json(const std::optional<calibration::ChiSquareTest>& test) {
+  if (!test) return {};
+  return {{"chi_square", test->statistic},
+          {"degrees_of_freedom", test->degrees_of_freedom},
+          {"p_value", test->p_value}};
+}
+
+Json stage_json(const calibration::WaterfallStage& s) {
+  const auto optional = [](double x) { return std::isnan(x) ? Json() : Json(x); };
+  return {{"name", s.name},
+          {"whitened", s.whitened},
+          {"lower", s.lower},
+          {"upper", s.upper},
+          {"translation", optional(s.translation)},
+          {"rotation", optional(s.rotation)}};
+}
+
+}  // namespace
+
+std::string text(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                 const Diagnosis& d) {
+  std::string text = fmt::format("\n{}\n", campaign.name) + verdict_text(robot, d);
+  if (d.before && d.after)
+    text += fmt::format("  chi-square per degree of freedom: {} refitted, {} in the end\n",
+                        number(d.before->reduced(), 4), number(d.after->reduced(), 4));
+  text += waterfall_text(campaign, d);
+  for (std::size_t i = 0; i < d.steps.size(); ++i) text += ranking_text(robot, d.steps[i], i);
+  for (const std::string& sentence : d.weak) text += "Weak: " + sentence + "\n";
+  for (const std::string& sentence : d.set_aside) text += "Set aside: " + sentence + "\n";
+  return text;
+}
+
+Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, const Diagnosis& d) {
+  Json found = Json::array(), steps = Json::array(), waterfall = Json::array();
+  for (const calibration::FoundEffect& f : d.found) {
+    Json entry = candidate_json(robot, f.candidate);
+    entry["values"] = numbers(f.candidate.effect.values);
+    entry["deviations"] = numbers(f.deviations);
+    entry["probability"] = f.probability;
+    entry["gate_p_value"] = f.gate_p_value;
+    found.push_back(std::move(entry));
+  }
+  for (const DiagnosisStep& step : d.steps) steps.push_back(step_json(robot, step));
+  for (const calibration::WaterfallStage& s : d.waterfall) waterfall.push_back(stage_json(s));
+  return {{"campaign", campaign.name},
+          {"verdict", calibration::to_string(d.verdict)},
+          {"found", found},
+          {"ambiguous", d.ambiguous},
+          {"missing", d.missing},
+          {"chi_square_before", test_json(d.before)},
+          {"chi_square_after", test_json(d.after)},
+          {"structure_left",
+           {{"p_value", d.structure.p_value},
+            {"depends_on", d.structure.depends_on},
+            {"excess", d.structure.excess}}},
+          {"waterfall", waterfall},
+          {"held_out", d.held_out},
+          {"set_aside", d.set_aside},
+          {"weak", d.weak},
+          {"steps", steps}};
+}
+
+}  // namespace kinetostat::report

@@ -1,0 +1,17 @@
+// The verdict on what a model lacks, for people and for programs.
+#pragma once
+
+#include <string>
+
+#include "kinetostat/calibration/diagnosis.h"
+#include "kinetostat/files/json.h"
+
+namespace kinetostat::report {
+
+std::string text(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                 const calibration::Diagnosis& diagnosis);
+/// Every figure, SI.
+files::Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                    const calibration::Diagnosis& diagnosis);
+
+}  // namespace kinetostat::report

@@ -1,0 +1,140 @@
+// From readings to the missing effect, into the robot file and out again, as users meet it.
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kinetostat/files/json.h"
+#include "kinetostat/files/text_file.h"
+
+#include "run_program.h"
+
+namespace kinetostat {
+namespace {
+
+using test::kinetostat;
+using test::Outcome;
+using test::working_folder;
+using testing::HasSubstr;
+
+// A few rivals of several sorts: the whole catalogue takes longer than a test should.
+const std::string few =
+    " --effects clearance,friction,hardening,joint_compliance,preload,wrench_gain --draws 199 ";
+
+class Diagnose : public testing::Test {
+ protected:
+  Diagnose() {
+    shown_ = files::read_text(working_folder() / "data/robots/orthoglide.yaml");
+    if (shown_.find("uncertain:") == std::string::npos)
+      shown_ += "uncertain:\n  - {stiffness: rho}\n  - {stiffness: foot}\n  - {stiffness: leg}\n";
+    files::write_atomically(working_folder() / "data/robots/shown.yaml", shown_);
+  }
+
+  // Readings of the shown robot with something that it does not have.
+  void measure(const std::string& effects, const std::string& noise = "5um",
+               const std::string& seed = "1") {
+    files::write_atomically(working_folder() / "data/robots/truth.yaml", shown_ + effects);
+    const Outcome outcome = kinetostat(
+        "simulate data/robots/truth.yaml --plan data/measurements/plans/orthoglide.csv "
+        "--noise-translation " +
+        noise + " --noise-rotation 20urad -o campaign --seed " + seed);
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+  }
+  static Outcome diagnose(const std::string& more = "") {
+    return kinetostat(
+        "diagnose data/robots/shown.yaml campaign/campaign.yaml -q -o diagnosis.json" + few + more);
+  }
+  static files::Json result() { return files::read_json(working_folder() / "diagnosis.json"); }
+
+  std::string shown_;
+};
+
+TEST_F(Diagnose, NamesTheHiddenClearanceAndAdoptingItLetsTheErrorFall) {
+  measure("effects:\n  - {effect: clearance, at: y.rho, gap: 0.05 mm}\n");
+  const Outcome outcome = diagnose();
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const files::Json json = result();
+  EXPECT_EQ(json["verdict"], "named effect");
+  ASSERT_EQ(json["found"].size(), 1u);
+  EXPECT_EQ(json["found"][0]["effect"], "clearance");
+  EXPECT_EQ(json["found"][0]["at"], "y.rho");
+  const double gap = json["found"][0]["values"][0], sd = json["found"][0]["deviations"][0];
+  EXPECT_NEAR(gap, 5e-5, 4 * sd);
+  const files::Json& stages = json["waterfall"];
+  ASSERT_EQ(stages.size(), 4u);
+  EXPECT_GT(stages[0]["whitened"], stages[1]["whitened"]);
+  EXPECT_GT(stages[1]["whitened"].get<double>(), 1.5);
+  EXPECT_LT(stages[2]["whitened"].get<double>(), 1.1);
+
+  ASSERT_EQ(
+      kinetostat("adopt data/robots/shown.yaml diagnosis.json -o data/robots/better.yaml").code, 0);
+  const std::string better = files::read_text(working_folder() / "data/robots/better.yaml");
+  EXPECT_TRUE(better.starts_with(shown_));
+  const Outcome compared =
+      kinetostat("compare data/robots/better.yaml campaign/campaign.yaml -q --json better.json");
+  EXPECT_THAT(compared.out, HasSubstr("is not refuted by the stated noise"));
+  // Adopted is as fitted, to the last digit that the fit knows.
+  const files::Json parity = files::read_json(working_folder() / "better.json");
+  EXPECT_NEAR(parity["refitted"]["chi_square"]["statistic"].get<double>(),
+              json["chi_square_after"]["chi_square"].get<double>(), 0.05);
+  ASSERT_EQ(kinetostat("revert data/robots/better.yaml").code, 0);
+  EXPECT_EQ(files::read_text(working_folder() / "data/robots/better.yaml"), shown_);
+}
+
+TEST_F(Diagnose, NamesNothingInReadingsWithNothingHidden) {
+  for (const char* seed : {"3", "4", "5"}) {
+    measure("", "5um", seed);
+    EXPECT_EQ(diagnose().code, 0);
+    EXPECT_EQ(result()["verdict"], "no effect needed") << seed;
+    EXPECT_TRUE(result()["found"].empty());
+  }
+  const Outcome nothing = kinetostat("adopt data/robots/shown.yaml diagnosis.json -o x.yaml");
+  EXPECT_EQ(nothing.code, 5);
+  EXPECT_THAT(nothing.err, HasSubstr("there is no effect to adopt"));
+  EXPECT_FALSE(std::filesystem::exists(working_folder() / "x.yaml"));
+}
+
+// A wrench gain and a global change of stiffness are the same in such readings: no confident name.
+TEST_F(Diagnose, DoesNotNameWhatTheRefitAbsorbs) {
+  measure("effects:\n  - {effect: wrench_gain, at: load, gain: 1.1}\n");
+  EXPECT_EQ(diagnose().code, 0);
+  EXPECT_TRUE(result()["found"].empty());
+  bool said = false;
+  for (const files::Json& rival : result()["steps"][0]["ranking"])
+    said |= rival["effect"] == "wrench_gain" && !rival["observable"].get<bool>();
+  EXPECT_TRUE(said);
+}
+
+TEST_F(Diagnose, CannotTellWithoutKnownNoise) {
+  measure("");
+  std::string campaign = files::read_text(working_folder() / "campaign/campaign.yaml");
+  const std::size_t at = campaign.find("noise:");
+  ASSERT_NE(at, std::string::npos);
+  campaign.erase(at, campaign.find('\n', at) + 1 - at);
+  files::write_atomically(working_folder() / "campaign/campaign.yaml", campaign);
+  const Outcome outcome = diagnose();
+  EXPECT_EQ(outcome.code, 5);
+  EXPECT_EQ(result()["verdict"], "these data cannot tell");
+  EXPECT_THAT(outcome.out, HasSubstr("how exact the readings are"));
+}
+
+TEST_F(Diagnose, SameBytesForAnyNumberOfThreads) {
+  measure("effects:\n  - {effect: preload, at: x.rho, force: 40 N}\n");
+  diagnose("--threads 1");
+  const std::string one = files::read_text(working_folder() / "diagnosis.json");
+  diagnose("--threads 2");
+  EXPECT_EQ(files::read_text(working_folder() / "diagnosis.json"), one);
+}
+
+TEST_F(Diagnose, MistakesAreNamed) {
+  measure("");
+  const Outcome typo =
+      kinetostat("diagnose data/robots/shown.yaml campaign/campaign.yaml --effects clearence");
+  EXPECT_EQ(typo.code, 2);
+  EXPECT_THAT(typo.err, HasSubstr("did you mean 'clearance'"));
+  files::write_atomically(working_folder() / "no.json", "{}");
+  EXPECT_EQ(kinetostat("adopt data/robots/shown.yaml no.json").code, 3);
+}
+
+}  // namespace
+}  // namespace kinetostat

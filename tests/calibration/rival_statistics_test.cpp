@@ -1,0 +1,218 @@
+// The statistics behind a diagnosis, on linear problems whose answers are known.
+#include <cmath>
+
+#include <Eigen/QR>
+#include <gtest/gtest.h>
+
+#include "kinetostat/calibration/gate.h"
+#include "kinetostat/calibration/held_out.h"
+#include "kinetostat/calibration/normal.h"
+#include "kinetostat/calibration/structure.h"
+#include "kinetostat/calibration/waterfall.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+MatrixXd random_matrix(Index rows, Index cols, std::uint64_t seed) {
+  Normal normal(seed);
+  MatrixXd m(rows, cols);
+  for (Index j = 0; j < cols; ++j)
+    for (Index i = 0; i < rows; ++i) m(i, j) = normal();
+  return m;
+}
+
+// Eighteen candidates, some of several values, some nearly alike.
+std::vector<Signature> signatures(Index rows) {
+  std::vector<Signature> result;
+  for (std::uint64_t s = 0; s < 18; ++s) {
+    MatrixXd columns = random_matrix(rows, s % 3 == 2 ? 4 : 1, 100 + s);
+    if (s % 5 == 4) columns.col(0) = result.back().columns.col(0) + 0.3 * columns.col(0);
+    result.push_back({columns});
+  }
+  return result;
+}
+
+TEST(ResidualSpace, KeepsWhatTheFitCannotAbsorb) {
+  MatrixXd fitted(30, 4);
+  fitted.leftCols(3) = random_matrix(30, 3, 1);
+  fitted.col(3) = 1e9 * (fitted.col(0) - 2 * fitted.col(1));  // redundant, in another unit
+  const ResidualSpace space(random_matrix(30, 1, 2), fitted);
+  EXPECT_EQ(space.dimension(), 27);
+  EXPECT_LT((fitted.transpose() * space.residual()).cwiseAbs().maxCoeff(), 1e-4);
+  const MatrixXd column = random_matrix(30, 1, 3);
+  const VectorXd by_least_squares =
+      column - fitted.leftCols(3) * fitted.leftCols(3).colPivHouseholderQr().solve(column);
+  EXPECT_LT((space.left_of(column) - by_least_squares).norm(), 1e-10);
+}
+
+TEST(Screen, DetectabilityIsTheLengthThatIsLeftAndConfusionItsCosine) {
+  MatrixXd fitted = MatrixXd::Zero(5, 1);
+  fitted(0, 0) = 3;
+  MatrixXd a = MatrixXd::Zero(5, 1), b = a, c = a;
+  a.col(0) << 7, 3, 4, 0, 0;
+  b.col(0) << 1, 4, -3, 0, 0;
+  c.col(0) << 2, 0, 0, 0, 0;
+  const ResidualSpace space(VectorXd::Unit(5, 1), fitted);
+  const Screen screen(space, {{a}, {b}, {c}, {a + b}});
+  EXPECT_NEAR(screen.detectability(0), 5, 1e-12);
+  EXPECT_NEAR(screen.confusion(0, 1), 0, 1e-12);
+  EXPECT_NEAR(screen.confusion(0, 3), std::sqrt(0.5), 1e-12);
+  // The third is nothing but what is fitted anyway.
+  EXPECT_EQ(screen.score(2, space.residual()).dimension, 0);
+  EXPECT_NEAR(screen.score(0, space.residual()).explained, 0.36, 1e-12);
+}
+
+// Family-wise: one campaign in twenty with nothing missing passes the gate, though many candidates
+// are tried. Without the maximum over all of them it would be about half of them.
+TEST(Gate, HoldsItsLevelOverManyCandidates) {
+  constexpr Index n = 60;
+  constexpr int campaigns = 250;
+  const MatrixXd fitted = random_matrix(n, 5, 7);
+  const std::vector<Signature> tried = signatures(n);
+  int passed = 0, passed_uncorrected = 0;
+  for (int c = 0; c < campaigns; ++c) {
+    const ResidualSpace space(random_matrix(n, 1, 10'000 + static_cast<std::uint64_t>(c)), fitted);
+    const Screen screen(space, tried);
+    const Gate result = gate(screen, space, 0.05, 99, 500'000, 2);
+    passed += result.p_value <= 0.05 ? 1 : 0;
+    passed_uncorrected += result.largest >= -std::log(0.05) ? 1 : 0;
+  }
+  // Four standard deviations of a binomial count.
+  EXPECT_NEAR(passed, 0.05 * campaigns, 4 * std::sqrt(campaigns * 0.05 * 0.95));
+  EXPECT_GT(passed_uncorrected, 0.3 * campaigns);
+}
+
+// Noise that is 1.6 times as large as stated must not pass for an effect.
+TEST(Gate, IsNotFooledByNoiseThatIsLargerThanStated) {
+  constexpr Index n = 60;
+  constexpr int campaigns = 150;
+  const MatrixXd fitted = random_matrix(n, 5, 7);
+  const std::vector<Signature> tried = signatures(n);
+  int passed = 0;
+  for (int c = 0; c < campaigns; ++c) {
+    const ResidualSpace space(1.6 * random_matrix(n, 1, 20'000 + static_cast<std::uint64_t>(c)),
+                              fitted);
+    passed += gate(Screen(space, tried), space, 0.05, 99, 500'000, 2).p_value <= 0.05 ? 1 : 0;
+  }
+  EXPECT_LT(passed, 0.05 * campaigns + 4 * std::sqrt(campaigns * 0.05 * 0.95));
+}
+
+TEST(Gate, FindsWhatIsThere) {
+  constexpr Index n = 60;
+  const MatrixXd fitted = random_matrix(n, 5, 7);
+  const std::vector<Signature> tried = signatures(n);
+  const VectorXd mark = ResidualSpace(VectorXd::Zero(n), fitted).left_of(tried[6].columns).col(0);
+  int found = 0;
+  for (std::uint64_t c = 0; c < 100; ++c) {
+    const VectorXd residual = random_matrix(n, 1, 30'000 + c) + 8 * mark / mark.norm();
+    const ResidualSpace space(residual, fitted);
+    const Gate result = gate(Screen(space, tried), space, 0.05, 99, 500'000, 2);
+    found += result.p_value <= 0.05 && result.where == 6 ? 1 : 0;
+  }
+  EXPECT_GE(found, 95);
+}
+
+TEST(Gate, DoesNotDependOnTheNumberOfThreads) {
+  const ResidualSpace space(random_matrix(40, 1, 3), random_matrix(40, 2, 4));
+  const Screen screen(space, signatures(40));
+  const Gate one = gate(screen, space, 0.05, 200, 9, 1), two = gate(screen, space, 0.05, 200, 9, 2);
+  EXPECT_EQ(one.p_value, two.p_value);
+  EXPECT_EQ(one.critical, two.critical);
+}
+
+// Leaving groups out by the closed form is leaving them out by fitting anew.
+TEST(HeldOut, EqualsFittingWithoutTheGroup) {
+  constexpr Index n = 24, p = 4;
+  const MatrixXd x = random_matrix(n, p, 11);
+  const VectorXd y = random_matrix(n, 1, 12);
+  VectorXd information = VectorXd::Zero(p);
+  information[3] = 2;
+  MatrixXd rows(n + 1, p);
+  rows << x, std::sqrt(2.0) * VectorXd::Unit(p, 3).transpose();
+  VectorXd right = VectorXd::Zero(n + 1);
+  right.head(n) = y;
+  const VectorXd all = rows.colPivHouseholderQr().solve(right);
+  HeldOutGroups groups;
+  for (Index g = 0; g < 6; ++g) groups.members.push_back({g, g + 6, g + 12, g + 18});
+  const HeldOut result = held_out({x * all - y, x}, information, groups, 1);
+  double total = 0;
+  for (const auto& group : groups.members) {
+    MatrixXd rest = rows;
+    VectorXd rest_right = right;
+    for (const Index i : group) {
+      rest.row(i).setZero();
+      rest_right[i] = 0;
+    }
+    const VectorXd without = rest.colPivHouseholderQr().solve(rest_right);
+    const VectorXd error = y(group) - x(group, Eigen::all) * without;
+    EXPECT_LT((result.error(group) - error).norm(), 1e-9);
+    const MatrixXd covariance = MatrixXd::Identity(4, 4) + x(group, Eigen::all) *
+                                                               (rest.transpose() * rest).inverse() *
+                                                               x(group, Eigen::all).transpose();
+    total += -0.5 * error.dot(covariance.inverse() * error) -
+             0.5 * std::log(covariance.determinant()) - 2 * std::log(2 * M_PI);
+  }
+  EXPECT_NEAR(result.total(), total, 1e-8);
+}
+
+// Readings along a line of loads in two postures.
+Campaign along_loads(int count) {
+  Campaign campaign;
+  campaign.configurations.resize(1);
+  campaign.sessions = {""};
+  for (int i = 0; i < count; ++i) {
+    Reading reading;
+    reading.displacement = spatial::Vector6::Constant(std::nan(""));
+    reading.displacement[0] = 0;
+    reading.load.force.x() = -1 + 2.0 * i / (count - 1);
+    campaign.readings.push_back(reading);
+  }
+  return campaign;
+}
+
+TEST(Structure, SeesACurveAndNotNoise) {
+  const Campaign campaign = along_loads(60);
+  const Structure structure(campaign, values_in_use(campaign));
+  MatrixXd fitted(60, 2);
+  VectorXd curve(60);
+  for (Index i = 0; i < 60; ++i) {
+    const double f = campaign.readings[static_cast<std::size_t>(i)].load.force.x();
+    fitted.row(i) << 1, f;
+    curve[i] = f * f * f;
+  }
+  int false_alarms = 0, seen = 0;
+  for (std::uint64_t c = 0; c < 120; ++c) {
+    const VectorXd noise = 1.6 * random_matrix(60, 1, 40'000 + c);
+    const VectorXd bent = noise + 12 * curve;
+    false_alarms += structure_test(structure, {noise, fitted}, 99, 1, 2).p_value <= 0.05 ? 1 : 0;
+    const StructureTest test = structure_test(structure, {bent, fitted}, 99, 1, 2);
+    seen += test.p_value <= 0.05 && test.depends_on == "load" ? 1 : 0;
+  }
+  EXPECT_LE(false_alarms, 6 + 4 * std::sqrt(120 * 0.05 * 0.95));
+  EXPECT_GE(seen, 108);
+}
+
+TEST(Waterfall, IntervalHoldsTheErrorAndTheFloorIsTheNoise) {
+  const Campaign campaign = along_loads(60);
+  const std::vector<Value> values = values_in_use(campaign);
+  Noise noise;
+  noise.source = NoiseSource::stated;
+  noise.sigma.assign(60, spatial::Vector6::Constant(2e-6));
+  HeldOutGroups groups;
+  for (Index i = 0; i < 60; i += 3) groups.members.push_back({i, i + 1, i + 2});
+  const VectorXd error = 3 * random_matrix(60, 1, 5);
+  const WaterfallStage stage = waterfall_stage("x", error, values, noise, groups, 1);
+  EXPECT_NEAR(stage.whitened, std::sqrt(error.squaredNorm() / 60), 1e-12);
+  EXPECT_LT(stage.lower, stage.whitened);
+  EXPECT_GT(stage.upper, stage.whitened);
+  EXPECT_NEAR(stage.translation, 2e-6 * stage.whitened, 1e-18);
+  EXPECT_TRUE(std::isnan(stage.rotation));
+  EXPECT_NEAR(noise_floor(values, noise).translation, 2e-6, 1e-18);
+}
+
+}  // namespace
+}  // namespace kinetostat::calibration
