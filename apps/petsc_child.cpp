@@ -131,31 +131,40 @@ void finish(Mat matrix) {
   check(MatAssemblyEnd(matrix, MAT_FINAL_ASSEMBLY));
 }
 
+// Calls work(first, end) for parts of the own rows, so that little of the matrix is held twice.
+template <class Work>
+void in_parts(const Share& own, const Work& work) {
+  constexpr int at_once = 30000;
+  for (int first = own.first; first < own.end; first += at_once)
+    work(first, std::min(first + at_once, own.end));
+}
+
 // The stiffness matrix; every process computes its own rows.
 Mat stiffness_of(const TetMesh& mesh, const std::vector<Material>& materials,
                  const Unknowns& unknowns, MatType type) {
   kinetostat::files::Progress silent;
   Team alone(1);
   const Share own(unknowns.blocks());
-  const BlockMatrix rows =
-      assemble_rows(mesh, materials, unknowns, own.first, own.end, alone, silent);
   std::vector<PetscInt> within, beyond;
-  for (int r = 0; r < own.blocks(); ++r) {
-    const auto inside = std::count_if(
-        rows.pattern.partner.begin() + rows.pattern.start[static_cast<std::size_t>(r)],
-        rows.pattern.partner.begin() + rows.pattern.start[static_cast<std::size_t>(r) + 1],
-        [&](int partner) { return partner >= own.first && partner < own.end; });
-    within.push_back(static_cast<PetscInt>(inside));
-    beyond.push_back(static_cast<PetscInt>(rows.pattern.end(r) - rows.pattern.begin(r)) -
-                     within.back());
-  }
-  Mat matrix = make_matrix(type, own.blocks(), own.blocks(), within, beyond);
-  for (int r = 0; r < own.blocks(); ++r)
-    for (std::size_t k = rows.pattern.begin(r); k < rows.pattern.end(r); ++k) {
-      const PetscInt row = own.first + r, column = rows.pattern.partner[k];
-      check(MatSetValuesBlocked(matrix, 1, &row, 1, &column, rows.value.data() + 9 * k,
-                                INSERT_VALUES));
+  in_parts(own, [&](int first, int end) {
+    const BlockPattern rows = find_rows(mesh, unknowns, first, end, alone);
+    for (int r = 0; r < rows.blocks(); ++r) {
+      within.push_back(0);
+      for (std::size_t k = rows.begin(r); k < rows.end(r); ++k)
+        if (rows.partner[k] >= own.first && rows.partner[k] < own.end) ++within.back();
+      beyond.push_back(static_cast<PetscInt>(rows.end(r) - rows.begin(r)) - within.back());
     }
+  });
+  Mat matrix = make_matrix(type, own.blocks(), own.blocks(), within, beyond);
+  in_parts(own, [&](int first, int end) {
+    const BlockMatrix rows = assemble_rows(mesh, materials, unknowns, first, end, alone, silent);
+    for (int r = 0; r < rows.pattern.blocks(); ++r)
+      for (std::size_t k = rows.pattern.begin(r); k < rows.pattern.end(r); ++k) {
+        const PetscInt row = first + r, column = rows.pattern.partner[k];
+        check(MatSetValuesBlocked(matrix, 1, &row, 1, &column, rows.value.data() + 9 * k,
+                                  INSERT_VALUES));
+      }
+  });
   finish(matrix);
   check(MatSetOption(matrix, MAT_SYMMETRIC, PETSC_TRUE));
   return matrix;
@@ -326,6 +335,8 @@ int run(const char* input, const char* output, double tolerance) {
   if (!decode(read_everywhere(input), request)) return petsc::exit_bad_request;
   const auto start = std::chrono::steady_clock::now();
   const Model model = model_of(request);
+  const std::vector<double> loads = std::move(request.loads);
+  request = {};
   const CornerModel corners = corner_model(model.mesh, model.unknowns);
   Mat prolongation = prolongation_of(model.mesh, model.unknowns, corners.unknowns);
   Mat coarse = stiffness_of(corners.mesh, model.materials, corners.unknowns, MATAIJ);
@@ -337,7 +348,7 @@ int run(const char* input, const char* output, double tolerance) {
   petsc::Answer answer;
   double worst = 0;
   int most = 0;
-  const bool converged = solve(solver, fine, request.loads, answer, worst, most);
+  const bool converged = solve(solver, fine, loads, answer, worst, most);
   answer.numbers = {static_cast<double>(most),       worst,
                     3.0 * corners.unknowns.blocks(), setup,
                     seconds_since(start) - setup,    peak_of_all()};

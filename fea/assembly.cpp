@@ -280,14 +280,14 @@ Eigen::Matrix3Xd Unknowns::displacements(const TetMesh& mesh, const Eigen::Vecto
   return u;
 }
 
-BlockPattern find_pattern(const TetMesh& mesh, const Unknowns& unknowns, Team& team) {
-  return find_pattern(mesh, unknowns, elements_of_blocks(mesh, unknowns),
-                      {0, unknowns.blocks(), false}, team);
-}
-
 BlockMatrix assemble(const TetMesh& mesh, const std::vector<Material>& materials,
                      const Unknowns& unknowns, Team& team, files::Progress& progress) {
   return assemble_part(mesh, materials, unknowns, {0, unknowns.blocks(), false}, team, progress);
+}
+
+BlockPattern find_rows(const TetMesh& mesh, const Unknowns& unknowns, int first, int end,
+                       Team& team) {
+  return find_pattern(mesh, unknowns, elements_of_blocks(mesh, unknowns), {first, end, true}, team);
 }
 
 BlockMatrix assemble_rows(const TetMesh& mesh, const std::vector<Material>& materials,

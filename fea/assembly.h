@@ -69,7 +69,8 @@ BlockMatrix assemble_rows(const TetMesh& mesh, const std::vector<Material>& mate
                           const Unknowns& unknowns, int first, int end, Team& team,
                           files::Progress& progress);
 
-/// The links between the unknowns alone, without values.
-BlockPattern find_pattern(const TetMesh& mesh, const Unknowns& unknowns, Team& team);
+/// The links of these rows alone, without values.
+BlockPattern find_rows(const TetMesh& mesh, const Unknowns& unknowns, int first, int end,
+                       Team& team);
 
 }  // namespace kinetostat::fea

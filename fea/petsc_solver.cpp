@@ -87,7 +87,7 @@ std::string reason(const ChildResult& result) {
 bool has_petsc() { return !find_helper(helper).empty(); }
 
 double petsc_bytes(std::size_t unknowns, std::size_t columns, int processes) {
-  constexpr double per_process = 50e6, mesh = 150, matrices = 1420;  // per unknown
+  constexpr double per_process = 60e6, mesh = 150, matrices = 830;  // per unknown
   constexpr double per_load = 80;  // the loads and the solution, on their way in two processes
   const auto n = static_cast<double>(unknowns);
   return processes * (per_process + mesh * n) +

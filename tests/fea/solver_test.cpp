@@ -38,8 +38,7 @@ double difference(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return ((a - b).array() / (scale * scale.transpose()).array()).abs().maxCoeff();
 }
 
-// Both methods, one answer: the tolerance of 1e-8 in energy is 1e-16 in the entries; the rest is
-// rounding.
+// Both methods, one answer: entries are off by at most the tolerance of 1e-8 in energy.
 void expect_agreement(const TetMesh& mesh, const std::vector<Material>& materials,
                       Coupling coupling = Coupling::rigid, double tolerance = 1e-9) {
   const LinkResponse a = respond_with(SolverMethod::multigrid, mesh, materials, coupling);
