@@ -18,9 +18,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::size_t most_fits = 16;      // in one step
-constexpr double told_apart_from = 4;      // d' that names an effect against a rival
-constexpr double doubtful = 4.6;           // difference of log evidence below which both remain
+constexpr std::size_t most_fits = 16;  // in one step
+constexpr double told_apart_from = 4;  // d' that names an effect against a rival
+constexpr double doubtful = 4.6;       // difference of log evidence below which both remain
+constexpr double at_bound = 5;         // what a value at the end of its range costs in log evidence
 constexpr double unexplained_share = 0.3;  // of the misfit: more is another effect, not this one
 
 // Prior precision of each unknown of a fit: none for what is refitted anyway.
@@ -57,6 +58,10 @@ double log_evidence(const BaseFit& fit, double temper) {
       const double d = estimate->value - estimate->parameter.prior->mean;
       penalty += d * d * information[k];
       normalisation += std::log(information[k]);
+      // The range ends where the law has become another one, or absurd.
+      const Parameter& parameter = estimate->parameter;
+      const bool at_end = estimate->value == parameter.lower || estimate->value == parameter.upper;
+      if (at_end && estimate->value != parameter.prior->mean) penalty += 2 * at_bound;
       // A range that ends where there is no effect holds all of the prior on one side.
       if (estimate->parameter.prior->mean == estimate->parameter.lower ||
           estimate->parameter.prior->mean == estimate->parameter.upper)
@@ -135,6 +140,7 @@ class Search {
   void fit_survivors(const std::vector<Candidate>& present, const BaseFit& fit,
                      const Screen& screen, const ResidualSpace& space, DiagnosisStep& step,
                      std::vector<BaseFit>& fits);
+  void find_imitators(const BaseFit& without, const BaseFit& best, DiagnosisStep& step) const;
   void weigh(const BaseFit& without, DiagnosisStep& step, const std::vector<BaseFit>& fits) const;
 
   const Rivals& rivals_;
@@ -318,6 +324,21 @@ void Search::weigh(const BaseFit& without, DiagnosisStep& step,
             ? mark.norm()
             : ResidualSpace(VectorXd::Zero(mark.size()), fits[c].at.jacobian).left_of(mark).norm();
   }
+  find_imitators(without, fits[best], step);
+}
+
+// Rivals without a fit that do what the best does just as well, as far as their marks tell.
+void Search::find_imitators(const BaseFit& without, const BaseFit& best,
+                            DiagnosisStep& step) const {
+  const ResidualSpace space(VectorXd::Zero(without.at.residual.size()), without.at.jacobian);
+  const VectorXd mark = space.left_of(best.at.residual - without.at.residual);
+  for (std::size_t i = 0; i < signatures_.size(); ++i) {
+    Rival& rival = step.ranking[owner_[i].first];
+    if (rival.fit || rival.not_fitted.empty()) continue;
+    const MatrixXd span = span_of(space.left_of(signatures_[i].columns), 1e-2);
+    const double left = (mark - span * (span.transpose() * mark)).norm();
+    rival.imitates |= left < told_apart_from;
+  }
 }
 
 // The most probable first.
@@ -343,6 +364,7 @@ std::vector<std::size_t> indistinguishable(const DiagnosisStep& step) {
   const RivalFit& best = *step.ranking[0].fit;
   set.push_back(0);
   for (std::size_t i = 1; i < step.ranking.size(); ++i) {
+    if (step.ranking[i].imitates) set.push_back(i);
     if (!step.ranking[i].fit) continue;
     const RivalFit& fit = *step.ranking[i].fit;
     const bool as_probable = best.log_evidence - fit.log_evidence < doubtful;

@@ -39,6 +39,7 @@ struct Rival {
   double surprise = 0;       // -log p of its score
   std::string unobservable;  // why these readings cannot show it; empty when they can
   std::optional<RivalFit> fit;
+  bool imitates = false;   // not fitted, yet its mark is that of the best
   std::string not_fitted;  // why there is no fit of a candidate that passed the screen
 };
 

@@ -16,12 +16,31 @@ double within(const vjm::EffectParameter& parameter, double value) {
   return std::clamp(value, parameter.lower, parameter.upper);
 }
 
-// The candidate with its leading value at `share` of its usual distance from nothing.
-Candidate at_size(const Candidate& candidate, double share) {
-  const vjm::EffectParameter& leading = candidate.effect.kind->parameters.front();
+// The candidate with its leading value at `leading` times its usual distance from nothing, and what
+// else must be given at `others` times.
+Candidate at_size(const Candidate& candidate, double leading, double others) {
   Candidate result = candidate;
-  result.effect.values[0] = within(leading, leading.none + share * candidate.deviations[0]);
+  const auto& parameters = candidate.effect.kind->parameters;
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    if (k == 0 || parameters[k].required)
+      result.effect.values[static_cast<Index>(k)] =
+          within(parameters[k],
+                 parameters[k].none + (k == 0 ? leading : others) * candidate.deviations[k]);
   return result;
+}
+
+// Sizes at which the shape of a mark is looked at: gaps, breakaway forces and corners show another
+// shape when they are small beside what the readings do to them.
+std::vector<std::pair<double, double>> sizes_of(const vjm::EffectKind& kind) {
+  const auto& parameters = kind.parameters;
+  std::vector<std::pair<double, double>> sizes = {{1, 1}, {0.2, 1}};
+  if (parameters.front().lower < parameters.front().none) sizes.emplace_back(-1, 1);
+  if (parameters.front().lower == parameters.front().none)
+    sizes.insert(sizes.end(), {{0.04, 1}, {0.008, 1}});
+  const bool has_others = std::any_of(parameters.begin() + 1, parameters.end(),
+                                      [](const auto& parameter) { return parameter.required; });
+  if (has_others) sizes.insert(sizes.end(), {{1, 0.2}, {1, 0.04}, {1, 0.008}});
+  return sizes;
 }
 
 VectorXd values_of(const std::vector<Parameter>& parameters) {
@@ -144,13 +163,10 @@ Rivals::Marks Rivals::marks_of(const Candidate& candidate, const std::vector<Can
   Marks marks;
   std::vector<Candidate> added = present;
   added.push_back(candidate);
-  const vjm::EffectParameter& leading = candidate.effect.kind->parameters.front();
-  std::vector<double> shares = {1, 0.2};
-  if (leading.lower < leading.none) shares.push_back(-1);
   const Predictor predictor(robot_.without_effects(), effects_with(added), campaign_, threads_,
                             progress);
-  for (const double share : shares) {
-    added.back() = at_size(candidate, share);
+  for (const auto& [leading, others] : sizes_of(*candidate.effect.kind)) {
+    added.back() = at_size(candidate, leading, others);
     const std::vector<vjm::Effect> effects = effects_with(added);
     const std::vector<Parameter> unknowns = parameters(effects, added);
     VectorXd values = values_of(unknowns);
