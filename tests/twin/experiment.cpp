@@ -17,7 +17,7 @@ constexpr double degree = std::numbers::pi / 180;
 double largest_force(const RobotSpec& robot) {
   if (robot.name.starts_with("joint")) return 60;
   if (robot.name.starts_with("three")) return 35;
-  return robot.name.starts_with("six") ? 500 : 450;
+  return robot.name.starts_with("six") ? 500 : 250;
 }
 
 Posture random_posture(const RobotSpec& robot, Random& random) {
