@@ -18,6 +18,9 @@ const double least_angle_cosine = std::cos(5 * M_PI / 180);
 // A face grows in the plane of its largest facet, which is only as good as three corners are.
 constexpr double reach_of_first_facet = 3;
 
+// Share of a face's edges behind which the surface goes on at a small angle.
+constexpr double most_smooth = 0.25;
+
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 struct Plane {
@@ -47,19 +50,39 @@ Plane fit(const SurfaceMesh& mesh, const FlatFace& face, double tolerance) {
           .is_fitted = face.facets.size() > 1 && farthest <= tolerance};
 }
 
+// Length of the edge between two facets.
+double shared_edge(const SurfaceMesh& mesh, std::size_t f, std::size_t g) {
+  std::vector<int> both;
+  for (const int corner : mesh.triangles[f])
+    for (const int other : mesh.triangles[g])
+      if (corner == other) both.push_back(corner);
+  return both.size() < 2 ? 0 : (mesh.points[at(both[0])] - mesh.points[at(both[1])]).norm();
+}
+
 std::vector<Plane> fitted_planes(const SurfaceMesh& mesh, const std::vector<FlatFace>& faces,
                                  const std::vector<int>& face_of, double tolerance) {
   std::vector<Plane> planes;
   for (const FlatFace& face : faces) planes.push_back(fit(mesh, face, tolerance));
   const std::vector<Triangle> neighbours = facet_neighbours(mesh);
   std::vector<bool> is_curved(planes.size(), false);
+  std::vector<double> perimeter(planes.size(), 0), smooth(planes.size(), 0);
   for (std::size_t f = 0; f < neighbours.size(); ++f)
-    for (const int g : neighbours[f]) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int g = neighbours[f][k];
       if (g < 0 || face_of[at(g)] == face_of[f]) continue;
       const Plane &a = planes[at(face_of[f])], &b = planes[at(face_of[at(g)])];
       if (a.is_fitted && b.is_fitted && a.normal.dot(b.normal) > least_angle_cosine)
         is_curved[at(face_of[f])] = true;
+      const double length = shared_edge(mesh, f, at(g));
+      perimeter[at(face_of[f])] += length;
+      if (mesh.area_vector(f).normalized().dot(mesh.area_vector(at(g)).normalized()) >
+          least_angle_cosine)
+        smooth[at(face_of[f])] += length;
     }
+  // A few facets beside a rounded face lie nearly in its plane; around a part of a curved surface
+  // most do, though they be turned by more in its middle.
+  for (std::size_t i = 0; i < planes.size(); ++i)
+    if (smooth[i] > most_smooth * perimeter[i]) is_curved[i] = true;
   for (std::size_t i = 0; i < planes.size(); ++i)
     if (is_curved[i]) planes[i].is_fitted = false;
   return planes;
