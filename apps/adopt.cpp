@@ -183,12 +183,12 @@ files::Json revert(const std::string& robot, Run& run) {
 
 void add_adopt(Program& program) {
   const auto request = std::make_shared<AdoptRequest>();
-  CLI::App& app =
-      program.add({.name = "adopt",
-                   .summary = "Write an effect that a diagnosis found into the robot file",
-                   .example = "kinetostat adopt robot.yaml diagnosis.json -o better.yaml",
-                   .out = "Write the robot file there instead of changing it"},
-                  [request](Run& run) { return adopt(*request, run); });
+  CLI::App& app = program.add(
+      {.name = "adopt",
+       .summary = "Write an effect that a diagnosis found into the robot file",
+       .example = "kinetostat adopt data/robots/bench.yaml diagnosis.json -o better.yaml",
+       .out = "Write the robot file there instead of changing it"},
+      [request](Run& run) { return adopt(*request, run); });
   app.add_option("ROBOT", request->robot, "Robot file (YAML)")->required();
   app.add_option("DIAGNOSIS", request->diagnosis, "What 'diagnose -o' wrote (JSON)")->required();
   app.add_option("--effect", request->effect,

@@ -85,7 +85,7 @@ std::string why_unobservable(const Candidate& candidate, const Rivals::Marks& ma
   double largest = 0;
   for (const Signature& signature : marks.signatures)
     largest = std::max(largest, signature.columns.norm());
-  if (largest > 1e-2)
+  if (largest > least_visible)
     return "what it does, the refitted parameters do just as well in these readings";
   if (campaign.displacement == DisplacementKind::difference &&
       candidate.effect.kind->place != vjm::EffectPlace::joint)
@@ -335,7 +335,7 @@ void Search::find_imitators(const BaseFit& without, const BaseFit& best,
   for (std::size_t i = 0; i < signatures_.size(); ++i) {
     Rival& rival = step.ranking[owner_[i].first];
     if (rival.fit || rival.not_fitted.empty()) continue;
-    const MatrixXd span = span_of(space.left_of(signatures_[i].columns), 1e-2);
+    const MatrixXd span = span_of(space.left_of(signatures_[i].columns), least_visible);
     const double left = (mark - span * (span.transpose() * mark)).norm();
     rival.imitates |= left < told_apart_from;
   }

@@ -43,9 +43,8 @@ Screen::Screen(const ResidualSpace& space, const std::vector<Signature>& signatu
   for (const Signature& signature : signatures) {
     const MatrixXd left = space.left_of(signature.columns);
     detectability_.push_back(left.cols() == 0 ? 0 : left.col(0).norm());
-    // What is shorter than a hundredth of the noise, or than rounding of what was absorbed, is not
-    // there.
-    spans_.push_back(span_of(left, std::max(1e-2, 1e-7 * signature.columns.norm())));
+    // Nor is what is rounding of what was absorbed.
+    spans_.push_back(span_of(left, std::max(least_visible, 1e-7 * signature.columns.norm())));
   }
 }
 

@@ -35,6 +35,9 @@ class ResidualSpace {
 /// have been taken away from one another are dropped (columns are in standard deviations of noise).
 Eigen::MatrixXd span_of(const Eigen::MatrixXd& columns, double smallest = 0);
 
+/// Length [standard deviations] below which a mark is not there, for any purpose.
+inline constexpr double least_visible = 0.1;
+
 /// The mark of a candidate of one shape and size in the readings: the change of all predictions
 /// over their noise when it is present with its usual size, first; then, when it has further
 /// values, their derivatives by one prior standard deviation each.
