@@ -27,22 +27,22 @@ class Diagnose : public testing::Test {
     shown_ = files::read_text(working_folder() / "data/robots/orthoglide.yaml");
     if (shown_.find("uncertain:") == std::string::npos)
       shown_ += "uncertain:\n  - {stiffness: rho}\n  - {stiffness: foot}\n  - {stiffness: leg}\n";
-    files::write_atomically(working_folder() / "data/robots/shown.yaml", shown_);
+    files::write_atomically(working_folder() / "shown.yaml", shown_);
   }
 
   // Readings of the shown robot with something that it does not have.
   void measure(const std::string& effects, const std::string& noise = "5um",
                const std::string& seed = "1") {
-    files::write_atomically(working_folder() / "data/robots/truth.yaml", shown_ + effects);
+    files::write_atomically(working_folder() / "truth.yaml", shown_ + effects);
     const Outcome outcome = kinetostat(
-        "simulate data/robots/truth.yaml --plan data/measurements/plans/orthoglide.csv "
+        "simulate truth.yaml --plan data/measurements/plans/orthoglide.csv "
         "--noise-translation " +
         noise + " --noise-rotation 20urad -o campaign --seed " + seed);
     ASSERT_EQ(outcome.code, 0) << outcome.err;
   }
   static Outcome diagnose(const std::string& more = "") {
-    return kinetostat(
-        "diagnose data/robots/shown.yaml campaign/campaign.yaml -q -o diagnosis.json" + few + more);
+    return kinetostat("diagnose shown.yaml campaign/campaign.yaml -q -o diagnosis.json" + few +
+                      more);
   }
   static files::Json result() { return files::read_json(working_folder() / "diagnosis.json"); }
 
@@ -66,19 +66,18 @@ TEST_F(Diagnose, NamesTheHiddenClearanceAndAdoptingItLetsTheErrorFall) {
   EXPECT_GT(stages[1]["whitened"].get<double>(), 1.5);
   EXPECT_LT(stages[2]["whitened"].get<double>(), 1.1);
 
-  ASSERT_EQ(
-      kinetostat("adopt data/robots/shown.yaml diagnosis.json -o data/robots/better.yaml").code, 0);
-  const std::string better = files::read_text(working_folder() / "data/robots/better.yaml");
+  ASSERT_EQ(kinetostat("adopt shown.yaml diagnosis.json -o better.yaml").code, 0);
+  const std::string better = files::read_text(working_folder() / "better.yaml");
   EXPECT_TRUE(better.starts_with(shown_));
   const Outcome compared =
-      kinetostat("compare data/robots/better.yaml campaign/campaign.yaml -q --json better.json");
+      kinetostat("compare better.yaml campaign/campaign.yaml -q --json better.json");
   EXPECT_THAT(compared.out, HasSubstr("is not refuted by the stated noise"));
   // Adopted is as fitted, to the last digit that the fit knows.
   const files::Json parity = files::read_json(working_folder() / "better.json");
   EXPECT_NEAR(parity["refitted"]["chi_square"]["chi_square"].get<double>(),
               json["chi_square_after"]["chi_square"].get<double>(), 0.05);
-  ASSERT_EQ(kinetostat("revert data/robots/better.yaml").code, 0);
-  EXPECT_EQ(files::read_text(working_folder() / "data/robots/better.yaml"), shown_);
+  ASSERT_EQ(kinetostat("revert better.yaml").code, 0);
+  EXPECT_EQ(files::read_text(working_folder() / "better.yaml"), shown_);
 }
 
 TEST_F(Diagnose, NamesNothingInReadingsWithNothingHidden) {
@@ -88,7 +87,7 @@ TEST_F(Diagnose, NamesNothingInReadingsWithNothingHidden) {
     EXPECT_EQ(result()["verdict"], "no effect needed") << seed;
     EXPECT_TRUE(result()["found"].empty());
   }
-  const Outcome nothing = kinetostat("adopt data/robots/shown.yaml diagnosis.json -o x.yaml");
+  const Outcome nothing = kinetostat("adopt shown.yaml diagnosis.json -o x.yaml");
   EXPECT_EQ(nothing.code, 5);
   EXPECT_THAT(nothing.err, HasSubstr("there is no effect to adopt"));
   EXPECT_FALSE(std::filesystem::exists(working_folder() / "x.yaml"));
@@ -129,12 +128,11 @@ TEST_F(Diagnose, SameBytesForAnyNumberOfThreads) {
 
 TEST_F(Diagnose, MistakesAreNamed) {
   measure("");
-  const Outcome typo =
-      kinetostat("diagnose data/robots/shown.yaml campaign/campaign.yaml --effects clearence");
+  const Outcome typo = kinetostat("diagnose shown.yaml campaign/campaign.yaml --effects clearence");
   EXPECT_EQ(typo.code, 2);
   EXPECT_THAT(typo.err, HasSubstr("did you mean 'clearance'"));
   files::write_atomically(working_folder() / "no.json", "{}");
-  EXPECT_EQ(kinetostat("adopt data/robots/shown.yaml no.json").code, 3);
+  EXPECT_EQ(kinetostat("adopt shown.yaml no.json").code, 3);
 }
 
 }  // namespace
