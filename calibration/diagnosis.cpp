@@ -141,6 +141,7 @@ class Search {
                      const Screen& screen, const ResidualSpace& space, DiagnosisStep& step,
                      std::vector<BaseFit>& fits);
   void find_imitators(const BaseFit& without, const BaseFit& best, DiagnosisStep& step) const;
+  void confuse(const Screen& screen, DiagnosisStep& step) const;
   void weigh(const BaseFit& without, DiagnosisStep& step, const std::vector<BaseFit>& fits) const;
 
   const Rivals& rivals_;
@@ -211,10 +212,33 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
     if (!seen[c])
       step.ranking[c].unobservable =
           why_unobservable(candidates_[c], marks_[c], rivals_.campaign());
+  confuse(screen, step);
   fits.assign(candidates_.size(), {});
   if (step.gate.p_value <= significance_level)
     fit_survivors(present, fit, screen, space, step, fits);
   return step;
+}
+
+// Rows of the ranking are still those of the candidates.
+void Search::confuse(const Screen& screen, DiagnosisStep& step) const {
+  std::vector<std::size_t> order;
+  for (std::size_t c = 0; c < step.ranking.size(); ++c)
+    if (step.ranking[c].unobservable.empty()) order.push_back(c);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return step.ranking[a].surprise > step.ranking[b].surprise;
+  });
+  if (order.size() > most_fits) order.resize(most_fits);
+  const auto n = static_cast<Index>(order.size());
+  step.confusion = MatrixXd::Identity(n, n);
+  for (const std::size_t c : order) step.confused.push_back(candidates_[c].name());
+  for (Index a = 0; a < n; ++a)
+    for (Index b = 0; b < a; ++b)
+      for (std::size_t i = 0; i < signatures_.size(); ++i)
+        for (std::size_t j = 0; j < signatures_.size(); ++j)
+          if (owner_[i].first == order[static_cast<std::size_t>(a)] &&
+              owner_[j].first == order[static_cast<std::size_t>(b)])
+            step.confusion(a, b) = step.confusion(b, a) =
+                std::max(step.confusion(a, b), screen.confusion(i, j));
 }
 
 void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit& fit,

@@ -48,7 +48,9 @@ struct DiagnosisStep {
   Gate gate;
   std::vector<Rival> ranking;  // most probable first, then by surprise, then unobservable ones
   std::vector<std::size_t> indistinguishable;  // in the ranking: the best and what may be it
-  /// Confusion of the first ones in the ranking: largest cosine of their marks.
+  /// The most surprising candidates, and the largest cosine of a mark of the one with one of the
+  /// other: 1 where the one does what the other does.
+  std::vector<std::string> confused;
   Eigen::MatrixXd confusion;
 };
 

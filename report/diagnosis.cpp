@@ -188,7 +188,7 @@ Json step_json(const vjm::Robot& robot, const DiagnosisStep& step) {
             {"p_value", step.gate.p_value},
             {"draws", step.gate.draws}}},
           {"indistinguishable", step.indistinguishable},
-          {"confusion", step.confusion.size() > 0 ? files::rows(step.confusion) : Json()},
+          {"confusion", {{"candidates", step.confused}, {"cosines", files::rows(step.confusion)}}},
           {"ranking", ranking}};
 }
 

@@ -60,6 +60,13 @@ TEST_F(Diagnose, NamesTheHiddenClearanceAndAdoptingItLetsTheErrorFall) {
   EXPECT_EQ(json["found"][0]["at"], "y.rho");
   const double gap = json["found"][0]["values"][0], sd = json["found"][0]["deviations"][0];
   EXPECT_NEAR(gap, 5e-5, 4 * sd);
+  const files::Json& confusion = json["steps"][0]["confusion"];
+  ASSERT_GE(confusion["candidates"].size(), 2u);
+  EXPECT_THAT(confusion["candidates"].dump(), HasSubstr("clearance at y.rho"));
+  EXPECT_EQ(confusion["cosines"][0][0], 1);
+  const double cosine = confusion["cosines"][0][1];
+  EXPECT_GT(cosine, 0);
+  EXPECT_LE(cosine, 1);
   const files::Json& stages = json["waterfall"];
   ASSERT_EQ(stages.size(), 4u);
   EXPECT_GT(stages[0]["whitened"], stages[1]["whitened"]);
