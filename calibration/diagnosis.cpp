@@ -93,6 +93,18 @@ std::string why_unobservable(const Candidate& candidate, const Rivals::Marks& ma
   return "no reading depends on it";
 }
 
+// Those that are worth a fit, the most surprising first.
+std::vector<std::size_t> most_surprising(const DiagnosisStep& step) {
+  std::vector<std::size_t> order;
+  for (std::size_t c = 0; c < step.ranking.size(); ++c)
+    if (step.ranking[c].unobservable.empty()) order.push_back(c);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return step.ranking[a].surprise > step.ranking[b].surprise;
+  });
+  if (order.size() > most_fits) order.resize(most_fits);
+  return order;
+}
+
 // Effects one after the other.
 class Search {
  public:
@@ -161,7 +173,6 @@ std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
   Index extra = 0;
   for (const Signature& s : signatures_) extra += s.columns.cols();
   const Index n = fit.at.residual.size(), base = fit.at.jacobian.cols();
-  // Without more values than unknowns nothing stands out.
   MatrixXd x(n, base + extra);
   x.leftCols(base) = fit.at.jacobian;
   Index at = base;
@@ -221,13 +232,7 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
 
 // Rows of the ranking are still those of the candidates.
 void Search::confuse(const Screen& screen, DiagnosisStep& step) const {
-  std::vector<std::size_t> order;
-  for (std::size_t c = 0; c < step.ranking.size(); ++c)
-    if (step.ranking[c].unobservable.empty()) order.push_back(c);
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return step.ranking[a].surprise > step.ranking[b].surprise;
-  });
-  if (order.size() > most_fits) order.resize(most_fits);
+  const std::vector<std::size_t> order = most_surprising(step);
   const auto n = static_cast<Index>(order.size());
   step.confusion = MatrixXd::Identity(n, n);
   for (const std::size_t c : order) step.confused.push_back(candidates_[c].name());
@@ -244,13 +249,7 @@ void Search::confuse(const Screen& screen, DiagnosisStep& step) const {
 void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit& fit,
                            const Screen& screen, const ResidualSpace& space, DiagnosisStep& step,
                            std::vector<BaseFit>& fits) {
-  std::vector<std::size_t> order;
-  for (std::size_t c = 0; c < step.ranking.size(); ++c)
-    if (step.ranking[c].unobservable.empty()) order.push_back(c);
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return step.ranking[a].surprise > step.ranking[b].surprise;
-  });
-  if (order.size() > most_fits) order.resize(most_fits);
+  const std::vector<std::size_t> order = most_surprising(step);
   for (std::size_t o = 0; o < order.size(); ++o) {
     progress_.report("fits", static_cast<double>(o) / static_cast<double>(order.size()));
     const std::size_t c = order[o];
@@ -280,9 +279,7 @@ void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit&
       added.push_back(from);
       try {
         files::Progress silent;
-        BaseFit found = rivals_.fit(added, &fit, silent);
-        if (fits[c].values == 0 || found.squared_error < fits[c].squared_error)
-          fits[c] = std::move(found);
+        fits[c] = rivals_.fit(added, &fit, silent);
         break;
       } catch (const files::Cancelled&) {
         throw;
@@ -559,7 +556,6 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   }
   d.waterfall.push_back(noise_floor(search.values(), noise));
   d.after = test_of(fit, noise.source);
-  d.noise_factor = d.after ? std::sqrt(d.after->reduced()) : 1;
   d.structure = structure_test(structure, {-fit.at.residual, fit.at.jacobian}, options.draws,
                                options.seed, threads);
   judge(d);

@@ -74,7 +74,6 @@ struct Diagnosis {
   std::vector<DiagnosisStep> steps;
   std::vector<std::string> weak;  // combinations that the base fit hardly knows
   NoiseSource noise = NoiseSource::unknown;
-  double noise_factor = 1;  // sqrt of chi-square per degree of freedom at the end
   std::optional<ChiSquareTest> before, after;  // of the base fit, and with what was found
   StructureTest structure;                     // of what is left at the end
   std::vector<WaterfallStage> waterfall;

@@ -149,10 +149,7 @@ BaseFit Rivals::fit(const std::vector<Candidate>& added, const BaseFit* start,
   const std::vector<vjm::Effect> effects = effects_with(added);
   std::vector<Parameter> unknowns = parameters(effects, added);
   if (start != nullptr)
-    for (std::size_t k = 0; k < base_.size(); ++k) {
-      unknowns[k].start = start->parameters[k].value;
-      // Steps are measured from the start; bounds are not.
-    }
+    for (std::size_t k = 0; k < base_.size(); ++k) unknowns[k].start = start->parameters[k].value;
   const Predictor predictor(robot_.without_effects(), effects, campaign_, threads_, progress);
   return fit_base(predictor, campaign_, noise_, unknowns, progress,
                   {.max_iterations = 60, .tolerance = 1e-9});
@@ -190,13 +187,6 @@ Rivals::Marks Rivals::marks_of(const Candidate& candidate, const std::vector<Can
   }
   if (!marks.signatures.empty()) marks.failure.clear();
   return marks;
-}
-
-std::size_t first_value(const BaseFit& fit, const std::vector<Candidate>& added) {
-  std::size_t count = 0;
-  for (const Candidate& candidate : added)
-    count += static_cast<std::size_t>(candidate.effect.values.size());
-  return fit.parameters.size() - count;
 }
 
 }  // namespace kinetostat::calibration

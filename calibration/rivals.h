@@ -59,7 +59,4 @@ class Rivals {
   std::vector<Parameter> base_;
 };
 
-/// The first of the values of candidates `added` in the parameters of their fit.
-std::size_t first_value(const BaseFit& fit, const std::vector<Candidate>& added);
-
 }  // namespace kinetostat::calibration
