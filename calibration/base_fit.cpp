@@ -139,25 +139,32 @@ class Problem {
     return predicted_;
   }
   const std::optional<PredictionFailure>& failure() const { return failure_; }
+  void begin_near(const Predictions& predictions) { nearest_ = predictions; }
+  const Predictions& nearest() const { return nearest_; }
 
-  std::optional<Linearisation> at(const VectorXd& q) {
+  std::optional<Linearisation> at(const VectorXd& q, bool with_derivatives = true) {
     const Index p = unknowns_.parameter_count();
+    with_derivatives = with_derivatives && p > 0;
     Predictions predictions;
     try {
-      predictions = predictor_.predict(unknowns_.parameters(), q.head(p), p > 0, progress_);
+      predictions = predictor_.predict(unknowns_.parameters(), q.head(p), with_derivatives,
+                                       progress_, &nearest_);
     } catch (const std::invalid_argument& error) {  // values that exclude each other
       predictions.failure = {0, error.what()};
     }
     failure_ = predictions.failure;
     if (failure_) return std::nullopt;
-    predicted_ = std::move(predictions.displacement);
+    predicted_ = predictions.displacement;
     predicted_at_ = q;
     const Index rows = values() + priors();
     Linearisation result{VectorXd(rows), MatrixXd::Zero(rows, unknowns_.size())};
     add_priors(q, result);
     Index row = 0;
     for (std::size_t i = 0; i < predicted_.size(); ++i)
-      row += add_reading(q, i, p > 0 ? &predictions.derivatives[i] : nullptr, row, result);
+      row +=
+          add_reading(q, i, with_derivatives ? &predictions.derivatives[i] : nullptr, row, result);
+    predictions.derivatives.clear();
+    nearest_ = std::move(predictions);
     return result;
   }
 
@@ -278,6 +285,7 @@ class Problem {
   Unknowns unknowns_;
   files::Progress& progress_;
   std::vector<Vector6> predicted_;  // of the last residual
+  Predictions nearest_;             // that were made last, or of a similar model
   VectorXd predicted_at_ = VectorXd::Constant(1, std::numeric_limits<double>::quiet_NaN());
   std::optional<PredictionFailure> failure_;
 };
@@ -429,6 +437,7 @@ BaseFit fitted(Problem& problem, const Noise& noise, const BaseFitOptions& optio
                             std::sqrt(variance));
   Estimates(problem.unknowns(), result, fit.covariance).add_to(fit);
   fit.predicted = problem.predicted(result.x);
+  fit.model = problem.nearest();
   return fit;
 }
 
@@ -447,6 +456,7 @@ BaseFit fit_base(const Predictor& predictor, const Campaign& campaign, const Noi
                  const BaseFitOptions& options) {
   require_usable_noise(campaign, noise, !parameters.empty(), options.loss);
   Problem problem(predictor, campaign, noise, parameters, nullptr, progress);
+  if (options.near != nullptr) problem.begin_near(*options.near);
   require_enough_values(problem);
   return fitted(problem, noise, options);
 }
@@ -468,8 +478,9 @@ std::optional<Linearisation> linearised_at(const Predictor& predictor, const Cam
                                            const Noise& noise,
                                            const std::vector<Parameter>& parameters,
                                            const VectorXd& values, const BaseFit& fit,
-                                           files::Progress& progress) {
+                                           bool with_derivatives, files::Progress& progress) {
   Problem problem(predictor, campaign, noise, parameters, nullptr, progress);
+  problem.begin_near(fit.model);
   const Unknowns& unknowns = problem.unknowns();
   VectorXd q(unknowns.size());
   q.head(values.size()) = values;
@@ -477,7 +488,7 @@ std::optional<Linearisation> linearised_at(const Predictor& predictor, const Cam
   for (std::size_t f = 0; f < fit.frames.size(); ++f)
     q.segment(unknowns.frame_at(f), unknowns.frame_components()) =
         fit.frames[f].value.tail(unknowns.frame_components());
-  std::optional<Linearisation> result = problem.at(q);
+  std::optional<Linearisation> result = problem.at(q, with_derivatives);
   if (!result) return std::nullopt;
   return Linearisation{result->residual.head(problem.values()),
                        result->jacobian.topRows(problem.values())};

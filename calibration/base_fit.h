@@ -58,6 +58,7 @@ struct BaseFit {
   std::vector<double> weights;
   /// One entry a reading: what the table should show, zeros and frames included [m; rad].
   std::vector<spatial::Vector6> predicted;
+  Predictions model;  // at or near the best values, without zeros, frames and derivatives
   /// Whitened predicted minus measured of the values in use, and its derivatives with respect to
   /// the parameters, zeros and frames, at the best values.
   Linearisation at;
@@ -76,6 +77,7 @@ struct BaseFitOptions {
   /// Ends when a step changes the predictions by less than this, relative to the readings.
   double tolerance = 1e-13;
   Loss loss = Loss::squares;
+  const Predictions* near = nullptr;  // of a similar model, to save time
 };
 
 /// What a fitted model says about other readings of its campaign, of which `others` uses none that
@@ -95,11 +97,12 @@ BaseFit fit_base(const Predictor& predictor, const Campaign& campaign, const Noi
                  const BaseFitOptions& options = {});
 
 /// The same equations at other values of the parameters (and with other parameters), zeros and
-/// frames as in `fit`. Nothing where the model has no equilibrium for a reading.
+/// frames as in `fit`. Without derivatives the columns of the parameters are zero. Nothing where
+/// the model has no equilibrium for a reading.
 std::optional<Linearisation> linearised_at(const Predictor& predictor, const Campaign& campaign,
                                            const Noise& noise,
                                            const std::vector<Parameter>& parameters,
                                            const Eigen::VectorXd& values, const BaseFit& fit,
-                                           files::Progress& progress);
+                                           bool with_derivatives, files::Progress& progress);
 
 }  // namespace kinetostat::calibration

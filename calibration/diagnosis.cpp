@@ -142,6 +142,22 @@ class Search {
     }
   }
 
+  /// Takes over the marks from a search with the same readings and more.
+  void take_marks(const Search& wider) {
+    std::vector<Index> rows;
+    std::size_t row = 0;
+    for (const Value& value : values_) {
+      while (wider.values_[row].reading != value.reading ||
+             wider.values_[row].component != value.component)
+        ++row;
+      rows.push_back(static_cast<Index>(row));
+    }
+    marks_ = wider.marks_;
+    owner_ = wider.owner_;
+    for (const Signature& s : wider.signatures_)
+      signatures_.push_back({s.columns(rows, Eigen::all)});
+  }
+
   /// Values that not all the catalogue together explains, though most of the others fit: outliers.
   std::vector<std::size_t> outliers(const BaseFit& fit) const;
 
@@ -501,23 +517,21 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
                    int threads, files::Progress& progress) {
   const std::vector<Candidate> tried = candidates(robot, options.kinds);
   const Campaign given = without_confirming(whole);
-  Campaign campaign = given;
-  Noise noise = noise_of(campaign, replicate_groups(campaign));
+  const Noise noise = noise_of(given, replicate_groups(given));
   if (noise.source == NoiseSource::unknown) return cannot_tell_without_noise();
   Diagnosis d;
-  std::vector<Candidate> present;
-  {
-    const Rivals rivals(robot, campaign, noise, threads);
-    Search search(rivals, tried, options, threads, progress);
-    const BaseFit fit = rivals.fit({}, nullptr, progress);
-    search.screen(present, fit);
-    campaign = without(given, search.values(), search.outliers(fit), d.set_aside);
-  }
   d.noise = noise.source;
-  const Rivals rivals(robot, campaign, noise, threads);
+  const Rivals all(robot, given, noise, threads, progress);
+  Search whole_search(all, tried, options, threads, progress);
+  BaseFit fit = all.fit({}, nullptr, progress);
+  whole_search.screen({}, fit);
+  const Campaign campaign =
+      without(given, whole_search.values(), whole_search.outliers(fit), d.set_aside);
+  const Rivals rivals(robot, campaign, noise, threads, progress);
   Search search(rivals, tried, options, threads, progress);
+  search.take_marks(whole_search);
+  if (!d.set_aside.empty()) fit = rivals.fit({}, &fit, progress);
   const Structure structure(campaign, search.values());
-  BaseFit fit = rivals.fit({}, nullptr, progress);
   d.before = test_of(fit, noise.source);
   d.weak = fit.weak;
   d.held_out = search.groups().what;
@@ -531,8 +545,9 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
     add_stage("as designed", fit_base(predictor, campaign, noise, {}, progress));
   }
   if (!fit.parameters.empty()) add_stage("refitted", fit);
+  std::vector<Candidate> present;
   while (present.size() < options.most_effects) {
-    search.screen(present, fit);
+    if (!present.empty()) search.screen(present, fit);
     std::vector<BaseFit> fits;
     DiagnosisStep step = search.step(present, fit, fits);
     arrange(step, fits);

@@ -23,6 +23,7 @@ struct Predictor::CaseResult {
   std::string failure;  // empty when solved
   Vector6 displacement = Vector6::Constant(std::numeric_limits<double>::quiet_NaN());
   vjm::Matrix6X derivatives;  // rotations as increments
+  vjm::SystemState state;
 };
 
 // One prediction: the model at its values, and what is asked of it.
@@ -30,6 +31,14 @@ struct Predictor::Run {
   const vjm::EffectModel& model;
   std::vector<vjm::ModelParameter> parameters;
   bool with_derivatives = false;
+  const Predictions* near = nullptr;
+
+  const vjm::SystemState* loaded_near(std::size_t reading) const {
+    return near == nullptr || near->loaded.empty() ? nullptr : &near->loaded[reading];
+  }
+  const vjm::SystemState* unloaded_near(std::size_t reading) const {
+    return near == nullptr || near->unloaded.empty() ? nullptr : &near->unloaded[reading];
+  }
 };
 
 namespace {
@@ -44,28 +53,45 @@ vjm::PostureResult unloaded_posture(const vjm::Manipulator& manipulator,
 
 Predictor::Predictor(const vjm::Manipulator& bare, std::vector<vjm::Effect> effects,
                      const Campaign& campaign, int threads, files::Progress& progress)
-    : bare_(bare), effects_(std::move(effects)), campaign_(campaign), threads_(threads) {
-  for (const vjm::Effect& effect : effects_) {
-    varies_ |= effect.kind->varies || effect.kind->history > 0;
-    has_history_ |= effect.kind->history > 0;
-  }
+    : bare_(bare), campaign_(campaign), threads_(threads) {
   find_postures(progress);
-  find_cases();
-  find_sequences();
+  set_effects(std::move(effects));
 }
 
 Predictor::Predictor(const vjm::Manipulator& manipulator, const Campaign& campaign, int threads,
                      files::Progress& progress)
     : Predictor(manipulator, {}, campaign, threads, progress) {}
 
+Predictor::Predictor(const Predictor& like, std::vector<vjm::Effect> effects)
+    : bare_(like.bare_),
+      campaign_(like.campaign_),
+      threads_(like.threads_),
+      postures_(like.postures_) {
+  set_effects(std::move(effects));
+}
+
+Predictor Predictor::with_effects(std::vector<vjm::Effect> effects) const {
+  return {*this, std::move(effects)};
+}
+
+void Predictor::set_effects(std::vector<vjm::Effect> effects) {
+  effects_ = std::move(effects);
+  for (const vjm::Effect& effect : effects_) {
+    varies_ |= effect.kind->varies;
+    has_history_ |= effect.kind->history > 0;
+  }
+  find_cases();
+  find_sequences();
+}
+
 void Predictor::find_postures(files::Progress& progress) {
-  postures_.resize(campaign_.configurations.size());
-  files::parallel_for(postures_.size(), threads_, "unloaded postures", progress,
-                      [this](std::size_t i) {
-                        postures_[i] = unloaded_posture(bare_, campaign_.configurations[i]);
-                      });
+  std::vector<vjm::PostureResult> postures(campaign_.configurations.size());
+  files::parallel_for(postures.size(), threads_, "unloaded postures", progress, [&](std::size_t i) {
+    postures[i] = unloaded_posture(bare_, campaign_.configurations[i]);
+  });
+  postures_ = std::make_shared<const std::vector<vjm::PostureResult>>(std::move(postures));
   for (const Reading& reading : campaign_.readings)
-    if (const vjm::PostureResult& posture = postures_[reading.configuration];
+    if (const vjm::PostureResult& posture = (*postures_)[reading.configuration];
         !posture.reached && !reading.masked)
       throw files::InputError(
           {.file = campaign_.readings_file,
@@ -155,12 +181,12 @@ std::size_t Predictor::conditions_index(const vjm::Conditions& conditions) {
   return found->second;
 }
 
-std::size_t Predictor::reference_index(std::size_t configuration,
-                                       const vjm::Conditions& conditions) {
+std::size_t Predictor::reference_index(std::size_t configuration, const vjm::Conditions& conditions,
+                                       std::size_t reading) {
   const std::size_t c = varies_ ? conditions_index(without_load(conditions)) : 0;
   const auto [found, fresh] =
       known_references_.emplace(std::pair(configuration, c), references_.size());
-  if (fresh) references_.push_back({configuration, c});
+  if (fresh) references_.push_back({configuration, c, reading});
   return found->second;
 }
 
@@ -184,8 +210,8 @@ void Predictor::find_cases() {
     const auto [found, fresh] = known.emplace(key, cases_.size());
     if (fresh)
       cases_.push_back({reading.configuration, load, c,
-                        reference_index(reading.configuration, vjm::Conditions(conditions_[c])),
-                        true});
+                        reference_index(reading.configuration, vjm::Conditions(conditions_[c]), r),
+                        true, r});
     cases_[found->second].may_fail &= reading.masked;
     case_of_reading_.push_back(found->second);
   }
@@ -204,11 +230,12 @@ void Predictor::find_sequences() {
 }
 
 vjm::Response Predictor::solve(const Run& run, std::size_t configuration, const vjm::Load& load,
-                               std::size_t conditions, const vjm::Response& before) const {
-  const vjm::PostureResult& start = postures_[configuration];
+                               std::size_t conditions, const vjm::Response& before,
+                               const vjm::SystemState* near) const {
+  const vjm::PostureResult& start = (*postures_)[configuration];
   if (start.reached) {
     vjm::Response response = run.model.respond(start.posture, load, conditions_[conditions], before,
-                                               run.parameters, run.with_derivatives);
+                                               run.parameters, run.with_derivatives, near);
     observe(response);
     return response;
   }
@@ -231,7 +258,7 @@ std::vector<vjm::Response> Predictor::references(const Run& run, files::Progress
   if (campaign_.displacement == DisplacementKind::absolute && !has_history_) return states;
   if (run.model.is_relaxed_when_unloaded()) {
     for (std::size_t i = 0; i < states.size(); ++i) {
-      states[i].observed = postures_[references_[i].configuration].posture.platform;
+      states[i].observed = (*postures_)[references_[i].configuration].posture.platform;
       if (run.with_derivatives)
         states[i].derivatives.setZero(6, static_cast<Eigen::Index>(run.parameters.size()));
       observe(states[i]);
@@ -239,7 +266,8 @@ std::vector<vjm::Response> Predictor::references(const Run& run, files::Progress
     return states;
   }
   files::parallel_for(states.size(), threads_, "states without load", progress, [&](std::size_t i) {
-    states[i] = solve(run, references_[i].configuration, {}, references_[i].conditions, rest);
+    states[i] = solve(run, references_[i].configuration, {}, references_[i].conditions, rest,
+                      run.unloaded_near(references_[i].reading));
   });
   return states;
 }
@@ -251,21 +279,25 @@ void Predictor::follow(const Run& run, const std::vector<std::size_t>& sequence,
   for (const std::size_t c : sequence) {
     const LoadCase& at = cases_[c];
     vjm::Response response = before.failure.empty()
-                                 ? solve(run, at.configuration, at.load, at.conditions, before)
+                                 ? solve(run, at.configuration, at.load, at.conditions, before,
+                                         run.loaded_near(at.reading))
                                  : before;
     if (campaign_.displacement == DisplacementKind::absolute) {
-      results[c] = {response.failure, spatial::pose_difference({}, response.observed),
-                    response.derivatives};
+      results[c] = {response.failure,
+                    spatial::pose_difference({}, response.observed),
+                    response.derivatives,
+                    {}};
     } else {
       results[c] = displacement_from(unloaded[at.reference], response);
     }
+    results[c].state = response.state;
     // A masked reading without an equilibrium leaves the history as it was.
     if (response.failure.empty() || !at.may_fail) before = std::move(response);
   }
 }
 
-void Predictor::enter(const CaseResult& result, const Reading& reading, std::size_t index,
-                      Predictions& predictions) const {
+void Predictor::enter(const CaseResult& result, std::size_t index, Predictions& predictions) const {
+  const Reading& reading = campaign_.readings[index];
   if (!result.failure.empty()) {
     if (!reading.masked && !predictions.failure) predictions.failure = {index, result.failure};
     return;
@@ -286,7 +318,8 @@ void Predictor::enter(const CaseResult& result, const Reading& reading, std::siz
 Predictor::CaseResult Predictor::displacement_from(const vjm::Response& from,
                                                    const vjm::Response& to) const {
   CaseResult result{.failure = to.failure.empty() ? from.failure : to.failure,
-                    .derivatives = to.derivatives};
+                    .derivatives = to.derivatives,
+                    .state = {}};
   if (!result.failure.empty()) return result;
   result.displacement = spatial::pose_difference(from.observed, to.observed);
   if (result.derivatives.size() > 0) {
@@ -301,9 +334,9 @@ Predictor::CaseResult Predictor::displacement_from(const vjm::Response& from,
 
 Predictions Predictor::predict(const std::vector<Parameter>& parameters,
                                const Eigen::VectorXd& values, bool with_derivatives,
-                               files::Progress& progress) const {
+                               files::Progress& progress, const Predictions* near) const {
   const vjm::EffectModel model = with_values(bare_, effects_, parameters, values);
-  const Run run{model, model_parameters(parameters), with_derivatives};
+  const Run run{model, model_parameters(parameters), with_derivatives, near};
   const std::vector<vjm::Response> unloaded = references(run, progress);
   std::vector<CaseResult> results(cases_.size());
   files::parallel_for(sequences_.size(), threads_, "loaded equilibria", progress,
@@ -312,8 +345,12 @@ Predictions Predictor::predict(const std::vector<Parameter>& parameters,
   Predictions predictions;
   predictions.displacement.assign(n, CaseResult().displacement);
   if (with_derivatives) predictions.derivatives.resize(n);
-  for (std::size_t i = 0; i < n; ++i)
-    enter(results[case_of_reading_[i]], campaign_.readings[i], i, predictions);
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t c = case_of_reading_[i];
+    enter(results[c], i, predictions);
+    predictions.loaded.push_back(results[c].state);
+    predictions.unloaded.push_back(unloaded[cases_[c].reference].state);
+  }
   return predictions;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,6 +30,8 @@ struct Predictions {
   std::vector<spatial::Vector6> displacement;
   /// Its derivatives with respect to the parameters; empty when not asked for.
   std::vector<Eigen::Matrix<double, 6, Eigen::Dynamic>> derivatives;
+  /// Equilibria under the load and without, from which those of a similar model are found quickly.
+  std::vector<vjm::SystemState> loaded, unloaded;
   /// The first reading in use that fails, if one does; the rest is then not to be used.
   std::optional<PredictionFailure> failure;
 };
@@ -53,15 +56,20 @@ class Predictor {
             files::Progress& progress);
 
   const std::vector<vjm::Effect>& effects() const { return effects_; }
+  /// The same campaign and manipulator with other effects: postures are not sought again.
+  Predictor with_effects(std::vector<vjm::Effect> effects) const;
 
-  /// For the model with its parameters at `values`.
+  /// For the model with its parameters at `values`. `near` (or nullptr): predictions of a similar
+  /// model, which save time.
   Predictions predict(const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
-                      bool with_derivatives, files::Progress& progress) const;
+                      bool with_derivatives, files::Progress& progress,
+                      const Predictions* near = nullptr) const;
 
  private:
   // A state without load, which several cases may share.
   struct Reference {
     std::size_t configuration = 0, conditions = 0;
+    std::size_t reading = 0;  // the first of those that share it
   };
   // What several readings may share.
   struct LoadCase {
@@ -69,33 +77,37 @@ class Predictor {
     vjm::Load load;
     std::size_t conditions = 0;
     std::size_t reference = 0;
-    bool may_fail = false;  // only masked readings need it
+    bool may_fail = false;    // only masked readings need it
+    std::size_t reading = 0;  // the first of those that share it
   };
   struct CaseResult;
   struct Run;
 
+  Predictor(const Predictor& like, std::vector<vjm::Effect> effects);
+  void set_effects(std::vector<vjm::Effect> effects);
   void find_postures(files::Progress& progress);
   void find_cases();
   void find_sequences();
   std::size_t conditions_index(const vjm::Conditions& conditions);
-  std::size_t reference_index(std::size_t configuration, const vjm::Conditions& conditions);
+  std::size_t reference_index(std::size_t configuration, const vjm::Conditions& conditions,
+                              std::size_t reading);
   vjm::Response solve(const Run& run, std::size_t configuration, const vjm::Load& load,
-                      std::size_t conditions, const vjm::Response& before) const;
+                      std::size_t conditions, const vjm::Response& before,
+                      const vjm::SystemState* near) const;
   std::vector<vjm::Response> references(const Run& run, files::Progress& progress) const;
   void follow(const Run& run, const std::vector<std::size_t>& sequence,
               const std::vector<vjm::Response>& unloaded, std::vector<CaseResult>& results) const;
   void observe(vjm::Response& response) const;
   CaseResult displacement_from(const vjm::Response& from, const vjm::Response& to) const;
-  void enter(const CaseResult& result, const Reading& reading, std::size_t index,
-             Predictions& predictions) const;
+  void enter(const CaseResult& result, std::size_t index, Predictions& predictions) const;
 
   const vjm::Manipulator& bare_;
   std::vector<vjm::Effect> effects_;
   const Campaign& campaign_;
   int threads_;
   bool varies_ = false, has_history_ = false;
-  std::vector<vjm::PostureResult> postures_;  // one a configuration
-  std::vector<vjm::Conditions> conditions_;   // the distinct ones; the neutral one first
+  std::shared_ptr<const std::vector<vjm::PostureResult>> postures_;  // one a configuration
+  std::vector<vjm::Conditions> conditions_;  // the distinct ones; the neutral one first
   std::vector<Reference> references_;
   std::map<vjm::Conditions, std::size_t> known_conditions_;
   std::map<std::pair<std::size_t, std::size_t>, std::size_t> known_references_;

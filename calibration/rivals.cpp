@@ -43,6 +43,12 @@ std::vector<std::pair<double, double>> sizes_of(const vjm::EffectKind& kind) {
   return sizes;
 }
 
+// Marks of the first two sizes that differ by no more than their length.
+bool is_proportional(const std::vector<Signature>& signatures, double ratio) {
+  const VectorXd large = signatures[0].columns.col(0), small = signatures[1].columns.col(0);
+  return (small - ratio * large).norm() < 0.02 * ratio * large.norm();
+}
+
 VectorXd values_of(const std::vector<Parameter>& parameters) {
   VectorXd values(static_cast<Index>(parameters.size()));
   for (std::size_t k = 0; k < parameters.size(); ++k)
@@ -117,11 +123,12 @@ std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std
   return result;
 }
 
-Rivals::Rivals(const vjm::Robot& robot, const Campaign& campaign, const Noise& noise, int threads)
+Rivals::Rivals(const vjm::Robot& robot, const Campaign& campaign, const Noise& noise, int threads,
+               files::Progress& progress)
     : robot_(robot),
       campaign_(campaign),
       noise_(noise),
-      threads_(threads),
+      predictor_(robot.without_effects(), robot.effects, campaign, threads, progress),
       base_(uncertain_parameters(robot)) {}
 
 std::vector<vjm::Effect> Rivals::effects_with(const std::vector<Candidate>& added) const {
@@ -150,9 +157,10 @@ BaseFit Rivals::fit(const std::vector<Candidate>& added, const BaseFit* start,
   std::vector<Parameter> unknowns = parameters(effects, added);
   if (start != nullptr)
     for (std::size_t k = 0; k < base_.size(); ++k) unknowns[k].start = start->parameters[k].value;
-  const Predictor predictor(robot_.without_effects(), effects, campaign_, threads_, progress);
-  return fit_base(predictor, campaign_, noise_, unknowns, progress,
-                  {.max_iterations = 60, .tolerance = 1e-9});
+  return fit_base(predictor_.with_effects(effects), campaign_, noise_, unknowns, progress,
+                  {.max_iterations = 60,
+                   .tolerance = 1e-9,
+                   .near = start == nullptr ? nullptr : &start->model});
 }
 
 Rivals::Marks Rivals::marks_of(const Candidate& candidate, const std::vector<Candidate>& present,
@@ -160,16 +168,18 @@ Rivals::Marks Rivals::marks_of(const Candidate& candidate, const std::vector<Can
   Marks marks;
   std::vector<Candidate> added = present;
   added.push_back(candidate);
-  const Predictor predictor(robot_.without_effects(), effects_with(added), campaign_, threads_,
-                            progress);
-  for (const auto& [leading, others] : sizes_of(*candidate.effect.kind)) {
+  const Predictor predictor = predictor_.with_effects(effects_with(added));
+  const bool has_others = candidate.effect.values.size() > 1;
+  const auto sizes = sizes_of(*candidate.effect.kind);
+  for (const auto& [leading, others] : sizes) {
     added.back() = at_size(candidate, leading, others);
     const std::vector<vjm::Effect> effects = effects_with(added);
     const std::vector<Parameter> unknowns = parameters(effects, added);
     VectorXd values = values_of(unknowns);
     for (std::size_t k = 0; k < fit.parameters.size(); ++k)
       values[static_cast<Index>(k)] = fit.parameters[k].value;
-    const auto there = linearised_at(predictor, campaign_, noise_, unknowns, values, fit, progress);
+    const auto there =
+        linearised_at(predictor, campaign_, noise_, unknowns, values, fit, has_others, progress);
     if (!there) {
       marks.failure = "the model with it has no equilibrium for some reading";
       continue;
@@ -184,6 +194,13 @@ Rivals::Marks Rivals::marks_of(const Candidate& candidate, const std::vector<Can
     if (!columns.allFinite()) continue;
     marks.signatures.push_back({columns});
     marks.starts.push_back(added.back());
+    // A mark that only grows with its size is the same direction at every size.
+    if (leading == sizes[1].first && marks.signatures.size() == 2 && sizes.back().second == 1 &&
+        is_proportional(marks.signatures, leading)) {
+      marks.signatures.pop_back();
+      marks.starts.pop_back();
+      break;
+    }
   }
   if (!marks.signatures.empty()) marks.failure.clear();
   return marks;

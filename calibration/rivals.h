@@ -27,7 +27,9 @@ std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std
 /// A robot, a campaign, and the fits of models with something more.
 class Rivals {
  public:
-  Rivals(const vjm::Robot& robot, const Campaign& campaign, const Noise& noise, int threads);
+  /// Throws what Predictor does. Keeps references.
+  Rivals(const vjm::Robot& robot, const Campaign& campaign, const Noise& noise, int threads,
+         files::Progress& progress);
 
   /// What is fitted under every rival: what the user declared uncertain, zeros and frames.
   BaseFit fit(const std::vector<Candidate>& added, const BaseFit* start,
@@ -55,7 +57,7 @@ class Rivals {
   const vjm::Robot& robot_;
   const Campaign& campaign_;
   const Noise& noise_;
-  int threads_;
+  Predictor predictor_;  // of the robot as it is
   std::vector<Parameter> base_;
 };
 

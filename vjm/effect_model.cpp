@@ -4,6 +4,8 @@
 #include <optional>
 #include <stdexcept>
 
+#include "kinetostat/vjm/equilibrium_state.h"
+
 namespace kinetostat::vjm {
 
 using Eigen::Index;
@@ -18,7 +20,7 @@ struct EffectModel::Case {
   const Load& load;
   const Conditions& conditions;
   const ReadingErrors& errors;
-  const Equilibrium& equilibrium;
+  const SystemState& state;
 };
 
 namespace {
@@ -94,7 +96,7 @@ Response EffectModel::at_rest(std::size_t parameters) const {
 
 Response EffectModel::respond(const Posture& posture, const Load& stated, const Conditions& given,
                               const Response& before, const std::vector<ModelParameter>& parameters,
-                              bool with_derivatives) const {
+                              bool with_derivatives, const SystemState* near) const {
   std::optional<Manipulator> varied;
   Conditions conditions = given;
   Response response;
@@ -114,13 +116,14 @@ Response EffectModel::respond(const Posture& posture, const Load& stated, const 
   const Manipulator& manipulator = varied ? *varied : fixed_;
   const ReadingErrors errors = reads_ ? reading_errors(effects_, conditions) : ReadingErrors{};
   const Load load = errors.actual(stated);
-  const Equilibrium equilibrium = equilibrium_under_load(manipulator, posture, load, options_);
-  if (equilibrium.status != EquilibriumStatus::converged) {
-    response.failure = equilibrium.reason;
+  FoundState found = state_under_load(manipulator, posture, load, options_, near);
+  if (found.status != EquilibriumStatus::converged) {
+    response.failure = std::move(found.reason);
     return response;
   }
-  response.observed = errors.observed(equilibrium.platform);
-  const Case at{manipulator, posture, stated, load, conditions, errors, equilibrium};
+  response.state = std::move(found.state);
+  response.observed = errors.observed(response.state.bodies[0]);
+  const Case at{manipulator, posture, stated, load, conditions, errors, response.state};
   if (with_derivatives) {
     differentiate(at, before, parameters, response);
   } else if (has_history_) {
@@ -130,7 +133,7 @@ Response EffectModel::respond(const Posture& posture, const Load& stated, const 
 }
 
 void EffectModel::advance(const Case& at, const Response& before, Response& response) const {
-  const EquilibriumDerivatives equations(at.manipulator, at.posture, at.load, at.equilibrium);
+  const EquilibriumDerivatives equations(at.manipulator, at.posture, at.load, at.state);
   for (std::size_t e = 0; e < effects_.size(); ++e) {
     const Effect& effect = effects_[e];
     const Index size = effect.kind->history;
@@ -153,7 +156,7 @@ struct EffectModel::Linear {
 
   Linear(const Case& at, const std::vector<Effect>& effects, const Response& before,
          const std::vector<ModelParameter>& parameters)
-      : equations(at.manipulator, at.posture, at.load, at.equilibrium), columns(effects.size()) {
+      : equations(at.manipulator, at.posture, at.load, at.state), columns(effects.size()) {
     if (effects.empty()) return;
     for (std::size_t c = 0; c < at.manipulator.size(); ++c) states.push_back(equations.chain(c));
     std::vector<bool> needed(effects.size());
@@ -176,7 +179,7 @@ EquationChange EffectModel::change_by(const Linear& linear, const Case& at, cons
     for (std::size_t s = 0; s < effect.sites.size(); ++s)
       change.add(effect.sites[s].chain, linear.columns[parameter.effect][s], parameter.value);
     if (!effect.kind->acts_on_chains())
-      change.platform_wrench = at.errors.wrench_derivative(at.stated, at.equilibrium.platform,
+      change.platform_wrench = at.errors.wrench_derivative(at.stated, at.state.bodies[0],
                                                            tangent_of(parameter, at.conditions));
   }
   for (std::size_t e = 0; e < effects_.size(); ++e) {
@@ -208,10 +211,10 @@ void EffectModel::differentiate(const Case& at, const Response& before,
     changes.push_back(change_by(linear, at, before, parameters[p], column));
     solutions.push_back(linear.equations.solve(changes.back()));
     response.derivatives.col(column) =
-        at.errors.observed_motion(at.equilibrium.platform, solutions.back().platform);
+        at.errors.observed_motion(at.state.bodies[0], solutions.back().platform);
     if (parameters[p].springs.empty() && !effects_[parameters[p].effect].kind->acts_on_chains())
       response.derivatives.col(column) += at.errors.observed_derivative(
-          at.equilibrium.platform, tangent_of(parameters[p], at.conditions));
+          at.state.bodies[0], tangent_of(parameters[p], at.conditions));
   }
   for (std::size_t e = 0; e < effects_.size(); ++e)
     for (std::size_t s = 0; effects_[e].kind->history > 0 && s < effects_[e].sites.size(); ++s)

@@ -26,6 +26,7 @@ struct Response {
   Matrix6X derivatives;
   Histories histories;                               // after it
   std::vector<Eigen::MatrixXd> history_derivatives;  // one column a parameter
+  SystemState state;
 };
 
 class EffectModel {
@@ -44,10 +45,11 @@ class EffectModel {
 
   /// The beginning of a sequence.
   Response at_rest(std::size_t parameters) const;
-  /// The equilibrium under a stated load, after `before`. `posture` is one of the bare manipulator.
+  /// The equilibrium under a stated load, after `before`. `posture` is one of the bare manipulator;
+  /// `near` (or nullptr) a state close to the solution, which saves time.
   Response respond(const Posture& posture, const Load& load, const Conditions& conditions,
                    const Response& before, const std::vector<ModelParameter>& parameters,
-                   bool with_derivatives) const;
+                   bool with_derivatives, const SystemState* near = nullptr) const;
 
  private:
   struct Case;

@@ -130,25 +130,21 @@ std::string failure_reason(const Task& task, double reached, bool consistent) {
 }
 
 // The whole task first; when Newton's method fails, in steps that halve and double.
-Equilibrium follow(const Manipulator& manipulator, const Posture& posture, const Task& task,
-                   const EquilibriumOptions& options) {
-  EquilibriumSystem system(manipulator, posture);
-  SystemState state = system.relaxed_state();
-  double reached = 0, step = 1;
+FoundState follow(EquilibriumSystem& system, const Task& task, const EquilibriumOptions& options) {
+  FoundState found;
+  found.state = system.relaxed_state();
+  double step = 1;
   bool consistent = true;
-  std::vector<double> corrections;
-  int steps = 0;
-  while (reached < 1 && steps < options.max_steps) {
-    ++steps;
-    const double share = std::min(1.0, reached + step);
-    SystemState guess = state;
+  while (found.reached < 1 && found.steps < options.max_steps) {
+    ++found.steps;
+    const double share = std::min(1.0, found.reached + step);
+    SystemState guess = found.state;
     if (task.pose_given) guess.bodies[0] = task.pose(share);
-    const NewtonResult result =
-        newton(system, guess, task.load.scaled(share), task.pose_given, options);
-    corrections = result.corrections;
+    NewtonResult result = newton(system, guess, task.load.scaled(share), task.pose_given, options);
+    found.corrections = std::move(result.corrections);
     if (result.converged) {
-      state = result.state;
-      reached = share;
+      found.state = std::move(result.state);
+      found.reached = share;
       step *= 2;
     } else {
       consistent = result.consistent;
@@ -156,65 +152,100 @@ Equilibrium follow(const Manipulator& manipulator, const Posture& posture, const
       if (step < 1e-6 || !consistent) break;
     }
   }
-  Equilibrium equilibrium =
-      describe(system, manipulator, posture, state, task.load.scaled(reached));
-  equilibrium.steps = steps;
-  equilibrium.reached = reached;
-  equilibrium.corrections = std::move(corrections);
-  if (reached == 1) {
-    equilibrium.status = EquilibriumStatus::converged;
-    return equilibrium;
+  if (found.reached == 1) {
+    found.status = EquilibriumStatus::converged;
+    return found;
   }
-  equilibrium.reason = failure_reason(task, reached, consistent);
+  found.reason = failure_reason(task, found.reached, consistent);
   if (!consistent)
-    equilibrium.status =
-        task.pose_given ? EquilibriumStatus::rigid : EquilibriumStatus::unsupported;
-  return equilibrium;
+    found.status = task.pose_given ? EquilibriumStatus::rigid : EquilibriumStatus::unsupported;
+  return found;
 }
 
 // Between stops a joint may move freely, so Newton's method cannot tell where a load takes it. The
 // gap is bridged by springs that become softer and softer, until the joint lies at a stop, or is
 // balanced without.
-Equilibrium follow_through_gaps(const Manipulator& manipulator, const Posture& posture,
-                                const Task& task, const EquilibriumOptions& options) {
-  Equilibrium found = follow(manipulator, posture, task, options);
+FoundState follow_through_gaps(EquilibriumSystem& exact, const Manipulator& manipulator,
+                               const Posture& posture, const Task& task,
+                               const EquilibriumOptions& options) {
+  FoundState found = follow(exact, task, options);
   if (found.status == EquilibriumStatus::converged || !has_gaps(manipulator)) return found;
-  const Equilibrium first = follow(with_bridged_gaps(manipulator, 1), posture, task, options);
-  if (first.status != EquilibriumStatus::converged) return found;
-  SystemState state = state_of(first);
-  EquilibriumSystem exact(manipulator, posture);
+  SystemState state;
+  {
+    const Manipulator bridged = with_bridged_gaps(manipulator, 1);
+    EquilibriumSystem system(bridged, posture);
+    FoundState first = follow(system, task, options);
+    if (first.status != EquilibriumStatus::converged) return found;
+    state = std::move(first.state);
+  }
   for (double share = 0.1; share > 1e-10; share /= 10) {
     NewtonResult result = newton(exact, state, task.load, task.pose_given, options);
-    if (result.converged) {
-      Equilibrium equilibrium = describe(exact, manipulator, posture, result.state, task.load);
-      equilibrium.status = EquilibriumStatus::converged;
-      equilibrium.reached = 1;
-      equilibrium.steps = found.steps + 1;
-      equilibrium.corrections = std::move(result.corrections);
-      return equilibrium;
-    }
+    if (result.converged)
+      return {.status = EquilibriumStatus::converged,
+              .reached = 1,
+              .state = std::move(result.state),
+              .steps = found.steps + 1,
+              .corrections = std::move(result.corrections)};
     const Manipulator bridged = with_bridged_gaps(manipulator, share);
     EquilibriumSystem softer(bridged, posture);
     result = newton(softer, state, task.load, task.pose_given, options, Damping::none);
     if (!result.converged) return found;
-    state = result.state;
+    state = std::move(result.state);
   }
   return found;
 }
 
+bool fits(const SystemState& state, const Manipulator& manipulator) {
+  if (state.coordinates.size() != manipulator.size()) return false;
+  for (std::size_t c = 0; c < manipulator.size(); ++c)
+    if (state.coordinates[c].size() != manipulator.chains()[c].size()) return false;
+  return true;
+}
+
+Equilibrium equilibrium_of(const Manipulator& manipulator, const Posture& posture, const Task& task,
+                           const EquilibriumOptions& options) {
+  EquilibriumSystem system(manipulator, posture);
+  FoundState found = follow_through_gaps(system, manipulator, posture, task, options);
+  Equilibrium equilibrium =
+      describe(system, manipulator, posture, found.state, task.load.scaled(found.reached));
+  equilibrium.status = found.status;
+  equilibrium.reason = std::move(found.reason);
+  equilibrium.reached = found.reached;
+  equilibrium.steps = found.steps;
+  equilibrium.corrections = std::move(found.corrections);
+  return equilibrium;
+}
+
 }  // namespace
+
+FoundState state_under_load(const Manipulator& manipulator, const Posture& posture,
+                            const Load& load, const EquilibriumOptions& options,
+                            const SystemState* near) {
+  EquilibriumSystem system(manipulator, posture);
+  if (near != nullptr && fits(*near, manipulator)) {
+    NewtonResult result = newton(system, *near, load, false, options);
+    if (result.converged)
+      return {.status = EquilibriumStatus::converged,
+              .reached = 1,
+              .state = std::move(result.state),
+              .steps = 1,
+              .corrections = std::move(result.corrections)};
+  }
+  return follow_through_gaps(system, manipulator, posture,
+                             {false, posture.platform, posture.platform, load}, options);
+}
 
 Equilibrium equilibrium_at_pose(const Manipulator& manipulator, const Posture& posture,
                                 const Pose& pose, const EquilibriumOptions& options,
                                 const std::vector<NodeLoad>& node_loads) {
-  return follow_through_gaps(manipulator, posture,
-                             {true, posture.platform, pose, {.nodes = node_loads}}, options);
+  return equilibrium_of(manipulator, posture, {true, posture.platform, pose, {.nodes = node_loads}},
+                        options);
 }
 
 Equilibrium equilibrium_under_load(const Manipulator& manipulator, const Posture& posture,
                                    const Load& load, const EquilibriumOptions& options) {
-  return follow_through_gaps(manipulator, posture,
-                             {false, posture.platform, posture.platform, load}, options);
+  return equilibrium_of(manipulator, posture, {false, posture.platform, posture.platform, load},
+                        options);
 }
 
 }  // namespace kinetostat::vjm

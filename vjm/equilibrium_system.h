@@ -16,6 +16,7 @@
 #include "kinetostat/vjm/load.h"
 #include "kinetostat/vjm/manipulator.h"
 #include "kinetostat/vjm/robust_factor.h"
+#include "kinetostat/vjm/system_state.h"
 
 namespace kinetostat::vjm {
 
@@ -26,12 +27,6 @@ struct SystemVector {
   std::vector<Eigen::VectorXd> coordinates;
 
   double norm() const;
-};
-
-struct SystemState {
-  std::vector<spatial::Pose> bodies;         // the platform first
-  std::vector<spatial::Vector6> wrenches;    // on the chain ends, base axes
-  std::vector<Eigen::VectorXd> coordinates;  // all of each chain
 };
 
 /// Second derivative of the energy, scaled, on all motions that keep the chains together. Rows of

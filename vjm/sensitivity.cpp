@@ -44,9 +44,9 @@ struct EquilibriumDerivatives::System {
 
 EquilibriumDerivatives::EquilibriumDerivatives(const Manipulator& manipulator,
                                                const Posture& posture, const Load& load,
-                                               const Equilibrium& equilibrium)
+                                               const SystemState& state)
     : system_(std::make_unique<System>(manipulator, posture, load)) {
-  system_->equations.set(state_of(equilibrium), load);
+  system_->equations.set(state, load);
   system_->equations.linearise(false);
 }
 
@@ -103,7 +103,7 @@ StateDerivative EquilibriumDerivatives::solve(const EquationChange& change) cons
 Matrix6X displacement_by_log_stiffness(const Manipulator& manipulator, const Posture& posture,
                                        const Load& load, const Equilibrium& equilibrium,
                                        const std::vector<SpringParameter>& parameters) {
-  const EquilibriumDerivatives equations(manipulator, posture, load, equilibrium);
+  const EquilibriumDerivatives equations(manipulator, posture, load, state_of(equilibrium));
   Matrix6X derivatives(6, static_cast<Eigen::Index>(parameters.size()));
   for (std::size_t p = 0; p < parameters.size(); ++p) {
     EquationChange change = equations.no_change();

@@ -7,6 +7,7 @@
 
 #include "kinetostat/vjm/effect.h"
 #include "kinetostat/vjm/equilibrium.h"
+#include "kinetostat/vjm/system_state.h"
 
 namespace kinetostat::vjm {
 
@@ -41,9 +42,10 @@ struct StateDerivative {
 /// all parameters.
 class EquilibriumDerivatives {
  public:
-  /// `equilibrium` is one of `manipulator` under `load`. Keeps references to the first two.
+  /// `state` is one of equilibrium of `manipulator` under `load`. Keeps references to the first
+  /// two.
   EquilibriumDerivatives(const Manipulator& manipulator, const Posture& posture, const Load& load,
-                         const Equilibrium& equilibrium);
+                         const SystemState& state);
   ~EquilibriumDerivatives();
 
   /// The equilibrium as an effect on a chain sees it.
