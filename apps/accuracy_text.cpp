@@ -12,6 +12,9 @@ namespace {
 using fea::Accuracy;
 using fea::ErrorBars;
 
+// In a hundredth of the elements: of a smooth error, they have a few hundredths.
+constexpr double concentrated_share = 0.3;
+
 // Of the entry where it is significant, else, in brackets, of the root of the two diagonal ones.
 std::string bar_cell(const Accuracy& accuracy, Eigen::Index i, Eigen::Index j) {
   const Eigen::MatrixXd& c = accuracy.meshes.back().flexibility;
@@ -65,11 +68,15 @@ std::string convergence(const Accuracy& accuracy, double length, const std::stri
   if (bars.observed_rate)
     text += fmt::format("the error falls as unknowns^-{:.2f}; {:.2f} where stresses are smooth\n",
                         *bars.observed_rate, bars.best_rate);
-  if (bars.convergence_is_slow()) {
+  const bool is_short = accuracy.asked && !accuracy.converged;
+  if (bars.convergence_is_slow() ||
+      (is_short && accuracy.concentration.share > concentrated_share)) {
     const fea::Vector3 p = accuracy.concentration.place / length;
     text += fmt::format(
-        "a stress singularity slows it, as at the edge of a held face or a re-entrant edge: one "
-        "hundredth of the elements has {:.0f} % of the error, most near [{}, {}, {}] {}\n",
+        "{}, as at the edge of a held face or a re-entrant edge: one hundredth of the elements has "
+        "{:.0f} % of the error, most near [{}, {}, {}] {}\n",
+        bars.convergence_is_slow() ? "a stress singularity slows it"
+                                   : "the error sits where stresses are singular or nearly so",
         100 * accuracy.concentration.share, report::number(p.x(), 3), report::number(p.y(), 3),
         report::number(p.z(), 3), unit);
   }

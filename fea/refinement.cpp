@@ -18,7 +18,12 @@ namespace {
 // indicators of a coarse mesh.
 constexpr double most_share = 0.5, least_share = 0.08;
 constexpr double least_growth = 1.5, most_growth = 8;  // of the number of elements
+constexpr double least_room = 1.25;                    // for a last mesh before the limit
 constexpr double aim = 0.7;                            // at this part of what is asked for
+constexpr double slowest_rate = 1.0 / 3;               // of convergence that is planned with
+constexpr double room_used = 0.8;  // of the unknowns allowed: meshes come out larger than planned
+// Indicators of a mesh do not guide one that is much finer, so the limit is approached in steps.
+constexpr double last_growth = 4;
 
 // The bars' errors, element by element: those of all significant entries, beside the entry, and the
 // more important the worse the entry is known.
@@ -68,6 +73,19 @@ void assess(const LinkModel& model, int threads, Accuracy& accuracy) {
   accuracy.concentration = concentration_of(accuracy.indicator, model.mesh);
 }
 
+// How many times as many elements it takes to leave this share of the error, if it goes on falling
+// as it did from the mesh before to the last one.
+double growth_for(double share, const Accuracy& accuracy) {
+  const std::size_t count = accuracy.meshes.size();
+  if (count < 2) return least_growth;
+  const MeshOutcome &before = accuracy.meshes[count - 2], &last = accuracy.meshes[count - 1];
+  const double rate =
+      std::log(before.relative_error / last.relative_error) /
+      std::log(static_cast<double>(last.unknowns) / static_cast<double>(before.unknowns));
+  if (!std::isfinite(rate)) return least_growth;
+  return std::pow(share, -1 / std::clamp(rate, slowest_rate, accuracy.bars.best_rate));
+}
+
 std::string percent(double fraction) { return fmt::format("{:.2g} %", 100 * fraction); }
 
 // Why the sequence is not good enough yet; empty when it is.
@@ -112,18 +130,19 @@ class Refinement {
       return fmt::format("{} meshes are the limit", options_.most_meshes);
     if (options_.time_limit > 0 && elapsed() > options_.time_limit)
       return fmt::format("the time limit of {:g} s is reached", options_.time_limit);
-    const double room =
-        static_cast<double>(options_.most_unknowns) / static_cast<double>(last.unknowns);
-    if (room < least_growth)
-      return fmt::format("{} unknowns are the limit", options_.most_unknowns);
+    const double room = room_used * static_cast<double>(options_.most_unknowns) /
+                        static_cast<double>(last.unknowns);
+    if (room < least_room)
+      return fmt::format("{} unknowns are the limit (--unknowns)", options_.most_unknowns);
     const double share = std::clamp(aim * options_.accuracy / best.accuracy.bars.relative_error,
                                     least_share, most_share);
+    const bool is_last = room < last_growth && growth_for(share, best.accuracy) > room;
+    const double least = std::min(is_last ? room : least_growth, room);
     try {
       progress_.report("size field", 0);
-      LinkModel model = solve_(size_from_error(best.model.mesh, best.accuracy.indicator,
-                                               {.share = share,
-                                                .least_growth = least_growth,
-                                                .most_growth = std::min(room, most_growth)}));
+      LinkModel model = solve_(size_from_error(
+          best.model.mesh, best.accuracy.indicator,
+          {.share = share, .least_growth = least, .most_growth = std::min(room, most_growth)}));
       Accuracy accuracy = best.accuracy;
       assess(model, options_.threads, accuracy);
       best.model = std::move(model);

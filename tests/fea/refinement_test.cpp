@@ -77,6 +77,15 @@ TEST_F(Refine, SaysWhyItStoppedShort) {
   EXPECT_EQ(model.accuracy.meshes.size(), 2u);
 }
 
+TEST_F(Refine, GoesToTheLimitOfUnknownsAndNotBeyond) {
+  constexpr std::size_t limit = 40000;
+  const RefinedModel model = refined({.accuracy = 1e-5, .most_unknowns = limit});
+  EXPECT_FALSE(model.accuracy.converged);
+  EXPECT_THAT(model.accuracy.shortfall, HasSubstr("40000 unknowns are the limit"));
+  EXPECT_LE(model.accuracy.meshes.back().unknowns, limit);
+  EXPECT_GT(model.accuracy.meshes.back().unknowns, limit / 2);
+}
+
 // Whatever interrupts a later mesh, the mesh before it is the result.
 TEST_F(Refine, KeepsTheLastGoodMesh) {
   const auto interrupted = [&](auto error) {
