@@ -34,6 +34,8 @@ void add_warnings(const LinkSpec& spec, const SurfaceReport& report, LinkResult&
         fmt::format("4-node elements are too stiff: here an entry of the compliance may be off by "
                     "{:.2g} %. Use order 2",
                     100 * result.accuracy.bars.relative_error));
+  if (std::string doubt = doubt_about_unit(report.box, spec.unit); !doubt.empty())
+    result.warnings.push_back(std::move(doubt));
   for (const Defect& defect : report.defects)
     result.warnings.push_back(
         fmt::format("{} {}s in the surface", defect.count, name(defect.kind)));

@@ -151,6 +151,14 @@ std::string name(DefectKind kind) {
   return {};
 }
 
+std::string doubt_about_unit(const Box& box, const std::string& unit) {
+  constexpr double smallest = 1e-3, largest = 100;  // [m] of a link that somebody would load
+  const double diagonal = box.diagonal().norm();
+  if (diagonal >= smallest && diagonal <= largest) return {};
+  return fmt::format("the part would be {:.3g} m across: is the unit of its file {}?", diagonal,
+                     unit);
+}
+
 std::string cure(DefectKind kind) {
   switch (kind) {
     case DefectKind::open_edge:
@@ -215,6 +223,8 @@ std::vector<std::string> describe(const SurfaceReport& report, const std::string
       fmt::format("area {:.6g} {}^2", report.area / (length * length), unit),
       fmt::format("{} {}, {} {}", report.bodies(), report.bodies() == 1 ? "body" : "bodies",
                   report.cavities(), report.cavities() == 1 ? "cavity" : "cavities")};
+  if (const std::string doubt = doubt_about_unit(report.box, unit); !doubt.empty())
+    lines.push_back("warning: " + doubt);
   if (report.sound()) {
     lines.push_back(fmt::format("volume {:.6g} {}^3", report.volume / std::pow(length, 3), unit));
     if (density > 0) lines.push_back(fmt::format("mass {:.6g} kg", report.volume * density));

@@ -52,6 +52,9 @@ SurfaceReport check_surface(const SurfaceMesh& mesh, double tolerance);
 std::vector<std::string> describe(const SurfaceReport& report, const std::string& unit,
                                   double density = 0);
 
+/// A question when the box is too small or too large for a link in this unit; else empty.
+std::string doubt_about_unit(const Box& box, const std::string& unit);
+
 /// What to do about a defect, one sentence.
 std::string cure(DefectKind kind);
 

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numeric>
 #include <sstream>
+#include <string_view>
 #include <unordered_map>
 
 #include <assimp/Importer.hpp>
@@ -116,39 +117,100 @@ std::string lower_extension(const std::filesystem::path& file) {
   return extension.empty() ? extension : extension.substr(1);
 }
 
-std::size_t occurrences(const std::string& text, const std::string& word) {
-  std::size_t count = 0;
-  for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1))
-    ++count;
+// The rest of the line after "solid" is a name and may say anything.
+struct StlWords {
+  std::size_t facets = 0, facet_ends = 0;
+  bool ends = false;
+};
+
+StlWords count_words(const std::string& text) {
+  StlWords count;
+  std::string_view rest = text;
+  while (!rest.empty()) {
+    const std::string_view line = rest.substr(0, rest.find_first_of("\r\n"));
+    rest.remove_prefix(std::min(line.size() + 1, rest.size()));
+    const std::size_t begin = line.find_first_not_of(" \t");
+    if (begin == std::string_view::npos) continue;
+    const std::string_view word = line.substr(begin, line.find_first_of(" \t", begin) - begin);
+    if (word == "facet") ++count.facets;
+    if (word == "endfacet") ++count.facet_ends;
+    if (word == "endsolid") count.ends = true;
+  }
   return count;
 }
 
-void check_ascii_stl(const std::filesystem::path& file, const std::string& bytes) {
-  const std::string text = lower_case(bytes);
-  const std::size_t ends = occurrences(text, "endfacet");
-  const std::size_t begins = occurrences(text, "facet") - ends;
-  if (begins != ends || text.find("endsolid") == std::string::npos)
+void check_ascii_stl(const std::filesystem::path& file, const std::string& lower_case_text) {
+  const StlWords count = count_words(lower_case_text);
+  if (count.facets != count.facet_ends || !count.ends)
     throw InputError(
         file,
-        fmt::format("this ASCII STL is cut short: {} facets begin, {} end{}", begins, ends,
-                    text.find("endsolid") == std::string::npos ? ", no 'endsolid'" : ""),
+        fmt::format("this ASCII STL is cut short: {} facets begin, {} end{}", count.facets,
+                    count.facet_ends, count.ends ? "" : ", no 'endsolid'"),
         "Export the mesh again");
 }
 
+// The importer wants names short, and words in lower case; groups keep the case of their names.
+std::string tidied(const std::string& text, const std::string& lower_case_text) {
+  constexpr std::size_t longest = 200;
+  std::string result;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find_first_of("\r\n", begin), text.size());
+    const std::size_t word = std::min(text.find_first_not_of(" \t", begin), end);
+    const bool is_name = lower_case_text.compare(word, 5, "solid") == 0;
+    if (is_name)
+      result += "solid" + text.substr(word + 5, std::min(end - word - 5, longest));
+    else
+      result.append(lower_case_text, begin, end - begin);
+    result += '\n';
+    begin = end + 1;
+  }
+  return result;
+}
+
+bool is_text(const std::string& bytes) {
+  const std::size_t seen = std::min<std::size_t>(bytes.size(), 1000);
+  return std::all_of(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(seen), [](char c) {
+    const auto byte = static_cast<unsigned char>(c);
+    return byte >= ' ' || byte == '\t' || byte == '\r' || byte == '\n';
+  });
+}
+
+// Repositories of robot descriptions keep meshes apart from their texts; a copy may lack them.
+void refuse_placeholder(const std::filesystem::path& file, const std::string& bytes) {
+  if (bytes.starts_with("version https://git-lfs"))
+    throw InputError(file, "this is not the mesh but the note that Git LFS leaves in its place",
+                     "Fetch the mesh with 'git lfs pull'");
+}
+
+[[noreturn]] void refuse_text(const std::filesystem::path& file, const std::string& bytes) {
+  throw InputError(
+      file,
+      fmt::format("this is text, but no ASCII STL: it begins with '{}', not with "
+                  "'solid'",
+                  bytes.substr(0, std::min<std::size_t>(bytes.find_first_of("\r\n"), 40))),
+      "Export the mesh as STL");
+}
+
 // The importer trusts the facet count of a binary STL and stops silently at the end of an ASCII
-// one, whose words it knows in lower case only.
+// one.
 void check_stl(const std::filesystem::path& file, std::string& bytes) {
-  const std::size_t text_begin = bytes.find_first_not_of(" \t\r\n");
-  const std::string first_word = text_begin == std::string::npos ? "" : bytes.substr(text_begin, 5);
-  const bool says_solid = lower_case(first_word) == "solid";
   std::uint32_t count = 0;
   if (bytes.size() >= stl_header) std::memcpy(&count, bytes.data() + 80, sizeof count);
   const std::size_t expected = stl_header + stl_facet * std::size_t{count};
   if (bytes.size() >= stl_header && bytes.size() == expected) return;
-  if (says_solid && bytes.find('\0') == std::string::npos) {
-    check_ascii_stl(file, bytes);
-    if (first_word != "solid") bytes = lower_case(bytes);
-    return;
+  // Not binary then. Editors put marks before the text and zeros after it.
+  const bool has_mark = bytes.starts_with("\xef\xbb\xbf");
+  const std::size_t first = bytes.find_first_not_of(" \t\r\n", has_mark ? 3 : 0);
+  const std::size_t last = bytes.find_last_not_of(std::string_view(" \t\r\n\0", 5));
+  if (first != std::string::npos && last != std::string::npos) {
+    const std::string text = bytes.substr(first, last + 1 - first);
+    const std::string lower = lower_case(text);
+    if (lower.starts_with("solid") && text.find('\0') == std::string::npos) {
+      check_ascii_stl(file, lower);
+      bytes = tidied(text, lower);
+      return;
+    }
+    if (is_text(text)) refuse_text(file, text);
   }
   if (bytes.size() < stl_header)
     throw InputError(file, fmt::format("{} bytes are too few for an STL file", bytes.size()),
@@ -290,9 +352,13 @@ SurfaceMesh import_step(const std::filesystem::path& file) {
 SurfaceMesh import_triangles(const std::filesystem::path& file, std::string bytes) {
   const std::string kind = lower_extension(file);
   if (!is_step(kind) && kind != "stl" && kind != "obj" && kind != "ply" && kind != "msh")
-    throw InputError(file, fmt::format("'.{}' is not a surface format that is read here", kind),
+    throw InputError(file,
+                     kind.empty()
+                         ? "a file without an extension does not say its format"
+                         : fmt::format("'.{}' is not a surface format that is read here", kind),
                      "Export the link as STL, OBJ, PLY or STEP");
   if (bytes.empty()) throw InputError(file, "the file is empty", "Export the mesh again");
+  refuse_placeholder(file, bytes);
   if (is_step(kind)) return import_step(file);
   if (kind == "msh") {
     SurfaceMesh mesh = triangles_of(parse_msh(file, bytes));

@@ -208,5 +208,15 @@ TEST(SurfaceCheck, AHundredThousandFacetsTakeAboutASecond) {
   RecordProperty("seconds", std::to_string(elapsed.count()));
 }
 
+TEST(DoubtAboutUnit, IsRaisedForSpecksAndHouses) {
+  const auto doubt = [](double metres) {
+    return doubt_about_unit(Box(Vector3::Zero(), Vector3::Constant(metres)), "mm");
+  };
+  EXPECT_THAT(doubt(0.0003), testing::HasSubstr("0.00052 m across: is the unit of its file mm?"));
+  EXPECT_THAT(doubt(300), testing::HasSubstr("520 m across"));
+  EXPECT_EQ(doubt(0.003), "");
+  EXPECT_EQ(doubt(30), "");
+}
+
 }  // namespace
 }  // namespace kinetostat::fea

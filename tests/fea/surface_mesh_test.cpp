@@ -1,5 +1,7 @@
 #include "kinetostat/fea/surface_mesh.h"
 
+#include <algorithm>
+#include <cctype>
 #include <csignal>
 #include <limits>
 #include <stdexcept>
@@ -44,6 +46,44 @@ TEST(ReadSurface, BinaryAndAsciiStlGiveTheSameWeldedBox) {
     const Box bounds = bounding_box(surface.mesh.points);
     EXPECT_NEAR((bounds.sizes() - Vector3(0.31, 0.02, 0.012)).norm(), 0, 1e-8);
   }
+}
+
+// What editors and exporters leave around the text, and in names.
+TEST(ReadSurface, ReadsOddAsciiStl) {
+  const TemporaryFolder folder;
+  const std::string text = ascii_stl(box, 1000);
+  const std::size_t name = std::string("solid").size();
+  ASSERT_TRUE(text.starts_with("solid"));
+  std::string old_lines = text, capitals = text;
+  std::replace(old_lines.begin(), old_lines.end(), '\n', '\r');
+  std::transform(capitals.begin(), capitals.end(), capitals.begin(),
+                 [](unsigned char c) { return std::toupper(c); });
+  const std::string odd[] = {"\xef\xbb\xbf" + text,
+                             "\n \r\n" + text,
+                             text + std::string("\n\0\0", 3),
+                             old_lines,
+                             capitals,
+                             "solid facet endfacet vertex" + text.substr(name),
+                             "solid " + std::string(5000, 'x') + text.substr(name)};
+  for (const std::string& content : odd) {
+    const ImportedSurface surface = read_surface(folder.file("odd.stl", content), "mm");
+    EXPECT_EQ(surface.mesh.triangles.size(), 12u) << content.substr(0, 30);
+    EXPECT_EQ(surface.mesh.points.size(), 8u) << content.substr(0, 30);
+  }
+}
+
+TEST(ReadSurface, SaysWhatLiesInPlaceOfAMesh) {
+  const TemporaryFolder folder;
+  EXPECT_THAT(
+      message_of(folder.file("a.stl", "version https://git-lfs.github.com/spec/v1\noid sha256:0\n"),
+                 "mm"),
+      HasSubstr("git lfs pull"));
+  EXPECT_THAT(message_of(folder.file("b.stl", "<?xml version=\"1.0\"?>\n" + std::string(500, ' ') +
+                                                  "<COLLADA/>"),
+                         "mm"),
+              HasSubstr("begins with '<?xml version=\"1.0\"?>', not with 'solid'"));
+  EXPECT_THAT(message_of(folder.file("c.dae", "<COLLADA/>"), "mm"),
+              HasSubstr("'.dae' is not a surface format"));
 }
 
 TEST(ReadSurface, ReadsObjAndPly) {
