@@ -16,6 +16,7 @@
 #include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/alpha_wrap_3.h>
+#include <CGAL/boost/graph/copy_face_graph.h>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -81,6 +82,23 @@ Answer answer_of(const Mesh& mesh) {
   return answer;
 }
 
+// A sticker or a fin that was closed by its own back, as far as rounding shows.
+bool is_flat(const Mesh& piece) {
+  return std::abs(pmp::volume(piece)) < 1e-9 * std::pow(pmp::area(piece), 1.5);
+}
+
+// Leaves out closed pieces without volume, unless nothing else is there. Returns how many.
+std::int64_t remove_flat_pieces(Mesh& mesh) {
+  std::vector<Mesh> pieces;
+  pmp::split_connected_components(mesh, pieces);
+  const auto flat = static_cast<std::int64_t>(std::erase_if(
+      pieces, [](const Mesh& piece) { return CGAL::is_closed(piece) && is_flat(piece); }));
+  if (flat == 0 || pieces.empty()) return 0;
+  mesh.clear();
+  for (const Mesh& piece : pieces) CGAL::copy_face_graph(piece, mesh);
+  return flat;
+}
+
 // Every loop of open edges gets a patch of the least area that its own corners allow.
 Answer fill(const Request& request) {
   Mesh mesh = mesh_of(soup_of(request));
@@ -93,8 +111,9 @@ Answer fill(const Request& request) {
                           CGAL::parameters::use_delaunay_triangulation(true));
     if (!patch.empty()) ++closed;
   }
+  const std::int64_t flat = remove_flat_pieces(mesh);
   Answer answer = answer_of(mesh);
-  answer.counts = {closed, static_cast<std::int64_t>(holes.size()) - closed};
+  answer.counts = {closed, static_cast<std::int64_t>(holes.size()) - closed, flat};
   return answer;
 }
 
@@ -107,36 +126,70 @@ void uncross(Mesh& piece) {
     throw Impossible("a piece of the surface crosses itself");
 }
 
-// Closed pieces of the surface, those that bound material before cavities, each in the order of the
-// input.
-std::vector<Mesh> pieces_of(const Mesh& mesh) {
+// Closed pieces of the surface that have a volume, those that bound material before cavities, each
+// in the order of the input. `flat` counts those without one.
+std::vector<Mesh> pieces_of(const Mesh& mesh, std::int64_t& flat) {
   std::vector<Mesh> pieces;
   pmp::split_connected_components(mesh, pieces);
-  for (Mesh& piece : pieces) {
+  for (const Mesh& piece : pieces)
     if (!CGAL::is_closed(piece)) throw Impossible("a piece of the surface is open");
-    uncross(piece);
-  }
+  flat = static_cast<std::int64_t>(std::erase_if(pieces, is_flat));
+  if (pieces.empty()) throw Impossible("no piece of the surface has a volume");
+  for (Mesh& piece : pieces) uncross(piece);
   std::stable_partition(pieces.begin(), pieces.end(),
                         [](const Mesh& piece) { return pmp::volume(piece) > 0; });
   return pieces;
 }
 
+// Bodies whose boxes are apart.
+struct Batch {
+  Mesh mesh;
+  std::vector<CGAL::Bbox_3> boxes;
+  bool is_cavity;
+
+  bool takes(const CGAL::Bbox_3& box, bool cavity) const {
+    return cavity == is_cavity &&
+           std::none_of(boxes.begin(), boxes.end(),
+                        [&box](const CGAL::Bbox_3& other) { return CGAL::do_overlap(box, other); });
+  }
+};
+
+// Each piece in the first batch that takes it: hundreds of screws are a few operations then,
+// instead of one on the whole for each.
+std::vector<Batch> batches_of(const std::vector<Mesh>& pieces) {
+  std::vector<Batch> batches;
+  for (const Mesh& piece : pieces) {
+    const CGAL::Bbox_3 box = pmp::bbox(piece);
+    const bool is_cavity = pmp::volume(piece) < 0;
+    auto batch = std::find_if(batches.begin(), batches.end(),
+                              [&](const Batch& some) { return some.takes(box, is_cavity); });
+    if (batch == batches.end())
+      batch = batches.insert(batch, {.mesh = {}, .boxes = {}, .is_cavity = is_cavity});
+    CGAL::copy_face_graph(piece, batch->mesh);
+    batch->boxes.push_back(box);
+  }
+  return batches;
+}
+
 // The union of all bodies, less the cavities: shells that face inwards.
 Answer unite(const Request& request) {
-  std::vector<Mesh> pieces = pieces_of(mesh_of(soup_of(request)));
-  Mesh whole = pieces.front();
-  for (std::size_t i = 1; i < pieces.size(); ++i) {
-    const bool is_cavity = pmp::volume(pieces[i]) < 0;
-    if (is_cavity) pmp::reverse_face_orientations(pieces[i]);
+  std::int64_t flat = 0;
+  std::vector<Batch> batches = batches_of(pieces_of(mesh_of(soup_of(request)), flat));
+  Mesh whole = std::move(batches.front().mesh);
+  for (std::size_t i = 1; i < batches.size(); ++i) {
+    Batch& batch = batches[i];
+    if (batch.is_cavity) pmp::reverse_face_orientations(batch.mesh);
     const auto checked = CGAL::parameters::throw_on_self_intersection(true);
     Mesh result;
     const bool manifold =
-        is_cavity ? pmp::corefine_and_compute_difference(whole, pieces[i], result, checked)
-                  : pmp::corefine_and_compute_union(whole, pieces[i], result, checked);
+        batch.is_cavity ? pmp::corefine_and_compute_difference(whole, batch.mesh, result, checked)
+                        : pmp::corefine_and_compute_union(whole, batch.mesh, result, checked);
     if (!manifold) throw Impossible("the united bodies touch along an edge or at a point only");
     whole = std::move(result);
   }
-  return answer_of(whole);
+  Answer answer = answer_of(whole);
+  answer.counts = {flat};
+  return answer;
 }
 
 Answer wrap(const Request& request) {

@@ -5,7 +5,8 @@
 // answer_descriptor, both as byte_blocks.h has it:
 //   request: operation ("fill", "unite" or "wrap"), numbers (wrap: alpha and offset [m]),
 //            points (3 doubles each), triangles (3 int32 each)
-//   answer:  points, triangles, counts (int64; fill: holes closed, holes left open)
+//   answer:  points, triangles, counts (int64; fill: holes closed, holes left open, pieces
+//            without volume that were left out; unite: the last of these)
 // Words for the user go to standard output. The memory limit is an argument: --memory BYTES.
 #pragma once
 

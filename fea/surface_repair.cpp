@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
 #include <numeric>
 #include <system_error>
 
@@ -27,6 +29,29 @@ bool has(const SurfaceReport& report, DefectKind kind) {
                      [kind](const Defect& defect) { return defect.kind == kind; });
 }
 
+const std::vector<int>& facets_of(const SurfaceReport& report, DefectKind kind) {
+  static const std::vector<int> none;
+  for (const Defect& defect : report.defects)
+    if (defect.kind == kind) return defect.facets;
+  return none;
+}
+
+// Facets without area that hang on by one edge close nothing. Returns how many there were.
+std::size_t remove_loose_slivers(const SurfaceReport& report, SurfaceMesh& mesh) {
+  const std::vector<int>& open = facets_of(report, DefectKind::open_edge);
+  const std::vector<int>& thin = facets_of(report, DefectKind::degenerate_facet);
+  std::vector<int> loose;
+  std::set_intersection(open.begin(), open.end(), thin.begin(), thin.end(),
+                        std::back_inserter(loose));
+  std::vector<int> kept(mesh.triangles.size(), 0);
+  for (const int f : loose) kept[static_cast<std::size_t>(f)] = -1;
+  int count = 0;
+  for (int& number : kept)
+    if (number == 0) number = count++;
+  keep_facets(mesh, kept);
+  return loose.size();
+}
+
 std::size_t count_of(const SurfaceReport& report, DefectKind kind) {
   for (const Defect& defect : report.defects)
     if (defect.kind == kind) return defect.count;
@@ -37,6 +62,13 @@ bool is_one_solid(const SurfaceReport& report) { return report.sound() && report
 
 std::string counted(std::size_t n, const char* one, const char* many) {
   return fmt::format("{} {}", n, n == 1 ? one : many);
+}
+
+// From the last of the helper's counts.
+std::string sheets_left_out(const std::vector<std::int64_t>& counts) {
+  if (counts.empty() || counts.back() == 0) return {};
+  return ", " + counted(static_cast<std::size_t>(counts.back()), "sheet without volume left out",
+                        "sheets without volume left out");
 }
 
 cgal::Request request_for(const SurfaceMesh& mesh, const std::string& operation,
@@ -136,7 +168,9 @@ class Repair {
       return;
     const double tolerance = options_.tolerance > 0 ? options_.tolerance : 1e-4 * diagonal_;
     SurfaceMesh welded = mesh_;
-    const EdgeWeldReport did = weld_open_edges(welded, tolerance);
+    const std::size_t loose = remove_loose_slivers(state_, welded);
+    EdgeWeldReport did = weld_open_edges(welded, tolerance);
+    did.removed += loose;
     if (did.joined + did.split + did.removed == 0) return;
     if (welded.triangles.empty())
       return log(RepairStep::weld, false, "nothing would be left of the surface");
@@ -225,9 +259,9 @@ class Repair {
     const double share = area / area_of(*filled);
     log(RepairStep::fill, true,
         fmt::format(
-            "{} closed; the patches are {:.2g} % of the surface and reach {} from the rest",
+            "{} closed; the patches are {:.2g} % of the surface and reach {} from the rest{}",
             counted(counts.empty() ? 0 : static_cast<std::size_t>(counts[0]), "hole", "holes"),
-            100 * share, length(reach)));
+            100 * share, length(reach), sheets_left_out(counts)));
     report_.patch_area = area;
     carry_groups(mesh_, SurfaceLocator(mesh_), contact_, *filled);
     accept(std::move(*filled), state);
@@ -241,19 +275,21 @@ class Repair {
 
   void unite() {
     if (has(state_, DefectKind::open_edge)) return;
-    std::optional<SurfaceMesh> united = ask_helper(RepairStep::unite, {});
+    std::vector<std::int64_t> counts;
+    std::optional<SurfaceMesh> united = ask_helper(RepairStep::unite, {}, &counts);
     if (!united) return;
     const SurfaceReport state = check_surface(*united, contact_);
     if (!state.sound() || state.bodies() >= std::max(2, state_.bodies() + (state_.sound() ? 0 : 1)))
       return log(RepairStep::unite, false,
-                 state.sound() ? "the bodies do not touch one another"
-                               : "the union would still not bound a solid");
-    const auto [moved, distance] = change(*united);
-    if (!moved.empty()) return log(RepairStep::unite, false, moved);
+                 !state.sound()   ? "the union would still not bound a solid"
+                 : state_.sound() ? "the bodies do not touch one another"
+                                  : fmt::format("{} bodies apart would be left", state.bodies()));
+    const Change moved = change(*united);
+    if (!moved.refusal.empty()) return log(RepairStep::unite, false, moved.refusal);
     log(RepairStep::unite, true,
-        fmt::format("{} of facets became {}", counted(state_.shells.size(), "shell", "shells"),
-                    counted(state.shells.size(), "shell", "shells")));
-    report_.distance = std::max(report_.distance, distance);
+        fmt::format("{} of facets became {}{}", counted(state_.shells.size(), "shell", "shells"),
+                    counted(state.shells.size(), "shell", "shells"), sheets_left_out(counts)));
+    report_.distance = std::max(report_.distance, moved.distance);
     carry_groups(mesh_, *locator_, contact_, *united);
     accept(std::move(*united), state);
   }
@@ -282,10 +318,13 @@ class Repair {
     state_ = check_surface(mesh_, contact_);
   }
 
-  // From coarse to fine: the first that stays within the limit.
+  // From coarse to fine: the first that stays within the limit. Where the volume does not come
+  // nearer, a finer one would not help.
   void wrap() {
     std::string last;
-    for (const double fineness : {40.0, 80.0, 140.0}) {
+    double volume = std::numeric_limits<double>::infinity();
+    constexpr double finest = 280;
+    for (const double fineness : {40.0, 80.0, 140.0, finest}) {
       const double alpha = diagonal_ / fineness, offset = alpha / 30;
       std::optional<SurfaceMesh> wrapped = ask_helper(RepairStep::wrap, {alpha, offset});
       if (!wrapped) return;
@@ -294,14 +333,21 @@ class Repair {
         last = "the wrapped surface does not bound a solid";
         continue;
       }
-      const auto [moved, distance] = change(*wrapped);
-      last = moved;
-      if (!moved.empty()) continue;
+      if (state.bodies() > 1)
+        return log(RepairStep::wrap, false,
+                   fmt::format("{} bodies would be left, for they are apart", state.bodies()));
+      const Change moved = change(*wrapped);
+      last = moved.refusal;
+      if (!report_.volume_before && !moved.refusal.empty()) break;
+      const double finer = finest / fineness;
+      if (moved.volume > std::min(0.8 * volume, finer * finer * options_.limit)) break;
+      volume = moved.volume > 0 ? moved.volume : volume;
+      if (!moved.refusal.empty()) continue;
       log(RepairStep::wrap, true,
           fmt::format("balls of radius {} rolled over the surface: {} instead of {}", length(alpha),
                       counted(wrapped->triangles.size(), "facet", "facets"),
                       mesh_.triangles.size()));
-      report_.distance = std::max(report_.distance, distance);
+      report_.distance = std::max(report_.distance, moved.distance);
       carry_groups(mesh_, *locator_, 2 * offset, *wrapped);
       return accept(std::move(*wrapped), state);
     }
@@ -329,28 +375,39 @@ class Repair {
     return state;
   }
 
-  // Why the new surface is too far from the old one, empty when it is not; and the distance [m].
-  std::pair<std::string, double> change(const SurfaceMesh& mesh) const {
-    const double distance = farthest_distance(mesh, *locator_, 0.01 * diagonal_);
-    if (distance > options_.limit * diagonal_)
-      return {fmt::format("the surface would move by {}, {:.2g} % of the diagonal; the limit is "
-                          "{:.2g} %",
-                          length(distance), 100 * distance / diagonal_, 100 * options_.limit),
-              distance};
+  // Of a new surface beside the original one.
+  struct Change {
+    std::string refusal = {};  // why it is too large, empty when it is not
+    double distance = 0;       // [m]
+    double volume = 0;         // of the volume, as a fraction; 0 where it is not known
+  };
+
+  Change change(const SurfaceMesh& mesh) const {
+    Change change{.distance = farthest_distance(mesh, *locator_, 0.01 * diagonal_)};
     const std::optional<double> volume = enclosed_volume(mesh);
-    if (report_.volume_before && volume) {
-      const double change = *volume / *report_.volume_before - 1;
-      if (!(std::abs(change) <= options_.limit))
-        return {fmt::format("the volume would change by {:+.2g} %; the limit is {:.2g} %",
-                            100 * change, 100 * options_.limit),
-                distance};
-    } else if (const double ratio = area_of(mesh) / area_of(original_); ratio > 1.5) {
-      return {fmt::format("the surface is open, and would be wrapped from both sides ({:.2g} times "
-                          "the area)",
-                          ratio),
-              distance};
-    }
-    return {"", distance};
+    const double ratio = area_of(mesh) / area_of(original_);
+    if (report_.volume_before && volume)
+      change.volume = std::abs(*volume / *report_.volume_before - 1);
+    if (report_.volume_before && is_nothing(*report_.volume_before))
+      change.refusal = "the surface encloses nothing";
+    else if (change.distance > options_.limit * diagonal_)
+      change.refusal = fmt::format(
+          "the surface would move by {}, {:.2g} % of the diagonal; the limit is {:.2g} %",
+          length(change.distance), 100 * change.distance / diagonal_, 100 * options_.limit);
+    else if (!(change.volume <= options_.limit))
+      change.refusal =
+          fmt::format("the volume would change by {:+.2g} %; the limit is {:.2g} %",
+                      100 * (*volume / *report_.volume_before - 1), 100 * options_.limit);
+    else if (!(report_.volume_before && volume) && ratio > 1.5)
+      change.refusal = fmt::format(
+          "the surface is open, and would be wrapped from both sides ({:.2g} times the area)",
+          ratio);
+    return change;
+  }
+
+  bool is_nothing(double volume) const {
+    // Of a cube it would be 0.07.
+    return std::abs(volume) < 1e-9 * std::pow(area_of(original_), 1.5);
   }
 
   void accept(SurfaceMesh mesh, const SurfaceReport& state) {

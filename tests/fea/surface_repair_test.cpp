@@ -280,6 +280,44 @@ TEST(RepairByCgal, UniteMendsABodyThatCrossesItself) {
   EXPECT_TRUE(check_surface(mesh, tolerance).sound());
 }
 
+// Screws that touch nothing but the part are united with it all at once.
+TEST(RepairByCgal, UniteTakesManyPartsInFewSteps) {
+  SurfaceMesh mesh = box_surface({0, 0, 0}, {40, 40, 1});
+  for (int i = 0; i < 12; ++i)
+    for (int j = 0; j < 12; ++j)
+      append(mesh, box_surface({3.0 * i + 2, 3.0 * j + 2, 0.5}, {3.0 * i + 3, 3.0 * j + 3, 1.5}));
+  const RepairReport report = mend(mesh, {RepairStep::unite});
+  ASSERT_TRUE(report.actions.at(0).done) << report.actions[0].words;
+  expect_sound(mesh, 1600 + 144 * 0.5, 1e-9);
+}
+
+TEST(Repair, WeldTakesLooseSliversAway) {
+  SurfaceMesh mesh = box;
+  mesh.points.push_back(0.5 * (mesh.points[4] + mesh.points[5]));
+  mesh.triangles.push_back({4, 5, 8});
+  ASSERT_FALSE(check_surface(mesh, tolerance).sound());
+  mend(mesh, {RepairStep::weld});
+  expect_sound(mesh, 6, 1e-12);
+}
+
+// A sticker in a face, and a fin without thickness on an edge.
+TEST(RepairByCgal, SheetsWithoutVolumeAreLeftOut) {
+  SurfaceMesh mesh = box;
+  append(mesh, {.points = {{0.5, 0.5, 1}, {1, 0.5, 1}, {1, 1, 1}}, .triangles = {{0, 1, 2}}});
+  append(mesh, {.points = {{0, 0, 1}, {1, 0, 1}, {1, 0, 2}}, .triangles = {{0, 1, 2}}});
+  const RepairReport report = mend(mesh, {RepairStep::fill});
+  EXPECT_THAT(report.actions.at(0).words, HasSubstr("2 sheets without volume left out"));
+  expect_sound(mesh, 6, 1e-9);
+}
+
+TEST(RepairByCgal, BodiesApartAreNotWrappedEither) {
+  SurfaceMesh mesh = box;
+  append(mesh, box_surface({5, 0, 0}, {8, 2, 1}));
+  const RepairReport report = mend(mesh, {RepairStep::wrap}, 0.05);
+  EXPECT_THAT(report.actions.at(0).words, HasSubstr("2 bodies would be left"));
+  EXPECT_EQ(mesh.triangles.size(), 24u);
+}
+
 TEST(RepairByCgal, BodiesApartAreNotUnited) {
   SurfaceMesh mesh = box;
   append(mesh, box_surface({5, 0, 0}, {6, 1, 1}));
