@@ -120,10 +120,10 @@ void add_tests(const Evidence& evidence, Assessment& assessment) {
 
 // What a model says of readings that were kept out of its fit. Their predictions take the place of
 // those that were made without the zeros and frames of their sessions.
-HeldOut predict_held_out(const Predictor& predictor, const Campaign& others, Role role,
+HeldOutReadings predict_held_out(const Predictor& predictor, const Campaign& others, Role role,
                          const Evidence& evidence, files::Progress& progress,
                          Assessment& assessment) {
-  HeldOut result;
+  HeldOutReadings result;
   result.role = role;
   const Evidence own{others, {}, evidence.noise, {}};
   Assessment alone;

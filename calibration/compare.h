@@ -30,7 +30,7 @@ enum class Adequacy {
 };
 
 /// Readings of another role, predicted by a model that was fitted without them.
-struct HeldOut {
+struct HeldOutReadings {
   Role role = Role::confirm;
   Eigen::Index values = 0;
   Eigen::Index estimated = 0;  // zeros and frames of sessions that only they belong to
@@ -50,7 +50,7 @@ struct Assessment {
   std::vector<spatial::Vector6> whitened;  // over the noise
   std::vector<ResidualStatistics> by_component;
   std::vector<ResidualStatistics> by_session;  // empty with one session
-  std::vector<HeldOut> held_out;               // one a role that some readings have, but `fit`
+  std::vector<HeldOutReadings> held_out;               // one a role that some readings have, but `fit`
   Patterns patterns;                           // what the residual depends on
   bool is_exact = false;  // the residual is nothing but rounding of the equilibrium
   /// sqrt(sum of squares / degrees of freedom) [m or rad], when only translations or only rotations

@@ -310,7 +310,7 @@ std::string role_name(calibration::Role role) {
 
 std::string held_out_text(const Campaign& campaign, const Assessment& assessment) {
   std::string text;
-  for (const calibration::HeldOut& held_out : assessment.held_out) {
+  for (const calibration::HeldOutReadings& held_out : assessment.held_out) {
     text += fmt::format("  Kept out of the fit, to {}: {} values", role_name(held_out.role),
                         held_out.values);
     if (!held_out.failure.empty()) {
@@ -437,7 +437,7 @@ Json to_json(const calibration::Patterns& patterns) {
   return json;
 }
 
-Json to_json(const Campaign& campaign, const calibration::HeldOut& held_out) {
+Json to_json(const Campaign& campaign, const calibration::HeldOutReadings& held_out) {
   Json json{{"role", role_name(held_out.role)},
             {"values", held_out.values},
             {"estimated", held_out.estimated},
