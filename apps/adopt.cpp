@@ -9,6 +9,7 @@
 #include "kinetostat/apps/command.h"
 #include "kinetostat/apps/commands.h"
 #include "kinetostat/apps/version.h"
+#include "kinetostat/apps/write_robot.h"
 #include "kinetostat/calibration/adoption.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/text_file.h"
@@ -121,19 +122,6 @@ Adoption adoption_of(const files::Json& diagnosis, const files::Json& entry, con
   }
   adoption.reasons = reasons_for(diagnosis, entry, fall);
   return adoption;
-}
-
-// Writes a robot file that reads back; else nothing.
-void write_robot(const std::filesystem::path& file, const std::string& text) {
-  const std::filesystem::path trial = file.string() + ".trial.yaml";
-  files::write_atomically(trial, text);
-  try {
-    (void)vjm::read_robot(trial);
-  } catch (...) {
-    std::filesystem::remove(trial);
-    throw;
-  }
-  std::filesystem::rename(trial, file);
 }
 
 files::Json adopt(const AdoptRequest& request, Run& run) {

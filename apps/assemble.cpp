@@ -8,6 +8,7 @@
 #include "kinetostat/apps/robot_request.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/report/manipulator.h"
+#include "kinetostat/report/skeleton.h"
 #include "kinetostat/vjm/assembly.h"
 
 namespace kinetostat::apps {
@@ -22,6 +23,11 @@ files::Json assemble(const PostureRequest& request, Run& run) {
   const vjm::Assembly assembly = vjm::assemble(robot.manipulator, posture);
   run.print(fmt::format("{}\n", robot.name) + report::text(robot, posture) +
             report::text(robot, assembly));
+  const vjm::Manipulator nominal = robot.manipulator.without_errors();
+  run.draw({{"skeletons",
+             {report::named_skeleton("nominal", report::skeleton(nominal, posture)),
+              report::named_skeleton("assembled",
+                                     report::skeleton(robot.manipulator, assembly.assembled))}}});
   if (assembly.assembled.status != vjm::EquilibriumStatus::converged)
     run.stop_short(assembly.assembled.reason);
   return {{"inputs", report::provenance(robot)},

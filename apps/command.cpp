@@ -64,6 +64,25 @@ files::Json provenance(const CommandInfo& info, const CLI::App& app) {
   return json;
 }
 
+// The page of the reference that describes a file with a mistake in it, by what the file says that
+// it is; empty where none does.
+std::string page_about(const files::InputError& error) {
+  const std::filesystem::path& file = error.details().file;
+  if (file.extension() != ".yaml" && file.extension() != ".yml") return {};
+  std::string text = "\n";
+  try {
+    text += files::read_text(file);
+  } catch (const files::InputError&) {
+    return {};  // it is not there
+  }
+  for (const auto& [key, page] :
+       {std::pair("\nlink:", "link-file.md"), std::pair("\ncampaign:", "campaign-file.md"),
+        std::pair("\nmanipulator:", "robot-file.md")})
+    if (text.find(key) != std::string::npos)
+      return fmt::format("\nIts keys are described in docs/reference/{}.", page);
+  return {};
+}
+
 }  // namespace
 
 UsageError::UsageError(const std::string& option, const std::string& what, const std::string& cure)
@@ -113,6 +132,9 @@ void Program::add_common_options(CLI::App& app, const CommandInfo& info) {
   };
   add("--json", options_.json, "Write the result as JSON; '-' is standard output")
       ->type_name("FILE");
+  add("--html", options_.html,
+      "Write the result as a page to look at, one file that needs no other")
+      ->type_name("FILE");
   add("-o,--out", options_.out, info.out.empty() ? "Write the report to a file as well" : info.out)
       ->type_name("FILE");
   add("--threads", options_.threads, "Threads to use; all processors unless given")
@@ -148,7 +170,7 @@ int Program::run(int argc, const char* const* argv) {
   } catch (const UsageError& error) {
     return complain(bad_usage, error.what());
   } catch (const files::InputError& error) {
-    return complain(bad_input, error.what());
+    return complain(bad_input, error.what() + page_about(error));
   } catch (const files::NoConvergence& error) {
     return complain(no_convergence, error.what());
   } catch (const files::NotIdentifiable& error) {
@@ -212,26 +234,47 @@ std::string Program::hint(const std::vector<std::string>& arguments) const {
 }
 
 void Program::run_action(const Command& command) {
-  if (!options_.out.empty() && options_.out == options_.json)
-    throw UsageError("--out", fmt::format("'{}' is named by --json too", options_.out),
-                     "Name two different files");
+  require_distinct_files();
+  if (!options_.html.empty()) report::require_pages();
   const bool text = options_.json != "-";
   if (text && !options_.quiet) write(echo(command.info, *command.app));
   ProgressBar progress(streams_.err, options_.quiet ? ProgressBar::Style::none
                                                     : ProgressBar::style_for(streams_.err));
-  Run run(options_, options_json(*command.app), progress);
+  Run run(options_, options_json(*command.app), progress,
+          [this](std::string_view said) { write(said); });
   const files::Json result = command.action(run);
   progress.wipe();
   // What an action gives although it was stopped is worth having.
-  if (progress.cancelled() && run.shortfall().empty()) throw files::Cancelled();
+  if (progress.cancelled() && run.shortfall().empty() && !command.info.runs_until_stopped)
+    throw files::Cancelled();
   deliver(command, run, result);
   if (run.refusal()) throw *run.refusal();
   if (!run.shortfall().empty()) throw files::NoConvergence(run.shortfall());
   if (!run.unidentified().empty()) throw files::NotIdentifiable(run.unidentified());
 }
 
+void Program::require_distinct_files() const {
+  const std::pair<const char*, const std::string&> files[] = {
+      {"--json", options_.json}, {"--html", options_.html}, {"--out", options_.out}};
+  for (std::size_t i = 0; i < std::size(files); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (!files[i].second.empty() && files[i].second == files[j].second)
+        throw UsageError(files[i].first,
+                         fmt::format("'{}' is named by {} too", files[i].second, files[j].first),
+                         "Name two different files");
+}
+
+void Program::write_page(const Command& command, const Run& run, const files::Json& result) {
+  files::Json json = provenance(command.info, *command.app);
+  json.update(result);
+  std::vector<report::PageResult> results = run.page();
+  results.insert(results.begin(), {json, run.picture(), run.report()});
+  files::write_atomically(options_.html, report::page(report::title_of(json), results));
+}
+
 void Program::deliver(const Command& command, const Run& run, const files::Json& result) {
   if (run.out() && command.info.out.empty()) files::write_atomically(*run.out(), run.report());
+  if (!options_.html.empty()) write_page(command, run, result);
   if (!options_.json.empty()) {
     files::Json json = provenance(command.info, *command.app);
     json.update(result);

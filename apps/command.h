@@ -19,6 +19,7 @@
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/json.h"
 #include "kinetostat/files/progress.h"
+#include "kinetostat/report/page.h"
 
 namespace kinetostat::apps {
 
@@ -48,6 +49,7 @@ struct Streams {
 /// The options that every command has.
 struct CommonOptions {
   std::string json;  // a file, or "-" for standard output; empty when not asked for
+  std::string html;  // a file; empty when not asked for
   std::string out;   // a file; empty when not asked for
   int threads = 1;
   bool quiet = false;
@@ -56,12 +58,25 @@ struct CommonOptions {
 /// One run of one command, as its action sees it.
 class Run {
  public:
-  Run(const CommonOptions& options, files::Json command_options, files::Progress& progress)
-      : options_(options), command_options_(std::move(command_options)), progress_(progress) {}
+  Run(const CommonOptions& options, files::Json command_options, files::Progress& progress,
+      std::function<void(std::string_view)> write_now)
+      : options_(options),
+        command_options_(std::move(command_options)),
+        progress_(progress),
+        write_now_(std::move(write_now)) {}
 
   /// Adds to the report for people, which goes to standard output. The text brings its own line
   /// ends.
   void print(std::string_view text) { report_ += text; }
+
+  /// Goes to standard output at once, for commands that stay.
+  void say_now(const std::string& text) const { write_now_(text); }
+  /// Whether the result goes into a page; then its pictures are wanted.
+  bool wants_page() const { return !options_.html.empty(); }
+  /// What charts of the result need and the result itself does not hold.
+  void draw(files::Json picture) { picture_ = std::move(picture); }
+  /// Further results that belong on the same page, each with its own tool, command and options.
+  void add_to_page(report::PageResult result) { page_.push_back(std::move(result)); }
 
   /// The result is only part of what was asked for: it is delivered, then the reason is said and
   /// the program ends with exit code 4.
@@ -81,6 +96,8 @@ class Run {
   std::optional<std::filesystem::path> out() const;
 
   const std::string& report() const { return report_; }
+  const files::Json& picture() const { return picture_; }
+  const std::vector<report::PageResult>& page() const { return page_; }
   const std::string& shortfall() const { return shortfall_; }
   const std::string& unidentified() const { return unidentified_; }
   const std::optional<files::InputError>& refusal() const { return refusal_; }
@@ -89,7 +106,10 @@ class Run {
   const CommonOptions& options_;
   files::Json command_options_;
   files::Progress& progress_;
+  std::function<void(std::string_view)> write_now_;
   std::string report_;
+  files::Json picture_;
+  std::vector<report::PageResult> page_;
   std::string shortfall_, unidentified_;
   std::optional<files::InputError> refusal_;
 };
@@ -101,6 +121,7 @@ struct CommandInfo {
   std::string example;  // a whole command line that works in the source folder
   /// What --out holds when it is not the report as text; the action then writes it to run.out().
   std::string out = {};
+  bool runs_until_stopped = false;  // the first Ctrl-C is its proper end
 };
 
 /// Computes, prints the report for people through the run, and returns the result for programs.
@@ -134,6 +155,8 @@ class Program {
   int usage_error(const std::string& what, const std::vector<std::string>& arguments);
   std::string hint(const std::vector<std::string>& arguments) const;
   void run_action(const Command& command);
+  void require_distinct_files() const;
+  void write_page(const Command& command, const Run& run, const files::Json& result);
   void deliver(const Command& command, const Run& run, const files::Json& result);
   void write(std::string_view text);
 

@@ -5,6 +5,7 @@ namespace kinetostat::apps {
 
 class Program;
 
+void add_new(Program& program);
 void add_mesh_check(Program& program);
 void add_identify(Program& program);
 void add_beam(Program& program);
@@ -23,6 +24,8 @@ void add_adopt(Program& program);
 void add_revert(Program& program);
 void add_effect_list(Program& program);
 void add_effect_show(Program& program);
+void add_studio(Program& program);
+void add_report(Program& program);
 void add_demo(Program& program);
 
 }  // namespace kinetostat::apps

@@ -9,6 +9,7 @@
 #include "kinetostat/files/text_file.h"
 #include "kinetostat/report/comparison.h"
 #include "kinetostat/report/manipulator.h"
+#include "kinetostat/report/readings_picture.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -34,6 +35,9 @@ files::Json compare(const CompareRequest& request, Run& run) {
   json.update(report::to_json(campaign, comparison));
   if (!request.csv.empty())
     files::write_atomically(request.csv, report::residual_table(campaign, comparison));
+  if (run.wants_page())
+    run.draw({{"readings",
+               report::readings_picture(robot, campaign, report::readings_models(comparison))}});
   if (!comparison.refit_failure.empty()) run.leave_unidentified(comparison.refit_failure);
   return json;
 }

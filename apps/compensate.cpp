@@ -238,6 +238,10 @@ files::Json compensate(const CompensateRequest& request, Run& run) {
                    {"residual", after},
                    {"points", files::Json::array()}};
   for (const Compensation& point : points) json["points"].push_back(point_json(point));
+  files::Json positions = files::Json::array();
+  for (const vjm::TargetPose& pose : list.poses)
+    positions.push_back(files::to_json(pose.platform.position()));
+  run.draw({{"positions", positions}});
   for (std::size_t i = 0; i < points.size(); ++i)
     if (points[i].status != CompensationStatus::converged) {
       run.stop_short(fmt::format("pose {} of the path: {}", i + 1, points[i].reason));

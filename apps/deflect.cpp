@@ -9,6 +9,7 @@
 #include "kinetostat/apps/robot_request.h"
 #include "kinetostat/apps/segment_check.h"
 #include "kinetostat/report/manipulator.h"
+#include "kinetostat/report/skeleton.h"
 #include "kinetostat/vjm/fixed_point.h"
 
 namespace kinetostat::apps {
@@ -55,6 +56,10 @@ files::Json deflect(const Request& request, Run& run) {
   const std::optional<double> lumping =
       lumping_error(robot, request.posture, request.load, equilibrium);
   run.print(lumping_text(robot, lumping));
+  run.draw(
+      {{"skeletons",
+        {report::named_skeleton("unloaded", report::skeleton(robot.manipulator, posture)),
+         report::named_skeleton("loaded", report::skeleton(robot.manipulator, equilibrium))}}});
   stop_short_unless_stable(request.load, robot, equilibrium, run);
   return {{"inputs", report::provenance(robot)},
           {"posture", report::to_json(robot, posture)},

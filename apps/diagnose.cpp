@@ -7,8 +7,10 @@
 #include "kinetostat/calibration/diagnosis.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/text_file.h"
+#include "kinetostat/report/comparison.h"
 #include "kinetostat/report/diagnosis.h"
 #include "kinetostat/report/manipulator.h"
+#include "kinetostat/report/readings_picture.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -28,6 +30,24 @@ void require_known_kinds(const std::vector<std::string>& kinds) {
   }
 }
 
+// The readings under the model before and after; the comparison itself goes on the page, too.
+void draw(const vjm::Robot& robot, const calibration::Campaign& campaign,
+          const calibration::Diagnosis& diagnosis, Run& run) {
+  const calibration::Comparison before =
+      calibration::compare(robot, campaign, run.threads(), run.progress());
+  std::vector<report::ReadingsModel> models = report::readings_models(before);
+  if (!diagnosis.found.empty()) {
+    const vjm::Robot better = report::with_found(robot, diagnosis);
+    const calibration::Comparison after =
+        calibration::compare(better, campaign, run.threads(), run.progress());
+    models.push_back({"with the effect", report::readings_models(after).back().residual});
+  }
+  run.draw({{"readings", report::readings_picture(robot, campaign, models)}});
+  files::Json comparison = report::to_json(campaign, before);
+  comparison.erase("readings");  // they are in the picture
+  run.add_to_page({.result = std::move(comparison), .picture = {}, .text = {}});
+}
+
 files::Json diagnose(const DiagnoseRequest& request, Run& run) {
   require_known_kinds(request.options.kinds);
   const vjm::Robot robot = request.campaign.read_robot();
@@ -41,6 +61,7 @@ files::Json diagnose(const DiagnoseRequest& request, Run& run) {
   say_which_robot(robot, campaign, json, run);
   run.print(report::text(robot, campaign, diagnosis));
   json.update(report::to_json(robot, campaign, diagnosis));
+  if (run.wants_page()) draw(robot, campaign, diagnosis, run);
   if (run.out()) files::write_json(*run.out(), json);
   if (diagnosis.verdict == calibration::Verdict::cannot_tell)
     run.leave_unidentified("these data cannot tell which effect is missing");

@@ -14,6 +14,7 @@
 #include "kinetostat/apps/commands.h"
 #include "kinetostat/apps/link_exports.h"
 #include "kinetostat/apps/result_cache.h"
+#include "kinetostat/fea/link_picture.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/report/text.h"
 
@@ -212,6 +213,7 @@ files::Json computed(Run& run, const Options& options, const fea::LinkSpec& spec
     run.stop_short(fmt::format("{}: {}", spec.name, result.accuracy.shortfall));
   if (!options.vtu.empty()) files::write_vtu(options.vtu, fea::displacement_fields(result));
   options.exports.write(result);
+  if (run.wants_page()) run.draw({{"surface", fea::link_picture(result)}});
   return fea::to_json(result);
 }
 
@@ -219,7 +221,7 @@ files::Json identify(Run& run, const Options& options) {
   const fea::LinkSpec spec = fea::read_link(options.link);
   const files::Cache cache = options.no_cache ? files::Cache() : files::Cache::of_user();
   const ResultCache results(cache, run, spec);
-  const bool needs_model = !options.vtu.empty() || options.exports.any();
+  const bool needs_model = !options.vtu.empty() || options.exports.any() || run.wants_page();
   auto entry = needs_model ? std::nullopt : results.find();
   if (entry) {
     run.print(entry->report + "from the cache: computed before from the same input\n");

@@ -5,6 +5,7 @@
 int main(int argc, char** argv) {
   kinetostat::apps::catch_signals();
   kinetostat::apps::Program program;
+  kinetostat::apps::add_new(program);
   kinetostat::apps::add_mesh_check(program);
   kinetostat::apps::add_identify(program);
   kinetostat::apps::add_beam(program);
@@ -23,6 +24,10 @@ int main(int argc, char** argv) {
   kinetostat::apps::add_revert(program);
   kinetostat::apps::add_effect_list(program);
   kinetostat::apps::add_effect_show(program);
+#ifdef KINETOSTAT_HAS_STUDIO
+  kinetostat::apps::add_studio(program);
+#endif
+  kinetostat::apps::add_report(program);
   kinetostat::apps::add_demo(program);
   return program.run(argc, argv);
 }

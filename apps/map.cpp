@@ -351,6 +351,31 @@ files::Json summary(const vjm::Robot& robot, const PoseList& list,
   return json;
 }
 
+files::Json picture(const vjm::Robot& robot, const PoseList& list,
+                    const std::vector<NamedIndex>& indices, const std::vector<MapPoint>& points) {
+  files::Json poses = files::Json::array(), states = files::Json::array(),
+              values = files::Json::array();
+  const double length = spatial::parse_unit(robot.units.length).factor;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    poses.push_back(files::to_json(spatial::Vector3(list.poses[i].platform.position() / length)));
+    states.push_back(to_string(points[i].state));
+  }
+  for (std::size_t k = 0; k < indices.size(); ++k) {
+    files::Json list_of_values = files::Json::array();
+    for (const MapPoint& point : points)
+      list_of_values.push_back(point.values[k] / indices[k].factor);
+    values.push_back({{"name", indices[k].name},
+                      {"unit", indices[k].unit},
+                      {"values", std::move(list_of_values)}});
+  }
+  return {{"map",
+           {{"shape", list.shape},
+            {"length", robot.units.length},
+            {"positions", std::move(poses)},
+            {"states", std::move(states)},
+            {"indices", std::move(values)}}}};
+}
+
 files::Json map(const MapRequest& request, Run& run) {
   const vjm::Robot robot = vjm::read_robot(request.robot_file);
   const PoseList list = read_poses(request, robot);
@@ -366,6 +391,7 @@ files::Json map(const MapRequest& request, Run& run) {
                     saves ? &checkpoint : nullptr);
   if (run.out()) files::write_atomically(*run.out(), table_text(robot, list, named, points));
   if (!request.vtu.empty()) write_vtu(request.vtu, list, named, points);
+  if (run.wants_page()) run.draw(picture(robot, list, named, points));
   return summary(robot, list, named, points, run);
 }
 

@@ -8,6 +8,7 @@
 #include "kinetostat/apps/robot_request.h"
 #include "kinetostat/apps/segment_check.h"
 #include "kinetostat/report/manipulator.h"
+#include "kinetostat/report/skeleton.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -26,6 +27,9 @@ files::Json stiffness(const Request& request, Run& run) {
   files::Json json{{"inputs", report::provenance(robot)},
                    {"posture", report::to_json(robot, posture)},
                    {"unloaded", report::to_json(robot, unloaded)}};
+  files::Json skeletons{
+      report::named_skeleton("unloaded", report::skeleton(robot.manipulator, posture))};
+  run.draw({{"skeletons", skeletons}});
   if (!request.load.given() && robot.manipulator.is_relaxed_when_unloaded()) return json;
 
   const vjm::Equilibrium loaded = request.load.solve(robot, posture);
@@ -34,6 +38,9 @@ files::Json stiffness(const Request& request, Run& run) {
   run.print(lumping_text(robot, lumping));
   json["lumping_error"] = lumping ? files::Json(*lumping) : files::Json();
   json["loaded"] = report::to_json(robot, loaded);
+  skeletons.push_back(
+      report::named_skeleton("loaded", report::skeleton(robot.manipulator, loaded)));
+  run.draw({{"skeletons", skeletons}});
   stop_short_unless_stable(request.load, robot, loaded, run);
   return json;
 }

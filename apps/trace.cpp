@@ -9,6 +9,7 @@
 #include "kinetostat/files/text_file.h"
 #include "kinetostat/report/manipulator.h"
 #include "kinetostat/report/path.h"
+#include "kinetostat/report/skeleton.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -46,6 +47,18 @@ std::optional<double> first_critical_force(const Request& request, int multiple,
   return along ? std::optional(along->force) : std::nullopt;
 }
 
+// The posture at every point, branch by branch.
+files::Json picture(const vjm::Robot& robot, const vjm::PathTask& task, const vjm::Path& path) {
+  files::Json branches = files::Json::array();
+  for (const vjm::Branch& branch : path.branches) {
+    files::Json lines = files::Json::array();
+    for (const vjm::PathPoint& point : branch.points)
+      lines.push_back(report::chain_lines(robot.manipulator, point.equilibrium));
+    branches.push_back(std::move(lines));
+  }
+  return {{"path", {{"turns", turns(task)}, {"lines", std::move(branches)}}}};
+}
+
 files::Json trace(const Request& request, Run& run) {
   if (!request.load.given())
     throw UsageError("--along", "nothing is given that grows along the path",
@@ -72,6 +85,7 @@ files::Json trace(const Request& request, Run& run) {
     run.print(report::text(robot, task, study));
     json["segments"] = report::to_json(study);
   }
+  if (run.wants_page()) run.draw(picture(robot, task, path));
   if (run.out()) files::write_atomically(*run.out(), report::csv(robot, task, path));
   if (path.branches[0].end == vjm::BranchEnd::lost) run.stop_short(path.branches[0].reason);
   return json;

@@ -3,11 +3,14 @@
 #include <dlfcn.h>
 #include <suitesparse/cholmod.h>
 #include <tinyxml2.h>
+#include <zlib.h>
 
 #include <CLI/Version.hpp>
 #include <Eigen/Core>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+
+#include "kinetostat/report/page.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -52,6 +55,8 @@ std::vector<Part> linked_parts() {
       {"muParser", KINETOSTAT_MUPARSER_VERSION, "BSD-2-Clause"},
       {"TinyXML-2", dotted(TIXML2_MAJOR_VERSION, TIXML2_MINOR_VERSION, TIXML2_PATCH_VERSION),
        "Zlib"},
+      {"zlib", zlibVersion(), "Zlib"},
+      {"cpp-httplib", KINETOSTAT_HTTPLIB_VERSION, "MIT"},
       {"libmd", "", "BSD-3-Clause and others"},
   };
 }
@@ -69,6 +74,8 @@ std::string version_report() {
        {Part{"TetGen", "1.5", "AGPL-3.0+"}, Part{"CGAL", KINETOSTAT_CGAL_VERSION, "GPL-3.0+"},
         Part{"PETSc", KINETOSTAT_PETSC_VERSION, "BSD-2-Clause"}})
     text += fmt::format("  {:<24} {:<8} {}\n", part.name, part.version, part.licence);
+  text += fmt::format("\nIn pages (--html):\n  {:<24} {:<8} {}\n", "Plotly",
+                      report::has_pages() ? KINETOSTAT_PLOTLY_VERSION : "not built", "MIT");
   return text +
          "\nThe program as a whole, linked with CHOLMOD, is under GPL-3.0; the source code "
          "of kinetostat is\nunder Apache-2.0.\n";

@@ -121,8 +121,8 @@ void add_tests(const Evidence& evidence, Assessment& assessment) {
 // What a model says of readings that were kept out of its fit. Their predictions take the place of
 // those that were made without the zeros and frames of their sessions.
 HeldOutReadings predict_held_out(const Predictor& predictor, const Campaign& others, Role role,
-                         const Evidence& evidence, files::Progress& progress,
-                         Assessment& assessment) {
+                                 const Evidence& evidence, files::Progress& progress,
+                                 Assessment& assessment) {
   HeldOutReadings result;
   result.role = role;
   const Evidence own{others, {}, evidence.noise, {}};

@@ -50,7 +50,7 @@ struct Assessment {
   std::vector<spatial::Vector6> whitened;  // over the noise
   std::vector<ResidualStatistics> by_component;
   std::vector<ResidualStatistics> by_session;  // empty with one session
-  std::vector<HeldOutReadings> held_out;               // one a role that some readings have, but `fit`
+  std::vector<HeldOutReadings> held_out;       // one a role that some readings have, but `fit`
   Patterns patterns;                           // what the residual depends on
   bool is_exact = false;  // the residual is nothing but rounding of the equilibrium
   /// sqrt(sum of squares / degrees of freedom) [m or rad], when only translations or only rotations

@@ -138,6 +138,32 @@ TEST(Program, MessagesOfFailuresReachStandardError) {
               HasSubstr("please report it"));
 }
 
+TEST(Program, MistakesInAFileNameThePageThatDescribesIt) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "arm.yaml";
+  files::write_atomically(file, "kinetostat: 1\nmanipulator: {}\n");
+  EXPECT_THAT(run_throwing([&] { throw files::InputError(file, "is odd"); }).err,
+              HasSubstr("docs/reference/robot-file.md"));
+}
+
+TEST(Program, PageHoldsResultAndReport) {
+  if (!report::has_pages()) GTEST_SKIP() << "built without pages";
+  const test::TemporaryFolder folder;
+  const std::string file = folder.path() / "page.html";
+  const auto draw = [](apps::Run& run) {
+    EXPECT_TRUE(run.wants_page());
+    run.draw({{"scale", 2}});
+    return weigh(run);
+  };
+  EXPECT_EQ(run({"weigh", "t", "--html", file.c_str()}, draw).code, 0);
+  const auto results = report::read_page_results(file);
+  ASSERT_EQ(results.size(), 1u);
+  EXPECT_EQ(results[0].result["mass"], 7);
+  EXPECT_EQ(results[0].result["command"], "weigh");
+  EXPECT_EQ(results[0].picture["scale"], 2);
+  EXPECT_EQ(results[0].text, "7 kg\n");
+}
+
 TEST(Program, PartOfAResultIsDeliveredAndExitsAsNotConverged) {
   const Outcome outcome = run({"weigh", "t", "-q"}, [](apps::Run& run) {
     run.print("so far\n");
@@ -157,6 +183,7 @@ TEST(Program, HelpOfACommandBeginsWithItsOwnOptions) {
 
 TEST(Program, OneFileIsNotWrittenTwice) {
   EXPECT_EQ(run({"weigh", "t", "--json", "same", "--out", "same"}, weigh).code, 2);
+  EXPECT_EQ(run({"weigh", "t", "--html", "same", "--json", "same"}, weigh).code, 2);
 }
 
 TEST(Program, BadUsageIsRefusedWithAHint) {

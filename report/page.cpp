@@ -1,0 +1,242 @@
+#include "kinetostat/report/page.h"
+
+#include <array>
+#include <stdexcept>
+#include <string_view>
+#include <zlib.h>
+
+#include "kinetostat/files/error.h"
+#include "kinetostat/files/text_file.h"
+
+// The page that bundle.mjs made, placed there by the assembler; empty when there is none.
+extern "C" const char kinetostat_page_begin[];
+extern "C" const char kinetostat_page_end[];
+asm(R"(
+  .section .rodata
+  .global kinetostat_page_begin
+  .global kinetostat_page_end
+kinetostat_page_begin:
+  .incbin ")" KINETOSTAT_PAGE R"("
+kinetostat_page_end:
+  .byte 0
+  .previous
+)");
+
+namespace kinetostat::report {
+namespace {
+
+using files::Json;
+
+constexpr std::string_view results_begin =
+    "<script type=\"application/octet-stream\" id=\"results\">";
+constexpr std::string_view results_end = "</script>";
+constexpr std::string_view letters =
+    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+constexpr std::size_t most_bytes = std::size_t{1} << 30;  // of inflated results
+
+std::string_view shell() {
+  return {kinetostat_page_begin,
+          static_cast<std::size_t>(kinetostat_page_end - kinetostat_page_begin)};
+}
+
+std::string deflated(const std::string& text) {
+  uLongf size = compressBound(text.size());
+  std::string bytes(size, '\0');
+  if (compress2(reinterpret_cast<Bytef*>(bytes.data()), &size,
+                reinterpret_cast<const Bytef*>(text.data()), text.size(), 9) != Z_OK)
+    throw std::runtime_error("zlib failed");
+  bytes.resize(size);
+  return bytes;
+}
+
+// Nothing when the bytes are not what deflated() made.
+std::optional<std::string> inflated(const std::string& bytes) {
+  for (std::size_t room = 16 * bytes.size() + 1024; room <= most_bytes; room *= 4) {
+    std::string text(room, '\0');
+    uLongf size = room;
+    const int code = uncompress(reinterpret_cast<Bytef*>(text.data()), &size,
+                                reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
+    if (code == Z_BUF_ERROR) continue;
+    if (code != Z_OK) return std::nullopt;
+    text.resize(size);
+    return text;
+  }
+  return std::nullopt;
+}
+
+std::string base64(const std::string& bytes) {
+  std::string text;
+  text.reserve(bytes.size() * 4 / 3 + 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t group = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      group = group << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+    for (std::size_t k = 0; k < 4; ++k)
+      text += i + k <= bytes.size() ? letters[group >> (18 - 6 * k) & 63U] : '=';
+  }
+  return text;
+}
+
+std::optional<std::string> from_base64(std::string_view text) {
+  while (text.ends_with('=')) text.remove_suffix(1);
+  std::string bytes;
+  std::uint32_t group = 0;
+  int bits = 0;
+  for (const char letter : text) {
+    const std::size_t value = letters.find(letter);
+    if (value == std::string_view::npos) return std::nullopt;
+    group = group << 6 | static_cast<std::uint32_t>(value);
+    bits += 6;
+    if (bits < 8) continue;
+    bits -= 8;
+    bytes += static_cast<char>(group >> bits & 255U);
+  }
+  return bytes;
+}
+
+std::string escaped(std::string_view text) {
+  std::string out;
+  for (const char c : text) switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        out += c;
+    }
+  return out;
+}
+
+// The shell with each mark replaced, in one pass: what is put in is not searched again.
+std::string filled(const std::vector<std::pair<std::string_view, std::string>>& values) {
+  std::string out;
+  std::string_view rest = shell();
+  while (true) {
+    std::size_t first = std::string_view::npos;
+    const std::pair<std::string_view, std::string>* next = nullptr;
+    for (const auto& value : values)
+      if (const std::size_t at = rest.find(value.first); at < first) first = at, next = &value;
+    if (next == nullptr) return out.append(rest);
+    out.append(rest.substr(0, first)).append(next->second);
+    rest.remove_prefix(first + next->first.size());
+  }
+}
+
+files::InputError not_a_result(const std::filesystem::path& file) {
+  return {file, "is neither a result nor a page of results",
+          "Give files that 'kinetostat COMMAND --json FILE' or '--html FILE' wrote"};
+}
+
+Json results_in_page(const std::filesystem::path& file, std::string_view text) {
+  const std::size_t begin = text.find(results_begin);
+  if (begin == std::string_view::npos) throw not_a_result(file);
+  text.remove_prefix(begin + results_begin.size());
+  const auto bytes = from_base64(text.substr(0, text.find(results_end)));
+  const auto json = bytes ? inflated(*bytes) : std::nullopt;
+  if (!json) throw not_a_result(file);
+  Json results = Json::parse(*json, nullptr, false);
+  if (!results.is_array()) throw not_a_result(file);
+  return results;
+}
+
+std::string string_at(const Json& json, const std::vector<const char*>& path) {
+  const Json* at = &json;
+  for (const char* key : path) {
+    if (!at->is_object() || !at->contains(key)) return {};
+    at = &(*at)[key];
+  }
+  return at->is_string() ? at->get<std::string>() : std::string();
+}
+
+void drop(Json& json, const char* key) {
+  if (json.is_object()) json.erase(key);
+}
+
+// States of which there are many are drawn from the picture alone; --json has them whole.
+Json without_states(Json result) {
+  if (!result.contains("path") || !result["path"].is_object()) return result;
+  Json& path = result["path"];
+  for (const char* list : {"branches", "critical_points", "at_target"})
+    if (path.contains(list) && path[list].is_array())
+      for (Json& entry : path[list]) {
+        if (entry.contains("points") && entry["points"].is_array())
+          for (Json& point : entry["points"]) drop(point, "equilibrium");
+        if (entry.contains("point")) drop(entry["point"], "equilibrium");
+        drop(entry, "equilibrium");
+      }
+  return result;
+}
+
+// What a page shows of a result: not what its picture holds in a shorter form.
+Json shown(const PageResult& entry) {
+  Json result = without_states(entry.result);
+  if (entry.picture.is_object() && entry.picture.contains("readings") &&
+      result.contains("as_designed"))
+    result.erase("readings");
+  return result;
+}
+
+}  // namespace
+
+bool has_pages() { return !shell().empty(); }
+
+void require_pages() {
+  if (!has_pages())
+    throw files::InputError(
+        "--html", "this program was built without pages: npm or Plotly was missing",
+        "Run 'scripts/install-packages build', then configure and build again; --json works");
+}
+
+std::string page(const std::string& title, const std::vector<PageResult>& results, PageHost host) {
+  require_pages();
+  Json json = Json::array();
+  std::string text;
+  for (const PageResult& entry : results) {
+    json.push_back({{"result", shown(entry)}, {"picture", entry.picture}, {"text", entry.text}});
+    text += "<pre>" + escaped(entry.text) + "</pre>\n";
+  }
+  const std::string data = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return filled({{"@TITLE@", escaped(title)},
+                 {"@CONNECT@", host == PageHost::studio ? "'self'" : "'none'"},
+                 {"@TEXT@", text},
+                 {"@RESULTS@", base64(deflated(data))}});
+}
+
+std::string title_of(const Json& result) {
+  const std::string command = string_at(result, {"command"});
+  std::string about;
+  for (const std::vector<const char*>& path :
+       {std::vector<const char*>{"campaign"}, {"campaign", "name"}, {"link"}, {"inputs", "name"}})
+    if (about.empty()) about = string_at(result, path);
+  if (about.empty()) return command.empty() ? "kinetostat" : "kinetostat " + command;
+  return command.empty() ? about : command + ": " + about;
+}
+
+std::vector<PageResult> read_page_results(const std::filesystem::path& file) {
+  const std::string text = files::read_text(file);
+  std::vector<PageResult> results;
+  if (text.find(results_begin) == std::string::npos) {
+    Json result = Json::parse(text, nullptr, false);
+    if (!result.is_object()) throw not_a_result(file);
+    results.push_back({.result = std::move(result), .picture = {}, .text = {}});
+    return results;
+  }
+  for (Json& entry : results_in_page(file, text)) {
+    if (!entry.is_object() || !entry.contains("result") || !entry["result"].is_object())
+      throw not_a_result(file);
+    results.push_back({.result = entry["result"],
+                       .picture = entry.value("picture", Json()),
+                       .text = string_at(entry, {"text"})});
+  }
+  return results;
+}
+
+}  // namespace kinetostat::report

@@ -1,0 +1,48 @@
+// Elements by name. Text is always text, never markup: names come from users' files.
+
+export function element(name, attributes = {}, ...children) {
+  const node = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) {
+    if (key.startsWith("on")) node.addEventListener(key.slice(2), value);
+    else if (value === true) node.setAttribute(key, "");
+    else if (value !== false && value !== undefined) node.setAttribute(key, value);
+  }
+  node.append(...children.filter((child) => child !== null && child !== undefined));
+  return node;
+}
+
+export function list(sentences, attributes = {}) {
+  return element("ul", attributes, ...sentences.map((sentence) => element("li", {}, sentence)));
+}
+
+export function table(columns, rows, caption) {
+  const cell = (value) => element("td", { class: typeof value === "number" || /^[-+]?[\d.]/.test(value) ? "number" : undefined }, String(value));
+  return element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": caption },
+    element("table", {},
+      element("caption", {}, caption),
+      element("thead", {}, element("tr", {}, ...columns.map((name) => element("th", { scope: "col" }, name)))),
+      element("tbody", {}, ...rows.map((row) => element("tr", {}, element("th", { scope: "row" }, String(row[0])), ...row.slice(1).map(cell))))));
+}
+
+/** A labelled choice. `options`: [value, text]. */
+export function choice(label, options, value, change) {
+  const select = element("select", { onchange: (event) => change(event.target.value) },
+    ...options.map(([key, text]) => element("option", { value: key, selected: String(key) === String(value) }, text)));
+  return element("label", {}, `${label} `, select);
+}
+
+export function slider(label, { from, to, step, value, show }, change) {
+  const shown = element("output", {}, show(value));
+  const input = element("input", { type: "range", min: from, max: to, step, value, "aria-label": label,
+    oninput: (event) => { shown.textContent = show(Number(event.target.value)); change(Number(event.target.value)); } });
+  return element("label", {}, `${label} `, input, " ", shown);
+}
+
+/** Text for Plotly, which would take <b> and &amp; for markup. */
+export const plain = (text) => String(text).replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
+
+export function download(name, type, content) {
+  const link = element("a", { download: name, href: URL.createObjectURL(new Blob([content], { type })) });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}

@@ -1,0 +1,117 @@
+// One chart with all that belongs to it: what it shows in words, unit, n and source; saving as PNG, SVG and CSV.
+import { element, table, download } from "./dom.js";
+import { look } from "./look.js";
+
+const figures = [];
+const shownRows = 300;
+const csvCell = (value) => {
+  const text = value === null || value === undefined || Number.isNaN(value) ? "" : String(value);
+  return /[",\n]/.test(text) ? `"${text.replace(/"/g, '""')}"` : text;
+};
+
+/**
+ * spec: id, title, say (what the chart shows, in a sentence), source; draw(look, narrow) -> {data, layout}; numbers() ->
+ * {columns, rows}; n; height [px]; tall: height where the page is narrow; least: least width [px]; wide; heavy (drawn by WebGL: let go when out of sight); follows (keys of the view
+ * that it depends on); choose(point): what a click means; step(by): what the arrow keys mean; controls: elements above.
+ */
+export class Figure {
+  constructor(spec, view) {
+    this.spec = spec;
+    this.view = view;
+    this.drawn = false;
+    this.plot = element("div", { class: "plot", role: "img", tabindex: "0", "aria-label": `${spec.title}. ${spec.say}`,
+      style: `height:${spec.height ?? 340}px;min-width:${spec.least ?? 0}px`, onkeydown: (event) => this.key(event) });
+    this.caption = element("figcaption", {}, `n = ${spec.n}. ${spec.source}`);
+    this.node = element("figure", { id: spec.id, class: spec.wide ? "wide" : undefined },
+      element("h3", {}, spec.title), element("p", { class: "say" }, spec.say), ...(spec.controls ?? []), element("div", { class: "room" }, this.plot), this.caption,
+      element("div", { class: "save" },
+        ...["png", "svg"].map((format) => element("button", { type: "button", "aria-label": `Save ${spec.title} as ${format.toUpperCase()}`,
+          onclick: () => this.save(format) }, format.toUpperCase())),
+        element("button", { type: "button", "aria-label": `Save the numbers of ${spec.title} as CSV`, onclick: () => this.csv() }, "CSV"),
+        this.details()));
+    figures.push(this);
+    if (view) view.listen((keys) => { if (keys.some((key) => (spec.follows ?? []).includes(key))) this.refresh(); });
+    watcher.observe(this.node);
+    this.node.figure = this;
+  }
+
+  details() {
+    const node = element("details", {}, element("summary", {}, "Numbers"));
+    node.addEventListener("toggle", () => {
+      if (!node.open) return;
+      const { columns, rows } = this.spec.numbers();
+      const cut = rows.length > shownRows ? `, the first ${shownRows} of ${rows.length} rows (CSV has all)` : "";
+      const short = (v) => (typeof v === "number" ? Number(v.toPrecision(5)) : v ?? "");
+      node.replaceChildren(node.firstChild,
+        table(columns, rows.slice(0, shownRows).map((row) => row.map(short)), `${this.spec.title}${cut}`));
+    });
+    return node;
+  }
+
+  draw() {
+    const narrow = this.node.clientWidth < 600;
+    if (narrow && this.spec.tall) this.plot.style.height = `${this.spec.tall}px`;
+    const { data, layout } = this.spec.draw(look(), narrow);
+    if (narrow && layout.scene) for (const k of ["x", "y", "z"]) layout.scene.camera.eye[k] *= 1.5;
+    const config = { displaylogo: false, displayModeBar: narrow ? false : "hover", responsive: true, modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage", "resetCameraLastSave3d"] };
+    Plotly.react(this.plot, data, { ...layout, autosize: true }, config);
+    if (!this.drawn && this.spec.choose) this.plot.on("plotly_click", (event) => this.spec.choose(event.points[0]));
+    this.drawn = true;
+    this.node.dataset.points = String(data.reduce((total, trace) => total + pointsOf(trace), 0));
+  }
+
+  refresh() {
+    if (this.inSight) this.draw();
+    else this.stale = true;
+  }
+
+  sight(visible) {
+    this.inSight = visible;
+    if (visible && (!this.drawn || this.stale)) {
+      this.stale = false;
+      this.draw();
+    }
+    if (!visible && this.drawn && this.spec.heavy) {
+      Plotly.purge(this.plot);
+      this.drawn = false;
+    }
+  }
+
+  key(event) {
+    const by = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+    if (!by || !this.spec.step) return;
+    event.preventDefault();
+    this.spec.step(by);
+  }
+
+  async save(format) {
+    this.inSight = true;
+    if (!this.drawn) this.draw();
+    await Plotly.downloadImage(this.plot, { format, filename: `kinetostat-${this.spec.id}`, scale: format === "png" ? 2 : 1,
+      width: this.plot.clientWidth, height: this.plot.clientHeight });
+  }
+
+  csv() {
+    const { columns, rows } = this.spec.numbers();
+    const text = [`# ${this.spec.title}; ${this.spec.source}`, ...[columns, ...rows].map((row) => row.map(csvCell).join(","))].join("\n");
+    download(`kinetostat-${this.spec.id}.csv`, "text/csv", `${text}\n`);
+  }
+}
+
+function pointsOf(trace) {
+  if (trace.meta === "guide") return 0;
+  const values = trace.z && Array.isArray(trace.z[0]) ? trace.z.flat() : trace.type === "bar" && trace.orientation === "h" ? trace.y : trace.x ?? trace.y ?? [];
+  return values.filter((value) => value !== null && value !== undefined && !Number.isNaN(value)).length;
+}
+
+// Charts are drawn when they come near, so that a page with many opens at once.
+const watcher = new IntersectionObserver((entries) => {
+  for (const entry of entries) entry.target.figure.sight(entry.isIntersecting);
+}, { rootMargin: "300px" });
+
+export function drawAll() {
+  for (const figure of figures) if (!figure.drawn || figure.stale) figure.draw();
+}
+export function redrawAll() {
+  for (const figure of figures) if (figure.drawn) figure.refresh();
+}

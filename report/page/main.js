@@ -1,0 +1,65 @@
+// Opens the results of this page and shows the sections that they have something for.
+import { element } from "./dom.js";
+import { drawAll, redrawAll } from "./figure.js";
+import { beamSection, isBeam, isLink, linkSection } from "./links.js";
+import { compensationSection, isCompensation, isMap, isPath, isPosture, mapSection, pathSection, postureSection } from "./manipulators.js";
+import { campaigns, measurementSection, studioSection } from "./measurements.js";
+
+const kinds = [[isLink, linkSection], [isBeam, beamSection], [isPosture, postureSection], [isPath, pathSection], [isMap, mapSection], [isCompensation, compensationSection]];
+
+// One result that is not as expected does not take the others with it.
+function guarded(show, entry) {
+  try {
+    return show(entry);
+  } catch (error) {
+    console.error(error);
+    return element("section", {}, element("p", { role: "alert" }, `A result could not be drawn: ${error.message}`));
+  }
+}
+
+/** What is about campaigns first, then the rest as it came. */
+function sections(entries) {
+  const others = entries.flatMap((entry) => kinds.filter(([is]) => is(entry)).map(([, show]) => guarded(show, entry)));
+  return [...campaigns(entries).map((one) => guarded(one.studio ? studioSection : measurementSection, one)), ...others];
+}
+
+async function inflated(id) {
+  const bytes = Uint8Array.from(atob(document.getElementById(id).textContent), (letter) => letter.charCodeAt(0));
+  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))).text();
+}
+
+function runInPage(text) {
+  document.head.append(element("script", {}, text));
+}
+
+function about({ result }) {
+  const options = Object.entries(result.options ?? {}).map(([name, value]) => `${name} ${value}`).join(", ");
+  const files = [result.inputs?.robot, ...(result.inputs?.links ?? []), result.campaign?.campaign, result.campaign?.readings].filter((f) => f?.sha256);
+  return element("li", {}, `${result.tool ?? "kinetostat"} ${result.command ?? ""} (${options})`,
+    element("ul", {}, ...files.map((f) => element("li", {}, `${f.file}, sha256 ${f.sha256}`))));
+}
+
+function origins(entries) {
+  const texts = entries.filter((entry) => entry.text).map((entry) => element("details", {}, element("summary", {}, `The report of ${entry.result.command} as text`), element("pre", { tabindex: "0" }, entry.text)));
+  return element("section", {}, element("h2", {}, "Where this comes from"), ...texts, element("ul", { class: "source" }, ...entries.filter((e) => e.result.command).map(about)));
+}
+
+function buttons() {
+  const dark = () => (document.documentElement.dataset.theme ? document.documentElement.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches);
+  const turn = () => { document.documentElement.dataset.theme = dark() ? "light" : "dark"; redrawAll(); };
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redrawAll);
+  return element("div", {}, element("button", { type: "button", onclick: turn }, "Light or dark"), " ", element("button", { type: "button", onclick: () => { drawAll(); setTimeout(print, 500); } }, "Print"));
+}
+
+async function start() {
+  const [entries] = await Promise.all([inflated("results").then(JSON.parse), inflated("plotly").then(runInPage)]);
+  const page = document.getElementById("page");
+  document.getElementById("top").append(buttons());
+  page.replaceChildren(...sections(entries), origins(entries));
+  page.dataset.ready = "yes";
+}
+
+start().catch((error) => {
+  document.getElementById("page").replaceChildren(element("p", { role: "alert" }, `This page could not be drawn: ${error.message}. It needs a browser of 2023 or later.`));
+  throw error;
+});

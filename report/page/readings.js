@@ -1,0 +1,87 @@
+// Readings in columns, and what charts ask of them. SI throughout.
+import { groups, largest, rms } from "./numbers.js";
+
+export class Readings {
+  constructor(columns) {
+    Object.assign(this, columns);
+    this.count = this.id.length;
+    this.components = Object.keys(this.measured);
+    this.loads = Object.keys(this.load);
+    this.largestLoad = Object.fromEntries(this.loads.map((name) => [name, largest(this.load[name])]));
+    this.branch = this.branches();
+  }
+
+  /** Indices of readings in use whose component was measured. */
+  used(component) {
+    const values = this.measured[component];
+    return [...values.keys()].filter((i) => !this.masked[i] && values[i] !== null && this.models[0].residual[component][i] !== null);
+  }
+  heldOut(i) { return this.role[i] !== 0; }
+  hasHeldOut() { return this.role.some((role, i) => role !== 0 && !this.masked[i]); }
+  sigmaAt(component, i) { return this.sigma ? this.sigma[component][i] : null; }
+  /** rms of the noise of one component; null when nobody knows it. */
+  noiseOf(component) {
+    if (!this.sigma) return null;
+    const used = this.used(component);
+    return used.length ? rms(used.map((i) => this.sigma[component][i])) : null;
+  }
+  residual(model, component, i) { return this.models[model].residual[component][i]; }
+  /** Over the noise; over nothing where it is not known. */
+  whitened(model, component, i) {
+    const value = this.residual(model, component, i);
+    return this.sigma ? value / this.sigma[component][i] : value;
+  }
+
+  /** Where most of the load is: "fx" with its sign, "+fx"; "none" without load. Moments count over the largest. */
+  direction(i) {
+    let best = null;
+    let size = 1e-9;
+    for (const name of this.loads) {
+      const share = Math.abs(this.load[name][i]) / (this.largestLoad[name] || 1);
+      if (share > size) [best, size] = [name, share];
+    }
+    return best === null ? "none" : `${this.load[best][i] > 0 ? "+" : "-"}${best}`;
+  }
+
+  /** 1 loading, 2 unloading, 0 unstated: as the file says, else by the order within the cycle. */
+  branches() {
+    if (this.stated?.some((value) => value !== 0)) return this.stated;
+    const size = (i) => Math.hypot(...this.loads.map((name) => this.load[name][i] / (this.largestLoad[name] || 1)));
+    const result = new Array(this.count).fill(0);
+    for (const members of groups([...this.cycle.keys()], (i) => this.cycle[i]).values()) {
+      if (members.length < 3 || members.length > 200) continue;
+      for (let k = 1; k < members.length; ++k) {
+        const change = size(members[k]) - size(members[k - 1]);
+        result[members[k]] = change > 1e-9 ? 1 : change < -1e-9 ? 2 : 0;
+      }
+    }
+    return result;
+  }
+  poseText(pose) { return this.poses[pose].label || "the only posture"; }
+  text(i) {
+    const loads = this.loads.filter((name) => this.load[name][i]).map((name) => `${name} ${this.load[name][i]}`).join(", ");
+    return `reading ${this.id[i]}, pose ${this.poseText(this.pose[i])}, ${loads || "no load"}`;
+  }
+}
+
+/** From what `--json` wrote, which has no loads and no poses. */
+export function columnsFromResult(comparison) {
+  const rows = comparison.readings;
+  const component = (key) => {
+    const measured = comparison.components.filter((_, k) => rows.some((row) => row.measured[k] !== null));
+    return Object.fromEntries(measured.map((name) => [name, rows.map((row) => row[key]?.[comparison.components.indexOf(name)] ?? null)]));
+  };
+  const sessions = [...new Set(rows.map((row) => row.session))];
+  const residual = component("residual");
+  const whitened = component("whitened");
+  const sigma = comparison.noise === "unknown" ? undefined
+    : Object.fromEntries(Object.keys(residual).map((name) => [name, residual[name].map((r, i) => (whitened[name][i] ? r / whitened[name][i] : null))]));
+  const models = [{ name: "as designed", residual }];
+  if (comparison.refitted) models.push({ name: "refitted", residual: component("refitted_residual") });
+  return {
+    noise: comparison.noise, sessions, models, measured: component("measured"), sigma, load: {},
+    id: rows.map((row) => row.id), session: rows.map((row) => sessions.indexOf(row.session)), masked: rows.map((row) => (row.masked ? 1 : 0)),
+    role: rows.map((row) => ["fit", "select", "confirm"].indexOf(row.role)), pose: rows.map(() => 0), cycle: rows.map(() => 0),
+    cycles: [""], poses: [{ label: "", position: [0, 0, 0] }],
+  };
+}

@@ -1,0 +1,198 @@
+#include "kinetostat/report/readings_picture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <fmt/format.h>
+
+#include "kinetostat/calibration/replicates.h"
+#include "kinetostat/report/skeleton.h"
+#include "kinetostat/report/text.h"
+#include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/posture.h"
+
+namespace kinetostat::report {
+namespace {
+
+using calibration::Campaign;
+using calibration::Configuration;
+using calibration::Reading;
+using files::Json;
+using spatial::Vector6;
+
+// Six digits are more than a screen shows and a third of the bytes.
+Json rounded(double value) {
+  if (!std::isfinite(value)) return {};
+  if (value == 0) return 0;
+  const double scale = std::pow(10.0, 5 - std::floor(std::log10(std::abs(value))));
+  return std::isfinite(scale) ? std::round(value * scale) / scale : value;
+}
+
+template <class Value>
+Json column(const Campaign& campaign, const Value& value) {
+  Json list = Json::array();
+  for (const Reading& reading : campaign.readings) list.push_back(value(reading));
+  return list;
+}
+
+// Texts as numbers into a list of the distinct ones, in the order of their first use.
+class Names {
+ public:
+  std::size_t number(const std::string& name) {
+    const auto [at, is_new] = known_.emplace(name, names_.size());
+    if (is_new) names_.push_back(name);
+    return at->second;
+  }
+  const std::vector<std::string>& names() const { return names_; }
+
+ private:
+  std::map<std::string, std::size_t> known_;
+  std::vector<std::string> names_;
+};
+
+std::vector<Eigen::Index> measured(const Campaign& campaign) {
+  std::vector<Eigen::Index> result;
+  for (Eigen::Index k = 0; k < 6; ++k)
+    if (std::any_of(campaign.readings.begin(), campaign.readings.end(),
+                    [k](const Reading& r) { return !std::isnan(r.displacement[k]); }))
+      result.push_back(k);
+  return result;
+}
+
+// One list a component that is measured.
+template <class Vectors>
+Json by_component(const std::vector<Eigen::Index>& components, const Vectors& vectors) {
+  Json json = Json::object();
+  for (const Eigen::Index k : components) {
+    Json list = Json::array();
+    for (const Vector6& v : vectors) list.push_back(rounded(v[k]));
+    json[calibration::component_names[static_cast<std::size_t>(k)]] = std::move(list);
+  }
+  return json;
+}
+
+std::string label(const vjm::Robot& robot, const Configuration& configuration,
+                  const vjm::PostureResult& posture) {
+  const double length = spatial::parse_unit(robot.units.length).factor;
+  const double angle = spatial::parse_unit(robot.units.angle).factor;
+  const auto shown = [](double value) { return number(std::abs(value) < 1e-9 ? 0 : value, 4); };
+  if (!configuration.target && !configuration.joints.empty()) {
+    std::string text;
+    for (const auto& [name, value] : configuration.joints)
+      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, shown(value / angle));
+    return text;
+  }
+  const spatial::Vector3 p = posture.posture.platform.position() / length;
+  const spatial::Vector3 r = spatial::log_rotation(posture.posture.platform.rotation()) / angle;
+  std::string text =
+      fmt::format("{}, {}, {} {}", shown(p.x()), shown(p.y()), shown(p.z()), robot.units.length);
+  if (!r.isZero(1e-9))
+    text +=
+        fmt::format("; {}, {}, {} {}", shown(r.x()), shown(r.y()), shown(r.z()), robot.units.angle);
+  return text;
+}
+
+Json poses_json(const vjm::Robot& robot, const Campaign& campaign) {
+  Json list = Json::array();
+  const vjm::Manipulator& manipulator = robot.without_effects();
+  for (const Configuration& configuration : campaign.configurations) {
+    const vjm::PostureResult found = configuration.target
+                                         ? posture_at(manipulator, *configuration.target)
+                                         : posture_from_joints(manipulator, configuration.joints);
+    Json pose{{"label", label(robot, configuration, found)},
+              {"position", files::to_json(found.posture.platform.position())}};
+    if (list.empty() && found.reached) pose["skeleton"] = skeleton(manipulator, found.posture);
+    list.push_back(std::move(pose));
+  }
+  return list;
+}
+
+Json forces_json(const Campaign& campaign) {
+  Json json = Json::object();
+  for (int i = 0; i < 6; ++i) {
+    const auto value = [i](const Reading& r) {
+      return i < 3 ? r.load.force[i] : r.load.moment[i - 3];
+    };
+    if (std::all_of(campaign.readings.begin(), campaign.readings.end(),
+                    [&](const Reading& r) { return value(r) == 0; }))
+      continue;
+    static constexpr const char* names[] = {"fx", "fy", "fz", "mx", "my", "mz"};
+    json[names[i]] = column(campaign, [&](const Reading& r) { return rounded(value(r)); });
+  }
+  return json;
+}
+
+const char* noise_word(calibration::NoiseSource source) {
+  switch (source) {
+    case calibration::NoiseSource::stated:
+      return "stated";
+    case calibration::NoiseSource::replicates:
+      return "replicates";
+    case calibration::NoiseSource::unknown:
+      break;
+  }
+  return "unknown";
+}
+
+void add_circumstances(const Campaign& campaign, Json& json) {
+  Names cycles;
+  json["cycle"] = column(campaign, [&](const Reading& r) {
+    return cycles.number(campaign.sessions[r.session] + "/" + r.cycle);
+  });
+  json["cycles"] = cycles.names();
+  json["stated"] = column(campaign, [](const Reading& r) { return static_cast<int>(r.direction); });
+  if (std::any_of(campaign.readings.begin(), campaign.readings.end(),
+                  [](const Reading& r) { return r.time.has_value(); }))
+    json["time"] =
+        column(campaign, [](const Reading& r) { return r.time ? rounded(*r.time) : Json(); });
+}
+
+}  // namespace
+
+std::vector<ReadingsModel> readings_models(const calibration::Comparison& comparison) {
+  std::vector<ReadingsModel> models{{"as designed", comparison.as_designed.residual}};
+  if (comparison.refitted) models.push_back({"refitted", comparison.refitted->residual});
+  return models;
+}
+
+Json readings_picture(const vjm::Robot& robot, const Campaign& campaign,
+                      const std::vector<ReadingsModel>& models) {
+  const std::vector<Eigen::Index> components = measured(campaign);
+  const calibration::Noise noise =
+      calibration::noise_of(campaign, calibration::replicate_groups(campaign));
+  std::vector<Vector6> displacements;
+  for (const Reading& reading : campaign.readings) displacements.push_back(reading.displacement);
+  Json json{{"units",
+             {{"length", campaign.units.length},
+              {"force", campaign.units.force},
+              {"angle", campaign.units.angle}}},
+            {"noise", noise_word(noise.source)},
+            {"poses", poses_json(robot, campaign)},
+            {"sessions", campaign.sessions},
+            {"id", column(campaign, [](const Reading& r) { return Json(r.id); })},
+            {"pose", column(campaign, [](const Reading& r) { return r.configuration; })},
+            {"session", column(campaign, [](const Reading& r) { return r.session; })},
+            {"role", column(campaign, [](const Reading& r) { return static_cast<int>(r.role); })},
+            {"masked", column(campaign, [](const Reading& r) { return r.masked ? 1 : 0; })}};
+  add_circumstances(campaign, json);
+  json["load"] = forces_json(campaign);
+  json["measured"] = by_component(components, displacements);
+  if (noise.source != calibration::NoiseSource::unknown)
+    json["sigma"] = by_component(components, noise.sigma);
+  json["models"] = Json::array();
+  for (const ReadingsModel& model : models)
+    json["models"].push_back(
+        {{"name", model.name}, {"residual", by_component(components, model.residual)}});
+  return json;
+}
+
+vjm::Robot with_found(const vjm::Robot& robot, const calibration::Diagnosis& diagnosis) {
+  vjm::Robot better = robot;
+  better.bare = robot.without_effects();
+  for (const calibration::FoundEffect& found : diagnosis.found)
+    better.effects.push_back(found.candidate.effect);
+  return better;
+}
+
+}  // namespace kinetostat::report

@@ -1,0 +1,30 @@
+// Readings and what models say of them, in columns: what charts of a comparison need.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kinetostat/calibration/compare.h"
+#include "kinetostat/calibration/diagnosis.h"
+#include "kinetostat/files/json.h"
+
+namespace kinetostat::report {
+
+/// A model, by the name under which it is drawn, and its residuals [m; rad], one entry a reading.
+struct ReadingsModel {
+  std::string name;
+  std::vector<spatial::Vector6> residual;
+};
+
+/// "as designed", and "refitted" when there is a refit.
+std::vector<ReadingsModel> readings_models(const calibration::Comparison& comparison);
+
+/// One entry a reading in every column; SI, six significant digits; null where nothing was
+/// measured. Poses are those that the robot was told, with the platform's place in base axes.
+files::Json readings_picture(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                             const std::vector<ReadingsModel>& models);
+
+/// The robot with the effects that a diagnosis found, at their fitted values.
+vjm::Robot with_found(const vjm::Robot& robot, const calibration::Diagnosis& diagnosis);
+
+}  // namespace kinetostat::report

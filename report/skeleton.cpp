@@ -1,0 +1,134 @@
+#include "kinetostat/report/skeleton.h"
+
+#include <cmath>
+
+#include "kinetostat/vjm/kinematics.h"
+
+namespace kinetostat::report {
+namespace {
+
+using files::Json;
+using spatial::Pose;
+using spatial::Vector3;
+using vjm::Chain;
+
+constexpr double same_point = 1e-9;  // [m]
+
+const char* word(vjm::Role role) {
+  switch (role) {
+    case vjm::Role::actuated:
+      return "actuated";
+    case vjm::Role::passive:
+      return "passive";
+    case vjm::Role::elastic:
+      break;
+  }
+  return "elastic";
+}
+
+class Polyline {
+ public:
+  void add(const Vector3& point) {
+    if (!points_.empty() && (point - last_).norm() < same_point) return;
+    points_.push_back(files::to_json(point));
+    last_ = point;
+  }
+  Json json() && { return std::move(points_); }
+
+ private:
+  Json points_ = Json::array();
+  Vector3 last_ = Vector3::Zero();
+};
+
+Json joint_json(const vjm::Coordinate& coordinate, const Pose& frame) {
+  return {{"name", coordinate.name},
+          {"role", word(coordinate.role)},
+          {"turns", is_rotation(coordinate.motion)},
+          {"at", files::to_json(frame.position())},
+          {"axis", files::to_json(Vector3(frame.rotation().col(axis_index(coordinate.motion))))}};
+}
+
+Json chain_json(const Chain& chain, const Eigen::VectorXd& x, const Pose& origin) {
+  Polyline line;
+  Json joints = Json::array();
+  line.add((origin * chain.base()).position());
+  for (std::size_t k = 0; k < chain.joints().size(); ++k) {
+    const auto before = static_cast<Eigen::Index>(k);
+    const vjm::Joint& joint = chain.joints()[k];
+    line.add((frame_behind(chain, x, before, origin) * joint.before).position());
+    const Pose behind = frame_behind(chain, x, before + 1, origin);
+    line.add(behind.position());
+    const vjm::Coordinate& coordinate =
+        chain.coordinates()[static_cast<std::size_t>(joint.coordinate)];
+    if (coordinate.role != vjm::Role::elastic) joints.push_back(joint_json(coordinate, behind));
+  }
+  vjm::ChainKinematics kinematics;
+  evaluate(chain, x, kinematics, origin);
+  line.add(kinematics.end.position());
+  return {{"name", chain.name()}, {"points", std::move(line).json()}, {"joints", joints}};
+}
+
+Json body_json(const std::string& name, const Pose& pose) {
+  return {{"name", name},
+          {"position", files::to_json(pose.position())},
+          {"axes", files::rows(pose.rotation().transpose())}};
+}
+
+// `bodies`: platform first.
+Json skeleton(const vjm::Manipulator& manipulator, const std::vector<Pose>& bodies,
+              const std::vector<Eigen::VectorXd>& coordinates) {
+  Json json{{"chains", Json::array()}, {"bodies", Json::array()}};
+  for (std::size_t c = 0; c < manipulator.size(); ++c) {
+    const int from = manipulator.span(c).from;
+    const Pose origin = from < 0 ? Pose() : bodies[static_cast<std::size_t>(from)];
+    json["chains"].push_back(chain_json(manipulator.chains()[c], coordinates[c], origin));
+  }
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    json["bodies"].push_back(body_json(manipulator.body_names()[b], bodies[b]));
+  return json;
+}
+
+std::vector<Pose> all_bodies(const Pose& platform, const std::vector<Pose>& inner) {
+  std::vector<Pose> bodies{platform};
+  bodies.insert(bodies.end(), inner.begin(), inner.end());
+  return bodies;
+}
+
+}  // namespace
+
+Json skeleton(const vjm::Manipulator& manipulator, const vjm::Posture& posture) {
+  std::vector<Eigen::VectorXd> coordinates;
+  for (std::size_t c = 0; c < manipulator.size(); ++c)
+    coordinates.push_back(posture.coordinates_of(manipulator.chains()[c], c));
+  return skeleton(manipulator, all_bodies(posture.platform, posture.inner_bodies), coordinates);
+}
+
+Json skeleton(const vjm::Manipulator& manipulator, const vjm::Equilibrium& equilibrium) {
+  std::vector<Eigen::VectorXd> coordinates;
+  for (const vjm::ChainEquilibrium& chain : equilibrium.chains)
+    coordinates.push_back(chain.coordinates);
+  return skeleton(manipulator, all_bodies(equilibrium.platform, equilibrium.inner_bodies),
+                  coordinates);
+}
+
+Json named_skeleton(const std::string& name, Json skeleton) {
+  Json json{{"name", name}};
+  json.update(skeleton);
+  return json;
+}
+
+Json chain_lines(const vjm::Manipulator& manipulator, const vjm::Equilibrium& equilibrium) {
+  // Micrometres are more than a screen shows.
+  const auto rounded = [](double x) { return std::round(x * 1e6) / 1e6; };
+  Json lines = Json::array();
+  const Json all = skeleton(manipulator, equilibrium);
+  for (const Json& chain : all["chains"]) {
+    Json points = Json::array();
+    for (const Json& point : chain["points"])
+      points.push_back({rounded(point[0]), rounded(point[1]), rounded(point[2])});
+    lines.push_back(std::move(points));
+  }
+  return lines;
+}
+
+}  // namespace kinetostat::report

@@ -1,0 +1,100 @@
+#include "kinetostat/report/page.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kinetostat/files/error.h"
+#include "kinetostat/files/text_file.h"
+
+#include "support/temporary_folder.h"
+
+namespace kinetostat::report {
+namespace {
+
+using files::Json;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+const std::string evil = "</script><script>alert(1)</script><img src=x onerror=alert(2)>&\"";
+
+std::vector<PageResult> two_results() {
+  return {{.result = {{"command", "compare"}, {"campaign", {{"name", evil}}}},
+           .picture = {{"x", {1.5, nullptr, -2}}},
+           .text = "a < b\n" + evil},
+          {.result = {{"command", "identify"}, {"link", "foot"}}, .picture = {}, .text = {}}};
+}
+
+class Page : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!has_pages()) GTEST_SKIP() << "built without pages";
+  }
+  std::filesystem::path written(const std::string& text) const {
+    files::write_atomically(folder_.path() / "file", text);
+    return folder_.path() / "file";
+  }
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(Page, GivesItsResultsBack) {
+  const auto results = read_page_results(written(page("both", two_results())));
+  ASSERT_EQ(results.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(results[i].result, two_results()[i].result);
+    EXPECT_EQ(results[i].picture, two_results()[i].picture);
+    EXPECT_EQ(results[i].text, two_results()[i].text);
+  }
+}
+
+TEST_F(Page, TakesNoNameForMarkup) {
+  const std::string html = page(evil, two_results());
+  EXPECT_THAT(html, Not(HasSubstr("alert(1)</script>")));
+  EXPECT_THAT(html, Not(HasSubstr("<img src=x")));
+  EXPECT_THAT(html, HasSubstr("<title>&lt;/script&gt;&lt;script&gt;alert(1)"));
+  // A mark of the shell in a name is text, too.
+  EXPECT_THAT(page("@RESULTS@ @TEXT@", two_results()),
+              HasSubstr("<title>@RESULTS@ @TEXT@</title>"));
+}
+
+TEST_F(Page, MayAskOnlyTheStudioForAnything) {
+  EXPECT_THAT(page("t", {}), HasSubstr("connect-src 'none'"));
+  EXPECT_THAT(page("t", {}, PageHost::studio), HasSubstr("connect-src 'self'"));
+  EXPECT_THAT(page("t", {}), HasSubstr("default-src 'none'"));
+}
+
+TEST_F(Page, HasTheSameBytesForTheSameResults) {
+  EXPECT_EQ(page("t", two_results()), page("t", two_results()));
+}
+
+TEST_F(Page, LeavesOutWhatItsPictureHolds) {
+  PageResult entry{.result = {{"as_designed", Json::object()}, {"readings", {1, 2}}},
+                   .picture = {{"readings", Json::object()}},
+                   .text = {}};
+  EXPECT_FALSE(read_page_results(written(page("t", {entry})))[0].result.contains("readings"));
+  entry.picture = nullptr;
+  EXPECT_TRUE(read_page_results(written(page("t", {entry})))[0].result.contains("readings"));
+}
+
+TEST_F(Page, RefusesWhatIsNoResult) {
+  const std::string whole = page("t", two_results());
+  const std::size_t data = whole.find("id=\"results\">") + 13;
+  std::string spoiled = whole;
+  spoiled[data + 20] = spoiled[data + 20] == 'A' ? 'B' : 'A';
+  std::string cut = whole;
+  cut.erase(data + 8, 4);
+  for (const std::string& text : {std::string("no JSON"), std::string("[1, 2]"), std::string(),
+                                  spoiled, cut, whole.substr(0, data + 16)})
+    EXPECT_THROW(read_page_results(written(text)), files::InputError) << text.substr(0, 40);
+}
+
+TEST(TitleOfResult, SaysCommandAndSubject) {
+  EXPECT_EQ(title_of({{"command", "diagnose"}, {"campaign", "bench"}}), "diagnose: bench");
+  EXPECT_EQ(title_of({{"command", "compare"}, {"campaign", {{"name", "bench"}}}}),
+            "compare: bench");
+  EXPECT_EQ(title_of({{"command", "map"}, {"inputs", {{"name", "arm"}}}}), "map: arm");
+  EXPECT_EQ(title_of({{"link", "foot"}}), "foot");
+  EXPECT_EQ(title_of(Json::object()), "kinetostat");
+}
+
+}  // namespace
+}  // namespace kinetostat::report
