@@ -16,11 +16,13 @@ export function list(sentences, attributes = {}) {
 }
 
 export function table(columns, rows, caption) {
-  const cell = (value) => element("td", { class: typeof value === "number" || /^[-+]?[\d.]/.test(value) ? "number" : undefined }, String(value));
+  const isNumber = (value) => typeof value === "number" || /^[-+]?[\d.]/.test(value);
+  const cell = (value) => element("td", { class: isNumber(value) ? "number" : undefined }, String(value));
+  const heading = (name, k) => element("th", { scope: "col", class: k > 0 && rows.some((row) => isNumber(row[k])) ? "number" : undefined }, name);
   return element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": caption },
     element("table", {},
       element("caption", {}, caption),
-      element("thead", {}, element("tr", {}, ...columns.map((name) => element("th", { scope: "col" }, name)))),
+      element("thead", {}, element("tr", {}, ...columns.map(heading))),
       element("tbody", {}, ...rows.map((row) => element("tr", {}, element("th", { scope: "row" }, String(row[0])), ...row.slice(1).map(cell))))));
 }
 

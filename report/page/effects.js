@@ -42,7 +42,7 @@ export function confusion({ candidates, cosines }, round, source) {
       const at = candidates.map((_, k) => k);
       return { data: [{ type: "heatmap", z: cosines, x: at, y: at, zmin: 0, zmax: 1, colorscale: rising(look), xgap: 1, ygap: 1, text: cosines.map((row) => row.map((v) => v.toFixed(2))), texttemplate: candidates.length <= 12 ? "%{text}" : undefined,
         customdata: names.map((a) => names.map((b) => `${a}<br>${b}`)), hovertemplate: "%{customdata}<br>cosine %{z:.3f}<extra></extra>", colorbar: { thickness: 12, title: { text: "cosine", side: "right" } } }],
-      layout: layout(look, { showlegend: false, xaxis: axis(look, "", { tickangle: -60, tickfont: { size: 10 }, tickvals: at, ticktext: names }), yaxis: axis(look, "", { autorange: "reversed", tickfont: { size: 10 }, tickvals: at, ticktext: names }) }) };
+      layout: layout(look, { showlegend: false, margin: { l: 60, r: 16, t: 30, b: 44 }, xaxis: axis(look, "", { tickangle: -60, tickfont: { size: 10 }, tickvals: at, ticktext: names }), yaxis: axis(look, "", { autorange: "reversed", tickfont: { size: 10 }, tickvals: at, ticktext: names }) }) };
     },
   };
 }

@@ -20,9 +20,9 @@ export class Figure {
     this.view = view;
     this.drawn = false;
     this.plot = element("div", { class: "plot", role: "img", tabindex: "0", "aria-label": `${spec.title}. ${spec.say}`,
-      style: `height:${spec.height ?? 340}px;min-width:${spec.least ?? 0}px`, onkeydown: (event) => this.key(event) });
+      style: `height:${spec.height ?? 360}px;min-width:${spec.least ?? 0}px`, onkeydown: (event) => this.key(event) });
     this.caption = element("figcaption", {}, `n = ${spec.n}. ${spec.source}`);
-    this.node = element("figure", { id: spec.id, class: spec.wide ? "wide" : undefined },
+    this.node = element("figure", { id: spec.id, class: spec.wide ? "wide" : spec.least ? "roomy" : undefined },
       element("h3", {}, spec.title), element("p", { class: "say" }, spec.say), ...(spec.controls ?? []), element("div", { class: "room" }, this.plot), this.caption,
       element("div", { class: "save" },
         ...["png", "svg"].map((format) => element("button", { type: "button", "aria-label": `Save ${spec.title} as ${format.toUpperCase()}`,
@@ -111,6 +111,17 @@ const watcher = new IntersectionObserver((entries) => {
 
 export function drawAll() {
   for (const figure of figures) if (!figure.drawn || figure.stale) figure.draw();
+}
+/** Charts have the width that they were drawn with; this gives them the width of the page as it is now. */
+const fitAll = () => Promise.all(figures.filter((figure) => figure.drawn).map((figure) => Plotly.Plots.resize(figure.plot)));
+/** All charts on paper, which is narrower than most screens. */
+export async function printAll() {
+  document.documentElement.classList.add("printing");
+  drawAll();
+  await fitAll();
+  print();
+  document.documentElement.classList.remove("printing");
+  await fitAll();
 }
 export function redrawAll() {
   for (const figure of figures) if (figure.drawn) figure.refresh();

@@ -19,7 +19,7 @@ export function identifiability(assessment, source) {
       return {
         data: [{ type: "bar", orientation: "h", y: rows.map((_, k) => k), x: shown, marker: { color: shown.map((v) => (v > 50 ? look.bad : v > 5 ? look.held : look.good)) }, textposition: "none",
           hovertemplate: rows.map((p) => `${plain(p.parameter)}: ${plain(designed(p))} as designed, ${plain(value(p))} ± ${number(looseness(p), 2)} %<extra></extra>`) }],
-        layout: layout(look, { showlegend: false,
+        layout: layout(look, { showlegend: false, margin: { l: 60, r: 16, t: 30, b: 44 },
           shapes: [5, 50].map((x) => ({ type: "line", yref: "paper", y0: 0, y1: 1, x0: x, x1: x, line: { color: look.noise, dash: "dash" } })),
           xaxis: axis(look, "standard error [%]", { type: "log", dtick: 1, range: [-1.5, 2.3] }),
           yaxis: axis(look, "", { autorange: "reversed", tickvals: rows.map((_, k) => k), ticktext: rows.map((p) => `${plain(p.parameter)}<br>${plain(value(p))}${p.bound ? " (at a bound)" : ""}`), showgrid: false }) }),
@@ -43,7 +43,7 @@ export function dependences(assessment, source) {
       const size = rows.map(([, p]) => Math.min(300, -Math.log10(Math.max(p, 1e-300))));
       return {
         data: [{ type: "bar", orientation: "h", y: rows.map((_, k) => k), x: size, marker: { color: size.map((v) => (v > 1.301 ? look.held : look.designed)) }, text: size.map((v) => number(v, 2)), textposition: "auto", insidetextfont: { color: look.paper }, outsidetextfont: { color: look.ink }, cliponaxis: false, hovertemplate: "%{x:.3g}<extra></extra>" }],
-        layout: layout(look, { showlegend: false, shapes: [{ type: "line", yref: "paper", y0: 0, y1: 1, x0: 1.301, x1: 1.301, line: { color: look.bad, dash: "dash", width: 2 } }],
+        layout: layout(look, { showlegend: false, margin: { l: 60, r: 16, t: 30, b: 44 }, shapes: [{ type: "line", yref: "paper", y0: 0, y1: 1, x0: 1.301, x1: 1.301, line: { color: look.bad, dash: "dash", width: 2 } }],
           xaxis: axis(look, "-log10 p (line: 5 %)", { rangemode: "tozero" }), yaxis: axis(look, "", { autorange: "reversed", tickvals: rows.map((_, k) => k), ticktext: rows.map(([name]) => plain(name)), showgrid: false }) }),
       };
     },

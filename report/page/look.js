@@ -17,7 +17,7 @@ export function axis(look, title, more = {}) {
 
 export function layout(look, more = {}) {
   return { paper_bgcolor: look.paper, plot_bgcolor: look.paper, font: { color: look.ink, family: "system-ui, sans-serif", size: 13 },
-    margin: { l: 60, r: 16, t: 30, b: 44 }, legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0, font: { size: 12 } },
+    margin: { l: 60, r: 16, t: 52, b: 44 }, legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0, font: { size: 12 } },
     hoverlabel: { bgcolor: look.panel, bordercolor: look.line, font: { color: look.ink } }, showlegend: true, hovermode: "closest",
     uirevision: "kept", ...more };
 }

@@ -1,6 +1,6 @@
 // Opens the results of this page and shows the sections that they have something for.
 import { element } from "./dom.js";
-import { drawAll, redrawAll } from "./figure.js";
+import { printAll, redrawAll } from "./figure.js";
 import { beamSection, isBeam, isLink, linkSection } from "./links.js";
 import { compensationSection, isCompensation, isMap, isPath, isPosture, mapSection, pathSection, postureSection } from "./manipulators.js";
 import { campaigns, measurementSection, studioSection } from "./measurements.js";
@@ -48,7 +48,7 @@ function buttons() {
   const dark = () => (document.documentElement.dataset.theme ? document.documentElement.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches);
   const turn = () => { document.documentElement.dataset.theme = dark() ? "light" : "dark"; redrawAll(); };
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redrawAll);
-  return element("div", {}, element("button", { type: "button", onclick: turn }, "Light or dark"), " ", element("button", { type: "button", onclick: () => { drawAll(); setTimeout(print, 500); } }, "Print"));
+  return element("div", {}, element("button", { type: "button", onclick: turn }, "Light or dark"), " ", element("button", { type: "button", onclick: printAll }, "Print"));
 }
 
 async function start() {

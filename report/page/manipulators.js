@@ -17,7 +17,7 @@ function section(name, ...about) {
   return { node, add: (spec, view) => charts.append(new Figure(spec, view).node) };
 }
 
-const heading = (result) => `${result.command ?? "result"}: ${result.inputs?.name ?? ""}`;
+const headingOf = (result) => `${result.command ?? "result"}: ${result.inputs?.name ?? ""}`;
 const sourceOf = (result) => `Source: ${result.inputs?.robot?.file ?? result.inputs?.name ?? "result"}.`;
 
 /** The state whose matrices are shown: loaded before unloaded. */
@@ -72,7 +72,7 @@ export function postureSection({ result, picture }) {
   const stability = state?.stability?.platform_free;
   if (stability) sentences.unshift(stability.stable ? "Under this load the platform stands stably." : `Under this load the platform is unstable in ${stability.unstable_directions} directions.`);
   if (state?.displacement) sentences.unshift(`The platform moves ${quantity(norm(state.displacement.translation), "length")} and turns ${quantity(norm(state.displacement.rotation), "angle")}; elastic energy ${number(state.energy)} J.`);
-  const { node, add } = section(heading(result), list(sentences));
+  const { node, add } = section(headingOf(result), list(sentences));
   const view = new View({});
   const source = sourceOf(result);
   if (picture?.skeletons) add(skeletonFigure(result, picture.skeletons, view, source), view);
@@ -158,7 +158,7 @@ export function pathSection({ result, picture }) {
   const said = [];
   if (first) said.push(`First critical point: ${first.kind} at ${quantity(first.point.along.force, picture?.path?.turns ? "moment" : "force", 4)}.`);
   if (result.segments?.estimate) said.push(`For the distributed beam Richardson's estimate is ${quantity(result.segments.estimate, "force", 4)}; this model is ${number(100 * result.segments.error_as_given, 2)} % off.`);
-  const { node, add } = section(heading(result), list(said));
+  const { node, add } = section(headingOf(result), list(said));
   const view = new View({ at: [0, 0] });
   add(pathFigure(result, picture, view, sourceOf(result)), view);
   if (picture?.path?.lines) add(cursorFigure(result, picture.path.lines, view, sourceOf(result)), view);
@@ -169,7 +169,7 @@ export const isMap = ({ result }) => Array.isArray(result.indices) && result.pos
 
 export function mapSection({ result, picture }) {
   const counts = Object.entries(result.states).filter(([, n]) => n > 0).map(([state, n]) => `${n} ${state}`).join(", ");
-  const { node, add } = section(heading(result), list([`${result.poses} poses: ${counts}.`]));
+  const { node, add } = section(headingOf(result), list([`${result.poses} poses: ${counts}.`]));
   if (!picture?.map) return node;
   const { shape, positions, indices, states, length } = picture.map;
   const view = new View({ index: 0, slice: 0 });
@@ -219,7 +219,7 @@ export const isCompensation = ({ result }) => result.command === "compensate" &&
 
 export function compensationSection({ result }) {
   const source = sourceOf(result);
-  const { node, add } = section(heading(result), list([`Largest error of position ${quantity(result.error.largest_translation, "length")} before, ${left(result.residual.largest_translation, "length")} after; of rotation ${quantity(result.error.largest_rotation, "angle")} before, ${left(result.residual.largest_rotation, "angle")} after.`]));
+  const { node, add } = section(headingOf(result), list([`Largest error of position ${quantity(result.error.largest_translation, "length")} before, ${left(result.residual.largest_translation, "length")} after; of rotation ${quantity(result.error.largest_rotation, "angle")} before, ${left(result.residual.largest_rotation, "angle")} after.`]));
   const points = result.points.map((p, k) => ({ ...p, k: k + 1 })).filter((p) => p.error);
   for (const [title, kind, first] of [["position", "length", 0], ["rotation", "angle", 3]]) {
     const size = (p, key) => norm(p[key].slice(first, first + 3));

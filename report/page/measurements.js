@@ -45,7 +45,7 @@ function diagnosisVerdict(diagnosis) {
 function comparisonVerdict(comparison) {
   const words = { adequate: "The model is adequate: no test finds more than noise.", inadequate: "The model fails: its error is more than noise.",
     not_evaluated: "Nothing but the residual itself tells the noise, so that the model cannot be judged." };
-  return element("div", { class: `verdict ${comparison.adequacy === "adequate" ? "good" : "bad"}` }, element("p", {}, element("strong", {}, words[comparison.adequacy])), element("p", {}, comparison.findings[0] ?? ""));
+  return element("div", { class: `verdict ${comparison.adequacy === "adequate" ? "good" : "bad"}` }, element("p", {}, element("strong", {}, words[comparison.adequacy])), element("p", {}, (comparison.refitted && comparison.findings.find((text) => text.startsWith("The refitted model"))) || comparison.findings[0] || ""));
 }
 
 function tools(readings, view) {
@@ -70,7 +70,7 @@ function worstComponent(readings) {
 
 function findings(comparison) {
   if (!comparison) return null;
-  return element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Findings" }, element("h3", {}, "Findings, worst first"), list(comparison.findings));
+  return element("div", {}, element("h3", {}, "Findings, worst first"), list(comparison.findings));
 }
 
 /** A section with switches, which is drawn anew with the model that they make. */

@@ -58,7 +58,7 @@ export function waterfall({ stages, what, unit, factor }, source, count) {
           cliponaxis: false,
         }],
         layout: layout(look, {
-          showlegend: false, shapes: [...drops, ...(floor ? [{ type: "line", xref: "paper", x0: 0, x1: 1, y0: floor.whitened, y1: floor.whitened, line: { color: look.noise, width: 2, dash: "dash" } }] : [])],
+          showlegend: false, margin: { l: 60, r: 16, t: 30, b: 44 }, shapes: [...drops, ...(floor ? [{ type: "line", xref: "paper", x0: 0, x1: 1, y0: floor.whitened, y1: floor.whitened, line: { color: look.noise, width: 2, dash: "dash" } }] : [])],
           xaxis: axis(look, "", { tickvals: stages.map((_, k) => k), ticktext: stages.map((s) => plain(s.name).replace(/ at /, "<br>at ")), showgrid: false }),
           yaxis: axis(look, `rms error [${unit}]`, { rangemode: "tozero" }),
         }),
