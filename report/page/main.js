@@ -3,9 +3,10 @@ import { element } from "./dom.js";
 import { printAll, redrawAll } from "./figure.js";
 import { beamSection, isBeam, isLink, linkSection } from "./links.js";
 import { compensationSection, isCompensation, isMap, isPath, isPosture, mapSection, pathSection, postureSection } from "./manipulators.js";
-import { campaigns, measurementSection, studioSection } from "./measurements.js";
+import { campaigns, isMeasurement, measurementSection, studioSection } from "./measurements.js";
+import { isPlan, planSection } from "./plans.js";
 
-const kinds = [[isLink, linkSection], [isBeam, beamSection], [isPosture, postureSection], [isPath, pathSection], [isMap, mapSection], [isCompensation, compensationSection]];
+const kinds = [[isLink, linkSection], [isBeam, beamSection], [isPosture, postureSection], [isPath, pathSection], [isMap, mapSection], [isCompensation, compensationSection], [isPlan, planSection]];
 
 // One result that is not as expected does not take the others with it.
 function guarded(show, entry) {
@@ -17,9 +18,17 @@ function guarded(show, entry) {
   }
 }
 
+/** A result that there is no picture of. */
+function textSection({ result, text }) {
+  return element("section", {}, element("h2", {}, result.command ?? "Result"), element("pre", { tabindex: "0" }, text || JSON.stringify(result, null, 1)));
+}
+
 /** What is about campaigns first, then the rest as it came. */
 function sections(entries) {
-  const others = entries.flatMap((entry) => kinds.filter(([is]) => is(entry)).map(([, show]) => guarded(show, entry)));
+  const others = entries.filter((entry) => !isMeasurement(entry)).flatMap((entry) => {
+    const known = kinds.filter(([is]) => is(entry));
+    return known.length ? known.map(([, show]) => guarded(show, entry)) : [textSection(entry)];
+  });
   return [...campaigns(entries).map((one) => guarded(one.studio ? studioSection : measurementSection, one)), ...others];
 }
 
