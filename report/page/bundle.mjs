@@ -11,7 +11,7 @@ import { fileURLToPath } from "node:url";
 import { deflateSync } from "node:zlib";
 
 const folder = dirname(fileURLToPath(import.meta.url));
-const importLine = /^import .* from "\.\/(.*)";\n/gm;
+const importLine = /^import [^;]* from "\.\/(.*)";\n/gm;
 
 /** The text of a module and of what it imports, each once, what is needed first. */
 function joined(name, done = new Set()) {
@@ -19,8 +19,11 @@ function joined(name, done = new Set()) {
   done.add(name);
   const text = readFileSync(join(folder, name), "utf8");
   const before = [...text.matchAll(importLine)].map((match) => joined(match[1], done)).join("");
-  const own = text.replace(importLine, "").replace(/^export (?=(async )?(function|const|let|class) )/gm, "");
-  if (/^(import|export) /m.test(own)) throw new Error(`${name}: an import or export that is not understood`);
+  const own = text
+    .replace(importLine, "")
+    .replace(/^export (?=(async )?(function|const|let|class) )/gm, "");
+  if (/^(import|export) /m.test(own))
+    throw new Error(`${name}: an import or export that is not understood`);
   return `${before}// ---- ${name}\n${own}\n`;
 }
 

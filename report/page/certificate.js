@@ -4,24 +4,45 @@ import { axis, layout, modelColour } from "./look.js";
 import { largest, mean, normalQuantile, quantile, rms } from "./numbers.js";
 import { kindOf, number, unitFor } from "./units.js";
 
-const fitOrHeld = (readings) => (readings.hasHeldOut() ? [["fitted", (i) => !readings.heldOut(i)], ["kept out", (i) => readings.heldOut(i)]] : [["fitted", () => true]]);
+const fitOrHeld = (readings) =>
+  readings.hasHeldOut()
+    ? [
+        ["fitted", (i) => !readings.heldOut(i)],
+        ["kept out", (i) => readings.heldOut(i)],
+      ]
+    : [["fitted", () => true]];
 
 export function certificateTable(readings) {
   const rows = [];
   for (const component of readings.components) {
     const used = readings.used(component);
-    const { factor, unit } = unitFor(kindOf(component), largest(used.map((i) => readings.residual(0, component, i))));
+    const { factor, unit } = unitFor(
+      kindOf(component),
+      largest(used.map((i) => readings.residual(0, component, i))),
+    );
     const noise = readings.noiseOf(component);
     for (const [which, member] of fitOrHeld(readings))
       readings.models.forEach((model, m) => {
         const errors = used.filter(member).map((i) => readings.residual(m, component, i));
         if (errors.length === 0) return;
         const sizes = errors.map(Math.abs).sort((a, b) => a - b);
-        rows.push([component, which, model.name, errors.length, ...[mean(errors), rms(errors), quantile(sizes, 0.95), sizes.at(-1), noise].map((v) => (v === null ? "-" : number(v / factor))), unit]);
+        rows.push([
+          component,
+          which,
+          model.name,
+          errors.length,
+          ...[mean(errors), rms(errors), quantile(sizes, 0.95), sizes.at(-1), noise].map((v) =>
+            v === null ? "-" : number(v / factor),
+          ),
+          unit,
+        ]);
       });
   }
-  return table(["component", "readings", "model", "n", "mean", "rms", "95 %", "max", "noise", "unit"], rows,
-    "Accuracy certificate: 95 % of the errors are smaller than the column says");
+  return table(
+    ["component", "readings", "model", "n", "mean", "rms", "95 %", "max", "noise", "unit"],
+    rows,
+    "Accuracy certificate: 95 % of the errors are smaller than the column says",
+  );
 }
 
 /** Share of errors below a size, for every model and for the noise alone. */
@@ -30,29 +51,64 @@ export function errorShares(readings, view, source) {
   const curves = () => {
     const held = readings.hasHeldOut();
     const used = readings.used(component()).filter((i) => !held || readings.heldOut(i));
-    return readings.models.map((model, m) => ({ name: model.name, sizes: used.map((i) => Math.abs(readings.residual(m, component(), i))).sort((a, b) => a - b) }));
+    return readings.models.map((model, m) => ({
+      name: model.name,
+      sizes: used.map((i) => Math.abs(readings.residual(m, component(), i))).sort((a, b) => a - b),
+    }));
   };
   const thinned = (sizes) => {
     const step = Math.max(1, Math.floor(sizes.length / 400));
-    return sizes.map((size, k) => [size, (k + 1) / sizes.length]).filter((_, k) => k % step === 0 || k === sizes.length - 1);
+    return sizes
+      .map((size, k) => [size, (k + 1) / sizes.length])
+      .filter((_, k) => k % step === 0 || k === sizes.length - 1);
   };
   return {
-    id: "shares", title: "How large errors are", n: readings.used(readings.components[0]).length, source, follows: ["component"],
+    id: "shares",
+    title: "How large errors are",
+    n: readings.used(readings.components[0]).length,
+    source,
+    follows: ["component"],
     say: `Share of readings ${readings.hasHeldOut() ? "kept out of the fit " : ""}whose error is below a size; the further left the better. Dashed: nothing but noise.`,
-    numbers: () => ({ columns: ["model", "error [m or rad]", "share"], rows: curves().flatMap((c) => c.sizes.map((size, k) => [c.name, size, (k + 1) / c.sizes.length])) }),
+    numbers: () => ({
+      columns: ["model", "error [m or rad]", "share"],
+      rows: curves().flatMap((c) =>
+        c.sizes.map((size, k) => [c.name, size, (k + 1) / c.sizes.length]),
+      ),
+    }),
     draw(look) {
       const all = curves();
       const { factor, unit } = unitFor(kindOf(component()), largest(all.flatMap((c) => c.sizes)));
       const noise = readings.noiseOf(component());
       const data = all.map((curve, m) => {
         const points = thinned(curve.sizes);
-        return { type: "scatter", mode: "lines", name: curve.name, x: points.map((p) => p[0] / factor), y: points.map((p) => 100 * p[1]), line: { color: modelColour(look, m), width: 2.5, shape: "hv" } };
+        return {
+          type: "scatter",
+          mode: "lines",
+          name: curve.name,
+          x: points.map((p) => p[0] / factor),
+          y: points.map((p) => 100 * p[1]),
+          line: { color: modelColour(look, m), width: 2.5, shape: "hv" },
+        };
       });
       if (noise) {
         const shares = Array.from({ length: 99 }, (_, k) => (k + 1) / 100);
-        data.push({ type: "scatter", mode: "lines", meta: "guide", name: "noise alone", x: shares.map((p) => (noise * normalQuantile((1 + p) / 2)) / factor), y: shares.map((p) => 100 * p), line: { color: look.noise, dash: "dash", width: 2 } });
+        data.push({
+          type: "scatter",
+          mode: "lines",
+          meta: "guide",
+          name: "noise alone",
+          x: shares.map((p) => (noise * normalQuantile((1 + p) / 2)) / factor),
+          y: shares.map((p) => 100 * p),
+          line: { color: look.noise, dash: "dash", width: 2 },
+        });
       }
-      return { data, layout: layout(look, { xaxis: axis(look, `|error| of ${component()} [${unit}]`, { rangemode: "tozero" }), yaxis: axis(look, "share of readings [%]", { range: [0, 101] }) }) };
+      return {
+        data,
+        layout: layout(look, {
+          xaxis: axis(look, `|error| of ${component()} [${unit}]`, { rangemode: "tozero" }),
+          yaxis: axis(look, "share of readings [%]", { range: [0, 101] }),
+        }),
+      };
     },
   };
 }

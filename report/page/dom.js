@@ -17,34 +17,76 @@ export function list(sentences, attributes = {}) {
 
 export function table(columns, rows, caption) {
   const isNumber = (value) => typeof value === "number" || /^[-+]?[\d.]/.test(value);
-  const cell = (value) => element("td", { class: isNumber(value) ? "number" : undefined }, String(value));
-  const heading = (name, k) => element("th", { scope: "col", class: k > 0 && rows.some((row) => isNumber(row[k])) ? "number" : undefined }, name);
-  return element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": caption },
-    element("table", {},
+  const cell = (value) =>
+    element("td", { class: isNumber(value) ? "number" : undefined }, String(value));
+  const heading = (name, k) =>
+    element(
+      "th",
+      { scope: "col", class: k > 0 && rows.some((row) => isNumber(row[k])) ? "number" : undefined },
+      name,
+    );
+  return element(
+    "div",
+    { class: "scroll", tabindex: "0", role: "region", "aria-label": caption },
+    element(
+      "table",
+      {},
       element("caption", {}, caption),
       element("thead", {}, element("tr", {}, ...columns.map(heading))),
-      element("tbody", {}, ...rows.map((row) => element("tr", {}, element("th", { scope: "row" }, String(row[0])), ...row.slice(1).map(cell))))));
+      element(
+        "tbody",
+        {},
+        ...rows.map((row) =>
+          element(
+            "tr",
+            {},
+            element("th", { scope: "row" }, String(row[0])),
+            ...row.slice(1).map(cell),
+          ),
+        ),
+      ),
+    ),
+  );
 }
 
 /** A labelled choice. `options`: [value, text]. */
 export function choice(label, options, value, change) {
-  const select = element("select", { onchange: (event) => change(event.target.value) },
-    ...options.map(([key, text]) => element("option", { value: key, selected: String(key) === String(value) }, text)));
+  const select = element(
+    "select",
+    { onchange: (event) => change(event.target.value) },
+    ...options.map(([key, text]) =>
+      element("option", { value: key, selected: String(key) === String(value) }, text),
+    ),
+  );
   return element("label", {}, `${label} `, select);
 }
 
 export function slider(label, { from, to, step, value, show }, change) {
   const shown = element("output", {}, show(value));
-  const input = element("input", { type: "range", min: from, max: to, step, value, "aria-label": label,
-    oninput: (event) => { shown.textContent = show(Number(event.target.value)); change(Number(event.target.value)); } });
+  const input = element("input", {
+    type: "range",
+    min: from,
+    max: to,
+    step,
+    value,
+    "aria-label": label,
+    oninput: (event) => {
+      shown.textContent = show(Number(event.target.value));
+      change(Number(event.target.value));
+    },
+  });
   return element("label", {}, `${label} `, input, " ", shown);
 }
 
 /** Text for Plotly, which would take <b> and &amp; for markup. */
-export const plain = (text) => String(text).replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
+export const plain = (text) =>
+  String(text).replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
 
 export function download(name, type, content) {
-  const link = element("a", { download: name, href: URL.createObjectURL(new Blob([content], { type })) });
+  const link = element("a", {
+    download: name,
+    href: URL.createObjectURL(new Blob([content], { type })),
+  });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }

@@ -13,20 +13,101 @@ export function ranking(step, round, source) {
   const hidden = step.ranking.length - observable.length;
   const rest = observable.length - rows.length;
   return {
-    id: `ranking-${round}`, title: round === 1 ? "Which effect: ranking" : `Which effect beside those found: ranking of round ${round}`, n: step.ranking.length, source, least: 420, height: 90 + 24 * rows.length,
+    id: `ranking-${round}`,
+    title:
+      round === 1
+        ? "Which effect: ranking"
+        : `Which effect beside those found: ranking of round ${round}`,
+    n: step.ranking.length,
+    source,
+    least: 420,
+    height: 90 + 24 * rows.length,
     say: `Surprise of each candidate's mark, -ln p. Right of the gate is more than noise, although ${step.ranking.length} candidates were tried (${probability(step.gate.p_value)}, ${step.gate.draws} simulated campaigns). ${suspects.size > 1 ? "Coloured: what these readings do not tell apart. " : ""}${rest} more with smaller marks, ${hidden} not observable.`,
-    numbers: () => ({ columns: ["candidate", "observable", "surprise -ln p", "d' at usual size", "probability", "held-out gain", "told apart d'", "reason"],
-      rows: step.ranking.map((r) => [rivalName(r), r.observable ? "yes" : "no", r.surprise, r.detectability, r.fit?.probability ?? null, r.fit?.log_score_gain ?? null, r.fit?.told_apart ?? null, r.reason ?? r.not_fitted ?? ""]) }),
+    numbers: () => ({
+      columns: [
+        "candidate",
+        "observable",
+        "surprise -ln p",
+        "d' at usual size",
+        "probability",
+        "held-out gain",
+        "told apart d'",
+        "reason",
+      ],
+      rows: step.ranking.map((r) => [
+        rivalName(r),
+        r.observable ? "yes" : "no",
+        r.surprise,
+        r.detectability,
+        r.fit?.probability ?? null,
+        r.fit?.log_score_gain ?? null,
+        r.fit?.told_apart ?? null,
+        r.reason ?? r.not_fitted ?? "",
+      ]),
+    }),
     draw(look) {
       return {
-        data: [{ type: "bar", orientation: "h", y: rows.map((r, k) => k), x: rows.map((r) => Math.max(r.surprise, 0.05)), marker: { color: rows.map((r) => (suspects.has(rivalName(r)) ? look.mended : look.designed)) },
-          text: rows.map((r) => (r.fit ? (r.fit.probability >= 0.001 ? `${number(100 * r.fit.probability, 3)} %` : "< 0.1 %") : "not fitted")), textposition: "auto", insidetextfont: { size: 11, color: look.paper }, outsidetextfont: { size: 11, color: look.ink }, cliponaxis: false,
-          hovertemplate: rows.map((r) => `${plain(rivalName(r))}<br>-ln p = ${number(r.surprise)}, d' at usual size ${number(r.detectability)}${r.fit ? `<br>probability ${number(r.fit.probability)}, held-out gain ${number(r.fit.log_score_gain)} ± ${number(r.fit.log_score_deviation)}` : ""}<extra></extra>`) }],
-        layout: layout(look, { showlegend: false,
-          shapes: [{ type: "line", yref: "paper", x0: step.gate.critical, x1: step.gate.critical, y0: 0, y1: 1, line: { color: look.bad, width: 2, dash: "dash" } }],
-          annotations: [{ x: Math.log10(step.gate.critical), y: 1, yref: "paper", yanchor: "bottom", text: "gate, noise alone reaches it in 5 %", showarrow: false, font: { color: look.bad, size: 11 }, xanchor: "left" }],
+        data: [
+          {
+            type: "bar",
+            orientation: "h",
+            y: rows.map((r, k) => k),
+            x: rows.map((r) => Math.max(r.surprise, 0.05)),
+            marker: {
+              color: rows.map((r) => (suspects.has(rivalName(r)) ? look.mended : look.designed)),
+            },
+            text: rows.map((r) =>
+              r.fit
+                ? r.fit.probability >= 0.001
+                  ? `${number(100 * r.fit.probability, 3)} %`
+                  : "< 0.1 %"
+                : "not fitted",
+            ),
+            textposition: "auto",
+            insidetextfont: { size: 11, color: look.paper },
+            outsidetextfont: { size: 11, color: look.ink },
+            cliponaxis: false,
+            hovertemplate: rows.map(
+              (r) =>
+                `${plain(rivalName(r))}<br>-ln p = ${number(r.surprise)}, d' at usual size ${number(r.detectability)}${r.fit ? `<br>probability ${number(r.fit.probability)}, held-out gain ${number(r.fit.log_score_gain)} ± ${number(r.fit.log_score_deviation)}` : ""}<extra></extra>`,
+            ),
+          },
+        ],
+        layout: layout(look, {
+          showlegend: false,
+          shapes: [
+            {
+              type: "line",
+              yref: "paper",
+              x0: step.gate.critical,
+              x1: step.gate.critical,
+              y0: 0,
+              y1: 1,
+              line: { color: look.bad, width: 2, dash: "dash" },
+            },
+          ],
+          annotations: [
+            {
+              x: Math.log10(step.gate.critical),
+              y: 1,
+              yref: "paper",
+              yanchor: "bottom",
+              text: "gate, noise alone reaches it in 5 %",
+              showarrow: false,
+              font: { color: look.bad, size: 11 },
+              xanchor: "left",
+            },
+          ],
           xaxis: axis(look, "surprise, -ln p; on the bars: probability", { type: "log", dtick: 1 }),
-          yaxis: axis(look, "", { autorange: "reversed", tickvals: rows.map((_, k) => k), ticktext: rows.map((r) => plain(rivalName(r))), tickfont: { size: 11 }, showgrid: false }), margin: { l: 60, r: 16, t: 24, b: 44 } }),
+          yaxis: axis(look, "", {
+            autorange: "reversed",
+            tickvals: rows.map((_, k) => k),
+            ticktext: rows.map((r) => plain(rivalName(r))),
+            tickfont: { size: 11 },
+            showgrid: false,
+          }),
+          margin: { l: 60, r: 16, t: 24, b: 44 },
+        }),
       };
     },
   };
@@ -34,15 +115,56 @@ export function ranking(step, round, source) {
 
 export function confusion({ candidates, cosines }, round, source) {
   return {
-    id: `confusion-${round}`, title: "Which effects leave the same marks", n: candidates.length ** 2, source, least: 480, height: Math.min(640, 200 + 26 * candidates.length),
+    id: `confusion-${round}`,
+    title: "Which effects leave the same marks",
+    n: candidates.length ** 2,
+    source,
+    least: 480,
+    height: Math.min(640, 200 + 26 * candidates.length),
     say: "Cosine of the marks of two effects in these readings, after the refit has absorbed what it can: 1, and no amount of such readings tells them apart; 0, and each is seen for itself.",
-    numbers: () => ({ columns: ["", ...candidates], rows: candidates.map((name, i) => [name, ...cosines[i]]) }),
+    numbers: () => ({
+      columns: ["", ...candidates],
+      rows: candidates.map((name, i) => [name, ...cosines[i]]),
+    }),
     draw(look) {
       const names = candidates.map(plain);
       const at = candidates.map((_, k) => k);
-      return { data: [{ type: "heatmap", z: cosines, x: at, y: at, zmin: 0, zmax: 1, colorscale: rising(look), xgap: 1, ygap: 1, text: cosines.map((row) => row.map((v) => v.toFixed(2))), texttemplate: candidates.length <= 12 ? "%{text}" : undefined,
-        customdata: names.map((a) => names.map((b) => `${a}<br>${b}`)), hovertemplate: "%{customdata}<br>cosine %{z:.3f}<extra></extra>", colorbar: { thickness: 12, title: { text: "cosine", side: "right" } } }],
-      layout: layout(look, { showlegend: false, margin: { l: 60, r: 16, t: 30, b: 44 }, xaxis: axis(look, "", { tickangle: -60, tickfont: { size: 10 }, tickvals: at, ticktext: names }), yaxis: axis(look, "", { autorange: "reversed", tickfont: { size: 10 }, tickvals: at, ticktext: names }) }) };
+      return {
+        data: [
+          {
+            type: "heatmap",
+            z: cosines,
+            x: at,
+            y: at,
+            zmin: 0,
+            zmax: 1,
+            colorscale: rising(look),
+            xgap: 1,
+            ygap: 1,
+            text: cosines.map((row) => row.map((v) => v.toFixed(2))),
+            texttemplate: candidates.length <= 12 ? "%{text}" : undefined,
+            customdata: names.map((a) => names.map((b) => `${a}<br>${b}`)),
+            hovertemplate: "%{customdata}<br>cosine %{z:.3f}<extra></extra>",
+            colorbar: { thickness: 12, title: { text: "cosine", side: "right" } },
+          },
+        ],
+        layout: layout(look, {
+          showlegend: false,
+          margin: { l: 60, r: 16, t: 30, b: 44 },
+          xaxis: axis(look, "", {
+            tickangle: -60,
+            tickfont: { size: 10 },
+            tickvals: at,
+            ticktext: names,
+          }),
+          yaxis: axis(look, "", {
+            autorange: "reversed",
+            tickfont: { size: 10 },
+            tickvals: at,
+            ticktext: names,
+          }),
+        }),
+      };
     },
   };
 }

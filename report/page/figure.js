@@ -1,5 +1,5 @@
 // One chart with all that belongs to it: what it shows in words, unit, n and source; saving as PNG, SVG and CSV.
-import { element, table, download } from "./dom.js";
+import { download, element, table } from "./dom.js";
 import { look } from "./look.js";
 
 const figures = [];
@@ -19,18 +19,54 @@ export class Figure {
     this.spec = spec;
     this.view = view;
     this.drawn = false;
-    this.plot = element("div", { class: "plot", role: "img", tabindex: "0", "aria-label": `${spec.title}. ${spec.say}`,
-      style: `height:${spec.height ?? 360}px;min-width:${spec.least ?? 0}px`, onkeydown: (event) => this.key(event) });
+    this.plot = element("div", {
+      class: "plot",
+      role: "img",
+      tabindex: "0",
+      "aria-label": `${spec.title}. ${spec.say}`,
+      style: `height:${spec.height ?? 360}px;min-width:${spec.least ?? 0}px`,
+      onkeydown: (event) => this.key(event),
+    });
     this.caption = element("figcaption", {}, `n = ${spec.n}. ${spec.source}`);
-    this.node = element("figure", { id: spec.id, class: spec.wide ? "wide" : spec.least ? "roomy" : undefined },
-      element("h3", {}, spec.title), element("p", { class: "say" }, spec.say), ...(spec.controls ?? []), element("div", { class: "room" }, this.plot), this.caption,
-      element("div", { class: "save" },
-        ...["png", "svg"].map((format) => element("button", { type: "button", "aria-label": `Save ${spec.title} as ${format.toUpperCase()}`,
-          onclick: () => this.save(format) }, format.toUpperCase())),
-        element("button", { type: "button", "aria-label": `Save the numbers of ${spec.title} as CSV`, onclick: () => this.csv() }, "CSV"),
-        this.details()));
+    this.node = element(
+      "figure",
+      { id: spec.id, class: spec.wide ? "wide" : spec.least ? "roomy" : undefined },
+      element("h3", {}, spec.title),
+      element("p", { class: "say" }, spec.say),
+      ...(spec.controls ?? []),
+      element("div", { class: "room" }, this.plot),
+      this.caption,
+      element(
+        "div",
+        { class: "save" },
+        ...["png", "svg"].map((format) =>
+          element(
+            "button",
+            {
+              type: "button",
+              "aria-label": `Save ${spec.title} as ${format.toUpperCase()}`,
+              onclick: () => this.save(format),
+            },
+            format.toUpperCase(),
+          ),
+        ),
+        element(
+          "button",
+          {
+            type: "button",
+            "aria-label": `Save the numbers of ${spec.title} as CSV`,
+            onclick: () => this.csv(),
+          },
+          "CSV",
+        ),
+        this.details(),
+      ),
+    );
     figures.push(this);
-    if (view) view.listen((keys) => { if (keys.some((key) => (spec.follows ?? []).includes(key))) this.refresh(); });
+    if (view)
+      view.listen((keys) => {
+        if (keys.some((key) => (spec.follows ?? []).includes(key))) this.refresh();
+      });
     watcher.observe(this.node);
     this.node.figure = this;
   }
@@ -40,10 +76,19 @@ export class Figure {
     node.addEventListener("toggle", () => {
       if (!node.open) return;
       const { columns, rows } = this.spec.numbers();
-      const cut = rows.length > shownRows ? `, the first ${shownRows} of ${rows.length} rows (CSV has all)` : "";
-      const short = (v) => (typeof v === "number" ? Number(v.toPrecision(5)) : v ?? "");
-      node.replaceChildren(node.firstChild,
-        table(columns, rows.slice(0, shownRows).map((row) => row.map(short)), `${this.spec.title}${cut}`));
+      const cut =
+        rows.length > shownRows
+          ? `, the first ${shownRows} of ${rows.length} rows (CSV has all)`
+          : "";
+      const short = (v) => (typeof v === "number" ? Number(v.toPrecision(5)) : (v ?? ""));
+      node.replaceChildren(
+        node.firstChild,
+        table(
+          columns,
+          rows.slice(0, shownRows).map((row) => row.map(short)),
+          `${this.spec.title}${cut}`,
+        ),
+      );
     });
     return node;
   }
@@ -53,9 +98,15 @@ export class Figure {
     if (narrow && this.spec.tall) this.plot.style.height = `${this.spec.tall}px`;
     const { data, layout } = this.spec.draw(look(), narrow);
     if (narrow && layout.scene) for (const k of ["x", "y", "z"]) layout.scene.camera.eye[k] *= 1.5;
-    const config = { displaylogo: false, displayModeBar: narrow ? false : "hover", responsive: true, modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage", "resetCameraLastSave3d"] };
+    const config = {
+      displaylogo: false,
+      displayModeBar: narrow ? false : "hover",
+      responsive: true,
+      modeBarButtonsToRemove: ["lasso2d", "select2d", "toImage", "resetCameraLastSave3d"],
+    };
     Plotly.react(this.plot, data, { ...layout, autosize: true }, config);
-    if (!this.drawn && this.spec.choose) this.plot.on("plotly_click", (event) => this.spec.choose(event.points[0]));
+    if (!this.drawn && this.spec.choose)
+      this.plot.on("plotly_click", (event) => this.spec.choose(event.points[0]));
     this.drawn = true;
     this.node.dataset.points = String(data.reduce((total, trace) => total + pointsOf(trace), 0));
   }
@@ -87,33 +138,53 @@ export class Figure {
   async save(format) {
     this.inSight = true;
     if (!this.drawn) this.draw();
-    await Plotly.downloadImage(this.plot, { format, filename: `kinetostat-${this.spec.id}`, scale: format === "png" ? 2 : 1,
-      width: this.plot.clientWidth, height: this.plot.clientHeight });
+    await Plotly.downloadImage(this.plot, {
+      format,
+      filename: `kinetostat-${this.spec.id}`,
+      scale: format === "png" ? 2 : 1,
+      width: this.plot.clientWidth,
+      height: this.plot.clientHeight,
+    });
   }
 
   csv() {
     const { columns, rows } = this.spec.numbers();
-    const text = [`# ${this.spec.title}; ${this.spec.source}`, ...[columns, ...rows].map((row) => row.map(csvCell).join(","))].join("\n");
+    const text = [
+      `# ${this.spec.title}; ${this.spec.source}`,
+      ...[columns, ...rows].map((row) => row.map(csvCell).join(",")),
+    ].join("\n");
     download(`kinetostat-${this.spec.id}.csv`, "text/csv", `${text}\n`);
   }
 }
 
 function pointsOf(trace) {
   if (trace.meta === "guide") return 0;
-  const values = trace.z && Array.isArray(trace.z[0]) ? trace.z.flat() : trace.type === "bar" && trace.orientation === "h" ? trace.y : trace.x ?? trace.y ?? [];
-  return values.filter((value) => value !== null && value !== undefined && !Number.isNaN(value)).length;
+  const values =
+    trace.z && Array.isArray(trace.z[0])
+      ? trace.z.flat()
+      : trace.type === "bar" && trace.orientation === "h"
+        ? trace.y
+        : (trace.x ?? trace.y ?? []);
+  return values.filter((value) => value !== null && value !== undefined && !Number.isNaN(value))
+    .length;
 }
 
 // Charts are drawn when they come near, so that a page with many opens at once.
-const watcher = new IntersectionObserver((entries) => {
-  for (const entry of entries) entry.target.figure.sight(entry.isIntersecting);
-}, { rootMargin: "300px" });
+const watcher = new IntersectionObserver(
+  (entries) => {
+    for (const entry of entries) entry.target.figure.sight(entry.isIntersecting);
+  },
+  { rootMargin: "300px" },
+);
 
 export function drawAll() {
   for (const figure of figures) if (!figure.drawn || figure.stale) figure.draw();
 }
 /** Charts have the width that they were drawn with; this gives them the width of the page as it is now. */
-const fitAll = () => Promise.all(figures.filter((figure) => figure.drawn).map((figure) => Plotly.Plots.resize(figure.plot)));
+const fitAll = () =>
+  Promise.all(
+    figures.filter((figure) => figure.drawn).map((figure) => Plotly.Plots.resize(figure.plot)),
+  );
 /** All charts on paper, which is narrower than most screens. */
 export async function printAll() {
   document.documentElement.classList.add("printing");

@@ -4,25 +4,77 @@ import { axis, layout } from "./look.js";
 import { number, stated } from "./units.js";
 
 /** Relative standard error of a fitted parameter [%]. */
-const looseness = (p) => 100 * Math.abs(p.standard_error_of_log_factor ?? p.standard_error / (p.fitted || 1));
+const looseness = (p) =>
+  100 * Math.abs(p.standard_error_of_log_factor ?? p.standard_error / (p.fitted || 1));
 
 export function identifiability(assessment, source) {
   const rows = assessment.parameters;
-  const value = (p) => (p.fitted === undefined ? `factor ${number(p.factor)}` : stated(p.fitted, p.unit ?? ""));
+  const value = (p) =>
+    p.fitted === undefined ? `factor ${number(p.factor)}` : stated(p.fitted, p.unit ?? "");
   const designed = (p) => (p.designed === undefined ? "1" : stated(p.designed, p.unit ?? ""));
   return {
-    id: "identifiability", title: "How well the readings know each parameter", n: rows.length, source, height: 110 + 30 * rows.length,
-    say: "Standard error of what was refitted; below 5 % is well known, above 50 % these readings hardly say anything. " + (assessment.weak_combinations.length ? `Weak: ${assessment.weak_combinations.join("; ")}` : "No combination of them is weak."),
-    numbers: () => ({ columns: ["parameter", "designed", "fitted", "unit", "standard error [%]", "at a bound"], rows: rows.map((p) => [p.parameter, p.designed ?? 1, p.fitted ?? p.factor, p.unit ?? "", looseness(p), p.bound ?? ""]) }),
+    id: "identifiability",
+    title: "How well the readings know each parameter",
+    n: rows.length,
+    source,
+    height: 110 + 30 * rows.length,
+    say:
+      "Standard error of what was refitted; below 5 % is well known, above 50 % these readings hardly say anything. " +
+      (assessment.weak_combinations.length
+        ? `Weak: ${assessment.weak_combinations.join("; ")}`
+        : "No combination of them is weak."),
+    numbers: () => ({
+      columns: ["parameter", "designed", "fitted", "unit", "standard error [%]", "at a bound"],
+      rows: rows.map((p) => [
+        p.parameter,
+        p.designed ?? 1,
+        p.fitted ?? p.factor,
+        p.unit ?? "",
+        looseness(p),
+        p.bound ?? "",
+      ]),
+    }),
     draw(look) {
       const shown = rows.map((p) => (p.bound ? null : Math.max(looseness(p), 0.01)));
       return {
-        data: [{ type: "bar", orientation: "h", y: rows.map((_, k) => k), x: shown, marker: { color: shown.map((v) => (v > 50 ? look.bad : v > 5 ? look.held : look.good)) }, textposition: "none",
-          hovertemplate: rows.map((p) => `${plain(p.parameter)}: ${plain(designed(p))} as designed, ${plain(value(p))} ± ${number(looseness(p), 2)} %<extra></extra>`) }],
-        layout: layout(look, { showlegend: false, margin: { l: 60, r: 16, t: 30, b: 44 },
-          shapes: [5, 50].map((x) => ({ type: "line", yref: "paper", y0: 0, y1: 1, x0: x, x1: x, line: { color: look.noise, dash: "dash" } })),
+        data: [
+          {
+            type: "bar",
+            orientation: "h",
+            y: rows.map((_, k) => k),
+            x: shown,
+            marker: {
+              color: shown.map((v) => (v > 50 ? look.bad : v > 5 ? look.held : look.good)),
+            },
+            textposition: "none",
+            hovertemplate: rows.map(
+              (p) =>
+                `${plain(p.parameter)}: ${plain(designed(p))} as designed, ${plain(value(p))} ± ${number(looseness(p), 2)} %<extra></extra>`,
+            ),
+          },
+        ],
+        layout: layout(look, {
+          showlegend: false,
+          margin: { l: 60, r: 16, t: 30, b: 44 },
+          shapes: [5, 50].map((x) => ({
+            type: "line",
+            yref: "paper",
+            y0: 0,
+            y1: 1,
+            x0: x,
+            x1: x,
+            line: { color: look.noise, dash: "dash" },
+          })),
           xaxis: axis(look, "standard error [%]", { type: "log", dtick: 1, range: [-1.5, 2.3] }),
-          yaxis: axis(look, "", { autorange: "reversed", tickvals: rows.map((_, k) => k), ticktext: rows.map((p) => `${plain(p.parameter)}<br>${plain(value(p))}${p.bound ? " (at a bound)" : ""}`), showgrid: false }) }),
+          yaxis: axis(look, "", {
+            autorange: "reversed",
+            tickvals: rows.map((_, k) => k),
+            ticktext: rows.map(
+              (p) => `${plain(p.parameter)}<br>${plain(value(p))}${p.bound ? " (at a bound)" : ""}`,
+            ),
+            showgrid: false,
+          }),
+        }),
       };
     },
   };
@@ -31,20 +83,64 @@ export function identifiability(assessment, source) {
 /** What the residual depends on: -log10 of Holm's p-value of each test. */
 export function dependences(assessment, source) {
   const smaller = (f) => Math.min(f.mean?.holm_p_value ?? 1, f.size?.holm_p_value ?? 1);
-  const rows = assessment.patterns.factors.filter((f) => f.mean || f.size).map((f) => [f.factor, smaller(f)]);
-  for (const [name, test] of [["sign under reversal", assessment.patterns.reversal?.test], ["area of load loops", assessment.patterns.loop_area], ["return to zero", assessment.patterns.return_to_zero]])
+  const rows = assessment.patterns.factors
+    .filter((f) => f.mean || f.size)
+    .map((f) => [f.factor, smaller(f)]);
+  for (const [name, test] of [
+    ["sign under reversal", assessment.patterns.reversal?.test],
+    ["area of load loops", assessment.patterns.loop_area],
+    ["return to zero", assessment.patterns.return_to_zero],
+  ])
     if (test) rows.push([name, test.holm_p_value]);
   rows.sort((a, b) => a[1] - b[1]);
   return {
-    id: "dependences", title: "What the error depends on", n: rows.length, source, height: 110 + 24 * rows.length,
+    id: "dependences",
+    title: "What the error depends on",
+    n: rows.length,
+    source,
+    height: 110 + 24 * rows.length,
     say: "Evidence against 'the error does not depend on this', -log10 p after Holm's correction for all of these tests. Right of the line: it does depend.",
     numbers: () => ({ columns: ["factor", "p after Holm's correction"], rows }),
     draw(look) {
       const size = rows.map(([, p]) => Math.min(300, -Math.log10(Math.max(p, 1e-300))));
       return {
-        data: [{ type: "bar", orientation: "h", y: rows.map((_, k) => k), x: size, marker: { color: size.map((v) => (v > 1.301 ? look.held : look.designed)) }, text: size.map((v) => number(v, 2)), textposition: "auto", insidetextfont: { color: look.paper }, outsidetextfont: { color: look.ink }, cliponaxis: false, hovertemplate: "%{x:.3g}<extra></extra>" }],
-        layout: layout(look, { showlegend: false, margin: { l: 60, r: 16, t: 30, b: 44 }, shapes: [{ type: "line", yref: "paper", y0: 0, y1: 1, x0: 1.301, x1: 1.301, line: { color: look.bad, dash: "dash", width: 2 } }],
-          xaxis: axis(look, "-log10 p (line: 5 %)", { rangemode: "tozero" }), yaxis: axis(look, "", { autorange: "reversed", tickvals: rows.map((_, k) => k), ticktext: rows.map(([name]) => plain(name)), showgrid: false }) }),
+        data: [
+          {
+            type: "bar",
+            orientation: "h",
+            y: rows.map((_, k) => k),
+            x: size,
+            marker: { color: size.map((v) => (v > 1.301 ? look.held : look.designed)) },
+            text: size.map((v) => number(v, 2)),
+            textposition: "auto",
+            insidetextfont: { color: look.paper },
+            outsidetextfont: { color: look.ink },
+            cliponaxis: false,
+            hovertemplate: "%{x:.3g}<extra></extra>",
+          },
+        ],
+        layout: layout(look, {
+          showlegend: false,
+          margin: { l: 60, r: 16, t: 30, b: 44 },
+          shapes: [
+            {
+              type: "line",
+              yref: "paper",
+              y0: 0,
+              y1: 1,
+              x0: 1.301,
+              x1: 1.301,
+              line: { color: look.bad, dash: "dash", width: 2 },
+            },
+          ],
+          xaxis: axis(look, "-log10 p (line: 5 %)", { rangemode: "tozero" }),
+          yaxis: axis(look, "", {
+            autorange: "reversed",
+            tickvals: rows.map((_, k) => k),
+            ticktext: rows.map(([name]) => plain(name)),
+            showgrid: false,
+          }),
+        }),
       };
     },
   };

@@ -1,19 +1,25 @@
 // The section of one campaign: what a comparison and a diagnosis found, most important first.
+import { againstLoad } from "./against_load.js";
 import { certificateTable, errorShares } from "./certificate.js";
 import { choice, element, list } from "./dom.js";
 import { confusion, ranking } from "./effects.js";
 import { Figure } from "./figure.js";
+import { fourPlot } from "./four_plot.js";
 import { dependences, identifiability } from "./knowledge.js";
+import { oddEven, oddEvenPanel } from "./odd_even.js";
+import { parity } from "./parity.js";
 import { Readings, columnsFromResult } from "./readings.js";
-import { againstLoad, fourPlot, oddEven, oddEvenPanel, parity } from "./readings_charts.js";
 import { studioPanel } from "./studio.js";
 import { number, stated, statedWithError } from "./units.js";
 import { View } from "./view.js";
 import { stagesOfDiagnosis, stagesOfReadings, waterfall } from "./waterfall.js";
 import { arrows, poseMap } from "./workspace.js";
 
-const campaignOf = (result) => (typeof result.campaign === "string" ? result.campaign : result.campaign?.name);
-export const isMeasurement = ({ result }) => campaignOf(result) !== undefined && (result.as_designed !== undefined || result.waterfall !== undefined);
+const campaignOf = (result) =>
+  typeof result.campaign === "string" ? result.campaign : result.campaign?.name;
+export const isMeasurement = ({ result }) =>
+  campaignOf(result) !== undefined &&
+  (result.as_designed !== undefined || result.waterfall !== undefined);
 
 /** Entries about one campaign belong together: {name, diagnosis, comparison, columns}. */
 export function campaigns(entries) {
@@ -25,36 +31,108 @@ export function campaigns(entries) {
     if (result.waterfall) one.diagnosis = result;
     if (result.as_designed) one.comparison = result;
     one.studio = one.studio ?? picture?.studio;
-    if (picture?.readings && (!one.columns || picture.readings.models.length > one.columns.models.length)) one.columns = picture.readings;
+    if (
+      picture?.readings &&
+      (!one.columns || picture.readings.models.length > one.columns.models.length)
+    )
+      one.columns = picture.readings;
   }
   return [...found.values()];
 }
 
-const withErrors = (found) => found.parameters.map((p, k) => `${p.name} = ${found.deviations[k] === null ? `${stated(found.values[k], p.unit)} (at a bound)` : statedWithError(found.values[k], found.deviations[k], p.unit)}`).join(", ");
+const withErrors = (found) =>
+  found.parameters
+    .map(
+      (p, k) =>
+        `${p.name} = ${found.deviations[k] === null ? `${stated(found.values[k], p.unit)} (at a bound)` : statedWithError(found.values[k], found.deviations[k], p.unit)}`,
+    )
+    .join(", ");
 
 function diagnosisVerdict(diagnosis) {
   const names = diagnosis.found.map((f) => `${f.effect} at ${f.at}`);
   const kind = diagnosis.verdict;
-  const lines = diagnosis.found.map((f) => element("p", {}, element("strong", {}, `${f.effect} at ${f.at}`), `: ${withErrors(f)}; probability among the rivals ${number(f.probability)}`));
-  if (diagnosis.ambiguous.length > 1) lines.push(element("p", {}, `These readings do not tell ${diagnosis.ambiguous[0]} from: ${diagnosis.ambiguous.slice(1).join("; ")}.`));
+  const lines = diagnosis.found.map((f) =>
+    element(
+      "p",
+      {},
+      element("strong", {}, `${f.effect} at ${f.at}`),
+      `: ${withErrors(f)}; probability among the rivals ${number(f.probability)}`,
+    ),
+  );
+  if (diagnosis.ambiguous.length > 1)
+    lines.push(
+      element(
+        "p",
+        {},
+        `These readings do not tell ${diagnosis.ambiguous[0]} from: ${diagnosis.ambiguous.slice(1).join("; ")}.`,
+      ),
+    );
   lines.push(...diagnosis.missing.map((text) => element("p", {}, `Missing: ${text}.`)));
   const good = kind === "no effect needed" || kind === "named effect";
-  return element("div", { class: `verdict ${good ? "good" : "bad"}` }, element("p", {}, "Verdict: ", element("strong", {}, kind), names.length ? ". Missing from the model:" : "."), ...lines);
+  return element(
+    "div",
+    { class: `verdict ${good ? "good" : "bad"}` },
+    element(
+      "p",
+      {},
+      "Verdict: ",
+      element("strong", {}, kind),
+      names.length ? ". Missing from the model:" : ".",
+    ),
+    ...lines,
+  );
 }
 
 function comparisonVerdict(comparison) {
-  const words = { adequate: "The model is adequate: no test finds more than noise.", inadequate: "The model fails: its error is more than noise.",
-    not_evaluated: "Nothing but the residual itself tells the noise, so that the model cannot be judged." };
-  return element("div", { class: `verdict ${comparison.adequacy === "adequate" ? "good" : "bad"}` }, element("p", {}, element("strong", {}, words[comparison.adequacy])), element("p", {}, (comparison.refitted && comparison.findings.find((text) => text.startsWith("The refitted model"))) || comparison.findings[0] || ""));
+  const words = {
+    adequate: "The model is adequate: no test finds more than noise.",
+    inadequate: "The model fails: its error is more than noise.",
+    not_evaluated:
+      "Nothing but the residual itself tells the noise, so that the model cannot be judged.",
+  };
+  return element(
+    "div",
+    { class: `verdict ${comparison.adequacy === "adequate" ? "good" : "bad"}` },
+    element("p", {}, element("strong", {}, words[comparison.adequacy])),
+    element(
+      "p",
+      {},
+      (comparison.refitted &&
+        comparison.findings.find((text) => text.startsWith("The refitted model"))) ||
+        comparison.findings[0] ||
+        "",
+    ),
+  );
 }
 
 function tools(readings, view) {
-  const poses = [["", "all"], ...readings.poses.map((pose, p) => [p, pose.label || "the only one"])];
-  const node = element("div", { class: "tools", role: "toolbar", "aria-label": "What the charts show" });
-  const fill = () => node.replaceChildren(
-    choice("Model", readings.models.map((m, k) => [k, m.name]), view.get("model"), (v) => view.set({ model: Number(v) })),
-    choice("Component", readings.components.map((c) => [c, c]), view.get("component"), (v) => view.set({ component: v })),
-    choice("Pose", poses, view.get("pose") ?? "", (v) => view.set({ pose: v === "" ? null : Number(v) })));
+  const poses = [
+    ["", "all"],
+    ...readings.poses.map((pose, p) => [p, pose.label || "the only one"]),
+  ];
+  const node = element("div", {
+    class: "tools",
+    role: "toolbar",
+    "aria-label": "What the charts show",
+  });
+  const fill = () =>
+    node.replaceChildren(
+      choice(
+        "Model",
+        readings.models.map((m, k) => [k, m.name]),
+        view.get("model"),
+        (v) => view.set({ model: Number(v) }),
+      ),
+      choice(
+        "Component",
+        readings.components.map((c) => [c, c]),
+        view.get("component"),
+        (v) => view.set({ component: v }),
+      ),
+      choice("Pose", poses, view.get("pose") ?? "", (v) =>
+        view.set({ pose: v === "" ? null : Number(v) }),
+      ),
+    );
   fill();
   view.listen((keys) => {
     if (keys.includes("pose")) node.querySelectorAll("select")[2].value = view.get("pose") ?? "";
@@ -64,7 +142,10 @@ function tools(readings, view) {
 
 // The component with the largest error over its noise is looked at first.
 function worstComponent(readings) {
-  const size = (c) => { const used = readings.used(c); return used.reduce((s, i) => s + readings.whitened(0, c, i) ** 2, 0) / Math.max(1, used.length); };
+  const size = (c) => {
+    const used = readings.used(c);
+    return used.reduce((s, i) => s + readings.whitened(0, c, i) ** 2, 0) / Math.max(1, used.length);
+  };
   return [...readings.components].sort((a, b) => size(b) - size(a))[0];
 }
 
@@ -77,7 +158,9 @@ function findings(comparison) {
 export function studioSection(one) {
   const place = element("div", {}, measurementSection(one));
   const panel = studioPanel(one.studio.effects, (model) => {
-    const columns = model ? { ...one.columns, models: [...one.columns.models, model] } : one.columns;
+    const columns = model
+      ? { ...one.columns, models: [...one.columns.models, model] }
+      : one.columns;
     place.replaceChildren(measurementSection({ ...one, columns }));
   });
   return element("section", {}, panel, place);
@@ -87,13 +170,26 @@ export function measurementSection({ name, diagnosis, comparison, columns }) {
   const source = `Source: ${name}.`;
   const section = element("section", { class: "measurements" }, element("h2", {}, name));
   const add = (parent, spec, view) => parent.append(new Figure(spec, view).node);
-  const charts = () => { const node = element("div", { class: "charts" }); section.append(node); return node; };
-  const readings = columns || comparison?.readings ? new Readings(columns ?? columnsFromResult(comparison)) : null;
+  const charts = () => {
+    const node = element("div", { class: "charts" });
+    section.append(node);
+    return node;
+  };
+  const readings =
+    columns || comparison?.readings ? new Readings(columns ?? columnsFromResult(comparison)) : null;
   if (!readings && comparison) section.append(findings(comparison));
-  const view = new View({ model: readings ? readings.models.length - 1 : 0, component: readings ? worstComponent(readings) : "", pose: null });
+  const view = new View({
+    model: readings ? readings.models.length - 1 : 0,
+    component: readings ? worstComponent(readings) : "",
+    pose: null,
+  });
   section.append(diagnosis ? diagnosisVerdict(diagnosis) : comparisonVerdict(comparison));
   const first = charts();
-  const stages = diagnosis?.waterfall.length ? stagesOfDiagnosis(diagnosis) : readings ? stagesOfReadings(readings) : null;
+  const stages = diagnosis?.waterfall.length
+    ? stagesOfDiagnosis(diagnosis)
+    : readings
+      ? stagesOfReadings(readings)
+      : null;
   if (stages) add(first, waterfall(stages, source, readings?.count ?? stages.stages.length), view);
   if (readings) {
     add(first, errorShares(readings, view, source), view);
@@ -101,17 +197,24 @@ export function measurementSection({ name, diagnosis, comparison, columns }) {
     section.append(tools(readings, view));
     const all = charts();
     if (readings.loads.length) add(all, againstLoad(readings, view, source), view);
-    if (readings.loads.length && oddEven(readings, readings.components[0], 0, readings.loads[0]).length) add(all, oddEvenPanel(readings, view, source), view);
+    if (
+      readings.loads.length &&
+      oddEven(readings, readings.components[0], 0, readings.loads[0]).length
+    )
+      add(all, oddEvenPanel(readings, view, source), view);
     add(all, parity(readings, view, source), view);
-    if (readings.poses.length > 1 && readings.loads.length) add(all, poseMap(readings, view, source), view);
-    if (readings.poses.length > 1 && readings.components.some((c) => c.startsWith("d"))) add(all, arrows(readings, view, source), view);
+    if (readings.poses.length > 1 && readings.loads.length)
+      add(all, poseMap(readings, view, source), view);
+    if (readings.poses.length > 1 && readings.components.some((c) => c.startsWith("d")))
+      add(all, arrows(readings, view, source), view);
     add(all, fourPlot(readings, view, source), view);
   }
   const last = charts();
   const assessment = comparison?.refitted ?? comparison?.as_designed;
   diagnosis?.steps.forEach((step, k) => {
     if (step.ranking.length) add(last, ranking(step, k + 1, source), view);
-    if (step.confusion?.candidates.length > 1) add(last, confusion(step.confusion, k + 1, source), view);
+    if (step.confusion?.candidates.length > 1)
+      add(last, confusion(step.confusion, k + 1, source), view);
   });
   if (assessment?.patterns.factors.length) add(last, dependences(assessment, source), view);
   if (assessment?.parameters.length) add(last, identifiability(assessment, source), view);

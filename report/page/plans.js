@@ -12,14 +12,71 @@ const margin = { l: 60, r: 16, t: 30, b: 44 };
 function batchFigure(cycles, source) {
   const postures = [...new Set(cycles.map((c) => c.configuration))].sort((a, b) => a - b);
   const directions = [...new Set(cycles.map((c) => c.direction))];
-  const minutes = postures.map((p) => directions.map((d) => cycles.filter((c) => c.configuration === p && c.direction === d).reduce((sum, c) => sum + c.minutes, 0) || null));
+  const minutes = postures.map((p) =>
+    directions.map(
+      (d) =>
+        cycles
+          .filter((c) => c.configuration === p && c.direction === d)
+          .reduce((sum, c) => sum + c.minutes, 0) || null,
+    ),
+  );
   return {
-    id: "plan-batch", title: "Where to measure next", n: cycles.length, source, height: Math.max(240, 110 + 24 * postures.length),
+    id: "plan-batch",
+    title: "Where to measure next",
+    n: cycles.length,
+    source,
+    height: Math.max(240, 110 + 24 * postures.length),
     say: "Minutes that each posture and direction of load gets in the batch. Blank: nothing there.",
-    numbers: () => ({ columns: ["cycle", "posture", "direction", "level [SI]", "pattern", "readings", "minutes", "why"], rows: cycles.map((c) => [c.cycle, c.configuration + 1, c.direction, c.level, c.pattern, c.readings, c.minutes, c.why]) }),
+    numbers: () => ({
+      columns: [
+        "cycle",
+        "posture",
+        "direction",
+        "level [SI]",
+        "pattern",
+        "readings",
+        "minutes",
+        "why",
+      ],
+      rows: cycles.map((c) => [
+        c.cycle,
+        c.configuration + 1,
+        c.direction,
+        c.level,
+        c.pattern,
+        c.readings,
+        c.minutes,
+        c.why,
+      ]),
+    }),
     draw: (look) => ({
-      data: [{ type: "heatmap", z: minutes, x: directions.map(String), y: postures.map((_, k) => k), colorscale: rising(look), zmin: 0, zmax: Math.max(...minutes.flat()), xgap: 1, ygap: 1, text: minutes.map((row) => row.map((v) => (v === null ? "" : number(v)))), texttemplate: "%{text}", hovertemplate: "direction %{x}: %{z:.3g} min<extra></extra>", colorbar: { thickness: 12, title: { text: "minutes", side: "right" } } }],
-      layout: layout(look, { showlegend: false, margin, xaxis: axis(look, "direction of load", { type: "category" }), yaxis: axis(look, "posture", { autorange: "reversed", tickvals: postures.map((_, k) => k), ticktext: postures.map((p) => String(p + 1)) }) }),
+      data: [
+        {
+          type: "heatmap",
+          z: minutes,
+          x: directions.map(String),
+          y: postures.map((_, k) => k),
+          colorscale: rising(look),
+          zmin: 0,
+          zmax: Math.max(...minutes.flat()),
+          xgap: 1,
+          ygap: 1,
+          text: minutes.map((row) => row.map((v) => (v === null ? "" : number(v)))),
+          texttemplate: "%{text}",
+          hovertemplate: "direction %{x}: %{z:.3g} min<extra></extra>",
+          colorbar: { thickness: 12, title: { text: "minutes", side: "right" } },
+        },
+      ],
+      layout: layout(look, {
+        showlegend: false,
+        margin,
+        xaxis: axis(look, "direction of load", { type: "category" }),
+        yaxis: axis(look, "posture", {
+          autorange: "reversed",
+          tickvals: postures.map((_, k) => k),
+          ticktext: postures.map((p) => String(p + 1)),
+        }),
+      }),
     }),
   };
 }
@@ -27,26 +84,107 @@ function batchFigure(cycles, source) {
 function splitsFigure(splits, source) {
   const name = (s) => `${s.a} from ${s.b}`;
   return {
-    id: "plan-splits", title: "What the batch would tell apart", n: splits.length, source, height: 110 + 30 * splits.length, least: 420,
+    id: "plan-splits",
+    title: "What the batch would tell apart",
+    n: splits.length,
+    source,
+    height: 110 + 30 * splits.length,
+    least: 420,
     say: "Evidence that these readings are expected to give for the right one of each pair, in nats; from 4.6 on (a factor of 100) a pair counts as told apart.",
-    numbers: () => ({ columns: ["a", "b", "nats expected", "most that any batch could give", "d'"], rows: splits.map((s) => [s.a, s.b, s.nats, s.most, s.separation]) }),
+    numbers: () => ({
+      columns: ["a", "b", "nats expected", "most that any batch could give", "d'"],
+      rows: splits.map((s) => [s.a, s.b, s.nats, s.most, s.separation]),
+    }),
     draw: (look) => ({
-      data: [{ type: "bar", orientation: "h", y: splits.map((_, k) => k), x: splits.map((s) => s.nats), marker: { color: splits.map((s) => (s.nats >= 4.6 ? look.mended : look.designed)) }, text: splits.map((s) => number(s.nats)), textposition: "auto", insidetextfont: { color: look.paper }, outsidetextfont: { color: look.ink },
-        hovertemplate: splits.map((s) => `${plain(name(s))}<br>${number(s.nats)} nats${s.advice ? `<br>${plain(s.advice)}` : ""}<extra></extra>`) }],
-      layout: layout(look, { showlegend: false, margin, shapes: [{ type: "line", yref: "paper", y0: 0, y1: 1, x0: 4.6, x1: 4.6, line: { color: look.bad, dash: "dash", width: 2 } }], xaxis: axis(look, "evidence expected [nats]", { rangemode: "tozero" }), yaxis: axis(look, "", { autorange: "reversed", tickvals: splits.map((_, k) => k), ticktext: splits.map((s) => `${plain(s.a)}<br>from ${plain(s.b)}`), tickfont: { size: 11 }, showgrid: false }) }),
+      data: [
+        {
+          type: "bar",
+          orientation: "h",
+          y: splits.map((_, k) => k),
+          x: splits.map((s) => s.nats),
+          marker: { color: splits.map((s) => (s.nats >= 4.6 ? look.mended : look.designed)) },
+          text: splits.map((s) => number(s.nats)),
+          textposition: "auto",
+          insidetextfont: { color: look.paper },
+          outsidetextfont: { color: look.ink },
+          hovertemplate: splits.map(
+            (s) =>
+              `${plain(name(s))}<br>${number(s.nats)} nats${s.advice ? `<br>${plain(s.advice)}` : ""}<extra></extra>`,
+          ),
+        },
+      ],
+      layout: layout(look, {
+        showlegend: false,
+        margin,
+        shapes: [
+          {
+            type: "line",
+            yref: "paper",
+            y0: 0,
+            y1: 1,
+            x0: 4.6,
+            x1: 4.6,
+            line: { color: look.bad, dash: "dash", width: 2 },
+          },
+        ],
+        xaxis: axis(look, "evidence expected [nats]", { rangemode: "tozero" }),
+        yaxis: axis(look, "", {
+          autorange: "reversed",
+          tickvals: splits.map((_, k) => k),
+          ticktext: splits.map((s) => `${plain(s.a)}<br>from ${plain(s.b)}`),
+          tickfont: { size: 11 },
+          showgrid: false,
+        }),
+      }),
     }),
   };
 }
 
 function sharpenedFigure(sharpened, source) {
   return {
-    id: "plan-sharpened", title: "What the batch would know better", n: sharpened.length, source, height: 110 + 30 * sharpened.length,
+    id: "plan-sharpened",
+    title: "What the batch would know better",
+    n: sharpened.length,
+    source,
+    height: 110 + 30 * sharpened.length,
     say: "Standard deviation of each parameter with these readings, beside that of today.",
-    numbers: () => ({ columns: ["parameter", "unit", "now [SI]", "expected [SI]"], rows: sharpened.map((s) => [s.name, s.unit, s.deviation_now, s.deviation_expected]) }),
+    numbers: () => ({
+      columns: ["parameter", "unit", "now [SI]", "expected [SI]"],
+      rows: sharpened.map((s) => [s.name, s.unit, s.deviation_now, s.deviation_expected]),
+    }),
     draw(look) {
       const share = sharpened.map((s) => (100 * s.deviation_expected) / s.deviation_now);
-      return { data: [{ type: "bar", orientation: "h", y: sharpened.map((_, k) => k), x: share, marker: { color: look.mended }, text: sharpened.map((s) => plain(`${stated(s.deviation_now, s.unit, 2)} to ${stated(s.deviation_expected, s.unit, 2)}`)), textposition: "auto", insidetextfont: { color: look.paper }, outsidetextfont: { color: look.ink }, hovertemplate: "%{x:.3g} %<extra></extra>" }],
-        layout: layout(look, { showlegend: false, margin, xaxis: axis(look, "of today's standard deviation [%]", { range: [0, 105] }), yaxis: axis(look, "", { autorange: "reversed", tickvals: sharpened.map((_, k) => k), ticktext: sharpened.map((s) => plain(s.name)), showgrid: false }) }) };
+      return {
+        data: [
+          {
+            type: "bar",
+            orientation: "h",
+            y: sharpened.map((_, k) => k),
+            x: share,
+            marker: { color: look.mended },
+            text: sharpened.map((s) =>
+              plain(
+                `${stated(s.deviation_now, s.unit, 2)} to ${stated(s.deviation_expected, s.unit, 2)}`,
+              ),
+            ),
+            textposition: "auto",
+            insidetextfont: { color: look.paper },
+            outsidetextfont: { color: look.ink },
+            hovertemplate: "%{x:.3g} %<extra></extra>",
+          },
+        ],
+        layout: layout(look, {
+          showlegend: false,
+          margin,
+          xaxis: axis(look, "of today's standard deviation [%]", { range: [0, 105] }),
+          yaxis: axis(look, "", {
+            autorange: "reversed",
+            tickvals: sharpened.map((_, k) => k),
+            ticktext: sharpened.map((s) => plain(s.name)),
+            showgrid: false,
+          }),
+        }),
+      };
     },
   };
 }
@@ -55,11 +193,35 @@ export function planSection({ result }) {
   const source = `Source: ${result.inputs?.name ?? "plan"}.`;
   const charts = element("div", { class: "charts" });
   const add = (spec) => charts.append(new Figure(spec, new View({})).node);
-  const said = [`${result.cycles.length} load cycles, ${result.readings} readings, ${number(result.minutes)} of ${number(result.minutes_allowed)} minutes.`, ...(result.notes ?? [])];
+  const said = [
+    `${result.cycles.length} load cycles, ${result.readings} readings, ${number(result.minutes)} of ${number(result.minutes_allowed)} minutes.`,
+    ...(result.notes ?? []),
+  ];
   if (result.asks_for_absolute) said.push("Absolute poses would show what differences cannot.");
   if (result.cycles.length) add(batchFigure(result.cycles, source));
   if (result.splits.length) add(splitsFigure(result.splits, source));
   if (result.sharpened?.length) add(sharpenedFigure(result.sharpened, source));
-  const rows = result.cycles.map((c) => [c.cycle, String(c.configuration + 1), String(c.direction), c.pattern, c.readings, number(c.minutes), c.why]);
-  return element("section", {}, element("h2", {}, `What to measure next: ${result.inputs?.name ?? ""}`), list(said), charts, rows.length ? table(["cycle", "posture", "direction", "pattern", "readings", "minutes", "why"], rows, "The batch") : null);
+  const rows = result.cycles.map((c) => [
+    c.cycle,
+    String(c.configuration + 1),
+    String(c.direction),
+    c.pattern,
+    c.readings,
+    number(c.minutes),
+    c.why,
+  ]);
+  return element(
+    "section",
+    {},
+    element("h2", {}, `What to measure next: ${result.inputs?.name ?? ""}`),
+    list(said),
+    charts,
+    rows.length
+      ? table(
+          ["cycle", "posture", "direction", "pattern", "readings", "minutes", "why"],
+          rows,
+          "The batch",
+        )
+      : null,
+  );
 }

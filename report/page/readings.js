@@ -7,25 +7,38 @@ export class Readings {
     this.count = this.id.length;
     this.components = Object.keys(this.measured);
     this.loads = Object.keys(this.load);
-    this.largestLoad = Object.fromEntries(this.loads.map((name) => [name, largest(this.load[name])]));
+    this.largestLoad = Object.fromEntries(
+      this.loads.map((name) => [name, largest(this.load[name])]),
+    );
     this.branch = this.branches();
   }
 
   /** Indices of readings in use whose component was measured. */
   used(component) {
     const values = this.measured[component];
-    return [...values.keys()].filter((i) => !this.masked[i] && values[i] !== null && this.models[0].residual[component][i] !== null);
+    return [...values.keys()].filter(
+      (i) =>
+        !this.masked[i] && values[i] !== null && this.models[0].residual[component][i] !== null,
+    );
   }
-  heldOut(i) { return this.role[i] !== 0; }
-  hasHeldOut() { return this.role.some((role, i) => role !== 0 && !this.masked[i]); }
-  sigmaAt(component, i) { return this.sigma ? this.sigma[component][i] : null; }
+  heldOut(i) {
+    return this.role[i] !== 0;
+  }
+  hasHeldOut() {
+    return this.role.some((role, i) => role !== 0 && !this.masked[i]);
+  }
+  sigmaAt(component, i) {
+    return this.sigma ? this.sigma[component][i] : null;
+  }
   /** rms of the noise of one component; null when nobody knows it. */
   noiseOf(component) {
     if (!this.sigma) return null;
     const used = this.used(component);
     return used.length ? rms(used.map((i) => this.sigma[component][i])) : null;
   }
-  residual(model, component, i) { return this.models[model].residual[component][i]; }
+  residual(model, component, i) {
+    return this.models[model].residual[component][i];
+  }
   /** Over the noise; over nothing where it is not known. */
   whitened(model, component, i) {
     const value = this.residual(model, component, i);
@@ -46,7 +59,8 @@ export class Readings {
   /** 1 loading, 2 unloading, 0 unstated: as the file says, else by the order within the cycle. */
   branches() {
     if (this.stated?.some((value) => value !== 0)) return this.stated;
-    const size = (i) => Math.hypot(...this.loads.map((name) => this.load[name][i] / (this.largestLoad[name] || 1)));
+    const size = (i) =>
+      Math.hypot(...this.loads.map((name) => this.load[name][i] / (this.largestLoad[name] || 1)));
     const result = new Array(this.count).fill(0);
     for (const members of groups([...this.cycle.keys()], (i) => this.cycle[i]).values()) {
       if (members.length < 3 || members.length > 200) continue;
@@ -57,9 +71,14 @@ export class Readings {
     }
     return result;
   }
-  poseText(pose) { return this.poses[pose].label || "the only posture"; }
+  poseText(pose) {
+    return this.poses[pose].label || "the only posture";
+  }
   text(i) {
-    const loads = this.loads.filter((name) => this.load[name][i]).map((name) => `${name} ${this.load[name][i]}`).join(", ");
+    const loads = this.loads
+      .filter((name) => this.load[name][i])
+      .map((name) => `${name} ${this.load[name][i]}`)
+      .join(", ");
     return `reading ${this.id[i]}, pose ${this.poseText(this.pose[i])}, ${loads || "no load"}`;
   }
 }
@@ -68,20 +87,45 @@ export class Readings {
 export function columnsFromResult(comparison) {
   const rows = comparison.readings;
   const component = (key) => {
-    const measured = comparison.components.filter((_, k) => rows.some((row) => row.measured[k] !== null));
-    return Object.fromEntries(measured.map((name) => [name, rows.map((row) => row[key]?.[comparison.components.indexOf(name)] ?? null)]));
+    const measured = comparison.components.filter((_, k) =>
+      rows.some((row) => row.measured[k] !== null),
+    );
+    return Object.fromEntries(
+      measured.map((name) => [
+        name,
+        rows.map((row) => row[key]?.[comparison.components.indexOf(name)] ?? null),
+      ]),
+    );
   };
   const sessions = [...new Set(rows.map((row) => row.session))];
   const residual = component("residual");
   const whitened = component("whitened");
-  const sigma = comparison.noise === "unknown" ? undefined
-    : Object.fromEntries(Object.keys(residual).map((name) => [name, residual[name].map((r, i) => (whitened[name][i] ? r / whitened[name][i] : null))]));
+  const sigma =
+    comparison.noise === "unknown"
+      ? undefined
+      : Object.fromEntries(
+          Object.keys(residual).map((name) => [
+            name,
+            residual[name].map((r, i) => (whitened[name][i] ? r / whitened[name][i] : null)),
+          ]),
+        );
   const models = [{ name: "as designed", residual }];
-  if (comparison.refitted) models.push({ name: "refitted", residual: component("refitted_residual") });
+  if (comparison.refitted)
+    models.push({ name: "refitted", residual: component("refitted_residual") });
   return {
-    noise: comparison.noise, sessions, models, measured: component("measured"), sigma, load: {},
-    id: rows.map((row) => row.id), session: rows.map((row) => sessions.indexOf(row.session)), masked: rows.map((row) => (row.masked ? 1 : 0)),
-    role: rows.map((row) => ["fit", "select", "confirm"].indexOf(row.role)), pose: rows.map(() => 0), cycle: rows.map(() => 0),
-    cycles: [""], poses: [{ label: "", position: [0, 0, 0] }],
+    noise: comparison.noise,
+    sessions,
+    models,
+    measured: component("measured"),
+    sigma,
+    load: {},
+    id: rows.map((row) => row.id),
+    session: rows.map((row) => sessions.indexOf(row.session)),
+    masked: rows.map((row) => (row.masked ? 1 : 0)),
+    role: rows.map((row) => ["fit", "select", "confirm"].indexOf(row.role)),
+    pose: rows.map(() => 0),
+    cycle: rows.map(() => 0),
+    cycles: [""],
+    poses: [{ label: "", position: [0, 0, 0] }],
   };
 }

@@ -1,15 +1,55 @@
 // Numbers as people write them: SI values to natural units.
 
 const steps = {
-  length: [[1e-9, "nm"], [1e-6, "µm"], [1e-3, "mm"], [1, "m"]],
-  angle: [[1e-6, "µrad"], [1e-3, "mrad"], [1, "rad"]],
-  force: [[1e-3, "mN"], [1, "N"], [1e3, "kN"]],
-  moment: [[1e-3, "mN m"], [1, "N m"], [1e3, "kN m"]],
-  stiffness: [[1, "N/m"], [1e3, "N/mm"], [1e6, "N/µm"]],
-  torsion: [[1, "N m/rad"], [1e3, "N m/mrad"], [1e6, "N m/µrad"]],
-  compliance: [[1e-9, "nm/N"], [1e-6, "µm/N"], [1e-3, "mm/N"], [1, "m/N"]],
-  turning: [[1e-9, "nrad/(N m)"], [1e-6, "µrad/(N m)"], [1e-3, "mrad/(N m)"], [1, "rad/(N m)"]],
-  crossing: [[1e-9, "nrad/N"], [1e-6, "µrad/N"], [1e-3, "mrad/N"], [1, "rad/N"]],
+  length: [
+    [1e-9, "nm"],
+    [1e-6, "µm"],
+    [1e-3, "mm"],
+    [1, "m"],
+  ],
+  angle: [
+    [1e-6, "µrad"],
+    [1e-3, "mrad"],
+    [1, "rad"],
+  ],
+  force: [
+    [1e-3, "mN"],
+    [1, "N"],
+    [1e3, "kN"],
+  ],
+  moment: [
+    [1e-3, "mN m"],
+    [1, "N m"],
+    [1e3, "kN m"],
+  ],
+  stiffness: [
+    [1, "N/m"],
+    [1e3, "N/mm"],
+    [1e6, "N/µm"],
+  ],
+  torsion: [
+    [1, "N m/rad"],
+    [1e3, "N m/mrad"],
+    [1e6, "N m/µrad"],
+  ],
+  compliance: [
+    [1e-9, "nm/N"],
+    [1e-6, "µm/N"],
+    [1e-3, "mm/N"],
+    [1, "m/N"],
+  ],
+  turning: [
+    [1e-9, "nrad/(N m)"],
+    [1e-6, "µrad/(N m)"],
+    [1e-3, "mrad/(N m)"],
+    [1, "rad/(N m)"],
+  ],
+  crossing: [
+    [1e-9, "nrad/N"],
+    [1e-6, "µrad/N"],
+    [1e-3, "mrad/N"],
+    [1, "rad/N"],
+  ],
   plain: [[1, ""]],
 };
 
@@ -30,7 +70,11 @@ export function number(value, digits = 3) {
   if (!Number.isFinite(value)) return value > 0 ? "infinite" : "-infinite";
   if (value === 0) return "0";
   const size = Math.abs(value);
-  if (size >= 1e5 || size < 1e-3) return value.toExponential(digits - 1).replace(/\.?0+e/, "e").replace("e+", "e");
+  if (size >= 1e5 || size < 1e-3)
+    return value
+      .toExponential(digits - 1)
+      .replace(/\.?0+e/, "e")
+      .replace("e+", "e");
   const text = value.toPrecision(digits);
   const plain = text.includes("e") ? String(Number(text)) : text;
   return plain.includes(".") ? plain.replace(/\.?0+$/, "") : plain;
@@ -41,8 +85,18 @@ export function quantity(value, kind, digits = 3) {
   return `${number(value / factor, digits)} ${unit}`.trim();
 }
 
-const kindOfUnit = { m: "length", rad: "angle", N: "force", "N/m": "stiffness", "N m^-1": "stiffness", "N m/rad": "torsion", "N m rad^-1": "torsion", "m N^-1": "compliance" };
-const bestUnit = (value, unit) => (kindOfUnit[unit] ? unitFor(kindOfUnit[unit], Math.abs(value)) : { factor: 1, unit });
+const kindOfUnit = {
+  m: "length",
+  rad: "angle",
+  N: "force",
+  "N/m": "stiffness",
+  "N m^-1": "stiffness",
+  "N m/rad": "torsion",
+  "N m rad^-1": "torsion",
+  "m N^-1": "compliance",
+};
+const bestUnit = (value, unit) =>
+  kindOfUnit[unit] ? unitFor(kindOfUnit[unit], Math.abs(value)) : { factor: 1, unit };
 
 /** "27.6 mm", for a unit as a result states it ("m", "N m/rad", ...). */
 export function stated(value, unit, digits = 3) {

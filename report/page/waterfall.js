@@ -6,19 +6,29 @@ import { number, unitFor } from "./units.js";
 
 /** From a diagnosis: {stages, what, unit}. */
 export function stagesOfDiagnosis(diagnosis) {
-  return { stages: diagnosis.waterfall, what: `${diagnosis.held_out} left out of the fit in turn`, unit: "times the noise", factor: 1 };
+  return {
+    stages: diagnosis.waterfall,
+    what: `${diagnosis.held_out} left out of the fit in turn`,
+    unit: "times the noise",
+    factor: 1,
+  };
 }
 
 /** From the readings themselves, kept out where any are: intervals by bootstrap over poses. */
 export function stagesOfReadings(readings) {
   const held = readings.hasHeldOut();
   const known = Boolean(readings.sigma);
-  const components = known ? readings.components : readings.components.filter((c) => c.startsWith("d"));
+  const components = known
+    ? readings.components
+    : readings.components.filter((c) => c.startsWith("d"));
   const pick = components.length ? components : readings.components;
   const lists = (model) => {
     const byPose = new Map();
     for (const component of pick)
-      for (const [pose, members] of groups(readings.used(component).filter((i) => !held || readings.heldOut(i)), (i) => readings.pose[i])) {
+      for (const [pose, members] of groups(
+        readings.used(component).filter((i) => !held || readings.heldOut(i)),
+        (i) => readings.pose[i],
+      )) {
         if (!byPose.has(pose)) byPose.set(pose, []);
         byPose.get(pose).push(...members.map((i) => readings.whitened(model, component, i)));
       }
@@ -27,39 +37,115 @@ export function stagesOfReadings(readings) {
   const stages = readings.models.map((model, k) => {
     const found = lists(k);
     const interval = rmsInterval(found);
-    return { name: model.name, whitened: rms(found.flat()), lower: interval?.[0], upper: interval?.[1] };
+    return {
+      name: model.name,
+      whitened: rms(found.flat()),
+      lower: interval?.[0],
+      upper: interval?.[1],
+    };
   });
-  const scale = known ? { factor: 1, unit: "times the noise" } : unitFor(pick[0].startsWith("r") ? "angle" : "length", stages[0].whitened);
+  const scale = known
+    ? { factor: 1, unit: "times the noise" }
+    : unitFor(pick[0].startsWith("r") ? "angle" : "length", stages[0].whitened);
   if (known) stages.push({ name: "noise floor", whitened: 1, lower: 1, upper: 1 });
-  return { stages, what: held ? "readings kept out of the fit" : "the readings that were fitted: none were kept out", ...scale };
+  return {
+    stages,
+    what: held
+      ? "readings kept out of the fit"
+      : "the readings that were fitted: none were kept out",
+    ...scale,
+  };
 }
 
 export function waterfall({ stages, what, unit, factor }, source, count) {
   const first = stages[0].whitened;
   const floor = stages.find((stage) => stage.name === "noise floor");
   const last = [...stages].reverse().find((stage) => stage !== floor);
-  const rows = () => stages.map((s) => [s.name, s.whitened / factor, (s.lower ?? NaN) / factor, (s.upper ?? NaN) / factor]);
+  const rows = () =>
+    stages.map((s) => [
+      s.name,
+      s.whitened / factor,
+      (s.lower ?? NaN) / factor,
+      (s.upper ?? NaN) / factor,
+    ]);
   return {
-    id: "waterfall", title: "The error falls", n: count, source, height: 330,
+    id: "waterfall",
+    title: "The error falls",
+    n: count,
+    source,
+    height: 330,
     say: `rms error on ${what}: ${number(first / factor)} ${unit} ${stages[0].name}, ${number(last.whitened / factor)} ${last === stages[0] ? "is all there is" : `after ${last.name.replace(/^\+ /, "")}`}. Whiskers: 95 %.`,
     numbers: () => ({ columns: ["stage", `rms error [${unit}]`, "95 % from", "to"], rows: rows() }),
     draw(look) {
-      const colour = (s, k) => (s === floor ? look.noise : k === 0 ? look.designed : s.name.startsWith("refit") ? look.refitted : look.mended);
-      const drops = stages.slice(1).map((s, k) => ({ type: "line", x0: k + 0.4, x1: k + 1.4, y0: stages[k].whitened / factor, y1: stages[k].whitened / factor,
-        line: { color: look.quiet, width: 1, dash: "dot" } }));
+      const colour = (s, k) =>
+        s === floor
+          ? look.noise
+          : k === 0
+            ? look.designed
+            : s.name.startsWith("refit")
+              ? look.refitted
+              : look.mended;
+      const drops = stages.slice(1).map((s, k) => ({
+        type: "line",
+        x0: k + 0.4,
+        x1: k + 1.4,
+        y0: stages[k].whitened / factor,
+        y1: stages[k].whitened / factor,
+        line: { color: look.quiet, width: 1, dash: "dot" },
+      }));
       return {
-        data: [{
-          type: "bar", x: stages.map((_, k) => k), y: stages.map((s) => s.whitened / factor), marker: { color: stages.map(colour) }, width: 0.8,
-          text: stages.map((s) => `<b>${number(s.whitened / factor)}</b>`), textposition: "inside", insidetextanchor: "middle", textangle: 0,
-          insidetextfont: { color: look.paper, size: 15 }, outsidetextfont: { color: look.ink },
-          error_y: { type: "data", symmetric: false, color: look.ink, thickness: 1.5, array: stages.map((s) => ((s.upper ?? s.whitened) - s.whitened) / factor),
-            arrayminus: stages.map((s) => (s.whitened - (s.lower ?? s.whitened)) / factor) },
-          hovertemplate: stages.map((s) => `${plain(s.name)}: ${number(s.whitened / factor)} (${number((s.lower ?? NaN) / factor)} to ${number((s.upper ?? NaN) / factor)}) ${unit}<extra></extra>`),
-          cliponaxis: false,
-        }],
+        data: [
+          {
+            type: "bar",
+            x: stages.map((_, k) => k),
+            y: stages.map((s) => s.whitened / factor),
+            marker: { color: stages.map(colour) },
+            width: 0.8,
+            text: stages.map((s) => `<b>${number(s.whitened / factor)}</b>`),
+            textposition: "inside",
+            insidetextanchor: "middle",
+            textangle: 0,
+            insidetextfont: { color: look.paper, size: 15 },
+            outsidetextfont: { color: look.ink },
+            error_y: {
+              type: "data",
+              symmetric: false,
+              color: look.ink,
+              thickness: 1.5,
+              array: stages.map((s) => ((s.upper ?? s.whitened) - s.whitened) / factor),
+              arrayminus: stages.map((s) => (s.whitened - (s.lower ?? s.whitened)) / factor),
+            },
+            hovertemplate: stages.map(
+              (s) =>
+                `${plain(s.name)}: ${number(s.whitened / factor)} (${number((s.lower ?? NaN) / factor)} to ${number((s.upper ?? NaN) / factor)}) ${unit}<extra></extra>`,
+            ),
+            cliponaxis: false,
+          },
+        ],
         layout: layout(look, {
-          showlegend: false, margin: { l: 60, r: 16, t: 30, b: 44 }, shapes: [...drops, ...(floor ? [{ type: "line", xref: "paper", x0: 0, x1: 1, y0: floor.whitened, y1: floor.whitened, line: { color: look.noise, width: 2, dash: "dash" } }] : [])],
-          xaxis: axis(look, "", { tickvals: stages.map((_, k) => k), ticktext: stages.map((s) => plain(s.name).replace(/ at /, "<br>at ")), showgrid: false }),
+          showlegend: false,
+          margin: { l: 60, r: 16, t: 30, b: 44 },
+          shapes: [
+            ...drops,
+            ...(floor
+              ? [
+                  {
+                    type: "line",
+                    xref: "paper",
+                    x0: 0,
+                    x1: 1,
+                    y0: floor.whitened,
+                    y1: floor.whitened,
+                    line: { color: look.noise, width: 2, dash: "dash" },
+                  },
+                ]
+              : []),
+          ],
+          xaxis: axis(look, "", {
+            tickvals: stages.map((_, k) => k),
+            ticktext: stages.map((s) => plain(s.name).replace(/ at /, "<br>at ")),
+            showgrid: false,
+          }),
           yaxis: axis(look, `rms error [${unit}]`, { rangemode: "tozero" }),
         }),
       };

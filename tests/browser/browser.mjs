@@ -10,20 +10,36 @@ export const notInstalled = 77;
 /** Ends the test as skipped when there is no Chromium. */
 export function requireChromium() {
   if (program) return;
-  console.log("chromium is not installed: not checked ('scripts/install-packages test' installs it)");
+  console.log(
+    "chromium is not installed: not checked ('scripts/install-packages test' installs it)",
+  );
   process.exit(notInstalled);
 }
 
 export class Browser {
   constructor() {
     this.folder = mkdtempSync(join(tmpdir(), "kinetostat-browser-"));
-    this.process = spawn(program, ["--headless=new", "--no-sandbox", "--remote-debugging-pipe", `--user-data-dir=${this.folder}`, "--disable-gpu",
-      "--enable-unsafe-swiftshader", "--use-angle=swiftshader", "--hide-scrollbars", "--disable-background-networking", "--no-first-run", "about:blank"],
-    { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] });
+    this.process = spawn(
+      program,
+      [
+        "--headless=new",
+        "--no-sandbox",
+        "--remote-debugging-pipe",
+        `--user-data-dir=${this.folder}`,
+        "--disable-gpu",
+        "--enable-unsafe-swiftshader",
+        "--use-angle=swiftshader",
+        "--hide-scrollbars",
+        "--disable-background-networking",
+        "--no-first-run",
+        "about:blank",
+      ],
+      { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] },
+    );
     this.next = 1;
     this.waiting = new Map();
-    this.problems = [];  // errors of pages, in words
-    this.requests = [];  // addresses that pages asked for
+    this.problems = []; // errors of pages, in words
+    this.requests = []; // addresses that pages asked for
     let text = "";
     this.process.stdio[4].setEncoding("utf8").on("data", (chunk) => {
       text += chunk;
@@ -40,59 +56,102 @@ export class Browser {
       return message.error ? reject(new Error(message.error.message)) : resolve(message.result);
     }
     const { method, params } = message;
-    if (method === "Runtime.exceptionThrown") this.problems.push(params.exceptionDetails.exception?.description ?? params.exceptionDetails.text);
-    if (method === "Runtime.consoleAPICalled" && ["error", "assert"].includes(params.type)) this.problems.push(params.args.map((a) => a.value ?? a.description).join(" "));
-    if (method === "Log.entryAdded" && params.entry.level === "error") this.problems.push(params.entry.text);
+    if (method === "Runtime.exceptionThrown")
+      this.problems.push(
+        params.exceptionDetails.exception?.description ?? params.exceptionDetails.text,
+      );
+    if (method === "Runtime.consoleAPICalled" && ["error", "assert"].includes(params.type))
+      this.problems.push(params.args.map((a) => a.value ?? a.description).join(" "));
+    if (method === "Log.entryAdded" && params.entry.level === "error")
+      this.problems.push(params.entry.text);
     if (method === "Network.requestWillBeSent") this.requests.push(params.request.url);
   }
 
   send(method, params = {}) {
     const id = this.next++;
-    this.process.stdio[3].write(`${JSON.stringify({ id, method, params, sessionId: this.session })}\0`);
+    this.process.stdio[3].write(
+      `${JSON.stringify({ id, method, params, sessionId: this.session })}\0`,
+    );
     return new Promise((resolve, reject) => this.waiting.set(id, { resolve, reject }));
   }
 
   async open(address, { width = 1280, height = 900, dark = false } = {}) {
     if (!this.session) {
       const { targetId } = await this.send("Target.createTarget", { url: "about:blank" });
-      this.session = (await this.send("Target.attachToTarget", { targetId, flatten: true })).sessionId;
-      for (const domain of ["Page", "Runtime", "Log", "Network"]) await this.send(`${domain}.enable`);
+      this.session = (
+        await this.send("Target.attachToTarget", { targetId, flatten: true })
+      ).sessionId;
+      for (const domain of ["Page", "Runtime", "Log", "Network"])
+        await this.send(`${domain}.enable`);
     }
-    await this.send("Emulation.setDeviceMetricsOverride", { width, height, deviceScaleFactor: 1, mobile: width < 600 });
-    await this.send("Emulation.setEmulatedMedia", { features: [{ name: "prefers-color-scheme", value: dark ? "dark" : "light" }] });
+    await this.send("Emulation.setDeviceMetricsOverride", {
+      width,
+      height,
+      deviceScaleFactor: 1,
+      mobile: width < 600,
+    });
+    await this.send("Emulation.setEmulatedMedia", {
+      features: [{ name: "prefers-color-scheme", value: dark ? "dark" : "light" }],
+    });
     this.requests = [];
     await this.send("Page.navigate", { url: address });
     await this.until("document.getElementById('page')?.dataset.ready === 'yes'");
   }
 
   async evaluate(expression) {
-    const { result, exceptionDetails } = await this.send("Runtime.evaluate", { expression, awaitPromise: true, returnByValue: true });
-    if (exceptionDetails) throw new Error(`${expression}: ${exceptionDetails.exception?.description ?? exceptionDetails.text}`);
+    const { result, exceptionDetails } = await this.send("Runtime.evaluate", {
+      expression,
+      awaitPromise: true,
+      returnByValue: true,
+    });
+    if (exceptionDetails)
+      throw new Error(
+        `${expression}: ${exceptionDetails.exception?.description ?? exceptionDetails.text}`,
+      );
     return result.value;
   }
 
   async until(expression, seconds = 60) {
     const end = Date.now() + 1000 * seconds;
     while (!(await this.evaluate(expression))) {
-      if (Date.now() > end) throw new Error(`never came true: ${expression}; ${this.problems.join("; ")}`);
+      if (Date.now() > end)
+        throw new Error(`never came true: ${expression}; ${this.problems.join("; ")}`);
       await new Promise((resolve) => setTimeout(resolve, 50));
     }
   }
 
   async key(key) {
-    for (const type of ["keyDown", "keyUp"]) await this.send("Input.dispatchKeyEvent", { type, key, code: key, windowsVirtualKeyCode: { Tab: 9, ArrowRight: 39, Enter: 13 }[key] ?? 0 });
+    for (const type of ["keyDown", "keyUp"])
+      await this.send("Input.dispatchKeyEvent", {
+        type,
+        key,
+        code: key,
+        windowsVirtualKeyCode: { Tab: 9, ArrowRight: 39, Enter: 13 }[key] ?? 0,
+      });
   }
 
   /** Of the whole page, or of the element that a selector names. */
   async screenshot(file, selector) {
-    const box = await this.evaluate(selector ? `(() => { const r = document.querySelector(${JSON.stringify(selector)}).getBoundingClientRect(); return { x: r.x + scrollX, y: r.y + scrollY, width: r.width, height: r.height }; })()`
-      : "({ x: 0, y: 0, width: document.documentElement.clientWidth, height: document.documentElement.scrollHeight })");
-    const { data } = await this.send("Page.captureScreenshot", { format: "png", captureBeyondViewport: true, clip: { ...box, scale: 1 } });
+    const box = await this.evaluate(
+      selector
+        ? `(() => { const r = document.querySelector(${JSON.stringify(selector)}).getBoundingClientRect(); return { x: r.x + scrollX, y: r.y + scrollY, width: r.width, height: r.height }; })()`
+        : "({ x: 0, y: 0, width: document.documentElement.clientWidth, height: document.documentElement.scrollHeight })",
+    );
+    const { data } = await this.send("Page.captureScreenshot", {
+      format: "png",
+      captureBeyondViewport: true,
+      clip: { ...box, scale: 1 },
+    });
     writeFileSync(file, Buffer.from(data, "base64"));
   }
 
   close() {
     this.process.kill();
-    return new Promise((resolve) => this.process.on("exit", () => { rmSync(this.folder, { recursive: true, force: true, maxRetries: 5 }); resolve(); }));
+    return new Promise((resolve) =>
+      this.process.on("exit", () => {
+        rmSync(this.folder, { recursive: true, force: true, maxRetries: 5 });
+        resolve();
+      }),
+    );
   }
 }

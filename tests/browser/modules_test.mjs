@@ -1,9 +1,17 @@
 // The arithmetic of pages, without a browser.
 import assert from "node:assert/strict";
 import { magnified } from "../../report/page/skeleton.js";
-import { deviation, groups, normalQuantile, quantile, rms, rmsInterval, stream } from "../../report/page/numbers.js";
+import {
+  deviation,
+  groups,
+  normalQuantile,
+  quantile,
+  rms,
+  rmsInterval,
+  stream,
+} from "../../report/page/numbers.js";
 import { Readings, columnsFromResult } from "../../report/page/readings.js";
-import { oddEven } from "../../report/page/readings_charts.js";
+import { oddEven } from "../../report/page/odd_even.js";
 import { number, quantity, statedWithError, unitFor } from "../../report/page/units.js";
 import { stagesOfReadings } from "../../report/page/waterfall.js";
 import { roundFactor } from "../../report/page/workspace.js";
@@ -32,15 +40,29 @@ near(deviation([1, 2, 3, 4]), Math.sqrt(5 / 3), 1e-15);
 assert.equal(quantile([0, 1, 2, 3, 4], 0.5), 2);
 assert.equal(quantile([0, 10], 0.95), 9.5);
 // Quantiles of the normal distribution (Abramowitz and Stegun, table 26.5).
-for (const [p, z] of [[0.5, 0], [0.975, 1.959963984540054], [0.99, 2.326347874040841], [0.001, -3.090232306167814]]) near(normalQuantile(p), z, 1e-8);
-assert.deepEqual([...groups([0, 1, 2, 3], (i) => i % 2)], [[0, [0, 2]], [1, [1, 3]]]);
+for (const [p, z] of [
+  [0.5, 0],
+  [0.975, 1.959963984540054],
+  [0.99, 2.326347874040841],
+  [0.001, -3.090232306167814],
+])
+  near(normalQuantile(p), z, 1e-8);
+assert.deepEqual(
+  [...groups([0, 1, 2, 3], (i) => i % 2)],
+  [
+    [0, [0, 2]],
+    [1, [1, 3]],
+  ],
+);
 
 // The bootstrap interval holds the true value about as often as it says: 60 campaigns of 20 groups of unit noise.
 const random = stream(7);
 const normal = () => Math.sqrt(-2 * Math.log(1 - random())) * Math.cos(2 * Math.PI * random());
 let held = 0;
 for (let k = 0; k < 60; ++k) {
-  const [low, high] = rmsInterval(Array.from({ length: 20 }, () => Array.from({ length: 8 }, normal)));
+  const [low, high] = rmsInterval(
+    Array.from({ length: 20 }, () => Array.from({ length: 8 }, normal)),
+  );
   if (low <= 1 && 1 <= high) held += 1;
 }
 assert.ok(held >= 49 && held <= 60, `the interval holds the truth in ${held} of 60`);
@@ -49,27 +71,88 @@ assert.equal(rmsInterval([[1], [2]]), null);
 // Residuals of a gap: odd, and the same at every load; of an offset: even.
 const load = [-200, -100, 0, 100, 200];
 const columns = (residual, cycle = load.map((_, i) => i)) => ({
-  id: load.map(String), pose: load.map(() => 0), session: load.map(() => 0), role: load.map((_, i) => (i === 4 ? 2 : 0)), masked: load.map(() => 0), cycle, cycles: [""],
-  load: { fz: load }, measured: { dz: load }, sigma: { dz: load.map(() => 2) }, models: [{ name: "as designed", residual: { dz: residual } }], poses: [{ label: "", position: [0, 0, 0] }],
+  id: load.map(String),
+  pose: load.map(() => 0),
+  session: load.map(() => 0),
+  role: load.map((_, i) => (i === 4 ? 2 : 0)),
+  masked: load.map(() => 0),
+  cycle,
+  cycles: [""],
+  load: { fz: load },
+  measured: { dz: load },
+  sigma: { dz: load.map(() => 2) },
+  models: [{ name: "as designed", residual: { dz: residual } }],
+  poses: [{ label: "", position: [0, 0, 0] }],
 });
 const gap = new Readings(columns(load.map((f) => 3 * Math.sign(f))));
-assert.deepEqual(oddEven(gap, "dz", 0, "fz").map(([level, odd, , even]) => [level, odd, even]), [[100, 3, 0], [200, 3, 0]]);
+assert.deepEqual(
+  oddEven(gap, "dz", 0, "fz").map(([level, odd, , even]) => [level, odd, even]),
+  [
+    [100, 3, 0],
+    [200, 3, 0],
+  ],
+);
 const offset = new Readings(columns(load.map(() => 5)));
-assert.deepEqual(oddEven(offset, "dz", 0, "fz").map(([level, odd, , even]) => [level, odd, even]), [[100, 0, 5], [200, 0, 5]]);
+assert.deepEqual(
+  oddEven(offset, "dz", 0, "fz").map(([level, odd, , even]) => [level, odd, even]),
+  [
+    [100, 0, 5],
+    [200, 0, 5],
+  ],
+);
 assert.equal(gap.direction(0), "-fz");
 assert.equal(gap.direction(2), "none");
-assert.deepEqual(new Readings(columns(load, load.map(() => 0))).branch, [0, 2, 2, 1, 1]);  // of one cycle, by its order
+assert.deepEqual(
+  new Readings(
+    columns(
+      load,
+      load.map(() => 0),
+    ),
+  ).branch,
+  [0, 2, 2, 1, 1],
+); // of one cycle, by its order
 // Only what was kept out counts in the falling error, and in units of the noise.
 const { stages } = stagesOfReadings(offset);
-assert.deepEqual(stages.map((s) => [s.name, s.whitened]), [["as designed", 2.5], ["noise floor", 1]]);
+assert.deepEqual(
+  stages.map((s) => [s.name, s.whitened]),
+  [
+    ["as designed", 2.5],
+    ["noise floor", 1],
+  ],
+);
 
 // From JSON alone: what was not measured is left out, the noise comes from the whitened residual.
-const alone = columnsFromResult({ noise: "stated", components: ["dx", "dz"], refitted: null,
-  readings: [{ id: "a", session: "s", role: "fit", masked: false, measured: [null, 1], residual: [null, 0.5], whitened: [null, 0.25] }] });
+const alone = columnsFromResult({
+  noise: "stated",
+  components: ["dx", "dz"],
+  refitted: null,
+  readings: [
+    {
+      id: "a",
+      session: "s",
+      role: "fit",
+      masked: false,
+      measured: [null, 1],
+      residual: [null, 0.5],
+      whitened: [null, 0.25],
+    },
+  ],
+});
 assert.deepEqual(Object.keys(alone.measured), ["dz"]);
 assert.equal(alone.sigma.dz[0], 2);
 
 // A posture is moved away from another by so many times what they differ.
-const state = (x) => ({ chains: [{ points: [[0, 0, 0], [x, 0, 0]], joints: [{ at: [x, 0, 0] }] }], bodies: [{ position: [x, 0, 0] }] });
+const state = (x) => ({
+  chains: [
+    {
+      points: [
+        [0, 0, 0],
+        [x, 0, 0],
+      ],
+      joints: [{ at: [x, 0, 0] }],
+    },
+  ],
+  bodies: [{ position: [x, 0, 0] }],
+});
 assert.deepEqual(magnified(state(1), state(1.5), 10).chains[0].points[1], [6, 0, 0]);
 assert.deepEqual(magnified(state(1), state(1.5), 10).bodies[0].position, [6, 0, 0]);

@@ -15,28 +15,68 @@ const program = process.argv[2];
 const root = join(dirname(fileURLToPath(import.meta.url)), "../..");
 const folder = mkdtempSync(join(tmpdir(), "kinetostat-report-"));
 for (const name of ["data", "meshes"]) symlinkSync(join(root, name), join(folder, name));
-const run = (...words) => execFileSync(program, words, { cwd: folder, encoding: "utf8", stdio: ["ignore", "pipe", "pipe"] });
+const run = (...words) =>
+  execFileSync(program, words, {
+    cwd: folder,
+    encoding: "utf8",
+    stdio: ["ignore", "pipe", "pipe"],
+  });
 const page = (name) => `file://${join(folder, name)}`;
 const evil = `</script><script>window.broken = 1</script><img src=x onerror="window.broken = 2"> <b>bold</b>`;
 
 /** Loads up and down along three axes at some poses of the Orthoglide; noise from a fixed stream. */
 function writeCampaign() {
   const lines = ["id,cycle,step,role,x,y,z,fx,fy,fz"];
-  const poses = [[0, 0, 0], [40, 40, 40], [-40, -40, -40], [40, -40, 0]];
+  const poses = [
+    [0, 0, 0],
+    [40, 40, 40],
+    [-40, -40, -40],
+    [40, -40, 0],
+  ];
   let cycle = 0;
-  poses.forEach((pose, p) => ["fx", "fy", "fz"].forEach((_, axis) => {
-    cycle += 1;
-    [0, 100, 200, 100, 0, -100, -200, -100, 0].forEach((load, step) => {
-      const force = [0, 0, 0];
-      force[axis] = load;
-      lines.push([`<i>r${lines.length}</i>`, cycle, step + 1, p === 3 ? "confirm" : "fit", ...pose, ...force].join(","));
-    });
-  }));
+  poses.forEach((pose, p) =>
+    ["fx", "fy", "fz"].forEach((_, axis) => {
+      cycle += 1;
+      [0, 100, 200, 100, 0, -100, -200, -100, 0].forEach((load, step) => {
+        const force = [0, 0, 0];
+        force[axis] = load;
+        lines.push(
+          [
+            `<i>r${lines.length}</i>`,
+            cycle,
+            step + 1,
+            p === 3 ? "confirm" : "fit",
+            ...pose,
+            ...force,
+          ].join(","),
+        );
+      });
+    }),
+  );
   writeFileSync(join(folder, "plan.csv"), `${lines.join("\n")}\n`);
   const robot = readFileSync(join(root, "data/robots/orthoglide.yaml"), "utf8");
-  writeFileSync(join(folder, "robot.yaml"), `${robot}\nuncertain:\n  - {stiffness: x.rho}\n  - {stiffness: leg}\n`);
-  run("simulate", "robot.yaml", "--plan", "plan.csv", "--components", "dx,dy,dz", "--noise-translation", "3um", "--effect", "clearance",
-    "--at", "x.rho", "--size", "40 um", "--out", "campaign");
+  writeFileSync(
+    join(folder, "robot.yaml"),
+    `${robot}\nuncertain:\n  - {stiffness: x.rho}\n  - {stiffness: leg}\n`,
+  );
+  run(
+    "simulate",
+    "robot.yaml",
+    "--plan",
+    "plan.csv",
+    "--components",
+    "dx,dy,dz",
+    "--noise-translation",
+    "3um",
+    "--effect",
+    "clearance",
+    "--at",
+    "x.rho",
+    "--size",
+    "40 um",
+    "--out",
+    "campaign",
+  );
   const file = join(folder, "campaign/campaign.yaml");
   writeFileSync(file, readFileSync(file, "utf8").replace(/^campaign: .*$/m, `campaign: '${evil}'`));
   return lines.length - 1;
@@ -54,8 +94,15 @@ async function look(browser, name, how) {
   assert.deepEqual(browser.problems, [], `${name}: errors in the console`);
   const outside = browser.requests.filter((address) => !/^(file|data|blob):/.test(address));
   assert.deepEqual(outside, [], `${name}: asks a network`);
-  for (const [id, count] of Object.entries(points)) assert.ok(count > 0, `${name}: chart ${id} has no points`);
-  assert.equal(await browser.evaluate("document.documentElement.scrollWidth <= document.documentElement.clientWidth"), true, `${name}: wider than the window`);
+  for (const [id, count] of Object.entries(points))
+    assert.ok(count > 0, `${name}: chart ${id} has no points`);
+  assert.equal(
+    await browser.evaluate(
+      "document.documentElement.scrollWidth <= document.documentElement.clientWidth",
+    ),
+    true,
+    `${name}: wider than the window`,
+  );
   return points;
 }
 
@@ -64,45 +111,115 @@ async function comparison(browser) {
   run("compare", "robot.yaml", "campaign/campaign.yaml", "--html", "compare.html");
   const points = await look(browser, "compare.html");
   assert.equal(points.parity, readings);
-  assert.equal(points.waterfall, 3);  // as designed, refitted, noise floor
+  assert.equal(points.waterfall, 3); // as designed, refitted, noise floor
   assert.equal(points["pose-map"], 4 * 6);
-  assert.equal(points.arrows, 3 * 0 + 2 * readings);  // both ends of every arrow
+  assert.equal(points.arrows, 3 * 0 + 2 * readings); // both ends of every arrow
   assert.equal(points["four-plot"], 4 * readings - 1);
   assert.equal(points["against-load"], readings / 3);
   assert.equal(await browser.evaluate("window.broken"), undefined, "a name was taken for markup");
   assert.equal(await browser.evaluate("document.querySelector('h2').textContent"), evil);
   // A pose chosen in one place is seen in all.
-  const chosen = (id) => `document.getElementById("${id}").figure.plot.data.find((t) => t.name === "chosen pose").x.length`;
+  const chosen = (id) =>
+    `document.getElementById("${id}").figure.plot.data.find((t) => t.name === "chosen pose").x.length`;
   await browser.evaluate(`document.getElementById("parity").scrollIntoView()`);
-  await browser.evaluate(`document.getElementById("parity").figure.spec.choose({ customdata: 30 })`);
+  await browser.evaluate(
+    `document.getElementById("parity").figure.spec.choose({ customdata: 30 })`,
+  );
   await browser.until(`${chosen("parity")} === ${readings / 4}`);
   assert.equal(await browser.evaluate("document.querySelectorAll('.tools select')[2].value"), "1");
   await browser.evaluate(`document.getElementById("four-plot").scrollIntoView()`);
   await browser.until(`${chosen("four-plot")} === ${readings / 4}`);
   // By keyboard alone: Tab comes to a chart, an arrow key goes to the next pose.
   await browser.evaluate(`document.querySelectorAll(".tools select")[2].focus()`);
-  for (let k = 0; k < 40 && !(await browser.evaluate(`document.activeElement.closest("figure")?.id === "parity" && document.activeElement.className.includes("plot")`)); ++k) await browser.key("Tab");
+  for (
+    let k = 0;
+    k < 40 &&
+    !(await browser.evaluate(
+      `document.activeElement.closest("figure")?.id === "parity" && document.activeElement.className.includes("plot")`,
+    ));
+    ++k
+  )
+    await browser.key("Tab");
   await browser.key("ArrowRight");
   await browser.until("document.querySelectorAll('.tools select')[2].value === '2'");
   // Axes stay when the model changes.
   const range = `JSON.stringify(document.getElementById("against-load").figure.plot.layout.yaxis.range)`;
   await browser.evaluate(`document.getElementById("against-load").scrollIntoView()`);
   const before = await browser.evaluate(range);
-  await browser.evaluate(`(() => { const s = document.querySelectorAll(".tools select")[0]; s.value = "0"; s.dispatchEvent(new Event("change")); })()`);
+  await browser.evaluate(
+    `(() => { const s = document.querySelectorAll(".tools select")[0]; s.value = "0"; s.dispatchEvent(new Event("change")); })()`,
+  );
   assert.equal(await browser.evaluate(range), before);
   await look(browser, "compare.html", { dark: true });
   await look(browser, "compare.html", { width: 390, height: 800 });
 }
 
 async function manipulators(browser) {
-  run("stiffness", "data/robots/orthoglide.yaml", "--at", "0,0,0", "--wrench", "100,0,0", "--html", "stiffness.html");
+  run(
+    "stiffness",
+    "data/robots/orthoglide.yaml",
+    "--at",
+    "0,0,0",
+    "--wrench",
+    "100,0,0",
+    "--html",
+    "stiffness.html",
+  );
   run("assemble", "data/robots/orthoglide_errors.yaml", "--at", "0,0,0", "--html", "assemble.html");
-  run("trace", "data/robots/urrs_c.yaml", "--along", "-150,0,0", "--segments", "1", "--html", "trace.html");
-  run("map", "data/robots/orthoglide.yaml", "--grid", "x=-60:60:7,y=-60:60:7,z=-40:40:3", "--index", "weakest-translation", "--html", "map.html");
-  run("compensate", "data/robots/orthoglide_errors.yaml", "--path", "data/paths/orthoglide_milling.csv", "--html", "compensate.html");
-  run("report", "stiffness.html", "assemble.html", "trace.html", "map.html", "compensate.html", "data/links/foot.link.json", "--title", evil, "-o", "all.html");
+  run(
+    "trace",
+    "data/robots/urrs_c.yaml",
+    "--along",
+    "-150,0,0",
+    "--segments",
+    "1",
+    "--html",
+    "trace.html",
+  );
+  run(
+    "map",
+    "data/robots/orthoglide.yaml",
+    "--grid",
+    "x=-60:60:7,y=-60:60:7,z=-40:40:3",
+    "--index",
+    "weakest-translation",
+    "--html",
+    "map.html",
+  );
+  run(
+    "compensate",
+    "data/robots/orthoglide_errors.yaml",
+    "--path",
+    "data/paths/orthoglide_milling.csv",
+    "--html",
+    "compensate.html",
+  );
+  run(
+    "report",
+    "stiffness.html",
+    "assemble.html",
+    "trace.html",
+    "map.html",
+    "compensate.html",
+    "data/links/foot.link.json",
+    "--title",
+    evil,
+    "-o",
+    "all.html",
+  );
   const points = await look(browser, "all.html");
-  const path = JSON.parse(run("trace", "data/robots/urrs_c.yaml", "--along", "-150,0,0", "--segments", "1", "--json", "-")).path;
+  const path = JSON.parse(
+    run(
+      "trace",
+      "data/robots/urrs_c.yaml",
+      "--along",
+      "-150,0,0",
+      "--segments",
+      "1",
+      "--json",
+      "-",
+    ),
+  ).path;
   assert.ok(points.path >= path.branches[0].points.length);
   assert.equal(points["map-slice"], 7 * 7);
   assert.equal(points["map-space"], 7 * 7 * 3);
@@ -127,10 +244,15 @@ async function large(browser) {
   const lines = ["id,fz,dz"];
   for (let k = 0; k < 20000; ++k) {
     const load = 100 * (k % 200);
-    lines.push(`${k},${load},${(load / 1.37e6 + 1e-5 * Math.sin(12.9898 * k) * Math.cos(78.233 * k)).toPrecision(8)}`);
+    lines.push(
+      `${k},${load},${(load / 1.37e6 + 1e-5 * Math.sin(12.9898 * k) * Math.cos(78.233 * k)).toPrecision(8)}`,
+    );
   }
   writeFileSync(join(folder, "readings.csv"), `${lines.join("\n")}\n`);
-  writeFileSync(join(folder, "large.yaml"), "kinetostat: 1\ncampaign: many readings\nunits: {length: mm, force: N}\ndisplacement: difference\nwrench_point: reference\nnoise: {translation: 5 nm}\nreadings: readings.csv\n");
+  writeFileSync(
+    join(folder, "large.yaml"),
+    "kinetostat: 1\ncampaign: many readings\nunits: {length: mm, force: N}\ndisplacement: difference\nwrench_point: reference\nnoise: {translation: 5 nm}\nreadings: readings.csv\n",
+  );
   run("compare", "data/robots/bench.yaml", "large.yaml", "--html", "large.html");
   const size = statSync(join(folder, "large.html")).size;
   assert.ok(size < 6e6, `a page of 20,000 readings has ${size} bytes`);
@@ -142,8 +264,12 @@ async function large(browser) {
   assert.equal(points["four-plot"], 4 * 20000 - 1);
   const turn = Date.now();
   await browser.evaluate(`document.getElementById("parity").scrollIntoView()`);
-  await browser.evaluate(`document.getElementById("parity").figure.spec.choose({ customdata: 30 })`);
-  console.log(`20,000 readings: ${(size / 1e6).toFixed(2)} MB, open after ${seconds.toFixed(2)} s, a choice takes ${Date.now() - turn} ms`);
+  await browser.evaluate(
+    `document.getElementById("parity").figure.spec.choose({ customdata: 30 })`,
+  );
+  console.log(
+    `20,000 readings: ${(size / 1e6).toFixed(2)} MB, open after ${seconds.toFixed(2)} s, a choice takes ${Date.now() - turn} ms`,
+  );
 }
 
 const browser = new Browser();

@@ -13,10 +13,17 @@ import { Browser, requireChromium } from "./browser.mjs";
 requireChromium();
 const program = process.argv[2];
 const folder = mkdtempSync(join(tmpdir(), "kinetostat-studio-"));
-const run = (...words) => execFileSync(program, words, { cwd: folder, encoding: "utf8", stdio: ["ignore", "pipe", "pipe"] });
+const run = (...words) =>
+  execFileSync(program, words, {
+    cwd: folder,
+    encoding: "utf8",
+    stdio: ["ignore", "pipe", "pipe"],
+  });
 
 function writeFiles() {
-  writeFileSync(join(folder, "robot.yaml"), `kinetostat: 1
+  writeFileSync(
+    join(folder, "robot.yaml"),
+    `kinetostat: 1
 name: one joint
 units: {length: mm, force: N, angle: deg}
 chain_types:
@@ -25,33 +32,64 @@ chain_types:
 manipulator: {chain: arm}
 uncertain:
   - {stiffness: drive}
-`);
+`,
+  );
   const rows = ["cycle,step,fz"];
-  for (let cycle = 1; cycle <= 4; ++cycle) [0, 100, 200, 300, 200, 100, 0, -100, -200, -300, -200, -100, 0].forEach((load, k) => rows.push(`${cycle},${k + 1},${load}`));
+  for (let cycle = 1; cycle <= 4; ++cycle)
+    [0, 100, 200, 300, 200, 100, 0, -100, -200, -300, -200, -100, 0].forEach((load, k) =>
+      rows.push(`${cycle},${k + 1},${load}`),
+    );
   writeFileSync(join(folder, "plan.csv"), `${rows.join("\n")}\n`);
-  run("simulate", "robot.yaml", "--plan", "plan.csv", "--components", "dz", "--noise-translation", "2um", "--effect", "clearance", "--at", "drive", "--size", "50 um", "--out", "campaign");
+  run(
+    "simulate",
+    "robot.yaml",
+    "--plan",
+    "plan.csv",
+    "--components",
+    "dz",
+    "--noise-translation",
+    "2um",
+    "--effect",
+    "clearance",
+    "--at",
+    "drive",
+    "--size",
+    "50 um",
+    "--out",
+    "campaign",
+  );
 }
 
 /** The running program and the address that it printed. */
 function start() {
-  const studio = spawn(program, ["studio", "robot.yaml", "campaign/campaign.yaml", "-q"], { cwd: folder });
+  const studio = spawn(program, ["studio", "robot.yaml", "campaign/campaign.yaml", "-q"], {
+    cwd: folder,
+  });
   return new Promise((resolve, reject) => {
     let text = "";
     studio.on("exit", (code) => reject(new Error(`ended with ${code}: ${text}`)));
-    for (const stream of [studio.stdout, studio.stderr]) stream.on("data", (chunk) => {
-      text += chunk;
-      const address = text.match(/http:\/\/127\.0\.0\.1:\d+\/[0-9a-f]{32}\//);
-      if (address) resolve({ studio, address: new URL(address[0]) });
-    });
+    for (const stream of [studio.stdout, studio.stderr])
+      stream.on("data", (chunk) => {
+        text += chunk;
+        const address = text.match(/http:\/\/127\.0\.0\.1:\d+\/[0-9a-f]{32}\//);
+        if (address) resolve({ studio, address: new URL(address[0]) });
+      });
   });
 }
 
 function request(address, path, { method = "GET", headers = {}, body } = {}) {
   return new Promise((resolve, reject) => {
-    const call = http.request({ host: "127.0.0.1", port: address.port, path, method, headers, agent: false }, (response) => {
-      let text = "";
-      response.on("data", (chunk) => { text += chunk; }).on("end", () => resolve({ status: response.statusCode, text }));
-    });
+    const call = http.request(
+      { host: "127.0.0.1", port: address.port, path, method, headers, agent: false },
+      (response) => {
+        let text = "";
+        response
+          .on("data", (chunk) => {
+            text += chunk;
+          })
+          .on("end", () => resolve({ status: response.statusCode, text }));
+      },
+    );
     call.on("error", reject);
     call.end(body);
   });
@@ -61,47 +99,121 @@ async function refusals(address) {
   const token = address.pathname;
   const ok = await request(address, token);
   assert.equal(ok.status, 200);
-  const json = { method: "POST", body: JSON.stringify({ effects: [] }), headers: { "Content-Type": "application/json" } };
+  const json = {
+    method: "POST",
+    body: JSON.stringify({ effects: [] }),
+    headers: { "Content-Type": "application/json" },
+  };
   const status = async (path, options = {}) => (await request(address, path, options)).status;
   assert.equal(await status(`${token}fit`, json), 200);
   // Without the token, with another one, with a part of it.
-  for (const path of ["/", "/fit", `/${"0".repeat(32)}/`, token.slice(0, -2), `${token.slice(0, 10)}/`]) assert.equal(await status(path), 403, path);
+  for (const path of [
+    "/",
+    "/fit",
+    `/${"0".repeat(32)}/`,
+    token.slice(0, -2),
+    `${token.slice(0, 10)}/`,
+  ])
+    assert.equal(await status(path), 403, path);
   // From another origin, or under another host name.
-  assert.equal(await status(`${token}fit`, { ...json, headers: { Origin: "http://example.org" } }), 403);
-  assert.equal(await status(`${token}fit`, { ...json, headers: { Origin: `http://127.0.0.1:${Number(address.port) + 1}` } }), 403);
+  assert.equal(
+    await status(`${token}fit`, { ...json, headers: { Origin: "http://example.org" } }),
+    403,
+  );
+  assert.equal(
+    await status(`${token}fit`, {
+      ...json,
+      headers: { Origin: `http://127.0.0.1:${Number(address.port) + 1}` },
+    }),
+    403,
+  );
   assert.equal(await status(token, { headers: { Host: "example.org" } }), 403);
   assert.equal(await status(token, { headers: { "Sec-Fetch-Site": "cross-site" } }), 403);
   // Too large.
-  assert.equal(await status(`${token}fit`, { ...json, body: JSON.stringify({ effects: ["x".repeat(70000)] }) }), 413);
+  assert.equal(
+    await status(`${token}fit`, {
+      ...json,
+      body: JSON.stringify({ effects: ["x".repeat(70000)] }),
+    }),
+    413,
+  );
   // Outside the folder, over what is there, and nothing of the disk.
-  assert.equal(await status(`${token}fit`, { ...json, body: JSON.stringify({ effects: ["clearance at arm.drive"] }) }), 200);
-  for (const file of ["../out.yaml", "/tmp/out.yaml", "a/b.yaml", ".hidden.yaml", "out.txt", "..\\out.yaml", "out.yaml\u0000", "robot.yaml", ""])
-    assert.equal(await status(`${token}save`, { ...json, body: JSON.stringify({ file }) }), 422, file);
-  for (const path of ["robot.yaml", "../robot.yaml", "%2e%2e/robot.yaml", "/etc/passwd"]) assert.ok([403, 404].includes(await status(token + path)), path);
+  assert.equal(
+    await status(`${token}fit`, {
+      ...json,
+      body: JSON.stringify({ effects: ["clearance at arm.drive"] }),
+    }),
+    200,
+  );
+  for (const file of [
+    "../out.yaml",
+    "/tmp/out.yaml",
+    "a/b.yaml",
+    ".hidden.yaml",
+    "out.txt",
+    "..\\out.yaml",
+    "out.yaml\u0000",
+    "robot.yaml",
+    "",
+  ])
+    assert.equal(
+      await status(`${token}save`, { ...json, body: JSON.stringify({ file }) }),
+      422,
+      file,
+    );
+  for (const path of ["robot.yaml", "../robot.yaml", "%2e%2e/robot.yaml", "/etc/passwd"])
+    assert.ok([403, 404].includes(await status(token + path)), path);
   // What is no request for a fit.
-  for (const body of ["", "[]", "{", "null", '{"effects": 3}', '{"effects": [3]}', '{"effects": ["nothing at all"]}', '{"effects": ["clearance at arm.drive", "clearance at arm.drive"]}'])
+  for (const body of [
+    "",
+    "[]",
+    "{",
+    "null",
+    '{"effects": 3}',
+    '{"effects": [3]}',
+    '{"effects": ["nothing at all"]}',
+    '{"effects": ["clearance at arm.drive", "clearance at arm.drive"]}',
+  ])
     assert.ok([400, 422].includes(await status(`${token}fit`, { ...json, body })), body);
 }
 
 /** A thousand requests of noise, of halves of requests, and of requests with something wrong in them. */
 async function malformed(address) {
   let state = 1;
-  const random = (n) => { state = (Math.imul(state, 1103515245) + 12345) >>> 0; return (state >>> 8) % n; };
+  const random = (n) => {
+    state = (Math.imul(state, 1103515245) + 12345) >>> 0;
+    return (state >>> 8) % n;
+  };
   const good = `POST ${address.pathname}fit HTTP/1.1\r\nHost: 127.0.0.1:${address.port}\r\nContent-Length: 14\r\n\r\n{"effects":[]}`;
   const spoiled = (kind) => {
     const bytes = Buffer.from(good);
     if (kind === 0) return Buffer.from(Array.from({ length: 1 + random(300) }, () => random(256)));
     if (kind === 1) return bytes.subarray(0, random(bytes.length));
-    if (kind === 2) { for (let k = 0; k < 5; ++k) bytes[random(bytes.length)] = random(256); return bytes; }
-    if (kind === 3) return Buffer.from(good.replace("14", String(["-1", "99999999999999999999", "abc", "0x10"][random(4)])));
-    return Buffer.from(`GET /${"a/".repeat(random(6000))} HTTP/1.1\r\n${"X: y\r\n".repeat(random(400))}\r\n`);
+    if (kind === 2) {
+      for (let k = 0; k < 5; ++k) bytes[random(bytes.length)] = random(256);
+      return bytes;
+    }
+    if (kind === 3)
+      return Buffer.from(
+        good.replace("14", String(["-1", "99999999999999999999", "abc", "0x10"][random(4)])),
+      );
+    return Buffer.from(
+      `GET /${"a/".repeat(random(6000))} HTTP/1.1\r\n${"X: y\r\n".repeat(random(400))}\r\n`,
+    );
   };
-  const one = (bytes) => new Promise((resolve) => {
-    const socket = net.connect(address.port, "127.0.0.1", () => { socket.end(bytes); });
-    socket.setTimeout(20000, () => socket.destroy());
-    socket.on("data", () => {}).on("error", () => {}).on("close", resolve);
-  });
-  for (let k = 0; k < 1000; k += 10) await Promise.all(Array.from({ length: 10 }, (_, i) => one(spoiled((k + i) % 5))));
+  const one = (bytes) =>
+    new Promise((resolve) => {
+      const socket = net.connect(address.port, "127.0.0.1", () => {
+        socket.end(bytes);
+      });
+      socket.setTimeout(20000, () => socket.destroy());
+      socket
+        .on("data", () => {})
+        .on("error", () => {})
+        .on("close", resolve);
+    });
+  for (let k = 0; k < 1000; k += 10)
+    await Promise.all(Array.from({ length: 10 }, (_, i) => one(spoiled((k + i) % 5))));
   assert.equal((await request(address, address.pathname)).status, 200, "it no longer answers");
 }
 
@@ -111,15 +223,23 @@ async function inBrowser(address) {
     await browser.open(address.href);
     const error = "document.getElementById('waterfall').figure.spec.numbers().rows.at(-2)";
     const [, before] = await browser.evaluate(error);
-    await browser.evaluate(`(() => { const k = document.getElementById("studio-kind"); k.value = "clearance"; k.dispatchEvent(new Event("change")); document.getElementById("studio-place").value = "clearance at arm.drive"; document.getElementById("studio-add").click(); })()`);
-    await browser.until(`document.getElementById("studio-status").textContent.startsWith("Chi-square")`);
+    await browser.evaluate(
+      `(() => { const k = document.getElementById("studio-kind"); k.value = "clearance"; k.dispatchEvent(new Event("change")); document.getElementById("studio-place").value = "clearance at arm.drive"; document.getElementById("studio-add").click(); })()`,
+    );
+    await browser.until(
+      `document.getElementById("studio-status").textContent.startsWith("Chi-square")`,
+    );
     const [name, after] = await browser.evaluate(error);
     assert.equal(name, "with clearance at arm.drive");
     assert.ok(after < 0.5 * before && after < 1.3, `the error fell from ${before} to ${after}`);
-    await browser.evaluate(`(() => { document.getElementById("studio-file").value = "better.yaml"; document.getElementById("studio-save").click(); })()`);
+    await browser.evaluate(
+      `(() => { document.getElementById("studio-file").value = "better.yaml"; document.getElementById("studio-save").click(); })()`,
+    );
     await browser.until(`document.getElementById("studio-status").textContent.startsWith("Saved")`);
     await browser.evaluate(`document.querySelector("#studio-effects button").click()`);
-    await browser.until(`document.getElementById("studio-status").textContent.startsWith("No effect")`);
+    await browser.until(
+      `document.getElementById("studio-status").textContent.startsWith("No effect")`,
+    );
     assert.equal((await browser.evaluate(error))[1], before);
     assert.deepEqual(browser.problems, []);
   } finally {
@@ -133,10 +253,19 @@ try {
   await refusals(address);
   await malformed(address);
   await inBrowser(address);
-  assert.ok(existsSync(join(folder, "better.yaml")) && readFileSync(join(folder, "better.yaml"), "utf8").includes("clearance"));
+  assert.ok(
+    existsSync(join(folder, "better.yaml")) &&
+      readFileSync(join(folder, "better.yaml"), "utf8").includes("clearance"),
+  );
   // What was saved explains the readings.
-  assert.equal(JSON.parse(run("compare", "better.yaml", "campaign/campaign.yaml", "--json", "-")).adequacy, "adequate");
-  const ended = new Promise((resolve) => { studio.removeAllListeners("exit"); studio.on("exit", resolve); });
+  assert.equal(
+    JSON.parse(run("compare", "better.yaml", "campaign/campaign.yaml", "--json", "-")).adequacy,
+    "adequate",
+  );
+  const ended = new Promise((resolve) => {
+    studio.removeAllListeners("exit");
+    studio.on("exit", resolve);
+  });
   studio.kill("SIGINT");
   assert.equal(await ended, 0, "Ctrl-C is its proper end");
 } finally {

@@ -1,0 +1,194 @@
+// Section of map: slices of the workspace, and all of it.
+import { choice, element, list, plain } from "./dom.js";
+import { axis, layout, scene } from "./look.js";
+import { headingOf, section, sourceOf } from "./section.js";
+import { number } from "./units.js";
+import { View } from "./view.js";
+
+export const isMap = ({ result }) => Array.isArray(result.indices) && result.poses !== undefined;
+
+/** Poses with the values of the chosen index. */
+class PoseMap {
+  constructor(picture, view) {
+    Object.assign(this, picture);
+    this.view = view;
+    this.axes = [0, 1, 2].map((k) =>
+      [...new Set(this.positions.map((p) => p[k]))].sort((a, b) => a - b),
+    );
+    this.varying = [0, 1, 2].filter((k) => this.axes[k].length > 1);
+    this.numberOf = new Map(this.positions.map((p, i) => [p.join(), i]));
+  }
+  /** Positions on a grid, without rotations. */
+  get isGrid() {
+    const [, , , rx, ry, rz] = this.shape;
+    const cells = this.axes.reduce((count, values) => count * values.length, 1);
+    return rx * ry * rz === 1 && cells === this.positions.length;
+  }
+  get index() {
+    return this.indices[this.view.get("index")];
+  }
+  get label() {
+    return plain(this.index.name + (this.index.unit ? ` [${this.index.unit}]` : ""));
+  }
+  get range() {
+    const values = this.index.values.filter((value) => value !== null);
+    return [Math.min(...values), Math.max(...values)];
+  }
+  valueAt(position) {
+    return this.index.values[this.numberOf.get(position.join())] ?? null;
+  }
+  numbers() {
+    const names = this.indices.map((index) => `${index.name} [${index.unit}]`);
+    return {
+      columns: [...["x", "y", "z"].map((name) => `${name} [${this.length}]`), "state", ...names],
+      rows: this.positions.map((p, i) => [
+        ...p,
+        this.states[i],
+        ...this.indices.map((index) => index.values[i]),
+      ]),
+    };
+  }
+}
+
+const colorbar = (title) => ({ title: { text: title, side: "right" }, thickness: 12 });
+
+function sliceFigure(map, source) {
+  const [a, b] = map.varying;
+  const inSpace = map.varying.length === 3;
+  const smooth = map.axes[a].length > 6 && map.axes[b].length > 6;
+  const lines = {
+    contours: { coloring: "heatmap", showlabels: true, labelfont: { size: 10, color: "#fff" } },
+    ncontours: 14,
+    autocontour: true,
+  };
+  const valueAt = (x, y) => {
+    const position = map.axes.map((values) => values[0]);
+    if (inSpace) position[2] = map.axes[2][map.view.get("slice")];
+    position[a] = x;
+    position[b] = y;
+    return map.valueAt(position);
+  };
+  return {
+    id: "map-slice",
+    title: "Slice of the workspace",
+    say: `Colours are the same in all slices. Blank: no value there (unreachable, no equilibrium).${
+      inSpace ? " Arrow keys change the slice." : ""
+    }`,
+    n: map.positions.length,
+    source,
+    height: 460,
+    follows: ["index", "slice"],
+    step(by) {
+      const count = map.axes[2].length;
+      if (inSpace) map.view.set({ slice: (map.view.get("slice") + by + count) % count });
+    },
+    numbers: () => map.numbers(),
+    draw(look) {
+      const [low, high] = map.range;
+      const trace = {
+        type: smooth ? "contour" : "heatmap",
+        x: map.axes[a],
+        y: map.axes[b],
+        z: map.axes[b].map((y) => map.axes[a].map((x) => valueAt(x, y))),
+        zmin: low,
+        zmax: high,
+        colorscale: "Viridis",
+        ...(smooth ? lines : {}),
+        colorbar: colorbar(map.label),
+        hovertemplate: "%{x}, %{y}: %{z:.5g}<extra></extra>",
+      };
+      const title = (k) => `${"xyz"[k]} [${map.length}]`;
+      return {
+        data: [trace],
+        layout: layout(look, {
+          showlegend: false,
+          xaxis: axis(look, title(a), { constrain: "domain" }),
+          yaxis: axis(look, title(b), { scaleanchor: "x", constrain: "domain" }),
+        }),
+      };
+    },
+  };
+}
+
+function spaceFigure(map, source) {
+  const place = (members) => ({
+    x: members.map((i) => map.positions[i][0]),
+    y: members.map((i) => map.positions[i][1]),
+    z: members.map((i) => map.positions[i][2]),
+  });
+  return {
+    id: "map-space",
+    title: "Over the workspace",
+    say: "Every pose, coloured by the index; crosses have no value.",
+    n: map.positions.length,
+    source,
+    height: 460,
+    heavy: true,
+    follows: ["index"],
+    numbers: () => map.numbers(),
+    draw(look) {
+      const all = [...map.positions.keys()];
+      const known = all.filter((i) => map.index.values[i] !== null);
+      const unknown = all.filter((i) => map.index.values[i] === null);
+      const [cmin, cmax] = map.range;
+      const color = known.map((i) => map.index.values[i]);
+      const values = {
+        type: "scatter3d",
+        mode: "markers",
+        ...place(known),
+        marker: {
+          size: 4,
+          color,
+          cmin,
+          cmax,
+          colorscale: "Viridis",
+          colorbar: colorbar(map.label),
+        },
+        hovertemplate: "%{x}, %{y}, %{z}: %{marker.color:.5g}<extra></extra>",
+      };
+      const gaps = {
+        type: "scatter3d",
+        mode: "markers",
+        ...place(unknown),
+        marker: { size: 3, symbol: "x", color: look.bad },
+        text: unknown.map((i) => plain(map.states[i])),
+        hovertemplate: "%{x}, %{y}, %{z}: %{text}<extra></extra>",
+      };
+      return {
+        data: [values, gaps],
+        layout: layout(look, {
+          showlegend: false,
+          margin: { l: 0, r: 0, t: 30, b: 0 },
+          scene: scene(look, map.length),
+        }),
+      };
+    },
+  };
+}
+
+function mapTools(map) {
+  const names = map.indices.map((index, k) => [k, index.name]);
+  const slices = map.axes[2].map((z, k) => [k, `${number(z)} ${map.length}`]);
+  const withSlices = map.isGrid && map.varying.length === 3;
+  return element(
+    "div",
+    { class: "tools" },
+    choice("Index", names, 0, (v) => map.view.set({ index: Number(v) })),
+    withSlices ? choice("Slice z", slices, 0, (v) => map.view.set({ slice: Number(v) })) : null,
+  );
+}
+
+export function mapSection({ result, picture }) {
+  const counts = Object.entries(result.states)
+    .filter(([, count]) => count > 0)
+    .map(([state, count]) => `${count} ${state}`);
+  const said = list([`${result.poses} poses: ${counts.join(", ")}.`]);
+  if (!picture?.map) return section(headingOf(result), said).node;
+  const view = new View({ index: 0, slice: 0 });
+  const map = new PoseMap(picture.map, view);
+  const { node, add } = section(headingOf(result), said, mapTools(map));
+  const source = sourceOf(result);
+  if (map.isGrid && map.varying.length >= 2) add(sliceFigure(map, source), view);
+  add(spaceFigure(map, source), view);
+  return node;
+}

@@ -1,0 +1,238 @@
+// Section of trace: force against deflection, and the posture at the cursor.
+import { list, plain } from "./dom.js";
+import { axis, layout, scene } from "./look.js";
+import { headingOf, section, sourceOf } from "./section.js";
+import { number, quantity, unitFor } from "./units.js";
+import { View } from "./view.js";
+
+export const isPath = ({ result }) => Array.isArray(result.path?.branches);
+
+// Runs of points [index, deflection and force] that are alike in stability; neighbours meet in the critical point
+// between them.
+function runs(points, b, critical) {
+  const found = [];
+  points.forEach((point, k) => {
+    if (!point.along) return;
+    const last = found.at(-1);
+    if (last && last.stable === point.stable) last.members.push([k, point.along]);
+    else {
+      const between = critical.find(
+        (c) => c.branch === b && c.after_point === k - 1 && c.point.along,
+      );
+      const joint = between ? [k - 1, between.point.along] : last?.members.at(-1);
+      if (last && between) last.members.push(joint);
+      found.push({
+        stable: point.stable,
+        members: joint ? [joint, [k, point.along]] : [[k, point.along]],
+      });
+    }
+  });
+  return found;
+}
+
+function pathFigure(result, picture, view, source) {
+  const { branches, critical_points: critical } = result.path;
+  const all = branches.flatMap((b) => b.points).filter((p) => p.along);
+  const turns = picture?.path?.turns;
+  const d = unitFor(
+    turns ? "angle" : "length",
+    Math.max(...all.map((p) => Math.abs(p.along.deflection))),
+  );
+  const f = unitFor(
+    turns ? "moment" : "force",
+    Math.max(...all.filter((p) => p.stable).map((p) => Math.abs(p.along.force)), 1e-9),
+  );
+  // Branches that nothing stays on can be a thousand times stiffer; at first the rest is in sight.
+  const forces = [
+    ...all.filter((p) => p.stable),
+    ...critical
+      .slice(0, 1)
+      .map((c) => c.point)
+      .filter((p) => p.along),
+  ].map((p) => p.along.force);
+  const room = 0.3 * (Math.max(...forces) - Math.min(...forces)) || 1;
+  const flat = branches.flatMap((b, k) => b.points.map((_, i) => [k, i]));
+  return {
+    id: "path",
+    title: "Force against deflection",
+    n: all.length,
+    source,
+    height: 480,
+    follows: ["at"],
+    say: `${branches.length} branches, ${critical.length} critical points. Solid: stable, dashed: unstable; at first what is stable is in sight (double click shows all). Choose a point to see the posture there; arrow keys step along.`,
+    choose: (point) => {
+      if (point.customdata) view.set({ at: point.customdata });
+    },
+    step: (by) => {
+      const at = view.get("at");
+      const k = flat.findIndex(([b, i]) => b === at[0] && i === at[1]);
+      view.set({ at: flat[(k + by + flat.length) % flat.length] });
+    },
+    numbers: () => ({
+      columns: [
+        "branch",
+        "parameter",
+        "stable",
+        "deflection [m or rad]",
+        "force [N or N m]",
+        "stiffness",
+      ],
+      rows: branches.flatMap((b, k) =>
+        b.points
+          .filter((p) => p.along)
+          .map((p) => [
+            k + 1,
+            p.parameter,
+            p.stable ? 1 : 0,
+            p.along.deflection,
+            p.along.force,
+            p.along.stiffness,
+          ]),
+      ),
+    }),
+    draw(look) {
+      const data = branches.flatMap((branch, b) =>
+        runs(branch.points, b, critical).map(({ stable, members }) => ({
+          type: "scatter",
+          mode: "lines+markers",
+          showlegend: false,
+          x: members.map(([, at]) => at.deflection / d.factor),
+          y: members.map(([, at]) => at.force / f.factor),
+          customdata: members.map(([i]) => [b, i]),
+          line: { color: stable ? look.good : look.bad, width: 2, dash: stable ? "solid" : "dash" },
+          marker: { size: 4, color: stable ? look.good : look.bad },
+          hovertemplate: `branch ${b + 1}, ${stable ? "stable" : "unstable"}<br>%{x:.4g} ${d.unit}, %{y:.4g} ${f.unit}<extra></extra>`,
+        })),
+      );
+      for (const [name, dash, color] of [
+        ["stable", "solid", look.good],
+        ["unstable", "dash", look.bad],
+      ])
+        data.push({
+          type: "scatter",
+          mode: "lines",
+          name,
+          x: [null],
+          y: [null],
+          line: { color, dash },
+        });
+      const known = critical.filter((c) => c.point.along);
+      data.push({
+        type: "scatter",
+        mode: "markers",
+        name: "critical points",
+        meta: "guide",
+        x: known.map((c) => c.point.along.deflection / d.factor),
+        y: known.map((c) => c.point.along.force / f.factor),
+        marker: {
+          symbol: "diamond",
+          size: 10,
+          color: look.held,
+          line: { color: look.paper, width: 1 },
+        },
+        text: known.map((c) =>
+          plain(`${c.kind}, unstable directions ${c.unstable_before} to ${c.unstable_after}`),
+        ),
+        hovertemplate: `%{text}<br>%{x:.5g} ${d.unit}, %{y:.5g} ${f.unit}<extra></extra>`,
+      });
+      const [b, i] = view.get("at");
+      const here = branches[b].points[i]?.along;
+      if (here)
+        data.push({
+          type: "scatter",
+          mode: "markers",
+          name: "cursor",
+          meta: "guide",
+          x: [here.deflection / d.factor],
+          y: [here.force / f.factor],
+          marker: { symbol: "circle-open", size: 15, color: look.chosen, line: { width: 3 } },
+          hoverinfo: "skip",
+        });
+      return {
+        data,
+        layout: layout(look, {
+          xaxis: axis(look, `deflection [${d.unit}]`),
+          yaxis: axis(look, `${turns ? "moment" : "force"} [${f.unit}]`, {
+            range: [
+              (Math.min(...forces) - room) / f.factor,
+              (Math.max(...forces) + room) / f.factor,
+            ],
+          }),
+        }),
+      };
+    },
+  };
+}
+
+function cursorFigure(result, lines, view, source) {
+  const points = lines.flat(3);
+  const bounds = [0, 1, 2].map((k) => [
+    Math.min(...points.map((p) => p[k])),
+    Math.max(...points.map((p) => p[k])),
+  ]);
+  const { factor, unit } = unitFor("length", Math.max(...bounds.map(([a, b]) => b - a)));
+  const room = Math.max(...bounds.map(([a, b]) => b - a)) * 0.05;
+  return {
+    id: "path-posture",
+    title: "Posture at the cursor",
+    n: lines.flat().length,
+    source,
+    height: 480,
+    heavy: true,
+    follows: ["at"],
+    say: "The chains, springs deflected to scale; grey: where the path begins.",
+    numbers: () => ({
+      columns: ["chain", "x [m]", "y [m]", "z [m]"],
+      rows: lines[view.get("at")[0]][view.get("at")[1]].flatMap((chain, c) =>
+        chain.map((p) => [c + 1, ...p]),
+      ),
+    }),
+    draw(look) {
+      const [b, i] = view.get("at");
+      const draw = (chains, color, width, name) =>
+        chains.map((chain, c) => ({
+          type: "scatter3d",
+          mode: "lines+markers",
+          name,
+          showlegend: c === 0,
+          x: chain.map((p) => p[0] / factor),
+          y: chain.map((p) => p[1] / factor),
+          z: chain.map((p) => p[2] / factor),
+          line: { color, width },
+          marker: { size: 2.5, color },
+          hoverinfo: "skip",
+        }));
+      const range = (k) => ({
+        range: [(bounds[k][0] - room) / factor, (bounds[k][1] + room) / factor],
+      });
+      const box = scene(look, unit);
+      ["xaxis", "yaxis", "zaxis"].forEach((name, k) => Object.assign(box[name], range(k)));
+      return {
+        data: [
+          ...draw(lines[0][0], look.noise, 3, "start"),
+          ...draw(lines[b][i], look.refitted, 6, "at the cursor"),
+        ],
+        layout: layout(look, { margin: { l: 0, r: 0, t: 30, b: 0 }, scene: box }),
+      };
+    },
+  };
+}
+
+export function pathSection({ result, picture }) {
+  const first = result.path.critical_points.find((c) => c.point.along);
+  const said = [];
+  if (first)
+    said.push(
+      `First critical point: ${first.kind} at ${quantity(first.point.along.force, picture?.path?.turns ? "moment" : "force", 4)}.`,
+    );
+  if (result.segments?.estimate)
+    said.push(
+      `For the distributed beam Richardson's estimate is ${quantity(result.segments.estimate, "force", 4)}; this model is ${number(100 * result.segments.error_as_given, 2)} % off.`,
+    );
+  const { node, add } = section(headingOf(result), list(said));
+  const view = new View({ at: [0, 0] });
+  add(pathFigure(result, picture, view, sourceOf(result)), view);
+  if (picture?.path?.lines)
+    add(cursorFigure(result, picture.path.lines, view, sourceOf(result)), view);
+  return node;
+}

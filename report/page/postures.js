@@ -1,0 +1,162 @@
+// Sections of stiffness, deflect and assemble: a posture before and after, its matrices, what the chains carry.
+import { list, plain, slider } from "./dom.js";
+import { axis, layout, scene } from "./look.js";
+import { ellipsoid, matrixFigure } from "./matrix.js";
+import { headingOf, norm, section, sourceOf } from "./section.js";
+import { extentOf, magnified, skeletonTraces } from "./skeleton.js";
+import { number, quantity, unitFor } from "./units.js";
+import { View } from "./view.js";
+import { roundFactor } from "./workspace.js";
+
+/** The state whose matrices are shown: loaded before unloaded. */
+const stateOf = (result) =>
+  result.loaded ?? result.equilibrium ?? result.assembly?.assembled ?? null;
+
+function skeletonFigure(result, skeletons, view, source) {
+  const [from, to] = [skeletons[0], skeletons.at(-1)];
+  const size = extentOf(skeletons);
+  const shift = Math.max(
+    ...to.bodies.map((b, k) => norm(b.position.map((x, i) => x - from.bodies[k].position[i]))),
+    1e-12,
+  );
+  const moved = skeletons.length > 1;
+  const start = moved ? Math.max(1, roundFactor((0.08 * size) / shift)) : 1;
+  const compliance = (stateOf(result)?.compliance ?? result.unloaded?.compliance)?.matrix;
+  const longest = compliance
+    ? Math.max(...[0, 1, 2].map((k) => norm(compliance[k].slice(0, 3))))
+    : 0;
+  const scale = compliance ? roundFactor((0.12 * size) / longest) : 0;
+  const points = to.chains.flatMap((c) => c.joints.map((j) => [c.name, j.name, j.role, ...j.at]));
+  return {
+    id: `skeleton-${result.command}`,
+    title: moved ? `Posture, ${from.name} and ${to.name}` : "Posture",
+    n: points.length,
+    source,
+    height: 560,
+    wide: true,
+    heavy: true,
+    follows: ["magnify"],
+    say: `${to.chains.length} chains, their joints and frames${moved ? `; grey: ${from.name}; the platform moves ${quantity(shift, "length")}, shown ${number(start)} times at first` : ""}${compliance ? `; ellipsoid: where the platform goes under ${quantity(scale, "force")} in every direction (compliance, so long is soft)` : ""}.`,
+    controls: moved
+      ? [
+          slider(
+            "Magnification",
+            {
+              from: -1,
+              to: 1,
+              step: 0.05,
+              value: 0,
+              show: (v) => `${number(start * 10 ** v)} times`,
+            },
+            (v) => view.set({ magnify: start * 10 ** v }),
+          ),
+        ]
+      : [],
+    numbers: () => ({
+      columns: ["chain", "joint", "role", "x [m]", "y [m]", "z [m]"],
+      rows: points,
+    }),
+    draw(look) {
+      const { factor, unit } = unitFor("length", size);
+      const shown = moved ? magnified(from, to, view.get("magnify") ?? start) : to;
+      const data = skeletonTraces(shown, look, factor);
+      if (moved) data.push(...skeletonTraces(from, look, factor, { faint: true, name: from.name }));
+      if (compliance)
+        data.push(ellipsoid(compliance, shown.bodies[0].position, scale, factor, look.held));
+      return {
+        data,
+        layout: layout(look, { margin: { l: 0, r: 0, t: 30, b: 0 }, scene: scene(look, unit) }),
+      };
+    },
+  };
+}
+
+function wrenchFigure(result, source) {
+  const chains = stateOf(result).chains;
+  const most = (key) => Math.max(...chains.map((c) => norm(c.wrench[key])), 0);
+  const [f, m] = [unitFor("force", most("force")), unitFor("moment", most("moment"))];
+  return {
+    id: `wrenches-${result.command}`,
+    title: "What each chain carries",
+    n: chains.length,
+    source,
+    say: "Force and moment of the platform on the end of each chain, base axes.",
+    numbers: () => ({
+      columns: ["chain", "Fx [N]", "Fy [N]", "Fz [N]", "Mx [N m]", "My [N m]", "Mz [N m]"],
+      rows: chains.map((c) => [c.name, ...c.wrench.force, ...c.wrench.moment]),
+    }),
+    draw: (look) => ({
+      data: ["x", "y", "z"].flatMap((name, k) =>
+        [
+          ["force", f, "x", "y", "F"],
+          ["moment", m, "x2", "y2", "M"],
+        ].map(([key, u, xaxis, yaxis, letter]) => ({
+          type: "bar",
+          name,
+          legendgroup: name,
+          showlegend: key === "force",
+          xaxis,
+          yaxis,
+          x: chains.map((c) => plain(c.name)),
+          y: chains.map((c) => c.wrench[key][k] / u.factor),
+          marker: { color: [look.refitted, look.held, look.mended][k] },
+          hovertemplate: `${letter}${name} = %{y:.4g} ${u.unit}<extra>%{x}</extra>`,
+        })),
+      ),
+      layout: layout(look, {
+        grid: { rows: 1, columns: 2, pattern: "independent" },
+        barmode: "group",
+        xaxis: axis(look, "", { type: "category" }),
+        xaxis2: axis(look, "", { type: "category" }),
+        yaxis: axis(look, `force [${f.unit}]`),
+        yaxis2: axis(look, `moment [${m.unit}]`),
+      }),
+    }),
+  };
+}
+
+export const isPosture = ({ result }) =>
+  result.posture !== undefined && (result.unloaded || result.equilibrium || result.assembly);
+
+export function postureSection({ result, picture }) {
+  const state = stateOf(result);
+  const sentences = [
+    ...(result.unloaded?.free_motions ?? []),
+    ...(result.unloaded?.rigid_directions ?? []),
+  ];
+  const stability = state?.stability?.platform_free;
+  if (stability)
+    sentences.unshift(
+      stability.stable
+        ? "Under this load the platform stands stably."
+        : `Under this load the platform is unstable in ${stability.unstable_directions} directions.`,
+    );
+  if (state?.displacement)
+    sentences.unshift(
+      `The platform moves ${quantity(norm(state.displacement.translation), "length")} and turns ${quantity(norm(state.displacement.rotation), "angle")}; elastic energy ${number(state.energy)} J.`,
+    );
+  const { node, add } = section(headingOf(result), list(sentences));
+  const view = new View({});
+  const source = sourceOf(result);
+  if (picture?.skeletons) add(skeletonFigure(result, picture.skeletons, view, source), view);
+  for (const [word, matrices] of [
+    ["unloaded", result.unloaded],
+    ["loaded", state],
+  ])
+    for (const what of ["stiffness", "compliance"])
+      if (matrices?.[what])
+        add(
+          matrixFigure(
+            what,
+            {
+              matrix: matrices[what].matrix,
+              id: `${word}-${what}-${result.command}`,
+              title: `${word === "loaded" && result.assembly ? "Assembled" : word[0].toUpperCase() + word.slice(1)} ${what}`,
+            },
+            source,
+          ),
+          view,
+        );
+  if (state?.chains?.length > 1) add(wrenchFigure(result, source), view);
+  return node;
+}
