@@ -28,7 +28,10 @@ export function surfaceFigure(surface, view, source) {
   const colours = (look) => ["#9fb0c2", look.bad, look.held, "#8a4fbf", "#12805c", "#b0136f"];
   const names = [
     "free surface",
-    ...surface.interfaces.map((x, k) => `${k === 0 ? "fixed" : "loaded"}: ${x.name}`),
+    ...surface.interfaces.map(({ name }, k) => {
+      const word = k === 0 ? "fixed" : "loaded";
+      return name === word ? word : `${word}: ${name}`;
+    }),
   ];
   const size_of = (i) => {
     const s = shape();

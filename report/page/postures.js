@@ -26,6 +26,16 @@ function skeletonFigure(result, skeletons, view, source) {
     ? Math.max(...[0, 1, 2].map((k) => norm(compliance[k].slice(0, 3))))
     : 0;
   const scale = compliance ? roundFactor((0.12 * size) / longest) : 0;
+  const said = [`${to.chains.length} chains, their joints and frames`];
+  if (moved)
+    said.push(
+      `grey: ${from.name}`,
+      `bodies move up to ${quantity(shift, "length")}, shown ${number(start)} times at first`,
+    );
+  if (compliance)
+    said.push(
+      `ellipsoid: where the platform goes under ${quantity(scale, "force")} in every direction (compliance, so long is soft)`,
+    );
   const points = to.chains.flatMap((c) => c.joints.map((j) => [c.name, j.name, j.role, ...j.at]));
   return {
     id: `skeleton-${result.command}`,
@@ -36,7 +46,7 @@ function skeletonFigure(result, skeletons, view, source) {
     wide: true,
     heavy: true,
     follows: ["magnify"],
-    say: `${to.chains.length} chains, their joints and frames${moved ? `; grey: ${from.name}; the platform moves ${quantity(shift, "length")}, shown ${number(start)} times at first` : ""}${compliance ? `; ellipsoid: where the platform goes under ${quantity(scale, "force")} in every direction (compliance, so long is soft)` : ""}.`,
+    say: `${said.join("; ")}.`,
     controls: moved
       ? [
           slider(
@@ -128,8 +138,8 @@ export function postureSection({ result, picture }) {
   if (stability)
     sentences.unshift(
       stability.stable
-        ? "Under this load the platform stands stably."
-        : `Under this load the platform is unstable in ${stability.unstable_directions} directions.`,
+        ? "The platform stands stably."
+        : `The platform is unstable in ${stability.unstable_directions} directions.`,
     );
   if (state?.displacement)
     sentences.unshift(
