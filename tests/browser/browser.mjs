@@ -1,19 +1,24 @@
 // Headless Chromium over its debugging pipe: no port, no library.
-import { spawn } from "node:child_process";
+import { execFileSync, spawn } from "node:child_process";
 import { existsSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
 const program = ["/usr/bin/chromium", "/usr/bin/chromium-browser"].find(existsSync);
-export const notInstalled = 77;
+const notInstalled = 77;
 
-/** Ends the test as skipped when there is no Chromium. */
-export function requireChromium() {
-  if (program) return;
-  console.log(
-    "chromium is not installed: not checked ('scripts/install-packages test' installs it)",
-  );
+const skip = (why) => {
+  console.log(`${why}: not checked`);
   process.exit(notInstalled);
+};
+
+/** Ends the test as skipped when there is no Chromium, or the program has no pages or no such command. */
+export function requireParts(kinetostat, command) {
+  if (!program) skip("chromium is not installed ('scripts/install-packages test' installs it)");
+  const parts = execFileSync(kinetostat, ["--version"], { encoding: "utf8" });
+  if (/Plotly +not built/.test(parts)) skip("the program was built without pages");
+  const help = execFileSync(kinetostat, ["--help"], { encoding: "utf8" });
+  if (!help.includes(`kinetostat ${command} `)) skip(`the program has no command ${command}`);
 }
 
 export class Browser {

@@ -8,10 +8,10 @@ import { mkdtempSync, readFileSync, rmSync, statSync, symlinkSync, writeFileSync
 import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
-import { Browser, requireChromium } from "./browser.mjs";
+import { Browser, requireParts } from "./browser.mjs";
 
-requireChromium();
 const program = process.argv[2];
+requireParts(program, "report");
 const root = join(dirname(fileURLToPath(import.meta.url)), "../..");
 const folder = mkdtempSync(join(tmpdir(), "kinetostat-report-"));
 for (const name of ["data", "meshes"]) symlinkSync(join(root, name), join(folder, name));

@@ -8,10 +8,10 @@ import http from "node:http";
 import net from "node:net";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { Browser, requireChromium } from "./browser.mjs";
+import { Browser, requireParts } from "./browser.mjs";
 
-requireChromium();
 const program = process.argv[2];
+requireParts(program, "studio");
 const folder = mkdtempSync(join(tmpdir(), "kinetostat-studio-"));
 const run = (...words) =>
   execFileSync(program, words, {
