@@ -5,6 +5,7 @@ export class Readings {
   constructor(columns) {
     Object.assign(this, columns);
     this.count = this.id.length;
+    this.usedBy = new Map();
     this.components = Object.keys(this.measured);
     this.loads = Object.keys(this.load);
     this.largestLoad = Object.fromEntries(
@@ -15,11 +16,13 @@ export class Readings {
 
   /** Indices of readings in use whose component was measured. */
   used(component) {
-    const values = this.measured[component];
-    return [...values.keys()].filter(
-      (i) =>
-        !this.masked[i] && values[i] !== null && this.models[0].residual[component][i] !== null,
-    );
+    if (!this.usedBy.has(component)) {
+      const values = this.measured[component];
+      const predicted = this.models[0].residual[component];
+      const known = (i) => !this.masked[i] && values[i] !== null && predicted[i] !== null;
+      this.usedBy.set(component, [...values.keys()].filter(known));
+    }
+    return this.usedBy.get(component);
   }
   heldOut(i) {
     return this.role[i] !== 0;
