@@ -1,6 +1,7 @@
 // Section of compensate: the error along the path, before and after.
 import { list } from "./dom.js";
 import { axis, layout } from "./look.js";
+import { largest } from "./numbers.js";
 import { headingOf, left, norm, section, sourceOf } from "./section.js";
 import { quantity, unitFor } from "./units.js";
 
@@ -21,7 +22,7 @@ export function compensationSection({ result }) {
     ["rotation", "angle", 3],
   ]) {
     const size = (p, key) => norm(p[key].slice(first, first + 3));
-    const { factor, unit } = unitFor(kind, Math.max(...points.map((p) => size(p, "error"))));
+    const { factor, unit } = unitFor(kind, largest(points.map((p) => size(p, "error"))));
     const noise = kind === "length" ? 1e-12 : 1e-12;
     add({
       id: `compensation-${title}`,

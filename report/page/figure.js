@@ -3,6 +3,14 @@ import { download, element, table } from "./dom.js";
 import { look } from "./look.js";
 
 const figures = [];
+
+// Several results of one kind on a page: "path", "path-2", ...
+function unused(id) {
+  const taken = (name) => figures.some((figure) => figure.spec.id === name);
+  let name = id;
+  for (let k = 2; taken(name); ++k) name = `${id}-${k}`;
+  return name;
+}
 const shownRows = 300;
 const csvCell = (value) => {
   const text = value === null || value === undefined || Number.isNaN(value) ? "" : String(value);
@@ -16,7 +24,8 @@ const csvCell = (value) => {
  */
 export class Figure {
   constructor(spec, view) {
-    this.spec = spec;
+    this.spec = { ...spec, id: unused(spec.id) };
+    spec = this.spec;
     this.view = view;
     this.drawn = false;
     this.plot = element("div", {
@@ -180,6 +189,15 @@ const watcher = new IntersectionObserver(
 export function drawAll() {
   for (const figure of figures) if (!figure.drawn || figure.stale) figure.draw();
 }
+/** Lets go of the charts in a part of the page that is about to be replaced. */
+export function forgetFigures(parent) {
+  for (const node of parent.querySelectorAll("figure")) {
+    watcher.unobserve(node);
+    if (node.figure.drawn) Plotly.purge(node.figure.plot);
+    figures.splice(figures.indexOf(node.figure), 1);
+  }
+}
+
 /** Charts have the width that they were drawn with; this gives them the width of the page as it is now. */
 const fitAll = () =>
   Promise.all(

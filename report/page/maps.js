@@ -1,6 +1,7 @@
 // Section of map: slices of the workspace, and all of it.
 import { choice, element, list, plain } from "./dom.js";
 import { axis, layout, scene } from "./look.js";
+import { range } from "./numbers.js";
 import { headingOf, section, sourceOf } from "./section.js";
 import { number } from "./units.js";
 import { View } from "./view.js";
@@ -30,9 +31,8 @@ class PoseMap {
   get label() {
     return plain(this.index.name + (this.index.unit ? ` [${this.index.unit}]` : ""));
   }
-  get range() {
-    const values = this.index.values.filter((value) => value !== null);
-    return [Math.min(...values), Math.max(...values)];
+  get ends() {
+    return range(this.index.values);
   }
   valueAt(position) {
     return this.index.values[this.numberOf.get(position.join())] ?? null;
@@ -84,7 +84,7 @@ function sliceFigure(map, source) {
     },
     numbers: () => map.numbers(),
     draw(look) {
-      const [low, high] = map.range;
+      const [low, high] = map.ends;
       const trace = {
         type: smooth ? "contour" : "heatmap",
         x: map.axes[a],
@@ -130,7 +130,7 @@ function spaceFigure(map, source) {
       const all = [...map.positions.keys()];
       const known = all.filter((i) => map.index.values[i] !== null);
       const unknown = all.filter((i) => map.index.values[i] === null);
-      const [cmin, cmax] = map.range;
+      const [cmin, cmax] = map.ends;
       const color = known.map((i) => map.index.values[i]);
       const values = {
         type: "scatter3d",

@@ -3,7 +3,7 @@ import { againstLoad } from "./against_load.js";
 import { certificateTable, errorShares } from "./certificate.js";
 import { choice, element, list } from "./dom.js";
 import { confusion, ranking } from "./effects.js";
-import { Figure } from "./figure.js";
+import { Figure, forgetFigures } from "./figure.js";
 import { fourPlot } from "./four_plot.js";
 import { dependences, identifiability } from "./knowledge.js";
 import { oddEven, oddEvenPanel } from "./odd_even.js";
@@ -161,6 +161,7 @@ export function studioSection(one) {
     const columns = model
       ? { ...one.columns, models: [...one.columns.models, model] }
       : one.columns;
+    forgetFigures(place);
     place.replaceChildren(measurementSection({ ...one, columns }));
   });
   return element("section", {}, panel, place);

@@ -6,6 +6,17 @@ export const rms = (values) => Math.sqrt(mean(values.map((value) => value * valu
 export const largest = (values) =>
   values.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
 
+/** [smallest, largest] of any number of values; null is none. */
+export function range(values) {
+  let [low, high] = [Infinity, -Infinity];
+  for (const value of values) {
+    if (value === null || value === undefined) continue;
+    if (value < low) low = value;
+    if (value > high) high = value;
+  }
+  return [low, high];
+}
+
 /** Of values that are sorted, by linear interpolation. */
 export function quantile(sorted, share) {
   const at = share * (sorted.length - 1);

@@ -1,6 +1,7 @@
 // Section of trace: force against deflection, and the posture at the cursor.
 import { list, plain } from "./dom.js";
 import { axis, layout, scene } from "./look.js";
+import { largest, range } from "./numbers.js";
 import { headingOf, section, sourceOf } from "./section.js";
 import { number, quantity, unitFor } from "./units.js";
 import { View } from "./view.js";
@@ -30,146 +31,138 @@ function runs(points, b, critical) {
   return found;
 }
 
-function pathFigure(result, picture, view, source) {
-  const { branches, critical_points: critical } = result.path;
-  const all = branches.flatMap((b) => b.points).filter((p) => p.along);
-  const turns = picture?.path?.turns;
-  const d = unitFor(
-    turns ? "angle" : "length",
-    Math.max(...all.map((p) => Math.abs(p.along.deflection))),
+const scatter = (name, more) => ({ type: "scatter", mode: "markers", name, ...more });
+
+/** Branches in runs of equal stability, and two empty traces for the legend. */
+function branchTraces(path, units, look) {
+  const style = (stable) => ({
+    line: { color: stable ? look.good : look.bad, width: 2, dash: stable ? "solid" : "dash" },
+    marker: { size: 4, color: stable ? look.good : look.bad },
+  });
+  const one = (b, { stable, members }) =>
+    scatter("", {
+      mode: "lines+markers",
+      showlegend: false,
+      x: members.map(([, at]) => at.deflection / units.d.factor),
+      y: members.map(([, at]) => at.force / units.f.factor),
+      customdata: members.map(([i]) => [b, i]),
+      ...style(stable),
+      hovertemplate: `branch ${b + 1}, ${stable ? "stable" : "unstable"}<br>%{x:.4g} ${units.d.unit}, %{y:.4g} ${units.f.unit}<extra></extra>`,
+    });
+  const legend = [true, false].map((stable) =>
+    scatter(stable ? "stable" : "unstable", {
+      mode: "lines",
+      x: [null],
+      y: [null],
+      ...style(stable),
+    }),
   );
-  const f = unitFor(
-    turns ? "moment" : "force",
-    Math.max(...all.filter((p) => p.stable).map((p) => Math.abs(p.along.force)), 1e-9),
+  const traces = path.branches.flatMap((branch, b) =>
+    runs(branch.points, b, path.critical_points).map((run) => one(b, run)),
   );
-  // Branches that nothing stays on can be a thousand times stiffer; at first the rest is in sight.
-  const forces = [
-    ...all.filter((p) => p.stable),
-    ...critical
-      .slice(0, 1)
-      .map((c) => c.point)
-      .filter((p) => p.along),
-  ].map((p) => p.along.force);
-  const room = 0.3 * (Math.max(...forces) - Math.min(...forces)) || 1;
-  const flat = branches.flatMap((b, k) => b.points.map((_, i) => [k, i]));
+  return [...traces, ...legend];
+}
+
+function criticalTrace(path, units, look) {
+  const known = path.critical_points.filter((c) => c.point.along);
+  const words = (c) => `${c.kind}, unstable directions ${c.unstable_before} to ${c.unstable_after}`;
+  return scatter("critical points", {
+    meta: "guide",
+    x: known.map((c) => c.point.along.deflection / units.d.factor),
+    y: known.map((c) => c.point.along.force / units.f.factor),
+    marker: {
+      symbol: "diamond",
+      size: 10,
+      color: look.held,
+      line: { color: look.paper, width: 1 },
+    },
+    text: known.map((c) => plain(words(c))),
+    hovertemplate: `%{text}<br>%{x:.5g} ${units.d.unit}, %{y:.5g} ${units.f.unit}<extra></extra>`,
+  });
+}
+
+function cursorTrace(path, [b, i], units, look) {
+  const here = path.branches[b].points[i]?.along;
+  return scatter("cursor", {
+    meta: "guide",
+    x: here ? [here.deflection / units.d.factor] : [],
+    y: here ? [here.force / units.f.factor] : [],
+    marker: { symbol: "circle-open", size: 15, color: look.chosen, line: { width: 3 } },
+    hoverinfo: "skip",
+  });
+}
+
+// Branches that nothing stays on can be a thousand times stiffer; at first the rest is in sight.
+function forcesInSight(path, all) {
+  const first = path.critical_points.slice(0, 1).map((c) => c.point);
+  const [low, high] = range(
+    [...all.filter((p) => p.stable), ...first].map((p) => p.along?.force ?? null),
+  );
+  const room = 0.3 * (high - low) || 1;
+  return [low - room, high + room];
+}
+
+function pathNumbers(path) {
+  const rows = path.branches.flatMap((branch, b) =>
+    branch.points
+      .filter((p) => p.along)
+      .map((p) => [
+        b + 1,
+        p.parameter,
+        p.stable ? 1 : 0,
+        p.along.deflection,
+        p.along.force,
+        p.along.stiffness,
+      ]),
+  );
+  const along = ["deflection [m or rad]", "force [N or N m]", "stiffness"];
+  return { columns: ["branch", "parameter", "stable", ...along], rows };
+}
+
+function pathFigure(path, turns, view, source) {
+  const all = path.branches.flatMap((b) => b.points).filter((p) => p.along);
+  const sight = forcesInSight(path, all);
+  const units = {
+    d: unitFor(turns ? "angle" : "length", largest(all.map((p) => p.along.deflection))),
+    f: unitFor(turns ? "moment" : "force", largest(sight)),
+  };
+  const flat = path.branches.flatMap((b, k) => b.points.map((_, i) => [k, i]));
   return {
     id: "path",
     title: "Force against deflection",
+    say: `${path.branches.length} branches, ${path.critical_points.length} critical points. Solid: stable, dashed: unstable; at first what is stable is in sight (double click shows all). Choose a point to see the posture there; arrow keys step along.`,
     n: all.length,
     source,
     height: 480,
     follows: ["at"],
-    say: `${branches.length} branches, ${critical.length} critical points. Solid: stable, dashed: unstable; at first what is stable is in sight (double click shows all). Choose a point to see the posture there; arrow keys step along.`,
     choose: (point) => {
       if (point.customdata) view.set({ at: point.customdata });
     },
-    step: (by) => {
-      const at = view.get("at");
-      const k = flat.findIndex(([b, i]) => b === at[0] && i === at[1]);
+    step(by) {
+      const [b, i] = view.get("at");
+      const k = flat.findIndex((at) => at[0] === b && at[1] === i);
       view.set({ at: flat[(k + by + flat.length) % flat.length] });
     },
-    numbers: () => ({
-      columns: [
-        "branch",
-        "parameter",
-        "stable",
-        "deflection [m or rad]",
-        "force [N or N m]",
-        "stiffness",
+    numbers: () => pathNumbers(path),
+    draw: (look) => ({
+      data: [
+        ...branchTraces(path, units, look),
+        criticalTrace(path, units, look),
+        cursorTrace(path, view.get("at"), units, look),
       ],
-      rows: branches.flatMap((b, k) =>
-        b.points
-          .filter((p) => p.along)
-          .map((p) => [
-            k + 1,
-            p.parameter,
-            p.stable ? 1 : 0,
-            p.along.deflection,
-            p.along.force,
-            p.along.stiffness,
-          ]),
-      ),
-    }),
-    draw(look) {
-      const data = branches.flatMap((branch, b) =>
-        runs(branch.points, b, critical).map(({ stable, members }) => ({
-          type: "scatter",
-          mode: "lines+markers",
-          showlegend: false,
-          x: members.map(([, at]) => at.deflection / d.factor),
-          y: members.map(([, at]) => at.force / f.factor),
-          customdata: members.map(([i]) => [b, i]),
-          line: { color: stable ? look.good : look.bad, width: 2, dash: stable ? "solid" : "dash" },
-          marker: { size: 4, color: stable ? look.good : look.bad },
-          hovertemplate: `branch ${b + 1}, ${stable ? "stable" : "unstable"}<br>%{x:.4g} ${d.unit}, %{y:.4g} ${f.unit}<extra></extra>`,
-        })),
-      );
-      for (const [name, dash, color] of [
-        ["stable", "solid", look.good],
-        ["unstable", "dash", look.bad],
-      ])
-        data.push({
-          type: "scatter",
-          mode: "lines",
-          name,
-          x: [null],
-          y: [null],
-          line: { color, dash },
-        });
-      const known = critical.filter((c) => c.point.along);
-      data.push({
-        type: "scatter",
-        mode: "markers",
-        name: "critical points",
-        meta: "guide",
-        x: known.map((c) => c.point.along.deflection / d.factor),
-        y: known.map((c) => c.point.along.force / f.factor),
-        marker: {
-          symbol: "diamond",
-          size: 10,
-          color: look.held,
-          line: { color: look.paper, width: 1 },
-        },
-        text: known.map((c) =>
-          plain(`${c.kind}, unstable directions ${c.unstable_before} to ${c.unstable_after}`),
-        ),
-        hovertemplate: `%{text}<br>%{x:.5g} ${d.unit}, %{y:.5g} ${f.unit}<extra></extra>`,
-      });
-      const [b, i] = view.get("at");
-      const here = branches[b].points[i]?.along;
-      if (here)
-        data.push({
-          type: "scatter",
-          mode: "markers",
-          name: "cursor",
-          meta: "guide",
-          x: [here.deflection / d.factor],
-          y: [here.force / f.factor],
-          marker: { symbol: "circle-open", size: 15, color: look.chosen, line: { width: 3 } },
-          hoverinfo: "skip",
-        });
-      return {
-        data,
-        layout: layout(look, {
-          xaxis: axis(look, `deflection [${d.unit}]`),
-          yaxis: axis(look, `${turns ? "moment" : "force"} [${f.unit}]`, {
-            range: [
-              (Math.min(...forces) - room) / f.factor,
-              (Math.max(...forces) + room) / f.factor,
-            ],
-          }),
+      layout: layout(look, {
+        xaxis: axis(look, `deflection [${units.d.unit}]`),
+        yaxis: axis(look, `${turns ? "moment" : "force"} [${units.f.unit}]`, {
+          range: sight.map((force) => force / units.f.factor),
         }),
-      };
-    },
+      }),
+    }),
   };
 }
 
 function cursorFigure(result, lines, view, source) {
   const points = lines.flat(3);
-  const bounds = [0, 1, 2].map((k) => [
-    Math.min(...points.map((p) => p[k])),
-    Math.max(...points.map((p) => p[k])),
-  ]);
+  const bounds = [0, 1, 2].map((k) => range(points.map((p) => p[k])));
   const { factor, unit } = unitFor("length", Math.max(...bounds.map(([a, b]) => b - a)));
   const room = Math.max(...bounds.map(([a, b]) => b - a)) * 0.05;
   return {
@@ -231,7 +224,7 @@ export function pathSection({ result, picture }) {
     );
   const { node, add } = section(headingOf(result), list(said));
   const view = new View({ at: [0, 0] });
-  add(pathFigure(result, picture, view, sourceOf(result)), view);
+  add(pathFigure(result.path, picture?.path?.turns, view, sourceOf(result)), view);
   if (picture?.path?.lines)
     add(cursorFigure(result, picture.path.lines, view, sourceOf(result)), view);
   return node;
