@@ -45,6 +45,22 @@ std::vector<spatial::Vector6> residual_of(const calibration::Campaign& campaign,
   return residual;
 }
 
+// The values of effects that were added to a model are the last parameters of its fit.
+void take_values(const BaseFit& fit, std::vector<Candidate>& added) {
+  std::size_t at = fit.parameters.size();
+  for (const Candidate& c : added) at -= static_cast<std::size_t>(c.effect.values.size());
+  for (Candidate& c : added) {
+    c.effect.deviations.resize(c.effect.values.size());
+    for (Eigen::Index k = 0; k < c.effect.values.size(); ++k, ++at) {
+      const calibration::ParameterEstimate& estimate = fit.parameters[at];
+      c.effect.values[k] = estimate.value;
+      c.effect.deviations[k] = estimate.hit == calibration::BoundHit::none
+                                   ? estimate.standard_error
+                                   : std::numeric_limits<double>::quiet_NaN();
+    }
+  }
+}
+
 calibration::Adoption adoption_of(const Candidate& candidate, const vjm::Robot& robot,
                                   const calibration::Campaign& campaign) {
   const vjm::EffectKind& kind = *candidate.effect.kind;
@@ -112,7 +128,7 @@ std::vector<Candidate> StudioSession::chosen(const Json& request) const {
 
 // From the usual size of the last effect and from the sizes that its marks were looked at with.
 BaseFit StudioSession::best_fit(std::vector<Candidate>& effects, files::Progress& progress) const {
-  const calibration::Rivals rivals(robot_, fitted_, noise_, threads_);
+  const calibration::Rivals rivals(robot_, fitted_, noise_, threads_, progress);
   BaseFit fit = rivals.fit({}, nullptr, progress);
   std::vector<Candidate> present;
   for (const Candidate& effect : effects) {
@@ -135,17 +151,7 @@ BaseFit StudioSession::best_fit(std::vector<Candidate>& effects, files::Progress
     if (!best) throw files::InputError(effect.name(), "cannot be fitted: " + reason);
     fit = std::move(*best);
     present.push_back(effect);
-    std::size_t at = first_value(fit, present);
-    for (Candidate& c : present) {
-      c.effect.deviations.resize(c.effect.values.size());
-      for (Eigen::Index k = 0; k < c.effect.values.size(); ++k, ++at) {
-        const calibration::ParameterEstimate& estimate = fit.parameters[at];
-        c.effect.values[k] = estimate.value;
-        c.effect.deviations[k] = estimate.hit == calibration::BoundHit::none
-                                     ? estimate.standard_error
-                                     : std::numeric_limits<double>::quiet_NaN();
-      }
-    }
+    take_values(fit, present);
   }
   effects = present;
   return fit;
