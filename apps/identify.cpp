@@ -257,7 +257,7 @@ void add_identify(Program& program) {
       ->type_name("S")
       ->check(CLI::PositiveNumber);
   app.add_option("--unknowns", options->refinement.most_unknowns,
-                 "Go on to no mesh with more unknowns than this")
+                 "Plan no finer mesh with more unknowns than this")
       ->type_name("N")
       ->check(CLI::PositiveNumber);
   app.add_option("--bracket", options->bracket,

@@ -189,16 +189,31 @@ class Patch {
     sort_unique(elements_);
   }
 
+  Vector3 place_of_sample(int e, Eigen::Index q) const {
+    const auto element = static_cast<std::size_t>(e);
+    const Eigen::Vector4d l = points_.col(q);
+    Vector3 x = Vector3::Zero();
+    if (mesh_.curved) {
+      const std::array<Vector3, 10> nodes = mesh_.all_nodes(element);
+      for (std::size_t k = 0; k < 4; ++k) {
+        const double share = l[static_cast<Eigen::Index>(k)];
+        x += share * (2 * share - 1) * nodes[k];
+      }
+      for (std::size_t k = 0; k < tet_edges.size(); ++k)
+        x += 4 * l[tet_edges[k][0]] * l[tet_edges[k][1]] * nodes[4 + k];
+      return x;
+    }
+    const std::array<Vector3, 4> corners = mesh_.corners(element);
+    for (std::size_t k = 0; k < 4; ++k) x += l[static_cast<Eigen::Index>(k)] * corners[k];
+    return x;
+  }
+
   void add_samples(int e) {
-    const std::array<Vector3, 4> corners = mesh_.corners(static_cast<std::size_t>(e));
     const int rows = static_cast<int>(terms_count_), width = static_cast<int>(stresses_.rows());
     factors_.resize(points_.cols(), terms_count_);
     samples_.resize(points_.cols(), sums_.cols());
     for (Eigen::Index q = 0; q < points_.cols(); ++q) {
-      Vector3 x = Vector3::Zero();
-      for (Eigen::Index k = 0; k < 4; ++k)
-        x += points_(k, q) * corners[static_cast<std::size_t>(k)];
-      factors_.row(q) = terms(x).transpose();
+      factors_.row(q) = terms(place_of_sample(e, q)).transpose();
       weighted_sum(points_.col(q).data(), stresses_.col(4 * Eigen::Index{e}).data(), width,
                    samples_.row(q).data());
       samples_.row(q).tail(terms_count_) = factors_.row(q);
@@ -224,17 +239,27 @@ class Patch {
         polynomial.col(components * c + i) = by_case_.block(i * n, c, n, 1);
   }
 
-  // To the lower triangle.
   void add_tractions(const BoundaryFace& face) {
-    const Vector3 &a = position(face.nodes[0]), &b = position(face.nodes[1]),
-                  &c = position(face.nodes[2]);
-    const auto t = traction((b - a).cross(c - a).normalized());
-    const Eigen::Matrix<double, 6, 6> square = t.transpose() * t;
-    Normal products = Normal::Zero(terms_count_, terms_count_);
-    for (const Vector3& x : {Vector3((a + b) / 2), Vector3((b + c) / 2), Vector3((c + a) / 2)}) {
-      const Terms m = terms(x);
-      products += m * m.transpose();
+    for (std::size_t side = 0; side < 3; ++side) {
+      const Vector3 &a = position(face.nodes[side]), &b = position(face.nodes[(side + 1) % 3]),
+                    &c = position(face.nodes[(side + 2) % 3]);
+      Vector3 middle = (a + b) / 2, across = c - middle;
+      if (mesh_.curved) {
+        middle = position(face.nodes[3 + side]);
+        across = 2 * (position(face.nodes[3 + (side + 1) % 3]) +
+                      position(face.nodes[3 + (side + 2) % 3]) - middle) -
+                 (a + b) / 2 - c;
+      }
+      add_traction(middle, (b - a).cross(across).normalized());
     }
+  }
+
+  // To the lower triangle, for a point of the surface with this normal.
+  void add_traction(const Vector3& x, const Vector3& normal) {
+    const auto t = traction(normal);
+    const Eigen::Matrix<double, 6, 6> square = t.transpose() * t;
+    const Terms m = terms(x);
+    const Normal products = m * m.transpose();
     for (Eigen::Index i = 0; i < components; ++i)
       for (Eigen::Index j = 0; j <= i; ++j)
         if (square(i, j) != 0)
@@ -344,6 +369,42 @@ void gather(std::span<const int> element, const std::vector<Eigen::Matrix3Xd>& d
           displacements[c].col(element[n]);
 }
 
+// Stresses at one place of an element, all load cases one below the other.
+class ElementStresses {
+ public:
+  ElementStresses(const TetMesh& mesh, std::size_t e, const Material& material,
+                  const std::vector<Eigen::Matrix3Xd>& displacements)
+      : order_(mesh.order),
+        curved_(mesh.curved),
+        material_(material),
+        gradients_(barycentric_gradients(mesh.corners(e))) {
+    gather(mesh.element(e), displacements, at_nodes_);
+    if (!curved_) return;
+    const std::array<Vector3, 10> nodes = mesh.all_nodes(e);
+    for (std::size_t n = 0; n < nodes.size(); ++n)
+      nodes_.col(static_cast<Eigen::Index>(n)) = nodes[n];
+  }
+
+  template <class Column>
+  void at(const Eigen::Vector4d& place, Column out) {
+    const Eigen::Matrix3Xd shapes = shape_gradients(gradients_, order_, place);
+    slopes_ = at_nodes_.lazyProduct(shapes.transpose());
+    // From the straight element with these corners to the curved one.
+    if (curved_) slopes_ *= Matrix3(nodes_ * shapes.transpose()).inverse();
+    for (Eigen::Index c = 0; c < slopes_.rows() / 3; ++c)
+      out.template segment<6>(components * c) = stress_of(slopes_.middleRows<3>(3 * c), material_);
+  }
+
+ private:
+  int order_;
+  bool curved_;
+  const Material& material_;
+  BarycentricGradients gradients_;
+  Eigen::MatrixXd at_nodes_;
+  Eigen::Matrix<double, 3, 10> nodes_;
+  Eigen::Matrix<double, Eigen::Dynamic, 3> slopes_;
+};
+
 }  // namespace
 
 Stresses corner_stresses(const TetMesh& mesh, const std::vector<Material>& materials,
@@ -351,20 +412,17 @@ Stresses corner_stresses(const TetMesh& mesh, const std::vector<Material>& mater
   constexpr std::size_t at_once = 1024;
   Stresses result(components * static_cast<Eigen::Index>(displacements.size()),
                   4 * static_cast<Eigen::Index>(mesh.element_count()));
+  // The stresses of a curved element are not linear: the linear ones with the same values where
+  // they are most accurate stand for them.
+  const SamplePoints places =
+      mesh.curved ? sample_points(2) : SamplePoints(Eigen::Matrix4d::Identity());
+  const Eigen::Matrix4d to_corners = Eigen::Matrix4d(places).inverse();
   team.for_each_piece(mesh.element_count(), at_once, [&](int, std::size_t begin, std::size_t end) {
-    Eigen::MatrixXd at_nodes;
-    Eigen::Matrix<double, Eigen::Dynamic, 3> slopes;
     for (std::size_t e = begin; e < end; ++e) {
-      const Material& material = materials[mesh.material_of(e)];
-      const BarycentricGradients gradients = barycentric_gradients(mesh.corners(e));
-      gather(mesh.element(e), displacements, at_nodes);
-      for (Eigen::Index k = 0; k < 4; ++k) {
-        slopes = at_nodes.lazyProduct(
-            shape_gradients(gradients, mesh.order, Eigen::Vector4d::Unit(k)).transpose());
-        for (Eigen::Index c = 0; c < static_cast<Eigen::Index>(displacements.size()); ++c)
-          result.block<6, 1>(components * c, 4 * static_cast<Eigen::Index>(e) + k) =
-              stress_of(slopes.middleRows<3>(3 * c), material);
-      }
+      ElementStresses stresses(mesh, e, materials[mesh.material_of(e)], displacements);
+      auto columns = result.middleCols<4>(4 * static_cast<Eigen::Index>(e));
+      for (Eigen::Index k = 0; k < 4; ++k) stresses.at(places.col(k), columns.col(k));
+      if (mesh.curved) columns = (columns * to_corners).eval();
     }
   });
   return result;

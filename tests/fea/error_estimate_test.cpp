@@ -47,6 +47,57 @@ TEST(StressRecovery, LeavesTheStressesOfAQuadraticDisplacementAlone) {
   EXPECT_LT(error.total(0, 0), 1e-12 * stresses.squaredNorm() / material.young());
 }
 
+// Uniform tension is held by elements with curved edges, too.
+TEST(StressRecovery, FindsNoErrorInUniformTensionOfCurvedElements) {
+  TetMesh mesh = with_mid_nodes(box_mesh({2, 1, 1}, 4, 2, 2));
+  for (Vector3& p : mesh.nodes) p.y() += 0.05 * std::sin(3 * p.x()) * p.y();
+  mesh.curved = true;
+  for (BoundaryFace& face : mesh.boundary) face.tag = 1;  // all of them carry a load
+  const Eigen::Matrix3Xd u =
+      sampled(mesh, [](const Vector3& p) { return Vector3(p.x(), -0.25 * p.y(), -0.25 * p.z()); });
+  const Stresses stresses = corner_stresses(mesh, {Material(200, 0.25)}, {u}, alone);
+  const Vector6 tension{200, 0, 0, 0, 0, 0};
+  EXPECT_LT((stresses.colwise() - tension).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT(estimate_error(mesh, {Material(200, 0.25)}, {u}, alone).total(0, 0), 1e-12);
+}
+
+// The traction of a curved free surface vanishes along the normal of the surface, not of its
+// facets.
+TEST(StressRecovery, KnowsTheFreeSurfaceOfCurvedElements) {
+  // Lame's stresses of a thick ring under pressure inside, r from 1 to 2: the outside is free.
+  const auto ring = [](int n) {
+    TetMesh mesh = with_mid_nodes(box_mesh({1, 1, 0.5}, 2 * n, 2 * n, n));
+    for (Vector3& p : mesh.nodes) {
+      const double r = 1 + p.x(), angle = p.y();
+      p = {r * std::cos(angle), r * std::sin(angle), p.z()};
+    }
+    for (BoundaryFace& face : mesh.boundary) {
+      const Vector3& a = mesh.nodes[static_cast<std::size_t>(face.nodes[0])];
+      const Vector3& b = mesh.nodes[static_cast<std::size_t>(face.nodes[1])];
+      const Vector3& c = mesh.nodes[static_cast<std::size_t>(face.nodes[2])];
+      const auto outside = [](const Vector3& p) { return std::hypot(p.x(), p.y()) > 2 - 1e-9; };
+      face.tag = outside(a) && outside(b) && outside(c) ? 0 : 1;
+    }
+    mesh.curved = true;
+    return mesh;
+  };
+  // Plane strain, E = 1, nu = 0: u_r = (r + 4 / r) / 3 for a pressure of 1; no stress along z.
+  const auto estimated = [&](int n) {
+    const TetMesh mesh = ring(n);
+    const Eigen::Matrix3Xd u = sampled(mesh, [](const Vector3& p) {
+      const double r = std::hypot(p.x(), p.y()), stretch = (1 + 4 / (r * r)) / 3;
+      return Vector3(stretch * p.x(), stretch * p.y(), 0);
+    });
+    return estimate_error(mesh, {Material(1, 0)}, {u}, alone).total(0, 0);
+  };
+  // Energy of the sector of 1 rad: half of what the pressure does, here without the half: 0.5 m
+  // deep, radius 1, u_r(1) = 5/3.
+  const double energy = 0.5 * 5.0 / 3;
+  const double coarse = estimated(2), fine = estimated(4);
+  EXPECT_LT(coarse, 0.01 * energy);
+  EXPECT_LT(fine, coarse / 8);  // 16 for second order
+}
+
 // Pure bending of a prism: its stress is linear and its sides carry nothing, which the recovery
 // asks for on the faces with tag 0.
 TEST(StressRecovery, KeepsPureBendingWithFreeSides) {
