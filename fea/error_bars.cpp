@@ -80,9 +80,29 @@ void compare_with_change(const MeshOutcome& before, const MeshOutcome& last, Err
       remaining_changes(seen_share) * mean_change(change, last.flexibility) / recovered;
 }
 
-MatrixXd bars(const ErrorBars& estimates) {
+// Of one load case: an estimate that falls more slowly than a crack would let it, or grows, is that
+// of an error which the meshes begin to see, as the warping of a rod whose facets are one element
+// wide. It is enlarged by what it should have fallen.
+double unseen(double before, double last, double growth, double best_rate) {
+  if (!(before > 0 && last > 0) || last / before <= std::pow(growth, -slowest_rate)) return 1;
+  return std::min(last / before * std::pow(growth, best_rate), ErrorBars::most_unseen);
+}
+
+// The recovery, enlarged where it has not begun to fall.
+MatrixXd believed(const std::vector<MeshOutcome>& sequence, double best_rate) {
+  const MeshOutcome& last = sequence.back();
+  if (sequence.size() < 2) return last.recovery_error;
+  const MeshOutcome& before = sequence[sequence.size() - 2];
+  const double growth = static_cast<double>(last.unknowns) / static_cast<double>(before.unknowns);
+  Eigen::VectorXd roots(last.recovery_error.rows());
+  for (Eigen::Index i = 0; i < roots.size(); ++i)
+    roots[i] = std::sqrt(
+        unseen(before.recovery_error(i, i), last.recovery_error(i, i), growth, best_rate));
+  return roots.asDiagonal() * last.recovery_error * roots.asDiagonal();
+}
+
+MatrixXd bars(const ErrorBars& estimates, const MatrixXd& recovery) {
   const double enlarged = std::max(1.0, estimates.calibration.value_or(1));
-  const MatrixXd& recovery = estimates.recovery;
   MatrixXd bar = ErrorBars::safety * enlarged * recovery.cwiseAbs();
   if (estimates.extrapolation.size() > 0) bar = bar.cwiseMax(estimates.extrapolation.cwiseAbs());
   const Eigen::VectorXd roots = (enlarged * recovery.diagonal()).cwiseMax(0).cwiseSqrt();
@@ -102,7 +122,7 @@ ErrorBars error_bars(const std::vector<MeshOutcome>& sequence, int order) {
     result.observed_rate =
         rate_through(sequence[count - 3], sequence[count - 2], sequence[count - 1]);
   if (count >= 2) compare_with_change(sequence[count - 2], last, result);
-  result.bar = bars(result);
+  result.bar = bars(result, believed(sequence, result.best_rate));
   const Eigen::VectorXd size = c.diagonal().cwiseSqrt();
   result.significant =
       c.cwiseAbs().array() >= (ErrorBars::significance * size * size.transpose()).array();

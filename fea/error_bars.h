@@ -29,6 +29,9 @@ struct ErrorBars {
   /// ... plus this times the root of the estimates of the two diagonal entries: the estimate of an
   /// entry off the diagonal may be small by chance.
   static constexpr double cross_share = 0.1;
+  /// Recoveries that fell more slowly from the mesh before than those of a crack (unknowns^-1/3)
+  /// are enlarged by what they should have fallen, and by this at most.
+  static constexpr double most_unseen = 10;
   /// Two estimates of the error agree when neither is more than this times the other.
   static constexpr double agreement_factor = 3;
 

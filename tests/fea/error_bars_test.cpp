@@ -51,6 +51,21 @@ TEST(ErrorBars, FindTheRateAndTheLimitOfAConvergingSequence) {
   }
 }
 
+// An error that the meshes have only begun to see: its estimate does not fall.
+TEST(ErrorBars, AreEnlargedWhereTheEstimateDoesNotFall) {
+  auto meshes = sequence({1000, 2000}, 1.0, 1.0);
+  const ErrorBars falling = error_bars(meshes, 2);
+  meshes[1].recovery_error(2, 2) = meshes[0].recovery_error(2, 2);
+  const ErrorBars standing = error_bars(meshes, 2);
+  const double should_have_fallen = std::pow(2.0, 4.0 / 3);  // best rate of second order
+  EXPECT_GT(standing.bar(2, 2),
+            should_have_fallen * ErrorBars::safety * meshes[1].recovery_error(2, 2));
+  EXPECT_GT(standing.bar(2, 2), 4 * falling.bar(2, 2));
+  meshes[1].recovery_error(2, 2) *= 1e6;
+  EXPECT_LT(error_bars(meshes, 2).bar(2, 2),
+            2.2 * ErrorBars::most_unseen * ErrorBars::safety * meshes[1].recovery_error(2, 2));
+}
+
 // Where stresses are singular the recovery sees too little; the extrapolation then makes the bars.
 TEST(ErrorBars, HoldTheTrueErrorWhenOneEstimateIsFarTooSmall) {
   const auto meshes = sequence({1000, 5000, 12000}, 0.5, 0.05);
