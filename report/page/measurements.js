@@ -15,21 +15,33 @@ import { View } from "./view.js";
 import { stagesOfDiagnosis, stagesOfReadings, waterfall } from "./waterfall.js";
 import { arrows, poseMap } from "./workspace.js";
 
-const campaignOf = (result) =>
-  typeof result.campaign === "string" ? result.campaign : result.campaign?.name;
+const isBeforeAfter = (result) => Boolean(result.before?.as_designed && result.after?.as_designed);
+const campaignOf = ({ campaign, before }) =>
+  typeof campaign === "string" ? campaign : (campaign?.name ?? before?.campaign?.name);
 export const isMeasurement = ({ result }) =>
   campaignOf(result) !== undefined &&
-  (result.as_designed !== undefined || result.waterfall !== undefined);
+  Boolean(result.as_designed || result.verdict || isBeforeAfter(result));
 
-/** Entries about one campaign belong together: {name, diagnosis, comparison, columns}. */
+/** Two models with the same readings: the last state of each. */
+function columnsOfBoth({ before, after }) {
+  const last = (columns, name) => ({ ...columns.models.at(-1), name });
+  const [old, mended] = [columnsFromResult(before), columnsFromResult(after)];
+  return { ...mended, models: [last(old, "before"), last(mended, "after")] };
+}
+
+/** Entries about one campaign belong together: {name, diagnosis, comparison, both, columns}. */
 export function campaigns(entries) {
   const found = new Map();
   for (const { result, picture } of entries.filter(isMeasurement)) {
     const name = campaignOf(result);
     if (!found.has(name)) found.set(name, { name });
     const one = found.get(name);
-    if (result.waterfall) one.diagnosis = result;
+    if (result.verdict) one.diagnosis = result;
     if (result.as_designed) one.comparison = result;
+    if (isBeforeAfter(result)) {
+      Object.assign(one, { both: result, comparison: result.after });
+      one.columns = picture?.readings ?? columnsOfBoth(result);
+    }
     one.studio = one.studio ?? picture?.studio;
     if (
       picture?.readings &&
@@ -105,6 +117,20 @@ function comparisonVerdict(comparison) {
   );
 }
 
+function bothVerdict({ waterfall: stages }) {
+  const last = (name) => stages.filter((s) => s.name.startsWith(name)).at(-1)?.whitened;
+  const [before, after] = [last("before"), last("after")];
+  if (before === undefined || after === undefined)
+    return element("div", { class: "verdict" }, "Nothing but the residual tells the noise.");
+  const falls = after < before;
+  const words = `The held-out error ${falls ? "falls" : "rises"} from ${number(before)} to ${number(after)} times the noise.`;
+  return element(
+    "div",
+    { class: `verdict ${falls ? "good" : "bad"}` },
+    element("strong", {}, words),
+  );
+}
+
 function tools(readings, view) {
   const poses = [
     ["", "all"],
@@ -167,7 +193,7 @@ export function studioSection(one) {
   return element("section", {}, panel, place);
 }
 
-export function measurementSection({ name, diagnosis, comparison, columns }) {
+export function measurementSection({ name, diagnosis, comparison, both, columns }) {
   const source = `Source: ${name}.`;
   const section = element("section", { class: "measurements" }, element("h2", {}, name));
   const add = (parent, spec, view) => parent.append(new Figure(spec, view).node);
@@ -184,13 +210,16 @@ export function measurementSection({ name, diagnosis, comparison, columns }) {
     component: readings ? worstComponent(readings) : "",
     pose: null,
   });
-  section.append(diagnosis ? diagnosisVerdict(diagnosis) : comparisonVerdict(comparison));
+  section.append(
+    diagnosis
+      ? diagnosisVerdict(diagnosis)
+      : both
+        ? bothVerdict(both)
+        : comparisonVerdict(comparison),
+  );
   const first = charts();
-  const stages = diagnosis?.waterfall.length
-    ? stagesOfDiagnosis(diagnosis)
-    : readings
-      ? stagesOfReadings(readings)
-      : null;
+  const told = [diagnosis, both].find((result) => result?.waterfall?.length);
+  const stages = told ? stagesOfDiagnosis(told) : readings ? stagesOfReadings(readings) : null;
   if (stages) add(first, waterfall(stages, source, readings?.count ?? stages.stages.length), view);
   if (readings) {
     add(first, errorShares(readings, view, source), view);

@@ -57,34 +57,55 @@ export function stagesOfReadings(readings) {
   };
 }
 
+const confirmedTrace = (stages, factor, look) => ({
+  type: "scatter",
+  mode: "markers",
+  meta: "guide",
+  x: stages.map((_, k) => k),
+  y: stages.map((s) => (Number.isFinite(s.confirmed) ? s.confirmed / factor : null)),
+  marker: { symbol: "diamond", size: 11, color: look.held, line: { color: look.paper, width: 1 } },
+  hovertemplate: "kept to confirm: %{y:.3g}<extra></extra>",
+});
+
 export function waterfall({ stages, what, unit, factor }, source, count) {
   const first = stages[0].whitened;
   const floor = stages.find((stage) => stage.name === "noise floor");
   const last = [...stages].reverse().find((stage) => stage !== floor);
+  const title =
+    last === stages[0]
+      ? "The error beside the noise"
+      : last.whitened < first
+        ? "The error falls"
+        : "The error does not fall";
+  const confirmed = stages.filter((s) => Number.isFinite(s.confirmed));
   const rows = () =>
     stages.map((s) => [
       s.name,
       s.whitened / factor,
       (s.lower ?? NaN) / factor,
       (s.upper ?? NaN) / factor,
+      (s.confirmed ?? NaN) / factor,
     ]);
   return {
     id: "waterfall",
-    title: "The error falls",
+    title,
     n: count,
     source,
     height: 330,
-    say: `rms error on ${what}: ${number(first / factor)} ${unit} ${stages[0].name}, ${number(last.whitened / factor)} ${last === stages[0] ? "is all there is" : `after ${last.name.replace(/^\+ /, "")}`}. Whiskers: 95 %.`,
-    numbers: () => ({ columns: ["stage", `rms error [${unit}]`, "95 % from", "to"], rows: rows() }),
+    say: `rms error on ${what}: ${number(first / factor)} ${unit} ${stages[0].name}, ${number(last.whitened / factor)} ${last === stages[0] ? "is all there is" : `after ${last.name.replace(/^\+ /, "")}`}. Whiskers: 95 %.${confirmed.length ? " Diamonds: readings kept to confirm." : ""}`,
+    numbers: () => ({
+      columns: ["stage", `rms error [${unit}]`, "95 % from", "to", "kept to confirm"],
+      rows: rows(),
+    }),
     draw(look) {
       const colour = (s, k) =>
         s === floor
           ? look.noise
           : k === 0
             ? look.designed
-            : s.name.startsWith("refit")
-              ? look.refitted
-              : look.mended;
+            : /^(\+|with|after)/.test(s.name)
+              ? look.mended
+              : look.refitted;
       const drops = stages.slice(1).map((s, k) => ({
         type: "line",
         x0: k + 0.4,
@@ -121,6 +142,7 @@ export function waterfall({ stages, what, unit, factor }, source, count) {
             ),
             cliponaxis: false,
           },
+          ...(confirmed.length ? [confirmedTrace(stages, factor, look)] : []),
         ],
         layout: layout(look, {
           showlegend: false,
