@@ -92,7 +92,7 @@ export function waterfall({ stages, what, unit, factor }, source, count) {
     n: count,
     source,
     height: 330,
-    say: `rms error on ${what}: ${number(first / factor)} ${unit} ${stages[0].name}, ${number(last.whitened / factor)} ${last === stages[0] ? "is all there is" : `after ${last.name.replace(/^\+ /, "")}`}. Whiskers: 95 %.${confirmed.length ? " Diamonds: readings kept to confirm." : ""}`,
+    say: `rms error on ${what}, ${unit}: ${number(first / factor)} (${stages[0].name})${last === stages[0] ? "" : `, ${number(last.whitened / factor)} (${last.name})`}. Whiskers: 95 %.${confirmed.length ? " Diamonds: readings kept to confirm." : ""}`,
     numbers: () => ({
       columns: ["stage", `rms error [${unit}]`, "95 % from", "to", "kept to confirm"],
       rows: rows(),
