@@ -17,7 +17,7 @@ namespace {
 using files::Json;
 
 constexpr char loopback[] = "127.0.0.1";
-constexpr std::size_t request_threads = 4;
+constexpr std::size_t request_threads = 16;  // one browser needs six
 
 // 128 bits of the system's own randomness: this is no figure that must come out the same.
 std::string random_token() {
@@ -111,6 +111,12 @@ class Door {
     }
     if (!equal(token_in(request.path), token_)) {
       refuse(response, 403, "the address does not hold the token of this session");
+      return false;
+    }
+    // Its size would be known only when it is too late.
+    if (request.has_header("Transfer-Encoding")) {
+      response.set_header("Connection", "close");
+      refuse(response, 411, "a request must say its length");
       return false;
     }
     return true;

@@ -137,6 +137,10 @@ async function refusals(address) {
     }),
     413,
   );
+  assert.equal(
+    await status(`${token}fit`, { ...json, headers: { "Transfer-Encoding": "chunked" } }),
+    411,
+  );
   // Outside the folder, over what is there, and nothing of the disk.
   assert.equal(
     await status(`${token}fit`, {
