@@ -182,6 +182,7 @@ FoundState follow_through_gaps(EquilibriumSystem& exact, const Manipulator& mani
     NewtonResult result = newton(exact, state, task.load, task.pose_given, options);
     if (result.converged)
       return {.status = EquilibriumStatus::converged,
+              .reason = {},
               .reached = 1,
               .state = std::move(result.state),
               .steps = found.steps + 1,
@@ -226,6 +227,7 @@ FoundState state_under_load(const Manipulator& manipulator, const Posture& postu
     NewtonResult result = newton(system, *near, load, false, options);
     if (result.converged)
       return {.status = EquilibriumStatus::converged,
+              .reason = {},
               .reached = 1,
               .state = std::move(result.state),
               .steps = 1,
