@@ -19,7 +19,7 @@ const char* name(Coupling coupling);
 /// How stiff the body of a `body` coupling is beside the link.
 inline constexpr double default_modulus_ratio = 1000;
 /// Beyond, rounding in the stiff elements would show in the result.
-inline constexpr double largest_modulus_ratio = 1e7;
+inline constexpr double largest_modulus_ratio = 1e5;
 
 /// An interface of the finite-element model. Its motion is [translation; rotation] at `point`.
 struct CoupledInterface {

@@ -83,6 +83,8 @@ TEST_F(LinkFile, EveryMistakeIsNamedWithItsLineAndKey) {
   EXPECT_THAT(message("coupling: rigid", "modulus_ratio: 100"), HasSubstr("coupling: body"));
   EXPECT_THAT(message("coupling: rigid", "coupling: body, modulus_ratio: 0.5"),
               HasSubstr("not between 1 and"));
+  EXPECT_THAT(message("coupling: rigid", "coupling: body, modulus_ratio: 1e6"),
+              HasSubstr("beyond, use 'coupling: rigid'"));
   EXPECT_THAT(message("coupling: rigid", "coupling: ridgid"), HasSubstr("rigid"));
   EXPECT_THAT(message("size: 5", "size: 5, accuracy: 1 %"), HasSubstr("Give the accuracy alone"));
   EXPECT_THAT(message("size: 5", "accuracy: 0"), HasSubstr("not between 0.001 % and 50 %"));
