@@ -1,0 +1,70 @@
+#include "kinetostat/report/skeleton.h"
+
+#include <filesystem>
+
+#include <gtest/gtest.h>
+
+#include "kinetostat/vjm/posture.h"
+#include "kinetostat/vjm/robot_file.h"
+
+namespace kinetostat::report {
+namespace {
+
+using files::Json;
+using spatial::Vector3;
+
+Vector3 vector(const Json& json) {
+  return Vector3(json[0].get<double>(), json[1].get<double>(), json[2].get<double>());
+}
+
+class Skeleton : public ::testing::Test {
+ protected:
+  const vjm::Robot robot =
+      vjm::read_robot(std::filesystem::path(KINETOSTAT_SOURCE_DIR) / "data/robots/orthoglide.yaml");
+  const spatial::Pose place = spatial::Pose::translation({0.03, -0.02, 0.04});
+  const vjm::Posture posture = posture_at(robot.manipulator, place).posture;
+};
+
+TEST_F(Skeleton, ChainsRunFromTheirBaseToThePlatform) {
+  const Json json = skeleton(robot.manipulator, posture);
+  ASSERT_EQ(json["chains"].size(), 3u);
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Json& points = json["chains"][c]["points"];
+    EXPECT_LT((vector(points.front()) - robot.manipulator.chains()[c].base().position()).norm(),
+              1e-12);
+    EXPECT_LT((vector(points.back()) - place.position()).norm(), 1e-9);
+  }
+  EXPECT_LT((vector(json["bodies"][0]["position"]) - place.position()).norm(), 1e-12);
+}
+
+// Foot 154.9 mm, leg 310 mm, tool 30 mm; actuator along axis i of the base.
+TEST_F(Skeleton, LinksHaveTheirLengthsAndActuatorsTheirAxes) {
+  const Json json = skeleton(robot.manipulator, posture);
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Json& points = json["chains"][c]["points"];
+    ASSERT_EQ(points.size(), 5u);  // base, carriage, foot's end, leg's end, tool
+    const double lengths[] = {0.1549, 0.310, 0.030};
+    for (std::size_t k = 0; k < 3; ++k)
+      EXPECT_NEAR((vector(points[k + 2]) - vector(points[k + 1])).norm(), lengths[k], 1e-9);
+    const Json& actuator = json["chains"][c]["joints"][0];
+    EXPECT_EQ(actuator["role"], "actuated");
+    EXPECT_FALSE(actuator["turns"].get<bool>());
+    EXPECT_NEAR(vector(actuator["axis"])[static_cast<Eigen::Index>(c)], 1, 1e-12);
+  }
+}
+
+TEST_F(Skeleton, FollowsTheEquilibrium) {
+  vjm::Load load;
+  load.force = {100, 0, 50};
+  const vjm::Equilibrium loaded = equilibrium_under_load(robot.manipulator, posture, load);
+  const Json json = skeleton(robot.manipulator, loaded);
+  const Json lines = chain_lines(robot.manipulator, loaded);
+  for (std::size_t c = 0; c < 3; ++c) {
+    EXPECT_LT((vector(json["chains"][c]["points"].back()) - loaded.platform.position()).norm(),
+              1e-9);
+    EXPECT_LT((vector(lines[c].back()) - loaded.platform.position()).norm(), 1e-6);
+  }
+}
+
+}  // namespace
+}  // namespace kinetostat::report
