@@ -44,8 +44,17 @@ function textSection({ result, text }) {
   );
 }
 
+/** The demo's result is made of others: links, a comparison, perhaps a diagnosis. */
+function parts(entry) {
+  const { command, links, comparison, diagnosis } = entry.result;
+  if (command !== "demo") return [entry];
+  const inner = [diagnosis, comparison, ...Object.values(links ?? {})].filter(Boolean);
+  return inner.length ? inner.map((result) => ({ result, picture: null, text: "" })) : [entry];
+}
+
 /** What is about campaigns first, then the rest as it came. */
-function sections(entries) {
+function sections(given) {
+  const entries = given.flatMap(parts);
   const others = entries
     .filter((entry) => !isMeasurement(entry))
     .flatMap((entry) => {
