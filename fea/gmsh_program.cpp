@@ -21,7 +21,9 @@ std::string complaint(const std::string& words) {
   std::string found = "no reason given";
   for (std::string line; std::getline(lines, line);)
     if (const std::size_t colon = line.find(':');
-        line.starts_with("Error") && colon != std::string::npos && colon + 2 < line.size())
+        line.starts_with("Error") && colon != std::string::npos &&
+        line.find_first_not_of(" -", colon + 1) != std::string::npos &&
+        line.find("Mesh generation error summary") == std::string::npos)
       found = line.substr(colon + 2, 200);
   return found;
 }
