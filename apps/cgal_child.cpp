@@ -82,9 +82,10 @@ Answer answer_of(const Mesh& mesh) {
   return answer;
 }
 
-// A sticker or a fin that was closed by its own back, as far as rounding shows.
+// A sticker or a fin that was closed by its own back: thinner than 3e-5 of its width, which is the
+// rounding of a file.
 bool is_flat(const Mesh& piece) {
-  return std::abs(pmp::volume(piece)) < 1e-9 * std::pow(pmp::area(piece), 1.5);
+  return std::abs(pmp::volume(piece)) < 1e-5 * std::pow(pmp::area(piece), 1.5);
 }
 
 // Leaves out closed pieces without volume, unless nothing else is there. Returns how many.
