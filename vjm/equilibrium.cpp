@@ -75,6 +75,9 @@ NewtonResult newton(EquilibriumSystem& system, const SystemState& start, const L
     result.state = next;
     const bool at_rounding = size <= 1e-7 * reach && simplified <= 1e-2 * size;
     if (factor == 1 && (simplified <= enough || (at_rounding && simplified <= 1e3 * enough))) {
+      // That correction is known and costs nothing more: with it the state is exact to rounding,
+      // not to a tolerance that a small reading of a large robot would feel.
+      system.moved(next, again, 1, result.state);
       result.converged = result.consistent;
       return result;
     }
