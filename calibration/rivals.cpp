@@ -101,7 +101,7 @@ std::string Candidate::name() const {
 
 std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std::string>& kinds) {
   std::vector<Candidate> result;
-  for (const auto& kind : vjm::effect_kinds()) {
+  for (const auto& kind : robot.kinds()) {
     if (!kinds.empty() && std::find(kinds.begin(), kinds.end(), kind->name) == kinds.end())
       continue;
     for (const std::string& place : vjm::effect_places(*kind, robot.without_effects())) {

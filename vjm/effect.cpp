@@ -70,38 +70,37 @@ HistoryStep EffectKind::advance(const ChainState&, const std::string&, const Eff
   throw std::logic_error(fmt::format("the effect '{}' has no history", name));
 }
 
-const std::vector<std::shared_ptr<const EffectKind>>& effect_kinds() {
-  static const std::vector<std::shared_ptr<const EffectKind>> kinds = {
-      effects::joint_compliance(),
-      effects::link_compliance(),
-      effects::bearing_compliance(),
-      effects::base_compliance(),
-      effects::platform_compliance(),
-      effects::geometric_error(),
-      effects::thermal_expansion(),
-      effects::eccentricity(),
-      effects::creep(),
-      effects::hardening(),
-      effects::load_hardening(),
-      effects::piecewise_stiffness(),
-      effects::clearance(),
-      effects::friction(),
-      effects::preload(),
-      effects::gravity_compensator(),
-      effects::self_weight(),
-      effects::payload(),
-      effects::wrench_gain(),
-      effects::wrench_misalignment(),
-      effects::application_point(),
-      effects::sensor_frame(),
-      effects::target_lever_arm(),
-      effects::session_drift()};
+const EffectKinds& effect_kinds() {
+  static const EffectKinds kinds = {effects::joint_compliance(),
+                                    effects::link_compliance(),
+                                    effects::bearing_compliance(),
+                                    effects::base_compliance(),
+                                    effects::platform_compliance(),
+                                    effects::geometric_error(),
+                                    effects::thermal_expansion(),
+                                    effects::eccentricity(),
+                                    effects::creep(),
+                                    effects::hardening(),
+                                    effects::load_hardening(),
+                                    effects::piecewise_stiffness(),
+                                    effects::clearance(),
+                                    effects::friction(),
+                                    effects::preload(),
+                                    effects::gravity_compensator(),
+                                    effects::self_weight(),
+                                    effects::payload(),
+                                    effects::wrench_gain(),
+                                    effects::wrench_misalignment(),
+                                    effects::application_point(),
+                                    effects::sensor_frame(),
+                                    effects::target_lever_arm(),
+                                    effects::session_drift()};
   return kinds;
 }
 
-std::shared_ptr<const EffectKind> effect_kind(const std::string& name) {
+std::shared_ptr<const EffectKind> effect_kind(const std::string& name, const EffectKinds& kinds) {
   std::vector<std::string> names;
-  for (const auto& kind : effect_kinds()) {
+  for (const auto& kind : kinds) {
     if (kind->name == name) return kind;
     names.push_back(kind->name);
   }

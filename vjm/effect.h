@@ -149,11 +149,14 @@ class EffectKind {
   bool acts_on_chains() const { return place != EffectPlace::load && place != EffectPlace::sensor; }
 };
 
+using EffectKinds = std::vector<std::shared_ptr<const EffectKind>>;
+
 /// The catalogue, in the order in which effects of one robot are applied, whatever the order in
 /// which they are given: what inserts springs first.
-const std::vector<std::shared_ptr<const EffectKind>>& effect_kinds();
+const EffectKinds& effect_kinds();
 /// Throws std::invalid_argument with did-you-mean.
-std::shared_ptr<const EffectKind> effect_kind(const std::string& name);
+std::shared_ptr<const EffectKind> effect_kind(const std::string& name,
+                                              const EffectKinds& kinds = effect_kinds());
 
 /// Where an effect acts.
 struct EffectSite {

@@ -42,8 +42,6 @@ void read_parameter(const YamlNode& node, const EffectParameter& parameter, bool
   }
 }
 
-using Kinds = std::vector<std::shared_ptr<const EffectKind>>;
-
 // `a: {unit: N, between: [0, 100], prior: 10, none: 0}`, numbers in that unit.
 EffectParameter read_parameter_kind(const YamlNode& node, const std::string& name) {
   node.allow_only({"unit", "between", "prior", "none"});
@@ -136,14 +134,7 @@ std::shared_ptr<const EffectKind> read_user_kind(const std::string& name, const 
   }
 }
 
-Kinds read_kinds(const YamlNode& top) {
-  Kinds kinds = effect_kinds();
-  if (const auto own = top.find("effect_kinds"))
-    for (const auto& [name, node] : own->members()) kinds.push_back(read_user_kind(name, node));
-  return kinds;
-}
-
-std::shared_ptr<const EffectKind> read_kind(const YamlNode& item, const Kinds& kinds) {
+std::shared_ptr<const EffectKind> read_kind(const YamlNode& item, const EffectKinds& kinds) {
   std::vector<std::string> names;
   for (const auto& kind : kinds) names.push_back(kind->name);
   const std::string name = item.at("effect").choice(names);
@@ -162,7 +153,7 @@ void require_same_motion(const YamlNode& at, const Effect& effect, const Manipul
   }
 }
 
-Effect read_effect(const YamlNode& item, const Kinds& kinds, const Manipulator& manipulator,
+Effect read_effect(const YamlNode& item, const EffectKinds& kinds, const Manipulator& manipulator,
                    const spatial::UnitSystem& units) {
   Effect effect;
   effect.kind = read_kind(item, kinds);
@@ -198,9 +189,15 @@ Effect read_effect(const YamlNode& item, const Kinds& kinds, const Manipulator& 
 
 }  // namespace
 
-std::vector<Effect> read_effects(const YamlNode& top, const Manipulator& manipulator,
-                                 const spatial::UnitSystem& units) {
-  const Kinds kinds = read_kinds(top);
+EffectKinds read_effect_kinds(const YamlNode& top) {
+  EffectKinds kinds;
+  if (const auto own = top.find("effect_kinds"))
+    for (const auto& [name, node] : own->members()) kinds.push_back(read_user_kind(name, node));
+  return kinds;
+}
+
+std::vector<Effect> read_effects(const YamlNode& top, const EffectKinds& kinds,
+                                 const Manipulator& manipulator, const spatial::UnitSystem& units) {
   std::vector<Effect> effects;
   if (const auto list = top.find("effects"))
     for (const YamlNode& item : list->items())
@@ -209,7 +206,8 @@ std::vector<Effect> read_effects(const YamlNode& top, const Manipulator& manipul
 }
 
 Effect effect_from_words(const std::string& kind, const std::string& at, const std::string& size,
-                         const Manipulator& manipulator, const spatial::UnitSystem& units) {
+                         const EffectKinds& kinds, const Manipulator& manipulator,
+                         const spatial::UnitSystem& units) {
   std::string text = fmt::format("effect: \"{}\"\nat: \"{}\"\n", kind, at);
   std::size_t begin = 0;
   while (begin < size.size()) {
@@ -217,14 +215,13 @@ Effect effect_from_words(const std::string& kind, const std::string& at, const s
     const std::string word = size.substr(begin, end - begin);
     const std::size_t equals = word.find('=');
     const std::string name = equals == std::string::npos
-                                 ? effect_kind(kind)->parameters.front().name
+                                 ? effect_kind(kind, kinds)->parameters.front().name
                                  : word.substr(0, equals);
     text += fmt::format("{}: \"{}\"\n", name,
                         equals == std::string::npos ? word : word.substr(equals + 1));
     begin = end + 1;
   }
-  return read_effect(files::parse_yaml(text, "--effect " + kind), effect_kinds(), manipulator,
-                     units);
+  return read_effect(files::parse_yaml(text, "--effect " + kind), kinds, manipulator, units);
 }
 
 }  // namespace kinetostat::vjm

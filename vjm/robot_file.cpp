@@ -430,6 +430,12 @@ std::vector<UncertainValue> read_uncertain_values(const YamlNode& top,
 
 }  // namespace
 
+EffectKinds Robot::kinds() const {
+  EffectKinds all = effect_kinds();
+  all.insert(all.end(), own_kinds.begin(), own_kinds.end());
+  return all;
+}
+
 Robot read_robot(const std::filesystem::path& file, const LinkOptions& options) {
   const YamlNode top = files::read_yaml(file);
   files::check_format_version(top);
@@ -455,7 +461,10 @@ Robot read_robot(const std::filesystem::path& file, const LinkOptions& options) 
     const Manipulator bare(name, std::move(assembly.chains), std::move(assembly.spans),
                            std::move(assembly.inner_bodies));
     const Manipulator plain = bare.with_gravity(gravity);
-    std::vector<Effect> effects = read_effects(top, plain, parts.units);
+    EffectKinds own_kinds = read_effect_kinds(top);
+    EffectKinds kinds = effect_kinds();
+    kinds.insert(kinds.end(), own_kinds.begin(), own_kinds.end());
+    std::vector<Effect> effects = read_effects(top, kinds, plain, parts.units);
     Manipulator manipulator = with_effects(plain, effects);
     Robot robot{.file = file,
                 .name = name,
@@ -467,6 +476,7 @@ Robot read_robot(const std::filesystem::path& file, const LinkOptions& options) 
                 .effects = std::move(effects)};
     if (!robot.effects.empty()) robot.bare = plain;
     robot.uncertain_values = read_uncertain_values(top, robot.effects);
+    robot.own_kinds = std::move(own_kinds);
     return robot;
   } catch (const std::invalid_argument& error) {
     top.at("manipulator").fail(error.what());

@@ -41,6 +41,10 @@ struct Robot {
   std::vector<Effect> effects = {};               // as in the file
   std::optional<Manipulator> bare = {};           // without the effects, if there are any
   std::vector<UncertainValue> uncertain_values = {};
+  EffectKinds own_kinds = {};  // that the file describes beside the catalogue
+
+  /// The catalogue, then its own.
+  EffectKinds kinds() const;
 
   const Manipulator& without_effects() const { return bare ? *bare : manipulator; }
 };

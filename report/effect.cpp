@@ -1,0 +1,82 @@
+#include "kinetostat/report/effect.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace kinetostat::report {
+namespace {
+
+std::string unit_of(const vjm::EffectParameter& parameter) {
+  const std::string linear = spatial::to_string(parameter.linear);
+  const std::string angular = spatial::to_string(parameter.angular);
+  return linear == angular ? linear
+                           : fmt::format("{}, or {} where the joint turns", linear, angular);
+}
+
+// What a prior width is counted in.
+std::string prior_unit(const vjm::EffectParameter& parameter) {
+  switch (parameter.prior_unit) {
+    case vjm::PriorUnit::stiffness:
+      return "times the stiffness of the joint's spring";
+    case vjm::PriorUnit::compliance:
+      return "over the stiffness of the joint's spring";
+    default:
+      return "SI";
+  }
+}
+
+std::string parameter_text(const vjm::EffectParameter& p, bool leading) {
+  const std::string given = !p.required ? fmt::format("{:g} unless given", p.none)
+                            : leading   ? fmt::format("{:g} is no effect", p.none)
+                                        : std::string("to be given");
+  const std::string prior = p.prior_unit == vjm::PriorUnit::absolute ? "" : " " + prior_unit(p);
+  return fmt::format("  {} [{}]: {:g} to {:g}, {}; prior +- {:g}{}\n", p.name, unit_of(p), p.lower,
+                     p.upper, given, p.prior_sd, prior);
+}
+
+}  // namespace
+
+std::string line(const vjm::EffectKind& kind) {
+  return fmt::format("{:<20} {:<10} {}\n", kind.name, vjm::to_string(kind.place), kind.summary);
+}
+
+std::string text(const vjm::EffectKind& kind) {
+  std::string text = fmt::format(
+      "{}: {}\n\n  acts on    {}\n  law        {}\n  source     {}\n  signature  {}\n"
+      "  confuser   {}\n\n",
+      kind.name, kind.summary, vjm::to_string(kind.place), kind.law, kind.source, kind.signature,
+      kind.confuser);
+  for (const vjm::EffectParameter& p : kind.parameters)
+    text += parameter_text(p, &p == &kind.parameters.front());
+  return text;
+}
+
+std::string places_text(const vjm::EffectKind& kind, const vjm::Robot& robot) {
+  const auto places = vjm::effect_places(kind, robot.without_effects());
+  if (places.empty()) return fmt::format("'{}' has no place for it.\n", robot.name);
+  return fmt::format("In '{}' it can act at: {}.\n", robot.name, fmt::join(places, ", "));
+}
+
+files::Json to_json(const vjm::EffectKind& kind) {
+  files::Json parameters = files::Json::array();
+  for (const vjm::EffectParameter& p : kind.parameters)
+    parameters.push_back({{"name", p.name},
+                          {"unit_linear", spatial::to_string(p.linear)},
+                          {"unit_angular", spatial::to_string(p.angular)},
+                          {"lower", p.lower},
+                          {"upper", p.upper},
+                          {"none", p.none},
+                          {"prior_sd", p.prior_sd},
+                          {"prior_unit", prior_unit(p)},
+                          {"required", p.required}});
+  return {{"name", kind.name},
+          {"summary", kind.summary},
+          {"acts_on", vjm::to_string(kind.place)},
+          {"law", kind.law},
+          {"source", kind.source},
+          {"signature", kind.signature},
+          {"confuser", kind.confuser},
+          {"parameters", parameters}};
+}
+
+}  // namespace kinetostat::report

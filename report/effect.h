@@ -1,0 +1,21 @@
+// Kinds of effects as people and programs read them.
+#pragma once
+
+#include <string>
+
+#include "kinetostat/files/json.h"
+#include "kinetostat/vjm/robot_file.h"
+
+namespace kinetostat::report {
+
+/// One line: name, what it acts on, what it is.
+std::string line(const vjm::EffectKind& kind);
+/// All that is known of it: law, source, signature, nearest confuser, and its parameters with
+/// units, physical ranges and prior widths. docs/theory/effects.md shows the same text.
+std::string text(const vjm::EffectKind& kind);
+/// Where it can act in a robot; a sentence.
+std::string places_text(const vjm::EffectKind& kind, const vjm::Robot& robot);
+
+files::Json to_json(const vjm::EffectKind& kind);
+
+}  // namespace kinetostat::report

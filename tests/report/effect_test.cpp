@@ -1,0 +1,28 @@
+#include "kinetostat/report/effect.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kinetostat/files/text_file.h"
+
+namespace kinetostat::report {
+namespace {
+
+// The page of the theory of effects tells of each what the program prints.
+TEST(EffectText, IsThatOfThePage) {
+  const std::string page =
+      files::read_text(std::string(KINETOSTAT_SOURCE_DIR) + "/docs/theory/effects.md");
+  for (const auto& kind : vjm::effect_kinds()) {
+    for (const std::string* part :
+         {&kind->summary, &kind->law, &kind->source, &kind->signature, &kind->confuser})
+      EXPECT_FALSE(part->empty()) << kind->name;
+    std::string text = report::text(*kind);
+    while (text.back() == '\n') text.pop_back();
+    EXPECT_THAT(page, testing::HasSubstr("### " + kind->name + "\n\n```text\n" + text + "\n```"));
+    EXPECT_THAT(page, testing::HasSubstr("| `" + kind->name + "` | orthoglide,"))
+        << "has no signature";
+  }
+}
+
+}  // namespace
+}  // namespace kinetostat::report
