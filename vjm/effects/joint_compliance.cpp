@@ -12,7 +12,8 @@ class JointCompliance : public EffectKind {
     law = "1/k = 1/k0 + c";
     source = "springs in series; MMT11 section 3";
     signature = "displacement along the joint's motion, in proportion to the load";
-    confuser = "link_compliance of the next link";
+    confuser =
+        "piecewise_stiffness while the load stays on one slope; link_compliance of the next link";
     place = EffectPlace::joint;
     parameters = {{.name = "c",
                    .linear = {.mass = -1, .time = 2},

@@ -29,7 +29,8 @@ class LinkCompliance : public EffectKind {
     law = "C = factor C0";
     source = "JAMRIS09 eq. 1: the compliance of a link is inversely proportional to its modulus";
     signature = "displacement in the pattern of the link's deflection, in proportion to the load";
-    confuser = "joint_compliance of the joint before the link";
+    confuser =
+        "platform_compliance or bearing_compliance beside it; joint_compliance of the joint before";
     place = EffectPlace::link;
     parameters = {{.name = "factor",
                    .linear = spatial::dimension::none,

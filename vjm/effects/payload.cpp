@@ -23,7 +23,7 @@ class Payload : public EffectKind {
     signature =
         "sag along gravity that depends on the posture; invisible in differences, but for the "
         "change of stiffness";
-    confuser = "self_weight of the last link";
+    confuser = "geometric_error, at few postures; self_weight of the last link";
     place = EffectPlace::platform;
     parameters = {{.name = "mass",
                    .linear = spatial::dimension::mass,

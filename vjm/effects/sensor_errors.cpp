@@ -31,7 +31,7 @@ Kind sensor_frame() {
   kind->law = "read pose = [exp(r), t] pose with t = [x, y, z], r = [rx, ry, rz], base axes";
   kind->source = "registration of a measuring frame: ISO 9283";
   kind->signature = "displacements turned, the same everywhere; in poses an offset, too";
-  kind->confuser = "wrench_misalignment, which turns the load instead";
+  kind->confuser = "geometric_error of the first body; session_drift";
   kind->place = EffectPlace::sensor;
   for (const char* axis : {"x", "y", "z"})
     kind->parameters.push_back(optional_parameter(axis, spatial::dimension::length, 100, 1e-3));
@@ -47,7 +47,8 @@ Kind session_drift() {
   kind->law = "read pose = [exp(r t), v t] pose, v = [x, y, z], r = [rx, ry, rz] per time";
   kind->source = "drift of an instrument: ISO 230-3, environmental temperature variation error";
   kind->signature = "residuals grow in proportion to time in each session, whatever the load";
-  kind->confuser = "creep, which needs load; thermal_expansion, when the temperature follows time";
+  kind->confuser =
+      "sensor_frame, in one short session; thermal_expansion, when the temperature follows time";
   kind->place = EffectPlace::sensor;
   for (const char* axis : {"x", "y", "z"})
     kind->parameters.push_back(optional_parameter(axis, {.length = 1, .time = -1}, 1, 3e-9));

@@ -48,7 +48,8 @@ class ThermalExpansion : public EffectKind {
     source = "linear expansion; ISO 230-3, thermal effects on machine tools";
     signature =
         "an offset in proportion to the temperature, along the link; the load plays no part";
-    confuser = "session_drift, when the temperature follows time";
+    confuser =
+        "session_drift, when the temperature follows time; geometric_error, when it hardly changes";
     place = EffectPlace::element;
     varies = true;
     parameters = {optional_parameter("alpha", {.temperature = -1}, 1e-3, 1.2e-5),

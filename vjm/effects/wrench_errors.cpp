@@ -12,7 +12,9 @@ class WrenchGain : public EffectKind {
     law = "[F; M] = gain [F; M] stated";
     source = "gain error of a force transducer: ISO 376";
     signature = "all displacements too large or too small in one proportion";
-    confuser = "a common scale of all compliances: not to be told apart without self-weight";
+    confuser =
+        "link_compliance of all links, a common scale of all compliances: not to be told apart "
+        "without self-weight";
     place = EffectPlace::load;
     parameters = {{.name = "gain",
                    .linear = spatial::dimension::none,
@@ -73,7 +75,8 @@ Kind application_point() {
   kind->law = "point = stated point + [x, y, z], platform axes: a moment [x, y, z] x F more";
   kind->source = "a force at another point: the moment of its displacement";
   kind->signature = "rotations, and displacements as from moments, in proportion to the force";
-  kind->confuser = "target_lever_arm, which shows where the platform turns for other reasons, too";
+  kind->confuser =
+      "geometric_error of the last body: the same lever arm, but of the platform as well";
   kind->place = EffectPlace::load;
   for (const char* axis : {"x", "y", "z"})
     kind->parameters.push_back(optional_parameter(axis, spatial::dimension::length, 10, 5e-3));
@@ -89,7 +92,7 @@ Kind target_lever_arm() {
   kind->signature =
       "translations in proportion to the platform's rotations; in poses an offset "
       "that turns with the platform";
-  kind->confuser = "application_point";
+  kind->confuser = "sensor_frame, at few postures; geometric_error of the last body";
   kind->place = EffectPlace::sensor;
   for (const char* axis : {"x", "y", "z"})
     kind->parameters.push_back(optional_parameter(axis, spatial::dimension::length, 10, 5e-3));
