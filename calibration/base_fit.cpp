@@ -6,12 +6,14 @@
 #include <numeric>
 #include <set>
 #include <stdexcept>
+#include <tuple>
 
 #include <fmt/format.h>
 
 #include "kinetostat/calibration/identifiability.h"
 #include "kinetostat/calibration/session_frame.h"
 #include "kinetostat/files/error.h"
+#include "kinetostat/spatial/rotation.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -134,9 +136,10 @@ class Problem {
     return std::count_if(unknowns_.parameters().begin(), unknowns_.parameters().end(),
                          [](const Parameter& p) { return p.prior.has_value(); });
   }
-  std::vector<Vector6> predicted(const VectorXd& q) {
+  /// Displacements, and the wrenches that work on them.
+  std::pair<std::vector<Vector6>, std::vector<Vector6>> predicted(const VectorXd& q) {
     if (predicted_at_.size() != q.size() || predicted_at_ != q) (void)at(q);
-    return predicted_;
+    return {predicted_, work_};
   }
   const std::optional<PredictionFailure>& failure() const { return failure_; }
   void begin_near(const Predictions& predictions) { nearest_ = predictions; }
@@ -155,6 +158,7 @@ class Problem {
     failure_ = predictions.failure;
     if (failure_) return std::nullopt;
     predicted_ = predictions.displacement;
+    work_ = predictions.work;
     predicted_at_ = q;
     const Index rows = values() + priors();
     Linearisation result{VectorXd(rows), MatrixXd::Zero(rows, unknowns_.size())};
@@ -233,7 +237,7 @@ class Problem {
     Derivatives all = Derivatives::Zero(6, unknowns_.size());
     if (by_parameters != nullptr && by_parameters->cols() > 0)
       all.leftCols(by_parameters->cols()) = *by_parameters;
-    add_frame(q, reading, predicted_[i], all);
+    add_frame(q, reading, predicted_[i], work_[i], all);
     add_zeros(q, reading, predicted_[i], all);
     const std::vector<Index> used = components_in_use(reading);
     const auto count = static_cast<Index>(used.size());
@@ -247,18 +251,19 @@ class Problem {
     return count;
   }
 
-  void add_frame(const VectorXd& q, const Reading& reading, Vector6& predicted,
+  void add_frame(const VectorXd& q, const Reading& reading, Vector6& predicted, Vector6& work,
                  Derivatives& all) const {
     const auto f = unknowns_.frame_of(reading.session);
-    if (!f) {
-      if (const auto known = known_ ? known_frame(*known_, reading.session) : std::nullopt)
-        predicted =
-            seen_from(*known, predicted, campaign_.displacement, reading.displacement).displacement;
-      return;
-    }
+    const std::optional<Vector6> frame = f        ? unknowns_.frame(q, *f)
+                                         : known_ ? known_frame(*known_, reading.session)
+                                                  : std::nullopt;
+    if (!frame) return;
     const SeenFromFrame seen =
-        seen_from(unknowns_.frame(q, *f), predicted, campaign_.displacement, reading.displacement);
+        seen_from(*frame, predicted, campaign_.displacement, reading.displacement);
     predicted = seen.displacement;
+    const spatial::Matrix3 turn = spatial::exp_rotation(frame->tail<3>());
+    work << turn * work.head<3>(), turn * work.tail<3>();
+    if (!f) return;
     all.leftCols(unknowns_.parameter_count()) =
         seen.by_displacement * all.leftCols(unknowns_.parameter_count());
     const Index n = unknowns_.frame_components();
@@ -284,8 +289,8 @@ class Problem {
   std::vector<Value> values_;
   Unknowns unknowns_;
   files::Progress& progress_;
-  std::vector<Vector6> predicted_;  // of the last residual
-  Predictions nearest_;             // that were made last, or of a similar model
+  std::vector<Vector6> predicted_, work_;  // of the last residual
+  Predictions nearest_;                    // that were made last, or of a similar model
   VectorXd predicted_at_ = VectorXd::Constant(1, std::numeric_limits<double>::quiet_NaN());
   std::optional<PredictionFailure> failure_;
 };
@@ -436,7 +441,7 @@ BaseFit fitted(Problem& problem, const Noise& noise, const BaseFitOptions& optio
   fit.weak = weak_sentences(problem.unknowns().names(), weak_combinations(result.at.jacobian, free),
                             std::sqrt(variance));
   Estimates(problem.unknowns(), result, fit.covariance).add_to(fit);
-  fit.predicted = problem.predicted(result.x);
+  std::tie(fit.predicted, fit.work) = problem.predicted(result.x);
   fit.model = problem.nearest();
   return fit;
 }

@@ -58,6 +58,9 @@ struct BaseFit {
   std::vector<double> weights;
   /// One entry a reading: what the table should show, zeros and frames included [m; rad].
   std::vector<spatial::Vector6> predicted;
+  /// The wrench that works on it, one entry a reading: [force; moment about what is measured] in
+  /// the axes of the displacements [N, N m].
+  std::vector<spatial::Vector6> work;
   Predictions model;  // at or near the best values, without zeros, frames and derivatives
   /// Whitened predicted minus measured of the values in use, and its derivatives with respect to
   /// the parameters, zeros and frames, at the best values.

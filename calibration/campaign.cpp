@@ -23,7 +23,8 @@ YamlNode read_top(const std::filesystem::path& file) {
   files::check_format_version(top);
   top.allow_only({"kinetostat", "campaign", "origin", "robot", "units", "displacement", "zero",
                   "session_frame", "frames", "displacement_frame", "target_point", "wrench_frame",
-                  "wrench_point", "noise", "instruments", "instrument", "roles", "readings"});
+                  "wrench_point", "wrench_noise", "noise", "instruments", "instrument", "roles",
+                  "readings"});
   return top;
 }
 
@@ -164,6 +165,38 @@ WrenchFrame read_wrench_frame(const YamlNode& top, const std::map<std::string, N
   return result;
 }
 
+// `wrench_noise: {force: 2 N, moment: 0.1 N m, share: 0.5 %}`.
+WrenchNoise read_wrench_noise(const YamlNode& top) {
+  WrenchNoise noise;
+  const auto given = top.find("wrench_noise");
+  if (!given) return noise;
+  given->allow_only({"force", "moment", "share"});
+  if (const auto force = given->find("force"))
+    noise.force = read_deviation(*force, dimension::force);
+  if (const auto moment = given->find("moment"))
+    noise.moment = read_deviation(*moment, dimension::moment);
+  if (const auto share = given->find("share")) {
+    noise.share = read_deviation(*share, dimension::none);
+    if (noise.share > 0.5)
+      share->fail(fmt::format("'{}' is more than half of what the load cell reads", share->text()),
+                  "Give the standard deviation as a share of the reading: 0.5 %");
+  }
+  if (!noise.is_stated())
+    given->fail("nothing is stated",
+                "Give the standard deviation of a component: 'force: 2 N', 'moment: 0.1 N m', or "
+                "'share: 0.5 %' of what it reads");
+  return noise;
+}
+
+// Noise of the wrench adds to that of the displacement, which must then be known by itself.
+void check_wrench_noise(const YamlNode& top, const Campaign& campaign) {
+  if (campaign.wrench_covariance.empty() || campaign.noise_stated) return;
+  top.at("wrench_noise")
+      .fail("the noise of the wrenches adds to that of the displacements, which is not stated",
+            "State 'noise: {translation: ...}' as well, or remove 'wrench_noise': the scatter of "
+            "repeated readings holds both");
+}
+
 std::map<std::string, Role> read_roles(const YamlNode& top) {
   std::map<std::string, Role> roles;
   if (const auto given = top.find("roles"))
@@ -246,12 +279,14 @@ Campaign read_campaign(const std::filesystem::path& file, const vjm::Manipulator
   campaign.observation = read_observation(top, frames, campaign);
   const ReadingsContext context{.instruments = read_instruments(top),
                                 .wrench = read_wrench_frame(top, frames, campaign.units),
+                                .wrench_noise = read_wrench_noise(top),
                                 .roles = read_roles(top),
                                 .units_line = units.line(),
                                 .angle_stated = units.has("angle"),
                                 .time_stated = units.has("time")};
   read_readings(files::read_csv(campaign.readings_file), context, manipulator, campaign);
   check_roles(top, context.roles, campaign);
+  check_wrench_noise(top, campaign);
   return campaign;
 }
 

@@ -101,7 +101,10 @@ struct Campaign {
   std::vector<std::string> sessions;          // sorted; {""} when there is no such column
   std::vector<Covariate> covariates;
   std::vector<spatial::Matrix6> correlations;  // the distinct ones; positive definite
-  std::vector<std::string> notes;              // what was assumed, in sentences
+  /// Covariance of the noise of each reading's wrench [force; moment], base axes, about its point
+  /// [N, N m]; empty: wrenches are taken to be exact.
+  std::vector<spatial::Matrix6> wrench_covariance;
+  std::vector<std::string> notes;  // what was assumed, in sentences
 };
 
 /// Whether any reading has this role.

@@ -30,11 +30,10 @@ class Check {
 
   std::vector<Observability> all() const {
     std::vector<Observability> result = {
-        noise(),           offsets(),       components(),
-        load_directions(), poses(),         levels(),
-        reversal(),        branches_seen(), clearance_or_friction(),
-        zero_return(),     sessions(),      time(),
-        temperature(),     roles(),         parameters()};
+        noise(),       wrench_noise(), offsets(),  components(),    load_directions(),
+        poses(),       levels(),       reversal(), branches_seen(), clearance_or_friction(),
+        zero_return(), sessions(),     time(),     temperature(),   roles(),
+        parameters()};
     if (campaign_.session_frame == SessionFrame::estimated) result.push_back(frames());
     return result;
   }
@@ -63,6 +62,32 @@ class Check {
     return {"noise", false,
             "Adequacy is not evaluated: no noise is stated and no reading is repeated. State "
             "'noise' in the campaign file, or repeat readings."};
+  }
+
+  // Deflections over their noise, where the table tells deflections.
+  double largest_deflection_over_noise() const {
+    double largest = 0;
+    if (campaign_.displacement == DisplacementKind::absolute || !campaign_.noise_stated)
+      return largest;
+    for (const std::size_t i : used_)
+      for (Eigen::Index k = 0; k < 6; ++k)
+        if (reading(i).uses(k))
+          largest = std::max(largest, std::abs(reading(i).displacement[k]) / reading(i).sigma[k]);
+    return largest;
+  }
+
+  Observability wrench_noise() const {
+    if (!campaign_.wrench_covariance.empty())
+      return {"wrench_noise", true,
+              "The noise of the wrenches is stated: it is carried to the displacements."};
+    std::string sentence = "The noise of the wrenches is not stated: loads count as exact.";
+    if (const double ratio = 0.005 * largest_deflection_over_noise(); ratio > 0.3)
+      sentence += fmt::format(
+          " A load cell that is off by 0.5 % moves the largest deflection by {:.2g} times its "
+          "noise: "
+          "state 'wrench_noise'.",
+          ratio);
+    return {"wrench_noise", false, sentence};
   }
 
   Observability offsets() const {
@@ -100,7 +125,8 @@ class Check {
     const spatial::Matrix6 gram = wrenches * wrenches.transpose();
     const Eigen::JacobiSVD<spatial::Matrix6> svd(gram);
     const double largest = svd.singularValues()[0];
-    const auto rank = (svd.singularValues().array() > 1e-10 * largest).count();
+    // What a load cell reads across the load is no load in another direction.
+    const auto rank = (svd.singularValues().array() > same_load * same_load * largest).count();
     if (rank == 6) return {"load_directions", true, "Loads act in all six independent directions."};
     return {"load_directions", false,
             fmt::format("Loads span {} of 6 independent directions: compliance in the others does "
@@ -122,17 +148,22 @@ class Check {
 
   // The most levels along one line of load in one posture.
   Observability levels() const {
-    std::map<std::pair<std::size_t, std::array<long, 6>>, std::vector<double>> lines;
+    using Line = std::pair<spatial::Vector6, std::vector<double>>;  // direction, levels
+    std::map<std::size_t, std::vector<Line>> lines;
     for (const std::size_t i : used_) {
       const spatial::Vector6 u = direction_of(reading(i).load);
       if (u.isZero(0)) continue;
-      std::array<long, 6> key{};
-      for (std::size_t k = 0; k < 6; ++k)
-        key[k] = std::lround(1e6 * u[static_cast<Eigen::Index>(k)]);
-      lines[{reading(i).configuration, key}].push_back(level_of(reading(i).load));
+      auto& known = lines[reading(i).configuration];
+      auto line = std::find_if(known.begin(), known.end(), [&u](const auto& other) {
+        return (other.first - u).norm() <= same_load;
+      });
+      if (line == known.end()) line = known.insert(known.end(), {u, {}});
+      line->second.push_back(level_of(reading(i).load));
     }
     std::size_t most = 0;
-    for (const auto& [key, values] : lines) most = std::max(most, distinct_values(values).size());
+    for (const auto& [configuration, known] : lines)
+      for (const auto& [direction, values] : known)
+        most = std::max(most, distinct_values(values, same_load).size());
     if (most >= 3)
       return {"nonlinearity", true,
               fmt::format("Nonlinearity shows: up to {} along one direction.", levels_text(most))};
@@ -186,8 +217,10 @@ class Check {
     std::size_t returns = 0;
     for (const Cycle& cycle : load_cycles(campaign_)) {
       bool loaded = false;
+      double size = 0;
+      for (const std::size_t i : cycle) size = std::max(size, level_of(reading(i).load));
       for (const std::size_t i : cycle) {
-        const bool zero = level_of(campaign_.readings[i].load) == 0;
+        const bool zero = level_of(reading(i).load) <= same_load * size;
         returns += zero && loaded;
         loaded = loaded || !zero;
       }

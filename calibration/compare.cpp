@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/calibration/wrench_noise.h"
 #include "kinetostat/files/error.h"
 
 namespace kinetostat::calibration {
@@ -144,7 +145,10 @@ HeldOutReadings predict_held_out(const Predictor& predictor, const Campaign& oth
   if (evidence.noise.source != NoiseSource::unknown && alone.fit.degrees_of_freedom() > 0)
     result.chi_square = chi_square_test(alone.fit.squared_error, alone.fit.degrees_of_freedom());
   for (std::size_t i = 0; i < others.readings.size(); ++i)
-    if (!others.readings[i].masked) assessment.fit.predicted[i] = alone.fit.predicted[i];
+    if (!others.readings[i].masked) {
+      assessment.fit.predicted[i] = alone.fit.predicted[i];
+      assessment.fit.work[i] = alone.fit.work[i];
+    }
   return result;
 }
 
@@ -166,9 +170,9 @@ Assessment assess(const Predictor& predictor, const Campaign& whole, const Evide
   assessment.residual_deviation = residual_deviation(assessment);
   assessment.is_exact = is_exact(evidence, assessment);
   add_tests(evidence, assessment);
-  assessment.patterns =
-      find_patterns(evidence.campaign, assessment.residual, assessment.whitened,
-                    static_cast<Eigen::Index>(assessment.fit.parameters.size()), evidence.noise);
+  assessment.patterns = find_patterns(
+      evidence.campaign, assessment.residual, assessment.whitened, assessment.fit.work,
+      static_cast<Eigen::Index>(assessment.fit.parameters.size()), evidence.noise);
   return assessment;
 }
 
@@ -205,15 +209,26 @@ std::vector<std::string> notes(const Evidence& evidence) {
 Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int threads,
                    files::Progress& progress, Loss loss) {
   const Campaign to_fit = only(campaign, Role::fit);
-  Evidence evidence{to_fit, replicate_groups(to_fit), {}, {}};
-  evidence.noise = noise_of(campaign, replicate_groups(campaign));
-  evidence.pure = pure_error(to_fit, evidence.groups, evidence.noise);
+  const Noise stated = noise_of(campaign, replicate_groups(campaign));
   const Predictor predictor(robot.without_effects(), robot.effects, campaign, threads, progress);
-  const auto fit = [&](const std::vector<Parameter>& parameters) {
-    return assess(predictor, campaign, evidence,
-                  fit_base(predictor, to_fit, evidence.noise, parameters, progress, {.loss = loss}),
-                  progress);
+  Evidence evidence{to_fit, replicate_groups(to_fit), {}, {}};
+  const auto know = [&](const std::vector<Parameter>& parameters, const Eigen::VectorXd& values) {
+    evidence.noise = with_wrench_noise(stated, campaign, predictor, parameters, values, progress);
+    evidence.pure = pure_error(to_fit, evidence.groups, evidence.noise);
   };
+  const auto fit = [&](const std::vector<Parameter>& parameters) {
+    const auto once = [&] {
+      return fit_base(predictor, to_fit, evidence.noise, parameters, progress, {.loss = loss});
+    };
+    BaseFit result = once();
+    // What the noise of the wrenches does depends on the compliance that was fitted.
+    if (!parameters.empty() && !campaign.wrench_covariance.empty()) {
+      know(parameters, values_of(result));
+      result = once();
+    }
+    return assess(predictor, campaign, evidence, std::move(result), progress);
+  };
+  know({}, {});
   Comparison result;
   result.noise_source = evidence.noise.source;
   result.groups = static_cast<Eigen::Index>(evidence.groups.size());

@@ -8,7 +8,7 @@
 #include <Eigen/QR>
 #include <fmt/format.h>
 
-#include "kinetostat/calibration/replicates.h"
+#include "kinetostat/calibration/wrench_noise.h"
 #include "kinetostat/files/error.h"
 
 namespace kinetostat::calibration {
@@ -517,7 +517,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
                    int threads, files::Progress& progress) {
   const std::vector<Candidate> tried = candidates(robot, options.kinds);
   const Campaign given = without_confirming(whole);
-  const Noise noise = noise_of(given, replicate_groups(given));
+  const Noise noise = noise_of(robot, given, threads, progress);
   if (noise.source == NoiseSource::unknown) return cannot_tell_without_noise();
   Diagnosis d;
   d.noise = noise.source;

@@ -8,15 +8,22 @@
 namespace kinetostat::calibration {
 namespace {
 
-// Two figures of a table that are the same in other units.
-constexpr double rounding = 1e-9;
+// A load that differs by less from the one before it is held, as a load cell reads it.
+constexpr double held = 0.005;
 
+spatial::Vector3 moment_about_reference(const vjm::Load& load) {
+  return load.at_reference_point(spatial::Pose()).tail<3>();
+}
+
+// Equal and opposite, as nearly as loads are that a cell has read. A wrench may be stated about
+// another point: then the moments agree about the reference point.
 bool opposite(const vjm::Load& a, const vjm::Load& b) {
   const double size = level_of(a);
-  return size > 0 && (a.force + b.force).norm() <= rounding * size &&
-         (a.moment + b.moment).norm() <= rounding * std::max(a.moment.norm(), rounding * size) &&
-         (a.point_on_platform - b.point_on_platform).norm() <=
-             rounding * std::max(1.0, a.point_on_platform.norm());
+  const spatial::Vector3 moment_a = moment_about_reference(a), moment_b = moment_about_reference(b);
+  const double arm = std::max(a.point_on_platform.norm(), b.point_on_platform.norm());
+  const double moment = std::max({moment_a.norm(), moment_b.norm(), arm * a.force.norm()});
+  return size > 0 && (a.force + b.force).norm() <= same_load * size &&
+         (moment_a + moment_b).norm() <= same_load * moment;
 }
 
 }  // namespace
@@ -63,7 +70,7 @@ std::vector<LoadDirection> branches(const Campaign& campaign) {
       if (now.direction != LoadDirection::unstated || now.configuration != before.configuration)
         continue;
       const double a = level_of(before.load), b = level_of(now.load);
-      if (std::abs(a - b) > rounding * std::max(a, b))
+      if (std::abs(a - b) > held * std::max(a, b))
         result[cycle[k]] = b > a ? LoadDirection::loading : LoadDirection::unloading;
     }
   return result;
@@ -88,7 +95,7 @@ std::vector<std::pair<std::size_t, std::size_t>> reversed_pairs(const Campaign& 
       const double level = level_of(campaign.readings[members[a]].load);
       for (std::size_t b = a + 1; b < members.size() && !taken[members[a]]; ++b) {
         const vjm::Load& other = campaign.readings[members[b]].load;
-        if (level_of(other) > level * (1 + rounding)) break;
+        if (level_of(other) > level * (1 + same_load)) break;
         if (taken[members[b]] || !opposite(campaign.readings[members[a]].load, other)) continue;
         taken[members[a]] = taken[members[b]] = true;
         pairs.emplace_back(members[a], members[b]);
@@ -98,13 +105,13 @@ std::vector<std::pair<std::size_t, std::size_t>> reversed_pairs(const Campaign& 
   return pairs;
 }
 
-std::vector<double> distinct_values(std::vector<double> values) {
+std::vector<double> distinct_values(std::vector<double> values, double tolerance) {
   std::sort(values.begin(), values.end());
   double size = 0;
   for (const double v : values) size = std::max(size, std::abs(v));
   std::vector<double> result;
   for (const double v : values)
-    if (result.empty() || v - result.back() > rounding * size) result.push_back(v);
+    if (result.empty() || v - result.back() > tolerance * size) result.push_back(v);
   return result;
 }
 

@@ -7,6 +7,10 @@
 
 namespace kinetostat::calibration {
 
+/// Loads that differ by less than this share are meant to be the same: a load cell never reads the
+/// same twice.
+inline constexpr double same_load = 0.02;
+
 /// How large a load is: its force [N], or its moment [N m] where it has no force. It does not
 /// depend on the point about which the wrench is stated.
 double level_of(const vjm::Load& load);
@@ -26,12 +30,14 @@ std::vector<Cycle> load_cycles(const Campaign& campaign);
 /// one before it in the same cycle and posture; `unstated` where neither tells.
 std::vector<LoadDirection> branches(const Campaign& campaign);
 
-/// Readings in use at the same configuration whose loads are equal and opposite, in pairs; each
+/// Readings in use at the same configuration whose loads are equal and opposite (within same_load),
+/// in pairs; each
 /// reading is in one pair at most.
 std::vector<std::pair<std::size_t, std::size_t>> reversed_pairs(const Campaign& campaign);
 
-/// Distinct values, ascending; those that differ by rounding of a change of units count as one.
-std::vector<double> distinct_values(std::vector<double> values);
+/// Distinct values, ascending; those within `tolerance` of the largest magnitude count as one: by
+/// default what rounding makes of a change of units.
+std::vector<double> distinct_values(std::vector<double> values, double tolerance = 1e-9);
 
 /// A reading of which at least one component is in use.
 bool is_used(const Reading& reading);

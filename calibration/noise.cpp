@@ -21,9 +21,11 @@ bool measures(const Campaign& campaign, bool rotation) {
 
 void add_correlations(const Campaign& campaign, Noise& noise) {
   if (campaign.correlations.empty()) return;
+  std::vector<std::shared_ptr<const spatial::Matrix6>> distinct;
+  for (const spatial::Matrix6& correlation : campaign.correlations)
+    distinct.push_back(std::make_shared<const spatial::Matrix6>(correlation));
   for (const Reading& reading : campaign.readings)
-    noise.correlation.push_back(reading.correlation ? &campaign.correlations[*reading.correlation]
-                                                    : nullptr);
+    noise.correlation.push_back(reading.correlation ? distinct[*reading.correlation] : nullptr);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // How exact the readings are. Never taken from the residual of a model.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "kinetostat/calibration/replicates.h"
@@ -18,9 +19,8 @@ struct Noise {
   /// Standard deviations by which residuals are divided [m; rad], one entry a reading. With an
   /// unknown noise they are 1.
   std::vector<spatial::Vector6> sigma;
-  /// Between components, one entry a reading (nullptr: independent); empty: all are. They belong
-  /// to the campaign.
-  std::vector<const spatial::Matrix6*> correlation = {};
+  /// Between components, one entry a reading (nullptr: independent); empty: all are.
+  std::vector<std::shared_ptr<const spatial::Matrix6>> correlation = {};
   /// False when translations and rotations are measured together and nothing says how their errors
   /// compare: then they cannot enter one sum of squares.
   bool comparable = true;

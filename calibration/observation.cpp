@@ -27,15 +27,16 @@ Columns Observation::motion(const Pose& platform, const Columns& motion) const {
   return result;
 }
 
-Matrix3 Observation::axes(const Pose& platform) const {
-  return platform_axes ? platform.rotation() : frame.rotation();
+Pose Observation::platform(const Pose& seen) const {
+  return frame * seen * Pose::translation(-target);
 }
 
-Vector6 Observation::wrench(const Pose& platform, const Vector6& wrench) const {
+Vector6 Observation::wrench(const Pose& unloaded, const Pose& loaded, const Vector6& wrench) const {
   const Vector3 force = wrench.head<3>();
-  const Vector3 moment = wrench.tail<3>() - (platform.rotation() * target).cross(force);
+  const Vector3 moment = wrench.tail<3>() - (loaded.rotation() * target).cross(force);
+  const Matrix3 back = (platform_axes ? unloaded : frame).rotation().transpose();
   Vector6 result;
-  result << axes(platform).transpose() * force, axes(platform).transpose() * moment;
+  result << back * force, back * moment;
   return result;
 }
 

@@ -21,12 +21,13 @@ struct Observation {
   /// each.
   Eigen::Matrix<double, 6, Eigen::Dynamic> motion(
       const spatial::Pose& platform, const Eigen::Matrix<double, 6, Eigen::Dynamic>& motion) const;
+  /// The pose of the platform in base axes of which `seen` is what is seen.
+  spatial::Pose platform(const spatial::Pose& seen) const;
   /// The wrench [force; moment about the reference point], base axes, as it works on the
-  /// displacement of the target: [force; moment about the target] in the measuring axes.
-  spatial::Vector6 wrench(const spatial::Pose& platform, const spatial::Vector6& wrench) const;
-
- private:
-  spatial::Matrix3 axes(const spatial::Pose& platform) const;
+  /// displacement of the target: [force; moment about the target] in the measuring axes, for poses
+  /// of the platform without load and under it.
+  spatial::Vector6 wrench(const spatial::Pose& unloaded, const spatial::Pose& loaded,
+                          const spatial::Vector6& wrench) const;
 };
 
 /// A displacement [translation; rotation vector] in the axes of the pose that it starts from, and

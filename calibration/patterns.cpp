@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 
@@ -118,17 +119,18 @@ struct Factor {
 class Finder {
  public:
   Finder(const Campaign& campaign, const std::vector<Vector6>& residual,
-         const std::vector<Vector6>& whitened, Index parameters, const Noise& noise)
+         const std::vector<Vector6>& whitened, const std::vector<Vector6>& work, Index parameters,
+         const Noise& noise)
       : campaign_(campaign),
         residual_(residual),
         whitened_(whitened),
+        work_(work),
         parameters_(parameters),
         noise_(noise) {
     for (std::size_t i = 0; i < campaign.readings.size(); ++i)
       for (Index k = 0; k < 6; ++k)
         if (campaign.readings[i].uses(k) && (noise.comparable || !is_rotation(k)))
           components_.push_back({i, static_cast<std::size_t>(k), whitened[i][k]});
-    find_work();
     find_along_load();
   }
 
@@ -158,13 +160,6 @@ class Finder {
     return !(error > rounding * rounding * size);
   }
 
-  // The wrench that works on what is measured.
-  void find_work() {
-    for (std::size_t i = 0; i < campaign_.readings.size(); ++i)
-      work_.push_back(
-          campaign_.observation.wrench(pose_of(i), reading(i).load.at_reference_point(pose_of(i))));
-  }
-
   void find_along_load() {
     for (std::size_t i = 0; i < campaign_.readings.size(); ++i) {
       const Vector6 u = direction_seen(i);
@@ -178,16 +173,15 @@ class Finder {
 
   // Direction of the load in the axes of the displacements.
   Vector6 direction_seen(std::size_t i) const {
-    const Vector6 u = direction_of(reading(i).load);
-    Observation axes = campaign_.observation;
-    axes.target.setZero();
-    return axes.wrench(pose_of(i), u);
+    const Vector6& w = work_[i];
+    return direction_of({.force = w.head<3>(), .moment = w.tail<3>()});
   }
 
   std::vector<Factor> factors() const {
     std::vector<Factor> all = {postures(), reach(),         load_directions(),
                                levels(),   load_branches(), sessions()};
     all.push_back(by_number("time", campaign_.units.time, [](const Reading& r) { return r.time; }));
+    if (sessions_start_apart()) all.push_back(time_in_session());
     all.push_back(by_number("temperature", "", [](const Reading& r) { return r.temperature; }));
     all.push_back(settings());
     for (const Covariate& c : campaign_.covariates) all.push_back(covariate(c));
@@ -317,6 +311,23 @@ class Finder {
     });
     factor.along_load = true;
     return factor;
+  }
+
+  std::vector<double> session_starts() const {
+    std::vector<double> start(campaign_.sessions.size(), std::numeric_limits<double>::infinity());
+    for (const Reading& r : campaign_.readings)
+      if (r.time) start[r.session] = std::min(start[r.session], *r.time);
+    return start;
+  }
+
+  bool sessions_start_apart() const { return distinct_values(session_starts()).size() > 1; }
+
+  // What drifts may begin anew with every session.
+  Factor time_in_session() const {
+    const std::vector<double> start = session_starts();
+    return by_number("time in the session", campaign_.units.time, [&start](const Reading& r) {
+      return r.time ? std::optional(*r.time - start[r.session]) : std::nullopt;
+    });
   }
 
   Factor sessions() const {
@@ -455,10 +466,10 @@ class Finder {
       if (reading(i).configuration != reading(cycle[0]).configuration) return false;
       size = std::max(size, level_of(reading(i).load));
     }
+    // Predictions follow the same loads, so that a gap between both ends hardly matters.
     const vjm::Load &first = reading(cycle.front()).load, &last = reading(cycle.back()).load;
-    return size > 0 && (first.force - last.force).norm() <= rounding * size &&
-           (first.moment - last.moment).norm() <=
-               rounding * std::max(first.moment.norm(), rounding * size);
+    const vjm::Load gap{.force = first.force - last.force, .moment = first.moment - last.moment};
+    return size > 0 && level_of(gap) <= same_load * size;
   }
 
   // Trapezoidal rule of the integral of the load over the displacement, in measured components.
@@ -488,15 +499,12 @@ class Finder {
     }
   }
 
-  // Of the unloaded platform, as far as the table tells.
-  spatial::Pose pose_of(std::size_t i) const {
-    return campaign_.configurations[reading(i).configuration].target.value_or(spatial::Pose());
-  }
-
   void add_return(const Cycle& cycle, Loop& loop) {
     std::optional<std::size_t> first, last;
+    double size = 0;
+    for (const std::size_t i : cycle) size = std::max(size, level_of(reading(i).load));
     for (const std::size_t i : cycle)
-      if (level_of(reading(i).load) == 0) (first ? last : first) = i;
+      if (level_of(reading(i).load) <= same_load * size) (first ? last : first) = i;
     if (!last) return;
     loop.return_to_zero = residual_[*last] - residual_[*first];
     if (noise_.source == NoiseSource::unknown) return;
@@ -551,10 +559,10 @@ class Finder {
   const Campaign& campaign_;
   const std::vector<Vector6>& residual_;
   const std::vector<Vector6>& whitened_;
+  const std::vector<Vector6>& work_;
   Index parameters_;
   const Noise& noise_;
   std::vector<Sample> components_, along_load_;
-  std::vector<Vector6> work_;  // one a reading
   Squares area_, return_;
 };
 
@@ -580,8 +588,9 @@ std::vector<double> holm(const std::vector<double>& p_values) {
 }
 
 Patterns find_patterns(const Campaign& campaign, const std::vector<Vector6>& residual,
-                       const std::vector<Vector6>& whitened, Index parameters, const Noise& noise) {
-  return Finder(campaign, residual, whitened, parameters, noise).find();
+                       const std::vector<Vector6>& whitened, const std::vector<Vector6>& work,
+                       Index parameters, const Noise& noise) {
+  return Finder(campaign, residual, whitened, work, parameters, noise).find();
 }
 
 }  // namespace kinetostat::calibration

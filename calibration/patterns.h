@@ -75,11 +75,13 @@ struct Patterns {
   std::optional<LoopTest> return_to_zero;  // that residuals without load are the same afterwards
 };
 
-/// `residual` [m; rad] and `whitened`, one entry a reading. `parameters`: how many were fitted.
+/// `residual` [m; rad], `whitened` and `work` (BaseFit), one entry a reading. `parameters`: how
+/// many were fitted.
 /// Empty when the residual is nothing but rounding. No figure depends on the order of rows, on
 /// units or on the point about which wrenches are stated.
 Patterns find_patterns(const Campaign& campaign, const std::vector<spatial::Vector6>& residual,
-                       const std::vector<spatial::Vector6>& whitened, Eigen::Index parameters,
+                       const std::vector<spatial::Vector6>& whitened,
+                       const std::vector<spatial::Vector6>& work, Eigen::Index parameters,
                        const Noise& noise);
 
 /// Adjusts p-values so that the chance of any false alarm among them is bounded (Holm 1979).

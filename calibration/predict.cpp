@@ -23,6 +23,8 @@ struct Predictor::CaseResult {
   std::string failure;  // empty when solved
   Vector6 displacement = Vector6::Constant(std::numeric_limits<double>::quiet_NaN());
   vjm::Matrix6X derivatives;  // rotations as increments
+  vjm::Matrix6X by_wrench;    // the same; empty when not asked for
+  Vector6 work = Vector6::Zero();
   vjm::SystemState state;
 };
 
@@ -32,6 +34,7 @@ struct Predictor::Run {
   std::vector<vjm::ModelParameter> parameters;
   bool with_derivatives = false;
   const Predictions* near = nullptr;
+  bool with_compliance = false;
 
   const vjm::SystemState* loaded_near(std::size_t reading) const {
     return near == nullptr || near->loaded.empty() ? nullptr : &near->loaded[reading];
@@ -235,7 +238,8 @@ vjm::Response Predictor::solve(const Run& run, std::size_t configuration, const 
   const vjm::PostureResult& start = (*postures_)[configuration];
   if (start.reached) {
     vjm::Response response = run.model.respond(start.posture, load, conditions_[conditions], before,
-                                               run.parameters, run.with_derivatives, near);
+                                               run.parameters, run.with_derivatives, near,
+                                               run.with_compliance);
     observe(response);
     return response;
   }
@@ -248,6 +252,8 @@ vjm::Response Predictor::solve(const Run& run, std::size_t configuration, const 
 void Predictor::observe(vjm::Response& response) const {
   if (campaign_.observation.is_default() || !response.failure.empty()) return;
   response.derivatives = campaign_.observation.motion(response.observed, response.derivatives);
+  if (response.by_wrench.cols() > 0)
+    response.by_wrench = campaign_.observation.motion(response.observed, response.by_wrench);
   response.observed = campaign_.observation.seen(response.observed);
 }
 
@@ -283,13 +289,17 @@ void Predictor::follow(const Run& run, const std::vector<std::size_t>& sequence,
                                          run.loaded_near(at.reading))
                                  : before;
     if (campaign_.displacement == DisplacementKind::absolute) {
-      results[c] = {response.failure,
-                    spatial::pose_difference({}, response.observed),
-                    response.derivatives,
-                    {}};
+      results[c] = {.failure = response.failure,
+                    .displacement = spatial::pose_difference({}, response.observed),
+                    .derivatives = response.derivatives,
+                    .by_wrench = response.by_wrench,
+                    .state = {}};
     } else {
       results[c] = displacement_from(unloaded[at.reference], response);
     }
+    const spatial::Pose loaded = campaign_.observation.platform(response.observed);
+    results[c].work = campaign_.observation.wrench((*postures_)[at.configuration].posture.platform,
+                                                   loaded, at.load.at_reference_point(loaded));
     results[c].state = response.state;
     // A masked reading without an equilibrium leaves the history as it was.
     if (response.failure.empty() || !at.may_fail) before = std::move(response);
@@ -306,11 +316,16 @@ void Predictor::enter(const CaseResult& result, std::size_t index, Predictions& 
   displacement = result.displacement;
   displacement.tail<3>() =
       nearest_rotation_vector(result.displacement.tail<3>(), reading.displacement.tail<3>());
+  const spatial::Matrix3 of_vector = spatial::left_jacobian_inverse(displacement.tail<3>());
+  predictions.work[index] = result.work;
+  if (!predictions.by_wrench.empty()) {
+    predictions.by_wrench[index] = result.by_wrench;
+    predictions.by_wrench[index].bottomRows<3>() = of_vector * result.by_wrench.bottomRows<3>();
+  }
   if (predictions.derivatives.empty()) return;
   auto& derivatives = predictions.derivatives[index];
   derivatives = result.derivatives;
-  derivatives.bottomRows<3>() =
-      spatial::left_jacobian_inverse(displacement.tail<3>()) * result.derivatives.bottomRows<3>();
+  derivatives.bottomRows<3>() = of_vector * result.derivatives.bottomRows<3>();
 }
 
 // The displacement from one state to another, with its derivatives: a rotation increment of the
@@ -319,6 +334,7 @@ Predictor::CaseResult Predictor::displacement_from(const vjm::Response& from,
                                                    const vjm::Response& to) const {
   CaseResult result{.failure = to.failure.empty() ? from.failure : to.failure,
                     .derivatives = to.derivatives,
+                    .by_wrench = to.by_wrench,
                     .state = {}};
   if (!result.failure.empty()) return result;
   result.displacement = spatial::pose_difference(from.observed, to.observed);
@@ -327,8 +343,12 @@ Predictor::CaseResult Predictor::displacement_from(const vjm::Response& from,
     result.derivatives.topRows<3>() -= from.derivatives.topRows<3>();
     result.derivatives.bottomRows<3>() -= turn * from.derivatives.bottomRows<3>();
   }
-  if (campaign_.observation.platform_axes)
+  if (campaign_.observation.platform_axes) {
+    const spatial::Matrix3 back = from.observed.rotation().transpose();
+    for (const Eigen::Index first : {0, 3})
+      if (result.by_wrench.cols() > 0) result.by_wrench.middleRows<3>(first) = (back * result.by_wrench.middleRows<3>(first)).eval();
     into_axes_of(from.observed, from.derivatives, result.displacement, result.derivatives);
+  }
   return result;
 }
 
@@ -336,7 +356,17 @@ Predictions Predictor::predict(const std::vector<Parameter>& parameters,
                                const Eigen::VectorXd& values, bool with_derivatives,
                                files::Progress& progress, const Predictions* near) const {
   const vjm::EffectModel model = with_values(bare_, effects_, parameters, values);
-  const Run run{model, model_parameters(parameters), with_derivatives, near};
+  return predict({model, model_parameters(parameters), with_derivatives, near}, progress);
+}
+
+Predictions Predictor::predict_with_compliance(const std::vector<Parameter>& parameters,
+                                               const Eigen::VectorXd& values,
+                                               files::Progress& progress) const {
+  const vjm::EffectModel model = with_values(bare_, effects_, parameters, values);
+  return predict({.model = model, .parameters = {}, .with_compliance = true}, progress);
+}
+
+Predictions Predictor::predict(const Run& run, files::Progress& progress) const {
   const std::vector<vjm::Response> unloaded = references(run, progress);
   std::vector<CaseResult> results(cases_.size());
   files::parallel_for(sequences_.size(), threads_, "loaded equilibria", progress,
@@ -344,7 +374,9 @@ Predictions Predictor::predict(const std::vector<Parameter>& parameters,
   const std::size_t n = campaign_.readings.size();
   Predictions predictions;
   predictions.displacement.assign(n, CaseResult().displacement);
-  if (with_derivatives) predictions.derivatives.resize(n);
+  if (run.with_compliance) predictions.by_wrench.assign(n, spatial::Matrix6::Zero());
+  predictions.work.assign(n, Vector6::Zero());
+  if (run.with_derivatives) predictions.derivatives.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t c = case_of_reading_[i];
     enter(results[c], i, predictions);

@@ -30,6 +30,13 @@ struct Predictions {
   std::vector<spatial::Vector6> displacement;
   /// Its derivatives with respect to the parameters; empty when not asked for.
   std::vector<Eigen::Matrix<double, 6, Eigen::Dynamic>> derivatives;
+  /// Its change with the wrench [force; moment] of the reading, base axes, about the stated point:
+  /// the compliance of the loaded robot as the campaign measures it. What a history carries on to
+  /// later readings is not in it. Empty but from predict_with_compliance().
+  std::vector<spatial::Matrix6> by_wrench;
+  /// The stated wrench [force; moment about the target] as it works on the displacement, in its
+  /// axes, at the predicted pose.
+  std::vector<spatial::Vector6> work;
   /// Equilibria under the load and without, from which those of a similar model are found quickly.
   std::vector<vjm::SystemState> loaded, unloaded;
   /// The first reading in use that fails, if one does; the rest is then not to be used.
@@ -64,6 +71,10 @@ class Predictor {
   Predictions predict(const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
                       bool with_derivatives, files::Progress& progress,
                       const Predictions* near = nullptr) const;
+  /// The same without derivatives, but with `by_wrench`.
+  Predictions predict_with_compliance(const std::vector<Parameter>& parameters,
+                                      const Eigen::VectorXd& values,
+                                      files::Progress& progress) const;
 
  private:
   // A state without load, which several cases may share.
@@ -91,6 +102,7 @@ class Predictor {
   std::size_t conditions_index(const vjm::Conditions& conditions);
   std::size_t reference_index(std::size_t configuration, const vjm::Conditions& conditions,
                               std::size_t reading);
+  Predictions predict(const Run& run, files::Progress& progress) const;
   vjm::Response solve(const Run& run, std::size_t configuration, const vjm::Load& load,
                       std::size_t conditions, const vjm::Response& before,
                       const vjm::SystemState* near) const;

@@ -160,10 +160,31 @@ class Reader {
     const vjm::Load load{
         vector3(row, {columns_.wrench[0], columns_.wrench[1], columns_.wrench[2]}, force_),
         vector3(row, {columns_.wrench[3], columns_.wrench[4], columns_.wrench[5]}, moment_), point};
+    if (context_.wrench_noise.is_stated()) add_wrench_covariance(load, configuration);
     const WrenchFrame& frame = context_.wrench;
     const bool as_it_is =
         !frame.on_platform && !frame.origin && frame.axes == spatial::Matrix3::Identity();
     return as_it_is ? load : in_base_axes(load, configuration);
+  }
+
+  // Of a wrench as it is stated, turned into base axes.
+  void add_wrench_covariance(const vjm::Load& stated, std::size_t configuration) {
+    const WrenchNoise& noise = context_.wrench_noise;
+    const spatial::Matrix3 axes = axes_of_wrenches(configuration);
+    spatial::Matrix6 covariance = spatial::Matrix6::Zero();
+    for (const bool moment : {false, true}) {
+      const Vector3 reads = noise.share * (moment ? stated.moment : stated.force);
+      const double floor = moment ? noise.moment : noise.force;
+      const Vector3 variance = reads.cwiseAbs2().array() + floor * floor;
+      covariance.block<3, 3>(moment ? 3 : 0, moment ? 3 : 0) =
+          axes * variance.asDiagonal() * axes.transpose();
+    }
+    campaign_.wrench_covariance.push_back(covariance);
+  }
+
+  spatial::Matrix3 axes_of_wrenches(std::size_t configuration) {
+    const WrenchFrame& frame = context_.wrench;
+    return frame.on_platform ? commanded(configuration).rotation() * frame.axes : frame.axes;
   }
 
   // Where the platform stands without load, as commanded; its base frame where it cannot be told.
@@ -183,7 +204,7 @@ class Reader {
   vjm::Load in_base_axes(vjm::Load load, std::size_t configuration) {
     const WrenchFrame& frame = context_.wrench;
     const spatial::Pose& platform = commanded(configuration);
-    const spatial::Matrix3 axes = frame.on_platform ? platform.rotation() * frame.axes : frame.axes;
+    const spatial::Matrix3 axes = axes_of_wrenches(configuration);
     load.force = axes * load.force;
     load.moment = axes * load.moment;
     if (frame.origin && !columns_.point[0])

@@ -28,10 +28,20 @@ struct WrenchFrame {
   std::optional<spatial::Vector3> point = {};  // the same on the platform, when stated on its own
 };
 
+/// How exact the stated wrenches are: standard deviation of each component, independent of all
+/// others, in the axes and about the point that it is given in.
+struct WrenchNoise {
+  double force = 0, moment = 0;  // [N], [N m]
+  double share = 0;              // of what the component reads; adds to the above in square
+
+  bool is_stated() const { return force > 0 || moment > 0 || share > 0; }
+};
+
 /// What the campaign file says about its readings.
 struct ReadingsContext {
   std::map<std::string, Instrument> instruments = {};  // by name; "": where a reading names none
   WrenchFrame wrench = {};
+  WrenchNoise wrench_noise = {};
   std::map<std::string, Role> roles = {};          // of sessions
   int units_line = 0;                              // of the campaign file
   bool angle_stated = false, time_stated = false;  // units that the campaign file names

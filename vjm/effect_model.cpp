@@ -81,6 +81,23 @@ EffectModel::EffectModel(Manipulator bare, std::vector<Effect> effects,
   }
 }
 
+// How the pose that is read changes with the wrench that is stated.
+Matrix6X EffectModel::by_stated_wrench(const Case& at) const {
+  const EquilibriumDerivatives equations(at.manipulator, at.posture, at.load, at.state);
+  Matrix6X result(6, 6);
+  for (Index k = 0; k < 6; ++k) {
+    const spatial::Vector6 unit = spatial::Vector6::Unit(k);
+    const Load change = at.errors.actual({.force = unit.head<3>(),
+                                          .moment = unit.tail<3>(),
+                                          .point_on_platform = at.stated.point_on_platform});
+    EquationChange equation = equations.no_change();
+    equation.platform_wrench = change.at_reference_point(at.state.bodies[0]);
+    result.col(k) =
+        at.errors.observed_motion(at.state.bodies[0], equations.solve(equation).platform);
+  }
+  return result;
+}
+
 bool EffectModel::is_relaxed_when_unloaded() const {
   return varying_.empty() && !reads_ && fixed_.is_relaxed_when_unloaded();
 }
@@ -96,7 +113,8 @@ Response EffectModel::at_rest(std::size_t parameters) const {
 
 Response EffectModel::respond(const Posture& posture, const Load& stated, const Conditions& given,
                               const Response& before, const std::vector<ModelParameter>& parameters,
-                              bool with_derivatives, const SystemState* near) const {
+                              bool with_derivatives, const SystemState* near,
+                              bool with_compliance) const {
   std::optional<Manipulator> varied;
   Conditions conditions = given;
   Response response;
@@ -124,6 +142,7 @@ Response EffectModel::respond(const Posture& posture, const Load& stated, const 
   response.state = std::move(found.state);
   response.observed = errors.observed(response.state.bodies[0]);
   const Case at{manipulator, posture, stated, load, conditions, errors, response.state};
+  if (with_compliance) response.by_wrench = by_stated_wrench(at);
   if (with_derivatives) {
     differentiate(at, before, parameters, response);
   } else if (has_history_) {

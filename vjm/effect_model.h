@@ -24,6 +24,9 @@ struct Response {
   spatial::Pose observed;  // pose that is read, base axes
   /// Its derivatives [translation; rotation increment], one column a parameter.
   Matrix6X derivatives;
+  /// Its change [translation; rotation increment] with the stated wrench [force; moment], base
+  /// axes, at this equilibrium alone; empty when not asked for.
+  Matrix6X by_wrench;
   Histories histories;                               // after it
   std::vector<Eigen::MatrixXd> history_derivatives;  // one column a parameter
   SystemState state;
@@ -49,7 +52,8 @@ class EffectModel {
   /// `near` (or nullptr) a state close to the solution, which saves time.
   Response respond(const Posture& posture, const Load& load, const Conditions& conditions,
                    const Response& before, const std::vector<ModelParameter>& parameters,
-                   bool with_derivatives, const SystemState* near = nullptr) const;
+                   bool with_derivatives, const SystemState* near = nullptr,
+                   bool with_compliance = false) const;
 
  private:
   struct Case;
@@ -57,6 +61,7 @@ class EffectModel {
   EquationChange change_by(const Linear& linear, const Case& at, const Response& before,
                            const ModelParameter& parameter, Eigen::Index column) const;
   ReadingErrors tangent_of(const ModelParameter& parameter, const Conditions& conditions) const;
+  Matrix6X by_stated_wrench(const Case& at) const;
   void advance(const Linear& linear, const Case& at, const Response& before,
                const std::vector<ModelParameter>& parameters,
                const std::vector<EquationChange>& changes,

@@ -95,20 +95,24 @@ inline void measure(const vjm::Manipulator& manipulator, std::vector<Planned>& p
 /// How a campaign is written down.
 struct Writing {
   std::string length = "mm", force = "N", angle = "deg";
-  std::string more = "";                              // further lines of the campaign file
-  std::vector<std::size_t> order = {};                // of the rows; as planned when empty
-  spatial::Vector3 moved = spatial::Vector3::Zero();  // where the wrench is stated, from its point
+  std::string more = "";                // further lines of the campaign file
+  std::vector<std::size_t> order = {};  // of the rows; as planned when empty
+  std::size_t cycle = 0;   // readings of one load cycle, in the order of the plan; 0: no cycles
+  bool with_point = true;  // columns px, py, pz
 };
 
 inline std::filesystem::path write(const std::vector<Planned>& plan, const Writing& writing) {
   const double l = spatial::parse_unit(writing.length).factor;
   const double f = spatial::parse_unit(writing.force).factor;
   const double a = spatial::parse_unit(writing.angle).factor;
-  std::string csv = "id,x,y,z,fx,fy,fz,mx,my,mz,px,py,pz,dx,dy,dz,rx,ry,rz\n";
+  std::string csv = "id,x,y,z,fx,fy,fz,mx,my,mz";
+  if (writing.with_point) csv += ",px,py,pz";
+  csv += ",dx,dy,dz,rx,ry,rz";
+  if (writing.cycle > 0) csv += ",cycle,step";
+  csv += "\n";
   for (std::size_t row = 0; row < plan.size(); ++row) {
     const std::size_t i = writing.order.empty() ? row : writing.order[row];
     const Planned& r = plan[i];
-    const spatial::Vector3 point = r.load.point_on_platform + writing.moved;
     csv += fmt::format("r{}", i);
     const auto add = [&csv](const spatial::Vector3& v, double unit) {
       for (const double x : v) csv += fmt::format(",{}", x / unit);
@@ -116,9 +120,10 @@ inline std::filesystem::path write(const std::vector<Planned>& plan, const Writi
     add(r.position, l);
     add(r.load.force, f);
     add(r.load.moment, f * l);
-    add(point, l);
+    if (writing.with_point) add(r.load.point_on_platform, l);
     add(r.displacement.head<3>(), l);
     add(r.displacement.tail<3>(), a);
+    if (writing.cycle > 0) csv += fmt::format(",c{},{}", i / writing.cycle, i % writing.cycle);
     csv += "\n";
   }
   return write_campaign(
