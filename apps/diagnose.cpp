@@ -10,6 +10,7 @@
 #include "kinetostat/report/comparison.h"
 #include "kinetostat/report/diagnosis.h"
 #include "kinetostat/report/manipulator.h"
+#include "kinetostat/report/plan.h"
 #include "kinetostat/report/readings_picture.h"
 
 namespace kinetostat::apps {
@@ -18,14 +19,15 @@ namespace {
 struct DiagnoseRequest {
   CampaignRequest campaign;
   calibration::DiagnosisOptions options;
+  std::string plan;
 };
 
-void require_known_kinds(const std::vector<std::string>& kinds) {
+void require_known_kinds(const std::vector<std::string>& kinds, const vjm::Robot& robot) {
   for (const std::string& kind : kinds) {
     try {
-      (void)vjm::effect_kind(kind);
+      (void)vjm::effect_kind(kind, robot.kinds());
     } catch (const std::invalid_argument& error) {
-      throw UsageError("--effects", error.what(), "'kinetostat effect list' names them");
+      throw UsageError("--effects", error.what(), "'kinetostat effect list ROBOT.yaml' names them");
     }
   }
 }
@@ -49,8 +51,8 @@ void draw(const vjm::Robot& robot, const calibration::Campaign& campaign,
 }
 
 files::Json diagnose(const DiagnoseRequest& request, Run& run) {
-  require_known_kinds(request.options.kinds);
   const vjm::Robot robot = request.campaign.read_robot();
+  require_known_kinds(request.options.kinds, robot);
   const calibration::Campaign campaign = request.campaign.read_campaign(robot);
   const calibration::Diagnosis diagnosis =
       calibration::diagnose(robot, campaign, request.options, run.threads(), run.progress());
@@ -62,6 +64,12 @@ files::Json diagnose(const DiagnoseRequest& request, Run& run) {
   run.print(report::text(robot, campaign, diagnosis));
   json.update(report::to_json(robot, campaign, diagnosis));
   if (run.wants_page()) draw(robot, campaign, diagnosis, run);
+  if (!request.plan.empty()) {
+    const auto score = calibration::score_plan(files::read_json(request.plan), request.plan, robot,
+                                               campaign, diagnosis, run.threads(), run.progress());
+    run.print(report::text(score));
+    json["plan"] = report::to_json(score);
+  }
   if (run.out()) files::write_json(*run.out(), json);
   if (diagnosis.verdict == calibration::Verdict::cannot_tell)
     run.leave_unidentified("these data cannot tell which effect is missing");
@@ -84,6 +92,9 @@ void add_diagnose(Program& program) {
                  "Effects to try (default: the whole catalogue; see 'effect list')")
       ->delimiter(',')
       ->type_name("NAMES");
+  app.add_option("--plan", request->plan,
+                 "Score the plan (from 'plan --json') that some of the readings follow")
+      ->type_name("PLAN.json");
   app.add_option("--draws", request->options.draws, "Simulated campaigns of the bootstraps")
       ->capture_default_str()
       ->check(CLI::Range(99, 100000));

@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
   kinetostat::apps::add_simulate(program);
   kinetostat::apps::add_compare(program);
   kinetostat::apps::add_diagnose(program);
+  kinetostat::apps::add_plan(program);
   kinetostat::apps::add_adopt(program);
   kinetostat::apps::add_revert(program);
   kinetostat::apps::add_effect_list(program);

@@ -25,6 +25,7 @@ constexpr const char* warning =
 
 struct SimulateRequest {
   std::string robot, plan, translation_noise, rotation_noise, components;
+  std::string force_noise, moment_noise, wrench_share;
   std::vector<std::string> effects, places, sizes;
   bool absolute = false;
   std::uint64_t seed = 1;
@@ -84,12 +85,12 @@ std::vector<vjm::Effect> hidden_effects(const SimulateRequest& request, const vj
   std::vector<vjm::Effect> hidden;
   for (std::size_t i = 0; i < request.effects.size(); ++i) {
     try {
-      const auto kind = vjm::effect_kind(request.effects[i]);
+      const auto kind = vjm::effect_kind(request.effects[i], robot.kinds());
       const vjm::Manipulator& bare = robot.without_effects();
       hidden.push_back(vjm::effect_from_words(kind->name, place_of(request, i, *kind, bare),
-                                              request.sizes[i], bare, robot.units));
+                                              request.sizes[i], robot.kinds(), bare, robot.units));
     } catch (const std::invalid_argument& error) {
-      throw UsageError("--effect", error.what(), "'kinetostat effect list' names them");
+      throw UsageError("--effect", error.what(), "'kinetostat effect list ROBOT.yaml' names them");
     }
   }
   return hidden;
@@ -159,6 +160,9 @@ files::Json simulate(const SimulateRequest& request, Run& run) {
           deviation("--noise-translation", request.translation_noise, spatial::dimension::length),
       .rotation_noise =
           deviation("--noise-rotation", request.rotation_noise, spatial::dimension::angle),
+      .force_noise = deviation("--noise-force", request.force_noise, spatial::dimension::force),
+      .moment_noise = deviation("--noise-moment", request.moment_noise, spatial::dimension::moment),
+      .wrench_share = deviation("--noise-wrench", request.wrench_share, spatial::dimension::none),
       .components = chosen(request),
       .seed = request.seed,
       .threads = run.threads(),
@@ -179,6 +183,9 @@ files::Json simulate(const SimulateRequest& request, Run& run) {
                    {"seed", request.seed},
                    {"translation_noise", options.translation_noise},
                    {"rotation_noise", options.rotation_noise},
+                   {"force_noise", options.force_noise},
+                   {"moment_noise", options.moment_noise},
+                   {"wrench_share", options.wrench_share},
                    {"warning", warning}};
   if (!options.hidden.empty()) json["hidden"] = trace_json(made, options.hidden);
   return json;
@@ -204,6 +211,11 @@ void add_simulate(Program& program) {
   app.add_option("--noise-translation", request->translation_noise,
                  "Standard deviation of one reading of dx, dy, dz, with its unit");
   app.add_option("--noise-rotation", request->rotation_noise, "The same for rx, ry, rz");
+  app.add_option("--noise-force", request->force_noise,
+                 "Standard deviation of fx, fy, fz: the robot feels another force than is written");
+  app.add_option("--noise-moment", request->moment_noise, "The same for mx, my, mz");
+  app.add_option("--noise-wrench", request->wrench_share,
+                 "The same as a share of each component, for example 0.5%");
   app.add_option("--components", request->components,
                  "What is measured: dx,dy,dz,rx,ry,rz (default: what a noise is stated for)")
       ->type_name("LIST");

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/calibration/joint_column.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/spatial/spelling.h"
 
@@ -226,6 +227,15 @@ class ColumnFinder {
 };
 
 }  // namespace
+
+std::string joint_column(const vjm::Manipulator& manipulator, const std::string& name) {
+  const auto& reserved = reserved_names();
+  for (const Joint& joint : joints_of(manipulator))
+    if (joint.name == name &&
+        std::find(reserved.begin(), reserved.end(), joint.alone) == reserved.end())
+      return joint.alone;
+  return name;
+}
 
 ReadingsColumns find_columns(const files::CsvTable& table, const ReadingsContext& context,
                              const vjm::Manipulator& manipulator, Campaign& campaign) {

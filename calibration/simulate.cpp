@@ -78,6 +78,28 @@ std::string noise_text(const SimulationOptions& options) {
   return parts.empty() ? "" : "noise: {" + parts + "}\n";
 }
 
+std::string wrench_noise_text(const SimulationOptions& options) {
+  std::string parts;
+  const auto add = [&parts](const char* key, double value, const char* unit) {
+    if (value > 0) parts += fmt::format("{}{}: {}{}", parts.empty() ? "" : ", ", key, value, unit);
+  };
+  add("force", options.force_noise, " N");
+  add("moment", options.moment_noise, " N m");
+  add("share", options.wrench_share, "");
+  return parts.empty() ? "" : "wrench_noise: {" + parts + "}\n";
+}
+
+// The wrenches that the robot feels.
+void disturb_wrenches(const SimulationOptions& options, Campaign& campaign) {
+  if (!(options.force_noise > 0 || options.moment_noise > 0 || options.wrench_share > 0)) return;
+  Normal normal(options.seed + 0x9e3779b97f4a7c15);  // other numbers than the instrument's
+  for (Reading& reading : campaign.readings)
+    for (auto [component, floor] : {std::pair(&reading.load.force, options.force_noise),
+                                    std::pair(&reading.load.moment, options.moment_noise)})
+      for (double& value : *component)
+        value += normal() * std::hypot(floor, options.wrench_share * value);
+}
+
 std::string yaml_text(const vjm::Robot& robot, const std::string& robot_name,
                       const SimulationOptions& options) {
   return fmt::format(
@@ -90,12 +112,12 @@ std::string yaml_text(const vjm::Robot& robot, const std::string& robot_name,
       "robot: \"{}\"\n"
       "units: {{length: {}, force: {}, angle: {}, time: {}}}\n"
       "displacement: {}\n"
-      "wrench_point: reference\n{}"
+      "wrench_point: reference\n{}{}"
       "readings: readings.csv\n",
       options.seed, files::csv_cell(robot.name), options.seed, robot_name, robot.units.length,
       robot.units.force, robot.units.angle, robot.units.time,
       options.displacement == DisplacementKind::absolute ? "absolute" : "difference",
-      noise_text(options));
+      noise_text(options), wrench_noise_text(options));
 }
 
 void add_trace(const Campaign& campaign, const SimulationOptions& options,
@@ -135,9 +157,10 @@ SimulatedCampaign simulate(const vjm::Robot& robot, const std::string& robot_nam
   std::string header, zeros;
   for (std::size_t k = 0; k < 6; ++k)
     if (options.components[k]) header += separator + component_names[k], zeros += separator + "0";
-  const Campaign campaign =
+  Campaign campaign =
       planned(robot, plan, extended(text, table, header, [&](std::size_t) { return zeros; }),
               options.displacement);
+  disturb_wrenches(options, campaign);
   const auto predicted = [&](const std::vector<vjm::Effect>& hidden) {
     std::vector<vjm::Effect> effects = robot.effects;
     effects.insert(effects.end(), hidden.begin(), hidden.end());

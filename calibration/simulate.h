@@ -14,6 +14,9 @@ struct SimulationOptions {
   DisplacementKind displacement = DisplacementKind::difference;
   /// Standard deviation of every translation [m] and rotation [rad]; 0: exact.
   double translation_noise = 0, rotation_noise = 0;
+  /// Standard deviation of every force [N] and moment [N m] of the plan, and as a share of it: the
+  /// robot feels another wrench than is written down.
+  double force_noise = 0, moment_noise = 0, wrench_share = 0;
   /// Which components are written, in the order of component_names.
   std::array<bool, 6> components = {true, true, true, true, true, true};
   std::uint64_t seed = 1;

@@ -1,0 +1,161 @@
+#include "kinetostat/calibration/plan_models.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "kinetostat/calibration/session_frame.h"
+#include "kinetostat/calibration/wrench_noise.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using spatial::Vector6;
+
+// How much more than the noise of one reading an unknown of a session may be.
+constexpr double unknown_width = 1e4;
+// A rival that the readings so far hardly believe in still has to be told from the others.
+constexpr double least_weight = 0.05;
+
+std::vector<vjm::Effect> effects_with(const vjm::Robot& robot,
+                                      const std::vector<Candidate>& added) {
+  std::vector<vjm::Effect> effects = robot.effects;
+  for (const Candidate& candidate : added) effects.push_back(candidate.effect);
+  return effects;
+}
+
+PlanModel model_of(const vjm::Robot& robot, const std::vector<Candidate>& added,
+                   const BaseFit& fit) {
+  PlanModel model;
+  model.effects = effects_with(robot, added);
+  for (const ParameterEstimate& estimate : fit.parameters)
+    model.parameters.push_back(estimate.parameter);
+  model.values = values_of(fit);
+  const Index n = model.values.size();
+  model.root = root_of(fit.covariance.topLeftCorner(n, n));
+  return model;
+}
+
+void add_suspect(const vjm::Robot& robot, const Rivals& rivals, const PlanQuestion& question,
+                 const BaseFit& base, const Suspect& suspect, files::Progress& progress,
+                 std::vector<PlanModel>& models) {
+  std::vector<Candidate> added = question.present;
+  added.push_back(suspect.candidate);
+  PlanModel model = model_of(robot, added, base);
+  model.any_size = !suspect.is_fitted;
+  if (suspect.is_fitted) {
+    try {
+      model = model_of(robot, added, rivals.fit(added, &base, progress));
+    } catch (const files::Cancelled&) {
+      throw;
+    } catch (const std::runtime_error&) {
+      // Then with the values of the diagnosis, as they are.
+    }
+  }
+  model.name = suspect.candidate.name();
+  model.weight = suspect.probability;
+  model.log_evidence = suspect.log_evidence;
+  model.on_load = suspect.candidate.effect.kind->place == vjm::EffectPlace::load;
+  model.on_sensor = suspect.candidate.effect.kind->place == vjm::EffectPlace::sensor;
+  models.push_back(std::move(model));
+}
+
+}  // namespace
+
+std::vector<PlanModel> plan_models(const vjm::Robot& robot, const Campaign& campaign,
+                                   const Noise& noise, const PlanQuestion& question, int threads,
+                                   files::Progress& progress) {
+  const Rivals rivals(robot, campaign, noise, threads);
+  const BaseFit base = rivals.fit(question.present, nullptr, progress);
+  std::vector<PlanModel> models;
+  for (std::size_t s = 0; s < question.suspects.size(); ++s) {
+    progress.report("rival models",
+                    static_cast<double>(s) / static_cast<double>(question.suspects.size()));
+    files::Progress silent;
+    add_suspect(robot, rivals, question, base, question.suspects[s], silent, models);
+  }
+  models.push_back(model_of(robot, question.present, base));
+  models.back().name = "nothing more";
+  models.back().weight = 0;
+  const double least = least_weight / static_cast<double>(models.size());
+  for (PlanModel& model : models) model.weight = std::max(model.weight, least);
+  return models;
+}
+
+Forecast forecast(const vjm::Robot& robot, const PlanModel& model, const Campaign& planned,
+                  const std::vector<Index>& components, int threads, files::Progress& progress) {
+  Campaign silent = planned;
+  // So that one reading without an equilibrium does not end the others.
+  for (Reading& reading : silent.readings) reading.masked = true;
+  const Predictor predictor(robot.without_effects(), model.effects, silent, threads, progress);
+  const Predictions predictions =
+      predictor.predict(model.parameters, model.values, model.values.size() > 0, progress);
+  const auto count = static_cast<Index>(components.size());
+  Forecast result;
+  result.mean.resize(static_cast<Index>(planned.readings.size()) * count);
+  result.spread = MatrixXd::Zero(result.mean.size(), model.root.cols());
+  for (std::size_t i = 0; i < planned.readings.size(); ++i)
+    for (Index c = 0; c < count; ++c) {
+      const Index row = static_cast<Index>(i) * count + c;
+      const Index k = components[static_cast<std::size_t>(c)];
+      const double sigma = planned.readings[i].sigma[k];
+      result.mean[row] = predictions.displacement[i][k] / sigma;
+      if (model.root.cols() > 0 && predictions.derivatives[i].cols() > 0)
+        result.spread.row(row) = predictions.derivatives[i].row(k) * model.root / sigma;
+    }
+  return result;
+}
+
+PlanModel under_known_weights(const vjm::Robot& robot, PlanModel model) {
+  const std::size_t own = robot.effects.size();
+  for (std::size_t e = own; e < model.effects.size(); ++e) {
+    vjm::Effect& effect = model.effects[e];
+    if (effect.kind->place != vjm::EffectPlace::load) continue;
+    for (Index v = 0; v < effect.values.size(); ++v)
+      effect.values[v] = effect.kind->parameters[static_cast<std::size_t>(v)].none;
+    for (std::size_t p = 0; p < model.parameters.size(); ++p) {
+      const Parameter& parameter = model.parameters[p];
+      if (parameter.is_logarithm() || parameter.effect != e) continue;
+      model.values[static_cast<Index>(p)] = effect.values[parameter.value];
+      model.root.row(static_cast<Index>(p)).setZero();
+    }
+  }
+  return model;
+}
+
+MatrixXd session_unknowns(const Campaign& like, const Campaign& planned,
+                          const std::vector<Index>& components, const VectorXd& mean) {
+  const auto count = static_cast<Index>(components.size());
+  const bool zeros = like.zero == ZeroReading::estimated;
+  // Who measured differences need not know where the robot stands in the instrument's frame.
+  const bool absolute = planned.displacement == DisplacementKind::absolute;
+  const bool frame = like.session_frame == SessionFrame::estimated ||
+                     (absolute && like.displacement == DisplacementKind::difference);
+  const Index frame_columns = !frame ? 0 : absolute ? 6 : 3;
+  MatrixXd columns = MatrixXd::Zero(mean.size(), (zeros ? count : 0) + frame_columns);
+  for (std::size_t i = 0; i < planned.readings.size(); ++i) {
+    const Vector6& sigma = planned.readings[i].sigma;
+    Vector6 displacement = Vector6::Zero();
+    for (Index c = 0; c < count; ++c) {
+      const Index k = components[static_cast<std::size_t>(c)];
+      displacement[k] = mean[static_cast<Index>(i) * count + c] * sigma[k];
+    }
+    const spatial::Matrix6 by_frame =
+        frame
+            ? seen_from(Vector6::Zero(), displacement, planned.displacement, displacement).by_frame
+            : spatial::Matrix6(spatial::Matrix6::Zero());
+    for (Index c = 0; c < count; ++c) {
+      const Index row = static_cast<Index>(i) * count + c;
+      const Index k = components[static_cast<std::size_t>(c)];
+      if (zeros) columns(row, c) = unknown_width;
+      // A frame that is off by a whole turn, or by metres, moves any reading beyond all noise.
+      columns.row(row).tail(frame_columns) = by_frame.row(k).tail(frame_columns) / sigma[k];
+    }
+  }
+  return columns;
+}
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,48 @@
+// The models between which a plan decides, as far as the readings so far know them.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kinetostat/calibration/discrimination.h"
+#include "kinetostat/calibration/plan_question.h"
+
+namespace kinetostat::calibration {
+
+/// A model, what is known of its parameters, and its weight among its rivals.
+struct PlanModel {
+  std::string name;  // of what it adds; "nothing more"
+  std::vector<vjm::Effect> effects;
+  std::vector<Parameter> parameters;
+  Eigen::VectorXd values;
+  Eigen::MatrixXd root;  // of their covariance, by Laplace's approximation
+  double weight = 1;     // beside that of others
+  std::optional<double> log_evidence;
+  /// The readings so far tell nothing of what it adds: it is forecast at its usual size, but may
+  /// have any.
+  bool any_size = false;
+  bool on_load = false, on_sensor = false;  // what it adds concerns the readings, not the robot
+};
+
+/// The suspects, fitted again where the diagnosis fitted them; at the end the model that adds
+/// nothing, whether it is a rival or not.
+std::vector<PlanModel> plan_models(const vjm::Robot& robot, const Campaign& campaign,
+                                   const Noise& noise, const PlanQuestion& question, int threads,
+                                   files::Progress& progress);
+
+/// What a model says of planned readings: values of `components` of each, in their order, over
+/// `sigma`; NaN where it has no equilibrium.
+Forecast forecast(const vjm::Robot& robot, const PlanModel& model, const Campaign& planned,
+                  const std::vector<Eigen::Index>& components, int threads,
+                  files::Progress& progress);
+
+/// The same without what it adds to loads: as under known weights instead of the load cell.
+PlanModel under_known_weights(const vjm::Robot& robot, PlanModel model);
+
+/// Zeros and frames that a planned session brings along, as columns over the noise by a width that
+/// says that nothing is known of them. `mean`: of any of the models.
+Eigen::MatrixXd session_unknowns(const Campaign& like, const Campaign& planned,
+                                 const std::vector<Eigen::Index>& components,
+                                 const Eigen::VectorXd& mean);
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,40 @@
+// What a plan promised, and what its readings gave.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kinetostat/calibration/diagnosis.h"
+#include "kinetostat/files/json.h"
+
+namespace kinetostat::calibration {
+
+/// Two models that were to be told apart.
+struct SplitScore {
+  std::string a, b;
+  double expected = 0;             // gain of log evidence of the one over the other [nats]
+  std::optional<double> realised;  // none where one of them has no fit any more, or had none
+  std::string why_not;             // then
+};
+
+/// A number that was to be known better.
+struct SharpeningScore {
+  std::string name;
+  double before = 0, expected = 0;  // standard deviations
+  std::optional<double> realised;
+};
+
+struct PlanScore {
+  std::vector<SplitScore> splits;
+  std::vector<SharpeningScore> sharpened;
+};
+
+/// Of a plan as `plan --json` writes it, by a diagnosis of the readings so far with those of the
+/// plan. `file` is for messages. Throws files::InputError when it is no plan.
+PlanScore score_plan(const files::Json& plan, const std::filesystem::path& file,
+                     const vjm::Robot& robot, const Campaign& campaign, const Diagnosis& diagnosis,
+                     int threads, files::Progress& progress);
+
+}  // namespace kinetostat::calibration

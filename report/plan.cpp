@@ -1,0 +1,331 @@
+#include "kinetostat/report/plan.h"
+
+#include <cmath>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include "kinetostat/calibration/joint_column.h"
+#include "kinetostat/report/text.h"
+
+namespace kinetostat::report {
+namespace {
+
+using calibration::Campaign;
+using calibration::DisplacementKind;
+using calibration::Plan;
+using calibration::PlanBlock;
+using calibration::PlannedSharpening;
+using calibration::PlannedSplit;
+using calibration::Reading;
+using files::Json;
+
+// Figures of the units of a robot file.
+struct Units {
+  const spatial::UnitSystem& names;
+
+  double length(double si) const { return si / spatial::parse_unit(names.length).factor; }
+  double angle(double si) const { return si / spatial::parse_unit(names.angle).factor; }
+  double force(double si) const { return si / spatial::parse_unit(names.force).factor; }
+  double moment(double si) const {
+    return si / spatial::parse_unit(names.unit_for(spatial::dimension::moment)).factor;
+  }
+  double time(double si) const { return si / spatial::parse_unit(names.time).factor; }
+};
+
+// Rounding of a change of units is taken off.
+std::string figure(double value) {
+  const std::string text = fmt::format("{:.9g}", value);
+  return text == "-0" ? "0" : text;
+}
+
+// Joints by name: [m] where they slide, [rad] where they turn.
+bool joint_turns(const vjm::Robot& robot, const std::string& name) {
+  for (const vjm::Chain& chain : robot.manipulator.chains())
+    for (const vjm::Coordinate& c : chain.coordinates())
+      if (name == chain.name() + "." + c.name || name == c.name) return vjm::is_rotation(c.motion);
+  return true;
+}
+
+std::string posture_text(const vjm::Robot& robot, const calibration::Configuration& c) {
+  const Units units{robot.units};
+  if (c.target) {
+    const spatial::Vector3 p = c.target->position();
+    return fmt::format("({}, {}, {}) {}", number(units.length(p.x()), 5),
+                       number(units.length(p.y()), 5), number(units.length(p.z()), 5),
+                       robot.units.length);
+  }
+  std::string text;
+  for (const auto& [joint, value] : c.joints) {
+    const bool turns = joint_turns(robot, joint);
+    text += fmt::format("{}{} = {} {}", text.empty() ? "" : ", ", joint,
+                        number(turns ? units.angle(value) : units.length(value), 5),
+                        turns ? robot.units.angle : robot.units.length);
+  }
+  return text.empty() ? "home" : text;
+}
+
+std::string load_text(const vjm::Robot& robot, const PlanBlock& block) {
+  if (block.direction.empty()) return "no load";
+  const Units units{robot.units};
+  const bool moment = block.direction[1] == 'm';
+  return fmt::format("{} to {} {}", block.direction,
+                     number(moment ? units.moment(block.level()) : units.force(block.level()), 4),
+                     moment ? robot.units.unit_for(spatial::dimension::moment) : robot.units.force);
+}
+
+spatial::Vector3 roll_pitch_yaw(const spatial::Matrix3& r) {
+  const Eigen::Vector3d zyx = r.eulerAngles(2, 1, 0);
+  return {zyx[2], zyx[1], zyx[0]};
+}
+
+// Columns and cells of the postures.
+class PostureColumns {
+ public:
+  PostureColumns(const vjm::Robot& robot, const Campaign& plan) : robot_(robot), plan_(plan) {
+    for (const auto& c : plan.configurations) {
+      turned_ = turned_ || (c.target && !c.target->rotation().isIdentity(1e-12));
+      posed_ = posed_ || c.target.has_value();
+      for (const auto& [name, value] : c.joints) joints_[name] = joint_turns(robot, name);
+    }
+  }
+  std::string header() const {
+    std::string text;
+    if (posed_) text += ",x,y,z";
+    if (turned_) text += ",roll,pitch,yaw";
+    for (const auto& [name, turns] : joints_)
+      text += "," + calibration::joint_column(robot_.manipulator, name);
+    return text;
+  }
+  std::string cells(const Reading& reading) const {
+    const Units units{robot_.units};
+    const auto& c = plan_.configurations[reading.configuration];
+    std::string text;
+    if (c.target) {
+      for (const double v : c.target->position()) text += "," + figure(units.length(v));
+      if (turned_)
+        for (const double v : roll_pitch_yaw(c.target->rotation()))
+          text += "," + figure(units.angle(v));
+    }
+    for (const auto& [name, turns] : joints_) {
+      const auto found = c.joints.find(name);
+      const double value = found == c.joints.end() ? 0 : found->second;
+      text += "," + figure(turns ? units.angle(value) : units.length(value));
+    }
+    return text;
+  }
+
+ private:
+  const vjm::Robot& robot_;
+  const Campaign& plan_;
+  bool posed_ = false, turned_ = false;
+  std::map<std::string, bool> joints_;  // whether they turn
+};
+
+bool has_moments(const Plan& plan) {
+  for (const Reading& reading : plan.readings.readings)
+    if (!reading.load.moment.isZero(0)) return true;
+  return false;
+}
+
+std::string splits_text(const Plan& plan) {
+  Table table({"", "from", "d' expected", "nats", "d' at most"});
+  for (const PlannedSplit& s : plan.splits)
+    table.add_row({s.a, s.b, number(s.separation, 3), number(s.nats, 3), number(s.most, 3)});
+  std::string text =
+      "\nWhat the batch is expected to tell apart, the hardest first\n" + table.text();
+  for (const PlannedSplit& s : plan.splits)
+    if (!s.advice.empty())
+      text += fmt::format("No readings of this kind tell {} from {}: {}.\n", s.a, s.b, s.advice);
+  return text;
+}
+
+std::string sharpened_text(const vjm::Robot& robot, const Plan& plan) {
+  Table table({"", "sd now", "sd expected", "unit"});
+  for (const PlannedSharpening& s : plan.sharpened)
+    table.add_row({s.name, number(s.before, 3), number(s.after, 3),
+                   s.unit.empty() ? "of the logarithm" : s.unit});
+  const Units units{robot.units};
+  return "\nHow much sharper the model is expected to be\n" + table.text() +
+         fmt::format(
+             "Displacements where it is used, under the largest loads: {} {} unsure now, {} {} "
+             "expected.\n",
+             number(units.length(plan.work_before), 3), robot.units.length,
+             number(units.length(plan.work_after), 3), robot.units.length);
+}
+
+std::string blocks_text(const vjm::Robot& robot, const Plan& plan) {
+  Table table({"cycle", "posture", "load", "how", "readings", "min", "for"});
+  for (std::size_t b = 0; b < plan.blocks.size(); ++b) {
+    const PlanBlock& block = plan.blocks[b];
+    table.add_row({fmt::format("p{}", b + 1),
+                   posture_text(robot, plan.readings.configurations[block.configuration]),
+                   load_text(robot, block), block.pattern->name,
+                   std::to_string(block.pattern->steps.size()), number(block.minutes, 3),
+                   plan.why[b]});
+  }
+  return table.text();
+}
+
+std::string kind_text(const Plan& plan) {
+  if (plan.asks_for_absolute)
+    return "Read absolute poses: in differences from the unloaded state what is asked for "
+           "cancels.\n";
+  return plan.displacement == DisplacementKind::absolute ? "Read absolute poses, as so far.\n"
+                                                         : "Read differences, as so far.\n";
+}
+
+std::string purpose_text(const calibration::PlanQuestion& question) {
+  if (question.suspects.empty())
+    return fmt::format("Verdict so far: {}. No rival is left: readings to sharpen the model.\n",
+                       question.verdict);
+  std::string names;
+  for (const calibration::Suspect& suspect : question.suspects)
+    names += (names.empty() ? "" : "; ") + suspect.candidate.name();
+  return fmt::format("Verdict so far: {}. Readings to tell apart: {}{}.\n", question.verdict, names,
+                     question.perhaps_nothing ? "; nothing more" : "");
+}
+
+}  // namespace
+
+std::string text(const vjm::Robot& robot, const Campaign& campaign,
+                 const calibration::PlanQuestion& question, const calibration::PlanOptions& options,
+                 const Plan& plan) {
+  std::string text = fmt::format("\nPlan for '{}'\n", campaign.name) + purpose_text(question);
+  if (!plan.blocks.empty()) {
+    text += kind_text(plan) + "\n" + blocks_text(robot, plan);
+    text +=
+        fmt::format("{} readings in {} cycles, about {} min of {}\n", plan.readings.readings.size(),
+                    plan.blocks.size(), number(plan.minutes, 3), number(options.minutes, 3));
+  }
+  if (!plan.splits.empty()) text += splits_text(plan);
+  if (!plan.sharpened.empty()) text += sharpened_text(robot, plan);
+  for (const std::string& note : plan.notes) text += "Left out: " + note + "\n";
+  return text;
+}
+
+std::string plan_table(const vjm::Robot& robot, const Plan& plan) {
+  const Units units{robot.units};
+  const PostureColumns postures(robot, plan.readings);
+  const bool moments = has_moments(plan),
+             repeats = !plan.readings.readings.front().replicate.empty();
+  std::string text = fmt::format(
+      "# Readings to take, in the units of {}: {}, {}, {}, {}; about {} min. {}"
+      "# 'kinetostat simulate ROBOT --plan' takes this file as it is{}.\n",
+      robot.file.filename().string(), robot.units.length, robot.units.force, robot.units.angle,
+      robot.units.time, number(plan.minutes, 3), kind_text(plan),
+      plan.displacement == DisplacementKind::absolute ? ", with --absolute" : "");
+  text += "id,session,cycle,step,time" + std::string(repeats ? ",replicate" : "") +
+          postures.header() + ",fx,fy,fz" + (moments ? ",mx,my,mz" : "") + "\n";
+  std::size_t block = 0;
+  std::string cycle;
+  for (const Reading& r : plan.readings.readings) {
+    if (r.cycle != cycle) {
+      const PlanBlock& now = plan.blocks[block];
+      text += fmt::format("# {}: {} at {}, {}; {}\n", r.cycle, load_text(robot, now),
+                          posture_text(robot, plan.readings.configurations[now.configuration]),
+                          now.pattern->name, plan.why[block]);
+      cycle = r.cycle;
+      ++block;
+    }
+    text += fmt::format("{},{},{},{},{}", r.id, plan.readings.sessions[r.session], r.cycle,
+                        figure(*r.step), figure(units.time(*r.time)));
+    if (repeats) text += "," + r.replicate;
+    text += postures.cells(r);
+    for (const double f : r.load.force) text += "," + figure(units.force(f));
+    if (moments)
+      for (const double m : r.load.moment) text += "," + figure(units.moment(m));
+    text += "\n";
+  }
+  return text;
+}
+
+Json to_json(const calibration::PlanQuestion& question, const calibration::PlanOptions& options,
+             const Plan& plan) {
+  Json suspects = Json::array(), blocks = Json::array(), splits = Json::array(),
+       sharpened = Json::array();
+  for (const calibration::Suspect& s : question.suspects)
+    suspects.push_back({{"name", s.candidate.name()}, {"fitted", s.is_fitted}});
+  for (std::size_t b = 0; b < plan.blocks.size(); ++b) {
+    const PlanBlock& block = plan.blocks[b];
+    blocks.push_back({{"cycle", fmt::format("p{}", b + 1)},
+                      {"configuration", block.configuration},
+                      {"direction", block.direction},
+                      {"level", block.level()},
+                      {"pattern", block.pattern->name},
+                      {"readings", block.pattern->steps.size()},
+                      {"minutes", block.minutes},
+                      {"why", plan.why[b]}});
+  }
+  for (const PlannedSplit& s : plan.splits) {
+    splits.push_back({{"a", s.a},
+                      {"b", s.b},
+                      {"separation", s.separation},
+                      {"nats", s.nats},
+                      {"most", s.most},
+                      {"log_evidence_difference_so_far", nullptr}});
+    if (s.so_far) splits.back()["log_evidence_difference_so_far"] = *s.so_far;
+    if (!s.advice.empty()) splits.back()["advice"] = s.advice;
+  }
+  for (const PlannedSharpening& s : plan.sharpened)
+    sharpened.push_back({{"name", s.name},
+                         {"unit", s.unit},
+                         {"deviation_now", s.before},
+                         {"deviation_expected", s.after}});
+  const auto optional = [](double x) { return std::isnan(x) ? Json() : Json(x); };
+  return {
+      {"verdict", question.verdict},
+      {"suspects", suspects},
+      {"perhaps_nothing", question.perhaps_nothing},
+      {"displacement", plan.displacement == DisplacementKind::absolute ? "absolute" : "difference"},
+      {"asks_for_absolute", plan.asks_for_absolute},
+      {"minutes", plan.minutes},
+      {"minutes_allowed", options.minutes},
+      {"readings", plan.readings.readings.size()},
+      {"cycles", blocks},
+      {"splits", splits},
+      {"sharpened", sharpened},
+      {"work", {{"now", optional(plan.work_before)}, {"expected", optional(plan.work_after)}}},
+      {"notes", plan.notes}};
+}
+
+std::string text(const calibration::PlanScore& score) {
+  std::string text = "\nWhat the plan promised, and what its readings gave\n";
+  if (!score.splits.empty()) {
+    Table table({"", "from", "nats expected", "nats realised"});
+    for (const calibration::SplitScore& s : score.splits)
+      table.add_row({s.a, s.b, number(s.expected, 3),
+                     s.realised ? number(*s.realised, 3) : "- (" + s.why_not + ")"});
+    text += table.text();
+  }
+  if (!score.sharpened.empty()) {
+    Table table({"", "sd before", "sd expected", "sd realised"});
+    for (const calibration::SharpeningScore& s : score.sharpened)
+      table.add_row({s.name, number(s.before, 3), number(s.expected, 3),
+                     s.realised ? number(*s.realised, 3) : "-"});
+    text += table.text();
+  }
+  return text;
+}
+
+Json to_json(const calibration::PlanScore& score) {
+  Json splits = Json::array(), sharpened = Json::array();
+  for (const calibration::SplitScore& s : score.splits) {
+    splits.push_back(
+        {{"a", s.a}, {"b", s.b}, {"nats_expected", s.expected}, {"nats_realised", nullptr}});
+    if (s.realised)
+      splits.back()["nats_realised"] = *s.realised;
+    else
+      splits.back()["reason"] = s.why_not;
+  }
+  for (const calibration::SharpeningScore& s : score.sharpened) {
+    sharpened.push_back({{"name", s.name},
+                         {"deviation_before", s.before},
+                         {"deviation_expected", s.expected},
+                         {"deviation_realised", nullptr}});
+    if (s.realised) sharpened.back()["deviation_realised"] = *s.realised;
+  }
+  return {{"splits", splits}, {"sharpened", sharpened}};
+}
+
+}  // namespace kinetostat::report

@@ -1,0 +1,26 @@
+// Plans of measurements: for people, for `simulate`, and for programs.
+#pragma once
+
+#include <string>
+
+#include "kinetostat/calibration/plan.h"
+#include "kinetostat/calibration/plan_score.h"
+#include "kinetostat/files/json.h"
+
+namespace kinetostat::report {
+
+std::string text(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                 const calibration::PlanQuestion& question, const calibration::PlanOptions& options,
+                 const calibration::Plan& plan);
+
+/// The table of readings that `simulate` takes, in the units of the robot file, with comments that
+/// say what each cycle is for.
+std::string plan_table(const vjm::Robot& robot, const calibration::Plan& plan);
+
+files::Json to_json(const calibration::PlanQuestion& question,
+                    const calibration::PlanOptions& options, const calibration::Plan& plan);
+
+std::string text(const calibration::PlanScore& score);
+files::Json to_json(const calibration::PlanScore& score);
+
+}  // namespace kinetostat::report
