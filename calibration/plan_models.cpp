@@ -68,7 +68,7 @@ void add_suspect(const vjm::Robot& robot, const Rivals& rivals, const PlanQuesti
 std::vector<PlanModel> plan_models(const vjm::Robot& robot, const Campaign& campaign,
                                    const Noise& noise, const PlanQuestion& question, int threads,
                                    files::Progress& progress) {
-  const Rivals rivals(robot, campaign, noise, threads);
+  const Rivals rivals(robot, campaign, noise, threads, progress);
   const BaseFit base = rivals.fit(question.present, nullptr, progress);
   std::vector<PlanModel> models;
   for (std::size_t s = 0; s < question.suspects.size(); ++s) {
