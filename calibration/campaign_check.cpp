@@ -292,6 +292,20 @@ class Check {
                          "session has an unknown frame of its own, which takes that up."};
   }
 
+  // Zeros and frames that are estimated as well.
+  std::size_t session_unknowns() const {
+    std::set<std::pair<std::size_t, Eigen::Index>> zeros;
+    std::set<std::size_t> frames;
+    for (const std::size_t i : used_) {
+      frames.insert(reading(i).session);
+      for (Eigen::Index k = 0; k < 6; ++k)
+        if (reading(i).uses(k)) zeros.emplace(reading(i).session, k);
+    }
+    const std::size_t of_frame = campaign_.displacement == DisplacementKind::absolute ? 6 : 3;
+    return (campaign_.zero == ZeroReading::estimated ? zeros.size() : 0) +
+           (campaign_.session_frame == SessionFrame::estimated ? of_frame * frames.size() : 0);
+  }
+
   Observability parameters() const {
     std::size_t values = 0;
     for (const std::size_t i : used_)
@@ -301,10 +315,15 @@ class Check {
       return {"parameters", true,
               fmt::format("{}; the robot file declares nothing uncertain, so nothing is refitted.",
                           counted(values, "value"))};
-    return {"parameters", values > uncertain,
-            fmt::format("{} for {}{}.", counted(values, "value"),
-                        counted(uncertain, "uncertain parameter"),
-                        values > uncertain ? "" : ": too few to fit them")};
+    const std::size_t sessions = session_unknowns();
+    const std::string besides = sessions > 0 ? fmt::format(" and {} of sessions (zeros, frames)",
+                                                           counted(sessions, "unknown"))
+                                             : "";
+    const bool enough = values > uncertain + sessions;
+    return {"parameters", enough,
+            fmt::format("{} for {}{}{}.", counted(values, "value"),
+                        counted(uncertain, "uncertain parameter"), besides,
+                        enough ? "" : ": too few to fit them")};
   }
 
   const Campaign& campaign_;

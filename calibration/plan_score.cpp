@@ -46,7 +46,8 @@ std::vector<std::pair<std::string, double>> deviations_now(const vjm::Robot& rob
   std::vector<Candidate> present;
   for (const FoundEffect& found : diagnosis.found) present.push_back(found.candidate);
   const Noise noise = noise_of(robot, campaign, threads, progress);
-  const BaseFit fit = Rivals(robot, campaign, noise, threads, progress).fit(present, nullptr, progress);
+  const BaseFit fit =
+      Rivals(robot, campaign, noise, threads, progress).fit(present, nullptr, progress);
   std::vector<std::pair<std::string, double>> result;
   for (const ParameterEstimate& estimate : fit.parameters)
     result.emplace_back(estimate.parameter.phrase(), estimate.standard_error);

@@ -237,9 +237,9 @@ vjm::Response Predictor::solve(const Run& run, std::size_t configuration, const 
                                const vjm::SystemState* near) const {
   const vjm::PostureResult& start = (*postures_)[configuration];
   if (start.reached) {
-    vjm::Response response = run.model.respond(start.posture, load, conditions_[conditions], before,
-                                               run.parameters, run.with_derivatives, near,
-                                               run.with_compliance);
+    vjm::Response response =
+        run.model.respond(start.posture, load, conditions_[conditions], before, run.parameters,
+                          run.with_derivatives, near, run.with_compliance);
     observe(response);
     return response;
   }
@@ -346,7 +346,9 @@ Predictor::CaseResult Predictor::displacement_from(const vjm::Response& from,
   if (campaign_.observation.platform_axes) {
     const spatial::Matrix3 back = from.observed.rotation().transpose();
     for (const Eigen::Index first : {0, 3})
-      if (result.by_wrench.cols() > 0) result.by_wrench.middleRows<3>(first) = (back * result.by_wrench.middleRows<3>(first)).eval();
+      if (result.by_wrench.cols() > 0)
+        result.by_wrench.middleRows<3>(first) =
+            (back * result.by_wrench.middleRows<3>(first)).eval();
     into_axes_of(from.observed, from.derivatives, result.displacement, result.derivatives);
   }
   return result;

@@ -110,5 +110,27 @@ TEST(LoadHistory, LevelDoesNotDependOnThePointOfTheWrench) {
   EXPECT_DOUBLE_EQ(level_of({{0, 0, 0}, {0, 2, 0}}), 2);
 }
 
+// Zeros of sessions are unknowns, too.
+TEST(CampaignCheck, CountsTheUnknownsOfSessions) {
+  const std::string csv = "session,fz,dz\na,100,0.1\nb,200,0.2\nc,300,0.3\n";
+  EXPECT_TRUE(topic(campaign(csv), "parameters").observable);
+  const Observability item = topic(campaign(csv, "zero: estimate\n"), "parameters");
+  EXPECT_FALSE(item.observable);
+  EXPECT_THAT(item.sentence, HasSubstr("3 unknowns of sessions"));
+}
+
+// Loads as a cell reads them are reversed, held and back at zero although no two are equal.
+TEST(CampaignCheck, KnowsLoadsThatACellHasRead) {
+  const Campaign c = campaign(
+      "cycle,step,fx,fz,dz\na,1,0.2,0.4,0\na,2,-0.1,500.3,0.5\na,3,0.3,999.1,1\n"
+      "a,4,0.1,501.2,0.5\na,5,0,-0.3,0\na,6,0.4,-500.9,-0.5\na,7,0,-1001.5,-1\n"
+      "a,8,0.2,-498.8,-0.5\na,9,0.1,0.2,0\n");
+  for (const char* name :
+       {"reversal", "hysteresis", "clearance_or_friction", "return_to_zero", "nonlinearity"})
+    EXPECT_TRUE(topic(c, name).observable) << topic(c, name).sentence;
+  EXPECT_THAT(topic(c, "load_directions").sentence, HasSubstr("1 of 6"));
+  EXPECT_EQ(reversed_pairs(c).size(), 3u);
+}
+
 }  // namespace
 }  // namespace kinetostat::calibration
