@@ -90,13 +90,13 @@ TEST_F(Invariance, OrderOfTheRows) {
   expect_same_figures(reference, compare(shuffled));
 }
 
-// Closed cycles at the Orthoglide, the load at one point of the platform.
-std::vector<test::Planned> cycles_at(const spatial::Vector3& point) {
+// Closed cycles at the Orthoglide, forces up to `size` [N] at one point of the platform.
+std::vector<test::Planned> cycles_at(const spatial::Vector3& point, double size) {
   std::vector<test::Planned> plan;
   kinetostat::test::Random random(21);
   for (int cycle = 0; cycle < 6; ++cycle) {
-    const spatial::Vector3 position = random.vector(0.05), force = random.vector(100);
-    const spatial::Vector3 moment = random.vector(2);
+    const spatial::Vector3 position = random.vector(0.05), force = random.vector(size);
+    const spatial::Vector3 moment = random.vector(size / 40);
     for (const double level : {0.0, 0.5, 1.0, 0.5, 0.0, -0.5, -1.0, -0.5, 0.0})
       plan.push_back({.position = position, .load = {level * force, level * moment, point}});
   }
@@ -115,7 +115,7 @@ const std::string noise = "noise: {translation: 10 um, rotation: 20 urad}\n";
 
 // The point of the wrench in columns, in the campaign file, or as the origin of a frame.
 TEST_F(Invariance, WhereThePointOfTheWrenchIsWritten) {
-  plan_ = cycles_at({0.03, -0.02, 0.05});
+  plan_ = cycles_at({0.03, -0.02, 0.05}, 300);
   test::measure(test::scaled(robot_, {0.8, 1.1}).manipulator, plan_);
   add_noise(plan_);
   const auto compared = [this](bool columns, const std::string& more) {
@@ -138,7 +138,7 @@ TEST_F(Invariance, WhereThePointOfTheWrenchIsWritten) {
 // platform, so that this is exact for the model that moves as the robot did.
 TEST_F(Invariance, PointAboutWhichTheWrenchIsTaken) {
   const vjm::Manipulator truth = test::scaled(robot_, {0.8, 1.1}).manipulator;
-  plan_ = cycles_at({0, 0, 0});
+  plan_ = cycles_at({0, 0, 0}, 100);
   test::measure(truth, plan_);
   std::vector<test::Planned> moved = plan_;
   for (test::Planned& reading : moved) {
