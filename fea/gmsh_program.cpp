@@ -15,17 +15,15 @@ constexpr const char* input = "/proc/self/fd/0";
 constexpr const char* second_input = "/proc/self/fd/4";
 constexpr const char* output = "/proc/self/fd/3";
 
-// The last error of its words, without its own decoration.
+// The first error of its words that says something, without its own decoration.
 std::string complaint(const std::string& words) {
   std::istringstream lines(words);
-  std::string found = "no reason given";
   for (std::string line; std::getline(lines, line);)
     if (const std::size_t colon = line.find(':');
         line.starts_with("Error") && colon != std::string::npos &&
-        line.find_first_not_of(" -", colon + 1) != std::string::npos &&
-        line.find("Mesh generation error summary") == std::string::npos)
-      found = line.substr(colon + 2, 200);
-  return found;
+        line.find_first_not_of(" -", colon + 1) != std::string::npos)
+      return line.substr(colon + 2, 200);
+  return "no reason given";
 }
 
 std::string run_gmsh(std::vector<std::string> arguments, std::string script, std::string mesh,
