@@ -67,7 +67,7 @@ class Door {
       return admit(request, response) ? httplib::Server::HandlerResponse::Unhandled
                                       : httplib::Server::HandlerResponse::Handled;
     });
-    server_.set_exception_handler([](const auto&, auto& response, std::exception_ptr) {
+    server_.set_exception_handler([](const auto&, auto& response, const std::exception_ptr&) {
       refuse(response, 500, "the request could not be answered");
     });
     server_.set_error_handler([](const auto&, auto& response) {

@@ -10,7 +10,7 @@
 namespace kinetostat::report {
 
 /// One result as a page shows it.
-struct PageResult {
+struct PageResult {     // NOLINT(bugprone-exception-escape): moves as nlohmann::ordered_json does
   files::Json result;   // as --json writes it: with tool, command and options
   files::Json picture;  // what its charts need beside; may be null
   std::string text;     // the report for people; may be empty

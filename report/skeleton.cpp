@@ -111,7 +111,7 @@ Json skeleton(const vjm::Manipulator& manipulator, const vjm::Equilibrium& equil
                   coordinates);
 }
 
-Json named_skeleton(const std::string& name, Json skeleton) {
+Json named_skeleton(const std::string& name, const Json& skeleton) {
   Json json{{"name", name}};
   json.update(skeleton);
   return json;

@@ -15,7 +15,7 @@ files::Json skeleton(const vjm::Manipulator& manipulator, const vjm::Posture& po
 files::Json skeleton(const vjm::Manipulator& manipulator, const vjm::Equilibrium& equilibrium);
 
 /// One entry of a picture's "skeletons".
-files::Json named_skeleton(const std::string& name, files::Json skeleton);
+files::Json named_skeleton(const std::string& name, const files::Json& skeleton);
 /// Only the polylines of the chains, for states of which there are many.
 files::Json chain_lines(const vjm::Manipulator& manipulator, const vjm::Equilibrium& equilibrium);
 
