@@ -10,13 +10,14 @@
 #include "kinetostat/report/comparison.h"
 #include "kinetostat/report/manipulator.h"
 #include "kinetostat/report/readings_picture.h"
+#include "kinetostat/report/waterfall.h"
 
 namespace kinetostat::apps {
 namespace {
 
 struct CompareRequest {
   CampaignRequest campaign;
-  std::string csv, robust;
+  std::string csv, robust, before, after;
 };
 
 calibration::Loss loss_of(const std::string& name) {
@@ -24,7 +25,30 @@ calibration::Loss loss_of(const std::string& name) {
   return name == "cauchy" ? calibration::Loss::cauchy : calibration::Loss::squares;
 }
 
+// Two robot files, read anew, against the same readings.
+files::Json compare_both(const CompareRequest& request, Run& run) {
+  if (request.campaign.files.size() > 1)
+    throw UsageError("--before", "a third robot file is named beside it",
+                     "Name the campaign file alone.");
+  const vjm::Robot before = vjm::read_robot(request.before);
+  const vjm::Robot after = vjm::read_robot(request.after);
+  // The readings are those of either, as long as both have the joints that they name.
+  const calibration::Campaign campaign = request.campaign.read_campaign(before);
+  (void)request.campaign.read_campaign(after);
+  const calibration::BeforeAfter both = calibration::compare_before_after(
+      before, after, campaign, run.threads(), run.progress(), loss_of(request.robust));
+  run.print(report::text(campaign, both));
+  files::Json json{
+      {"inputs", {{"before", report::provenance(before)}, {"after", report::provenance(after)}}}};
+  json.update(report::to_json(campaign, both));
+  const std::string& failure =
+      both.before.refit_failure.empty() ? both.after.refit_failure : both.before.refit_failure;
+  if (!failure.empty()) run.leave_unidentified(failure);
+  return json;
+}
+
 files::Json compare(const CompareRequest& request, Run& run) {
+  if (!request.before.empty()) return compare_both(request, run);
   const vjm::Robot robot = request.campaign.read_robot();
   const calibration::Campaign campaign = request.campaign.read_campaign(robot);
   const calibration::Comparison comparison =
@@ -55,6 +79,12 @@ void add_compare(Program& program) {
   request->campaign.add_options(app);
   app.add_option("--csv", request->csv, "Write measured, predicted and residual of every reading")
       ->type_name("FILE");
+  CLI::Option* before =
+      app.add_option("--before", request->before,
+                     "Compare this robot file, and that of --after, with the readings");
+  CLI::Option* after = app.add_option("--after", request->after, "See --before");
+  before->type_name("ROBOT")->needs(after);
+  after->type_name("ROBOT")->needs(before);
   app.add_option("--robust", request->robust,
                  "Fit with a loss that outliers move less: huber (95 % efficient, one minimum) or "
                  "cauchy (far outliers hardly count)")

@@ -19,24 +19,27 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr std::size_t most_fits = 16;  // in one step
+constexpr int most_starts = 4;         // of one fit
+constexpr double least_kept = 0.3;     // of what a mark explains: a fit with less has failed
 constexpr double told_apart_from = 4;  // d' that names an effect against a rival
 constexpr double doubtful = 4.6;       // difference of log evidence below which both remain
 constexpr double at_bound = 5;         // what a value at the end of its range costs in log evidence
+constexpr double significance_of_more = 0.01;  // of a further effect beside one that was found
 constexpr double unexplained_share = 0.3;  // of the misfit: more is another effect, not this one
-
-// Prior precision of each unknown of a fit: none for what is refitted anyway.
-VectorXd information_of(const BaseFit& fit) {
-  VectorXd information = VectorXd::Zero(fit.at.jacobian.cols());
-  for (std::size_t k = 0; k < fit.parameters.size(); ++k)
-    if (const auto& prior = fit.parameters[k].parameter.prior)
-      information[static_cast<Index>(k)] = 1 / (prior->deviation * prior->deviation);
-  return information;
-}
 
 // How much of the readings' weight is left when the misfit is all noise: 1, or less.
 double temper_of(const BaseFit& fit) {
   const auto freedom = static_cast<double>(std::max<Index>(1, fit.degrees_of_freedom()));
   return std::min(1.0, freedom / std::max(fit.squared_error, 1e-300));
+}
+
+// What a fit minimises.
+double penalised(const BaseFit& fit) {
+  double sum = fit.squared_error;
+  for (const ParameterEstimate& estimate : fit.parameters)
+    if (const auto& prior = estimate.parameter.prior)
+      sum += std::pow((estimate.value - prior->mean) / prior->deviation, 2);
+  return sum;
 }
 
 double log_determinant(const MatrixXd& columns) {
@@ -47,7 +50,7 @@ double log_determinant(const MatrixXd& columns) {
 // Laplace's approximation of the evidence. What is refitted under every model has a flat prior and
 // the same units everywhere, so its constants cancel between models.
 double log_evidence(const BaseFit& fit, double temper) {
-  const VectorXd information = information_of(fit);
+  const VectorXd information = prior_information(fit);
   double penalty = 0, normalisation = 0;
   std::vector<Index> kept;
   for (Index k = 0; k < information.size(); ++k) {
@@ -76,6 +79,22 @@ double log_evidence(const BaseFit& fit, double temper) {
       MatrixXd(information(kept).cwiseSqrt().asDiagonal());
   return -0.5 * (temper * fit.squared_error + penalty) + 0.5 * normalisation -
          0.5 * log_determinant(rows);
+}
+
+struct FittedValues {
+  VectorXd values, deviations;  // NaN where a bound holds a value
+};
+
+FittedValues fitted_values(const BaseFit& fit, std::size_t first, Index count) {
+  FittedValues result{VectorXd(count), VectorXd(count)};
+  for (Index k = 0; k < count; ++k) {
+    const ParameterEstimate& estimate = fit.parameters[first + static_cast<std::size_t>(k)];
+    result.values[k] = estimate.value;
+    result.deviations[k] = estimate.hit == BoundHit::none
+                               ? estimate.standard_error
+                               : std::numeric_limits<double>::quiet_NaN();
+  }
+  return result;
 }
 
 // What a fit cannot absorb of marks that are there.
@@ -168,6 +187,10 @@ class Search {
   void fit_survivors(const std::vector<Candidate>& present, const BaseFit& fit,
                      const Screen& screen, const ResidualSpace& space, DiagnosisStep& step,
                      std::vector<BaseFit>& fits);
+  double explained_by(std::size_t candidate, const Screen& screen,
+                      const ResidualSpace& space) const;
+  std::vector<Candidate> starts_of(std::size_t candidate, const Screen& screen,
+                                   const ResidualSpace& space) const;
   void find_imitators(const BaseFit& without, const BaseFit& best, DiagnosisStep& step) const;
   void confuse(const Screen& screen, DiagnosisStep& step) const;
   void weigh(const BaseFit& without, DiagnosisStep& step, const std::vector<BaseFit>& fits) const;
@@ -221,6 +244,7 @@ std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
 DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit& fit,
                            std::vector<BaseFit>& fits) {
   DiagnosisStep step;
+  for (const Candidate& candidate : present) step.beside.push_back(candidate.name());
   const ResidualSpace space(-fit.at.residual, fit.at.jacobian);
   const Screen screen(space, signatures_);
   progress_.report("gate", 0);
@@ -262,6 +286,41 @@ void Search::confuse(const Screen& screen, DiagnosisStep& step) const {
                 std::max(step.confusion(a, b), screen.confusion(i, j));
 }
 
+double Search::explained_by(std::size_t candidate, const Screen& screen,
+                            const ResidualSpace& space) const {
+  double most = 0;
+  for (std::size_t i = 0; i < signatures_.size(); ++i)
+    if (owner_[i].first == candidate)
+      most = std::max(most, screen.score(i, space.residual()).explained);
+  return most;
+}
+
+// Where fits of a candidate begin: from the marks that explain most, at the size that each asks
+// for, then as they are. Gaps, breakaway forces and corners have several minima.
+std::vector<Candidate> Search::starts_of(std::size_t candidate, const Screen& screen,
+                                         const ResidualSpace& space) const {
+  std::vector<std::pair<double, std::size_t>> marks;  // what each explains, negative; which it is
+  for (std::size_t i = 0; i < signatures_.size(); ++i)
+    if (owner_[i].first == candidate)
+      marks.emplace_back(-screen.score(i, space.residual()).explained, i);
+  std::stable_sort(marks.begin(), marks.end());
+  std::vector<Candidate> starts, as_they_are;
+  for (const auto& [explained, i] : marks) {
+    Candidate start = marks_[candidate].starts[owner_[i].second];
+    as_they_are.push_back(start);
+    const VectorXd mark = space.left_of(signatures_[i].columns.col(0));
+    const double size = mark.dot(space.residual()) / std::max(1e-300, mark.squaredNorm());
+    const vjm::EffectParameter& leading = start.effect.kind->parameters.front();
+    const bool one_sided = leading.lower >= leading.none;
+    const double value = leading.none + std::clamp(size, one_sided ? 0.002 : -20.0, 20.0) *
+                                            (start.effect.values[0] - leading.none);
+    start.effect.values[0] = std::clamp(value, leading.lower, leading.upper);
+    starts.push_back(std::move(start));
+  }
+  starts.insert(starts.end(), as_they_are.begin(), as_they_are.end());
+  return starts;
+}
+
 void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit& fit,
                            const Screen& screen, const ResidualSpace& space, DiagnosisStep& step,
                            std::vector<BaseFit>& fits) {
@@ -269,39 +328,30 @@ void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit&
   for (std::size_t o = 0; o < order.size(); ++o) {
     progress_.report("fits", static_cast<double>(o) / static_cast<double>(order.size()));
     const std::size_t c = order[o];
-    // From the mark that explains most, at the size that it asks for.
-    std::size_t best = signatures_.size();
-    double most = -1;
-    for (std::size_t i = 0; i < signatures_.size(); ++i) {
-      if (owner_[i].first != c) continue;
-      const double explained = screen.score(i, space.residual()).explained;
-      if (explained > most) {
-        most = explained;
-        best = i;
-      }
-    }
-    if (best == signatures_.size()) continue;
-    Candidate start = marks_[c].starts[owner_[best].second];
-    const VectorXd mark = space.left_of(signatures_[best].columns.col(0));
-    const double size = mark.dot(space.residual()) / std::max(1e-300, mark.squaredNorm());
-    const vjm::EffectParameter& leading = start.effect.kind->parameters.front();
-    const double value =
-        leading.none + std::clamp(size, leading.lower < leading.none ? -20.0 : 0.05, 20.0) *
-                           (start.effect.values[0] - leading.none);
-    start.effect.values[0] = std::clamp(value, leading.lower, leading.upper);
+    const double promised = explained_by(c, screen, space);
     std::string reason;
-    for (const Candidate& from : {start, marks_[c].starts[owner_[best].second]}) {
+    int tried = 0;
+    for (const Candidate& start : starts_of(c, screen, space)) {
+      if (++tried > most_starts) break;
       std::vector<Candidate> added = present;
-      added.push_back(from);
+      added.push_back(start);
       try {
         files::Progress silent;
-        fits[c] = rivals_.fit(added, &fit, silent);
-        break;
+        BaseFit found = rivals_.fit(added, &fit, silent);
+        if (fits[c].values == 0 || penalised(found) < penalised(fits[c]))
+          fits[c] = std::move(found);
+        // What its mark promised; less is a minimum that is not the lowest.
+        if (fit.squared_error - fits[c].squared_error > 0.5 * promised) break;
       } catch (const files::Cancelled&) {
         throw;
       } catch (const std::runtime_error& error) {
         reason = error.what();
       }
+    }
+    // An unhappy fit proves nothing against a candidate.
+    if (fits[c].values > 0 && fit.squared_error - fits[c].squared_error < least_kept * promised) {
+      fits[c] = {};
+      reason = "its fits ended in minima that explain far less than its mark does";
     }
     if (fits[c].values == 0) step.ranking[c].not_fitted = reason;
   }
@@ -314,7 +364,7 @@ void Search::weigh(const BaseFit& without, DiagnosisStep& step,
   double temper = temper_of(without);
   for (const BaseFit& fit : fits)
     if (fit.values > 0) temper = std::max(temper, temper_of(fit));
-  const HeldOut plain = held_out(without.at, information_of(without), groups_, temper);
+  const HeldOut plain = held_out(without.at, prior_information(without), groups_, temper);
   double best_evidence = -std::numeric_limits<double>::infinity();
   std::size_t best = fits.size();
   for (std::size_t c = 0; c < fits.size(); ++c) {
@@ -322,19 +372,14 @@ void Search::weigh(const BaseFit& without, DiagnosisStep& step,
     RivalFit fit;
     const BaseFit& full = fits[c];
     const Index count = step.ranking[c].candidate.effect.values.size();
-    const std::size_t first = full.parameters.size() - static_cast<std::size_t>(count);
-    fit.values.resize(count);
-    fit.deviations.resize(count);
-    for (Index k = 0; k < count; ++k) {
-      const ParameterEstimate& estimate = full.parameters[first + static_cast<std::size_t>(k)];
-      fit.values[k] = estimate.value;
-      fit.deviations[k] = estimate.hit == BoundHit::none ? estimate.standard_error
-                                                         : std::numeric_limits<double>::quiet_NaN();
-    }
+    const FittedValues fitted =
+        fitted_values(full, full.parameters.size() - static_cast<std::size_t>(count), count);
+    fit.values = fitted.values;
+    fit.deviations = fitted.deviations;
     fit.squared_error = full.squared_error;
     fit.degrees_of_freedom = full.degrees_of_freedom();
     fit.log_evidence = log_evidence(full, temper);
-    const HeldOut with = held_out(full.at, information_of(full), groups_, temper);
+    const HeldOut with = held_out(full.at, prior_information(full), groups_, temper);
     fit.log_score_gain = with.total() - plain.total();
     double squares = 0;
     const auto groups = static_cast<double>(groups_.members.size());
@@ -372,8 +417,13 @@ void Search::find_imitators(const BaseFit& without, const BaseFit& best,
   for (std::size_t i = 0; i < signatures_.size(); ++i) {
     Rival& rival = step.ranking[owner_[i].first];
     if (rival.fit || rival.not_fitted.empty()) continue;
-    const MatrixXd span = span_of(space.left_of(signatures_[i].columns), least_visible);
+    const MatrixXd columns = space.left_of(signatures_[i].columns);
+    const MatrixXd span = span_of(columns, least_visible);
     const double left = (mark - span * (span.transpose() * mark)).norm();
+    // What only exists in one direction does not imitate with the other.
+    const vjm::EffectParameter& leading = rival.candidate.effect.kind->parameters.front();
+    const bool one_sided = leading.lower >= leading.none;
+    if (one_sided && columns.colPivHouseholderQr().solve(mark)[0] < 0) continue;
     rival.imitates |= left < told_apart_from;
   }
 }
@@ -425,6 +475,66 @@ void arrange(DiagnosisStep& step, std::vector<BaseFit>& fits) {
   step.ranking = std::move(ranking);
   fits = std::move(arranged);
   step.indistinguishable = indistinguishable(step);
+}
+
+// What passes the gate and helps to predict readings that it has not seen.
+bool is_found(const DiagnosisStep& step, double significance) {
+  if (step.gate.p_value > significance || step.indistinguishable.empty()) return false;
+  const RivalFit& best = *step.ranking[0].fit;
+  return best.log_score_gain > best.log_score_deviation;
+}
+
+FoundEffect found_effect(const DiagnosisStep& step) {
+  const Rival& best = step.ranking[0];
+  FoundEffect found{.candidate = best.candidate,
+                    .deviations = best.fit->deviations,
+                    .probability = best.fit->probability,
+                    .gate_p_value = step.gate.p_value};
+  found.candidate.effect.values = best.fit->values;
+  for (std::size_t i = 1; i < step.indistinguishable.size(); ++i)
+    found.instead.push_back(step.ranking[step.indistinguishable[i]].candidate.name());
+  return found;
+}
+
+// What a round beside all the other effects says of one that was found earlier.
+void confirm(const DiagnosisStep& step, FoundEffect& found) {
+  const std::string name = found.candidate.name();
+  const auto it = std::find_if(step.ranking.begin(), step.ranking.end(),
+                               [&](const Rival& r) { return r.candidate.name() == name; });
+  found.gate_p_value = step.gate.p_value;
+  found.probability = it != step.ranking.end() && it->fit ? it->fit->probability : 0;
+  found.instead.clear();
+  for (const std::size_t i : step.indistinguishable)
+    if (step.ranking[i].candidate.name() != name)
+      found.instead.push_back(step.ranking[i].candidate.name());
+}
+
+// One effect that does the work of several is the likelier one.
+void doubt_beside_one(const std::vector<BaseFit>& alone, const DiagnosisStep& first,
+                      const BaseFit& together, std::vector<FoundEffect>& found) {
+  double temper = temper_of(together);
+  for (const BaseFit& fit : alone)
+    if (fit.values > 0) temper = std::max(temper, temper_of(fit));
+  const double evidence = log_evidence(together, temper);
+  for (std::size_t c = 0; c < alone.size(); ++c) {
+    const std::string name = first.ranking[c].candidate.name();
+    if (alone[c].values == 0 || evidence - log_evidence(alone[c], temper) > doubtful) continue;
+    for (FoundEffect& f : found)
+      if (f.candidate.name() != name &&
+          std::find(f.instead.begin(), f.instead.end(), name) == f.instead.end())
+        f.instead.push_back(name);
+  }
+}
+
+// Values and deviations of all that was found, from the fit that has all of it.
+void take_values(const BaseFit& fit, std::vector<FoundEffect>& found) {
+  std::size_t at = fit.parameters.size();
+  for (auto f = found.rbegin(); f != found.rend(); ++f) {
+    at -= static_cast<std::size_t>(f->candidate.effect.values.size());
+    const FittedValues fitted = fitted_values(fit, at, f->candidate.effect.values.size());
+    f->candidate.effect.values = fitted.values;
+    f->deviations = fitted.deviations;
+  }
 }
 
 std::optional<ChiSquareTest> test_of(const BaseFit& fit, NoiseSource source) {
@@ -517,7 +627,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
                    int threads, files::Progress& progress) {
   const std::vector<Candidate> tried = candidates(robot, options.kinds);
   const Campaign given = without_confirming(whole);
-  const Noise noise = noise_of(robot, given, threads, progress);
+  const Noise noise = noise_of(robot, whole, threads, progress);
   if (noise.source == NoiseSource::unknown) return cannot_tell_without_noise();
   Diagnosis d;
   d.noise = noise.source;
@@ -535,39 +645,53 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   d.before = test_of(fit, noise.source);
   d.weak = fit.weak;
   d.held_out = search.groups().what;
-  const auto add_stage = [&](const std::string& name, const BaseFit& stage) {
+  const Campaign kept = only(whole, Role::confirm);
+  const auto add_stage = [&](const std::string& name, const BaseFit& stage,
+                             const std::vector<Candidate>& added) {
     d.waterfall.push_back(
-        waterfall_stage(name, held_out(stage.at, information_of(stage), search.groups(), 1).error,
-                        search.values(), noise, search.groups(), options.seed));
+        waterfall_stage(name, stage, search.values(), noise, search.groups(), options.seed));
+    if (has_role(whole, Role::confirm))
+      d.waterfall.back().confirmed = rivals.error_on(kept, stage, added, progress);
   };
   {
     const Predictor predictor(robot.without_effects(), robot.effects, campaign, threads, progress);
-    add_stage("as designed", fit_base(predictor, campaign, noise, {}, progress));
+    add_stage("as designed", fit_base(predictor, campaign, noise, {}, progress), {});
   }
-  if (!fit.parameters.empty()) add_stage("refitted", fit);
+  if (!fit.parameters.empty()) add_stage("refitted", fit, {});
   std::vector<Candidate> present;
+  std::vector<BaseFit> alone;  // models with one effect
   while (present.size() < options.most_effects) {
     if (!present.empty()) search.screen(present, fit);
     std::vector<BaseFit> fits;
     DiagnosisStep step = search.step(present, fit, fits);
     arrange(step, fits);
     d.steps.push_back(step);
-    if (step.gate.p_value > significance_level || step.indistinguishable.empty()) break;
-    const Rival& best = step.ranking[0];
-    // What does not help to predict readings that it has not seen is not named.
-    if (best.fit->log_score_gain <= best.fit->log_score_deviation) break;
-    fit = std::move(fits[0]);
-    present.push_back(best.candidate);
-    present.back().effect.values = best.fit->values;
-    d.found.push_back({.candidate = present.back(),
-                       .deviations = best.fit->deviations,
-                       .probability = best.fit->probability,
-                       .gate_p_value = step.gate.p_value});
-    add_stage("+ " + best.candidate.name(), fit);
-    d.ambiguous.clear();
-    for (const std::size_t i : step.indistinguishable)
-      d.ambiguous.push_back(step.ranking[i].candidate.name());
-    if (d.ambiguous.size() > 1) break;
+    if (!is_found(step, present.empty() ? significance_level : significance_of_more)) break;
+    fit = fits[0];
+    if (present.empty()) alone = std::move(fits);
+    present.push_back(step.ranking[0].candidate);
+    present.back().effect.values = step.ranking[0].fit->values;
+    d.found.push_back(found_effect(step));
+    add_stage("+ " + present.back().name(), fit, present);
+  }
+  // With all of them in the model each must still be what is best in its place.
+  for (std::size_t k = 0; k + 1 < present.size(); ++k) {
+    std::vector<Candidate> others = present;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
+    const BaseFit without_it = rivals.fit(others, &fit, progress);
+    search.screen(others, without_it);
+    std::vector<BaseFit> fits;
+    DiagnosisStep step = search.step(others, without_it, fits);
+    arrange(step, fits);
+    confirm(step, d.found[k]);
+    d.steps.push_back(std::move(step));
+  }
+  if (present.size() > 1) doubt_beside_one(alone, d.steps[0], fit, d.found);
+  take_values(fit, d.found);
+  for (const FoundEffect& found : d.found) {
+    if (found.instead.empty()) continue;
+    d.ambiguous.push_back(found.candidate.name());
+    d.ambiguous.insert(d.ambiguous.end(), found.instead.begin(), found.instead.end());
   }
   d.waterfall.push_back(noise_floor(search.values(), noise));
   d.after = test_of(fit, noise.source);

@@ -45,6 +45,7 @@ struct Rival {
 
 /// One round: what is missing beside what was found before?
 struct DiagnosisStep {
+  std::vector<std::string> beside;  // effects that are in the model already
   Gate gate;
   std::vector<Rival> ranking;  // most probable first, then by surprise, then unobservable ones
   std::vector<std::size_t> indistinguishable;  // in the ranking: the best and what may be it
@@ -61,14 +62,15 @@ std::string to_string(Verdict verdict);
 struct FoundEffect {
   Candidate candidate;  // with the fitted values
   Eigen::VectorXd deviations;
-  double probability = 0;
+  double probability = 0;  // among the rivals, beside the other effects that were found
   double gate_p_value = 1;
+  std::vector<std::string> instead = {};  // what it may be instead
 };
 
 struct Diagnosis {
   Verdict verdict = Verdict::cannot_tell;
   std::vector<FoundEffect> found;      // in the order of their finding
-  std::vector<std::string> ambiguous;  // what the last of them may be instead, itself first
+  std::vector<std::string> ambiguous;  // where one may be something else: itself, then the others
   std::vector<std::string> missing;    // what readings would have to have, in sentences
   std::vector<std::string> set_aside;  // readings that no candidate explains, with reasons
   std::vector<DiagnosisStep> steps;

@@ -57,6 +57,14 @@ HeldOutGroups held_out_groups(const Campaign& campaign, const std::vector<Value>
 
 double HeldOut::total() const { return std::accumulate(log_score.begin(), log_score.end(), 0.0); }
 
+VectorXd prior_information(const BaseFit& fit) {
+  VectorXd information = VectorXd::Zero(fit.at.jacobian.cols());
+  for (std::size_t k = 0; k < fit.parameters.size(); ++k)
+    if (const auto& prior = fit.parameters[k].parameter.prior)
+      information[static_cast<Index>(k)] = 1 / (prior->deviation * prior->deviation);
+  return information;
+}
+
 HeldOut held_out(const Linearisation& fit, const VectorXd& information, const HeldOutGroups& groups,
                  double temper) {
   const MatrixXd& j = fit.jacobian;

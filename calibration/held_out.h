@@ -24,6 +24,9 @@ struct HeldOut {
   double total() const;
 };
 
+/// Prior precision of each unknown of a fit: 0 for what has no prior.
+Eigen::VectorXd prior_information(const BaseFit& fit);
+
 /// Leaves every group out in turn, by the linear model about the fit: exact for a linear model, one
 /// Gauss-Newton step otherwise. `information`: prior precision of each unknown of the fit (0:
 /// none). `temper`: the readings count for so much (1, or less where the noise is larger than

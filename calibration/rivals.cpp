@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
+
+#include "kinetostat/files/error.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -161,6 +164,17 @@ BaseFit Rivals::fit(const std::vector<Candidate>& added, const BaseFit* start,
                   {.max_iterations = 60,
                    .tolerance = 1e-9,
                    .near = start == nullptr ? nullptr : &start->model});
+}
+
+double Rivals::error_on(const Campaign& others, const BaseFit& fit,
+                        const std::vector<Candidate>& added, files::Progress& progress) const {
+  try {
+    const BaseFit predicted =
+        predict_others(predictor_.with_effects(effects_with(added)), others, noise_, fit, progress);
+    return std::sqrt(predicted.squared_error / static_cast<double>(predicted.values));
+  } catch (const files::NoConvergence&) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
 }
 
 Rivals::Marks Rivals::marks_of(const Candidate& candidate, const std::vector<Candidate>& present,

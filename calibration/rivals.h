@@ -46,6 +46,11 @@ class Rivals {
   Marks marks_of(const Candidate& candidate, const std::vector<Candidate>& present,
                  const BaseFit& fit, files::Progress& progress) const;
 
+  /// Rms over the noise of other readings of the campaign, predicted by such a fit that did not use
+  /// them; NaN where the model has no equilibrium for one.
+  double error_on(const Campaign& others, const BaseFit& fit, const std::vector<Candidate>& added,
+                  files::Progress& progress) const;
+
   const Campaign& campaign() const { return campaign_; }
   const Noise& noise() const { return noise_; }
 

@@ -34,6 +34,13 @@ void add_physical(const VectorXd& error, const std::vector<Value>& values, const
 
 }  // namespace
 
+WaterfallStage waterfall_stage(const std::string& name, const BaseFit& fit,
+                               const std::vector<Value>& values, const Noise& noise,
+                               const HeldOutGroups& groups, std::uint64_t seed) {
+  return waterfall_stage(name, held_out(fit.at, prior_information(fit), groups, 1).error, values,
+                         noise, groups, seed);
+}
+
 WaterfallStage waterfall_stage(const std::string& name, const VectorXd& error,
                                const std::vector<Value>& values, const Noise& noise,
                                const HeldOutGroups& groups, std::uint64_t seed) {

@@ -1,6 +1,7 @@
 // The error falls: held-out error of a model before and after each step of mending it.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -15,10 +16,16 @@ struct WaterfallStage {
   double translation = 0;       // rms [m]; NaN where not measured
   double rotation = 0;          // rms [rad]
   double lower = 0, upper = 0;  // 95 % of `whitened`, by bootstrap over what was left out together
+  /// The same as `whitened` on readings that are kept to confirm; NaN without any.
+  double confirmed = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// `error`: whitened held-out errors, one a value.
 WaterfallStage waterfall_stage(const std::string& name, const Eigen::VectorXd& error,
+                               const std::vector<Value>& values, const Noise& noise,
+                               const HeldOutGroups& groups, std::uint64_t seed);
+/// Of a fitted model, each of the groups left out of `values` in turn.
+WaterfallStage waterfall_stage(const std::string& name, const BaseFit& fit,
                                const std::vector<Value>& values, const Noise& noise,
                                const HeldOutGroups& groups, std::uint64_t seed);
 /// What the noise alone leaves.

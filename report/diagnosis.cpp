@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "kinetostat/report/text.h"
+#include "kinetostat/report/waterfall.h"
 
 namespace kinetostat::report {
 namespace {
@@ -26,39 +27,51 @@ std::string unit_of(const vjm::EffectParameter& parameter, bool angular) {
   return dimension == spatial::dimension::none ? "" : spatial::to_string(dimension);
 }
 
-// "gap = 5.2e-05 +- 3e-06 m"
-std::string values_text(const vjm::Robot& robot, const Candidate& candidate,
-                        const Eigen::VectorXd& values, const Eigen::VectorXd& deviations) {
+// Simple units as the campaign has them, compound ones in SI.
+std::string unit_for_people(const calibration::Campaign& campaign,
+                            const vjm::EffectParameter& parameter, bool angular) {
+  const spatial::Dimension& dimension = angular ? parameter.angular : parameter.linear;
+  if (dimension == spatial::dimension::length) return campaign.units.length;
+  if (dimension == spatial::dimension::angle) return campaign.units.angle;
+  if (dimension == spatial::dimension::force) return campaign.units.force;
+  return unit_of(parameter, angular);
+}
+
+// "gap = 0.052 +- 0.003 mm"
+std::string values_text(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                        const Candidate& candidate, const Eigen::VectorXd& values,
+                        const Eigen::VectorXd& deviations) {
   const vjm::EffectKind& kind = *candidate.effect.kind;
   const bool angular = vjm::turns(candidate.effect, robot.without_effects());
   std::vector<std::string> texts;
   for (std::size_t k = 0; k < kind.parameters.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
-    const std::string deviation = std::isnan(deviations[i])
-                                      ? " (at a bound of its range)"
-                                      : fmt::format(" +- {}", number(deviations[i], 2));
-    const std::string unit = unit_of(kind.parameters[k], angular);
-    texts.push_back(fmt::format("{} = {}{}{}{}", kind.parameters[k].name, number(values[i], 4),
-                                deviation, unit.empty() ? "" : " ", unit));
+    const std::string unit = unit_for_people(campaign, kind.parameters[k], angular);
+    const double factor = unit.empty() ? 1 : spatial::parse_unit(unit).factor;
+    texts.push_back(fmt::format(
+        "{} = {}{}{}{}", kind.parameters[k].name, number(values[i] / factor, 4),
+        std::isnan(deviations[i]) ? "" : fmt::format(" +- {}", number(deviations[i] / factor, 2)),
+        unit.empty() ? "" : " " + unit,
+        std::isnan(deviations[i]) ? " (at a bound of its range)" : ""));
   }
   return fmt::format("{}", fmt::join(texts, ", "));
 }
 
-std::string verdict_text(const vjm::Robot& robot, const Diagnosis& d) {
+std::string verdict_text(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                         const Diagnosis& d) {
   std::string text = fmt::format("Verdict: {}\n", calibration::to_string(d.verdict));
   for (std::size_t i = 0; i < d.found.size(); ++i) {
     const calibration::FoundEffect& found = d.found[i];
-    text += fmt::format(
-        "  {}: {}\n    {}\n    probability among the rivals {}, gate p = {}\n", i + 1,
-        found.candidate.name(),
-        values_text(robot, found.candidate, found.candidate.effect.values, found.deviations),
-        number(found.probability, 3), number(found.gate_p_value, 2));
+    text += fmt::format("  {}: {}\n    {}\n    probability among the rivals {}, gate p = {}\n",
+                        i + 1, found.candidate.name(),
+                        values_text(robot, campaign, found.candidate, found.candidate.effect.values,
+                                    found.deviations),
+                        number(found.probability, 3), number(found.gate_p_value, 2));
+    if (!found.instead.empty())
+      text += fmt::format("    these readings do not tell it from: {}\n",
+                          fmt::join(found.instead, "; "));
   }
   switch (d.verdict) {
-    case Verdict::ambiguous:
-      text += fmt::format("  These readings do not tell it from: {}.\n",
-                          fmt::join(d.ambiguous.begin() + 1, d.ambiguous.end(), "; "));
-      break;
     case Verdict::none_of_the_above:
       text += d.found.empty()
                   ? fmt::format(
@@ -81,30 +94,12 @@ std::string verdict_text(const vjm::Robot& robot, const Diagnosis& d) {
   return text;
 }
 
-std::string length_text(const calibration::Campaign& campaign, double si) {
-  if (std::isnan(si)) return "-";
-  return number(si / spatial::parse_unit(campaign.units.length).factor, 4);
-}
-
-std::string angle_text(const calibration::Campaign& campaign, double si) {
-  if (std::isnan(si)) return "-";
-  return number(si / spatial::parse_unit(campaign.units.angle).factor, 4);
-}
-
-std::string waterfall_text(const calibration::Campaign& campaign, const Diagnosis& d) {
-  if (d.waterfall.empty()) return "";
-  Table table({"", fmt::format("rms {}", campaign.units.length),
-               fmt::format("rms {}", campaign.units.angle), "over noise", "95 % from", "to"});
-  for (const calibration::WaterfallStage& s : d.waterfall)
-    table.add_row({s.name, length_text(campaign, s.translation), angle_text(campaign, s.rotation),
-                   number(s.whitened, 4), number(s.lower, 4), number(s.upper, 4)});
-  return fmt::format("\nError on {} left out of the fit\n{}", d.held_out, table.text());
-}
-
-std::string ranking_text(const vjm::Robot& robot, const DiagnosisStep& step, std::size_t round) {
-  std::string text =
-      fmt::format("\nRound {}: gate p = {} (largest of {} marks, {} simulated campaigns)\n",
-                  round + 1, number(step.gate.p_value, 2), step.ranking.size(), step.gate.draws);
+std::string ranking_text(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                         const DiagnosisStep& step, std::size_t round) {
+  std::string text = fmt::format(
+      "\nRound {}{}: gate p = {} (largest of {} marks, {} simulated campaigns)\n", round + 1,
+      step.beside.empty() ? "" : fmt::format(", beside {}", fmt::join(step.beside, ", ")),
+      number(step.gate.p_value, 2), step.ranking.size(), step.gate.draws);
   Table table({"candidate", "d' at usual size", "-log p", "probability", "held-out gain", "+-",
                "told apart d'", "value"});
   std::size_t shown = 0, hidden = 0;
@@ -121,9 +116,10 @@ std::string ranking_text(const vjm::Robot& robot, const DiagnosisStep& step, std
     std::vector<std::string> row{r.candidate.name(), number(r.detectability, 3),
                                  number(r.surprise, 3)};
     if (r.fit) {
-      row.insert(row.end(), {number(r.fit->probability, 3), number(r.fit->log_score_gain, 3),
-                             number(r.fit->log_score_deviation, 2), number(r.fit->told_apart, 3),
-                             values_text(robot, r.candidate, r.fit->values, r.fit->deviations)});
+      row.insert(row.end(),
+                 {number(r.fit->probability, 3), number(r.fit->log_score_gain, 3),
+                  number(r.fit->log_score_deviation, 2), number(r.fit->told_apart, 3),
+                  values_text(robot, campaign, r.candidate, r.fit->values, r.fit->deviations)});
     } else {
       row.insert(row.end(), {"-", "-", "-", "-", r.not_fitted.empty() ? "" : "not fitted"});
     }
@@ -182,7 +178,8 @@ Json rival_json(const vjm::Robot& robot, const Rival& r) {
 Json step_json(const vjm::Robot& robot, const DiagnosisStep& step) {
   Json ranking = Json::array();
   for (const Rival& r : step.ranking) ranking.push_back(rival_json(robot, r));
-  return {{"gate",
+  return {{"beside", step.beside},
+          {"gate",
            {{"largest", step.gate.largest},
             {"critical", step.gate.critical},
             {"p_value", step.gate.p_value},
@@ -199,26 +196,17 @@ Json test_json(const std::optional<calibration::ChiSquareTest>& test) {
           {"p_value", test->p_value}};
 }
 
-Json stage_json(const calibration::WaterfallStage& s) {
-  const auto optional = [](double x) { return std::isnan(x) ? Json() : Json(x); };
-  return {{"name", s.name},
-          {"whitened", s.whitened},
-          {"lower", s.lower},
-          {"upper", s.upper},
-          {"translation", optional(s.translation)},
-          {"rotation", optional(s.rotation)}};
-}
-
 }  // namespace
 
 std::string text(const vjm::Robot& robot, const calibration::Campaign& campaign,
                  const Diagnosis& d) {
-  std::string text = fmt::format("\n{}\n", campaign.name) + verdict_text(robot, d);
+  std::string text = fmt::format("\n{}\n", campaign.name) + verdict_text(robot, campaign, d);
   if (d.before && d.after)
     text += fmt::format("  chi-square per degree of freedom: {} refitted, {} in the end\n",
                         number(d.before->reduced(), 4), number(d.after->reduced(), 4));
-  text += waterfall_text(campaign, d);
-  for (std::size_t i = 0; i < d.steps.size(); ++i) text += ranking_text(robot, d.steps[i], i);
+  text += waterfall_text(campaign, d.waterfall, d.held_out);
+  for (std::size_t i = 0; i < d.steps.size(); ++i)
+    text += ranking_text(robot, campaign, d.steps[i], i);
   for (const std::string& sentence : d.weak) text += "Weak: " + sentence + "\n";
   for (const std::string& sentence : d.set_aside) text += "Set aside: " + sentence + "\n";
   return text;
@@ -232,10 +220,11 @@ Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, con
     entry["deviations"] = numbers(f.deviations);
     entry["probability"] = f.probability;
     entry["gate_p_value"] = f.gate_p_value;
+    entry["instead"] = f.instead;
     found.push_back(std::move(entry));
   }
   for (const DiagnosisStep& step : d.steps) steps.push_back(step_json(robot, step));
-  for (const calibration::WaterfallStage& s : d.waterfall) waterfall.push_back(stage_json(s));
+  for (const calibration::WaterfallStage& s : d.waterfall) waterfall.push_back(to_json(s));
   return {{"campaign", campaign.name},
           {"verdict", calibration::to_string(d.verdict)},
           {"found", found},

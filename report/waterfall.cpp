@@ -1,0 +1,106 @@
+#include "kinetostat/report/waterfall.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "kinetostat/report/comparison.h"
+#include "kinetostat/report/text.h"
+#include "kinetostat/spatial/units.h"
+
+namespace kinetostat::report {
+namespace {
+
+using calibration::WaterfallStage;
+using files::Json;
+
+std::string in_unit(double si, const std::string& unit) {
+  return std::isnan(si) ? "-" : number(si / spatial::parse_unit(unit).factor, 4);
+}
+
+bool is_confirmed(const std::vector<WaterfallStage>& stages) {
+  return std::any_of(stages.begin(), stages.end(),
+                     [](const WaterfallStage& s) { return !std::isnan(s.confirmed); });
+}
+
+// How the error of one stage compares with that of another, above the noise in which both end.
+std::string fall_text(const WaterfallStage& from, const WaterfallStage& to) {
+  const double change = 100 * (1 - to.whitened / from.whitened);
+  std::string text = fmt::format("The held-out error {} from {} to {} times the noise ({} %)",
+                                 change > 0 ? "falls" : "RISES", number(from.whitened, 4),
+                                 number(to.whitened, 4), number(std::abs(change), 3));
+  const double excess = std::pow(from.whitened, 2) - 1;
+  if (excess > 0.04)
+    text += fmt::format("; of what was above the noise {} % are gone",
+                        number(100 * (1 - (std::pow(to.whitened, 2) - 1) / excess), 3));
+  return text + ".\n";
+}
+
+// The last stage of one of the models.
+const WaterfallStage* last_of(const std::vector<WaterfallStage>& stages, const std::string& name) {
+  const WaterfallStage* found = nullptr;
+  for (const WaterfallStage& stage : stages)
+    if (stage.name.starts_with(name)) found = &stage;
+  return found;
+}
+
+}  // namespace
+
+std::string waterfall_text(const calibration::Campaign& campaign,
+                           const std::vector<WaterfallStage>& stages, const std::string& held_out) {
+  if (stages.empty()) return "";
+  const bool confirmed = is_confirmed(stages);
+  std::vector<std::string> head{"",
+                                fmt::format("rms {}", campaign.units.length),
+                                fmt::format("rms {}", campaign.units.angle),
+                                "over noise",
+                                "95 % from",
+                                "to"};
+  if (confirmed) head.emplace_back("kept to confirm");
+  Table table(head);
+  for (const WaterfallStage& s : stages) {
+    std::vector<std::string> row{s.name,
+                                 in_unit(s.translation, campaign.units.length),
+                                 in_unit(s.rotation, campaign.units.angle),
+                                 number(s.whitened, 4),
+                                 number(s.lower, 4),
+                                 number(s.upper, 4)};
+    if (confirmed) row.push_back(std::isnan(s.confirmed) ? "-" : number(s.confirmed, 4));
+    table.add_row(row);
+  }
+  return fmt::format("\nError on {} left out of the fit\n{}", held_out, table.text());
+}
+
+Json to_json(const WaterfallStage& s) {
+  const auto optional = [](double x) { return std::isnan(x) ? Json() : Json(x); };
+  return {{"name", s.name},
+          {"whitened", s.whitened},
+          {"lower", s.lower},
+          {"upper", s.upper},
+          {"translation", optional(s.translation)},
+          {"rotation", optional(s.rotation)},
+          {"confirmed", optional(s.confirmed)}};
+}
+
+std::string text(const calibration::Campaign& campaign, const calibration::BeforeAfter& both) {
+  std::string text = waterfall_text(campaign, both.stages, both.held_out);
+  const WaterfallStage *from = last_of(both.stages, "before"), *to = last_of(both.stages, "after");
+  if (from != nullptr && to != nullptr) text += fall_text(*from, *to);
+  if (both.stages.empty())
+    text +=
+        "\nNothing but the residual tells how large the noise is, so errors are not compared.\n";
+  return "\nBEFORE\n" + report::text(campaign, both.before) + "\nAFTER\n" +
+         report::text(campaign, both.after) + text;
+}
+
+Json to_json(const calibration::Campaign& campaign, const calibration::BeforeAfter& both) {
+  Json stages = Json::array();
+  for (const WaterfallStage& stage : both.stages) stages.push_back(to_json(stage));
+  return {{"waterfall", stages},
+          {"held_out", both.held_out},
+          {"before", to_json(campaign, both.before)},
+          {"after", to_json(campaign, both.after)}};
+}
+
+}  // namespace kinetostat::report

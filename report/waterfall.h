@@ -1,0 +1,24 @@
+// The falling error as a table, and for programs.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kinetostat/calibration/before_after.h"
+#include "kinetostat/calibration/campaign.h"
+#include "kinetostat/files/json.h"
+
+namespace kinetostat::report {
+
+/// One row a stage, in the units of the campaign. `held_out`: "configurations". Empty without any.
+std::string waterfall_text(const calibration::Campaign& campaign,
+                           const std::vector<calibration::WaterfallStage>& stages,
+                           const std::string& held_out);
+/// SI.
+files::Json to_json(const calibration::WaterfallStage& stage);
+
+std::string text(const calibration::Campaign& campaign, const calibration::BeforeAfter& both);
+/// Both comparisons whole, and the stages.
+files::Json to_json(const calibration::Campaign& campaign, const calibration::BeforeAfter& both);
+
+}  // namespace kinetostat::report
