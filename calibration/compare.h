@@ -72,6 +72,9 @@ struct Comparison {
   std::optional<Assessment> refitted;  // when the robot file declares something uncertain
   std::string refit_failure;           // which of it the data cannot determine, and why; else empty
   std::vector<std::string> notes;      // why a test was not made
+
+  /// The refitted model where there is one.
+  const Assessment& best() const { return refitted ? *refitted : as_designed; }
 };
 
 /// Throws what Predictor and fit_base throw, but for a refit that the data cannot determine: that

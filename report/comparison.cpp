@@ -35,10 +35,6 @@ std::vector<Named> models(const Comparison& comparison) {
   return result;
 }
 
-const Assessment& best(const Comparison& comparison) {
-  return comparison.refitted ? *comparison.refitted : comparison.as_designed;
-}
-
 std::string name_of(Eigen::Index component) {
   return calibration::component_names[static_cast<std::size_t>(component)];
 }
@@ -561,7 +557,7 @@ std::string text(const Campaign& campaign, const Comparison& comparison) {
   std::string text = summary(campaign, comparison) + "\nFindings, worst first\n";
   for (const std::string& sentence : findings(campaign, comparison))
     text += "  - " + sentence + "\n";
-  text += fmt::format("  Adequacy: {}.\n", adequacy_text(best(comparison).adequacy));
+  text += fmt::format("  Adequacy: {}.\n", adequacy_text(comparison.best().adequacy));
   text += assessment_text(campaign, "As designed", comparison.as_designed);
   if (comparison.refitted) text += assessment_text(campaign, "Refitted", *comparison.refitted);
   return text;
@@ -580,7 +576,7 @@ Json to_json(const Campaign& campaign, const Comparison& comparison) {
             {"pure_error", nullptr},
             {"noise_check", nullptr},
             {"notes", comparison.notes},
-            {"adequacy", adequacy_text(best(comparison).adequacy)},
+            {"adequacy", adequacy_text(comparison.best().adequacy)},
             {"findings", findings(campaign, comparison)},
             {"as_designed", to_json(campaign, comparison.as_designed)},
             {"refitted", nullptr},

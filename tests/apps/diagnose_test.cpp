@@ -83,6 +83,17 @@ TEST_F(Diagnose, NamesTheHiddenClearanceAndAdoptingItLetsTheErrorFall) {
   const files::Json parity = files::read_json(working_folder() / "better.json");
   EXPECT_NEAR(parity["refitted"]["chi_square"]["chi_square"].get<double>(),
               json["chi_square_after"]["chi_square"].get<double>(), 0.05);
+  const Outcome both = kinetostat(
+      "compare --before shown.yaml --after better.yaml campaign/campaign.yaml -q --json both.json");
+  EXPECT_EQ(both.code, 0) << both.err;
+  EXPECT_THAT(both.out, HasSubstr("The held-out error falls from"));
+  const files::Json fall = files::read_json(working_folder() / "both.json")["waterfall"];
+  ASSERT_EQ(fall.size(), 5u);
+  EXPECT_EQ(fall[1]["name"], "before, refitted");
+  EXPECT_NEAR(fall[1]["whitened"].get<double>(), stages[1]["whitened"].get<double>(), 1e-6);
+  EXPECT_LT(fall[3]["whitened"].get<double>(), 1.1);
+  EXPECT_EQ(kinetostat("compare --before shown.yaml campaign/campaign.yaml").code, 2);
+
   ASSERT_EQ(kinetostat("revert better.yaml").code, 0);
   EXPECT_EQ(files::read_text(working_folder() / "better.yaml"), shown_);
 }
