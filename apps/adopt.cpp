@@ -8,6 +8,7 @@
 
 #include "kinetostat/apps/command.h"
 #include "kinetostat/apps/commands.h"
+#include "kinetostat/apps/diagnosis_steps.h"
 #include "kinetostat/apps/version.h"
 #include "kinetostat/apps/write_robot.h"
 #include "kinetostat/calibration/adoption.h"
@@ -124,7 +125,7 @@ Adoption adoption_of(const files::Json& diagnosis, const files::Json& entry, con
   return adoption;
 }
 
-files::Json adopt(const AdoptRequest& request, Run& run) {
+files::Json adopt(const AdoptRequest& request, const std::filesystem::path& out, Run& run) {
   const files::Json diagnosis = files::read_json(request.diagnosis);
   const files::Json& entry = chosen(diagnosis, request);
   if (!request.force) require_same_robot(diagnosis, request);
@@ -142,7 +143,6 @@ files::Json adopt(const AdoptRequest& request, Run& run) {
   } catch (const std::invalid_argument& error) {
     throw files::InputError({.file = request.robot, .key = "effects", .what = error.what()});
   }
-  const std::filesystem::path out = run.out() ? *run.out() : std::filesystem::path(request.robot);
   write_robot(out, text);
   run.print(fmt::format("{}: adopted {}; held-out error over the noise {} -> {}\n", out.string(),
                         name_of(entry), report::number(fall.before, 4),
@@ -169,6 +169,12 @@ files::Json revert(const std::string& robot, Run& run) {
 
 }  // namespace
 
+files::Json adopt_effect(const std::filesystem::path& robot, const std::filesystem::path& diagnosis,
+                         const std::string& effect, bool force, const std::filesystem::path& out,
+                         Run& run) {
+  return adopt({robot.string(), diagnosis.string(), effect, force}, out, run);
+}
+
 void add_adopt(Program& program) {
   const auto request = std::make_shared<AdoptRequest>();
   CLI::App& app = program.add(
@@ -176,7 +182,9 @@ void add_adopt(Program& program) {
        .summary = "Write an effect that a diagnosis found into the robot file",
        .example = "kinetostat adopt data/robots/bench.yaml diagnosis.json -o better.yaml",
        .out = "Write the robot file there instead of changing it"},
-      [request](Run& run) { return adopt(*request, run); });
+      [request](Run& run) {
+        return adopt(*request, run.out() ? *run.out() : std::filesystem::path(request->robot), run);
+      });
   app.add_option("ROBOT", request->robot, "Robot file (YAML)")->required();
   app.add_option("DIAGNOSIS", request->diagnosis, "What 'diagnose -o' wrote (JSON)")->required();
   app.add_option("--effect", request->effect,

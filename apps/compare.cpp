@@ -42,10 +42,9 @@ files::Json compare_both(const CompareRequest& request, Run& run) {
       {"inputs", {{"before", report::provenance(before)}, {"after", report::provenance(after)}}}};
   json.update(report::to_json(campaign, both));
   if (run.wants_page())
-    run.draw({{"readings",
-               report::readings_picture(after, campaign,
-                                        {{"before", both.before.best().residual},
-                                         {"after", both.after.best().residual}})}});
+    run.draw({{"readings", report::readings_picture(after, campaign,
+                                                    {{"before", both.before.best().residual},
+                                                     {"after", both.after.best().residual}})}});
   const std::string& failure =
       both.before.refit_failure.empty() ? both.after.refit_failure : both.before.refit_failure;
   if (!failure.empty()) run.leave_unidentified(failure);

@@ -1,5 +1,5 @@
-// kinetostat demo: the whole way on the shipped Orthoglide, from the meshes of its links to a
-// comparison with measurements.
+// kinetostat demo: the whole way on the shipped Orthoglide, from the meshes of its links to the
+// effect that its model lacks.
 #include <chrono>
 #include <memory>
 
@@ -7,13 +7,16 @@
 
 #include "kinetostat/apps/command.h"
 #include "kinetostat/apps/commands.h"
+#include "kinetostat/apps/diagnosis_steps.h"
 #include "kinetostat/apps/shipped_files.h"
 #include "kinetostat/calibration/compare.h"
 #include "kinetostat/fea/identify.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/text_file.h"
 #include "kinetostat/report/comparison.h"
+#include "kinetostat/report/diagnosis.h"
 #include "kinetostat/report/text.h"
+#include "kinetostat/report/waterfall.h"
 #include "kinetostat/vjm/equilibrium.h"
 #include "kinetostat/vjm/posture.h"
 #include "kinetostat/vjm/robot_file.h"
@@ -152,6 +155,37 @@ files::Json compare_with_readings(Run& run) {
   return report::to_json(campaign, comparison);
 }
 
+// 4. A campaign with a hidden effect: compare, diagnose, adopt, compare.
+files::Json find_hidden_effect(const path& folder, Run& run) {
+  const path source = shipped("data/measurements/orthoglide_clearance");
+  const path designed = folder / "robots" / "measured.yaml", better = folder / "robots/better.yaml";
+  files::write_atomically(designed, files::read_text(source / "robot.yaml"));
+  const vjm::Robot robot = vjm::read_robot(designed);
+  const calibration::Campaign campaign =
+      calibration::read_campaign(source / "campaign.yaml", robot.manipulator);
+  const calibration::DiagnosisOptions options;
+  const calibration::Diagnosis diagnosis =
+      calibration::diagnose(robot, campaign, options, run.threads(), run.progress());
+  run.print(report::text(robot, campaign, diagnosis));
+  files::Json json = diagnosis_result(robot, campaign, options, diagnosis);
+  const path diagnosis_file = folder / "diagnosis.json";
+  files::write_json(diagnosis_file, json);
+  run.print("\n5. Adopted: the error falls\n--------------------------\n");
+  (void)adopt_effect(designed, diagnosis_file, "", false, better, run);
+  const calibration::BeforeAfter both = calibration::compare_before_after(
+      robot, vjm::read_robot(better), campaign, run.threads(), run.progress());
+  run.print(report::waterfall_text(campaign, both.stages, both.held_out));
+  if (run.wants_page()) {
+    files::Json shown = json;
+    shown["command"] = "diagnose";
+    run.add_to_page({.result = std::move(shown),
+                     .picture = diagnosis_picture(robot, campaign, diagnosis, run),
+                     .text = report::text(robot, campaign, diagnosis)});
+  }
+  json["after_adoption"] = report::to_json(campaign, both)["waterfall"];
+  return json;
+}
+
 files::Json demo(const Request& request, Run& run) {
   const path folder = request.folder;
   files::Json json;
@@ -161,7 +195,10 @@ files::Json demo(const Request& request, Run& run) {
   json["points"] = compare_link_models(folder, run);
   run.print("3. A model against measurements\n-------------------------------\n");
   json["comparison"] = compare_with_readings(run);
-  run.print(fmt::format("\nLink files, displacement fields (VTU) and the robot file are in {}\n",
+  run.print(
+      "\n4. Which effect is missing from a model?\n----------------------------------------\n");
+  json["hidden_effect"] = find_hidden_effect(folder, run);
+  run.print(fmt::format("\nLink files, displacement fields (VTU) and the robot files are in {}\n",
                         folder.string()));
   return json;
 }
@@ -170,11 +207,11 @@ files::Json demo(const Request& request, Run& run) {
 
 void add_demo(Program& program) {
   const auto request = std::make_shared<Request>();
-  CLI::App& app = program.add(
-      {.name = "demo",
-       .summary = "The whole way on the shipped Orthoglide: meshes, stiffness, measurements",
-       .example = "kinetostat demo"},
-      [request](Run& run) { return demo(*request, run); });
+  CLI::App& app = program.add({.name = "demo",
+                               .summary = "The whole way on the shipped Orthoglide: meshes, "
+                                          "stiffness, measurements, the missing effect",
+                               .example = "kinetostat demo"},
+                              [request](Run& run) { return demo(*request, run); });
   app.add_option("--folder", request->folder, "Where results go")
       ->type_name("DIR")
       ->capture_default_str();

@@ -4,6 +4,7 @@
 #include "kinetostat/apps/campaign_request.h"
 #include "kinetostat/apps/command.h"
 #include "kinetostat/apps/commands.h"
+#include "kinetostat/apps/diagnosis_steps.h"
 #include "kinetostat/calibration/diagnosis.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/text_file.h"
@@ -32,38 +33,22 @@ void require_known_kinds(const std::vector<std::string>& kinds, const vjm::Robot
   }
 }
 
-// The readings under the model before and after; the comparison itself goes on the page, too.
-void draw(const vjm::Robot& robot, const calibration::Campaign& campaign,
-          const calibration::Diagnosis& diagnosis, Run& run) {
-  const calibration::Comparison before =
-      calibration::compare(robot, campaign, run.threads(), run.progress());
-  std::vector<report::ReadingsModel> models = report::readings_models(before);
-  if (!diagnosis.found.empty()) {
-    const vjm::Robot better = report::with_found(robot, diagnosis);
-    const calibration::Comparison after =
-        calibration::compare(better, campaign, run.threads(), run.progress());
-    models.push_back({"with the effect", report::readings_models(after).back().residual});
-  }
-  run.draw({{"readings", report::readings_picture(robot, campaign, models)}});
-  files::Json comparison = report::to_json(campaign, before);
-  comparison.erase("readings");  // they are in the picture
-  run.add_to_page({.result = std::move(comparison), .picture = {}, .text = {}});
-}
-
 files::Json diagnose(const DiagnoseRequest& request, Run& run) {
   const vjm::Robot robot = request.campaign.read_robot();
   require_known_kinds(request.options.kinds, robot);
   const calibration::Campaign campaign = request.campaign.read_campaign(robot);
   const calibration::Diagnosis diagnosis =
       calibration::diagnose(robot, campaign, request.options, run.threads(), run.progress());
-  files::Json json{{"inputs", report::provenance(robot)},
-                   {"readings", files::sha256(files::read_text(campaign.readings_file))},
-                   {"seed", request.options.seed},
-                   {"draws", request.options.draws}};
+  files::Json json = diagnosis_result(robot, campaign, request.options, diagnosis);
   say_which_robot(robot, campaign, json, run);
   run.print(report::text(robot, campaign, diagnosis));
-  json.update(report::to_json(robot, campaign, diagnosis));
-  if (run.wants_page()) draw(robot, campaign, diagnosis, run);
+  if (run.wants_page()) {
+    run.draw(diagnosis_picture(robot, campaign, diagnosis, run));
+    files::Json comparison = report::to_json(
+        campaign, calibration::compare(robot, campaign, run.threads(), run.progress()));
+    comparison.erase("readings");  // they are in the picture
+    run.add_to_page({.result = std::move(comparison), .picture = {}, .text = {}});
+  }
   if (!request.plan.empty()) {
     const auto score = calibration::score_plan(files::read_json(request.plan), request.plan, robot,
                                                campaign, diagnosis, run.threads(), run.progress());
@@ -77,6 +62,30 @@ files::Json diagnose(const DiagnoseRequest& request, Run& run) {
 }
 
 }  // namespace
+
+files::Json diagnosis_result(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                             const calibration::DiagnosisOptions& options,
+                             const calibration::Diagnosis& diagnosis) {
+  files::Json json{{"inputs", report::provenance(robot)},
+                   {"readings", files::sha256(files::read_text(campaign.readings_file))},
+                   {"seed", options.seed},
+                   {"draws", options.draws}};
+  json.update(report::to_json(robot, campaign, diagnosis));
+  return json;
+}
+
+files::Json diagnosis_picture(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                              const calibration::Diagnosis& diagnosis, Run& run) {
+  std::vector<report::ReadingsModel> models =
+      report::readings_models(calibration::compare(robot, campaign, run.threads(), run.progress()));
+  if (!diagnosis.found.empty()) {
+    const vjm::Robot better = report::with_found(robot, diagnosis);
+    const calibration::Comparison after =
+        calibration::compare(better, campaign, run.threads(), run.progress());
+    models.push_back({"with the effect", report::readings_models(after).back().residual});
+  }
+  return {{"readings", report::readings_picture(robot, campaign, models)}};
+}
 
 void add_diagnose(Program& program) {
   const auto request = std::make_shared<DiagnoseRequest>();

@@ -477,11 +477,15 @@ void arrange(DiagnosisStep& step, std::vector<BaseFit>& fits) {
   step.indistinguishable = indistinguishable(step);
 }
 
-// What passes the gate and helps to predict readings that it has not seen.
-bool is_found(const DiagnosisStep& step, double significance) {
-  if (step.gate.p_value > significance || step.indistinguishable.empty()) return false;
+// What passes the gate and helps to predict readings that it has not seen. What comes beside an
+// effect may be what that one's law does not get quite right, so it must stand out further.
+bool is_found(const DiagnosisStep& step) {
+  const bool first = step.beside.empty();
+  if (step.gate.p_value > (first ? significance_level : significance_of_more)) return false;
+  if (step.indistinguishable.empty()) return false;
   const RivalFit& best = *step.ranking[0].fit;
-  return best.log_score_gain > best.log_score_deviation;
+  return best.log_score_gain > best.log_score_deviation &&
+         (first || best.told_apart >= told_apart_from);
 }
 
 FoundEffect found_effect(const DiagnosisStep& step) {
@@ -666,7 +670,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
     DiagnosisStep step = search.step(present, fit, fits);
     arrange(step, fits);
     d.steps.push_back(step);
-    if (!is_found(step, present.empty() ? significance_level : significance_of_more)) break;
+    if (!is_found(step)) break;
     fit = fits[0];
     if (present.empty()) alone = std::move(fits);
     present.push_back(step.ranking[0].candidate);

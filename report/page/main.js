@@ -61,8 +61,9 @@ function sections(given) {
       const known = kinds.filter(([is]) => is(entry));
       return known.length ? known.map(([, show]) => guarded(show, entry)) : [textSection(entry)];
     });
+  const diagnosedFirst = (a, b) => Boolean(b.diagnosis) - Boolean(a.diagnosis);
   return [
-    ...campaigns(entries).map((one) =>
+    ...campaigns(entries).sort(diagnosedFirst).map((one) =>
       guarded(one.studio ? studioSection : measurementSection, one),
     ),
     ...others,

@@ -64,6 +64,7 @@ TEST(ProgramRun, DemoGoesTheWholeWay) {
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("lack-of-fit F = 214.7"));
   EXPECT_THAT(outcome.out, HasSubstr("The linear spring FAILS"));
+  EXPECT_THAT(outcome.out, HasSubstr("better.yaml: adopted clearance at x.rho"));
   // The shipped link files are what identification gives.
   for (const char* link : {"foot", "bar"}) {
     const std::string name = std::string("links/") + link + ".link.json";

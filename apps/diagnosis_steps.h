@@ -1,0 +1,27 @@
+// What several commands do with a diagnosis.
+#pragma once
+
+#include <filesystem>
+
+#include "kinetostat/apps/command.h"
+#include "kinetostat/calibration/diagnosis.h"
+#include "kinetostat/vjm/robot_file.h"
+
+namespace kinetostat::apps {
+
+/// The result of `diagnose`, as `adopt` reads it.
+files::Json diagnosis_result(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                             const calibration::DiagnosisOptions& options,
+                             const calibration::Diagnosis& diagnosis);
+/// The readings under the model as designed, refitted, and with what was found.
+files::Json diagnosis_picture(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                              const calibration::Diagnosis& diagnosis, Run& run);
+
+/// Writes `robot` with an effect that `diagnosis` found to `out`, and says so. Of several the one
+/// named by `effect` ("clearance at x.rho"), else the first. Throws files::NotIdentifiable when
+/// there is none, or (unless `force`) when the held-out error does not fall.
+files::Json adopt_effect(const std::filesystem::path& robot, const std::filesystem::path& diagnosis,
+                         const std::string& effect, bool force, const std::filesystem::path& out,
+                         Run& run);
+
+}  // namespace kinetostat::apps
