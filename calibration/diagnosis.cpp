@@ -8,6 +8,7 @@
 #include <Eigen/QR>
 #include <fmt/format.h>
 
+#include "kinetostat/calibration/load_history.h"
 #include "kinetostat/calibration/wrench_noise.h"
 #include "kinetostat/files/error.h"
 
@@ -500,6 +501,17 @@ FoundEffect found_effect(const DiagnosisStep& step) {
   return found;
 }
 
+std::optional<BaseFit> fit_if_possible(const Rivals& rivals, const std::vector<Candidate>& added,
+                                       const BaseFit& start, files::Progress& progress) {
+  try {
+    return rivals.fit(added, &start, progress);
+  } catch (const files::NoConvergence&) {
+    return std::nullopt;
+  } catch (const files::NotIdentifiable&) {
+    return std::nullopt;
+  }
+}
+
 // What a round beside all the other effects says of one that was found earlier.
 void confirm(const DiagnosisStep& step, FoundEffect& found) {
   const std::string name = found.candidate.name();
@@ -527,6 +539,24 @@ void doubt_beside_one(const std::vector<BaseFit>& alone, const DiagnosisStep& fi
       if (f.candidate.name() != name &&
           std::find(f.instead.begin(), f.instead.end(), name) == f.instead.end())
         f.instead.push_back(name);
+  }
+}
+
+// Where no load is taken back or reversed, friction only takes up a part of the load, as a gap
+// takes up a part of the way; the details of either law are no evidence.
+void doubt_friction(const Campaign& campaign, Diagnosis& d) {
+  const std::vector<LoadDirection> directions = branches(campaign);
+  const bool unloads = std::any_of(directions.begin(), directions.end(), [](LoadDirection branch) {
+    return branch == LoadDirection::unloading;
+  });
+  if (unloads || !reversed_pairs(campaign).empty()) return;
+  for (FoundEffect& found : d.found) {
+    if (found.candidate.effect.kind->name != "friction") continue;
+    const std::string gap = "clearance at " + found.candidate.effect.at;
+    if (std::find(found.instead.begin(), found.instead.end(), gap) == found.instead.end())
+      found.instead.push_back(gap);
+    d.missing.push_back(
+        "loads that are taken back or reversed: without them friction looks like a clearance");
   }
 }
 
@@ -682,16 +712,18 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   for (std::size_t k = 0; k + 1 < present.size(); ++k) {
     std::vector<Candidate> others = present;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
-    const BaseFit without_it = rivals.fit(others, &fit, progress);
-    search.screen(others, without_it);
+    const std::optional<BaseFit> without_it = fit_if_possible(rivals, others, fit, progress);
+    if (!without_it) continue;  // then it is needed all the more
+    search.screen(others, *without_it);
     std::vector<BaseFit> fits;
-    DiagnosisStep step = search.step(others, without_it, fits);
+    DiagnosisStep step = search.step(others, *without_it, fits);
     arrange(step, fits);
     confirm(step, d.found[k]);
     d.steps.push_back(std::move(step));
   }
   if (present.size() > 1) doubt_beside_one(alone, d.steps[0], fit, d.found);
   take_values(fit, d.found);
+  doubt_friction(campaign, d);
   for (const FoundEffect& found : d.found) {
     if (found.instead.empty()) continue;
     d.ambiguous.push_back(found.candidate.name());
