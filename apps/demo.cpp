@@ -179,7 +179,7 @@ files::Json find_hidden_effect(const path& folder, Run& run) {
     files::Json shown = json;
     shown["command"] = "diagnose";
     run.add_to_page({.result = std::move(shown),
-                     .picture = diagnosis_picture(robot, campaign, diagnosis, run),
+                     .picture = diagnosis_picture(robot, campaign, both.before, &both.after),
                      .text = report::text(robot, campaign, diagnosis)});
   }
   json["after_adoption"] = report::to_json(campaign, both)["waterfall"];

@@ -1,5 +1,6 @@
 // kinetostat diagnose: which physical effect is missing from a model?
 #include <memory>
+#include <optional>
 
 #include "kinetostat/apps/campaign_request.h"
 #include "kinetostat/apps/command.h"
@@ -33,6 +34,21 @@ void require_known_kinds(const std::vector<std::string>& kinds, const vjm::Robot
   }
 }
 
+// The comparisons that the charts show, each made once.
+void draw(const vjm::Robot& robot, const calibration::Campaign& campaign,
+          const calibration::Diagnosis& diagnosis, Run& run) {
+  const auto compared = [&](const vjm::Robot& model) {
+    return calibration::compare(model, campaign, run.threads(), run.progress());
+  };
+  const calibration::Comparison before = compared(robot);
+  std::optional<calibration::Comparison> after;
+  if (!diagnosis.found.empty()) after = compared(report::with_found(robot, diagnosis));
+  run.draw(diagnosis_picture(robot, campaign, before, after ? &*after : nullptr));
+  files::Json comparison = report::to_json(campaign, before);
+  comparison.erase("readings");  // they are in the picture
+  run.add_to_page({.result = std::move(comparison), .picture = {}, .text = {}});
+}
+
 files::Json diagnose(const DiagnoseRequest& request, Run& run) {
   const vjm::Robot robot = request.campaign.read_robot();
   require_known_kinds(request.options.kinds, robot);
@@ -42,13 +58,7 @@ files::Json diagnose(const DiagnoseRequest& request, Run& run) {
   files::Json json = diagnosis_result(robot, campaign, request.options, diagnosis);
   say_which_robot(robot, campaign, json, run);
   run.print(report::text(robot, campaign, diagnosis));
-  if (run.wants_page()) {
-    run.draw(diagnosis_picture(robot, campaign, diagnosis, run));
-    files::Json comparison = report::to_json(
-        campaign, calibration::compare(robot, campaign, run.threads(), run.progress()));
-    comparison.erase("readings");  // they are in the picture
-    run.add_to_page({.result = std::move(comparison), .picture = {}, .text = {}});
-  }
+  if (run.wants_page()) draw(robot, campaign, diagnosis, run);
   if (!request.plan.empty()) {
     const auto score = calibration::score_plan(files::read_json(request.plan), request.plan, robot,
                                                campaign, diagnosis, run.threads(), run.progress());
@@ -75,15 +85,10 @@ files::Json diagnosis_result(const vjm::Robot& robot, const calibration::Campaig
 }
 
 files::Json diagnosis_picture(const vjm::Robot& robot, const calibration::Campaign& campaign,
-                              const calibration::Diagnosis& diagnosis, Run& run) {
-  std::vector<report::ReadingsModel> models =
-      report::readings_models(calibration::compare(robot, campaign, run.threads(), run.progress()));
-  if (!diagnosis.found.empty()) {
-    const vjm::Robot better = report::with_found(robot, diagnosis);
-    const calibration::Comparison after =
-        calibration::compare(better, campaign, run.threads(), run.progress());
-    models.push_back({"with the effect", report::readings_models(after).back().residual});
-  }
+                              const calibration::Comparison& before,
+                              const calibration::Comparison* after) {
+  std::vector<report::ReadingsModel> models = report::readings_models(before);
+  if (after != nullptr) models.push_back({"with the effect", after->best().residual});
   return {{"readings", report::readings_picture(robot, campaign, models)}};
 }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "kinetostat/apps/command.h"
+#include "kinetostat/calibration/compare.h"
 #include "kinetostat/calibration/diagnosis.h"
 #include "kinetostat/vjm/robot_file.h"
 
@@ -13,9 +14,10 @@ namespace kinetostat::apps {
 files::Json diagnosis_result(const vjm::Robot& robot, const calibration::Campaign& campaign,
                              const calibration::DiagnosisOptions& options,
                              const calibration::Diagnosis& diagnosis);
-/// The readings under the model as designed, refitted, and with what was found.
+/// The readings under the model as designed, refitted, and (where something was found) with that.
 files::Json diagnosis_picture(const vjm::Robot& robot, const calibration::Campaign& campaign,
-                              const calibration::Diagnosis& diagnosis, Run& run);
+                              const calibration::Comparison& before,
+                              const calibration::Comparison* after);
 
 /// Writes `robot` with an effect that `diagnosis` found to `out`, and says so. Of several the one
 /// named by `effect` ("clearance at x.rho"), else the first. Throws files::NotIdentifiable when
