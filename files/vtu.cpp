@@ -6,27 +6,13 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/files/base64.h"
 #include "kinetostat/files/text_file.h"
 
 namespace kinetostat::files {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "the header below says LittleEndian");
-
-std::string base64(const std::string& bytes) {
-  static constexpr char digits[] =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t three = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      three = three << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
-    for (std::size_t k = 0; k < 4; ++k)
-      text += i + k <= bytes.size() ? digits[three >> (18 - 6 * k) & 63u] : '=';
-  }
-  return text;
-}
 
 template <class Value>
 std::string data_array(const char* type, const std::string& name, int components,

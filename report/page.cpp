@@ -5,6 +5,7 @@
 #include <string_view>
 #include <zlib.h>
 
+#include "kinetostat/files/base64.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/text_file.h"
 
@@ -30,8 +31,6 @@ using files::Json;
 constexpr std::string_view results_begin =
     "<script type=\"application/octet-stream\" id=\"results\">";
 constexpr std::string_view results_end = "</script>";
-constexpr std::string_view letters =
-    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 constexpr std::size_t most_bytes = std::size_t{1} << 30;  // of inflated results
 
 std::string_view shell() {
@@ -62,36 +61,6 @@ std::optional<std::string> inflated(const std::string& bytes) {
     return text;
   }
   return std::nullopt;
-}
-
-std::string base64(const std::string& bytes) {
-  std::string text;
-  text.reserve(bytes.size() * 4 / 3 + 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      group = group << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    for (std::size_t k = 0; k < 4; ++k)
-      text += i + k <= bytes.size() ? letters[group >> (18 - 6 * k) & 63U] : '=';
-  }
-  return text;
-}
-
-std::optional<std::string> from_base64(std::string_view text) {
-  while (text.ends_with('=')) text.remove_suffix(1);
-  std::string bytes;
-  std::uint32_t group = 0;
-  int bits = 0;
-  for (const char letter : text) {
-    const std::size_t value = letters.find(letter);
-    if (value == std::string_view::npos) return std::nullopt;
-    group = group << 6 | static_cast<std::uint32_t>(value);
-    bits += 6;
-    if (bits < 8) continue;
-    bits -= 8;
-    bytes += static_cast<char>(group >> bits & 255U);
-  }
-  return bytes;
 }
 
 std::string escaped(std::string_view text) {
@@ -139,7 +108,7 @@ Json results_in_page(const std::filesystem::path& file, std::string_view text) {
   const std::size_t begin = text.find(results_begin);
   if (begin == std::string_view::npos) throw not_a_result(file);
   text.remove_prefix(begin + results_begin.size());
-  const auto bytes = from_base64(text.substr(0, text.find(results_end)));
+  const auto bytes = files::from_base64(text.substr(0, text.find(results_end)));
   const auto json = bytes ? inflated(*bytes) : std::nullopt;
   if (!json) throw not_a_result(file);
   Json results = Json::parse(*json, nullptr, false);
@@ -207,7 +176,7 @@ std::string page(const std::string& title, const std::vector<PageResult>& result
   return filled({{"@TITLE@", escaped(title)},
                  {"@CONNECT@", host == PageHost::studio ? "'self'" : "'none'"},
                  {"@TEXT@", text},
-                 {"@RESULTS@", base64(deflated(data))}});
+                 {"@RESULTS@", files::base64(deflated(data))}});
 }
 
 std::string title_of(const Json& result) {
