@@ -1,6 +1,6 @@
 // Residual against load, with both branches.
 import { axis, layout } from "./look.js";
-import { band, choosing, many, marks, sameRange, scaleOf } from "./marks.js";
+import { band, marks, ofReadings, sameRange, scaleOf } from "./marks.js";
 import { groups } from "./numbers.js";
 import { unitFor } from "./units.js";
 
@@ -49,14 +49,9 @@ export function againstLoad(readings, view, source) {
     };
   };
   const shape = (name) => (name.startsWith("m") ? "moment" : "force");
-  return {
+  return ofReadings(readings, view, source, {
     id: "against-load",
     title: "Residual against load",
-    n: readings.used(readings.components[0]).length,
-    source,
-    heavy: readings.count > many,
-    follows: ["component", "model", "pose"],
-    ...choosing(readings, view),
     say: "Loading ▲ and unloading ▽; a loop is friction, a step at zero a gap, a bend hardening. Grey: twice the noise. With a pose chosen only that pose.",
     numbers: () => {
       const { component, name, used } = pick();
@@ -106,5 +101,5 @@ export function againstLoad(readings, view, source) {
         }),
       };
     },
-  };
+  });
 }

@@ -1,4 +1,5 @@
 // What a diagnosis tried: ranking with the gate, and which effects leave the same marks.
+import { bars } from "./bars.js";
 import { plain } from "./dom.js";
 import { axis, layout, rising } from "./look.js";
 import { number, probability } from "./units.js";
@@ -46,46 +47,25 @@ export function ranking(step, round, source) {
       ]),
     }),
     draw(look) {
-      return {
-        data: [
-          {
-            type: "bar",
-            orientation: "h",
-            y: rows.map((r, k) => k),
-            x: rows.map((r) => Math.max(r.surprise, 0.05)),
-            marker: {
-              color: rows.map((r) => (suspects.has(rivalName(r)) ? look.mended : look.designed)),
-            },
-            text: rows.map((r) =>
-              r.fit
-                ? r.fit.probability >= 0.001
-                  ? `${number(100 * r.fit.probability, 3)} %`
-                  : "< 0.1 %"
-                : "not fitted",
-            ),
-            textposition: "auto",
-            insidetextfont: { size: 11, color: look.paper },
-            outsidetextfont: { size: 11, color: look.ink },
-            cliponaxis: false,
-            hovertemplate: rows.map(
-              (r) =>
-                `${plain(rivalName(r))}<br>-ln p = ${number(r.surprise)}, d' at usual size ${number(r.detectability)}${r.fit ? `<br>probability ${number(r.fit.probability)}, held-out gain ${number(r.fit.log_score_gain)} ± ${number(r.fit.log_score_deviation)}` : ""}<extra></extra>`,
-            ),
-          },
-        ],
-        layout: layout(look, {
-          showlegend: false,
-          shapes: [
-            {
-              type: "line",
-              yref: "paper",
-              x0: step.gate.critical,
-              x1: step.gate.critical,
-              y0: 0,
-              y1: 1,
-              line: { color: look.bad, width: 2, dash: "dash" },
-            },
-          ],
+      return bars(look, {
+        names: rows.map((r) => plain(rivalName(r))),
+        values: rows.map((r) => Math.max(r.surprise, 0.05)),
+        colours: rows.map((r) => (suspects.has(rivalName(r)) ? look.mended : look.designed)),
+        text: rows.map((r) =>
+          r.fit
+            ? r.fit.probability >= 0.001
+              ? `${number(100 * r.fit.probability, 3)} %`
+              : "< 0.1 %"
+            : "not fitted",
+        ),
+        hover: rows.map(
+          (r) =>
+            `${plain(rivalName(r))}<br>-ln p = ${number(r.surprise)}, d' at usual size ${number(r.detectability)}${r.fit ? `<br>probability ${number(r.fit.probability)}, held-out gain ${number(r.fit.log_score_gain)} ± ${number(r.fit.log_score_deviation)}` : ""}`,
+        ),
+        limits: [[step.gate.critical, look.bad, 2]],
+        x: { title: "surprise, -ln p; on the bars: probability", type: "log", dtick: 1 },
+        small: true,
+        more: {
           annotations: [
             {
               x: Math.log10(step.gate.critical),
@@ -98,17 +78,8 @@ export function ranking(step, round, source) {
               xanchor: "left",
             },
           ],
-          xaxis: axis(look, "surprise, -ln p; on the bars: probability", { type: "log", dtick: 1 }),
-          yaxis: axis(look, "", {
-            autorange: "reversed",
-            tickvals: rows.map((_, k) => k),
-            ticktext: rows.map((r) => plain(rivalName(r))),
-            tickfont: { size: 11 },
-            showgrid: false,
-          }),
-          margin: { l: 60, r: 16, t: 24, b: 44 },
-        }),
-      };
+        },
+      });
     },
   };
 }

@@ -1,6 +1,6 @@
 // Run order, lag, histogram and normal plot of what is left.
 import { axis, layout } from "./look.js";
-import { choosing, many, marks, scaleOf } from "./marks.js";
+import { marks, ofReadings, scaleOf } from "./marks.js";
 import { deviation, largest, mean, normalQuantile } from "./numbers.js";
 
 export function fourPlot(readings, view, source) {
@@ -11,17 +11,12 @@ export function fourPlot(readings, view, source) {
       errors: used.map((i) => readings.whitened(view.get("model"), view.get("component"), i)),
     };
   };
-  return {
+  return ofReadings(readings, view, source, {
     id: "four-plot",
     title: "Four-plot: is what is left noise?",
-    n: readings.used(readings.components[0]).length,
-    source,
     wide: true,
     height: 520,
     tall: 1200,
-    heavy: readings.count > many,
-    follows: ["component", "model", "pose"],
-    ...choosing(readings, view),
     say: "Run order (drift), each against the one before (dependence), histogram and normal plot (outliers). Pure noise: level, round, bell-shaped, straight; grey marks that.",
     numbers: () => {
       const { used, errors } = values();
@@ -145,5 +140,5 @@ export function fourPlot(readings, view, source) {
         }),
       };
     },
-  };
+  });
 }

@@ -1,6 +1,6 @@
 // What the fit knows: parameters with their errors, and what the error depends on.
+import { bars } from "./bars.js";
 import { plain } from "./dom.js";
-import { axis, layout } from "./look.js";
 import { number, stated } from "./units.js";
 
 /** Relative standard error of a fitted parameter [%]. */
@@ -36,46 +36,19 @@ export function identifiability(assessment, source) {
     }),
     draw(look) {
       const shown = rows.map((p) => (p.bound ? null : Math.max(looseness(p), 0.01)));
-      return {
-        data: [
-          {
-            type: "bar",
-            orientation: "h",
-            y: rows.map((_, k) => k),
-            x: shown,
-            marker: {
-              color: shown.map((v) => (v > 50 ? look.bad : v > 5 ? look.held : look.good)),
-            },
-            textposition: "none",
-            hovertemplate: rows.map(
-              (p) =>
-                `${plain(p.parameter)}: ${plain(designed(p))} as designed, ${plain(value(p))} ± ${number(looseness(p), 2)} %<extra></extra>`,
-            ),
-          },
-        ],
-        layout: layout(look, {
-          showlegend: false,
-          margin: { l: 60, r: 16, t: 30, b: 44 },
-          shapes: [5, 50].map((x) => ({
-            type: "line",
-            yref: "paper",
-            y0: 0,
-            y1: 1,
-            x0: x,
-            x1: x,
-            line: { color: look.noise, dash: "dash" },
-          })),
-          xaxis: axis(look, "standard error [%]", { type: "log", dtick: 1, range: [-1.5, 2.3] }),
-          yaxis: axis(look, "", {
-            autorange: "reversed",
-            tickvals: rows.map((_, k) => k),
-            ticktext: rows.map(
-              (p) => `${plain(p.parameter)}<br>${plain(value(p))}${p.bound ? " (at a bound)" : ""}`,
-            ),
-            showgrid: false,
-          }),
-        }),
-      };
+      return bars(look, {
+        names: rows.map(
+          (p) => `${plain(p.parameter)}<br>${plain(value(p))}${p.bound ? " (at a bound)" : ""}`,
+        ),
+        values: shown,
+        colours: shown.map((v) => (v > 50 ? look.bad : v > 5 ? look.held : look.good)),
+        hover: rows.map(
+          (p) =>
+            `${plain(p.parameter)}: ${plain(designed(p))} as designed, ${plain(value(p))} ± ${number(looseness(p), 2)} %`,
+        ),
+        limits: [5, 50].map((at) => [at, look.noise, 2]),
+        x: { title: "standard error [%]", type: "log", dtick: 1, range: [-1.5, 2.3] },
+      });
     },
   };
 }
@@ -103,45 +76,15 @@ export function dependences(assessment, source) {
     numbers: () => ({ columns: ["factor", "p after Holm's correction"], rows }),
     draw(look) {
       const size = rows.map(([, p]) => Math.min(300, -Math.log10(Math.max(p, 1e-300))));
-      return {
-        data: [
-          {
-            type: "bar",
-            orientation: "h",
-            y: rows.map((_, k) => k),
-            x: size,
-            marker: { color: size.map((v) => (v > 1.301 ? look.held : look.designed)) },
-            text: size.map((v) => number(v, 2)),
-            textposition: "auto",
-            insidetextfont: { color: look.paper },
-            outsidetextfont: { color: look.ink },
-            cliponaxis: false,
-            hovertemplate: "%{x:.3g}<extra></extra>",
-          },
-        ],
-        layout: layout(look, {
-          showlegend: false,
-          margin: { l: 60, r: 16, t: 30, b: 44 },
-          shapes: [
-            {
-              type: "line",
-              yref: "paper",
-              y0: 0,
-              y1: 1,
-              x0: 1.301,
-              x1: 1.301,
-              line: { color: look.bad, dash: "dash", width: 2 },
-            },
-          ],
-          xaxis: axis(look, "-log10 p (line: 5 %)", { rangemode: "tozero" }),
-          yaxis: axis(look, "", {
-            autorange: "reversed",
-            tickvals: rows.map((_, k) => k),
-            ticktext: rows.map(([name]) => plain(name)),
-            showgrid: false,
-          }),
-        }),
-      };
+      return bars(look, {
+        names: rows.map(([name]) => plain(name)),
+        values: size,
+        colours: size.map((v) => (v > 1.301 ? look.held : look.designed)),
+        text: size.map((v) => number(v, 2)),
+        hover: size.map((v) => number(v)),
+        limits: [[1.301, look.bad, 2]],
+        x: { title: "-log10 p (line: 5 %)", rangemode: "tozero" },
+      });
     },
   };
 }

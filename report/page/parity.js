@@ -1,6 +1,6 @@
 // Measured against predicted.
 import { axis, layout } from "./look.js";
-import { choosing, many, marks } from "./marks.js";
+import { marks, ofReadings } from "./marks.js";
 import { largest } from "./numbers.js";
 import { kindOf, unitFor } from "./units.js";
 
@@ -15,14 +15,9 @@ export function parity(readings, view, source) {
         measured,
       ];
     });
-  return {
+  return ofReadings(readings, view, source, {
     id: "parity",
     title: "Measured against predicted",
-    n: readings.used(readings.components[0]).length,
-    source,
-    heavy: readings.count > many,
-    follows: ["component", "model", "pose"],
-    ...choosing(readings, view),
     say: "On the line the model is right; the grey band is twice the noise, and may be too narrow to see.",
     numbers: () => ({
       columns: ["reading", "role", "predicted [m or rad]", "measured [m or rad]"],
@@ -67,5 +62,5 @@ export function parity(readings, view, source) {
         }),
       };
     },
-  };
+  });
 }

@@ -1,4 +1,5 @@
 // What to measure next: the batch, what it would tell apart, and what it would know better.
+import { bars } from "./bars.js";
 import { element, list, plain, table } from "./dom.js";
 import { Figure } from "./figure.js";
 import { axis, layout, rising } from "./look.js";
@@ -95,48 +96,20 @@ function splitsFigure(splits, source) {
       columns: ["a", "b", "nats expected", "most that any batch could give", "d'"],
       rows: splits.map((s) => [s.a, s.b, s.nats, s.most, s.separation]),
     }),
-    draw: (look) => ({
-      data: [
-        {
-          type: "bar",
-          orientation: "h",
-          y: splits.map((_, k) => k),
-          x: splits.map((s) => s.nats),
-          marker: { color: splits.map((s) => (s.nats >= 4.6 ? look.mended : look.designed)) },
-          text: splits.map((s) => number(s.nats)),
-          textposition: "auto",
-          insidetextfont: { color: look.paper },
-          outsidetextfont: { color: look.ink },
-          hovertemplate: splits.map(
-            (s) =>
-              `${plain(name(s))}<br>${number(s.nats)} nats${s.advice ? `<br>${plain(s.advice)}` : ""}<extra></extra>`,
-          ),
-        },
-      ],
-      layout: layout(look, {
-        showlegend: false,
-        margin,
-        shapes: [
-          {
-            type: "line",
-            yref: "paper",
-            y0: 0,
-            y1: 1,
-            x0: 4.6,
-            x1: 4.6,
-            line: { color: look.bad, dash: "dash", width: 2 },
-          },
-        ],
-        xaxis: axis(look, "evidence expected [nats]", { rangemode: "tozero" }),
-        yaxis: axis(look, "", {
-          autorange: "reversed",
-          tickvals: splits.map((_, k) => k),
-          ticktext: splits.map((s) => `${plain(s.a)}<br>from ${plain(s.b)}`),
-          tickfont: { size: 11 },
-          showgrid: false,
-        }),
+    draw: (look) =>
+      bars(look, {
+        names: splits.map((s) => `${plain(s.a)}<br>from ${plain(s.b)}`),
+        values: splits.map((s) => s.nats),
+        colours: splits.map((s) => (s.nats >= 4.6 ? look.mended : look.designed)),
+        text: splits.map((s) => number(s.nats)),
+        hover: splits.map(
+          (s) =>
+            `${plain(name(s))}<br>${number(s.nats)} nats${s.advice ? `<br>${plain(s.advice)}` : ""}`,
+        ),
+        limits: [[4.6, look.bad, 2]],
+        x: { title: "evidence expected [nats]", rangemode: "tozero" },
+        small: true,
       }),
-    }),
   };
 }
 
@@ -154,37 +127,18 @@ function sharpenedFigure(sharpened, source) {
     }),
     draw(look) {
       const share = sharpened.map((s) => (100 * s.deviation_expected) / s.deviation_now);
-      return {
-        data: [
-          {
-            type: "bar",
-            orientation: "h",
-            y: sharpened.map((_, k) => k),
-            x: share,
-            marker: { color: look.mended },
-            text: sharpened.map((s) =>
-              plain(
-                `${stated(s.deviation_now, s.unit, 2)} to ${stated(s.deviation_expected, s.unit, 2)}`,
-              ),
-            ),
-            textposition: "auto",
-            insidetextfont: { color: look.paper },
-            outsidetextfont: { color: look.ink },
-            hovertemplate: "%{x:.3g} %<extra></extra>",
-          },
-        ],
-        layout: layout(look, {
-          showlegend: false,
-          margin,
-          xaxis: axis(look, "of today's standard deviation [%]", { range: [0, 105] }),
-          yaxis: axis(look, "", {
-            autorange: "reversed",
-            tickvals: sharpened.map((_, k) => k),
-            ticktext: sharpened.map((s) => plain(s.name)),
-            showgrid: false,
-          }),
-        }),
-      };
+      return bars(look, {
+        names: sharpened.map((s) => plain(s.name)),
+        values: share,
+        colours: look.mended,
+        text: sharpened.map((s) =>
+          plain(
+            `${stated(s.deviation_now, s.unit, 2)} to ${stated(s.deviation_expected, s.unit, 2)}`,
+          ),
+        ),
+        hover: share.map((v) => `${number(v)} %`),
+        x: { title: "of today's standard deviation [%]", range: [0, 105] },
+      });
     },
   };
 }
