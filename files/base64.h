@@ -9,7 +9,8 @@ namespace kinetostat::files {
 
 std::string base64(std::string_view bytes);
 
-/// The bytes again; padding may be missing. Nothing when there is anything else than the 64 letters.
+/// The bytes again; padding may be missing. Nothing when there is anything else than the 64
+/// letters.
 std::optional<std::string> from_base64(std::string_view text);
 
 }  // namespace kinetostat::files
