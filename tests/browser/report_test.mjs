@@ -3,25 +3,15 @@
 //
 //   node report_test.mjs KINETOSTAT
 import assert from "node:assert/strict";
-import { execFileSync } from "node:child_process";
-import { mkdtempSync, readFileSync, rmSync, statSync, symlinkSync, writeFileSync } from "node:fs";
-import { tmpdir } from "node:os";
-import { dirname, join } from "node:path";
-import { fileURLToPath } from "node:url";
+import { readFileSync, statSync, writeFileSync } from "node:fs";
 import { Browser, requireParts } from "./browser.mjs";
+import { Workshop } from "./workshop.mjs";
 
 const program = process.argv[2];
 requireParts(program, "report");
-const root = join(dirname(fileURLToPath(import.meta.url)), "../..");
-const folder = mkdtempSync(join(tmpdir(), "kinetostat-report-"));
-for (const name of ["data", "meshes"]) symlinkSync(join(root, name), join(folder, name));
-const run = (...words) =>
-  execFileSync(program, words, {
-    cwd: folder,
-    encoding: "utf8",
-    stdio: ["ignore", "pipe", "pipe"],
-  });
-const page = (name) => `file://${join(folder, name)}`;
+const shop = new Workshop(program);
+for (const name of ["data", "meshes"]) shop.link(name);
+const run = (...words) => shop.run(...words);
 const evil = `</script><script>window.broken = 1</script><img src=x onerror="window.broken = 2"> <b>bold</b>`;
 
 /** Loads up and down along three axes at some poses of the Orthoglide; noise from a fixed stream. */
@@ -53,10 +43,10 @@ function writeCampaign() {
       });
     }),
   );
-  writeFileSync(join(folder, "plan.csv"), `${lines.join("\n")}\n`);
-  const robot = readFileSync(join(root, "data/robots/orthoglide.yaml"), "utf8");
+  shop.write("plan.csv", lines);
+  const robot = readFileSync(shop.path("data/robots/orthoglide.yaml"), "utf8");
   writeFileSync(
-    join(folder, "robot.yaml"),
+    shop.path("robot.yaml"),
     `${robot}\nuncertain:\n  - {stiffness: x.rho}\n  - {stiffness: leg}\n`,
   );
   run(
@@ -77,7 +67,7 @@ function writeCampaign() {
     "--out",
     "campaign",
   );
-  const file = join(folder, "campaign/campaign.yaml");
+  const file = shop.path("campaign/campaign.yaml");
   writeFileSync(file, readFileSync(file, "utf8").replace(/^campaign: .*$/m, `campaign: '${evil}'`));
   return lines.length - 1;
 }
@@ -88,7 +78,7 @@ const scrollThrough = `(async () => { for (let y = 0; y < document.documentEleme
 /** Opens a page and looks at all of it. Every chart must be drawn, and nothing may go wrong. */
 async function look(browser, name, how) {
   browser.problems = [];
-  await browser.open(page(name), how);
+  await browser.open(shop.address(name), how);
   await browser.evaluate(scrollThrough);
   const points = await browser.evaluate(figures);
   assert.deepEqual(browser.problems, [], `${name}: errors in the console`);
@@ -248,16 +238,16 @@ async function large(browser) {
       `${k},${load},${(load / 1.37e6 + 1e-5 * Math.sin(12.9898 * k) * Math.cos(78.233 * k)).toPrecision(8)}`,
     );
   }
-  writeFileSync(join(folder, "readings.csv"), `${lines.join("\n")}\n`);
+  shop.write("readings.csv", lines);
   writeFileSync(
-    join(folder, "large.yaml"),
+    shop.path("large.yaml"),
     "kinetostat: 1\ncampaign: many readings\nunits: {length: mm, force: N}\ndisplacement: difference\nwrench_point: reference\nnoise: {translation: 5 nm}\nreadings: readings.csv\n",
   );
   run("compare", "data/robots/bench.yaml", "large.yaml", "--html", "large.html");
-  const size = statSync(join(folder, "large.html")).size;
+  const size = statSync(shop.path("large.html")).size;
   assert.ok(size < 6e6, `a page of 20,000 readings has ${size} bytes`);
   const begin = Date.now();
-  await browser.open(page("large.html"));
+  await browser.open(shop.address("large.html"));
   const seconds = (Date.now() - begin) / 1000;
   const points = await look(browser, "large.html");
   assert.equal(points.parity, 20000);
@@ -280,5 +270,5 @@ try {
   await large(browser);
 } finally {
   await browser.close();
-  rmSync(folder, { recursive: true });
+  shop.remove();
 }

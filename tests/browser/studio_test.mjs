@@ -2,44 +2,36 @@
 //
 //   node studio_test.mjs KINETOSTAT
 import assert from "node:assert/strict";
-import { execFileSync, spawn } from "node:child_process";
-import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { spawn } from "node:child_process";
+import { existsSync, readFileSync } from "node:fs";
 import http from "node:http";
 import net from "node:net";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
 import { Browser, requireParts } from "./browser.mjs";
+import { Workshop } from "./workshop.mjs";
 
 const program = process.argv[2];
 requireParts(program, "studio");
-const folder = mkdtempSync(join(tmpdir(), "kinetostat-studio-"));
-const run = (...words) =>
-  execFileSync(program, words, {
-    cwd: folder,
-    encoding: "utf8",
-    stdio: ["ignore", "pipe", "pipe"],
-  });
+const shop = new Workshop(program);
+const run = (...words) => shop.run(...words);
 
 function writeFiles() {
-  writeFileSync(
-    join(folder, "robot.yaml"),
-    `kinetostat: 1
-name: one joint
-units: {length: mm, force: N, angle: deg}
-chain_types:
-  arm:
-    - actuator: {name: drive, axis: Tz, stiffness: 1000}
-manipulator: {chain: arm}
-uncertain:
-  - {stiffness: drive}
-`,
-  );
+  shop.write("robot.yaml", [
+    "kinetostat: 1",
+    "name: one joint",
+    "units: {length: mm, force: N, angle: deg}",
+    "chain_types:",
+    "  arm:",
+    "    - actuator: {name: drive, axis: Tz, stiffness: 1000}",
+    "manipulator: {chain: arm}",
+    "uncertain:",
+    "  - {stiffness: drive}",
+  ]);
   const rows = ["cycle,step,fz"];
   for (let cycle = 1; cycle <= 4; ++cycle)
     [0, 100, 200, 300, 200, 100, 0, -100, -200, -300, -200, -100, 0].forEach((load, k) =>
       rows.push(`${cycle},${k + 1},${load}`),
     );
-  writeFileSync(join(folder, "plan.csv"), `${rows.join("\n")}\n`);
+  shop.write("plan.csv", rows);
   run(
     "simulate",
     "robot.yaml",
@@ -63,7 +55,7 @@ uncertain:
 /** The running program and the address that it printed. */
 function start() {
   const studio = spawn(program, ["studio", "robot.yaml", "campaign/campaign.yaml", "-q"], {
-    cwd: folder,
+    cwd: shop.folder,
   });
   return new Promise((resolve, reject) => {
     let text = "";
@@ -258,8 +250,8 @@ try {
   await malformed(address);
   await inBrowser(address);
   assert.ok(
-    existsSync(join(folder, "better.yaml")) &&
-      readFileSync(join(folder, "better.yaml"), "utf8").includes("clearance"),
+    existsSync(shop.path("better.yaml")) &&
+      readFileSync(shop.path("better.yaml"), "utf8").includes("clearance"),
   );
   // What was saved explains the readings.
   assert.equal(
@@ -274,5 +266,5 @@ try {
   assert.equal(await ended, 0, "Ctrl-C is its proper end");
 } finally {
   studio.kill("SIGKILL");
-  rmSync(folder, { recursive: true });
+  shop.remove();
 }
