@@ -1,7 +1,6 @@
 #include "kinetostat/apps/studio_session.h"
 
 #include <algorithm>
-#include <limits>
 
 #include <fmt/format.h>
 
@@ -11,6 +10,7 @@
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/text_file.h"
 #include "kinetostat/report/comparison.h"
+#include "kinetostat/report/effect.h"
 #include "kinetostat/report/readings_picture.h"
 #include "kinetostat/spatial/units.h"
 
@@ -23,11 +23,6 @@ using files::Json;
 
 constexpr std::size_t most_effects = 5;
 constexpr std::size_t longest_name = 100;
-
-std::string unit_of(const vjm::EffectParameter& parameter, bool angular) {
-  const spatial::Dimension& dimension = angular ? parameter.angular : parameter.linear;
-  return dimension == spatial::dimension::none ? "" : spatial::to_string(dimension);
-}
 
 // Letters, digits, '-', '_' and '.', not hidden: no way out of the folder.
 bool is_plain_yaml_name(const std::string& name) {
@@ -50,14 +45,10 @@ void take_values(const BaseFit& fit, std::vector<Candidate>& added) {
   std::size_t at = fit.parameters.size();
   for (const Candidate& c : added) at -= static_cast<std::size_t>(c.effect.values.size());
   for (Candidate& c : added) {
-    c.effect.deviations.resize(c.effect.values.size());
-    for (Eigen::Index k = 0; k < c.effect.values.size(); ++k, ++at) {
-      const calibration::ParameterEstimate& estimate = fit.parameters[at];
-      c.effect.values[k] = estimate.value;
-      c.effect.deviations[k] = estimate.hit == calibration::BoundHit::none
-                                   ? estimate.standard_error
-                                   : std::numeric_limits<double>::quiet_NaN();
-    }
+    const calibration::FittedValues fitted = fitted_values(fit, at, c.effect.values.size());
+    c.effect.values = fitted.values;
+    c.effect.deviations = fitted.deviations;
+    at += static_cast<std::size_t>(fitted.values.size());
   }
 }
 
@@ -70,7 +61,7 @@ calibration::Adoption adoption_of(const Candidate& candidate, const vjm::Robot& 
   for (std::size_t k = 0; k < kind.parameters.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
     adoption.values.push_back({.name = kind.parameters[k].name,
-                               .unit = unit_of(kind.parameters[k], angular),
+                               .unit = report::unit_of(kind.parameters[k], angular),
                                .value = candidate.effect.values[i],
                                .deviation = candidate.effect.deviations[i]});
   }
@@ -170,7 +161,7 @@ Json StudioSession::fit(const Json& request, files::Progress& progress) {
       const auto i = static_cast<Eigen::Index>(k);
       const double deviation = effect.effect.deviations[i];
       parameters.push_back({{"name", effect.effect.kind->parameters[k].name},
-                            {"unit", unit_of(effect.effect.kind->parameters[k], angular)},
+                            {"unit", report::unit_of(effect.effect.kind->parameters[k], angular)},
                             {"value", effect.effect.values[i]},
                             {"deviation", std::isnan(deviation) ? Json() : Json(deviation)}});
     }

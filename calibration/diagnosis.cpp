@@ -82,22 +82,6 @@ double log_evidence(const BaseFit& fit, double temper) {
          0.5 * log_determinant(rows);
 }
 
-struct FittedValues {
-  VectorXd values, deviations;  // NaN where a bound holds a value
-};
-
-FittedValues fitted_values(const BaseFit& fit, std::size_t first, Index count) {
-  FittedValues result{VectorXd(count), VectorXd(count)};
-  for (Index k = 0; k < count; ++k) {
-    const ParameterEstimate& estimate = fit.parameters[first + static_cast<std::size_t>(k)];
-    result.values[k] = estimate.value;
-    result.deviations[k] = estimate.hit == BoundHit::none
-                               ? estimate.standard_error
-                               : std::numeric_limits<double>::quiet_NaN();
-  }
-  return result;
-}
-
 // What a fit cannot absorb of marks that are there.
 std::string why_unobservable(const Candidate& candidate, const Rivals::Marks& marks,
                              const Campaign& campaign) {

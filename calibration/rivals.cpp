@@ -126,6 +126,18 @@ std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std
   return result;
 }
 
+FittedValues fitted_values(const BaseFit& fit, std::size_t first, Index count) {
+  FittedValues result{VectorXd(count), VectorXd(count)};
+  for (Index k = 0; k < count; ++k) {
+    const ParameterEstimate& estimate = fit.parameters[first + static_cast<std::size_t>(k)];
+    result.values[k] = estimate.value;
+    result.deviations[k] = estimate.hit == BoundHit::none
+                               ? estimate.standard_error
+                               : std::numeric_limits<double>::quiet_NaN();
+  }
+  return result;
+}
+
 Rivals::Rivals(const vjm::Robot& robot, const Campaign& campaign, const Noise& noise, int threads,
                files::Progress& progress)
     : robot_(robot),

@@ -24,6 +24,13 @@ struct Candidate {
 /// empty: all. A place that stands for several (a joint of each chain) is a candidate beside them.
 std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std::string>& kinds);
 
+/// Of an effect that was added to a model.
+struct FittedValues {
+  Eigen::VectorXd values, deviations;  // NaN where a bound holds a value
+};
+/// Its `count` values stand among the parameters of the fit from `first` on.
+FittedValues fitted_values(const BaseFit& fit, std::size_t first, Eigen::Index count);
+
 /// A robot, a campaign, and the fits of models with something more.
 class Rivals {
  public:

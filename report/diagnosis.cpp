@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "kinetostat/report/effect.h"
 #include "kinetostat/report/text.h"
 #include "kinetostat/report/waterfall.h"
 
@@ -21,11 +22,6 @@ using calibration::Verdict;
 using files::Json;
 
 constexpr std::size_t shown_rivals = 12, most_places = 6;
-
-std::string unit_of(const vjm::EffectParameter& parameter, bool angular) {
-  const spatial::Dimension& dimension = angular ? parameter.angular : parameter.linear;
-  return dimension == spatial::dimension::none ? "" : spatial::to_string(dimension);
-}
 
 // Simple units as the campaign has them, compound ones in SI.
 std::string unit_for_people(const calibration::Campaign& campaign,

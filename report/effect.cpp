@@ -6,7 +6,7 @@
 namespace kinetostat::report {
 namespace {
 
-std::string unit_of(const vjm::EffectParameter& parameter) {
+std::string units_of(const vjm::EffectParameter& parameter) {
   const std::string linear = spatial::to_string(parameter.linear);
   const std::string angular = spatial::to_string(parameter.angular);
   return linear == angular ? linear
@@ -30,11 +30,16 @@ std::string parameter_text(const vjm::EffectParameter& p, bool leading) {
                             : leading   ? fmt::format("{:g} is no effect", p.none)
                                         : std::string("to be given");
   const std::string prior = p.prior_unit == vjm::PriorUnit::absolute ? "" : " " + prior_unit(p);
-  return fmt::format("  {} [{}]: {:g} to {:g}, {}; prior +- {:g}{}\n", p.name, unit_of(p), p.lower,
+  return fmt::format("  {} [{}]: {:g} to {:g}, {}; prior +- {:g}{}\n", p.name, units_of(p), p.lower,
                      p.upper, given, p.prior_sd, prior);
 }
 
 }  // namespace
+
+std::string unit_of(const vjm::EffectParameter& parameter, bool angular) {
+  const spatial::Dimension& dimension = angular ? parameter.angular : parameter.linear;
+  return dimension == spatial::dimension::none ? "" : spatial::to_string(dimension);
+}
 
 std::string line(const vjm::EffectKind& kind) {
   return fmt::format("{:<20} {:<10} {}\n", kind.name, vjm::to_string(kind.place), kind.summary);
