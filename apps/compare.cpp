@@ -41,8 +41,9 @@ files::Json compare_both(const CompareRequest& request, Run& run) {
   files::Json json{
       {"inputs", {{"before", report::provenance(before)}, {"after", report::provenance(after)}}}};
   json.update(report::to_json(campaign, both));
+  json["configurations"] = report::configurations(before, campaign);
   if (run.wants_page())
-    run.draw({{"readings", report::readings_picture(after, campaign,
+    run.draw({{"readings", report::readings_picture(after, campaign, both.before.noise,
                                                     {{"before", both.before.best().residual},
                                                      {"after", both.after.best().residual}})}});
   const std::string& failure =
@@ -61,11 +62,12 @@ files::Json compare(const CompareRequest& request, Run& run) {
   say_which_robot(robot, campaign, json, run);
   run.print(report::text(campaign, comparison));
   json.update(report::to_json(campaign, comparison));
+  json["configurations"] = report::configurations(robot, campaign);
   if (!request.csv.empty())
     files::write_atomically(request.csv, report::residual_table(campaign, comparison));
   if (run.wants_page())
-    run.draw({{"readings",
-               report::readings_picture(robot, campaign, report::readings_models(comparison))}});
+    run.draw({{"readings", report::readings_picture(robot, campaign, comparison.noise,
+                                                    report::readings_models(comparison))}});
   if (!comparison.refit_failure.empty()) run.leave_unidentified(comparison.refit_failure);
   return json;
 }

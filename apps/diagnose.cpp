@@ -89,7 +89,7 @@ files::Json diagnosis_picture(const vjm::Robot& robot, const calibration::Campai
                               const calibration::Comparison* after) {
   std::vector<report::ReadingsModel> models = report::readings_models(before);
   if (after != nullptr) models.push_back({"with the effect", after->best().residual});
-  return {{"readings", report::readings_picture(robot, campaign, models)}};
+  return {{"readings", report::readings_picture(robot, campaign, before.noise, models)}};
 }
 
 void add_diagnose(Program& program) {

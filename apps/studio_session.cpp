@@ -6,7 +6,6 @@
 
 #include "kinetostat/apps/write_robot.h"
 #include "kinetostat/calibration/adoption.h"
-#include "kinetostat/calibration/replicates.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/text_file.h"
 #include "kinetostat/report/comparison.h"
@@ -78,22 +77,23 @@ StudioSession::StudioSession(vjm::Robot robot, calibration::Campaign campaign,
     : robot_(std::move(robot)),
       campaign_(std::move(campaign)),
       fitted_(only(campaign_, calibration::Role::fit)),
-      noise_(noise_of(fitted_, replicate_groups(fitted_))),
       folder_(std::move(folder)),
       threads_(threads),
       candidates_(calibration::candidates(robot_, {})) {
+  const calibration::Comparison comparison =
+      calibration::compare(robot_, campaign_, threads_, progress);
+  noise_ = comparison.noise;
   if (noise_.source == calibration::NoiseSource::unknown)
     throw files::InputError(campaign_.file, "nothing says how exact the readings are",
                             "State a 'noise', or repeat readings");
-  const calibration::Comparison comparison =
-      calibration::compare(robot_, campaign_, threads_, progress);
   Json names = Json::array();
   for (const Candidate& candidate : candidates_) names.push_back(candidate.name());
-  opening_ = {.result = report::to_json(campaign_, comparison),
-              .picture = {{"readings", report::readings_picture(
-                                           robot_, campaign_, report::readings_models(comparison))},
-                          {"studio", {{"effects", std::move(names)}}}},
-              .text = report::text(campaign_, comparison)};
+  opening_ = {
+      .result = report::to_json(campaign_, comparison),
+      .picture = {{"readings", report::readings_picture(robot_, campaign_, noise_,
+                                                        report::readings_models(comparison))},
+                  {"studio", {{"effects", std::move(names)}}}},
+      .text = report::text(campaign_, comparison)};
   opening_.result["command"] = "studio";
 }
 
@@ -169,7 +169,7 @@ Json StudioSession::fit(const Json& request, files::Progress& progress) {
     name += (name == "with" ? " " : " and ") + effect.name();
   }
   const Json picture =
-      report::readings_picture(robot_, campaign_, {{name, residual_of(campaign_, found)}});
+      report::readings_picture(robot_, campaign_, noise_, {{name, residual_of(campaign_, found)}});
   return {{"model", picture["models"][0]},
           {"effects", values},
           {"squared_error", found.squared_error},

@@ -230,7 +230,6 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
   };
   know({}, {});
   Comparison result;
-  result.noise_source = evidence.noise.source;
   result.groups = static_cast<Eigen::Index>(evidence.groups.size());
   result.as_designed = fit({});
   try {
@@ -239,6 +238,7 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
   } catch (const files::NotIdentifiable& error) {
     result.refit_failure = error.what();
   }
+  result.noise = evidence.noise;
   if (evidence.pure.degrees_of_freedom > 0) result.replicates = evidence.pure;
   if (result.replicates && evidence.noise.source == NoiseSource::stated)
     result.noise_check = chi_square_test(evidence.pure.sum, evidence.pure.degrees_of_freedom);

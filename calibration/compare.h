@@ -62,7 +62,9 @@ struct Assessment {
 };
 
 struct Comparison {
-  NoiseSource noise_source = NoiseSource::unknown;
+  /// Of all readings, what the noise of the wrenches does to them included: by what best() was
+  /// judged.
+  Noise noise;
   Eigen::Index groups = 0;  // distinct states times components
   /// Scatter of the replicates, over the stated noise if there is one, else raw; when they exist.
   std::optional<PureError> replicates;

@@ -300,6 +300,12 @@ std::string deviation_text(const Campaign& campaign, const Assessment& assessmen
       assessment.fit.degrees_of_freedom());
 }
 
+// As it is stated; nothing where it is not.
+Json direction_json(calibration::LoadDirection direction) {
+  if (direction == calibration::LoadDirection::unstated) return {};
+  return direction == calibration::LoadDirection::loading ? "loading" : "unloading";
+}
+
 std::string role_name(calibration::Role role) {
   return calibration::role_names[static_cast<std::size_t>(role)];
 }
@@ -477,14 +483,22 @@ Json to_json(const Campaign& campaign, const Assessment& assessment) {
 
 Json readings_json(const Campaign& campaign, const Comparison& comparison) {
   Json list = Json::array();
+  const bool known = comparison.noise.source != NoiseSource::unknown;
   for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
     const calibration::Reading& reading = campaign.readings[i];
     Json json{{"id", reading.id},
               {"line", reading.line},
               {"session", campaign.sessions[reading.session]},
+              {"cycle", reading.cycle},
+              {"direction", direction_json(reading.direction)},
+              {"configuration", reading.configuration},
+              {"load",
+               {{"force", files::to_json(reading.load.force)},
+                {"moment", files::to_json(reading.load.moment)}}},
               {"role", role_name(reading.role)},
               {"masked", reading.masked},
               {"measured", numbers(reading.displacement)},
+              {"sigma", known ? numbers(comparison.noise.sigma[i]) : Json()},
               {"predicted", numbers(comparison.as_designed.fit.predicted[i])},
               {"residual", numbers(comparison.as_designed.residual[i])}};
     if (reading.masked) json["mask_reason"] = reading.mask_reason;
@@ -514,8 +528,8 @@ std::string summary(const Campaign& campaign, const Comparison& comparison) {
       "Campaign '{}': {} readings in use, {} masked, {} values of {} states; noise {}.\n",
       campaign.name, campaign.readings.size() - masked(campaign), masked(campaign),
       comparison.as_designed.fit.values, comparison.groups,
-      comparison.noise_source == NoiseSource::replicates ? "from replicates"
-                                                         : noise_text(comparison.noise_source));
+      comparison.noise.source == NoiseSource::replicates ? "from replicates"
+                                                         : noise_text(comparison.noise.source));
   for (const std::string& note : campaign.notes) text += "  " + note + "\n";
   for (const std::string& note : comparison.notes) text += "  " + note + "\n";
   if (!comparison.refit_failure.empty())
@@ -571,7 +585,7 @@ Json to_json(const Campaign& campaign, const Comparison& comparison) {
               {"in_use", campaign.readings.size() - masked(campaign)},
               {"masked", masked(campaign)},
               {"notes", campaign.notes}}},
-            {"noise", noise_text(comparison.noise_source)},
+            {"noise", noise_text(comparison.noise.source)},
             {"states", comparison.groups},
             {"pure_error", nullptr},
             {"noise_check", nullptr},

@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/calibration/replicates.h"
 #include "kinetostat/report/skeleton.h"
 #include "kinetostat/report/text.h"
 #include "kinetostat/spatial/rotation.h"
@@ -72,6 +71,12 @@ Json by_component(const std::vector<Eigen::Index>& components, const Vectors& ve
   return json;
 }
 
+vjm::PostureResult posture_of(const vjm::Manipulator& manipulator,
+                              const Configuration& configuration) {
+  return configuration.target ? posture_at(manipulator, *configuration.target)
+                              : posture_from_joints(manipulator, configuration.joints);
+}
+
 std::string label(const vjm::Robot& robot, const Configuration& configuration,
                   const vjm::PostureResult& posture) {
   const double length = spatial::parse_unit(robot.units.length).factor;
@@ -91,21 +96,6 @@ std::string label(const vjm::Robot& robot, const Configuration& configuration,
     text +=
         fmt::format("; {}, {}, {} {}", shown(r.x()), shown(r.y()), shown(r.z()), robot.units.angle);
   return text;
-}
-
-Json poses_json(const vjm::Robot& robot, const Campaign& campaign) {
-  Json list = Json::array();
-  const vjm::Manipulator& manipulator = robot.without_effects();
-  for (const Configuration& configuration : campaign.configurations) {
-    const vjm::PostureResult found = configuration.target
-                                         ? posture_at(manipulator, *configuration.target)
-                                         : posture_from_joints(manipulator, configuration.joints);
-    Json pose{{"label", label(robot, configuration, found)},
-              {"position", files::to_json(found.posture.platform.position())}};
-    if (list.empty() && found.reached) pose["skeleton"] = skeleton(manipulator, found.posture);
-    list.push_back(std::move(pose));
-  }
-  return list;
 }
 
 Json forces_json(const Campaign& campaign) {
@@ -148,7 +138,26 @@ void add_circumstances(const Campaign& campaign, Json& json) {
         column(campaign, [](const Reading& r) { return r.time ? rounded(*r.time) : Json(); });
 }
 
+// Of the robot in the first posture, in which the others are seen.
+void add_skeleton(const vjm::Robot& robot, const Campaign& campaign, Json& poses) {
+  if (campaign.configurations.empty()) return;
+  const vjm::Manipulator& manipulator = robot.without_effects();
+  const vjm::PostureResult first = posture_of(manipulator, campaign.configurations.front());
+  if (first.reached) poses.front()["skeleton"] = skeleton(manipulator, first.posture);
+}
+
 }  // namespace
+
+Json configurations(const vjm::Robot& robot, const Campaign& campaign) {
+  Json list = Json::array();
+  const vjm::Manipulator& manipulator = robot.without_effects();
+  for (const Configuration& configuration : campaign.configurations) {
+    const vjm::PostureResult found = posture_of(manipulator, configuration);
+    list.push_back({{"label", label(robot, configuration, found)},
+                    {"position", files::to_json(found.posture.platform.position())}});
+  }
+  return list;
+}
 
 std::vector<ReadingsModel> readings_models(const calibration::Comparison& comparison) {
   std::vector<ReadingsModel> models{{"as designed", comparison.as_designed.residual}};
@@ -157,10 +166,8 @@ std::vector<ReadingsModel> readings_models(const calibration::Comparison& compar
 }
 
 Json readings_picture(const vjm::Robot& robot, const Campaign& campaign,
-                      const std::vector<ReadingsModel>& models) {
+                      const calibration::Noise& noise, const std::vector<ReadingsModel>& models) {
   const std::vector<Eigen::Index> components = measured(campaign);
-  const calibration::Noise noise =
-      calibration::noise_of(campaign, calibration::replicate_groups(campaign));
   std::vector<Vector6> displacements;
   for (const Reading& reading : campaign.readings) displacements.push_back(reading.displacement);
   Json json{{"units",
@@ -168,13 +175,14 @@ Json readings_picture(const vjm::Robot& robot, const Campaign& campaign,
               {"force", campaign.units.force},
               {"angle", campaign.units.angle}}},
             {"noise", noise_word(noise.source)},
-            {"poses", poses_json(robot, campaign)},
+            {"poses", configurations(robot, campaign)},
             {"sessions", campaign.sessions},
             {"id", column(campaign, [](const Reading& r) { return Json(r.id); })},
             {"pose", column(campaign, [](const Reading& r) { return r.configuration; })},
             {"session", column(campaign, [](const Reading& r) { return r.session; })},
             {"role", column(campaign, [](const Reading& r) { return static_cast<int>(r.role); })},
             {"masked", column(campaign, [](const Reading& r) { return r.masked ? 1 : 0; })}};
+  add_skeleton(robot, campaign, json["poses"]);
   add_circumstances(campaign, json);
   json["load"] = forces_json(campaign);
   json["measured"] = by_component(components, displacements);

@@ -19,9 +19,14 @@ struct ReadingsModel {
 /// "as designed", and "refitted" when there is a refit.
 std::vector<ReadingsModel> readings_models(const calibration::Comparison& comparison);
 
+/// Postures as charts name them: one entry a configuration of the campaign, {"label", "position"}:
+/// what the robot was told, and the platform's place in base axes [m].
+files::Json configurations(const vjm::Robot& robot, const calibration::Campaign& campaign);
+
 /// One entry a reading in every column; SI, six significant digits; null where nothing was
-/// measured. Poses are those that the robot was told, with the platform's place in base axes.
+/// measured. `noise`: of these readings.
 files::Json readings_picture(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                             const calibration::Noise& noise,
                              const std::vector<ReadingsModel>& models);
 
 /// The robot with the effects that a diagnosis found, at their fitted values.

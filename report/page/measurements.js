@@ -23,9 +23,9 @@ export const isMeasurement = ({ result }) =>
   Boolean(result.as_designed || result.verdict || isBeforeAfter(result));
 
 /** Two models with the same readings: the last state of each. */
-function columnsOfBoth({ before, after }) {
+function columnsOfBoth({ before, after, configurations }) {
   const last = (columns, name) => ({ ...columns.models.at(-1), name });
-  const [old, mended] = [columnsFromResult(before), columnsFromResult(after)];
+  const [old, mended] = [before, after].map((result) => columnsFromResult(result, configurations));
   return { ...mended, models: [last(old, "before"), last(mended, "after")] };
 }
 
@@ -180,6 +180,14 @@ function findings(comparison) {
   return element("div", {}, element("h3", {}, "Findings, worst first"), list(comparison.findings));
 }
 
+/** What JSON of a diagnosis alone leaves out, and where it is to be had. */
+const withoutReadings = () =>
+  element(
+    "p",
+    { class: "say" },
+    "The charts of the readings are not here, because this result does not hold them. To have them, give 'kinetostat report' the page that 'diagnose --html' wrote, or what 'compare --json' wrote of the same campaign, too.",
+  );
+
 /** A section with switches, which is drawn anew with the model that they make. */
 export function studioSection(one) {
   const place = element("div", {}, measurementSection(one));
@@ -205,6 +213,7 @@ export function measurementSection({ name, diagnosis, comparison, both, columns 
   const readings =
     columns || comparison?.readings ? new Readings(columns ?? columnsFromResult(comparison)) : null;
   if (!readings && comparison) section.append(findings(comparison));
+  if (!readings) section.append(withoutReadings());
   const view = new View({
     model: readings ? readings.models.length - 1 : 0,
     component: readings ? worstComponent(readings) : "",

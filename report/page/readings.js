@@ -86,8 +86,17 @@ export class Readings {
   }
 }
 
-/** From what `--json` wrote, which has no loads and no poses. */
-export function columnsFromResult(comparison) {
+/** Columns of those components of the load that some reading has. */
+function loadsOf(rows) {
+  const columns = ["fx", "fy", "fz", "mx", "my", "mz"].map((name, k) => [
+    name,
+    rows.map((row) => (k < 3 ? row.load?.force[k] : row.load?.moment[k - 3]) ?? 0),
+  ]);
+  return Object.fromEntries(columns.filter(([, values]) => values.some((v) => v !== 0)));
+}
+
+/** From what `--json` wrote. `poses`: its configurations; files of old have none, and no loads. */
+export function columnsFromResult(comparison, poses = comparison.configurations) {
   const rows = comparison.readings;
   const component = (key) => {
     const measured = comparison.components.filter((_, k) =>
@@ -101,18 +110,13 @@ export function columnsFromResult(comparison) {
     );
   };
   const sessions = [...new Set(rows.map((row) => row.session))];
-  const residual = component("residual");
-  const whitened = component("whitened");
-  const sigma =
-    comparison.noise === "unknown"
-      ? undefined
-      : Object.fromEntries(
-          Object.keys(residual).map((name) => [
-            name,
-            residual[name].map((r, i) => (whitened[name][i] ? r / whitened[name][i] : null)),
-          ]),
-        );
-  const models = [{ name: "as designed", residual }];
+  const cycles = [...new Set(rows.map((row) => `${row.session}/${row.cycle ?? ""}`))];
+  const last = Math.max(0, ...rows.map((row) => row.configuration ?? 0));
+  const nameless = Array.from({ length: last + 1 }, (_, k) => ({
+    label: last ? `posture ${k + 1}` : "",
+    position: [0, 0, 0],
+  }));
+  const models = [{ name: "as designed", residual: component("residual") }];
   if (comparison.refitted)
     models.push({ name: "refitted", residual: component("refitted_residual") });
   return {
@@ -120,15 +124,16 @@ export function columnsFromResult(comparison) {
     sessions,
     models,
     measured: component("measured"),
-    sigma,
-    load: {},
+    sigma: rows.some((row) => row.sigma) ? component("sigma") : undefined,
+    load: loadsOf(rows),
     id: rows.map((row) => row.id),
     session: rows.map((row) => sessions.indexOf(row.session)),
     masked: rows.map((row) => (row.masked ? 1 : 0)),
     role: rows.map((row) => ["fit", "select", "confirm"].indexOf(row.role)),
-    pose: rows.map(() => 0),
-    cycle: rows.map(() => 0),
-    cycles: [""],
-    poses: [{ label: "", position: [0, 0, 0] }],
+    pose: rows.map((row) => row.configuration ?? 0),
+    stated: rows.map((row) => 1 + ["loading", "unloading"].indexOf(row.direction)),
+    cycle: rows.map((row) => cycles.indexOf(`${row.session}/${row.cycle ?? ""}`)),
+    cycles,
+    poses: poses ?? nameless,
   };
 }

@@ -121,7 +121,7 @@ assert.deepEqual(
   ],
 );
 
-// From JSON alone: what was not measured is left out, the noise comes from the whitened residual.
+// From JSON alone: what was not measured is left out, and so are loads that no reading has.
 const alone = columnsFromResult({
   noise: "stated",
   components: ["dx", "dz"],
@@ -135,11 +135,23 @@ const alone = columnsFromResult({
       measured: [null, 1],
       residual: [null, 0.5],
       whitened: [null, 0.25],
+      sigma: [null, 2],
+      cycle: "up",
+      direction: "unloading",
+      configuration: 1,
+      load: { force: [0, 0, -5], moment: [0, 0, 0] },
     },
+  ],
+  configurations: [
+    { label: "home", position: [0, 0, 0] },
+    { label: "far", position: [1, 0, 0] },
   ],
 });
 assert.deepEqual(Object.keys(alone.measured), ["dz"]);
 assert.equal(alone.sigma.dz[0], 2);
+assert.deepEqual(alone.load, { fz: [-5] });
+assert.equal(new Readings(alone).poseText(alone.pose[0]), "far");
+assert.deepEqual(new Readings(alone).branch, [2]);
 
 // A posture is moved away from another by so many times what they differ.
 const state = (x) => ({

@@ -140,6 +140,10 @@ async function comparison(browser) {
     `(() => { const s = document.querySelectorAll(".tools select")[0]; s.value = "0"; s.dispatchEvent(new Event("change")); })()`,
   );
   assert.equal(await browser.evaluate(range), before);
+  // From JSON alone the same charts, but for the robot among the arrows.
+  run("compare", "robot.yaml", "campaign/campaign.yaml", "--json", "compare.json");
+  run("report", "compare.json", "-o", "from_json.html");
+  assert.deepEqual(await look(browser, "from_json.html"), points);
   await look(browser, "compare.html", { dark: true });
   await look(browser, "compare.html", { width: 390, height: 800 });
 }

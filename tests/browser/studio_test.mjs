@@ -32,29 +32,16 @@ function writeFiles() {
       rows.push(`${cycle},${k + 1},${load}`),
     );
   shop.write("plan.csv", rows);
-  run(
-    "simulate",
-    "robot.yaml",
-    "--plan",
-    "plan.csv",
-    "--components",
-    "dz",
-    "--noise-translation",
-    "2um",
-    "--effect",
-    "clearance",
-    "--at",
-    "drive",
-    "--size",
-    "50 um",
-    "--out",
-    "campaign",
-  );
+  const simulated = ["simulate", "robot.yaml", "--plan", "plan.csv", "--components", "dz"];
+  const noise = ["--noise-translation", "2um"];
+  const hidden = ["--effect", "clearance", "--at", "drive", "--size", "50 um"];
+  run(...simulated, ...noise, ...hidden, "--out", "campaign");
+  run(...simulated, ...noise, "--noise-force", "20 N", "--out", "loud");
 }
 
 /** The running program and the address that it printed. */
-function start() {
-  const studio = spawn(program, ["studio", "robot.yaml", "campaign/campaign.yaml", "-q"], {
+function start(campaign) {
+  const studio = spawn(program, ["studio", "robot.yaml", `${campaign}/campaign.yaml`, "-q"], {
     cwd: shop.folder,
   });
   return new Promise((resolve, reject) => {
@@ -213,6 +200,26 @@ async function malformed(address) {
   assert.equal((await request(address, address.pathname)).status, 200, "it no longer answers");
 }
 
+/** Readings under a load of which the cell knows little are weighed by what that does to them. */
+async function loadCellsHaveNoise() {
+  const { studio, address } = await start("loud");
+  try {
+    const { status, text } = await request(address, `${address.pathname}fit`, {
+      method: "POST",
+      body: JSON.stringify({ effects: [] }),
+      headers: { "Content-Type": "application/json" },
+    });
+    assert.equal(status, 200, text);
+    const { squared_error, degrees_of_freedom, model } = JSON.parse(text);
+    const share = squared_error / degrees_of_freedom;
+    assert.ok(share > 0.5 && share < 1.7, `chi-square per degree of freedom ${share}`);
+    assert.ok(model.residual.dz.length > 0);
+  } finally {
+    studio.removeAllListeners("exit");
+    studio.kill("SIGKILL");
+  }
+}
+
 async function inBrowser(address) {
   const browser = new Browser();
   try {
@@ -244,11 +251,12 @@ async function inBrowser(address) {
 }
 
 writeFiles();
-const { studio, address } = await start();
+const { studio, address } = await start("campaign");
 try {
   await refusals(address);
   await malformed(address);
   await inBrowser(address);
+  await loadCellsHaveNoise();
   assert.ok(
     existsSync(shop.path("better.yaml")) &&
       readFileSync(shop.path("better.yaml"), "utf8").includes("clearance"),

@@ -200,7 +200,7 @@ struct Bench {
 TEST(Adequacy, NoiseIsNeverTakenFromTheResidual) {
   const Bench wrong{.runs = 1, .noise = 0.01, .bend = 0.2};
   const Comparison silent = wrong.compare();
-  EXPECT_EQ(silent.noise_source, NoiseSource::unknown);
+  EXPECT_EQ(silent.noise.source, NoiseSource::unknown);
   for (const Assessment* a : {&silent.as_designed, &*silent.refitted}) {
     EXPECT_EQ(a->adequacy, Adequacy::not_evaluated);
     EXPECT_FALSE(a->chi_square);

@@ -85,7 +85,7 @@ TEST_F(NistLoadCell, FitIsTheStraightLineOfTheTextbook) {
 }
 
 TEST_F(NistLoadCell, WithoutAStatedNoiseThereIsNoChiSquare) {
-  EXPECT_EQ(comparison().noise_source, NoiseSource::replicates);
+  EXPECT_EQ(comparison().noise.source, NoiseSource::replicates);
   EXPECT_FALSE(refitted().chi_square);
   EXPECT_FALSE(comparison().noise_check);
 }
@@ -131,7 +131,7 @@ TEST_F(NistLoadCell, OneRunAloneIsNotJudged) {
       "zero: estimate\nreadings: readings.csv\n",
       csv);
   const Comparison c = test::compare_files(test::bench(1.37e9), file);
-  EXPECT_EQ(c.noise_source, NoiseSource::unknown);
+  EXPECT_EQ(c.noise.source, NoiseSource::unknown);
   EXPECT_EQ(c.refitted->adequacy, Adequacy::not_evaluated);
   EXPECT_FALSE(c.refitted->lack_of_fit);
   EXPECT_FALSE(c.refitted->chi_square);
