@@ -22,7 +22,10 @@ struct DiagnoseRequest {
   CampaignRequest campaign;
   calibration::DiagnosisOptions options;
   std::string plan;
+  bool profiles = false;
 };
+
+constexpr std::size_t most_profiles = 12;
 
 void require_known_kinds(const std::vector<std::string>& kinds, const vjm::Robot& robot) {
   for (const std::string& kind : kinds) {
@@ -53,8 +56,10 @@ files::Json diagnose(const DiagnoseRequest& request, Run& run) {
   const vjm::Robot robot = request.campaign.read_robot();
   require_known_kinds(request.options.kinds, robot);
   const calibration::Campaign campaign = request.campaign.read_campaign(robot);
+  calibration::DiagnosisOptions options = request.options;
+  if (request.profiles || run.wants_page()) options.profiles = most_profiles;
   const calibration::Diagnosis diagnosis =
-      calibration::diagnose(robot, campaign, request.options, run.threads(), run.progress());
+      calibration::diagnose(robot, campaign, options, run.threads(), run.progress());
   files::Json json = diagnosis_result(robot, campaign, request.options, diagnosis);
   say_which_robot(robot, campaign, json, run);
   run.print(report::text(robot, campaign, diagnosis));
@@ -109,6 +114,8 @@ void add_diagnose(Program& program) {
   app.add_option("--plan", request->plan,
                  "Score the plan (from 'plan --json') that some of the readings follow")
       ->type_name("PLAN.json");
+  app.add_flag("--profiles", request->profiles,
+               "Likelihood profiles of the fitted values, for --json; pages have them anyway");
   app.add_option("--draws", request->options.draws, "Simulated campaigns of the bootstraps")
       ->capture_default_str()
       ->check(CLI::Range(99, 100000));

@@ -718,6 +718,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   d.structure = structure_test(structure, {-fit.at.residual, fit.at.jacobian}, options.draws,
                                options.seed, threads);
   judge(d);
+  if (options.profiles > 0) d.profiles = profiles(rivals, present, fit, options.profiles, progress);
   return d;
 }
 

@@ -7,7 +7,7 @@
 
 #include "kinetostat/calibration/gate.h"
 #include "kinetostat/calibration/goodness_of_fit.h"
-#include "kinetostat/calibration/rivals.h"
+#include "kinetostat/calibration/profile.h"
 #include "kinetostat/calibration/structure.h"
 #include "kinetostat/calibration/waterfall.h"
 
@@ -18,6 +18,7 @@ struct DiagnosisOptions {
   int draws = 500;                 // of the bootstraps
   std::uint64_t seed = 1;
   std::size_t most_effects = 3;  // that are named one after the other
+  std::size_t profiles = 0;      // most likelihood profiles of the final model
 };
 
 /// A model with one effect more, fitted.
@@ -80,6 +81,7 @@ struct Diagnosis {
   StructureTest structure;                     // of what is left at the end
   std::vector<WaterfallStage> waterfall;
   std::string held_out;  // what was left out together: "configurations"
+  std::vector<Profile> profiles;
 };
 
 /// Refits what is uncertain under every rival, screens all candidates with score tests, passes a

@@ -172,10 +172,25 @@ BaseFit Rivals::fit(const std::vector<Candidate>& added, const BaseFit* start,
   std::vector<Parameter> unknowns = parameters(effects, added);
   if (start != nullptr)
     for (std::size_t k = 0; k < base_.size(); ++k) unknowns[k].start = start->parameters[k].value;
-  return fit_base(predictor_.with_effects(effects), campaign_, noise_, unknowns, progress,
-                  {.max_iterations = 60,
-                   .tolerance = 1e-9,
-                   .near = start == nullptr ? nullptr : &start->model});
+  return fitted(effects, unknowns, start, progress);
+}
+
+BaseFit Rivals::fit_held(const std::vector<Candidate>& added, const BaseFit& start,
+                         std::size_t held, double value, files::Progress& progress) const {
+  const std::vector<vjm::Effect> effects = effects_with(added);
+  std::vector<Parameter> unknowns = parameters(effects, added);
+  for (std::size_t k = 0; k < unknowns.size(); ++k) unknowns[k].start = start.parameters[k].value;
+  unknowns[held].start = unknowns[held].lower = unknowns[held].upper = value;
+  unknowns[held].bounds_stated = true;  // held, not running away
+  return fitted(effects, unknowns, &start, progress);
+}
+
+BaseFit Rivals::fitted(const std::vector<vjm::Effect>& effects,
+                       const std::vector<Parameter>& unknowns, const BaseFit* near,
+                       files::Progress& progress) const {
+  return fit_base(
+      predictor_.with_effects(effects), campaign_, noise_, unknowns, progress,
+      {.max_iterations = 60, .tolerance = 1e-9, .near = near == nullptr ? nullptr : &near->model});
 }
 
 double Rivals::error_on(const Campaign& others, const BaseFit& fit,

@@ -42,6 +42,10 @@ class Rivals {
   BaseFit fit(const std::vector<Candidate>& added, const BaseFit* start,
               files::Progress& progress) const;
 
+  /// The same with one parameter held at a value, begun at a fit with the same effects.
+  BaseFit fit_held(const std::vector<Candidate>& added, const BaseFit& start, std::size_t held,
+                   double value, files::Progress& progress) const;
+
   /// Marks of one candidate beside a model that is fitted already (with `present` effects): of its
   /// usual size, and of other sizes where its shape depends on that. Empty with a reason where the
   /// model has no equilibrium with it.
@@ -64,6 +68,8 @@ class Rivals {
  private:
   std::vector<Parameter> parameters(const std::vector<vjm::Effect>& effects,
                                     const std::vector<Candidate>& added) const;
+  BaseFit fitted(const std::vector<vjm::Effect>& effects, const std::vector<Parameter>& unknowns,
+                 const BaseFit* near, files::Progress& progress) const;
   std::vector<vjm::Effect> effects_with(const std::vector<Candidate>& added) const;
 
   const vjm::Robot& robot_;

@@ -127,29 +127,6 @@ std::string loss_text(const Campaign& campaign, const BaseFit& fit) {
                      count > 0 ? ": " : "", fmt::join(ids, ", "), count > 10 ? ", ..." : "");
 }
 
-Json to_json(const ParameterEstimate& e) {
-  Json json{{"parameter", e.parameter.name}, {"bound", nullptr}};
-  if (e.hit != BoundHit::none) json["bound"] = hit_text(e.hit);
-  if (!e.parameter.is_logarithm()) {
-    json.update({{"designed", e.parameter.start},
-                 {"fitted", e.value},
-                 {"standard_error", e.standard_error},
-                 {"unit", e.parameter.unit}});
-    return json;
-  }
-  const double factor = std::exp(e.value);
-  json.update({{"stiffness", e.parameter.name},
-               {"factor", factor},
-               {"log_factor", e.value},
-               {"standard_error_of_log_factor", e.standard_error}});
-  if (e.parameter.stiffness)
-    json.update({{"designed", *e.parameter.stiffness},
-                 {"fitted", *e.parameter.stiffness * factor},
-                 {"standard_error", *e.parameter.stiffness * factor * e.standard_error},
-                 {"unit", e.parameter.is_torsional ? "N m/rad" : "N/m"}});
-  return json;
-}
-
 Json to_json(const Campaign& campaign, const calibration::Zero& zero) {
   return {{"component", component_name(zero.component)},
           {"session", campaign.sessions[zero.session]},
@@ -182,6 +159,29 @@ Json covariance_json(const Eigen::MatrixXd& covariance) {
 }
 
 }  // namespace
+
+Json to_json(const ParameterEstimate& e) {
+  Json json{{"parameter", e.parameter.name}, {"bound", nullptr}};
+  if (e.hit != BoundHit::none) json["bound"] = hit_text(e.hit);
+  if (!e.parameter.is_logarithm()) {
+    json.update({{"designed", e.parameter.start},
+                 {"fitted", e.value},
+                 {"standard_error", e.standard_error},
+                 {"unit", e.parameter.unit}});
+    return json;
+  }
+  const double factor = std::exp(e.value);
+  json.update({{"stiffness", e.parameter.name},
+               {"factor", factor},
+               {"log_factor", e.value},
+               {"standard_error_of_log_factor", e.standard_error}});
+  if (e.parameter.stiffness)
+    json.update({{"designed", *e.parameter.stiffness},
+                 {"fitted", *e.parameter.stiffness * factor},
+                 {"standard_error", *e.parameter.stiffness * factor * e.standard_error},
+                 {"unit", e.parameter.is_torsional ? "N m/rad" : "N/m"}});
+  return json;
+}
 
 std::string text(const Campaign& campaign, const BaseFit& fit) {
   std::string result = parameters_text(campaign, fit) + zeros_text(campaign, fit) +

@@ -12,6 +12,8 @@ namespace kinetostat::report {
 /// hit, combinations that the readings hardly determine, readings that counted less.
 std::string text(const calibration::Campaign& campaign, const calibration::BaseFit& fit);
 
+/// Name, value and standard error of one parameter; a stiffness by its factor, too. SI.
+files::Json to_json(const calibration::ParameterEstimate& estimate);
 /// Every figure, in SI units.
 files::Json to_json(const calibration::Campaign& campaign, const calibration::BaseFit& fit);
 

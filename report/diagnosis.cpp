@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "kinetostat/report/base_fit.h"
 #include "kinetostat/report/effect.h"
 #include "kinetostat/report/text.h"
 #include "kinetostat/report/waterfall.h"
@@ -185,6 +186,16 @@ Json step_json(const vjm::Robot& robot, const DiagnosisStep& step) {
           {"ranking", ranking}};
 }
 
+// Values in the coordinate that was fitted: of a stiffness the logarithm of its factor.
+Json profile_json(const calibration::Profile& profile) {
+  Json json = to_json(profile.estimate), points = Json::array(), interval = Json::array();
+  for (const calibration::ProfilePoint& p : profile.points)
+    points.push_back({{"value", p.value}, {"rise", p.rise}});
+  for (const auto& end : profile.interval) interval.push_back(end ? Json(*end) : Json());
+  json.update({{"points", points}, {"interval", interval}, {"ended", profile.ended}});
+  return json;
+}
+
 Json test_json(const std::optional<calibration::ChiSquareTest>& test) {
   if (!test) return {};
   return {{"chi_square", test->statistic},
@@ -221,22 +232,24 @@ Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, con
   }
   for (const DiagnosisStep& step : d.steps) steps.push_back(step_json(robot, step));
   for (const calibration::WaterfallStage& s : d.waterfall) waterfall.push_back(to_json(s));
-  return {{"campaign", campaign.name},
-          {"verdict", calibration::to_string(d.verdict)},
-          {"found", found},
-          {"ambiguous", d.ambiguous},
-          {"missing", d.missing},
-          {"chi_square_before", test_json(d.before)},
-          {"chi_square_after", test_json(d.after)},
-          {"structure_left",
-           {{"p_value", d.structure.p_value},
-            {"depends_on", d.structure.depends_on},
-            {"excess", d.structure.excess}}},
-          {"waterfall", waterfall},
-          {"held_out", d.held_out},
-          {"set_aside", d.set_aside},
-          {"weak", d.weak},
-          {"steps", steps}};
+  Json json{{"campaign", campaign.name},
+            {"verdict", calibration::to_string(d.verdict)},
+            {"found", found},
+            {"ambiguous", d.ambiguous},
+            {"missing", d.missing},
+            {"chi_square_before", test_json(d.before)},
+            {"chi_square_after", test_json(d.after)},
+            {"structure_left",
+             {{"p_value", d.structure.p_value},
+              {"depends_on", d.structure.depends_on},
+              {"excess", d.structure.excess}}},
+            {"waterfall", waterfall},
+            {"held_out", d.held_out},
+            {"set_aside", d.set_aside},
+            {"weak", d.weak},
+            {"steps", steps}};
+  for (const calibration::Profile& p : d.profiles) json["profiles"].push_back(profile_json(p));
+  return json;
 }
 
 }  // namespace kinetostat::report

@@ -8,6 +8,7 @@ import { fourPlot } from "./four_plot.js";
 import { dependences, identifiability } from "./knowledge.js";
 import { oddEven, oddEvenPanel } from "./odd_even.js";
 import { parity } from "./parity.js";
+import { likelihoodProfile } from "./profiles.js";
 import { Readings, columnsFromResult } from "./readings.js";
 import { studioPanel } from "./studio.js";
 import { number, stated, statedWithError } from "./units.js";
@@ -160,10 +161,18 @@ function tools(readings, view) {
       ),
     );
   fill();
+  // The choices are not on paper, but what was chosen is.
+  const said = element("p", { class: "say paper" });
+  const say = () => {
+    const pose = view.get("pose");
+    said.textContent = `Shown below: model ${readings.models[view.get("model")].name}, component ${view.get("component")}, ${pose === null ? "all poses" : `pose ${readings.poseText(pose)}`}.`;
+  };
+  say();
   view.listen((keys) => {
     if (keys.includes("pose")) node.querySelectorAll("select")[2].value = view.get("pose") ?? "";
+    say();
   });
-  return node;
+  return [node, said];
 }
 
 // The component with the largest error over its noise is looked at first.
@@ -233,7 +242,7 @@ export function measurementSection({ name, diagnosis, comparison, both, columns 
   if (readings) {
     add(first, errorShares(readings, view, source), view);
     first.append(certificateTable(readings), findings(comparison) ?? "");
-    section.append(tools(readings, view));
+    section.append(...tools(readings, view));
     const all = charts();
     if (readings.loads.length) add(all, againstLoad(readings, view, source), view);
     if (
@@ -251,11 +260,14 @@ export function measurementSection({ name, diagnosis, comparison, both, columns 
   const last = charts();
   const assessment = comparison?.refitted ?? comparison?.as_designed;
   diagnosis?.steps.forEach((step, k) => {
-    if (step.ranking.length) add(last, ranking(step, k + 1, source), view);
+    if (step.ranking.some((r) => r.observable)) add(last, ranking(step, k + 1, source), view);
     if (step.confusion?.candidates.length > 1)
       add(last, confusion(step.confusion, k + 1, source), view);
   });
   if (assessment?.patterns.factors.length) add(last, dependences(assessment, source), view);
   if (assessment?.parameters.length) add(last, identifiability(assessment, source), view);
+  diagnosis?.profiles
+    ?.filter((profile) => profile.points.length > 1)
+    .forEach((profile, k) => add(last, likelihoodProfile(profile, k + 1, source), view));
   return section;
 }

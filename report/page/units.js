@@ -95,17 +95,18 @@ const kindOfUnit = {
   "N m rad^-1": "torsion",
   "m N^-1": "compliance",
 };
-const bestUnit = (value, unit) =>
+/** The unit in which a value stated in SI reads best: {unit, factor}. */
+export const unitOf = (value, unit) =>
   kindOfUnit[unit] ? unitFor(kindOfUnit[unit], Math.abs(value)) : { factor: 1, unit };
 
 /** "27.6 mm", for a unit as a result states it ("m", "N m/rad", ...). */
 export function stated(value, unit, digits = 3) {
-  const best = bestUnit(value, unit);
+  const best = unitOf(value, unit);
   return `${number(value / best.factor, digits)} ${best.unit}`.trim();
 }
 /** "13.3 ± 0.32 µm". */
 export function statedWithError(value, error, unit) {
-  const best = bestUnit(Math.max(Math.abs(value), error), unit);
+  const best = unitOf(Math.max(Math.abs(value), error), unit);
   return `${number(value / best.factor)} ± ${number(error / best.factor, 2)} ${best.unit}`.trim();
 }
 
