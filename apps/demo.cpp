@@ -11,6 +11,7 @@
 #include "kinetostat/apps/shipped_files.h"
 #include "kinetostat/calibration/compare.h"
 #include "kinetostat/fea/identify.h"
+#include "kinetostat/fea/link_picture.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/text_file.h"
 #include "kinetostat/report/comparison.h"
@@ -40,6 +41,13 @@ files::Json identify_link(const std::string& name, const path& folder, Run& run)
   const path link_file = folder / "links" / (name + ".link.json");
   files::write_json(link_file, fea::to_json(result));
   files::write_vtu(folder / "links" / (name + ".vtu"), fea::displacement_fields(result));
+  if (run.wants_page()) {
+    files::Json shown = fea::to_json(result);
+    shown["command"] = "identify";
+    run.add_to_page({.result = std::move(shown),
+                     .picture = {{"surface", fea::link_picture(result)}},
+                     .text = {}});
+  }
   run.print(
       fmt::format("Link '{}': {} tetrahedra, {} unknowns, {} kg, symmetry defect {:.0e}\n{}\n",
                   name, result.mesh.element_count(), result.response.solver.unknowns,
@@ -163,7 +171,8 @@ files::Json find_hidden_effect(const path& folder, Run& run) {
   const vjm::Robot robot = vjm::read_robot(designed);
   const calibration::Campaign campaign =
       calibration::read_campaign(source / "campaign.yaml", robot.manipulator);
-  const calibration::DiagnosisOptions options;
+  calibration::DiagnosisOptions options;
+  if (run.wants_page()) options.profiles = 12;
   const calibration::Diagnosis diagnosis =
       calibration::diagnose(robot, campaign, options, run.threads(), run.progress());
   run.print(report::text(robot, campaign, diagnosis));

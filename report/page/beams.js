@@ -2,7 +2,7 @@
 import { element, plain } from "./dom.js";
 import { Figure } from "./figure.js";
 import { motions } from "./links.js";
-import { axis, diverging, layout } from "./look.js";
+import { axis, diverging, layout, onColours } from "./look.js";
 import { number, unitFor } from "./units.js";
 import { View } from "./view.js";
 
@@ -44,6 +44,7 @@ export function beamSection({ result }) {
             zmin: -most,
             zmax: most,
             colorscale: diverging(look),
+            textfont: onColours(look),
             xgap: 2,
             ygap: 2,
             text: shown.map((row) => row.map((v) => (v === null ? "" : `${number(v, 2)} %`))),

@@ -65,7 +65,7 @@ export function errorShares(readings, view, source) {
   return {
     id: "shares",
     title: "How large errors are",
-    n: readings.used(readings.components[0]).length,
+    n: () => curves()[0].sizes.length,
     source,
     follows: ["component"],
     say: `Share of readings ${readings.hasHeldOut() ? "kept out of the fit " : ""}whose error is below a size; the further left the better. Dashed: nothing but noise.`,

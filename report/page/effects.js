@@ -1,7 +1,7 @@
 // What a diagnosis tried: ranking with the gate, and which effects leave the same marks.
 import { bars } from "./bars.js";
 import { plain } from "./dom.js";
-import { axis, layout, rising } from "./look.js";
+import { axis, layout, onColours, rising } from "./look.js";
 import { number, probability } from "./units.js";
 
 const shown = 16;
@@ -23,6 +23,7 @@ export function ranking(step, round, source) {
     source,
     least: 420,
     height: 90 + 24 * rows.length,
+    paper: 90 + 16 * rows.length,
     say: `Surprise of each candidate's mark, -ln p. Right of the gate is more than noise, although ${step.ranking.length} candidates were tried (${probability(step.gate.p_value)}, ${step.gate.draws} simulated campaigns). ${suspects.size > 1 ? "Coloured: what these readings do not tell apart. " : ""}${rest} more with smaller marks, ${hidden} not observable.`,
     numbers: () => ({
       columns: [
@@ -47,9 +48,11 @@ export function ranking(step, round, source) {
       ]),
     }),
     draw(look) {
+      const least = 0.05; // a logarithmic axis has no zero
+      const most = Math.max(step.gate.critical, ...rows.map((r) => r.surprise));
       return bars(look, {
         names: rows.map((r) => plain(rivalName(r))),
-        values: rows.map((r) => Math.max(r.surprise, 0.05)),
+        values: rows.map((r) => Math.max(r.surprise, least)),
         colours: rows.map((r) => (suspects.has(rivalName(r)) ? look.mended : look.designed)),
         text: rows.map((r) =>
           r.fit
@@ -63,7 +66,12 @@ export function ranking(step, round, source) {
             `${plain(rivalName(r))}<br>-ln p = ${number(r.surprise)}, d' at usual size ${number(r.detectability)}${r.fit ? `<br>probability ${number(r.fit.probability)}, held-out gain ${number(r.fit.log_score_gain)} ± ${number(r.fit.log_score_deviation)}` : ""}`,
         ),
         limits: [[step.gate.critical, look.bad, 2]],
-        x: { title: "surprise, -ln p; on the bars: probability", type: "log", dtick: 1 },
+        x: {
+          title: "surprise, -ln p; on the bars: probability",
+          type: "log",
+          dtick: 1,
+          range: [least, 1.3 * most].map(Math.log10),
+        },
         small: true,
         more: {
           annotations: [
@@ -92,6 +100,7 @@ export function confusion({ candidates, cosines }, round, source) {
     source,
     least: 480,
     height: Math.min(640, 200 + 26 * candidates.length),
+    paper: 180 + 15 * candidates.length,
     say: "Cosine of the marks of two effects in these readings, after the refit has absorbed what it can: 1, and no amount of such readings tells them apart; 0, and each is seen for itself.",
     numbers: () => ({
       columns: ["", ...candidates],
@@ -110,6 +119,7 @@ export function confusion({ candidates, cosines }, round, source) {
             zmin: 0,
             zmax: 1,
             colorscale: rising(look),
+            textfont: onColours(look),
             xgap: 1,
             ygap: 1,
             text: cosines.map((row) => row.map((v) => v.toFixed(2))),

@@ -1,6 +1,6 @@
 // One chart with all that belongs to it: what it shows in words, unit, n and source; saving as PNG, SVG and CSV.
 import { download, element, table } from "./dom.js";
-import { look } from "./look.js";
+import { framed, look } from "./look.js";
 
 const figures = [];
 
@@ -19,7 +19,7 @@ const csvCell = (value) => {
 
 /**
  * spec: id, title, say (what the chart shows, in a sentence), source; draw(look, narrow) -> {data, layout}; numbers() ->
- * {columns, rows}; n; height [px]; tall: height where the page is narrow; least: least width [px]; wide; heavy (drawn by WebGL: let go when out of sight); follows (keys of the view
+ * {columns, rows}; n (or what gives it); height [px]; tall: height where the page is narrow; paper: height in print; least: least width [px]; wide; heavy (drawn by WebGL: let go when out of sight); follows (keys of the view
  * that it depends on); choose(point): what a click means; step(by): what the arrow keys mean; controls: elements above.
  */
 export class Figure {
@@ -30,13 +30,14 @@ export class Figure {
     this.drawn = false;
     this.plot = element("div", {
       class: "plot",
-      role: "img",
+      role: "group",
       tabindex: "0",
       "aria-label": `${spec.title}. ${spec.say}`,
       style: `height:${spec.height ?? 360}px;min-width:${spec.least ?? 0}px`,
       onkeydown: (event) => this.key(event),
     });
-    this.caption = element("figcaption", {}, `n = ${spec.n}. ${spec.source}`);
+    this.caption = element("figcaption");
+    this.count();
     this.node = element(
       "figure",
       { id: spec.id, class: spec.wide ? "wide" : spec.least ? "roomy" : undefined },
@@ -80,6 +81,11 @@ export class Figure {
     this.node.figure = this;
   }
 
+  count() {
+    const { n, source } = this.spec;
+    this.caption.textContent = `n = ${typeof n === "function" ? n() : n}. ${source}`;
+  }
+
   details() {
     const node = element("details", {}, element("summary", {}, "Numbers"));
     node.addEventListener("toggle", () => {
@@ -106,6 +112,7 @@ export class Figure {
     const narrow = this.node.clientWidth < 600;
     if (narrow && this.spec.tall) this.plot.style.height = `${this.spec.tall}px`;
     const { data, layout } = this.spec.draw(look(), narrow);
+    if (layout.scene) layout.scene = framed(layout.scene, data);
     if (narrow && layout.scene) for (const k of ["x", "y", "z"]) layout.scene.camera.eye[k] *= 1.5;
     const config = {
       displaylogo: false,
@@ -117,6 +124,10 @@ export class Figure {
     if (!this.drawn && this.spec.choose)
       this.plot.on("plotly_click", (event) => this.spec.choose(event.points[0]));
     this.drawn = true;
+    this.plot
+      .querySelector(".modebar")
+      ?.setAttribute("aria-label", `Zoom and move: ${this.spec.title}`);
+    this.count();
     this.node.dataset.points = String(data.reduce((total, trace) => total + pointsOf(trace), 0));
   }
 
@@ -135,6 +146,26 @@ export class Figure {
       Plotly.purge(this.plot);
       this.drawn = false;
     }
+  }
+
+  toPaper() {
+    if (this.spec.paper) this.plot.style.height = `${this.spec.paper}px`;
+    this.draw();
+    for (const name of this.plot._fullLayout._subplots.gl3d ?? []) {
+      // What WebGL draws is on the screen only later, and not at all where too many do.
+      const { _scene: scene } = this.plot._fullLayout[name];
+      scene.container.append(element("img", { class: "still", alt: "", src: scene.toImage("png") }));
+    }
+  }
+
+  toScreen() {
+    if (this.spec.paper) this.plot.style.height = `${this.spec.height}px`;
+    const inSight = this.inSight;
+    this.sight(false);
+    if (this.drawn && inSight) this.draw();
+    else if (inSight) this.sight(true);
+    else this.stale = true;
+    this.inSight = inSight;
   }
 
   key(event) {
@@ -186,9 +217,6 @@ const watcher = new IntersectionObserver(
   { rootMargin: "300px" },
 );
 
-export function drawAll() {
-  for (const figure of figures) if (!figure.drawn || figure.stale) figure.draw();
-}
 /** Lets go of the charts in a part of the page that is about to be replaced. */
 export function forgetFigures(parent) {
   for (const node of parent.querySelectorAll("figure")) {
@@ -198,20 +226,25 @@ export function forgetFigures(parent) {
   }
 }
 
-/** Charts have the width that they were drawn with; this gives them the width of the page as it is now. */
-const fitAll = () =>
-  Promise.all(
-    figures.filter((figure) => figure.drawn).map((figure) => Plotly.Plots.resize(figure.plot)),
-  );
-/** All charts on paper, which is narrower than most screens. */
-export async function printAll() {
-  document.documentElement.classList.add("printing");
-  drawAll();
-  await fitAll();
-  print();
-  document.documentElement.classList.remove("printing");
-  await fitAll();
+/** All charts in light colours and as wide as paper, while the browser prints: it asks once, and does not wait. */
+let screenTheme = null;
+function toPaper() {
+  const root = document.documentElement;
+  screenTheme = root.dataset.theme ?? "";
+  root.dataset.theme = "light";
+  root.classList.add("printing");
+  for (const figure of figures) figure.toPaper();
 }
+function toScreen() {
+  const root = document.documentElement;
+  root.classList.remove("printing");
+  if (screenTheme) root.dataset.theme = screenTheme;
+  else delete root.dataset.theme;
+  for (const figure of figures) figure.toScreen();
+}
+addEventListener("beforeprint", toPaper);
+addEventListener("afterprint", toScreen);
+
 export function redrawAll() {
   for (const figure of figures) if (figure.drawn) figure.refresh();
 }

@@ -1,4 +1,5 @@
 // Colours and common layout of charts, from the style sheet, so that both follow light and dark.
+import { range } from "./numbers.js";
 
 export function look() {
   const style = getComputedStyle(document.documentElement);
@@ -18,6 +19,10 @@ export function look() {
       "chosen",
       "bad",
       "good",
+      "cold",
+      "hot",
+      "warm",
+      "hottest",
     ].map((name) => [name, colour(name)]),
   );
 }
@@ -66,22 +71,40 @@ export function scene(look, unit, more = {}) {
     xaxis: one("x"),
     yaxis: one("y"),
     zaxis: one("z"),
-    aspectmode: "data",
     bgcolor: look.paper,
     camera: { eye: { x: 1.25, y: -1.25, z: 0.75 }, up: { x: 0, y: 0, z: 1 } },
     ...more,
   };
 }
 
-/** From good over doubtful to bad; from the paper's colour on, so that the eye finds what is large. */
+/** Room around what is drawn: the same scale along all axes, and all of it in sight however slender it is. */
+export function framed(room, data) {
+  const solid = data.filter((t) => /3d$/.test(t.type) && t.visible !== "legendonly" && t.x.length);
+  const ranges = ["x", "y", "z"].map((name) => range(solid.flatMap((t) => range(t[name]))));
+  const longest = Math.max(...ranges.map(([low, high]) => high - low));
+  if (!(longest > 0)) return { ...room, aspectmode: "data" };
+  const half = ranges.map(([low, high]) => 0.52 * Math.max(high - low, 0.15 * longest));
+  const axes = ["xaxis", "yaxis", "zaxis"].map((name, k) => {
+    const middle = (ranges[k][0] + ranges[k][1]) / 2;
+    return [name, { ...room[name], range: [middle - half[k], middle + half[k]] }];
+  });
+  // What is flat or slender may come nearer than a cube, which fills the view.
+  const scale = Math.min(1.5, 1.7 / Math.hypot(...half.map((h) => h / (0.52 * longest))));
+  const [x, y, z] = half.map((h) => (scale * h) / (0.52 * longest));
+  return { ...room, ...Object.fromEntries(axes), aspectmode: "manual", aspectratio: { x, y, z } };
+}
+
+/** From good over doubtful to bad; from the paper's colour on, so that the eye finds what is large. Ink is legible on all of it. */
 export const rising = (look) => [
   [0, look.panel],
-  [0.5, "#e0a458"],
-  [1, "#b3261e"],
+  [0.5, look.warm],
+  [1, look.hottest],
 ];
 /** About zero. */
 export const diverging = (look) => [
-  [0, "#2c6fbb"],
+  [0, look.cold],
   [0.5, look.panel],
-  [1, "#c0561f"],
+  [1, look.hot],
 ];
+/** Of numbers on such colours. */
+export const onColours = (look) => ({ size: 11, color: look.ink });

@@ -2,7 +2,7 @@
 import { beamSection, isBeam } from "./beams.js";
 import { compensationSection, isCompensation } from "./compensation.js";
 import { element } from "./dom.js";
-import { printAll, redrawAll } from "./figure.js";
+import { redrawAll } from "./figure.js";
 import { isLink, linkSection } from "./links.js";
 import { isMap, mapSection } from "./maps.js";
 import { campaigns, isMeasurement, measurementSection, studioSection } from "./measurements.js";
@@ -44,12 +44,10 @@ function textSection({ result, text }) {
   );
 }
 
-/** The demo's result is made of others: links, a comparison, perhaps a diagnosis. */
+/** The demo's result holds a comparison; its links and its diagnosis are results of their own. */
 function parts(entry) {
-  const { command, links, comparison, diagnosis } = entry.result;
-  if (command !== "demo") return [entry];
-  const inner = [diagnosis, comparison, ...Object.values(links ?? {})].filter(Boolean);
-  return inner.length ? inner.map((result) => ({ result, picture: null, text: "" })) : [entry];
+  const { command, comparison } = entry.result;
+  return command === "demo" && comparison ? [{ ...entry, result: comparison }] : [entry];
 }
 
 /** What is about campaigns first, then the rest as it came. */
@@ -136,7 +134,7 @@ function buttons() {
     {},
     element("button", { type: "button", onclick: turn }, "Light or dark"),
     " ",
-    element("button", { type: "button", onclick: printAll }, "Print"),
+    element("button", { type: "button", onclick: () => print() }, "Print"),
   );
 }
 

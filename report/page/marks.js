@@ -59,7 +59,7 @@ export const choosing = (readings, view) => ({
 
 /** A chart with a mark for each reading: what such charts have in common, and what is said of this one. */
 export const ofReadings = (readings, view, source, spec) => ({
-  n: readings.used(readings.components[0]).length,
+  n: () => readings.used(view.get("component")).length,
   source,
   heavy: readings.count > many,
   follows: ["component", "model", "pose"],

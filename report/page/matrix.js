@@ -1,5 +1,5 @@
 // 6x6 matrices: a heat map that makes blocks of different units comparable, with the numbers in it; ellipsoids.
-import { axis, diverging, layout } from "./look.js";
+import { axis, diverging, layout, onColours } from "./look.js";
 import { number, unitFor } from "./units.js";
 
 const order = ["tx", "ty", "tz", "rx", "ry", "rz"];
@@ -41,6 +41,7 @@ export function matrixFigure(what, { matrix, bars, title, id, say = "" }, source
     n: 36,
     source,
     height: 420,
+    paper: 350,
     least: 480,
     say: `${say}Numbers: ${unitText}. Colours: each entry over the root of its diagonal entries, from -1 to 1.`,
     numbers: () => ({
@@ -63,7 +64,7 @@ export function matrixFigure(what, { matrix, bars, title, id, say = "" }, source
           ygap: 2,
           text: matrix.map((row, i) => row.map((_, j) => shown(i, j))),
           texttemplate: "%{text}",
-          textfont: { size: 11 },
+          textfont: onColours(look),
           hovertemplate: "%{y}, %{x}: %{text}<extra></extra>",
           colorbar: { thickness: 10, tickvals: [-1, 0, 1] },
         },

@@ -2,7 +2,7 @@
 import { bars } from "./bars.js";
 import { element, list, plain, table } from "./dom.js";
 import { Figure } from "./figure.js";
-import { axis, layout, rising } from "./look.js";
+import { axis, layout, onColours, rising } from "./look.js";
 import { number, stated } from "./units.js";
 import { View } from "./view.js";
 
@@ -58,6 +58,7 @@ function batchFigure(cycles, source) {
           x: directions.map(String),
           y: postures.map((_, k) => k),
           colorscale: rising(look),
+          textfont: onColours(look),
           zmin: 0,
           zmax: Math.max(...minutes.flat()),
           xgap: 1,

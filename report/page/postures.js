@@ -119,7 +119,7 @@ function wrenchFigure(result, source) {
         xaxis: axis(look, "", { type: "category" }),
         xaxis2: axis(look, "", { type: "category" }),
         yaxis: axis(look, `force [${f.unit}]`),
-        yaxis2: axis(look, `moment [${m.unit}]`),
+        yaxis2: axis(look, `moment [${m.unit}]`, { side: "right" }),
       }),
     }),
   };

@@ -126,7 +126,10 @@ export function waterfall({ stages, what, unit, factor }, source, count) {
             textposition: "inside",
             insidetextanchor: "middle",
             textangle: 0,
-            insidetextfont: { color: look.paper, size: 15 },
+            insidetextfont: {
+              color: stages.map((s) => (s === floor ? look.ink : look.paper)),
+              size: 15,
+            },
             outsidetextfont: { color: look.ink },
             error_y: {
               type: "data",

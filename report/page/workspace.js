@@ -1,6 +1,6 @@
 // Where in the workspace the error is: arrows at the poses, and a map of pose against direction of load.
 import { plain, slider } from "./dom.js";
-import { axis, layout, rising, scene } from "./look.js";
+import { axis, layout, onColours, rising, scene } from "./look.js";
 import { choosing } from "./marks.js";
 import { groups, largest, rms } from "./numbers.js";
 import { skeletonTraces } from "./skeleton.js";
@@ -38,6 +38,7 @@ export function arrows(readings, view, source) {
     used.map((i) => [readings.id[i], ...readings.poses[readings.pose[i]].position, ...vector(i)]);
   return {
     id: "arrows",
+    least: 320,
     title: "Residuals in the workspace",
     n: used.length,
     source,
@@ -182,6 +183,7 @@ export function poseMap(readings, view, source) {
   const top = Math.max(...readings.models.map((_, m) => largest(cells(m).flat()))) / scale.factor;
   return {
     id: "pose-map",
+    least: 420,
     title: "Pose against direction of load",
     n: readings.poses.length * directions.length,
     source,
@@ -215,7 +217,7 @@ export function poseMap(readings, view, source) {
             ygap: few ? 1 : 0,
             text: z.map((row) => row.map((v) => (v === null ? "" : number(v, 2)))),
             texttemplate: few ? "%{text}" : undefined,
-            textfont: { size: 11 },
+            textfont: onColours(look),
             hovertemplate: `pose %{customdata}, %{x}: %{z:.3g} ${scale.unit}<extra></extra>`,
             customdata: z.map((row, p) => row.map(() => plain(readings.poseText(p)))),
             colorbar: {

@@ -125,6 +125,14 @@ export class Browser {
     }
   }
 
+  /** The sheets of what a printer would get; into a PDF file, too, when one is named. */
+  async sheets(file) {
+    const { data } = await this.send("Page.printToPDF", { preferCSSPageSize: true });
+    const pdf = Buffer.from(data, "base64");
+    if (file) writeFileSync(file, pdf);
+    return [...pdf.toString("latin1").matchAll(/\/Type\s*\/Page\b/g)];
+  }
+
   async key(key) {
     for (const type of ["keyDown", "keyUp"])
       await this.send("Input.dispatchKeyEvent", {

@@ -4,6 +4,7 @@
 //   node report_test.mjs KINETOSTAT
 import assert from "node:assert/strict";
 import { readFileSync, statSync, writeFileSync } from "node:fs";
+import { accessibilityFaults } from "./accessibility.mjs";
 import { Browser, requireParts } from "./browser.mjs";
 import { Workshop } from "./workshop.mjs";
 
@@ -93,6 +94,7 @@ async function look(browser, name, how) {
     true,
     `${name}: wider than the window`,
   );
+  assert.deepEqual(await accessibilityFaults(browser), [], name);
   return points;
 }
 
@@ -146,6 +148,78 @@ async function comparison(browser) {
   assert.deepEqual(await look(browser, "from_json.html"), points);
   await look(browser, "compare.html", { dark: true });
   await look(browser, "compare.html", { width: 390, height: 800 });
+}
+
+/** A slide with a gap that its model lacks, in readings of a few seconds' diagnosis. */
+async function diagnosis(browser) {
+  shop.write("slide.yaml", [
+    "kinetostat: 1",
+    "name: slide",
+    "units: {length: mm, force: N, angle: deg}",
+    "chain_types:",
+    "  arm:",
+    "    - actuator: {name: drive, axis: Tz, stiffness: 1000}",
+    "manipulator: {chain: arm}",
+    "uncertain:",
+    "  - {stiffness: drive}",
+  ]);
+  const rows = ["cycle,step,fz"];
+  for (let cycle = 1; cycle <= 3; ++cycle)
+    [0, 100, 200, 300, 100, 0, -100, -200, -300, -100, 0].forEach((load, k) =>
+      rows.push([cycle, k + 1, load].join(",")),
+    );
+  shop.write("cycles.csv", rows);
+  const hidden = ["--effect", "clearance", "--at", "drive", "--size", "20 um"];
+  const noise = ["--components", "dz", "--noise-translation", "2um"];
+  run("simulate", "slide.yaml", "--plan", "cycles.csv", ...noise, ...hidden, "--out", "slide");
+  const diagnose = ["diagnose", "slide.yaml", "slide/campaign.yaml", "--draws", "99"];
+  run(...diagnose, "--effects", "clearance,friction", "--html", "diagnose.html");
+  const points = await look(browser, "diagnose.html");
+  assert.equal(points.waterfall, 4); // as designed, refitted, with the clearance, noise floor
+  assert.equal(points["profile-1"], 13);
+  assert.equal(points["profile-2"], 13);
+  assert.equal(points["ranking-1"], 2);
+  assert.equal(points["confusion-1"], 4);
+  // From JSON alone, the page says how to come by what is not there.
+  run(...diagnose, "--effects", "clearance", "--json", "diagnose.json");
+  run("report", "diagnose.json", "-o", "short.html");
+  const short = await look(browser, "short.html");
+  assert.equal(short["profile-1"], undefined);
+  assert.ok((await browser.evaluate("document.body.innerText")).includes("compare --json"));
+}
+
+/** Of a printed page: its sheets, and for each chart whether something is drawn in it. */
+async function printed(browser, name) {
+  await browser.open(shop.address(name), { dark: true });
+  await browser.evaluate(`addEventListener("beforeprint", () => {
+    window.onPaper = [...document.querySelectorAll("figure")].map((f) => ({
+      id: f.id, points: Number(f.dataset.points ?? 0), width: f.getBoundingClientRect().width,
+      drawn: f.querySelectorAll(".plot path, .plot .still").length, still: f.querySelectorAll(".still").length,
+      solid: f.querySelectorAll(".gl-container canvas").length, theme: document.documentElement.dataset.theme }));
+  })`);
+  const sheets = await browser.sheets();
+  return { sheets, figures: await browser.evaluate("window.onPaper") };
+}
+
+async function paper(browser) {
+  for (const [name, most] of [
+    ["diagnose.html", 8],
+    ["all.html", 20],
+  ]) {
+    const { sheets, figures } = await printed(browser, name);
+    assert.ok(sheets.length >= 3 && sheets.length <= most, `${name}: ${sheets.length} sheets`);
+    assert.ok(figures.length > 5);
+    for (const f of figures) {
+      assert.ok(f.points > 0 && f.drawn > 0, `${name}: ${f.id} is not on paper`);
+      assert.ok(f.width <= 700, `${name}: ${f.id} is wider than paper`);
+      assert.equal(f.theme, "light");
+      if (f.id.includes("posture")) assert.equal(f.still, 1, `${f.id} would be empty`);
+    }
+    // Back on the screen as before.
+    assert.equal(await browser.evaluate("document.documentElement.dataset.theme"), undefined);
+    assert.equal(await browser.evaluate("document.querySelectorAll('.still').length"), 0);
+  }
+  assert.deepEqual(browser.problems, []);
 }
 
 async function manipulators(browser) {
@@ -269,7 +343,9 @@ async function large(browser) {
 const browser = new Browser();
 try {
   await comparison(browser);
+  await diagnosis(browser);
   await manipulators(browser);
+  await paper(browser);
   await link(browser);
   await large(browser);
 } finally {
