@@ -26,7 +26,8 @@ struct StudioOptions {
 };
 
 inline constexpr std::size_t studio_largest_request = 65536;  // [bytes]
-inline constexpr int studio_read_seconds = 5;
+inline constexpr int studio_request_seconds = 5;              // until a request is there, all of it
+inline constexpr int studio_response_seconds = 30;            // until its answer is gone
 
 /// Serves until stopped. Requests are refused that come under another host name or from another
 /// origin, that do not know the token, are too large or too slow, or ask for anything else than the
