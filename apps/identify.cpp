@@ -120,8 +120,8 @@ void print_solver(Run& run, const fea::SolverStats& solver) {
     return fmt::format("{} about {:.2g} GB and {:.2g} s", name(method), cost.bytes / 1e9,
                        cost.seconds);
   };
-  std::string line = fmt::format("solver: {} ({}), {} iterations", name(solver.method),
-                                 solver.reason, solver.iterations);
+  std::string line = fmt::format("solver: {} ({}), {} unknowns, {} iterations", name(solver.method),
+                                 solver.reason, fmt::join(solver.levels, " > "), solver.iterations);
   if (solver.residual > 0) line += fmt::format(", energy of the residual {:.1e}", solver.residual);
   std::vector<std::string> costs;
   if (solver.multigrid.bytes > 0)

@@ -172,10 +172,12 @@ Factorisation::Factorisation(const BlockPattern& pattern, int bodies)
   stats.ordering_seconds = seconds_since(start);
   stats.entries = common.lnz;
   stats.operations = common.fl;
-  // The factor, its largest update, its row numbers; and the matrix twice, here and permuted.
+  // The factor and its row numbers; its largest update, and the matrix twice, here and permuted.
   const auto entries = static_cast<double>(a.nzmax);
-  stats.bytes = 8.0 * static_cast<double>(impl_->factor->xsize + impl_->factor->maxcsize) +
-                4.0 * static_cast<double>(impl_->factor->ssize) + 2 * 12 * entries;
+  stats.factor_bytes = 8.0 * static_cast<double>(impl_->factor->xsize) +
+                       4.0 * static_cast<double>(impl_->factor->ssize);
+  stats.bytes =
+      stats.factor_bytes + 8.0 * static_cast<double>(impl_->factor->maxcsize) + 2 * 12 * entries;
 }
 
 Factorisation::Factorisation(const BlockMatrix& stiffness, int bodies)
@@ -212,6 +214,12 @@ Eigen::MatrixXd Factorisation::solve(const Eigen::MatrixXd& right_hand_sides) co
       static_cast<const double*>(x->x), right_hand_sides.rows(), right_hand_sides.cols());
   cholmod_free_dense(&x, &impl_->common);
   return result;
+}
+
+LaneVector Factorisation::solve(const LaneVector& right_hand_sides, int columns) const {
+  Eigen::MatrixXd values(static_cast<Eigen::Index>(right_hand_sides.size()), columns);
+  from_lanes(right_hand_sides, values);
+  return to_lanes(solve(values));
 }
 
 const FactorisationStats& Factorisation::stats() const { return impl_->stats; }

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "kinetostat/fea/block_matrix.h"
+#include "kinetostat/fea/lanes.h"
 
 namespace kinetostat::fea {
 
@@ -21,6 +22,7 @@ struct FactorisationStats {
   double entries = 0;  // of the factor
   double operations = 0;
   double bytes = 0;                 // of all that the factorisation holds while it works
+  double factor_bytes = 0;          // of the factor, which stays
   double reciprocal_condition = 0;  // estimate from the factor's diagonal
   double ordering_seconds = 0, factor_seconds = 0;
 };
@@ -42,6 +44,8 @@ class Factorisation {
   /// factor does not fit in memory.
   void factorise(const BlockMatrix& stiffness);
   Eigen::MatrixXd solve(const Eigen::MatrixXd& right_hand_sides) const;
+  /// For the first `columns` lanes; the others are zero.
+  LaneVector solve(const LaneVector& right_hand_sides, int columns) const;
   const FactorisationStats& stats() const;
 
  private:

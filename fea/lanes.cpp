@@ -66,6 +66,13 @@ void from_lanes(const LaneVector& lanes, Eigen::Ref<Eigen::MatrixXd> columns) {
       columns(i, j) = lanes[static_cast<std::size_t>(i)].v[j];
 }
 
+KINETOSTAT_FOR_SEVERAL_PROCESSORS
+void add(double weight, const Lanes* b_lanes, int count, Lanes* a_lanes) {
+  const auto* b = reinterpret_cast<const Register*>(b_lanes);
+  auto* a = reinterpret_cast<Register*>(a_lanes);
+  for (int i = 0; i < count; ++i) a[i] += weight * b[i];
+}
+
 LaneProduct::LaneProduct(const BlockMatrix& matrix, Team& team) : matrix_(matrix), team_(team) {
   const BlockPattern& pattern = matrix.pattern;
   const int rows = rows_per_piece(pattern.blocks());

@@ -26,6 +26,9 @@ using LaneVector = std::vector<Lanes>;
 LaneVector to_lanes(const Eigen::Ref<const Eigen::MatrixXd>& columns);
 void from_lanes(const LaneVector& lanes, Eigen::Ref<Eigen::MatrixXd> columns);
 
+/// a += weight * b.
+void add(double weight, const Lanes* b, int count, Lanes* a);
+
 /// Products with a symmetric matrix on several threads. Rows are worked on in pieces that depend
 /// on the matrix alone; what a piece adds to rows of later pieces is kept apart and added in the
 /// order of the pieces, so the number of threads changes no digit.

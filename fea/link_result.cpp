@@ -119,6 +119,7 @@ Json forecast_json(const SolverForecast& forecast) {
 Json solver_json(const SolverStats& solver) {
   Json json{{"method", name(solver.method)},
             {"reason", solver.reason},
+            {"levels", solver.levels},
             {"factor_entries", solver.factor.entries},
             {"reciprocal_condition", solver.factor.reciprocal_condition},
             {"iterations", solver.iterations},

@@ -1,113 +1,6 @@
 #include "kinetostat/fea/p_multigrid.h"
 
-#include <algorithm>
-#include <cstdint>
-
-#include <Eigen/LU>
-
-#include "kinetostat/fea/several_processors.h"
-
 namespace kinetostat::fea {
-namespace {
-
-// Row k - 1: the weights of a polynomial of degree k.
-constexpr double best_weights[4][4] = {
-    {1.12500000000000, 0, 0, 0},
-    {1.02387287570313, 1.26408905371085, 0, 0},
-    {1.00842544782028, 1.08867839208730, 1.33753125909618, 0},
-    {1.00391310427285, 1.04035811188593, 1.14863498546254, 1.38268869241000}};
-
-using Register = double __attribute__((vector_size(sizeof(Lanes)), may_alias));
-
-// d = keep * d + scale * D^-1 r on some blocks.
-KINETOSTAT_FOR_SEVERAL_PROCESSORS
-void add_scaled(const double* inverse, const Lanes* r_lanes, double scale, double keep, int blocks,
-                Lanes* d_lanes) {
-  const auto* r = reinterpret_cast<const Register*>(r_lanes);
-  auto* d = reinterpret_cast<Register*>(d_lanes);
-  for (int b = 0; b < blocks; ++b, inverse += 9, r += 3, d += 3)
-    for (int i = 0; i < 3; ++i) {
-      const Register z =
-          inverse[3 * i] * r[0] + inverse[3 * i + 1] * r[1] + inverse[3 * i + 2] * r[2];
-      d[i] = keep == 0 ? scale * z : keep * d[i] + scale * z;
-    }
-}
-
-// a += weight * b.
-KINETOSTAT_FOR_SEVERAL_PROCESSORS
-void add(double weight, const Lanes* b_lanes, int count, Lanes* a_lanes) {
-  const auto* b = reinterpret_cast<const Register*>(b_lanes);
-  auto* a = reinterpret_cast<Register*>(a_lanes);
-  for (int i = 0; i < count; ++i) a[i] += weight * b[i];
-}
-
-std::vector<double> inverse_diagonal(const BlockMatrix& matrix) {
-  std::vector<double> inverse(9 * static_cast<std::size_t>(matrix.pattern.blocks()));
-  for (int b = 0; b < matrix.pattern.blocks(); ++b)
-    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(inverse.data() + 9 * b) =
-        matrix.block(matrix.pattern.begin(b)).inverse();
-  return inverse;
-}
-
-// The same numbers in every run, between -1 and 1, without pattern (splitmix64).
-LaneVector noise(std::size_t size) {
-  LaneVector noise(size);
-  std::uint64_t state = 0;
-  for (Lanes& lanes : noise)
-    for (double& value : lanes.v) {
-      std::uint64_t x = state += 0x9e3779b97f4a7c15u;
-      x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
-      x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-      value = static_cast<double>((x ^ (x >> 31)) >> 11) * 0x1p-52 - 1;
-    }
-  return noise;
-}
-
-}  // namespace
-
-ChebyshevSmoother::ChebyshevSmoother(LaneProduct& product, files::Progress& progress)
-    : product_(product), inverse_(inverse_diagonal(product.matrix())) {
-  constexpr int iterations = 10;
-  constexpr double margin = 1.05;  // the iterations see the eigenvalue from below
-  LaneVector b = noise(static_cast<std::size_t>(product.matrix().size()));
-  const auto jacobi = [this](const LaneVector& r, LaneVector& z) {
-    product_.for_each_piece([&](int first, int blocks) { begin(first, blocks, 1, r, z); });
-  };
-  largest_eigenvalue_ =
-      margin * largest_ritz_value(conjugate_gradients(
-                   product, b, jacobi, {.tolerance = 0, .most_iterations = iterations}, progress));
-}
-
-void ChebyshevSmoother::begin(int first, int blocks, double scale, const LaneVector& r,
-                              LaneVector& d) const {
-  add_scaled(inverse_.data() + 9 * first, r.data() + 3 * first, scale, 0, blocks,
-             d.data() + 3 * first);
-}
-
-void ChebyshevSmoother::smooth(LaneVector& x, LaneVector& r, LaneVector& d, LaneVector& w,
-                               bool needs_residual) const {
-  product_.for_each_piece(
-      [&](int first, int blocks) { begin(first, blocks, 4 / (3 * largest_eigenvalue_), r, d); });
-  for (int k = 1; k <= degree; ++k) {
-    const double weight = best_weights[degree - 1][k - 1];
-    const bool last = k == degree;
-    if (last && !needs_residual) {
-      product_.for_each_piece([&](int first, int blocks) {
-        add(weight, d.data() + 3 * first, 3 * blocks, x.data() + 3 * first);
-      });
-      return;
-    }
-    product_(d, w, [&](int piece) {
-      const int first = product_.first(piece), blocks = product_.end(piece) - first;
-      add(weight, d.data() + 3 * first, 3 * blocks, x.data() + 3 * first);
-      add(-weight, w.data() + 3 * first, 3 * blocks, r.data() + 3 * first);
-      if (!last)
-        add_scaled(inverse_.data() + 9 * first, r.data() + 3 * first,
-                   (8.0 * k + 4) / ((2 * k + 3) * largest_eigenvalue_), (2.0 * k - 1) / (2 * k + 3),
-                   blocks, d.data() + 3 * first);
-    });
-  }
-}
 
 CoarseLevel::CoarseLevel(const TetMesh& mesh, const std::vector<Material>& materials,
                          const Unknowns& unknowns, Team& team, files::Progress& progress)
@@ -118,17 +11,32 @@ CoarseLevel::CoarseLevel(const TetMesh& mesh, const std::vector<Material>& mater
                          files::Progress& progress)
     : team_(team),
       prolongation_(mesh, unknowns, corners.unknowns),
+      points_(rigid_points(corners.mesh, corners.unknowns)),
       matrix_(assemble(corners.mesh, materials, corners.unknowns, team, progress)),
       lanes_(static_cast<std::size_t>(matrix_.size())),
-      analysis_(std::async(std::launch::async,
-                           [this, bodies = static_cast<int>(unknowns.bodies().size())] {
-                             return std::make_unique<Factorisation>(matrix_.pattern, bodies);
-                           })) {}
+      solution_(lanes_.size()),
+      analysis_(std::async(std::launch::async, [this] {
+        return std::make_unique<Factorisation>(matrix_.pattern, points_.bodies);
+      })) {}
 
-void CoarseLevel::analyse() { factorisation_ = analysis_.get(); }
+const FactorisationStats& CoarseLevel::analyse() {
+  factorisation_ = analysis_.get();
+  return factorisation_->stats();
+}
+
+void CoarseLevel::aggregate(double most_operations, files::Progress& progress) {
+  factorisation_.reset();
+  multigrid_ = std::make_unique<AggregationMultigrid>(std::move(matrix_), std::move(points_),
+                                                      most_operations, team_, progress);
+}
 
 void CoarseLevel::begin_factorisation() {
-  factorising_ = std::async(std::launch::async, [this] { factorisation_->factorise(matrix_); });
+  factorising_ = std::async(std::launch::async, [this] {
+    if (multigrid_)
+      multigrid_->factorise();
+    else
+      factorisation_->factorise(matrix_);
+  });
 }
 
 void CoarseLevel::finish_factorisation() {
@@ -136,42 +44,30 @@ void CoarseLevel::finish_factorisation() {
   matrix_ = {};
 }
 
-double CoarseLevel::bytes() const {
+const FactorisationStats& CoarseLevel::stats() const {
+  return multigrid_ ? multigrid_->stats() : factorisation_->stats();
+}
+
+std::vector<std::size_t> CoarseLevel::unknowns() const {
+  std::vector<std::size_t> unknowns{lanes_.size()};
+  if (multigrid_)
+    for (const std::size_t below : multigrid_->unknowns()) unknowns.push_back(below);
+  return unknowns;
+}
+
+double CoarseLevel::own_bytes() const {
   return static_cast<double>(prolongation_.bytes() + matrix_.bytes() +
-                             sizeof(Lanes) * lanes_.size()) +
-         factorisation_->stats().bytes;
+                             sizeof(Lanes) * (lanes_.size() + solution_.size())) +
+         (multigrid_ ? multigrid_->bytes_beside_factor() : 0);
 }
 
 void CoarseLevel::correct(const LaneVector& residual, int columns, LaneVector& correction) {
   prolongation_.restrict(residual, lanes_, team_);
-  Eigen::MatrixXd values(static_cast<Eigen::Index>(lanes_.size()), columns);
-  from_lanes(lanes_, values);
-  lanes_ = to_lanes(factorisation_->solve(values));
-  prolongation_.prolong(lanes_, correction, team_);
-}
-
-PMultigrid::PMultigrid(LaneProduct& product, CoarseLevel& coarse, int columns,
-                       files::Progress& progress)
-    : product_(product), coarse_(coarse), smoother_(product, progress), columns_(columns) {
-  const auto size = static_cast<std::size_t>(product.matrix().size());
-  residual_.resize(size);
-  direction_.resize(size);
-  work_.resize(size);
-}
-
-void PMultigrid::operator()(const LaneVector& r, LaneVector& z) {
-  product_.for_each_piece([&](int first, int blocks) {
-    std::copy_n(r.begin() + 3 * first, 3 * blocks, residual_.begin() + 3 * first);
-    std::fill_n(z.begin() + 3 * first, 3 * blocks, Lanes{});
-  });
-  smoother_.smooth(z, residual_, direction_, work_, true);
-  coarse_.correct(residual_, columns_, direction_);
-  product_(direction_, work_, [&](int piece) {
-    const int first = product_.first(piece), count = 3 * (product_.end(piece) - first);
-    add(1, direction_.data() + 3 * first, count, z.data() + 3 * first);
-    add(-1, work_.data() + 3 * first, count, residual_.data() + 3 * first);
-  });
-  smoother_.smooth(z, residual_, direction_, work_, false);
+  if (multigrid_)
+    multigrid_->solve(lanes_, columns, solution_);
+  else
+    solution_ = factorisation_->solve(lanes_, columns);
+  prolongation_.prolong(solution_, correction, team_);
 }
 
 }  // namespace kinetostat::fea

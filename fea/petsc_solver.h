@@ -1,6 +1,5 @@
-// Models whose coarse level is too large for factors, or too large for one machine: the same
-// two-level p-multigrid in PETSc, its coarse level by algebraic multigrid, on any number of
-// processes.
+// Models too large for one machine: p-multigrid in PETSc, the corners by its algebraic multigrid,
+// on any number of processes.
 #pragma once
 
 #include <stdexcept>

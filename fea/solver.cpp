@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/fea/conjugate_gradients.h"
 #include "kinetostat/fea/memory.h"
 #include "kinetostat/fea/p_multigrid.h"
 
@@ -55,16 +56,6 @@ int refine(const BlockMatrix& stiffness, const Factorisation& factorisation,
   return steps;
 }
 
-// What multigrid holds [bytes]: the matrix, eight vectors of all lanes, the inverse diagonal
-// blocks, the solution.
-double multigrid_bytes(const BlockMatrix& stiffness, const LaneProduct& product,
-                       Eigen::Index columns) {
-  const auto unknowns = static_cast<double>(stiffness.size());
-  return static_cast<double>(stiffness.bytes() + product.bytes()) +
-         (8.0 * sizeof(Lanes) + 3.0 * sizeof(double)) * unknowns +
-         sizeof(double) * static_cast<double>(columns) * unknowns;
-}
-
 // One model, one method after another.
 class Task {
  public:
@@ -79,6 +70,7 @@ class Task {
         team_(std::max(options.threads, 1)),
         limit_(options.memory > 0 ? options.memory : memory_share()) {
     stats_.unknowns = 3 * static_cast<std::size_t>(unknowns.blocks());
+    stats_.levels = {stats_.unknowns};
     stats_.bytes_before = resident_memory();
   }
 
@@ -92,9 +84,7 @@ class Task {
       stats_.reason = "elements of first order have no coarser ones";
     } else {
       stats_.reason = asked ? "as asked for" : "faster and smaller than the factors of the matrix";
-      if (options_.method != SolverMethod::petsc) x = try_multigrid();
-      if (stats_.method == SolverMethod::petsc || options_.method == SolverMethod::petsc)
-        x = solve_by_petsc();
+      x = options_.method == SolverMethod::petsc ? solve_by_petsc() : try_multigrid();
     }
     if (!x) x = solve_directly();
     stats_.peak_bytes = peak_memory();
@@ -111,13 +101,9 @@ class Task {
     return *stiffness_;
   }
 
-  bool fits(const SolverForecast& forecast) const {
-    return stats_.bytes_before + forecast.bytes <= limit_;
-  }
-  void require(SolverMethod method, const SolverForecast& forecast,
-               const std::string& otherwise = {}) const {
-    if (!fits(forecast))
-      throw MemoryLimit(method, stats_.bytes_before + forecast.bytes, limit_, otherwise);
+  void require(SolverMethod method, const SolverForecast& forecast) const {
+    const double needed = stats_.bytes_before + forecast.bytes;
+    if (needed > limit_) throw MemoryLimit(method, needed, limit_);
   }
 
   // In other processes, which share this machine unless the launcher says otherwise. The error of
@@ -138,17 +124,11 @@ class Task {
                                               progress_);
     stats_.iterations = solution.iterations;
     stats_.residual = solution.residual;
-    stats_.coarse_unknowns = solution.coarse_unknowns;
+    stats_.levels.push_back(solution.coarse_unknowns);
     stats_.setup_seconds = solution.setup_seconds;
     stats_.solve_seconds = solution.solve_seconds;
     stats_.helper_bytes = solution.bytes;
     return std::move(solution.x);
-  }
-
-  bool may_use_petsc() {
-    if (options_.method != SolverMethod::automatic || !has_petsc()) return false;
-    forecast_petsc();
-    return fits(stats_.petsc);
   }
 
   void forecast_petsc() {
@@ -161,6 +141,7 @@ class Task {
 
   Eigen::MatrixXd solve_directly() {
     stats_.method = SolverMethod::direct;
+    stats_.levels = {stats_.unknowns};
     stiffness();
     auto start = Clock::now();
     progress_.report("ordering", 0);
@@ -191,22 +172,9 @@ class Task {
     stiffness();
     const auto setup = Clock::now();
     LaneProduct product(stiffness(), team_);
-    coarse.analyse();
-    stats_.coarse_unknowns = coarse.unknowns();
-    forecast_direct(coarse.stats());
-    stats_.multigrid = {
-        .bytes = coarse.bytes() + multigrid_bytes(stiffness(), product, loads_.cols()),
-        .seconds = static_cast<double>(stats_.unknowns) * static_cast<double>(batches()) /
-                       (multigrid_rate * team_.threads()) +
-                   coarse.stats().operations / factorisation_rate};
-    if (!fits(stats_.multigrid) && may_use_petsc()) {
-      stats_.method = SolverMethod::petsc;
-      stats_.reason = "the factors of the coarse level do not fit into memory";
-      stiffness_.reset();
-      return {};
-    }
-    require(SolverMethod::multigrid, stats_.multigrid,
-            has_petsc() ? "" : "; kinetostat-petsc, which needs less, is not installed");
+    choose_coarse_solver(coarse);
+    forecast_multigrid(coarse, product);
+    require(SolverMethod::multigrid, stats_.multigrid);
     try {
       progress_.report("coarse factorisation", 0);
       coarse.begin_factorisation();
@@ -219,6 +187,19 @@ class Task {
       stats_.reason = "the corners alone are not supported";
     }
     return {};
+  }
+
+  // By the operations of the corners' factors alone, so that the result does not depend on the
+  // memory that happens to be free.
+  void choose_coarse_solver(CoarseLevel& coarse) {
+    const FactorisationStats& corners = coarse.analyse();
+    forecast_direct(corners, coarse.unknowns().front());
+    if (corners.operations > options_.most_coarse_operations) {
+      coarse.aggregate(options_.most_coarse_operations, progress_);
+      stats_.reason += "; the corners by rigid aggregates, faster and smaller than their factors";
+    }
+    const std::vector<std::size_t> levels = coarse.unknowns();
+    stats_.levels.insert(stats_.levels.end(), levels.begin(), levels.end());
   }
 
   std::optional<Eigen::MatrixXd> iterate(LaneProduct& product, PMultigrid& multigrid) {
@@ -247,12 +228,27 @@ class Task {
   // The factors of the corners' matrix say how those of the whole would grow: in a solid the
   // entries go with the power 4/3 of the unknowns and the operations with their square (George's
   // nested dissection). `rows_fuller` was found on solid blocks of 20,000 to 150,000 unknowns.
-  void forecast_direct(const FactorisationStats& corners) {
+  void forecast_direct(const FactorisationStats& corners, std::size_t corner_unknowns) {
     constexpr double rows_fuller = 1.25;
     const double ratio = static_cast<double>(stats_.unknowns) /
-                         static_cast<double>(std::max<std::size_t>(stats_.coarse_unknowns, 1));
+                         static_cast<double>(std::max<std::size_t>(corner_unknowns, 1));
     stats_.direct = {.bytes = rows_fuller * std::pow(ratio, 4.0 / 3) * corners.bytes,
                      .seconds = ratio * ratio * corners.operations / factorisation_rate};
+  }
+
+  // Vectors of all lanes: five while the largest eigenvalue is looked for beside the factorisation,
+  // eight while conjugate gradients run.
+  void forecast_multigrid(const CoarseLevel& coarse, const LaneProduct& product) {
+    const auto unknowns = static_cast<double>(stats_.unknowns);
+    const double inverse_diagonal = 3.0 * sizeof(double);
+    const double solution = sizeof(double) * static_cast<double>(loads_.cols());
+    stats_.multigrid = {
+        .bytes = static_cast<double>(stiffness().bytes() + product.bytes()) +
+                 inverse_diagonal * unknowns +
+                 std::max(5.0 * sizeof(Lanes) * unknowns + coarse.working_bytes(),
+                          (8.0 * sizeof(Lanes) + solution) * unknowns + coarse.bytes()),
+        .seconds = unknowns * static_cast<double>(batches()) / (multigrid_rate * team_.threads()) +
+                   coarse.stats().operations / factorisation_rate};
   }
 
   int bodies() const { return static_cast<int>(unknowns_.bodies().size()); }
@@ -291,10 +287,9 @@ const char* name(SolverMethod method) {
   }
 }
 
-MemoryLimit::MemoryLimit(SolverMethod method, double needed, double limit,
-                         const std::string& otherwise)
-    : text_(fmt::format("the {} solver needs {:.3g} GiB of memory, and {:.3g} GiB are allowed{}",
-                        name(method), gibibytes(needed), gibibytes(limit), otherwise)) {}
+MemoryLimit::MemoryLimit(SolverMethod method, double needed, double limit)
+    : text_(fmt::format("the {} solver needs {:.3g} GiB of memory, and {:.3g} GiB are allowed",
+                        name(method), gibibytes(needed), gibibytes(limit))) {}
 
 Solution solve(const TetMesh& mesh, const std::vector<Material>& materials,
                const Unknowns& unknowns, const Eigen::MatrixXd& loads, const SolverOptions& options,

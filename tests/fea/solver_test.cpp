@@ -24,12 +24,22 @@ std::vector<CoupledInterface> ends(const TetMesh& mesh, Coupling coupling = Coup
   return {{"root", root, root.centroid, coupling}, {"tip", tip, tip.centroid, coupling}};
 }
 
+LinkResponse respond_with(const SolverOptions& options, const TetMesh& mesh,
+                          const std::vector<Material>& materials,
+                          Coupling coupling = Coupling::rigid) {
+  files::Progress silent;
+  return respond(mesh, materials, ends(mesh, coupling), options, silent);
+}
+
 LinkResponse respond_with(SolverMethod method, const TetMesh& mesh,
                           const std::vector<Material>& materials,
                           Coupling coupling = Coupling::rigid, int threads = 2) {
-  files::Progress silent;
-  return respond(mesh, materials, ends(mesh, coupling), {.method = method, .threads = threads},
-                 silent);
+  return respond_with({.method = method, .threads = threads}, mesh, materials, coupling);
+}
+
+// Two levels of aggregates even below small models.
+SolverOptions over_aggregates(int threads = 2) {
+  return {.method = SolverMethod::multigrid, .threads = threads, .most_coarse_operations = 1e4};
 }
 
 // Entry by entry beside the diagonal.
@@ -38,17 +48,28 @@ double difference(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return ((a - b).array() / (scale * scale.transpose()).array()).abs().maxCoeff();
 }
 
-// Both methods, one answer: entries are off by at most the tolerance of 1e-8 in energy.
+void expect_agreement(const LinkResponse& a, const LinkResponse& exact, double tolerance) {
+  EXPECT_EQ(a.solver.method, SolverMethod::multigrid) << a.solver.reason;
+  EXPECT_LT(a.solver.residual, 1e-8);
+  EXPECT_LT(difference(a.flexibility, exact.flexibility), tolerance);
+  for (std::size_t j = 0; j < a.fields.size(); ++j)
+    EXPECT_LT((a.fields[j] - exact.fields[j]).norm(), 100 * tolerance * exact.fields[j].norm())
+        << j;
+}
+
+// All methods, one answer: entries are off by at most the tolerance of 1e-8 in energy. Aggregates
+// cost iterations, but not many.
 void expect_agreement(const TetMesh& mesh, const std::vector<Material>& materials,
                       Coupling coupling = Coupling::rigid, double tolerance = 1e-9) {
-  const LinkResponse a = respond_with(SolverMethod::multigrid, mesh, materials, coupling);
-  const LinkResponse b = respond_with(SolverMethod::direct, mesh, materials, coupling);
-  EXPECT_EQ(a.solver.method, SolverMethod::multigrid) << a.solver.reason;
-  EXPECT_EQ(b.solver.method, SolverMethod::direct);
-  EXPECT_LT(a.solver.residual, 1e-8);
-  EXPECT_LT(difference(a.flexibility, b.flexibility), tolerance);
-  for (std::size_t j = 0; j < a.fields.size(); ++j)
-    EXPECT_LT((a.fields[j] - b.fields[j]).norm(), 100 * tolerance * b.fields[j].norm()) << j;
+  const LinkResponse exact = respond_with(SolverMethod::direct, mesh, materials, coupling);
+  EXPECT_EQ(exact.solver.method, SolverMethod::direct);
+  const LinkResponse corners = respond_with(SolverMethod::multigrid, mesh, materials, coupling);
+  EXPECT_EQ(corners.solver.levels.size(), 2u);
+  expect_agreement(corners, exact, tolerance);
+  const LinkResponse aggregates = respond_with(over_aggregates(), mesh, materials, coupling);
+  EXPECT_GE(aggregates.solver.levels.size(), 3u);
+  expect_agreement(aggregates, exact, std::max(tolerance, 1e-8));
+  EXPECT_LE(aggregates.solver.iterations, 2 * corners.solver.iterations);
 }
 
 TEST(Solver, MultigridAgreesWithTheFactorsOnABlock) {
@@ -87,6 +108,11 @@ TEST(Solver, EveryNumberOfThreadsGivesTheSameBytes) {
                   one.flexibility)
           << name(method) << threads;
   }
+  const auto one = respond_with(over_aggregates(1), mesh, {steel});
+  for (const int threads : {2, 3, 7})
+    EXPECT_TRUE(respond_with(over_aggregates(threads), mesh, {steel}).flexibility ==
+                one.flexibility)
+        << threads;
 }
 
 TEST(Solver, MoreLoadsThanLanesAreSolvedInEvenShares) {
@@ -111,6 +137,14 @@ TEST(Solver, FollowsWithTheFactorsWhereMultigridDoesNotConverge) {
   EXPECT_THAT(a.solver.reason, testing::HasSubstr("iterations"));
   const LinkResponse b = respond_with(SolverMethod::direct, mesh, nearly_incompressible);
   EXPECT_TRUE(a.flexibility == b.flexibility);
+}
+
+TEST(Solver, FollowsWithTheFactorsWhereAggregatesDoNotConverge) {
+  const TetMesh mesh = with_mid_nodes(box_mesh({0.2, 0.1, 0.1}, 8, 4, 4));
+  const LinkResponse a = respond_with(over_aggregates(), mesh, {Material(1e6, 0.499999)});
+  EXPECT_EQ(a.solver.method, SolverMethod::direct);
+  EXPECT_THAT(a.solver.reason, testing::HasSubstr("iterations"));
+  EXPECT_EQ(a.solver.levels.size(), 1u);
 }
 
 TEST(Solver, AutomaticChoiceNoticesElementsTooFlatForMultigrid) {
@@ -171,20 +205,23 @@ TEST(Solver, RefusesAModelAboveTheMemoryLimitWithBothNumbers) {
 }
 
 // Ends the process: 0 when the forecast of its memory was within 10 % of the peak.
-[[noreturn]] void solve_and_exit(SolverMethod method) {
+[[noreturn]] void solve_and_exit(const SolverOptions& options) {
   const TetMesh mesh = with_mid_nodes(box_mesh({0.4, 0.1, 0.1}, 32, 8, 8));
-  const SolverStats stats = respond_with(method, mesh, {steel}).solver;
+  const SolverStats stats = respond_with(options, mesh, {steel}).solver;
   const double forecast =
       stats.bytes_before +
-      (method == SolverMethod::direct ? stats.direct.bytes : stats.multigrid.bytes);
+      (options.method == SolverMethod::direct ? stats.direct.bytes : stats.multigrid.bytes);
   std::fprintf(stderr, "forecast %.0f MB, peak %.0f MB\n", forecast / 1e6, stats.peak_bytes / 1e6);
   std::_Exit(std::abs(forecast / stats.peak_bytes - 1) < 0.1 ? 0 : 1);
 }
 
 TEST(SolverDeathTest, ForecastsThePeakOfMemoryWithinTenPercent) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");  // a fresh process, with a peak of its own
-  for (const SolverMethod method : {SolverMethod::direct, SolverMethod::multigrid})
-    EXPECT_EXIT(solve_and_exit(method), testing::ExitedWithCode(0), "forecast") << name(method);
+  for (const SolverOptions& options :
+       {SolverOptions{.method = SolverMethod::direct, .threads = 2},
+        SolverOptions{.method = SolverMethod::multigrid, .threads = 2}, over_aggregates()})
+    EXPECT_EXIT(solve_and_exit(options), testing::ExitedWithCode(0), "forecast")
+        << name(options.method) << options.most_coarse_operations;
 }
 
 // P'KP, column by column, is what the elements of first order give.

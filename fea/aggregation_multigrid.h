@@ -1,0 +1,55 @@
+// What stands for the factors of a matrix that is too large for them: a fixed number of multigrid
+// cycles over levels of rigid aggregates, the last of which is factorised.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "kinetostat/fea/factorisation.h"
+#include "kinetostat/fea/rigid_aggregates.h"
+#include "kinetostat/fea/v_cycle.h"
+
+namespace kinetostat::fea {
+
+class AggregationMultigrid {
+ public:
+  /// Adds levels below the matrix until the factors of the last take no more than `most_operations`
+  /// or a level is hardly smaller than the one before. Throws std::bad_alloc, Cancelled.
+  AggregationMultigrid(BlockMatrix matrix, RigidPoints points, double most_operations, Team& team,
+                       files::Progress& progress);
+
+  /// The last level; may run beside other work. Throws SingularStiffness, std::bad_alloc.
+  void factorise();
+
+  /// x = S b with S a fixed symmetric positive definite matrix near A^-1, for the first `columns`
+  /// lanes. Requires factorise().
+  void solve(const LaneVector& b, int columns, LaneVector& x);
+
+  /// Of the levels below the matrix, the factorised one last.
+  std::vector<std::size_t> unknowns() const;
+  /// Of the last level.
+  const FactorisationStats& stats() const { return factorisation_->stats(); }
+  /// What it takes in memory, but for what stats() says [bytes].
+  double bytes_beside_factor() const;
+
+ private:
+  struct Level {
+    Level(BlockMatrix from, const RigidPoints& points, Team& team, files::Progress& progress);
+    std::size_t bytes() const;
+
+    BlockMatrix matrix;
+    LaneProduct product;
+    VCycle cycle;
+    AggregateLevel below;
+    LaneVector load, motion;  // of the level below
+  };
+
+  void cycle(std::size_t level, int columns, const LaneVector& r, LaneVector& z);
+
+  std::vector<std::unique_ptr<Level>> levels_;
+  BlockMatrix last_;
+  std::unique_ptr<Factorisation> factorisation_;
+  LaneVector residual_, step_, work_;
+};
+
+}  // namespace kinetostat::fea
