@@ -28,20 +28,20 @@ AggregationMultigrid::Level::Level(BlockMatrix from, const RigidPoints& points, 
       cycle(product, progress),
       below(matrix, points, cycle.smoother().largest_eigenvalue(), team),
       load(static_cast<std::size_t>(below.matrix().size())),
-      motion(load.size()) {}
+      motion(load.size()),
+      residual(static_cast<std::size_t>(matrix.size())),
+      step(residual.size()),
+      work(residual.size()) {}
 
 std::size_t AggregationMultigrid::Level::bytes() const {
   return matrix.bytes() + product.bytes() + cycle.bytes() + below.bytes() +
-         sizeof(Lanes) * (load.size() + motion.size());
+         sizeof(Lanes) * (2 * load.size() + 3 * residual.size());
 }
 
 AggregationMultigrid::AggregationMultigrid(BlockMatrix matrix, RigidPoints points,
                                            double most_operations, Team& team,
                                            files::Progress& progress)
-    : last_(std::move(matrix)),
-      residual_(static_cast<std::size_t>(last_.size())),
-      step_(residual_.size()),
-      work_(residual_.size()) {
+    : last_(std::move(matrix)) {
   Eigen::Index before = 0;
   do {
     before = last_.size();
@@ -63,7 +63,7 @@ void AggregationMultigrid::cycle(std::size_t level, int columns, const LaneVecto
   here.cycle(r, z, [&](const LaneVector& residual, LaneVector& correction) {
     here.below.restrict(residual, here.load);
     if (level + 1 < levels_.size())
-      cycle(level + 1, columns, here.load, here.motion);
+      solve(level + 1, columns, here.load, here.motion);
     else
       here.motion = factorisation_->solve(here.load, columns);
     here.below.prolong(here.motion, correction);
@@ -72,29 +72,32 @@ void AggregationMultigrid::cycle(std::size_t level, int columns, const LaneVecto
 
 // Chebyshev's iteration (Saad, Iterative methods for sparse linear systems, 2003, algorithm 12.1)
 // with a cycle as the preconditioner.
-void AggregationMultigrid::solve(const LaneVector& b, int columns, LaneVector& x) {
+void AggregationMultigrid::solve(std::size_t level, int columns, const LaneVector& b,
+                                 LaneVector& x) {
   constexpr double middle = (1 + least) / 2, half = (1 - least) / 2;
-  LaneProduct& product = levels_.front()->product;
+  Level& here = *levels_[level];
+  LaneProduct& product = here.product;
   const auto for_rows = [&product](const auto& work) {
     product.for_each_piece([&](int first, int blocks) { work(3 * first, 3 * blocks); });
   };
-  cycle(0, columns, b, step_);
+  cycle(level, columns, b, here.step);
   for_rows([&](int first, int count) {
-    std::copy_n(b.data() + first, count, residual_.data() + first);
-    combine(0, 1 / middle, step_.data() + first, count, step_.data() + first);
-    std::copy_n(step_.data() + first, count, x.data() + first);
+    std::copy_n(b.data() + first, count, here.residual.data() + first);
+    combine(0, 1 / middle, here.step.data() + first, count, here.step.data() + first);
+    std::copy_n(here.step.data() + first, count, x.data() + first);
   });
   double rho = half / middle;
   for (int c = 1; c < cycles; ++c) {
-    product(step_, work_, [&](int piece) {
+    product(here.step, here.work, [&](int piece) {
       const int first = 3 * product.first(piece), count = 3 * product.end(piece) - first;
-      add(-1, work_.data() + first, count, residual_.data() + first);
+      add(-1, here.work.data() + first, count, here.residual.data() + first);
     });
-    cycle(0, columns, residual_, work_);
+    cycle(level, columns, here.residual, here.work);
     const double before = std::exchange(rho, 1 / (2 * middle / half - rho));
     for_rows([&](int first, int count) {
-      combine(rho * before, 2 * rho / half, work_.data() + first, count, step_.data() + first);
-      add(1, step_.data() + first, count, x.data() + first);
+      combine(rho * before, 2 * rho / half, here.work.data() + first, count,
+              here.step.data() + first);
+      add(1, here.step.data() + first, count, x.data() + first);
     });
   }
 }
@@ -106,8 +109,7 @@ std::vector<std::size_t> AggregationMultigrid::unknowns() const {
 }
 
 double AggregationMultigrid::bytes_beside_factor() const {
-  std::size_t bytes =
-      last_.bytes() + sizeof(Lanes) * (residual_.size() + step_.size() + work_.size());
+  std::size_t bytes = last_.bytes();
   for (const auto& level : levels_) bytes += level->bytes();
   return static_cast<double>(bytes);
 }

@@ -1,5 +1,5 @@
-// What stands for the factors of a matrix that is too large for them: a fixed number of multigrid
-// cycles over levels of rigid aggregates, the last of which is factorised.
+// What stands for the factors of a matrix that is too large for them: multigrid over levels of
+// rigid aggregates, the last of which is factorised.
 #pragma once
 
 #include <memory>
@@ -23,7 +23,7 @@ class AggregationMultigrid {
 
   /// x = S b with S a fixed symmetric positive definite matrix near A^-1, for the first `columns`
   /// lanes. Requires factorise().
-  void solve(const LaneVector& b, int columns, LaneVector& x);
+  void solve(const LaneVector& b, int columns, LaneVector& x) { solve(0, columns, b, x); }
 
   /// Of the levels below the matrix, the factorised one last.
   std::vector<std::size_t> unknowns() const;
@@ -42,14 +42,15 @@ class AggregationMultigrid {
     VCycle cycle;
     AggregateLevel below;
     LaneVector load, motion;  // of the level below
+    LaneVector residual, step, work;
   };
 
+  void solve(std::size_t level, int columns, const LaneVector& b, LaneVector& x);
   void cycle(std::size_t level, int columns, const LaneVector& r, LaneVector& z);
 
   std::vector<std::unique_ptr<Level>> levels_;
   BlockMatrix last_;
   std::unique_ptr<Factorisation> factorisation_;
-  LaneVector residual_, step_, work_;
 };
 
 }  // namespace kinetostat::fea

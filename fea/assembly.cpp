@@ -88,15 +88,6 @@ BlockPattern rows_of_pattern(const TetMesh& mesh, const Unknowns& unknowns, cons
   return rows;
 }
 
-void append(BlockPattern& pattern, const BlockPattern& rows) {
-  const std::size_t before = pattern.partner.size();
-  if (before + rows.partner.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
-    throw std::length_error("the stiffness matrix has more than 2^31 blocks");
-  pattern.partner.insert(pattern.partner.end(), rows.partner.begin(), rows.partner.end());
-  for (std::size_t b = 1; b < rows.start.size(); ++b)
-    pattern.start.push_back(rows.start[b] + static_cast<int>(before));
-}
-
 // How the nodes of one element move with its blocks of unknowns: u = motion * unknowns.
 Eigen::MatrixXd motion_of(const TetMesh& mesh, std::span<const int> element,
                           const Unknowns& unknowns, const std::vector<int>& blocks) {

@@ -1,6 +1,18 @@
 #include "kinetostat/fea/block_matrix.h"
 
+#include <limits>
+#include <stdexcept>
+
 namespace kinetostat::fea {
+
+void append(BlockPattern& pattern, const BlockPattern& rows) {
+  const std::size_t before = pattern.partner.size();
+  if (before + rows.partner.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+    throw std::length_error("the stiffness matrix has more than 2^31 blocks");
+  pattern.partner.insert(pattern.partner.end(), rows.partner.begin(), rows.partner.end());
+  for (std::size_t b = 1; b < rows.start.size(); ++b)
+    pattern.start.push_back(rows.start[b] + static_cast<int>(before));
+}
 
 Eigen::MatrixXd BlockMatrix::residual(const Eigen::MatrixXd& b, const Eigen::MatrixXd& x) const {
   // Rows on end, so that all right-hand sides share one pass over the matrix.

@@ -22,6 +22,9 @@ struct BlockPattern {
   std::size_t end(int block) const { return begin(block + 1); }
 };
 
+/// Adds rows behind those of a pattern. Throws std::length_error beyond 2^31 blocks.
+void append(BlockPattern& pattern, const BlockPattern& rows);
+
 /// The diagonal and the blocks right of it; those below are their transposes.
 struct BlockMatrix {
   BlockPattern pattern = {};

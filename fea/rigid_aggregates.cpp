@@ -46,6 +46,9 @@ struct WholeRows {
   }
   int begin(int row) const { return start[static_cast<std::size_t>(row)]; }
   int end(int row) const { return begin(row + 1); }
+  static std::size_t stored(int place) {
+    return static_cast<std::size_t>(place < 0 ? ~place : place);
+  }
 
  private:
   void put(int at, int other, int k) {
@@ -70,17 +73,21 @@ inline void add_transposed_product(const double* p, const double* y, double* c) 
       for (int j = 0; j < 6; ++j) c[6 * i + j] += p[6 * k + i] * y[6 * k + j];
 }
 
-void append(RigidRows& rows, const RigidRows& more) {
-  const std::size_t before = rows.column.size();
-  if (before + more.column.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+// Adds the rows of `more` from `first` on.
+void append(RigidRows& rows, const RigidRows& more, int first = 0) {
+  const int begin = more.start[static_cast<std::size_t>(first)];
+  const std::size_t blocks =
+      rows.column.size() + more.column.size() - static_cast<std::size_t>(begin);
+  if (blocks > static_cast<std::size_t>(std::numeric_limits<int>::max()))
     throw std::length_error("the coarse level has more than 2^31 blocks");
-  rows.column.insert(rows.column.end(), more.column.begin(), more.column.end());
-  rows.value.insert(rows.value.end(), more.value.begin(), more.value.end());
-  for (std::size_t r = 1; r < more.start.size(); ++r)
-    rows.start.push_back(more.start[r] + static_cast<int>(before));
+  const int shift = static_cast<int>(rows.column.size()) - begin;
+  rows.column.insert(rows.column.end(), more.column.begin() + begin, more.column.end());
+  rows.value.insert(rows.value.end(), more.block(begin), more.block(more.start.back()));
+  for (auto r = static_cast<std::size_t>(first) + 1; r < more.start.size(); ++r)
+    rows.start.push_back(more.start[r] + shift);
 }
 
-// A X on some rows.
+// A X on some rows. `slot`: one for each column, below 0 at first.
 KINETOSTAT_FOR_SEVERAL_PROCESSORS
 void multiply_rows(const BlockMatrix& a, const WholeRows& whole, const RigidRows& x, int first,
                    int end, std::vector<int>& slot, RigidRows& product) {
@@ -89,32 +96,30 @@ void multiply_rows(const BlockMatrix& a, const WholeRows& whole, const RigidRows
     for (int k = whole.begin(row); k < whole.end(row); ++k) {
       const auto other = static_cast<std::size_t>(whole.column[static_cast<std::size_t>(k)]);
       const int place = whole.place[static_cast<std::size_t>(k)];
-      const double* block =
-          a.value.data() + 9 * static_cast<std::size_t>(place < 0 ? ~place : place);
-      for (auto p = static_cast<std::size_t>(x.start[other]);
-           p < static_cast<std::size_t>(x.start[other + 1]); ++p) {
-        int& at = slot[static_cast<std::size_t>(x.column[p])];
+      const double* block = a.block(WholeRows::stored(place)).data();
+      for (int p = x.start[other]; p < x.start[other + 1]; ++p) {
+        int& at = slot[static_cast<std::size_t>(x.column_of(p))];
         if (at < begin) {
           at = static_cast<int>(product.column.size());
-          product.column.push_back(x.column[p]);
+          product.column.push_back(x.column_of(p));
           product.value.resize(product.value.size() + RigidRows::entries, 0.0);
         }
-        add_product(block, place < 0, x.value.data() + RigidRows::entries * p,
-                    product.value.data() + RigidRows::entries * static_cast<std::size_t>(at));
+        add_product(block, place < 0, x.block(p), product.block(at));
       }
     }
     product.start.push_back(static_cast<int>(product.column.size()));
   }
 }
 
-RigidRows multiply(const BlockMatrix& a, const WholeRows& whole, const RigidRows& x, int columns,
-                   Team& team) {
+// The first rows of A X.
+RigidRows multiply(const BlockMatrix& a, const WholeRows& whole, const RigidRows& x, int rows,
+                   int columns, Team& team) {
   std::vector<RigidRows> parts(
-      static_cast<std::size_t>(Team::pieces(static_cast<std::size_t>(x.rows()), rows_at_once)));
+      static_cast<std::size_t>(Team::pieces(static_cast<std::size_t>(rows), rows_at_once)));
   team.for_each(static_cast<int>(parts.size()), [&](int i) {
     std::vector<int> slot(static_cast<std::size_t>(columns), -1);
     const int first = i * rows_at_once;
-    multiply_rows(a, whole, x, first, std::min(first + rows_at_once, x.rows()), slot,
+    multiply_rows(a, whole, x, first, std::min(first + rows_at_once, rows), slot,
                   parts[static_cast<std::size_t>(i)]);
   });
   RigidRows product;
@@ -180,91 +185,112 @@ RigidRows rigid_motions(const RigidPoints& points, const std::vector<int>& aggre
   return rows;
 }
 
-// (I - weight D^-1 A) T, but T in the rows from `bodies` on.
+// (I - weight D^-1 A) T, but T itself in the rows from `bodies` on.
 RigidRows smoothed(const BlockMatrix& a, const WholeRows& whole, const RigidRows& rigid,
                    double weight, int columns, int bodies, Team& team) {
-  RigidRows smooth = multiply(a, whole, rigid, columns, team);
-  for (int row = 0; row < rigid.rows(); ++row) {
-    const Matrix3 factor = row < bodies ? Matrix3(-weight * a.block(a.pattern.begin(row)).inverse())
-                                        : Matrix3(Matrix3::Zero());
-    const auto r = static_cast<std::size_t>(row);
-    for (auto k = static_cast<std::size_t>(smooth.start[r]);
-         k < static_cast<std::size_t>(smooth.start[r + 1]); ++k) {
-      Eigen::Map<Motion> block(smooth.value.data() + RigidRows::entries * k);
+  RigidRows smooth = multiply(a, whole, rigid, bodies, columns, team);
+  const auto smooth_row = [&](std::size_t row) {
+    const Matrix3 factor = -weight * a.block(a.pattern.begin(static_cast<int>(row))).inverse();
+    for (int k = smooth.start[row]; k < smooth.start[row + 1]; ++k) {
+      Eigen::Map<Motion> block(smooth.block(k));
       block = (factor * block).eval();
-      const auto own = static_cast<std::size_t>(rigid.start[r]);
-      if (own < static_cast<std::size_t>(rigid.start[r + 1]) &&
-          rigid.column[own] == smooth.column[k])
-        block += Eigen::Map<const Motion>(rigid.value.data() + RigidRows::entries * own);
+      if (const int own = rigid.start[row];
+          own < rigid.start[row + 1] && rigid.column_of(own) == smooth.column_of(k))
+        block += Eigen::Map<const Motion>(rigid.block(own));
     }
-  }
+  };
+  team.for_each_piece(static_cast<std::size_t>(bodies), rows_at_once,
+                      [&](int, std::size_t begin, std::size_t end) {
+                        for (std::size_t row = begin; row < end; ++row) smooth_row(row);
+                      });
+  append(smooth, rigid, bodies);
   return smooth;
 }
 
-// Rows 2I and 2I + 1 of P'AP for some aggregates I.
-struct GalerkinRows {
-  const RigidRows& p;
-  const RigidRows& ap;
-  const std::vector<int>&row_start, &row, &place;
+// P'AP, whose columns are those of P with three unknowns each twice.
+class GalerkinProduct {
+ public:
+  GalerkinProduct(const RigidRows& p, const RigidColumns& columns, const RigidRows& ap)
+      : p_(p), columns_(columns), ap_(ap), count_(static_cast<int>(columns.start.size()) - 1) {}
 
-  BlockMatrix operator()(int first, int end, int aggregates) const {
+  BlockMatrix compute(Team& team) const {
+    std::vector<BlockMatrix> parts(static_cast<std::size_t>(
+        Team::pieces(static_cast<std::size_t>(count_), aggregates_at_once)));
+    team.for_each(static_cast<int>(parts.size()), [&](int i) {
+      const int first = i * aggregates_at_once;
+      parts[static_cast<std::size_t>(i)] =
+          rows(first, std::min(first + aggregates_at_once, count_));
+    });
+    BlockMatrix whole;
+    for (BlockMatrix& part : parts) {
+      append(whole.pattern, part.pattern);
+      whole.value.insert(whole.value.end(), part.value.begin(), part.value.end());
+      part = {};
+    }
+    return whole;
+  }
+
+ private:
+  static constexpr std::size_t square = 36;  // entries of a pair of aggregates, row by row
+
+  // The rows of some aggregates.
+  BlockMatrix rows(int first, int end) const {
     BlockMatrix rows;
-    std::vector<int> slot(static_cast<std::size_t>(aggregates), -1), column;
+    std::vector<int> slot(static_cast<std::size_t>(count_), -1), partner;
     std::vector<double> value;
     for (int i = first; i < end; ++i) {
-      column.clear();
+      partner.clear();
       value.clear();
-      sum_up(i, slot, column, value);
-      append_row(i, column, value, rows);
-      for (const int j : column) slot[static_cast<std::size_t>(j)] = -1;
+      sum_up(i, slot, partner, value);
+      append_rows(i, partner, slot, value, rows);
+      for (const int j : partner) slot[static_cast<std::size_t>(j)] = -1;
     }
     return rows;
   }
 
- private:
-  // Blocks 6x6 of aggregate i and later ones.
-  void sum_up(int i, std::vector<int>& slot, std::vector<int>& column,
+  // Squares of aggregate i with itself and later ones, in the order in which they turn up.
+  void sum_up(int i, std::vector<int>& slot, std::vector<int>& partner,
               std::vector<double>& value) const {
-    for (auto k = static_cast<std::size_t>(row_start[static_cast<std::size_t>(i)]);
-         k < static_cast<std::size_t>(row_start[static_cast<std::size_t>(i) + 1]); ++k) {
-      const double* left = p.value.data() + RigidRows::entries * static_cast<std::size_t>(place[k]);
-      const auto r = static_cast<std::size_t>(row[k]);
-      for (auto q = static_cast<std::size_t>(ap.start[r]);
-           q < static_cast<std::size_t>(ap.start[r + 1]); ++q) {
-        if (ap.column[q] < i) continue;
-        int& at = slot[static_cast<std::size_t>(ap.column[q])];
+    for (std::size_t k = columns_.begin(i); k < columns_.end(i); ++k) {
+      const double* left = p_.block(columns_.place[k]);
+      const auto row = static_cast<std::size_t>(columns_.row[k]);
+      for (int q = ap_.start[row]; q < ap_.start[row + 1]; ++q) {
+        const int j = ap_.column_of(q);
+        if (j < i) continue;
+        int& at = slot[static_cast<std::size_t>(j)];
         if (at < 0) {
-          at = static_cast<int>(column.size());
-          column.push_back(ap.column[q]);
-          value.resize(value.size() + 36, 0.0);
+          at = static_cast<int>(partner.size());
+          partner.push_back(j);
+          value.resize(value.size() + square, 0.0);
         }
-        add_transposed_product(left, ap.value.data() + RigidRows::entries * q,
-                               value.data() + 36 * at);
+        add_transposed_product(left, ap_.block(q),
+                               value.data() + square * static_cast<std::size_t>(at));
       }
     }
   }
 
-  void append_row(int i, const std::vector<int>& column, const std::vector<double>& value,
-                  BlockMatrix& rows) const {
-    std::vector<int> order(column.size());
-    for (std::size_t k = 0; k < order.size(); ++k) order[k] = static_cast<int>(k);
-    std::sort(order.begin(), order.end(), [&column](int a, int b) {
-      return column[static_cast<std::size_t>(a)] < column[static_cast<std::size_t>(b)];
-    });
+  // Two rows of blocks.
+  static void append_rows(int i, std::vector<int>& partner, const std::vector<int>& slot,
+                          const std::vector<double>& value, BlockMatrix& rows) {
+    std::sort(partner.begin(), partner.end());
     for (int half = 0; half < 2; ++half) {
-      for (const int k : order) {
-        const int j = column[static_cast<std::size_t>(k)];
+      for (const int j : partner)
         for (int side = j == i ? half : 0; side < 2; ++side) {
           rows.pattern.partner.push_back(2 * j + side);
+          const double* block =
+              value.data() + square * static_cast<std::size_t>(slot[static_cast<std::size_t>(j)]) +
+              18 * half + 3 * side;
           for (int a = 0; a < 3; ++a)
-            for (int b = 0; b < 3; ++b)
-              rows.value.push_back(
-                  value[static_cast<std::size_t>(36 * k + 6 * (3 * half + a) + 3 * side + b)]);
+            rows.value.insert(rows.value.end(), block + 6 * a, block + 6 * a + 3);
         }
-      }
       rows.pattern.start.push_back(static_cast<int>(rows.pattern.partner.size()));
     }
   }
+
+  const RigidRows& p_;
+  const RigidColumns& columns_;
+  const RigidRows& ap_;
+  int count_;
 };
 
 // The groups of `rigid_aggregates`, one step after the other.
@@ -292,8 +318,7 @@ class Grouping {
   }
 
  private:
-  // Norm of a link beside those of its points. Linear tetrahedra of good shape have 0.05 to 0.5;
-  // across a jump of the modulus it is small beside one of the two.
+  // Norm of a link beside those of its points; across a jump of the modulus it is small.
   static constexpr double strong = 0.02;
 
   // visit(other point, strength) for the strong neighbours of a point.
@@ -307,7 +332,7 @@ class Grouping {
       if (other == p || other >= points_.nodes()) continue;
       const int place = whole_.place[static_cast<std::size_t>(k)];
       const double link =
-          matrix_.block(static_cast<std::size_t>(place < 0 ? ~place : place)).norm() /
+          matrix_.block(WholeRows::stored(place)).norm() /
           std::sqrt(size_[static_cast<std::size_t>(p)] * size_[static_cast<std::size_t>(other)]);
       if (link > strong) visit(other, link);
     }
@@ -381,8 +406,8 @@ void prolong_rows(const RigidRows& rows, int first, int end, const Lanes* coarse
     Register y0{}, y1{}, y2{};
     for (int k = rows.start[static_cast<std::size_t>(row)];
          k < rows.start[static_cast<std::size_t>(row) + 1]; ++k) {
-      const double* p = rows.value.data() + RigidRows::entries * static_cast<std::size_t>(k);
-      const Register* x = coarse + 6 * rows.column[static_cast<std::size_t>(k)];
+      const double* p = rows.block(k);
+      const Register* x = coarse + 6 * rows.column_of(k);
       for (int j = 0; j < 6; ++j) {
         y0 += p[j] * x[j];
         y1 += p[6 + j] * x[j];
@@ -395,19 +420,21 @@ void prolong_rows(const RigidRows& rows, int first, int end, const Lanes* coarse
   }
 }
 
-// coarse = P' fine for one aggregate.
+// coarse = P' fine for some aggregates.
 KINETOSTAT_FOR_SEVERAL_PROCESSORS
-void restrict_rows(const double* values, const int* row, const int* place, int count,
-                   const Lanes* fine_lanes, Lanes* coarse_lanes) {
+void restrict_columns(const RigidRows& rows, const RigidColumns& columns, int first, int end,
+                      const Lanes* fine_lanes, Lanes* coarse_lanes) {
   const auto* fine = reinterpret_cast<const Register*>(fine_lanes);
   auto* coarse = reinterpret_cast<Register*>(coarse_lanes);
-  Register sum[6] = {};
-  for (int k = 0; k < count; ++k) {
-    const double* p = values + RigidRows::entries * static_cast<std::size_t>(place[k]);
-    const Register* x = fine + 3 * row[k];
-    for (int j = 0; j < 6; ++j) sum[j] += p[j] * x[0] + p[6 + j] * x[1] + p[12 + j] * x[2];
+  for (int column = first; column < end; ++column) {
+    Register sum[6] = {};
+    for (std::size_t k = columns.begin(column); k < columns.end(column); ++k) {
+      const double* p = rows.block(columns.place[k]);
+      const Register* x = fine + 3 * columns.row[k];
+      for (int j = 0; j < 6; ++j) sum[j] += p[j] * x[0] + p[6 + j] * x[1] + p[12 + j] * x[2];
+    }
+    for (int j = 0; j < 6; ++j) coarse[6 * column + j] = sum[j];
   }
-  for (int j = 0; j < 6; ++j) coarse[j] = sum[j];
 }
 
 }  // namespace
@@ -427,51 +454,41 @@ std::vector<int> rigid_aggregates(const BlockMatrix& matrix, const RigidPoints& 
   return Grouping(matrix, points).run();
 }
 
+RigidColumns::RigidColumns(const RigidRows& rows, int columns)
+    : start(static_cast<std::size_t>(columns) + 1, 0),
+      row(rows.column.size()),
+      place(rows.column.size()) {
+  for (const int c : rows.column) ++start[static_cast<std::size_t>(c) + 1];
+  for (std::size_t c = 1; c < start.size(); ++c) start[c] += start[c - 1];
+  std::vector<int> next(start.begin(), start.end() - 1);
+  for (int r = 0; r < rows.rows(); ++r)
+    for (int k = rows.start[static_cast<std::size_t>(r)];
+         k < rows.start[static_cast<std::size_t>(r) + 1]; ++k) {
+      const auto at = static_cast<std::size_t>(next[static_cast<std::size_t>(rows.column_of(k))]++);
+      row[at] = r;
+      place[at] = k;
+    }
+}
+
 AggregateLevel::AggregateLevel(const BlockMatrix& matrix, const RigidPoints& points,
                                double largest_eigenvalue, Team& team)
     : team_(team) {
   const std::vector<int> aggregate = rigid_aggregates(matrix, points);
   points_ = middles(points, aggregate);
+  const int columns = points_.size();
   const WholeRows whole(matrix.pattern);
-  prolongation_ = smoothed(matrix, whole, rigid_motions(points, aggregate, points_),
-                           4 / (3 * largest_eigenvalue), points_.size(),
-                           points.first_block(points.nodes()), team);
-  row_start_.assign(static_cast<std::size_t>(points_.size()) + 1, 0);
-  for (const int column : prolongation_.column) ++row_start_[static_cast<std::size_t>(column) + 1];
-  for (std::size_t a = 1; a < row_start_.size(); ++a) row_start_[a] += row_start_[a - 1];
-  row_.resize(prolongation_.column.size());
-  place_.resize(row_.size());
-  std::vector<int> next(row_start_.begin(), row_start_.end() - 1);
-  for (int row = 0; row < prolongation_.rows(); ++row)
-    for (int k = prolongation_.start[static_cast<std::size_t>(row)];
-         k < prolongation_.start[static_cast<std::size_t>(row) + 1]; ++k) {
-      const int at =
-          next[static_cast<std::size_t>(prolongation_.column[static_cast<std::size_t>(k)])]++;
-      row_[static_cast<std::size_t>(at)] = row;
-      place_[static_cast<std::size_t>(at)] = k;
-    }
-  const RigidRows product = multiply(matrix, whole, prolongation_, points_.size(), team);
-  const GalerkinRows galerkin{prolongation_, product, row_start_, row_, place_};
-  std::vector<BlockMatrix> parts(
-      static_cast<std::size_t>(Team::pieces(points_.points.size(), aggregates_at_once)));
-  team.for_each(static_cast<int>(parts.size()), [&](int i) {
-    const int first = i * aggregates_at_once;
-    parts[static_cast<std::size_t>(i)] =
-        galerkin(first, std::min(first + aggregates_at_once, points_.size()), points_.size());
-  });
-  for (BlockMatrix& part : parts) {
-    const std::size_t before = matrix_.pattern.partner.size();
-    matrix_.pattern.partner.insert(matrix_.pattern.partner.end(), part.pattern.partner.begin(),
-                                   part.pattern.partner.end());
-    for (std::size_t b = 1; b < part.pattern.start.size(); ++b)
-      matrix_.pattern.start.push_back(part.pattern.start[b] + static_cast<int>(before));
-    matrix_.value.insert(matrix_.value.end(), part.value.begin(), part.value.end());
-    part = {};
-  }
+  prolongation_ =
+      smoothed(matrix, whole, rigid_motions(points, aggregate, points_),
+               4 / (3 * largest_eigenvalue), columns, points.first_block(points.nodes()), team);
+  columns_ = RigidColumns(prolongation_, columns);
+  const RigidRows product =
+      multiply(matrix, whole, prolongation_, prolongation_.rows(), columns, team);
+  matrix_ = GalerkinProduct(prolongation_, columns_, product).compute(team);
 }
 
 std::size_t AggregateLevel::bytes() const {
-  return prolongation_.bytes() + sizeof(int) * (row_start_.size() + row_.size() + place_.size());
+  return prolongation_.bytes() +
+         sizeof(int) * (columns_.start.size() + columns_.row.size() + columns_.place.size());
 }
 
 void AggregateLevel::prolong(const LaneVector& coarse, LaneVector& fine) const {
@@ -483,13 +500,11 @@ void AggregateLevel::prolong(const LaneVector& coarse, LaneVector& fine) const {
 }
 
 void AggregateLevel::restrict(const LaneVector& fine, LaneVector& coarse) const {
-  team_.for_each_piece(
-      points_.points.size(), aggregates_at_once, [&](int, std::size_t begin, std::size_t end) {
-        for (std::size_t a = begin; a < end; ++a)
-          restrict_rows(prolongation_.value.data(), row_.data() + row_start_[a],
-                        place_.data() + row_start_[a], row_start_[a + 1] - row_start_[a],
-                        fine.data(), coarse.data() + 6 * a);
-      });
+  team_.for_each_piece(points_.points.size(), aggregates_at_once,
+                       [&](int, std::size_t begin, std::size_t end) {
+                         restrict_columns(prolongation_, columns_, static_cast<int>(begin),
+                                          static_cast<int>(end), fine.data(), coarse.data());
+                       });
 }
 
 }  // namespace kinetostat::fea

@@ -44,9 +44,26 @@ struct RigidRows {
   std::vector<double> value = {};
 
   int rows() const { return static_cast<int>(start.size()) - 1; }
+  int column_of(int place) const { return column[static_cast<std::size_t>(place)]; }
+  double* block(int place) { return value.data() + entries * static_cast<std::size_t>(place); }
+  const double* block(int place) const {
+    return value.data() + entries * static_cast<std::size_t>(place);
+  }
   std::size_t bytes() const {
     return sizeof(int) * (start.size() + column.size()) + sizeof(double) * value.size();
   }
+};
+
+/// The same by columns: the rows that each is in, ascending, and the places of its blocks.
+struct RigidColumns {
+  std::vector<int> start, row, place;
+
+  RigidColumns() = default;
+  RigidColumns(const RigidRows& rows, int columns);
+  std::size_t begin(int column) const {
+    return static_cast<std::size_t>(start[static_cast<std::size_t>(column)]);
+  }
+  std::size_t end(int column) const { return begin(column + 1); }
 };
 
 /// Points that are strongly linked in one group each: its number, in the order of the points, or
@@ -77,8 +94,7 @@ class AggregateLevel {
   Team& team_;
   RigidPoints points_;
   RigidRows prolongation_;
-  // Of each aggregate: the rows of P that it is in, and where.
-  std::vector<int> row_start_, row_, place_;
+  RigidColumns columns_;  // of the prolongation
   BlockMatrix matrix_;
 };
 
