@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -481,6 +482,13 @@ Json to_json(const Campaign& campaign, const Assessment& assessment) {
   return json;
 }
 
+// Of what was measured; NaN elsewhere.
+spatial::Vector6 sigma_of(const calibration::Reading& reading, spatial::Vector6 sigma) {
+  for (Eigen::Index k = 0; k < 6; ++k)
+    if (std::isnan(reading.displacement[k])) sigma[k] = std::numeric_limits<double>::quiet_NaN();
+  return sigma;
+}
+
 Json readings_json(const Campaign& campaign, const Comparison& comparison) {
   Json list = Json::array();
   const bool known = comparison.noise.source != NoiseSource::unknown;
@@ -498,7 +506,7 @@ Json readings_json(const Campaign& campaign, const Comparison& comparison) {
               {"role", role_name(reading.role)},
               {"masked", reading.masked},
               {"measured", numbers(reading.displacement)},
-              {"sigma", known ? numbers(comparison.noise.sigma[i]) : Json()},
+              {"sigma", known ? numbers(sigma_of(reading, comparison.noise.sigma[i])) : Json()},
               {"predicted", numbers(comparison.as_designed.fit.predicted[i])},
               {"residual", numbers(comparison.as_designed.residual[i])}};
     if (reading.masked) json["mask_reason"] = reading.mask_reason;

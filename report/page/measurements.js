@@ -96,7 +96,7 @@ function diagnosisVerdict(diagnosis) {
   );
 }
 
-function comparisonVerdict(comparison) {
+function comparisonVerdict(comparison, switched) {
   const words = {
     adequate: "The model is adequate: no test finds more than noise.",
     inadequate: "The model fails: its error is more than noise.",
@@ -106,6 +106,7 @@ function comparisonVerdict(comparison) {
   return element(
     "div",
     { class: `verdict ${comparison.adequacy === "adequate" ? "good" : "bad"}` },
+    switched ? element("p", {}, `Without ${switched}:`) : null,
     element("p", {}, element("strong", {}, words[comparison.adequacy])),
     element(
       "p",
@@ -205,12 +206,13 @@ export function studioSection(one) {
       ? { ...one.columns, models: [...one.columns.models, model] }
       : one.columns;
     forgetFigures(place);
-    place.replaceChildren(measurementSection({ ...one, columns }));
+    const switched = model?.name.replace(/^with /, "");
+    place.replaceChildren(measurementSection({ ...one, columns, switched }));
   });
   return element("section", {}, panel, place);
 }
 
-export function measurementSection({ name, diagnosis, comparison, both, columns }) {
+export function measurementSection({ name, diagnosis, comparison, both, columns, switched }) {
   const source = `Source: ${name}.`;
   const section = element("section", { class: "measurements" }, element("h2", {}, name));
   const add = (parent, spec, view) => parent.append(new Figure(spec, view).node);
@@ -233,7 +235,7 @@ export function measurementSection({ name, diagnosis, comparison, both, columns 
       ? diagnosisVerdict(diagnosis)
       : both
         ? bothVerdict(both)
-        : comparisonVerdict(comparison),
+        : comparisonVerdict(comparison, switched),
   );
   const first = charts();
   const told = [diagnosis, both].find((result) => result?.waterfall?.length);

@@ -7,17 +7,18 @@ import { number, stated } from "./units.js";
 import { View } from "./view.js";
 
 export const isPlan = ({ result }) => Array.isArray(result.cycles) && Array.isArray(result.splits);
+const directionOf = (cycle) => cycle.direction || "no load";
 const margin = { l: 60, r: 16, t: 30, b: 44 };
 
 /** Minutes of each posture and direction of load. */
 function batchFigure(cycles, source) {
   const postures = [...new Set(cycles.map((c) => c.configuration))].sort((a, b) => a - b);
-  const directions = [...new Set(cycles.map((c) => c.direction))];
+  const directions = [...new Set(cycles.map(directionOf))];
   const minutes = postures.map((p) =>
     directions.map(
       (d) =>
         cycles
-          .filter((c) => c.configuration === p && c.direction === d)
+          .filter((c) => c.configuration === p && directionOf(c) === d)
           .reduce((sum, c) => sum + c.minutes, 0) || null,
     ),
   );
@@ -42,7 +43,7 @@ function batchFigure(cycles, source) {
       rows: cycles.map((c) => [
         c.cycle,
         c.configuration + 1,
-        c.direction,
+        directionOf(c),
         c.level,
         c.pattern,
         c.readings,
@@ -55,7 +56,7 @@ function batchFigure(cycles, source) {
         {
           type: "heatmap",
           z: minutes,
-          x: directions.map(String),
+          x: directions,
           y: postures.map((_, k) => k),
           colorscale: rising(look),
           textfont: onColours(look),
@@ -159,7 +160,7 @@ export function planSection({ result }) {
   const rows = result.cycles.map((c) => [
     c.cycle,
     String(c.configuration + 1),
-    String(c.direction),
+    directionOf(c),
     c.pattern,
     c.readings,
     number(c.minutes),

@@ -104,7 +104,7 @@ export function studioPanel(names, show) {
   const panel = element(
     "div",
     { class: "verdict", id: "studio" },
-    element("h3", {}, "Effects in the model"),
+    element("h2", {}, "Effects in the model"),
     element(
       "p",
       {},

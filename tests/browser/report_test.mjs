@@ -201,6 +201,31 @@ async function printed(browser, name) {
   return { sheets, figures: await browser.evaluate("window.onPaper") };
 }
 
+/** What is saved: of every chart its numbers, of one that is flat and one that is solid a picture, too. */
+async function savedFiles(browser) {
+  await browser.open(shop.address("all.html"));
+  const saved = await browser.evaluate(`(async () => {
+    const made = new Map();
+    const create = URL.createObjectURL;
+    URL.createObjectURL = (blob) => { const url = create(blob); made.set(url, blob); return url; };
+    const files = [];
+    HTMLAnchorElement.prototype.click = function () { files.push([this.download, made.get(this.href) ?? this.href]); };
+    for (const figure of document.querySelectorAll("figure")) [...figure.querySelectorAll("button")].find((b) => b.textContent === "CSV").click();
+    for (const id of ["path", "skeleton-stiffness"])
+      for (const format of ["png", "svg"]) await document.getElementById(id).figure.save(format);
+    return Promise.all(files.map(async ([name, what]) => [name, what instanceof Blob ? (await what.text()).slice(0, 400) : what.slice(0, 400)]));
+  })()`);
+  const csv = saved.filter(([name]) => name.endsWith(".csv"));
+  assert.equal(csv.length, await browser.evaluate("document.querySelectorAll('figure').length"));
+  for (const [name, text] of csv) {
+    const [about, head, row] = text.split("\n");
+    assert.ok(about.startsWith("# ") && head.includes(",") && row.length > 2, `${name}: ${text}`);
+  }
+  const pictures = saved.filter(([name]) => /\.(png|svg)$/.test(name));
+  assert.equal(pictures.length, 4, saved.map(([name]) => name).join());
+  for (const [name, what] of pictures) assert.ok(what.length > 100, `${name} is empty`);
+}
+
 async function paper(browser) {
   for (const [name, most] of [
     ["diagnose.html", 8],
@@ -213,7 +238,7 @@ async function paper(browser) {
       assert.ok(f.points > 0 && f.drawn > 0, `${name}: ${f.id} is not on paper`);
       assert.ok(f.width <= 700, `${name}: ${f.id} is wider than paper`);
       assert.equal(f.theme, "light");
-      if (f.id.includes("posture")) assert.equal(f.still, 1, `${f.id} would be empty`);
+      if (/posture|skeleton/.test(f.id)) assert.equal(f.still, 1, `${f.id} would be empty`);
     }
     // Back on the screen as before.
     assert.equal(await browser.evaluate("document.documentElement.dataset.theme"), undefined);
@@ -346,6 +371,7 @@ try {
   await diagnosis(browser);
   await manipulators(browser);
   await paper(browser);
+  await savedFiles(browser);
   await link(browser);
   await large(browser);
 } finally {

@@ -7,6 +7,7 @@ import { once } from "node:events";
 import { existsSync, readFileSync } from "node:fs";
 import http from "node:http";
 import net from "node:net";
+import { accessibilityFaults } from "./accessibility.mjs";
 import { Browser, requireParts } from "./browser.mjs";
 import { Workshop } from "./workshop.mjs";
 
@@ -278,6 +279,7 @@ async function inBrowser(address) {
     );
     const [name, after] = await browser.evaluate(error);
     assert.equal(name, "with clearance at arm.drive");
+    assert.deepEqual(await accessibilityFaults(browser), []);
     assert.ok(after < 0.5 * before && after < 1.3, `the error fell from ${before} to ${after}`);
     await browser.evaluate(
       `(() => { document.getElementById("studio-file").value = "better.yaml"; document.getElementById("studio-save").click(); })()`,

@@ -80,6 +80,8 @@ TEST_F(ReadingsPicture, ResultsHoldLoadsPosturesAndNoiseOfTheReadings) {
   files::Progress silent;
   const Json reading = to_json(read, calibration::compare(robot_, read, 1, silent))["readings"][2];
   EXPECT_EQ(reading["configuration"], 1);
+  EXPECT_NEAR(reading["sigma"][0].get<double>(), 4e-6, 1e-11);
+  EXPECT_TRUE(reading["sigma"][2].is_null());  // was not measured
   EXPECT_EQ(reading["direction"], "unloading");
   EXPECT_THAT(reading["load"]["force"], ElementsAre(0, 0, -100));
   EXPECT_THAT(reading["load"]["moment"], ElementsAre(0, 0, 0));
