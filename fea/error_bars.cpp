@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Cholesky>
 
@@ -106,10 +107,18 @@ MatrixXd bars(const ErrorBars& estimates, const MatrixXd& recovery) {
   MatrixXd bar = ErrorBars::safety * enlarged * recovery.cwiseAbs();
   if (estimates.extrapolation.size() > 0) bar = bar.cwiseMax(estimates.extrapolation.cwiseAbs());
   const Eigen::VectorXd roots = (enlarged * recovery.diagonal()).cwiseMax(0).cwiseSqrt();
-  return bar + ErrorBars::cross_share * roots * roots.transpose();
+  bar += ErrorBars::cross_share * roots * roots.transpose();
+  if (estimates.estimates_are_comparable())
+    bar *= std::max(1.0, estimates.difference() / ErrorBars::agreement_factor);
+  return bar;
 }
 
 }  // namespace
+
+double ErrorBars::difference() const {
+  if (!agreement || *agreement <= 0) return std::numeric_limits<double>::infinity();
+  return std::max(*agreement, 1 / *agreement);
+}
 
 ErrorBars error_bars(const std::vector<MeshOutcome>& sequence, int order) {
   const MeshOutcome& last = sequence.back();

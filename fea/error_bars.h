@@ -32,8 +32,9 @@ struct ErrorBars {
   /// Recoveries that fell more slowly from the mesh before than those of a crack (unknowns^-1/3)
   /// are enlarged by what they should have fallen, and by this at most.
   static constexpr double most_unseen = 10;
-  /// Two estimates of the error agree when neither is more than this times the other.
-  static constexpr double agreement_factor = 3;
+  /// Two estimates of the error agree when neither is more than this times the other. Where they
+  /// differ more, the bars are enlarged by the excess, up to a difference of `most_difference`.
+  static constexpr double agreement_factor = 3, most_difference = 10;
 
   Eigen::MatrixXd bar;            // half width, same units as the flexibility
   Eigen::MatrixXd recovery;       // signed estimate of exact minus computed
@@ -55,9 +56,12 @@ struct ErrorBars {
   /// A singular stress, at the edge of a held face or a re-entrant edge of the part, that the
   /// meshes do not resolve: the rate is under three quarters of the best one.
   bool convergence_is_slow() const { return observed_rate && *observed_rate < 0.75 * best_rate; }
-  bool estimates_agree() const {
-    return agreement && *agreement <= agreement_factor && *agreement >= 1 / agreement_factor;
-  }
+  /// How many times the smaller estimate the larger one is; infinite without a second estimate, and
+  /// where the error did not fall.
+  double difference() const;
+  bool estimates_agree() const { return difference() <= agreement_factor; }
+  /// The bars take the difference into account.
+  bool estimates_are_comparable() const { return difference() <= most_difference; }
 };
 
 /// For the last mesh of the sequence (one or more), of elements of this order. Requires positive

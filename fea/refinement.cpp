@@ -94,11 +94,10 @@ std::string lacking(const Accuracy& accuracy, double asked) {
     return fmt::format("the error bars reach {} of an entry, {} was asked for",
                        percent(accuracy.bars.relative_error), percent(asked));
   if (!accuracy.bars.agreement) return "there is no second mesh to confirm the error estimate";
-  if (!accuracy.bars.estimates_agree())
-    return fmt::format(
-        "the two estimates of the error differ by a factor of {:.2g}, more than {:g}",
-        std::max(*accuracy.bars.agreement, 1 / std::abs(*accuracy.bars.agreement)),
-        ErrorBars::agreement_factor);
+  if (*accuracy.bars.agreement <= 0) return "the error did not fall from the mesh before";
+  if (!accuracy.bars.estimates_are_comparable())
+    return fmt::format("the two estimates of the error differ by a factor of {:.2g}, more than {:g}",
+                       accuracy.bars.difference(), ErrorBars::most_difference);
   return {};
 }
 

@@ -74,6 +74,21 @@ TEST(ErrorBars, HoldTheTrueErrorWhenOneEstimateIsFarTooSmall) {
   for (Eigen::Index i = 0; i < 3; ++i) EXPECT_GT(bars.bar(i, i), true_error(meshes.back(), i, i));
 }
 
+// Estimates that differ by 6 instead of 3 make bars twice as wide.
+TEST(ErrorBars, AreEnlargedByWhatTheEstimatesDifferTooMuch) {
+  const std::vector<std::size_t> unknowns{1000, 5000, 12000};
+  const ErrorBars close = error_bars(sequence(unknowns, 1, 1 / 2.999), 2);
+  const ErrorBars apart = error_bars(sequence(unknowns, 1, 1 / 6.0), 2);
+  EXPECT_NEAR(apart.difference(), 6, 1e-5);
+  EXPECT_TRUE(close.estimates_agree());
+  EXPECT_FALSE(apart.estimates_agree());
+  EXPECT_TRUE(apart.estimates_are_comparable());
+  EXPECT_NEAR(apart.bar(1, 1) / close.bar(1, 1), 2, 0.02);
+  EXPECT_FALSE(error_bars(sequence(unknowns, 1, 1 / 11.0), 2).estimates_are_comparable());
+  // The other way round: the recovery sees too much.
+  EXPECT_NEAR(error_bars(sequence(unknowns, 1, 6), 2).difference(), 6, 1e-5);
+}
+
 // A sequence that begins with a very coarse mesh seems to converge faster than elements can.
 TEST(ErrorBars, DoNotBelieveARateBeyondTheory) {
   const auto meshes = sequence({1000, 2000, 4000}, 4, 1);
