@@ -23,19 +23,31 @@ std::string bar_cell(const Accuracy& accuracy, Eigen::Index i, Eigen::Index j) {
   return fmt::format("[{}]", report::number(bar / std::sqrt(c(i, i) * c(j, j)), 2));
 }
 
-std::string bar_table(const Accuracy& accuracy) {
+// The motions of the k-th loaded interface under the wrenches at it.
+std::string bar_table(const Accuracy& accuracy, Eigen::Index k) {
   static constexpr const char* names[] = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
   static constexpr const char* motions[] = {"dx", "dy", "dz", "rx", "ry", "rz"};
   report::Table table({"+- %", names[0], names[1], names[2], names[3], names[4], names[5]});
   for (Eigen::Index i = 0; i < 6; ++i) {
     std::vector<std::string> row{motions[i]};
-    for (Eigen::Index j = 0; j < 6; ++j) row.push_back(bar_cell(accuracy, i, j));
+    for (Eigen::Index j = 0; j < 6; ++j) row.push_back(bar_cell(accuracy, 6 * k + i, 6 * k + j));
     table.add_row(row);
   }
-  return "error bars, of the entry; in brackets, of the root of both diagonal entries where the "
-         "entry "
-         "is below 5 % of that:\n" +
-         table.text();
+  return table.text();
+}
+
+std::string bar_tables(const fea::LinkResult& result) {
+  std::string text =
+      "error bars, of the entry; in brackets, of the root of both diagonal entries where the entry "
+      "is below 5 % of that:\n";
+  const std::size_t loaded = result.interfaces.size() - 1;
+  for (std::size_t k = 0; k < loaded; ++k) {
+    if (loaded > 1) text += fmt::format("at {}:\n", result.interfaces[k + 1].name);
+    text += bar_table(result.accuracy, static_cast<Eigen::Index>(k));
+  }
+  if (loaded > 1)
+    text += "those of the entries between interfaces are in the result file (error.bar)\n";
+  return text;
 }
 
 std::string mesh_table(const Accuracy& accuracy) {
@@ -88,7 +100,7 @@ std::string convergence(const Accuracy& accuracy, double length, const std::stri
 std::string accuracy_text(const fea::LinkResult& result) {
   const Accuracy& accuracy = result.accuracy;
   const double length = spatial::parse_quantity("1 " + result.unit, spatial::dimension::length);
-  std::string text = bar_table(accuracy) + verdict(accuracy);
+  std::string text = bar_tables(result) + verdict(accuracy);
   if (accuracy.meshes.size() > 1) text += mesh_table(accuracy);
   return text + convergence(accuracy, length, result.unit);
 }

@@ -7,7 +7,7 @@
 
 namespace kinetostat::apps {
 
-/// The error bars of the printed 6x6 as a matrix, the meshes that led to them, and sentences on
+/// The error bars of every printed 6x6 as a matrix, the meshes that led to them, and sentences on
 /// convergence. Ends with a line end.
 std::string accuracy_text(const fea::LinkResult& result);
 

@@ -96,8 +96,9 @@ std::string lacking(const Accuracy& accuracy, double asked) {
   if (!accuracy.bars.agreement) return "there is no second mesh to confirm the error estimate";
   if (*accuracy.bars.agreement <= 0) return "the error did not fall from the mesh before";
   if (!accuracy.bars.estimates_are_comparable())
-    return fmt::format("the two estimates of the error differ by a factor of {:.2g}, more than {:g}",
-                       accuracy.bars.difference(), ErrorBars::most_difference);
+    return fmt::format(
+        "the two estimates of the error differ by a factor of {:.2g}, more than {:g}",
+        accuracy.bars.difference(), ErrorBars::most_difference);
   return {};
 }
 

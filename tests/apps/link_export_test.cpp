@@ -89,5 +89,28 @@ TEST_F(LinkExport, FolderThatCannotBeWrittenToIsNamed) {
   EXPECT_THAT(outcome.err, HasSubstr("CONTRIBUTING.md"));
 }
 
+// The printed bar of the last diagonal entry of each is that of the result file.
+TEST(PrintedBars, AreThoseOfEveryLoadedInterface) {
+  std::string text = files::read_text(working_folder() / "meshes/ternary_link.yaml");
+  text.replace(text.find("ternary_link.stl"), 16, "meshes/ternary_link.stl");
+  text.replace(text.find("{accuracy: 1 %}"), 15, "{size: 10}");
+  std::ofstream(working_folder() / "ternary.yaml") << text;
+  const test::Outcome outcome =
+      kinetostat("identify ternary.yaml -o ternary.json --no-cache --bracket never");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const std::string bars = outcome.out.substr(outcome.out.find("error bars"));
+  const files::Json result = files::read_json(working_folder() / "ternary.json");
+  for (std::size_t k = 0; k < 2; ++k) {
+    const std::size_t table = bars.find(k == 0 ? "at side:" : "at apex:");
+    ASSERT_NE(table, std::string::npos);
+    std::istringstream row(bars.substr(bars.find("rz", table) + 2));
+    double last = 0;
+    for (std::string cell; row.peek() != '\n' && row >> cell;) last = std::atof(cell.c_str());
+    const std::size_t i = 6 * k + 5;
+    const double bar = result["error"]["bar"][i][i], entry = result["reduced"]["flexibility"][i][i];
+    EXPECT_NEAR(last, 100 * bar / entry, 0.06 * last);  // printed to two digits
+  }
+}
+
 }  // namespace
 }  // namespace kinetostat
