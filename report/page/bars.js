@@ -43,6 +43,7 @@ export function bars(look, rows) {
         showgrid: false,
         ...(small ? { tickfont: { size: 11 } } : {}),
       }),
+      bargap: 0.12,
       ...more,
     }),
   };

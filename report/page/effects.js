@@ -48,8 +48,9 @@ export function ranking(step, round, source) {
       ]),
     }),
     draw(look) {
-      const least = 0.05; // a logarithmic axis has no zero
-      const most = Math.max(step.gate.critical, ...rows.map((r) => r.surprise));
+      const least = 0.3; // a logarithmic axis has no zero
+      const most = 1.3 * Math.max(step.gate.critical, ...rows.map((r) => r.surprise));
+      const gateIsRight = step.gate.critical > Math.sqrt(least * most);
       return bars(look, {
         names: rows.map((r) => plain(rivalName(r))),
         values: rows.map((r) => Math.max(r.surprise, least)),
@@ -70,7 +71,7 @@ export function ranking(step, round, source) {
           title: "surprise, -ln p; on the bars: probability",
           type: "log",
           dtick: 1,
-          range: [least, 1.3 * most].map(Math.log10),
+          range: [least, most].map(Math.log10),
         },
         small: true,
         more: {
@@ -83,7 +84,7 @@ export function ranking(step, round, source) {
               text: "gate, noise alone reaches it in 5 %",
               showarrow: false,
               font: { color: look.bad, size: 11 },
-              xanchor: "left",
+              xanchor: gateIsRight ? "right" : "left",
             },
           ],
         },
@@ -100,7 +101,7 @@ export function confusion({ candidates, cosines }, round, source) {
     source,
     least: 480,
     height: Math.min(640, 200 + 26 * candidates.length),
-    paper: 180 + 15 * candidates.length,
+    paper: 160 + 15 * candidates.length,
     say: "Cosine of the marks of two effects in these readings, after the refit has absorbed what it can: 1, and no amount of such readings tells them apart; 0, and each is seen for itself.",
     numbers: () => ({
       columns: ["", ...candidates],

@@ -107,7 +107,7 @@ export function fourPlot(readings, view, source) {
           grid: {
             ...(narrow ? { rows: 4, columns: 1 } : { rows: 2, columns: 2 }),
             pattern: "independent",
-            xgap: 0.12,
+            xgap: 0.2,
             ygap: 0.22,
           },
           bargap: 0.05,
