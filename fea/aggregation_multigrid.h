@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
+#include "kinetostat/fea/aggregate_level.h"
 #include "kinetostat/fea/factorisation.h"
-#include "kinetostat/fea/rigid_aggregates.h"
 #include "kinetostat/fea/v_cycle.h"
 
 namespace kinetostat::fea {

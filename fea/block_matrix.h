@@ -45,4 +45,18 @@ struct BlockMatrix {
   Eigen::MatrixXd residual(const Eigen::MatrixXd& b, const Eigen::MatrixXd& x) const;
 };
 
+/// Both halves of a symmetric matrix, row by row.
+struct WholeRows {
+  std::vector<int> start;
+  std::vector<int> column;  // of each block
+  std::vector<int> place;   // of the stored block; ~place where that is the transpose
+
+  explicit WholeRows(const BlockPattern& pattern);
+  int begin(int row) const { return start[static_cast<std::size_t>(row)]; }
+  int end(int row) const { return begin(row + 1); }
+  static std::size_t stored(int place) {
+    return static_cast<std::size_t>(place < 0 ? ~place : place);
+  }
+};
+
 }  // namespace kinetostat::fea

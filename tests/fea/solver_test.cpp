@@ -182,9 +182,10 @@ TEST(Solver, SaysThatAnUnsupportedBodyCanMove) {
   const Unknowns unknowns(mesh, {}, {{Vector3(0.4, 0.05, 0.05), interface_on(mesh, 2).nodes}});
   const Eigen::MatrixXd loads = Eigen::MatrixXd::Ones(3 * unknowns.blocks(), 1);
   files::Progress silent;
-  for (const SolverMethod method : {SolverMethod::direct, SolverMethod::multigrid})
-    EXPECT_THROW(solve(mesh, {steel}, unknowns, loads, {.method = method}, silent),
-                 SingularStiffness);
+  for (const SolverOptions& options :
+       {SolverOptions{.method = SolverMethod::direct},
+        SolverOptions{.method = SolverMethod::multigrid}, over_aggregates()})
+    EXPECT_THROW(solve(mesh, {steel}, unknowns, loads, options, silent), SingularStiffness);
 }
 
 TEST(Solver, RefusesAModelAboveTheMemoryLimitWithBothNumbers) {

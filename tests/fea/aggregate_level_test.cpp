@@ -1,4 +1,4 @@
-#include "kinetostat/fea/rigid_aggregates.h"
+#include "kinetostat/fea/aggregate_level.h"
 
 #include <algorithm>
 #include <cmath>
