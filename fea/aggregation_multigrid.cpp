@@ -6,9 +6,9 @@
 namespace kinetostat::fea {
 namespace {
 
-// With two cycles, conjugate gradients need as many iterations as with the factors (L-shaped foot
-// of 3 million unknowns: 11; with one cycle 12). The eigenvalues of one cycle times A are at most 1
-// and, but for few, above `least`.
+// With two cycles, conjugate gradients need about as many iterations as with the factors (L-shaped
+// foot of 3 million unknowns: 11; with one cycle 12). The eigenvalues of one cycle times A are
+// taken to lie between `least` and 1; what belongs to smaller ones is left to conjugate gradients.
 constexpr int cycles = 2;
 constexpr double least = 0.5;
 

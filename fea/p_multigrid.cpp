@@ -19,7 +19,7 @@ CoarseLevel::CoarseLevel(const TetMesh& mesh, const std::vector<Material>& mater
         return std::make_unique<Factorisation>(matrix_.pattern, points_.bodies);
       })) {}
 
-const FactorisationStats& CoarseLevel::analyse() {
+FactorisationStats CoarseLevel::analyse() {
   factorisation_ = analysis_.get();
   return factorisation_->stats();
 }

@@ -25,9 +25,8 @@ class CoarseLevel {
 
   /// Waits for the analysis of the corners' factors, which says what they will need. Throws
   /// std::bad_alloc.
-  const FactorisationStats& analyse();
-  /// Takes aggregates instead of the factors. Requires analyse(). Throws SingularStiffness,
-  /// std::bad_alloc, Cancelled.
+  FactorisationStats analyse();
+  /// Takes aggregates instead of the factors. Requires analyse(). Throws std::bad_alloc, Cancelled.
   void aggregate(double most_operations, files::Progress& progress);
   /// Begins, after analyse().
   void begin_factorisation();

@@ -192,7 +192,7 @@ class Task {
   // By the operations of the corners' factors alone, so that the result does not depend on the
   // memory that happens to be free.
   void choose_coarse_solver(CoarseLevel& coarse) {
-    const FactorisationStats& corners = coarse.analyse();
+    const FactorisationStats corners = coarse.analyse();
     forecast_direct(corners, coarse.unknowns().front());
     if (corners.operations > options_.most_coarse_operations) {
       coarse.aggregate(options_.most_coarse_operations, progress_);
