@@ -64,23 +64,41 @@ files::Json provenance(const CommandInfo& info, const CLI::App& app) {
   return json;
 }
 
+// The first page of those whose mark is in the text.
+std::string page_of(const std::string& text,
+                    std::initializer_list<std::pair<const char*, const char*>> marks) {
+  for (const auto& [mark, page] : marks)
+    if (text.find(mark) != std::string::npos) return page;
+  return {};
+}
+
 // The page of the reference that describes a file with a mistake in it, by what the file says that
 // it is; empty where none does.
 std::string page_about(const files::InputError& error) {
   const std::filesystem::path& file = error.details().file;
-  if (file.extension() != ".yaml" && file.extension() != ".yml") return {};
+  const bool table = file.extension() == ".csv";
+  if (!table && file.extension() != ".yaml" && file.extension() != ".yml") return {};
   std::string text = "\n";
   try {
     text += files::read_text(file);
   } catch (const files::InputError&) {
     return {};  // it is not there
   }
-  for (const auto& [key, page] :
-       {std::pair("\nlink:", "link-file.md"), std::pair("\ncampaign:", "campaign-file.md"),
-        std::pair("\nmanipulator:", "robot-file.md")})
-    if (text.find(key) != std::string::npos)
-      return fmt::format("\nIts keys are described in docs/reference/{}.", page);
-  return {};
+  // Readings have loads or displacements; tables of poses have neither, and a page for each use.
+  const std::string page = table ? page_of(text.substr(0, 4096), {{"dx", "campaign-file.md"},
+                                                                  {"dy", "campaign-file.md"},
+                                                                  {"dz", "campaign-file.md"},
+                                                                  {"fx", "campaign-file.md"},
+                                                                  {"fy", "campaign-file.md"},
+                                                                  {"fz", "campaign-file.md"}})
+                                 : page_of(text, {{"\nlink:", "link-file.md"},
+                                                  {"\ncampaign:", "campaign-file.md"},
+                                                  {"\nmanipulator:", "robot-file.md"},
+                                                  {"\nchain_types:", "robot-file.md"},
+                                                  {"\nname:", "robot-file.md"}});
+  if (page.empty()) return {};
+  return fmt::format("\nIts {} are described in docs/reference/{}.", table ? "columns" : "keys",
+                     page);
 }
 
 }  // namespace

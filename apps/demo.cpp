@@ -172,7 +172,7 @@ files::Json find_hidden_effect(const path& folder, Run& run) {
   const calibration::Campaign campaign =
       calibration::read_campaign(source / "campaign.yaml", robot.manipulator);
   calibration::DiagnosisOptions options;
-  if (run.wants_page()) options.profiles = 12;
+  if (run.wants_page()) options.profiles = most_profiles;
   const calibration::Diagnosis diagnosis =
       calibration::diagnose(robot, campaign, options, run.threads(), run.progress());
   run.print(report::text(robot, campaign, diagnosis));

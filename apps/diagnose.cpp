@@ -25,8 +25,6 @@ struct DiagnoseRequest {
   bool profiles = false;
 };
 
-constexpr std::size_t most_profiles = 12;
-
 void require_known_kinds(const std::vector<std::string>& kinds, const vjm::Robot& robot) {
   for (const std::string& kind : kinds) {
     try {

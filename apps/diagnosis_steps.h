@@ -10,6 +10,9 @@
 
 namespace kinetostat::apps {
 
+/// Likelihood profiles that a page shows.
+inline constexpr std::size_t most_profiles = 12;
+
 /// The result of `diagnose`, as `adopt` reads it.
 files::Json diagnosis_result(const vjm::Robot& robot, const calibration::Campaign& campaign,
                              const calibration::DiagnosisOptions& options,

@@ -140,10 +140,24 @@ TEST(Program, MessagesOfFailuresReachStandardError) {
 
 TEST(Program, MistakesInAFileNameThePageThatDescribesIt) {
   const test::TemporaryFolder folder;
-  const std::filesystem::path file = folder.path() / "arm.yaml";
-  files::write_atomically(file, "kinetostat: 1\nmanipulator: {}\n");
-  EXPECT_THAT(run_throwing([&] { throw files::InputError(file, "is odd"); }).err,
-              HasSubstr("docs/reference/robot-file.md"));
+  const std::tuple<const char*, const char*, const char*> files[] = {
+      {"arm.yaml", "kinetostat: 1\nmanipulator: {}\n",
+       "keys are described in docs/reference/robot"},
+      {"b.yaml", "kinetostat: 1\nname: b\nlinkz: {}\n",
+       "keys are described in docs/reference/robot"},
+      {"c.yaml", "kinetostat: 1\ncampaign: c\n", "keys are described in docs/reference/campaign"},
+      {"d.yml", "link: d\n", "keys are described in docs/reference/link"},
+      {"r.csv", "# notes\nid,fz,dz\n", "columns are described in docs/reference/campaign"}};
+  for (const auto& [name, text, page] : files) {
+    const std::filesystem::path file = folder.path() / name;
+    files::write_atomically(file, text);
+    EXPECT_THAT(run_throwing([&] { throw files::InputError(file, "is odd"); }).err,
+                HasSubstr(page));
+  }
+  const std::filesystem::path poses = folder.path() / "path.csv";
+  files::write_atomically(poses, "x,y,z\n");
+  EXPECT_THAT(run_throwing([&] { throw files::InputError(poses, "is odd"); }).err,
+              testing::Not(HasSubstr("docs/")));
 }
 
 TEST(Program, PageHoldsResultAndReport) {

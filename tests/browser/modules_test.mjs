@@ -1,5 +1,7 @@
 // The arithmetic of pages, without a browser.
 import assert from "node:assert/strict";
+import { framed } from "../../report/page/look.js";
+import { likelihoodProfile } from "../../report/page/profiles.js";
 import { magnified } from "../../report/page/skeleton.js";
 import {
   deviation,
@@ -152,6 +154,59 @@ assert.equal(alone.sigma.dz[0], 2);
 assert.deepEqual(alone.load, { fz: [-5] });
 assert.equal(new Readings(alone).poseText(alone.pose[0]), "far");
 assert.deepEqual(new Readings(alone).branch, [2]);
+
+// A stiffness is fitted by the logarithm of its factor, and shown as what it is; the parabola is 1 at one standard deviation.
+const profile = likelihoodProfile(
+  {
+    parameter: "drive",
+    log_factor: 0.1,
+    standard_error_of_log_factor: 0.05,
+    designed: 2e6,
+    unit: "N/m",
+    points: [0.05, 0.1, 0.15].map((value) => ({ value, rise: value === 0.1 ? 0 : 1.2 })),
+    interval: [null, 0.2],
+    ended: "its range ends",
+  },
+  1,
+  "Source: test.",
+);
+const [below, best, above] = profile.numbers().rows;
+near(best[0], 2 * Math.exp(0.1), 1e-12); // [N/µm]
+near(above[0] / below[0], Math.exp(0.1), 1e-12);
+for (const [row, parabola] of [
+  [below, 1],
+  [best, 0],
+  [above, 1],
+])
+  near(row[2], parabola, 1e-9);
+assert.ok(profile.say.includes("beyond to 2.44 N/µm") && profile.say.includes("its range ends"));
+// An effect's value is shown in the unit that suits it.
+const gapProfile = likelihoodProfile(
+  {
+    parameter: "gap of clearance at x",
+    fitted: 2e-6,
+    standard_error: 1e-7,
+    unit: "m",
+    points: [
+      { value: 1.9e-6, rise: 1 },
+      { value: 2e-6, rise: 0 },
+    ],
+    interval: [null, null],
+    ended: "",
+  },
+  1,
+  "",
+);
+near(gapProfile.numbers().rows[0][0], 1.9, 1e-12);
+assert.equal(gapProfile.numbers().columns[0], "value [µm]");
+
+// What is slender fills its picture, to the same scale along all axes, and nothing of it is cut off.
+const rod = framed({}, [{ type: "scatter3d", x: [0, 400], y: [1, 1], z: [-2, 2] }]);
+const spans = ["xaxis", "yaxis", "zaxis"].map((name) => rod[name].range[1] - rod[name].range[0]);
+assert.ok(rod.xaxis.range[0] < 0 && rod.xaxis.range[1] > 400);
+near(rod.aspectratio.x / spans[0], rod.aspectratio.y / spans[1], 1e-12);
+near(rod.aspectratio.x / spans[0], rod.aspectratio.z / spans[2], 1e-12);
+assert.ok(rod.aspectratio.x <= 1.6);
 
 // A posture is moved away from another by so many times what they differ.
 const state = (x) => ({

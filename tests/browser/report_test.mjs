@@ -180,6 +180,15 @@ async function diagnosis(browser) {
   assert.equal(points["profile-2"], 13);
   assert.equal(points["ranking-1"], 2);
   assert.equal(points["confusion-1"], 4);
+  // The first screen says what is missing, and shows the error fall.
+  await browser.evaluate("scrollTo(0, 0)");
+  const first = await browser.evaluate(
+    `({ verdict: document.querySelector(".verdict").innerText, title: document.querySelector("#waterfall h3").textContent,
+        end: document.querySelector("#waterfall .plot").getBoundingClientRect().bottom, height: innerHeight })`,
+  );
+  assert.ok(first.verdict.includes("named effect") && first.verdict.includes("clearance at arm.drive"));
+  assert.equal(first.title, "The error falls");
+  assert.ok(first.end <= first.height, `the chart ends at ${first.end} of ${first.height}`);
   // From JSON alone, the page says how to come by what is not there.
   run(...diagnose, "--effects", "clearance", "--json", "diagnose.json");
   run("report", "diagnose.json", "-o", "short.html");
