@@ -35,7 +35,7 @@ const std::filesystem::path& working_folder() {
 
 Outcome kinetostat(const std::string& arguments) {
   const std::string command =
-      fmt::format("cd '{}' && XDG_CACHE_HOME=$PWD/cache timeout 120 '{}' {} 2>stderr",
+      fmt::format("cd '{}' && XDG_CACHE_HOME=$PWD/cache timeout 500 '{}' {} 2>stderr",
                   working_folder().string(), KINETOSTAT_PROGRAM, arguments);
   std::FILE* pipe = popen(command.c_str(), "r");
   std::string out;
