@@ -346,7 +346,7 @@ LeastSquaresResult solve(Problem& problem, const BaseFitOptions& options) {
   require_bounded(problem, result);
   require_identifiable(problem.unknowns().names(), result.at.jacobian, result.free(),
                        problem.scale());
-  if (result.status != LeastSquaresStatus::converged)
+  if (result.status != LeastSquaresStatus::converged && !options.accept_unsettled)
     throw files::NoConvergence(fmt::format(
         "the fit of the uncertain parameters did not converge: {} after {} "
         "evaluations of the model",

@@ -81,6 +81,7 @@ struct BaseFitOptions {
   double tolerance = 1e-13;
   Loss loss = Loss::squares;
   const Predictions* near = nullptr;  // of a similar model, to save time
+  bool accept_unsettled = false;      // the best so far, where the iteration does not converge
 };
 
 /// What a fitted model says about other readings of its campaign, of which `others` uses none that

@@ -1,60 +1,16 @@
 // Which physical effect is missing from a model?
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <vector>
 
-#include "kinetostat/calibration/gate.h"
 #include "kinetostat/calibration/goodness_of_fit.h"
 #include "kinetostat/calibration/profile.h"
+#include "kinetostat/calibration/search.h"
 #include "kinetostat/calibration/structure.h"
 #include "kinetostat/calibration/waterfall.h"
 
 namespace kinetostat::calibration {
-
-struct DiagnosisOptions {
-  std::vector<std::string> kinds;  // of effects that are tried; empty: the whole catalogue
-  int draws = 500;                 // of the bootstraps
-  std::uint64_t seed = 1;
-  std::size_t most_effects = 3;  // that are named one after the other
-  std::size_t profiles = 0;      // most likelihood profiles of the final model
-};
-
-/// A model with one effect more, fitted.
-struct RivalFit {
-  Eigen::VectorXd values, deviations;  // of the effect [SI]; NaN where a bound holds a value
-  double squared_error = 0;            // whitened
-  Eigen::Index degrees_of_freedom = 0;
-  double log_score_gain = 0;       // held-out log score beside the model without it
-  double log_score_deviation = 0;  // standard error of that paired difference
-  double log_evidence = 0;         // Laplace, tempered, up to a constant of the step
-  double probability = 0;          // among the rivals that were fitted
-  double told_apart = 0;           // d' of the best one's mark that this one cannot imitate
-};
-
-/// One row of the ranking: a candidate, and how it fared.
-struct Rival {
-  Candidate candidate;
-  double detectability = 0;  // d' at its usual size, after the fit has absorbed what it can
-  double surprise = 0;       // -log p of its score
-  std::string unobservable;  // why these readings cannot show it; empty when they can
-  std::optional<RivalFit> fit;
-  bool imitates = false;   // not fitted, yet its mark is that of the best
-  std::string not_fitted;  // why there is no fit of a candidate that passed the screen
-};
-
-/// One round: what is missing beside what was found before?
-struct DiagnosisStep {
-  std::vector<std::string> beside;  // effects that are in the model already
-  Gate gate;
-  std::vector<Rival> ranking;  // most probable first, then by surprise, then unobservable ones
-  std::vector<std::size_t> indistinguishable;  // in the ranking: the best and what may be it
-  /// The most surprising candidates, and the largest cosine of a mark of the one with one of the
-  /// other: 1 where the one does what the other does.
-  std::vector<std::string> confused;
-  Eigen::MatrixXd confusion;
-};
 
 enum class Verdict { no_effect_needed, named_effect, ambiguous, none_of_the_above, cannot_tell };
 std::string to_string(Verdict verdict);

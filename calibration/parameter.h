@@ -30,6 +30,8 @@ struct Parameter {
   /// What is known of the coordinate beside the readings; enters the fit as one more reading.
   struct Prior {
     double mean = 0, deviation = 1;
+    /// Priors of one group are known up to a common factor (evidence.h); -1: there is none.
+    int group = -1;
   };
   std::optional<Prior> prior = {};
 

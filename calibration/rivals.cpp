@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include <fmt/format.h>
 
+#include "kinetostat/calibration/evidence.h"
 #include "kinetostat/files/error.h"
 
 namespace kinetostat::calibration {
@@ -46,17 +48,50 @@ std::vector<std::pair<double, double>> sizes_of(const vjm::EffectKind& kind) {
   return sizes;
 }
 
-// Marks of the first two sizes that differ by no more than their length.
-bool is_proportional(const std::vector<Signature>& signatures, double ratio) {
-  const VectorXd large = signatures[0].columns.col(0), small = signatures[1].columns.col(0);
+// Marks of two sizes, the first and the one after it, that differ by no more than their length.
+bool is_proportional(const std::vector<Signature>& signatures, std::size_t first, double ratio) {
+  const VectorXd large = signatures[first].columns.col(0);
+  const VectorXd small = signatures[first + 1].columns.col(0);
   return (small - ratio * large).norm() < 0.02 * ratio * large.norm();
 }
 
-VectorXd values_of(const std::vector<Parameter>& parameters) {
+VectorXd starts_of(const std::vector<Parameter>& parameters) {
   VectorXd values(static_cast<Index>(parameters.size()));
   for (std::size_t k = 0; k < parameters.size(); ++k)
     values[static_cast<Index>(k)] = parameters[k].start;
   return values;
+}
+
+// What design fixes about a value of an effect; empty when readings must tell it.
+const std::vector<double>& usual_values(const vjm::Effect& effect, Index value,
+                                        const vjm::Manipulator& bare) {
+  const vjm::EffectParameter& p = effect.kind->parameters[static_cast<std::size_t>(value)];
+  return vjm::turns(effect, bare) ? p.usual_angular : p.usual_linear;
+}
+
+// The candidate with each of the values that design may have fixed.
+std::vector<Candidate> designs_of(const Candidate& candidate, const vjm::Manipulator& bare) {
+  std::vector<Candidate> designs = {candidate};
+  for (Index k = 0; k < candidate.effect.values.size(); ++k) {
+    const std::vector<double>& usual = usual_values(candidate.effect, k, bare);
+    if (usual.empty()) continue;
+    std::vector<Candidate> more;
+    for (const Candidate& design : designs)
+      for (const double value : usual) {
+        more.push_back(design);
+        more.back().effect.values[k] = value;
+      }
+    designs = std::move(more);
+  }
+  return designs;
+}
+
+// By how much a mark must grow to be seen at all. A usual size is a guess for a machine of usual
+// size; what matters is whether readings could show any.
+double growth_to_be_seen(double length) {
+  constexpr double seen = 1, most = 1e4, nothing = 1e-7;
+  if (length >= seen || length < nothing) return 1;
+  return std::min(most, std::pow(10, std::ceil(std::log10(seen / length))));
 }
 
 bool has(const vjm::Robot& robot, const vjm::Effect& wanted) {
@@ -156,13 +191,32 @@ std::vector<vjm::Effect> Rivals::effects_with(const std::vector<Candidate>& adde
 std::vector<Parameter> Rivals::parameters(const std::vector<vjm::Effect>& effects,
                                           const std::vector<Candidate>& added) const {
   std::vector<Parameter> result = base_;
-  for (std::size_t a = 0; a < added.size(); ++a)
-    for (Index k = 0; k < added[a].effect.values.size(); ++k) {
-      result.push_back(
-          effect_parameter(effects, robot_.effects.size() + a, k, robot_.without_effects()));
-      result.back().prior = {added[a].effect.kind->parameters[static_cast<std::size_t>(k)].none,
-                             added[a].deviations[static_cast<std::size_t>(k)]};
+  int group = -1;
+  for (std::size_t a = 0; a < added.size(); ++a) {
+    const vjm::Effect& effect = added[a].effect;
+    std::map<std::string, int> groups;  // of amplitudes, by their unit
+    for (Index k = 0; k < effect.values.size(); ++k) {
+      const vjm::EffectParameter& described = effect.kind->parameters[static_cast<std::size_t>(k)];
+      Parameter p =
+          effect_parameter(effects, robot_.effects.size() + a, k, robot_.without_effects());
+      if (!usual_values(effect, k, robot_.without_effects()).empty()) {
+        p.lower = p.upper = p.start;
+        result.push_back(std::move(p));
+        continue;
+      }
+      Parameter::Prior prior{described.none, added[a].deviations[static_cast<std::size_t>(k)]};
+      // What must be given has a size of its own; what need not be has one that is known.
+      if (!described.is_shape || described.required) {
+        const std::string& key = described.is_shape ? described.name : "in " + p.unit;
+        const auto [it, is_new] = groups.try_emplace(key, group + 1);
+        group += is_new ? 1 : 0;
+        prior.group = it->second;
+        prior.deviation *= widest_prior;
+      }
+      p.prior = prior;
+      result.push_back(std::move(p));
     }
+  }
   return result;
 }
 
@@ -188,9 +242,11 @@ BaseFit Rivals::fit_held(const std::vector<Candidate>& added, const BaseFit& sta
 BaseFit Rivals::fitted(const std::vector<vjm::Effect>& effects,
                        const std::vector<Parameter>& unknowns, const BaseFit* near,
                        files::Progress& progress) const {
-  return fit_base(
-      predictor_.with_effects(effects), campaign_, noise_, unknowns, progress,
-      {.max_iterations = 60, .tolerance = 1e-9, .near = near == nullptr ? nullptr : &near->model});
+  return fit_base(predictor_.with_effects(effects), campaign_, noise_, unknowns, progress,
+                  {.max_iterations = 60,
+                   .tolerance = 1e-9,
+                   .near = near == nullptr ? nullptr : &near->model,
+                   .accept_unsettled = unknowns.size() > base_.size()});
 }
 
 double Rivals::error_on(const Campaign& others, const BaseFit& fit,
@@ -204,44 +260,72 @@ double Rivals::error_on(const Campaign& others, const BaseFit& fit,
   }
 }
 
-Rivals::Marks Rivals::marks_of(const Candidate& candidate, const std::vector<Candidate>& present,
-                               const BaseFit& fit, files::Progress& progress) const {
-  Marks marks;
-  std::vector<Candidate> added = present;
-  added.push_back(candidate);
-  const Predictor predictor = predictor_.with_effects(effects_with(added));
-  const bool has_others = candidate.effect.values.size() > 1;
+std::optional<Eigen::MatrixXd> Rivals::mark_of(const Predictor& predictor,
+                                               const std::vector<Candidate>& added,
+                                               const BaseFit& fit,
+                                               files::Progress& progress) const {
+  const Candidate& candidate = added.back();
+  const std::vector<Parameter> unknowns = parameters(effects_with(added), added);
+  VectorXd values = starts_of(unknowns);
+  for (std::size_t k = 0; k < fit.parameters.size(); ++k)
+    values[static_cast<Index>(k)] = fit.parameters[k].value;
+  const Index count = candidate.effect.values.size();
+  const auto there =
+      linearised_at(predictor, campaign_, noise_, unknowns, values, fit, count > 1, progress);
+  if (!there) return std::nullopt;
+  // Whitened residuals are predicted minus measured; so a mark is their change.
+  MatrixXd columns(fit.at.residual.size(), count);
+  columns.col(0) = there->residual - fit.at.residual;
+  Index kept = 1;
+  for (Index k = 1; k < count; ++k) {
+    if (!usual_values(candidate.effect, k, robot_.without_effects()).empty()) continue;
+    const auto column = there->jacobian.col(static_cast<Index>(unknowns.size()) - count + k);
+    columns.col(kept) = candidate.deviations[static_cast<std::size_t>(k)] * column;
+    columns.col(kept) *= growth_to_be_seen(columns.col(kept).norm());
+    ++kept;
+  }
+  columns.conservativeResize(Eigen::NoChange, kept);
+  return columns;
+}
+
+void Rivals::add_marks(const Predictor& predictor, const Candidate& candidate,
+                       std::vector<Candidate> added, const BaseFit& fit, Marks& marks,
+                       files::Progress& progress) const {
+  const std::size_t before = marks.signatures.size();
   const auto sizes = sizes_of(*candidate.effect.kind);
+  double growth = 1;
   for (const auto& [leading, others] : sizes) {
-    added.back() = at_size(candidate, leading, others);
-    const std::vector<vjm::Effect> effects = effects_with(added);
-    const std::vector<Parameter> unknowns = parameters(effects, added);
-    VectorXd values = values_of(unknowns);
-    for (std::size_t k = 0; k < fit.parameters.size(); ++k)
-      values[static_cast<Index>(k)] = fit.parameters[k].value;
-    const auto there =
-        linearised_at(predictor, campaign_, noise_, unknowns, values, fit, has_others, progress);
-    if (!there) {
-      marks.failure = "the model with it has no equilibrium for some reading";
-      continue;
+    added.back() = at_size(candidate, growth * leading, others);
+    auto mark = mark_of(predictor, added, fit, progress);
+    if (mark && leading == 1 && others == 1 && growth == 1) {
+      growth = growth_to_be_seen(mark->col(0).norm());
+      if (growth > 1) {
+        added.back() = at_size(candidate, growth, others);
+        mark = mark_of(predictor, added, fit, progress);
+      }
+      marks.growth = std::max(marks.growth, growth);
     }
-    // Whitened residuals are predicted minus measured; so a mark is their change.
-    MatrixXd columns(fit.at.residual.size(), candidate.effect.values.size());
-    columns.col(0) = there->residual - fit.at.residual;
-    const auto first = static_cast<Index>(unknowns.size()) - candidate.effect.values.size();
-    for (Index k = 1; k < columns.cols(); ++k)
-      columns.col(k) =
-          candidate.deviations[static_cast<std::size_t>(k)] * there->jacobian.col(first + k);
-    if (!columns.allFinite()) continue;
-    marks.signatures.push_back({columns});
+    if (!mark) marks.failure = "the model with it has no equilibrium for some reading";
+    if (!mark || !mark->allFinite()) continue;
+    marks.signatures.push_back({std::move(*mark)});
     marks.starts.push_back(added.back());
     // A mark that only grows with its size is the same direction at every size.
-    if (leading == sizes[1].first && marks.signatures.size() == 2 && sizes.back().second == 1 &&
-        is_proportional(marks.signatures, leading)) {
+    if (leading == sizes[1].first && marks.signatures.size() == before + 2 &&
+        sizes.back().second == 1 && is_proportional(marks.signatures, before, leading)) {
       marks.signatures.pop_back();
       marks.starts.pop_back();
       break;
     }
+  }
+}
+
+Rivals::Marks Rivals::marks_of(const Candidate& candidate, const std::vector<Candidate>& present,
+                               const BaseFit& fit, files::Progress& progress) const {
+  Marks marks;
+  for (const Candidate& design : designs_of(candidate, robot_.without_effects())) {
+    std::vector<Candidate> added = present;
+    added.push_back(design);
+    add_marks(predictor_.with_effects(effects_with(added)), design, added, fit, marks, progress);
   }
   if (!marks.signatures.empty()) marks.failure.clear();
   return marks;

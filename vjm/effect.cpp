@@ -220,8 +220,28 @@ bool turns(const Effect& effect, const Manipulator& manipulator) {
           .motion);
 }
 
+namespace {
+
+// Compliance of the softest spring of a joint [rad/(N m), or m/N].
+double softest(const Manipulator& manipulator, bool angular) {
+  constexpr double lever2 = 0.3 * 0.3;
+  double largest = 0;
+  for (const Chain& chain : manipulator.chains())
+    for (const Spring& spring : chain.springs()) {
+      if (spring.stiffness.rows() != 1 || !(spring.stiffness(0, 0) > 0)) continue;
+      const bool turns = is_rotation(chain.coordinates()[static_cast<std::size_t>(spring.first)].motion);
+      const double same_sort = turns == angular ? 1 : angular ? 1 / lever2 : lever2;
+      largest = std::max(largest, same_sort / spring.stiffness(0, 0));
+    }
+  return largest > 0 ? largest : angular ? 1e-6 : 1e-8;
+}
+
+}  // namespace
+
 double prior_deviation(const Effect& effect, Index value, const Manipulator& bare) {
   const EffectParameter& parameter = effect.kind->parameters[static_cast<std::size_t>(value)];
+  if (parameter.prior_unit == PriorUnit::soft_compliance)
+    return parameter.prior_sd * softest(bare, parameter.linear.angle != 0);
   if (parameter.prior_unit == PriorUnit::absolute || effect.sites.empty())
     return parameter.prior_sd;
   const Chain& chain = bare.chains()[effect.sites[0].chain];

@@ -22,8 +22,10 @@ std::string to_string(EffectPlace place);
 /// What a prior width is counted in.
 enum class PriorUnit {
   absolute,   // SI
-  stiffness,  // of the joint's spring, or
-  compliance  // one over that
+  stiffness,       // of the joint's spring, or
+  compliance,      // one over that
+  soft_compliance  // the same of the softest joint of the manipulator, at a lever of 0.3 m where the
+                   // one slides or shifts and the other turns
 };
 
 /// One number of an effect; SI inside.
@@ -35,6 +37,11 @@ struct EffectParameter {
   PriorUnit prior_unit = PriorUnit::absolute;
   double none = 0;       // the value at which there is no effect
   bool required = true;  // otherwise `none` when not given
+  /// Not how large the effect is but how it acts: without the effect it means nothing.
+  bool is_shape = false;
+  /// Where design fixes it: the values that it usually has [SI]. A search for what is missing tries
+  /// each, and fits none.
+  std::vector<double> usual_linear = {}, usual_angular = {};
 };
 
 /// What an effect is told when it acts.

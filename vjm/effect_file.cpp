@@ -74,8 +74,10 @@ EffectParameter read_parameter_kind(const YamlNode& node, const std::string& nam
 std::vector<EffectParameter> read_parameter_kinds(const YamlNode& node) {
   std::vector<EffectParameter> parameters;
   if (const auto map = node.find("parameters"))
-    for (const auto& [name, value] : map->members())
+    for (const auto& [name, value] : map->members()) {
       parameters.push_back(read_parameter_kind(value, name));
+      parameters.back().is_shape = parameters.size() > 1;
+    }
   return parameters;
 }
 

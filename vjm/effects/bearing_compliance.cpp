@@ -14,14 +14,14 @@ enum Value { radial, axial, tilt };
 class BearingCompliance : public EffectKind {
  public:
   BearingCompliance() {
-    const auto parameter = [](const char* called, const spatial::Dimension& dimension,
-                              double usual) {
+    const auto parameter = [](const char* called, const spatial::Dimension& dimension) {
       return EffectParameter{.name = called,
                              .linear = dimension,
                              .angular = dimension,
                              .lower = 0,
                              .upper = 1,
-                             .prior_sd = usual,
+                             .prior_sd = 0.1,
+                             .prior_unit = PriorUnit::soft_compliance,
                              .required = false};
     };
     name = "bearing_compliance";
@@ -33,9 +33,9 @@ class BearingCompliance : public EffectKind {
     signature = "displacement across the joint's axis, in proportion to the load, at all postures";
     confuser = "link_compliance of the link behind the joint";
     place = EffectPlace::joint;
-    parameters = {parameter("radial", compliance::linear, 1e-8),
-                  parameter("axial", compliance::linear, 1e-8),
-                  parameter("tilt", compliance::angular, 1e-6)};
+    parameters = {parameter("radial", compliance::linear),
+                  parameter("axial", compliance::linear),
+                  parameter("tilt", compliance::angular)};
   }
 
   void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {

@@ -55,7 +55,8 @@ class Creep : public EffectKind {
                    .angular = spatial::dimension::time,
                    .lower = 1e-3,
                    .upper = 1e8,
-                   .prior_sd = 600}};
+                   .prior_sd = 600,
+                   .is_shape = true}};
   }
 
   void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {

@@ -1,10 +1,13 @@
 // A drive whose joint follows the command with a periodic error.
 #include <cmath>
+#include <numbers>
 
 #include "kinetostat/vjm/effects/kinds.h"
 
 namespace kinetostat::vjm::effects {
 namespace {
+
+using std::numbers::pi;
 
 enum Value { cosine, sine, order };
 
@@ -29,6 +32,7 @@ class Eccentricity : public EffectKind {
     place = EffectPlace::joint;
     parameters = {amplitude("cosine"),
                   amplitude("sine"),
+                  // Once or twice a turn; or once a turn of a screw with a lead of 5, 10 or 20 mm.
                   {.name = "order",
                    .linear = {.length = -1, .angle = 1},
                    .angular = spatial::dimension::none,
@@ -36,7 +40,10 @@ class Eccentricity : public EffectKind {
                    .upper = 1e6,
                    .prior_sd = 1,
                    .none = 1,
-                   .required = false}};
+                   .required = false,
+                   .is_shape = true,
+                   .usual_linear = {2 * pi / 0.005, 2 * pi / 0.01, 2 * pi / 0.02},
+                   .usual_angular = {1, 2}}};
   }
 
   void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {

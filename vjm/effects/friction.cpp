@@ -81,7 +81,8 @@ class Friction : public EffectKind {
                    .angular = spatial::dimension::angle,
                    .lower = 1e-9,
                    .upper = 0.1,
-                   .prior_sd = 2e-5}};
+                   .prior_sd = 2e-5,
+                   .is_shape = true}};
   }
 
   void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {

@@ -56,7 +56,8 @@ class GravityCompensator : public EffectKind {
                              .angular = spatial::dimension::length,
                              .lower = lower,
                              .upper = 10,
-                             .prior_sd = usual};
+                             .prior_sd = usual,
+                             .is_shape = true};
     };
     name = "gravity_compensator";
     summary = "a spring balancer about a joint that turns";
@@ -84,7 +85,8 @@ class GravityCompensator : public EffectKind {
                    .lower = -6.3,
                    .upper = 6.3,
                    .prior_sd = 1,
-                   .required = false}};
+                   .required = false,
+                   .is_shape = true}};
   }
 
   void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {

@@ -14,14 +14,16 @@ class MountCompliance : public EffectKind {
                    .angular = compliance::linear,
                    .lower = 0,
                    .upper = 1,
-                   .prior_sd = 1e-8,
+                   .prior_sd = 0.1,
+                   .prior_unit = PriorUnit::soft_compliance,
                    .required = false},
                   {.name = "rotation",
                    .linear = compliance::angular,
                    .angular = compliance::angular,
                    .lower = 0,
                    .upper = 1,
-                   .prior_sd = 1e-6,
+                   .prior_sd = 0.1,
+                   .prior_unit = PriorUnit::soft_compliance,
                    .required = false}};
   }
 

@@ -14,7 +14,8 @@ class Payload : public EffectKind {
                              .lower = -10,
                              .upper = 10,
                              .prior_sd = 0.1,
-                             .required = false};
+                             .required = false,
+                             .is_shape = true};
     };
     name = "payload";
     summary = "a mass on the platform, with its centre in platform axes";

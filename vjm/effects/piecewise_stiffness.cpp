@@ -84,7 +84,8 @@ class PiecewiseStiffness : public EffectKind {
                              .angular = spatial::dimension::moment,
                              .lower = 1e-6,
                              .upper = 1e9,
-                             .prior_sd = usual};
+                             .prior_sd = usual,
+                             .is_shape = true};
     };
     parameters = {ratio("ratio2"), ratio("ratio3"), force("force1", 50), force("force2", 200)};
   }

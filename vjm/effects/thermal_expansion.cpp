@@ -61,7 +61,8 @@ class ThermalExpansion : public EffectKind {
                    .upper = 2000,
                    .prior_sd = 5,
                    .none = 20,
-                   .required = false}};
+                   .required = false,
+                   .is_shape = true}};
     parameters[alpha].required = true;
   }
 

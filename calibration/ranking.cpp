@@ -1,0 +1,146 @@
+#include "kinetostat/calibration/ranking.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "kinetostat/calibration/evidence.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+double common_temper(const BaseFit& without, const std::vector<BaseFit>& fits) {
+  double temper = temper_of(without);
+  for (const BaseFit& fit : fits)
+    if (fit.values > 0) temper = std::max(temper, temper_of(fit));
+  return temper;
+}
+
+// Gain of the held-out score, and its standard error.
+void score(const HeldOut& plain, const HeldOut& with, RivalFit& fit) {
+  fit.log_score_gain = with.total() - plain.total();
+  double squares = 0;
+  const auto groups = static_cast<double>(plain.log_score.size());
+  for (std::size_t g = 0; g < plain.log_score.size(); ++g)
+    squares += std::pow(with.log_score[g] - plain.log_score[g] - fit.log_score_gain / groups, 2);
+  fit.log_score_deviation = groups > 1 ? std::sqrt(squares * groups / (groups - 1)) : 0;
+}
+
+RivalFit rival_fit(const BaseFit& full, Index count, double temper, const HeldOutGroups& groups,
+                   const HeldOut& plain) {
+  const FittedValues fitted =
+      fitted_values(full, full.parameters.size() - static_cast<std::size_t>(count), count);
+  const Evidence known = evidence(full, temper);
+  RivalFit fit{.values = fitted.values,
+               .deviations = fitted.deviations,
+               .squared_error = full.squared_error,
+               .degrees_of_freedom = full.degrees_of_freedom(),
+               .log_evidence = known.log};
+  score(plain, held_out(full.at, known.information, groups, temper), fit);
+  return fit;
+}
+
+void share_probability(double best_evidence, DiagnosisStep& step) {
+  double sum = 0;
+  for (const Rival& rival : step.ranking)
+    if (rival.fit) sum += std::exp(rival.fit->log_evidence - best_evidence);
+  for (Rival& rival : step.ranking)
+    if (rival.fit) rival.fit->probability = std::exp(rival.fit->log_evidence - best_evidence) / sum;
+}
+
+// What of the mark of one the others cannot imitate.
+void tell_apart(const BaseFit& without, const std::vector<BaseFit>& fits, std::size_t from,
+                DiagnosisStep& step) {
+  const VectorXd mark = fits[from].at.residual - without.at.residual;
+  for (std::size_t c = 0; c < fits.size(); ++c)
+    if (step.ranking[c].fit)
+      step.ranking[c].fit->told_apart =
+          c == from ? mark.norm()
+                    : ResidualSpace(VectorXd::Zero(mark.size()), fits[c].at.jacobian)
+                          .left_of(mark)
+                          .norm();
+}
+
+// Every kind is as likely as the others, and so is each of its places.
+double log_prior(const DiagnosisStep& step, const Rival& rival) {
+  const auto places =
+      std::count_if(step.ranking.begin(), step.ranking.end(), [&](const Rival& other) {
+        return other.candidate.effect.kind == rival.candidate.effect.kind;
+      });
+  return -std::log(static_cast<double>(places));
+}
+
+// The most probable first.
+std::vector<std::size_t> order_of(const DiagnosisStep& step) {
+  std::vector<std::size_t> order(step.ranking.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  const auto key = [&](std::size_t i) {
+    const Rival& r = step.ranking[i];
+    return std::tuple(r.fit                    ? 0
+                      : r.unobservable.empty() ? 1
+                                               : 2,
+                      r.fit ? -r.fit->log_evidence : -r.surprise);
+  };
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
+  return order;
+}
+
+// Rivals of the first in the ranking that may be what is really missing.
+std::vector<std::size_t> indistinguishable(const DiagnosisStep& step) {
+  std::vector<std::size_t> set;
+  if (step.ranking.empty() || !step.ranking[0].fit) return set;
+  const RivalFit& best = *step.ranking[0].fit;
+  set.push_back(0);
+  for (std::size_t i = 1; i < step.ranking.size(); ++i) {
+    if (step.ranking[i].imitates) set.push_back(i);
+    if (!step.ranking[i].fit) continue;
+    const RivalFit& fit = *step.ranking[i].fit;
+    const bool as_probable = best.log_evidence - fit.log_evidence < doubtful;
+    const bool as_good =
+        fit.told_apart < told_apart_from &&
+        fit.squared_error - best.squared_error < told_apart_from * told_apart_from &&
+        best.log_evidence - fit.log_evidence < 2 * doubtful;
+    if (as_probable || as_good) set.push_back(i);
+  }
+  return set;
+}
+
+}  // namespace
+
+std::size_t weigh(const BaseFit& without, const std::vector<BaseFit>& fits,
+                  const HeldOutGroups& groups, DiagnosisStep& step) {
+  const double temper = common_temper(without, fits);
+  const HeldOut plain = held_out(without.at, evidence(without, temper).information, groups, temper);
+  std::size_t best = fits.size();
+  for (std::size_t c = 0; c < fits.size(); ++c) {
+    if (fits[c].values == 0) continue;
+    Rival& rival = step.ranking[c];
+    rival.fit = rival_fit(fits[c], rival.candidate.effect.values.size(), temper, groups, plain);
+    rival.fit->log_evidence += log_prior(step, rival);
+    if (best == fits.size() || rival.fit->log_evidence > step.ranking[best].fit->log_evidence)
+      best = c;
+  }
+  if (best == fits.size()) return best;
+  share_probability(step.ranking[best].fit->log_evidence, step);
+  tell_apart(without, fits, best, step);
+  return best;
+}
+
+void arrange(DiagnosisStep& step, std::vector<BaseFit>& fits) {
+  const std::vector<std::size_t> order = order_of(step);
+  std::vector<Rival> ranking;
+  std::vector<BaseFit> arranged;
+  for (const std::size_t i : order) {
+    ranking.push_back(std::move(step.ranking[i]));
+    arranged.push_back(std::move(fits[i]));
+  }
+  step.ranking = std::move(ranking);
+  fits = std::move(arranged);
+  step.indistinguishable = indistinguishable(step);
+}
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,63 @@
+// Rivals side by side: what each fit is worth, and which of them readings cannot tell apart.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kinetostat/calibration/gate.h"
+#include "kinetostat/calibration/held_out.h"
+#include "kinetostat/calibration/rivals.h"
+
+namespace kinetostat::calibration {
+
+inline constexpr double told_apart_from = 4;  // d' that names an effect against a rival
+inline constexpr double doubtful = 4.6;       // difference of log evidence below which both remain
+
+/// A model with one effect more, fitted.
+struct RivalFit {
+  Eigen::VectorXd values, deviations;  // of the effect [SI]; NaN where a bound holds a value
+  double squared_error = 0;            // whitened
+  Eigen::Index degrees_of_freedom = 0;
+  double log_score_gain = 0;       // held-out log score beside the model without it
+  double log_score_deviation = 0;  // standard error of that paired difference
+  /// Evidence (evidence.h), and the prior of kind and place: every kind is as likely as the others,
+  /// and so is each of its places. Up to a constant of the step.
+  double log_evidence = 0;
+  double probability = 0;  // among the rivals that were fitted
+  double told_apart = 0;   // d' of the best one's mark that this one cannot imitate
+};
+
+/// One row of the ranking: a candidate, and how it fared.
+struct Rival {
+  Candidate candidate;
+  double detectability = 0;  // d' at its usual size, after the fit has absorbed what it can
+  double surprise = 0;       // -log p of its score
+  std::string unobservable;  // why these readings cannot show it; empty when they can
+  std::optional<RivalFit> fit;
+  bool imitates = false;   // not fitted, yet its mark is that of the best
+  std::string not_fitted;  // why there is no fit of a candidate that passed the screen
+};
+
+/// One round: what is missing beside what was found before?
+struct DiagnosisStep {
+  std::vector<std::string> beside;  // effects that are in the model already
+  Gate gate;
+  std::vector<Rival> ranking;  // most probable first, then by surprise, then unobservable ones
+  std::vector<std::size_t> indistinguishable;  // in the ranking: the best and what may be it
+  /// The most surprising candidates, and the largest cosine of a mark of the one with one of the
+  /// other: 1 where the one does what the other does.
+  std::vector<std::string> confused;
+  Eigen::MatrixXd confusion;
+};
+
+/// Evidence, held-out scores and what tells the best from the others, of all that have a fit (one
+/// entry a rival; without values where there is none). Returns which is the best, the number of
+/// rivals when none has a fit.
+std::size_t weigh(const BaseFit& without, const std::vector<BaseFit>& fits,
+                  const HeldOutGroups& groups, DiagnosisStep& step);
+
+/// Brings ranking and fits in order, the best first, and says what may be it.
+void arrange(DiagnosisStep& step, std::vector<BaseFit>& fits);
+
+}  // namespace kinetostat::calibration

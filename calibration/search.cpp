@@ -1,0 +1,259 @@
+#include "kinetostat/calibration/search.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+
+#include "kinetostat/calibration/evidence.h"
+#include "kinetostat/calibration/goodness_of_fit.h"
+#include "kinetostat/files/error.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr std::size_t most_fits = 16;  // in one round
+constexpr int most_starts = 4;         // of one fit
+constexpr double least_kept = 0.3;     // of what a mark explains: a fit with less has failed
+
+// What a fit cannot absorb of marks that are there.
+std::string why_unobservable(const Candidate& candidate, const Rivals::Marks& marks,
+                             const Campaign& campaign) {
+  if (!marks.failure.empty()) return marks.failure;
+  double largest = 0;
+  for (const Signature& signature : marks.signatures)
+    largest = std::max(largest, signature.columns.norm());
+  if (largest > least_visible)
+    return "what it does, the refitted parameters do just as well in these readings";
+  if (campaign.displacement == DisplacementKind::difference &&
+      candidate.effect.kind->place != vjm::EffectPlace::joint)
+    return "no reading depends on it: in differences from the unloaded state it cancels";
+  return "no reading depends on it";
+}
+
+// Those that are worth a fit, the most surprising first.
+std::vector<std::size_t> most_surprising(const DiagnosisStep& step) {
+  std::vector<std::size_t> order;
+  for (std::size_t c = 0; c < step.ranking.size(); ++c)
+    if (step.ranking[c].unobservable.empty()) order.push_back(c);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return step.ranking[a].surprise > step.ranking[b].surprise;
+  });
+  if (order.size() > most_fits) order.resize(most_fits);
+  return order;
+}
+
+}  // namespace
+
+void Search::screen(const std::vector<Candidate>& present, const BaseFit& fit) {
+  marks_.clear();
+  signatures_.clear();
+  owner_.clear();
+  for (std::size_t c = 0; c < candidates_.size(); ++c) {
+    progress_.report("screening", static_cast<double>(c) / static_cast<double>(candidates_.size()));
+    files::Progress silent;
+    const bool there = std::any_of(present.begin(), present.end(), [&](const Candidate& p) {
+      return p.name() == candidates_[c].name();
+    });
+    marks_.push_back(there ? Rivals::Marks{{}, {}, 1, "it is in the model already"}
+                           : rivals_.marks_of(candidates_[c], present, fit, silent));
+    for (std::size_t s = 0; s < marks_.back().signatures.size(); ++s) {
+      signatures_.push_back(marks_.back().signatures[s]);
+      owner_.emplace_back(c, s);
+    }
+  }
+}
+
+void Search::take_marks(const Search& wider) {
+  std::vector<Index> rows;
+  std::size_t row = 0;
+  for (const Value& value : values_) {
+    while (wider.values_[row].reading != value.reading ||
+           wider.values_[row].component != value.component)
+      ++row;
+    rows.push_back(static_cast<Index>(row));
+  }
+  marks_ = wider.marks_;
+  owner_ = wider.owner_;
+  for (const Signature& s : wider.signatures_) signatures_.push_back({s.columns(rows, Eigen::all)});
+}
+
+std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
+  constexpr double far = 5, bend = 2;
+  Index extra = 0;
+  for (const Signature& s : signatures_) extra += s.columns.cols();
+  const Index n = fit.at.residual.size(), base = fit.at.jacobian.cols();
+  MatrixXd x(n, base + extra);
+  x.leftCols(base) = fit.at.jacobian;
+  Index at = base;
+  for (const Signature& s : signatures_) {
+    x.middleCols(at, s.columns.cols()) = s.columns;
+    at += s.columns.cols();
+  }
+  const VectorXd y = -fit.at.residual;
+  VectorXd weights = VectorXd::Ones(n), left = y;
+  for (Index j = 0; j < base; ++j)
+    if (const double length = x.col(j).norm(); length > 0)
+      x.col(j) *= std::sqrt(double(n)) / length;
+  for (int round = 0; round < 8; ++round) {
+    MatrixXd a = x.transpose() * weights.asDiagonal() * x;
+    a.diagonal().tail(extra).array() += 1;
+    a.diagonal().head(base).array() += 1e-9;
+    const VectorXd solution = a.ldlt().solve(x.transpose() * weights.cwiseProduct(y));
+    left = y - x * solution;
+    for (Index i = 0; i < n; ++i)
+      weights[i] = std::min(1.0, bend / std::max(1e-300, std::abs(left[i])));
+  }
+  std::vector<std::size_t> found;
+  for (Index i = 0; i < n; ++i)
+    if (std::abs(left[i]) > far) found.push_back(static_cast<std::size_t>(i));
+  // Many far values are no outliers but something that the catalogue lacks.
+  if (found.size() * 25 > static_cast<std::size_t>(n)) return {};
+  return found;
+}
+
+DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit& fit,
+                           std::vector<BaseFit>& fits) {
+  DiagnosisStep step;
+  for (const Candidate& candidate : present) step.beside.push_back(candidate.name());
+  const ResidualSpace space(-fit.at.residual, fit.at.jacobian);
+  const Screen screen(space, signatures_);
+  progress_.report("gate", 0);
+  step.gate = gate(screen, space, significance_level, options_.draws, options_.seed, threads_);
+  for (std::size_t c = 0; c < candidates_.size(); ++c)
+    step.ranking.emplace_back().candidate = candidates_[c];
+  std::vector<bool> seen(candidates_.size(), false);
+  for (std::size_t i = 0; i < signatures_.size(); ++i) {
+    Rival& rival = step.ranking[owner_[i].first];
+    const Score score = screen.score(i, space.residual());
+    if (score.dimension > 0) seen[owner_[i].first] = true;
+    if (owner_[i].second == 0)
+      rival.detectability = score.detectability / marks_[owner_[i].first].growth;
+    rival.surprise = std::max(rival.surprise, screen.surprise(score, space.residual()));
+  }
+  for (std::size_t c = 0; c < candidates_.size(); ++c)
+    if (!seen[c])
+      step.ranking[c].unobservable =
+          why_unobservable(candidates_[c], marks_[c], rivals_.campaign());
+  confuse(screen, step);
+  fits.assign(candidates_.size(), {});
+  if (step.gate.p_value <= significance_level)
+    fit_survivors(present, fit, screen, space, step, fits);
+  const std::size_t best = weigh(fit, fits, groups_, step);
+  if (best < fits.size()) find_imitators(fit, fits[best], step);
+  arrange(step, fits);
+  return step;
+}
+
+// Rows of the ranking are still those of the candidates.
+void Search::confuse(const Screen& screen, DiagnosisStep& step) const {
+  const std::vector<std::size_t> order = most_surprising(step);
+  const auto n = static_cast<Index>(order.size());
+  step.confusion = MatrixXd::Identity(n, n);
+  for (const std::size_t c : order) step.confused.push_back(candidates_[c].name());
+  for (Index a = 0; a < n; ++a)
+    for (Index b = 0; b < a; ++b)
+      for (std::size_t i = 0; i < signatures_.size(); ++i)
+        for (std::size_t j = 0; j < signatures_.size(); ++j)
+          if (owner_[i].first == order[static_cast<std::size_t>(a)] &&
+              owner_[j].first == order[static_cast<std::size_t>(b)])
+            step.confusion(a, b) = step.confusion(b, a) =
+                std::max(step.confusion(a, b), screen.confusion(i, j));
+}
+
+double Search::explained_by(std::size_t candidate, const Screen& screen,
+                            const ResidualSpace& space) const {
+  double most = 0;
+  for (std::size_t i = 0; i < signatures_.size(); ++i)
+    if (owner_[i].first == candidate)
+      most = std::max(most, screen.score(i, space.residual()).explained);
+  return most;
+}
+
+// Where fits of a candidate begin: from the marks that explain most, at the size that each asks
+// for, then as they are. Gaps, breakaway forces and corners have several minima.
+std::vector<Candidate> Search::starts_of(std::size_t candidate, const Screen& screen,
+                                         const ResidualSpace& space) const {
+  std::vector<std::pair<double, std::size_t>> marks;  // what each explains, negative; which it is
+  for (std::size_t i = 0; i < signatures_.size(); ++i)
+    if (owner_[i].first == candidate)
+      marks.emplace_back(-screen.score(i, space.residual()).explained, i);
+  std::stable_sort(marks.begin(), marks.end());
+  std::vector<Candidate> starts, as_they_are;
+  for (const auto& [explained, i] : marks) {
+    Candidate start = marks_[candidate].starts[owner_[i].second];
+    as_they_are.push_back(start);
+    const VectorXd mark = space.left_of(signatures_[i].columns.col(0));
+    const double size = mark.dot(space.residual()) / std::max(1e-300, mark.squaredNorm());
+    const vjm::EffectParameter& leading = start.effect.kind->parameters.front();
+    const bool one_sided = leading.lower >= leading.none;
+    const double value = leading.none + std::clamp(size, one_sided ? 0.002 : -20.0, 20.0) *
+                                            (start.effect.values[0] - leading.none);
+    start.effect.values[0] = std::clamp(value, leading.lower, leading.upper);
+    starts.push_back(std::move(start));
+  }
+  starts.insert(starts.end(), as_they_are.begin(), as_they_are.end());
+  return starts;
+}
+
+void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit& fit,
+                           const Screen& screen, const ResidualSpace& space, DiagnosisStep& step,
+                           std::vector<BaseFit>& fits) {
+  const std::vector<std::size_t> order = most_surprising(step);
+  for (std::size_t o = 0; o < order.size(); ++o) {
+    progress_.report("fits", static_cast<double>(o) / static_cast<double>(order.size()));
+    const std::size_t c = order[o];
+    const double promised = explained_by(c, screen, space);
+    std::string reason;
+    int tried = 0;
+    for (const Candidate& start : starts_of(c, screen, space)) {
+      if (++tried > most_starts) break;
+      std::vector<Candidate> added = present;
+      added.push_back(start);
+      try {
+        files::Progress silent;
+        BaseFit found = rivals_.fit(added, &fit, silent);
+        if (fits[c].values == 0 || penalised_error(found) < penalised_error(fits[c]))
+          fits[c] = std::move(found);
+        // What its mark promised; less is a minimum that is not the lowest.
+        if (fit.squared_error - fits[c].squared_error > 0.5 * promised) break;
+      } catch (const files::Cancelled&) {
+        throw;
+      } catch (const std::runtime_error& error) {
+        reason = error.what();
+      }
+    }
+    // An unhappy fit proves nothing against a candidate.
+    if (fits[c].values > 0 && fit.squared_error - fits[c].squared_error < least_kept * promised) {
+      fits[c] = {};
+      reason = "its fits ended in minima that explain far less than its mark does";
+    }
+    if (fits[c].values == 0) step.ranking[c].not_fitted = reason;
+  }
+}
+
+// Rivals without a fit that do what the best does just as well, as far as their marks tell.
+void Search::find_imitators(const BaseFit& without, const BaseFit& best,
+                            DiagnosisStep& step) const {
+  const ResidualSpace space(VectorXd::Zero(without.at.residual.size()), without.at.jacobian);
+  const VectorXd mark = space.left_of(best.at.residual - without.at.residual);
+  for (std::size_t i = 0; i < signatures_.size(); ++i) {
+    Rival& rival = step.ranking[owner_[i].first];
+    if (rival.fit || rival.not_fitted.empty()) continue;
+    const MatrixXd columns = space.left_of(signatures_[i].columns);
+    const MatrixXd span = span_of(columns, least_visible);
+    const double left = (mark - span * (span.transpose() * mark)).norm();
+    // What only exists in one direction does not imitate with the other.
+    const vjm::EffectParameter& leading = rival.candidate.effect.kind->parameters.front();
+    const bool one_sided = leading.lower >= leading.none;
+    if (one_sided && columns.colPivHouseholderQr().solve(mark)[0] < 0) continue;
+    rival.imitates |= left < told_apart_from;
+  }
+}
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,73 @@
+// One round of the search for what is missing: screen all candidates beside a fitted model, pass
+// the gate, fit what survives.
+#pragma once
+
+#include <cstdint>
+#include <utility>
+
+#include "kinetostat/calibration/ranking.h"
+
+namespace kinetostat::calibration {
+
+struct DiagnosisOptions {
+  std::vector<std::string> kinds;  // of effects that are tried; empty: the whole catalogue
+  int draws = 500;                 // of the bootstraps
+  std::uint64_t seed = 1;
+  std::size_t most_effects = 3;  // that are named one after the other
+  std::size_t profiles = 0;      // most likelihood profiles of the final model
+};
+
+/// Rounds on the same readings with the same candidates. Keeps references.
+class Search {
+ public:
+  Search(const Rivals& rivals, const std::vector<Candidate>& candidates,
+         const DiagnosisOptions& options, int threads, files::Progress& progress)
+      : rivals_(rivals),
+        candidates_(candidates),
+        options_(options),
+        threads_(threads),
+        progress_(progress),
+        values_(values_in_use(rivals.campaign())),
+        groups_(held_out_groups(rivals.campaign(), values_)) {}
+
+  const std::vector<Value>& values() const { return values_; }
+  const HeldOutGroups& groups() const { return groups_; }
+
+  /// Screens all candidates beside what is present.
+  void screen(const std::vector<Candidate>& present, const BaseFit& fit);
+
+  /// Takes over the marks from a search with the same readings and more.
+  void take_marks(const Search& wider);
+
+  /// Values that not all the catalogue together explains, though most of the others fit: outliers.
+  std::vector<std::size_t> outliers(const BaseFit& fit) const;
+
+  /// The round itself, after screen(); `fit` is that of the model with what is present. `fits`: of
+  /// the rivals, in the order of the ranking; without values where there is none.
+  DiagnosisStep step(const std::vector<Candidate>& present, const BaseFit& fit,
+                     std::vector<BaseFit>& fits);
+
+ private:
+  void fit_survivors(const std::vector<Candidate>& present, const BaseFit& fit,
+                     const Screen& screen, const ResidualSpace& space, DiagnosisStep& step,
+                     std::vector<BaseFit>& fits);
+  double explained_by(std::size_t candidate, const Screen& screen,
+                      const ResidualSpace& space) const;
+  std::vector<Candidate> starts_of(std::size_t candidate, const Screen& screen,
+                                   const ResidualSpace& space) const;
+  void find_imitators(const BaseFit& without, const BaseFit& best, DiagnosisStep& step) const;
+  void confuse(const Screen& screen, DiagnosisStep& step) const;
+
+  const Rivals& rivals_;
+  const std::vector<Candidate>& candidates_;
+  const DiagnosisOptions& options_;
+  int threads_;
+  files::Progress& progress_;
+  std::vector<Value> values_;
+  HeldOutGroups groups_;
+  std::vector<Rivals::Marks> marks_;  // one a candidate
+  std::vector<Signature> signatures_;
+  std::vector<std::pair<std::size_t, std::size_t>> owner_;  // candidate, its mark
+};
+
+}  // namespace kinetostat::calibration

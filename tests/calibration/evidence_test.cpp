@@ -1,0 +1,83 @@
+#include "kinetostat/calibration/evidence.h"
+
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <gtest/gtest.h>
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr Eigen::Index readings = 12;
+
+VectorXd ramp() { return VectorXd::LinSpaced(readings, -1, 2); }
+VectorXd measured(double slope) {
+  VectorXd y = slope * ramp();
+  for (Eigen::Index i = 0; i < readings; ++i) y[i] += 0.7 * std::sin(3.0 * double(i) + 1);
+  return y;
+}
+
+// The fit of y = slope * ramp with unit noise, of which the slope is usually `usual`.
+BaseFit fit_of(const VectorXd& y, double usual, int group) {
+  const double deviation = group < 0 ? usual : widest_prior * usual;
+  const VectorXd x = ramp();
+  const double slope = x.dot(y) / (x.squaredNorm() + 1 / (deviation * deviation));
+  BaseFit fit;
+  Parameter parameter{.name = "slope", .springs = {}, .stiffness = {}};
+  parameter.prior = {0, deviation, group};
+  fit.parameters = {{parameter, slope}};
+  fit.at = {slope * x - y, x};
+  fit.squared_error = fit.at.residual.squaredNorm();
+  fit.values = readings;
+  fit.estimated = 1;
+  return fit;
+}
+
+// Log density of y, but for (2 pi)^(-n/2), with the slope integrated out.
+double density(const VectorXd& y, double deviation) {
+  const VectorXd x = ramp();
+  const MatrixXd covariance =
+      MatrixXd::Identity(readings, readings) + deviation * deviation * x * x.transpose();
+  const Eigen::LLT<MatrixXd> factor(covariance);
+  const MatrixXd l = factor.matrixL();
+  return -0.5 * y.dot(factor.solve(y)) - l.diagonal().array().log().sum();
+}
+
+TEST(Evidence, IsTheDensityOfTheReadingsInALinearModel) {
+  for (const double slope : {0.0, 0.4, 5.0}) {
+    const VectorXd y = measured(slope);
+    EXPECT_NEAR(evidence(fit_of(y, 0.8, -1), 1).log, density(y, 0.8), 1e-9);
+  }
+}
+
+TEST(Evidence, AveragesOverAnUnknownScale) {
+  for (const double slope : {0.0, 0.4, 5.0}) {
+    const VectorXd y = measured(slope);
+    double sum = 0;
+    const std::vector<double> scales{30, 10, 3, 1, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4};
+    for (const double scale : scales) sum += std::exp(density(y, scale * 0.8));
+    EXPECT_NEAR(evidence(fit_of(y, 0.8, 0), 1).log, std::log(sum / double(scales.size())), 1e-9);
+  }
+}
+
+// With a fixed width a guess that is thirty times too large would cost log(30) = 3.4.
+TEST(Evidence, HardlyDependsOnTheUsualSize) {
+  const VectorXd y = measured(3);
+  const double right = evidence(fit_of(y, 3, 0), 1).log;
+  EXPECT_NEAR(evidence(fit_of(y, 90, 0), 1).log, right, 0.2);
+  EXPECT_NEAR(evidence(fit_of(y, 0.3, 0), 1).log, right, 0.2);
+  EXPECT_GT(evidence(fit_of(y, 3, -1), 1).log - evidence(fit_of(y, 90, -1), 1).log, 2.5);
+}
+
+TEST(Evidence, PriorsHaveTheScaleThatTheReadingsAskFor) {
+  const VectorXd y = measured(5);
+  const double deviation = 1 / std::sqrt(evidence(fit_of(y, 500, 0), 1).information[0]);
+  EXPECT_GT(deviation, 1.5);
+  EXPECT_LT(deviation, 15);
+}
+
+}  // namespace
+}  // namespace kinetostat::calibration
