@@ -25,12 +25,6 @@ RobotSpec robot_named(const std::string& name) {
 struct Menu {
   std::string robot, plan;
   std::vector<HiddenEffect> effects, outside;
-
-  /// Something in no catalogue acts on that joint.
-  bool outside_at(const std::string& at) const {
-    return at != "platform" && std::any_of(outside.begin(), outside.end(),
-                                           [&](const HiddenEffect& e) { return e.at == at; });
-  }
 };
 
 const std::vector<Menu>& menus() {
@@ -91,12 +85,6 @@ const std::vector<Menu>& menus() {
        {{"thermal_expansion", "x.leg"}, {"preload", "y.rho"}, {"payload", "platform"}},
        {{"cable_drag", "platform"}}}};
   return all;
-}
-
-const Menu& menu_of(const Case& spec) {
-  for (const Menu& menu : menus())
-    if (menu.robot == spec.robot && menu.plan == spec.plan) return menu;
-  return menus().front();
 }
 
 // About a fifth of the joint's force under the largest load.
@@ -186,22 +174,39 @@ double size_for(const Target& target, World world, const Plan& plan, const White
   return at;
 }
 
-/// What else of the menu looks most like the truth, and how much: the cosine of their marks.
+/// All that could be taken for what is hidden: every effect the twin knows, wherever it can act.
+std::vector<HiddenEffect> all_effects(const RobotSpec& robot) {
+  std::vector<HiddenEffect> all{{"base_compliance", "base"},     {"platform_compliance", "end"},
+                                {"payload", "platform"},         {"wrench_gain", "load"},
+                                {"wrench_misalignment", "load"}, {"application_point", "load"},
+                                {"target_lever_arm", "sensor"},  {"sensor_frame", "sensor"},
+                                {"session_drift", "sensor"}};
+  for (const ChainSpec& chain : robot.chains)
+    for (const Item& item : chain.items) {
+      const std::string at = robot.place(chain, item);
+      if (item.kind == Item::actuator)
+        for (const char* name :
+             {"friction", "clearance", "hardening", "piecewise_stiffness", "creep", "preload",
+              "eccentricity", "bearing_compliance", "geometric_error"})
+          all.push_back({name, at});
+      if (item.kind == Item::actuator && item.axes[0] >= 3)
+        all.push_back({"gravity_compensator", at});
+      if (item.kind == Item::link)
+        for (const char* name : {"thermal_expansion", "self_weight"}) all.push_back({name, at});
+    }
+  return all;
+}
+
+/// What else looks most like the truth, and how much: the cosine of their marks.
 struct Confuser {
   std::string name;
   double cosine = 0;
 };
 
-Confuser confuser_of(const Menu& menu, bool outside, const HiddenEffect& truth,
-                     const Eigen::VectorXd& mark, World world, const Plan& plan,
-                     const Whitened& whitened) {
+Confuser confuser_of(const HiddenEffect& truth, const Eigen::VectorXd& mark, World world,
+                     const Plan& plan, const Whitened& whitened) {
   Confuser worst;
-  std::vector<HiddenEffect> rivals = menu.effects;
-  // What is in no catalogue may still look like what a joint does.
-  if (outside && menu.outside_at(truth.at))
-    for (const char* law : {"friction", "clearance", "hardening", "piecewise_stiffness", "creep"})
-      rivals.push_back({law, truth.at});
-  for (HiddenEffect other : rivals) {
+  for (HiddenEffect other : all_effects(world.robot)) {
     if (other.name == truth.name && other.at == truth.at) continue;
     other.size = usual_size(world.robot, other);
     world.effects = {other};
@@ -264,8 +269,7 @@ void write_case(const Case& spec, const std::filesystem::path& folder,
     alone.effects = {effect};
     const Eigen::VectorXd mark = whitened.mark_of(respond(alone, plan, false));
     if (spec.kind == "single" || spec.kind == "outside")
-      confuser =
-          confuser_of(menu_of(spec), spec.kind == "outside", effect, mark, world, plan, whitened);
+      confuser = confuser_of(effect, mark, world, plan, whitened);
     hidden += fmt::format(
         "{}\n    {{\"effect\": \"{}\", \"at\": \"{}\", \"size\": {:.6g}, \"d_prime\": {:.4g}}}",
         hidden.empty() ? "" : ",", effect.name, effect.at, effect.size, mark.norm());
