@@ -43,6 +43,12 @@ inline constexpr double least_visible = 0.1;
 /// values, their derivatives by one prior standard deviation each.
 struct Signature {
   Eigen::MatrixXd columns;
+  /// By how much each column was lengthened, to be seen in the readings; empty: not at all.
+  Eigen::RowVectorXd growth = {};
+
+  Eigen::MatrixXd of_usual_size() const {
+    return growth.size() == 0 ? columns : columns * growth.cwiseInverse().asDiagonal();
+  }
 };
 
 /// A score test of one signature: is any of it in the residual?

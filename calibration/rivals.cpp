@@ -260,10 +260,9 @@ double Rivals::error_on(const Campaign& others, const BaseFit& fit,
   }
 }
 
-std::optional<Eigen::MatrixXd> Rivals::mark_of(const Predictor& predictor,
-                                               const std::vector<Candidate>& added,
-                                               const BaseFit& fit,
-                                               files::Progress& progress) const {
+std::optional<Signature> Rivals::mark_of(const Predictor& predictor,
+                                         const std::vector<Candidate>& added, double growth,
+                                         const BaseFit& fit, files::Progress& progress) const {
   const Candidate& candidate = added.back();
   const std::vector<Parameter> unknowns = parameters(effects_with(added), added);
   VectorXd values = starts_of(unknowns);
@@ -274,18 +273,26 @@ std::optional<Eigen::MatrixXd> Rivals::mark_of(const Predictor& predictor,
       linearised_at(predictor, campaign_, noise_, unknowns, values, fit, count > 1, progress);
   if (!there) return std::nullopt;
   // Whitened residuals are predicted minus measured; so a mark is their change.
-  MatrixXd columns(fit.at.residual.size(), count);
-  columns.col(0) = there->residual - fit.at.residual;
-  Index kept = 1;
+  Signature mark{.columns = there->residual - fit.at.residual,
+                 .growth = Eigen::RowVectorXd::Constant(1, growth)};
+  const auto add = [&mark](const VectorXd& column, double grown) {
+    const Index k = mark.columns.cols();
+    mark.columns.conservativeResize(Eigen::NoChange, k + 1);
+    mark.growth.conservativeResize(k + 1);
+    mark.columns.col(k) = grown * column;
+    mark.growth[k] = grown;
+  };
   for (Index k = 1; k < count; ++k) {
     if (!usual_values(candidate.effect, k, robot_.without_effects()).empty()) continue;
-    const auto column = there->jacobian.col(static_cast<Index>(unknowns.size()) - count + k);
-    columns.col(kept) = candidate.deviations[static_cast<std::size_t>(k)] * column;
-    columns.col(kept) *= growth_to_be_seen(columns.col(kept).norm());
-    ++kept;
+    const auto i = static_cast<std::size_t>(k);
+    const VectorXd column = candidate.deviations[i] *
+                            there->jacobian.col(static_cast<Index>(unknowns.size()) - count + k);
+    // How the effect acts shows as far as the effect itself does.
+    const bool is_shape = candidate.effect.kind->parameters[i].is_shape;
+    add(column, is_shape ? 1 : growth_to_be_seen(column.norm()));
+    if (is_shape) mark.growth[mark.growth.size() - 1] = growth;
   }
-  columns.conservativeResize(Eigen::NoChange, kept);
-  return columns;
+  return mark;
 }
 
 void Rivals::add_marks(const Predictor& predictor, const Candidate& candidate,
@@ -293,21 +300,20 @@ void Rivals::add_marks(const Predictor& predictor, const Candidate& candidate,
                        files::Progress& progress) const {
   const std::size_t before = marks.signatures.size();
   const auto sizes = sizes_of(*candidate.effect.kind);
-  double growth = 1;
+  double growth = 0;  // not known yet
   for (const auto& [leading, others] : sizes) {
-    added.back() = at_size(candidate, growth * leading, others);
-    auto mark = mark_of(predictor, added, fit, progress);
-    if (mark && leading == 1 && others == 1 && growth == 1) {
-      growth = growth_to_be_seen(mark->col(0).norm());
+    added.back() = at_size(candidate, std::max(1.0, growth) * leading, others);
+    auto mark = mark_of(predictor, added, std::max(1.0, growth), fit, progress);
+    if (mark && growth == 0) {
+      growth = growth_to_be_seen(mark->columns.col(0).norm());
       if (growth > 1) {
-        added.back() = at_size(candidate, growth, others);
-        mark = mark_of(predictor, added, fit, progress);
+        added.back() = at_size(candidate, growth * leading, others);
+        mark = mark_of(predictor, added, growth, fit, progress);
       }
-      marks.growth = std::max(marks.growth, growth);
     }
     if (!mark) marks.failure = "the model with it has no equilibrium for some reading";
-    if (!mark || !mark->allFinite()) continue;
-    marks.signatures.push_back({std::move(*mark)});
+    if (!mark || !mark->columns.allFinite()) continue;
+    marks.signatures.push_back(std::move(*mark));
     marks.starts.push_back(added.back());
     // A mark that only grows with its size is the same direction at every size.
     if (leading == sizes[1].first && marks.signatures.size() == before + 2 &&

@@ -52,7 +52,6 @@ class Rivals {
   struct Marks {
     std::vector<Signature> signatures;
     std::vector<Candidate> starts;  // the candidate at the size of each signature
-    double growth = 1;  // how much larger than usual the first is, to be seen in these readings
     std::string failure;
   };
   Marks marks_of(const Candidate& candidate, const std::vector<Candidate>& present,
@@ -71,10 +70,11 @@ class Rivals {
                                     const std::vector<Candidate>& added) const;
   BaseFit fitted(const std::vector<vjm::Effect>& effects, const std::vector<Parameter>& unknowns,
                  const BaseFit* near, files::Progress& progress) const;
-  // Of the last of the added ones, at its values; nothing where there is no equilibrium.
-  std::optional<Eigen::MatrixXd> mark_of(const Predictor& predictor,
-                                         const std::vector<Candidate>& added, const BaseFit& fit,
-                                         files::Progress& progress) const;
+  // Of the last of the added ones, at its values, which are `growth` times usual; nothing where
+  // there is no equilibrium.
+  std::optional<Signature> mark_of(const Predictor& predictor, const std::vector<Candidate>& added,
+                                   double growth, const BaseFit& fit,
+                                   files::Progress& progress) const;
   // Of one design, in the place of the last of the added ones.
   void add_marks(const Predictor& predictor, const Candidate& candidate,
                  std::vector<Candidate> added, const BaseFit& fit, Marks& marks,

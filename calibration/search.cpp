@@ -60,7 +60,7 @@ void Search::screen(const std::vector<Candidate>& present, const BaseFit& fit) {
     const bool there = std::any_of(present.begin(), present.end(), [&](const Candidate& p) {
       return p.name() == candidates_[c].name();
     });
-    marks_.push_back(there ? Rivals::Marks{{}, {}, 1, "it is in the model already"}
+    marks_.push_back(there ? Rivals::Marks{{}, {}, "it is in the model already"}
                            : rivals_.marks_of(candidates_[c], present, fit, silent));
     for (std::size_t s = 0; s < marks_.back().signatures.size(); ++s) {
       signatures_.push_back(marks_.back().signatures[s]);
@@ -80,7 +80,8 @@ void Search::take_marks(const Search& wider) {
   }
   marks_ = wider.marks_;
   owner_ = wider.owner_;
-  for (const Signature& s : wider.signatures_) signatures_.push_back({s.columns(rows, Eigen::all)});
+  for (const Signature& s : wider.signatures_)
+    signatures_.push_back({s.columns(rows, Eigen::all), s.growth});
 }
 
 std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
@@ -92,7 +93,7 @@ std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
   x.leftCols(base) = fit.at.jacobian;
   Index at = base;
   for (const Signature& s : signatures_) {
-    x.middleCols(at, s.columns.cols()) = s.columns;
+    x.middleCols(at, s.columns.cols()) = s.of_usual_size();
     at += s.columns.cols();
   }
   const VectorXd y = -fit.at.residual;
@@ -132,8 +133,7 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
     Rival& rival = step.ranking[owner_[i].first];
     const Score score = screen.score(i, space.residual());
     if (score.dimension > 0) seen[owner_[i].first] = true;
-    if (owner_[i].second == 0)
-      rival.detectability = score.detectability / marks_[owner_[i].first].growth;
+    if (owner_[i].second == 0) rival.detectability = score.detectability / signatures_[i].growth[0];
     rival.surprise = std::max(rival.surprise, screen.surprise(score, space.residual()));
   }
   for (std::size_t c = 0; c < candidates_.size(); ++c)
