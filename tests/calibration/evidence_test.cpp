@@ -1,9 +1,13 @@
 #include "kinetostat/calibration/evidence.h"
 
+#include <array>
 #include <cmath>
+#include <cstdint>
 
 #include <Eigen/Cholesky>
 #include <gtest/gtest.h>
+
+#include "kinetostat/calibration/normal.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -20,10 +24,9 @@ VectorXd measured(double slope) {
   return y;
 }
 
-// The fit of y = slope * ramp with unit noise, of which the slope is usually `usual`.
-BaseFit fit_of(const VectorXd& y, double usual, int group) {
+// The fit of y = slope * x with unit noise, of which the slope is usually `usual`.
+BaseFit fit_of(const VectorXd& y, const VectorXd& x, double usual, int group) {
   const double deviation = group < 0 ? usual : widest_prior * usual;
-  const VectorXd x = ramp();
   const double slope = x.dot(y) / (x.squaredNorm() + 1 / (deviation * deviation));
   BaseFit fit;
   Parameter parameter{.name = "slope", .springs = {}, .stiffness = {}};
@@ -31,7 +34,7 @@ BaseFit fit_of(const VectorXd& y, double usual, int group) {
   fit.parameters = {{parameter, slope}};
   fit.at = {slope * x - y, x};
   fit.squared_error = fit.at.residual.squaredNorm();
-  fit.values = readings;
+  fit.values = y.size();
   fit.estimated = 1;
   return fit;
 }
@@ -49,7 +52,7 @@ double density(const VectorXd& y, double deviation) {
 TEST(Evidence, IsTheDensityOfTheReadingsInALinearModel) {
   for (const double slope : {0.0, 0.4, 5.0}) {
     const VectorXd y = measured(slope);
-    EXPECT_NEAR(evidence(fit_of(y, 0.8, -1), 1).log, density(y, 0.8), 1e-9);
+    EXPECT_NEAR(evidence(fit_of(y, ramp(), 0.8, -1), 1).log, density(y, 0.8), 1e-9);
   }
 }
 
@@ -59,24 +62,60 @@ TEST(Evidence, AveragesOverAnUnknownScale) {
     double sum = 0;
     const std::vector<double> scales{30, 10, 3, 1, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4};
     for (const double scale : scales) sum += std::exp(density(y, scale * 0.8));
-    EXPECT_NEAR(evidence(fit_of(y, 0.8, 0), 1).log, std::log(sum / double(scales.size())), 1e-9);
+    EXPECT_NEAR(evidence(fit_of(y, ramp(), 0.8, 0), 1).log, std::log(sum / double(scales.size())),
+                1e-9);
   }
 }
 
 // With a fixed width a guess that is thirty times too large would cost log(30) = 3.4.
 TEST(Evidence, HardlyDependsOnTheUsualSize) {
   const VectorXd y = measured(3);
-  const double right = evidence(fit_of(y, 3, 0), 1).log;
-  EXPECT_NEAR(evidence(fit_of(y, 90, 0), 1).log, right, 0.2);
-  EXPECT_NEAR(evidence(fit_of(y, 0.3, 0), 1).log, right, 0.2);
-  EXPECT_GT(evidence(fit_of(y, 3, -1), 1).log - evidence(fit_of(y, 90, -1), 1).log, 2.5);
+  const double right = evidence(fit_of(y, ramp(), 3, 0), 1).log;
+  EXPECT_NEAR(evidence(fit_of(y, ramp(), 90, 0), 1).log, right, 0.2);
+  EXPECT_NEAR(evidence(fit_of(y, ramp(), 0.3, 0), 1).log, right, 0.2);
+  EXPECT_GT(evidence(fit_of(y, ramp(), 3, -1), 1).log - evidence(fit_of(y, ramp(), 90, -1), 1).log,
+            2.5);
 }
 
 TEST(Evidence, PriorsHaveTheScaleThatTheReadingsAskFor) {
   const VectorXd y = measured(5);
-  const double deviation = 1 / std::sqrt(evidence(fit_of(y, 500, 0), 1).information[0]);
+  const double deviation = 1 / std::sqrt(evidence(fit_of(y, ramp(), 500, 0), 1).information[0]);
   EXPECT_GT(deviation, 1.5);
   EXPECT_LT(deviation, 15);
+}
+
+// Two rivals that look alike, one of which is there, and noise 1.6 times as large as stated: the
+// third trap. What is said to be right at 80 % must be right in 80 of 100 campaigns.
+TEST(Evidence, IsAsOftenRightAsItSaysThoughTheNoiseIsLargerThanStated) {
+  constexpr Eigen::Index n = 60;
+  constexpr int campaigns = 2400;
+  const auto random = [&](std::uint64_t seed) {
+    Normal normal(seed);
+    VectorXd x(n);
+    for (double& value : x) value = normal();
+    return x;
+  };
+  const VectorXd common = random(1);
+  const std::array<VectorXd, 2> marks = {common + 0.3 * random(2), common + 0.3 * random(3)};
+  double stated = 0, right = 0, stated_untempered = 0;
+  for (std::uint64_t c = 0; c < campaigns; ++c) {
+    const std::size_t truth = c % 2;
+    const VectorXd y = marks[truth] + 1.6 * random(100 + c);
+    std::array<BaseFit, 2> fits;
+    double temper = 0;
+    for (std::size_t k = 0; k < 2; ++k) {
+      fits[k] = fit_of(y, marks[k], 1, 0);
+      temper = std::max(temper, temper_of(fits[k]));
+    }
+    const double log_ratio = evidence(fits[1], temper).log - evidence(fits[0], temper).log;
+    const double untempered = evidence(fits[1], 1).log - evidence(fits[0], 1).log;
+    stated += 1 / (1 + std::exp(-std::abs(log_ratio)));
+    stated_untempered += 1 / (1 + std::exp(-std::abs(untempered)));
+    right += (log_ratio > 0) == (truth == 1) ? 1 : 0;
+  }
+  // Four standard deviations of a binomial count.
+  EXPECT_NEAR(stated / campaigns, right / campaigns, 4 * 0.5 / std::sqrt(campaigns));
+  EXPECT_GT(stated_untempered / campaigns, right / campaigns + 0.05);
 }
 
 }  // namespace

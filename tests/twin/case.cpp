@@ -203,17 +203,31 @@ struct Confuser {
   double cosine = 0;
 };
 
-Confuser confuser_of(const HiddenEffect& truth, const Eigen::VectorXd& mark, World world,
-                     const Plan& plan, const Whitened& whitened) {
+// With short beams: an angle between marks needs no fine ones.
+Confuser confuser_of(const HiddenEffect& truth, World world, const Plan& plan,
+                     const Readings& noise) {
+  world.elements = 2;
+  world.effects = {};
+  const Responses base = respond(world, plan, true);
+  const Whitened whitened(plan, base, noise);
+  // Empty where the robot would collapse.
+  const auto mark_of = [&](const HiddenEffect& effect) -> Eigen::VectorXd {
+    world.effects = {effect};
+    try {
+      return whitened.mark_of(respond(world, plan, false));
+    } catch (const std::runtime_error&) {
+      return {};
+    }
+  };
+  const Eigen::VectorXd mark = mark_of(truth);
   Confuser worst;
   for (HiddenEffect other : all_effects(world.robot)) {
     if (other.name == truth.name && other.at == truth.at) continue;
     other.size = usual_size(world.robot, other);
-    world.effects = {other};
-    const Eigen::VectorXd look = whitened.mark_of(respond(world, plan, false));
+    const Eigen::VectorXd look = mark_of(other);
+    if (look.size() != mark.size() || look.norm() < 0.1) continue;
     const double cosine = std::abs(look.dot(mark)) / std::max(1e-300, look.norm() * mark.norm());
-    if (look.norm() > 0.1 && cosine > worst.cosine)
-      worst = {other.name + " at " + other.at, cosine};
+    if (cosine > worst.cosine) worst = {other.name + " at " + other.at, cosine};
   }
   return worst;
 }
@@ -269,7 +283,7 @@ void write_case(const Case& spec, const std::filesystem::path& folder,
     alone.effects = {effect};
     const Eigen::VectorXd mark = whitened.mark_of(respond(alone, plan, false));
     if (spec.kind == "single" || spec.kind == "outside")
-      confuser = confuser_of(effect, mark, world, plan, whitened);
+      confuser = confuser_of(effect, world, plan, noise);
     hidden += fmt::format(
         "{}\n    {{\"effect\": \"{}\", \"at\": \"{}\", \"size\": {:.6g}, \"d_prime\": {:.4g}}}",
         hidden.empty() ? "" : ",", effect.name, effect.at, effect.size, mark.norm());

@@ -52,7 +52,7 @@ double usual_size(const RobotSpec& robot, const HiddenEffect& effect) {
       {"platform_compliance", robot.name.starts_with("six") ? 1e-7 : 3e-6},
       {"self_weight", robot.name.starts_with("six") ? 20. : 1.},
       {"payload", robot.name.starts_with("six") ? 20. : 1.},
-      {"gravity_compensator", 2e5},
+      {"gravity_compensator", robot.name.starts_with("six") ? 2e5 : 300.},
       {"thermal_expansion", 1e-5},
       {"geometric_error", 1e-4},
       {"wrench_gain", 0.05},
