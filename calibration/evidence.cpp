@@ -121,7 +121,7 @@ class Posterior {
 };
 
 const std::vector<double>& scales() {
-  static const std::vector<double> all{30, 10, 3, 1, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4};
+  static const std::vector<double> all{3, 1, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4};
   return all;
 }
 

@@ -7,7 +7,7 @@ namespace kinetostat::calibration {
 
 /// The prior width of a value whose scale is unknown: it enters a fit so many times wider than it
 /// usually is.
-inline constexpr double widest_prior = 10;
+inline constexpr double widest_prior = 3;
 
 /// How much of the readings' weight is left when the misfit of a model is all noise: 1, or less.
 double temper_of(const BaseFit& fit);
@@ -23,7 +23,7 @@ struct Evidence {
 /// Laplace's approximation of the evidence, the readings counting for `temper`. What is refitted
 /// under every model has a flat prior and the same units everywhere, so its constants cancel
 /// between models. Nobody knows beforehand within a factor of ten how large an effect is: the
-/// priors of one group (Parameter::Prior) share a scale that is log-uniform from 30 times to a
+/// priors of one group (Parameter::Prior) share a scale that is log-uniform from three times to a
 /// ten-thousandth of the usual, and is averaged over; a normal prior of fixed width would prefer
 /// whatever kind of effect is usually too small to be seen (Bartlett's paradox; Liang, Paulo,
 /// Molina, Clyde and Berger, Mixtures of g priors, 2008).

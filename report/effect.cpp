@@ -21,7 +21,8 @@ std::string prior_unit(const vjm::EffectParameter& parameter) {
     case vjm::PriorUnit::compliance:
       return "over the stiffness of the joint's spring";
     case vjm::PriorUnit::soft_compliance:
-      return "times the compliance of the softest joint, at a lever of 0.3 m where the one shifts and the other turns";
+      return "times the compliance of the softest joint, at a lever of 0.3 m where the one shifts "
+             "and the other turns";
     default:
       return "SI";
   }

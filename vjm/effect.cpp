@@ -229,7 +229,8 @@ double softest(const Manipulator& manipulator, bool angular) {
   for (const Chain& chain : manipulator.chains())
     for (const Spring& spring : chain.springs()) {
       if (spring.stiffness.rows() != 1 || !(spring.stiffness(0, 0) > 0)) continue;
-      const bool turns = is_rotation(chain.coordinates()[static_cast<std::size_t>(spring.first)].motion);
+      const bool turns =
+          is_rotation(chain.coordinates()[static_cast<std::size_t>(spring.first)].motion);
       const double same_sort = turns == angular ? 1 : angular ? 1 / lever2 : lever2;
       largest = std::max(largest, same_sort / spring.stiffness(0, 0));
     }

@@ -21,11 +21,11 @@ std::string to_string(EffectPlace place);
 
 /// What a prior width is counted in.
 enum class PriorUnit {
-  absolute,   // SI
+  absolute,        // SI
   stiffness,       // of the joint's spring, or
   compliance,      // one over that
-  soft_compliance  // the same of the softest joint of the manipulator, at a lever of 0.3 m where the
-                   // one slides or shifts and the other turns
+  soft_compliance  // the same of the softest joint of the manipulator, at a lever of 0.3 m where
+                   // the one slides or shifts and the other turns
 };
 
 /// One number of an effect; SI inside.

@@ -33,8 +33,7 @@ class BearingCompliance : public EffectKind {
     signature = "displacement across the joint's axis, in proportion to the load, at all postures";
     confuser = "link_compliance of the link behind the joint";
     place = EffectPlace::joint;
-    parameters = {parameter("radial", compliance::linear),
-                  parameter("axial", compliance::linear),
+    parameters = {parameter("radial", compliance::linear), parameter("axial", compliance::linear),
                   parameter("tilt", compliance::angular)};
   }
 
