@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include <Eigen/QR>
@@ -20,7 +21,19 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double significance_of_more = 0.01;  // of a further effect beside one that was found
+constexpr double absurd = 9;                   // times the usual size: no explanation
 constexpr double unexplained_share = 0.3;  // of the misfit: more is another effect, not this one
+
+// How many times its usual size an effect would have: the value for which that is most.
+double times_usual(const Rival& rival) {
+  double most = 0;
+  for (std::size_t k = 0; k < rival.candidate.deviations.size(); ++k) {
+    const vjm::EffectParameter& p = rival.candidate.effect.kind->parameters[k];
+    const double size = std::abs(rival.fit->values[static_cast<Index>(k)] - p.none);
+    if (!p.is_shape) most = std::max(most, size / rival.candidate.deviations[k]);
+  }
+  return most;
+}
 
 // What passes the gate and helps to predict readings that it has not seen. What comes beside an
 // effect may be what that one's law does not get quite right, so it must stand out further.
@@ -29,6 +42,7 @@ bool is_found(const DiagnosisStep& step) {
   if (step.gate.p_value > (first ? significance_level : significance_of_more)) return false;
   if (step.indistinguishable.empty()) return false;
   const RivalFit& best = *step.ranking[0].fit;
+  if (times_usual(step.ranking[0]) > absurd) return false;
   return best.log_score_gain > best.log_score_deviation &&
          (first || best.told_apart >= told_apart_from);
 }
@@ -155,13 +169,27 @@ bool can_show_anything(const DiagnosisStep& step) {
                      [](const Rival& r) { return r.detectability >= told_apart_from; });
 }
 
+// Of the first round: what passes the gate, but only with an effect that nobody has seen so large.
+std::string absurd_explanation(const Diagnosis& d) {
+  if (d.steps.empty() || d.steps[0].indistinguishable.empty()) return {};
+  const Rival& best = d.steps[0].ranking[0];
+  if (d.steps[0].gate.p_value > significance_level || times_usual(best) <= absurd) return {};
+  return fmt::format(
+      "an effect that explains the misfit at a size that makes sense: {} comes nearest, but would "
+      "have to be {:.0f} times as large as usual",
+      best.candidate.name(), times_usual(best));
+}
+
 void judge(Diagnosis& d) {
   const bool misfit = d.after && d.after->p_value < 1e-3;
   const bool structure_left = d.structure.p_value < 0.01;
   const double before = excess(d.before);
   const double share_left = before > 0 ? std::max(0.0, excess(d.after)) / before : 0;
   if (d.found.empty()) {
-    if (structure_left)
+    if (const std::string nearest = absurd_explanation(d); !nearest.empty()) {
+      d.verdict = Verdict::none_of_the_above;
+      d.missing.push_back(nearest);
+    } else if (structure_left)
       d.verdict = Verdict::none_of_the_above;
     else if (d.steps.empty() || !can_show_anything(d.steps.front()))
       d.verdict = Verdict::cannot_tell;
@@ -173,6 +201,58 @@ void judge(Diagnosis& d) {
     d.verdict = Verdict::none_of_the_above;
   else
     d.verdict = d.ambiguous.size() > 1 ? Verdict::ambiguous : Verdict::named_effect;
+}
+
+// A model that grows by one effect after the other.
+struct Model {
+  std::vector<Candidate> present;
+  BaseFit fit;
+  std::vector<BaseFit> alone;  // of models with one effect, in the order of the first ranking
+};
+
+using AddStage = std::function<void(const std::string& name, const BaseFit& fit,
+                                    const std::vector<Candidate>& added)>;
+
+// Until nothing more is found. The marks of the first round are there.
+void add_effects(Search& search, const DiagnosisOptions& options, const AddStage& add_stage,
+                 Model& model, Diagnosis& d) {
+  while (model.present.size() < options.most_effects) {
+    if (!model.present.empty()) search.screen(model.present, model.fit);
+    std::vector<BaseFit> fits;
+    DiagnosisStep step = search.step(model.present, model.fit, fits);
+    d.steps.push_back(step);
+    if (!is_found(step)) break;
+    model.fit = fits[0];
+    if (model.present.empty()) model.alone = std::move(fits);
+    model.present.push_back(step.ranking[0].candidate);
+    model.present.back().effect.values = step.ranking[0].fit->values;
+    d.found.push_back(found_effect(step));
+    add_stage("+ " + model.present.back().name(), model.fit, model.present);
+  }
+}
+
+// With all of them in the model each must still be what is best in its place.
+void weigh_again(const Rivals& rivals, Search& search, const Model& model,
+                 files::Progress& progress, Diagnosis& d) {
+  for (std::size_t k = 0; k + 1 < model.present.size(); ++k) {
+    std::vector<Candidate> others = model.present;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
+    const std::optional<BaseFit> without_it = fit_if_possible(rivals, others, model.fit, progress);
+    if (!without_it) continue;  // then it is needed all the more
+    search.screen(others, *without_it);
+    std::vector<BaseFit> fits;
+    DiagnosisStep step = search.step(others, *without_it, fits);
+    confirm(step, d.found[k]);
+    d.steps.push_back(std::move(step));
+  }
+}
+
+void list_ambiguous(Diagnosis& d) {
+  for (const FoundEffect& found : d.found) {
+    if (found.instead.empty()) continue;
+    d.ambiguous.push_back(found.candidate.name());
+    d.ambiguous.insert(d.ambiguous.end(), found.instead.begin(), found.instead.end());
+  }
 }
 
 Diagnosis cannot_tell_without_noise() {
@@ -236,47 +316,20 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
     add_stage("as designed", fit_base(predictor, campaign, noise, {}, progress), {});
   }
   if (!fit.parameters.empty()) add_stage("refitted", fit, {});
-  std::vector<Candidate> present;
-  std::vector<BaseFit> alone;  // models with one effect
-  while (present.size() < options.most_effects) {
-    if (!present.empty()) search.screen(present, fit);
-    std::vector<BaseFit> fits;
-    DiagnosisStep step = search.step(present, fit, fits);
-    d.steps.push_back(step);
-    if (!is_found(step)) break;
-    fit = fits[0];
-    if (present.empty()) alone = std::move(fits);
-    present.push_back(step.ranking[0].candidate);
-    present.back().effect.values = step.ranking[0].fit->values;
-    d.found.push_back(found_effect(step));
-    add_stage("+ " + present.back().name(), fit, present);
-  }
-  // With all of them in the model each must still be what is best in its place.
-  for (std::size_t k = 0; k + 1 < present.size(); ++k) {
-    std::vector<Candidate> others = present;
-    others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
-    const std::optional<BaseFit> without_it = fit_if_possible(rivals, others, fit, progress);
-    if (!without_it) continue;  // then it is needed all the more
-    search.screen(others, *without_it);
-    std::vector<BaseFit> fits;
-    DiagnosisStep step = search.step(others, *without_it, fits);
-    confirm(step, d.found[k]);
-    d.steps.push_back(std::move(step));
-  }
-  if (present.size() > 1) doubt_beside_one(alone, d.steps[0], fit, d.found);
-  take_values(fit, d.found);
+  Model model{.present = {}, .fit = std::move(fit), .alone = {}};
+  add_effects(search, options, add_stage, model, d);
+  weigh_again(rivals, search, model, progress, d);
+  if (model.present.size() > 1) doubt_beside_one(model.alone, d.steps[0], model.fit, d.found);
+  take_values(model.fit, d.found);
   doubt_friction(campaign, d);
-  for (const FoundEffect& found : d.found) {
-    if (found.instead.empty()) continue;
-    d.ambiguous.push_back(found.candidate.name());
-    d.ambiguous.insert(d.ambiguous.end(), found.instead.begin(), found.instead.end());
-  }
+  list_ambiguous(d);
   d.waterfall.push_back(noise_floor(search.values(), noise));
-  d.after = test_of(fit, noise.source);
-  d.structure = structure_test(structure, {-fit.at.residual, fit.at.jacobian}, options.draws,
-                               options.seed, threads);
+  d.after = test_of(model.fit, noise.source);
+  d.structure = structure_test(structure, {-model.fit.at.residual, model.fit.at.jacobian},
+                               options.draws, options.seed, threads);
   judge(d);
-  if (options.profiles > 0) d.profiles = profiles(rivals, present, fit, options.profiles, progress);
+  if (options.profiles > 0)
+    d.profiles = profiles(rivals, model.present, model.fit, options.profiles, progress);
   return d;
 }
 

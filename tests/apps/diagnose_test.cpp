@@ -1,6 +1,7 @@
 // From readings to the missing effect, into the robot file and out again, as users meet it.
 #include <string>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -76,10 +77,12 @@ TEST_F(Diagnose, NamesTheHiddenClearanceAndAdoptingItLetsTheErrorFall) {
   ASSERT_EQ(kinetostat("adopt shown.yaml diagnosis.json -o better.yaml").code, 0);
   const std::string better = files::read_text(working_folder() / "better.yaml");
   EXPECT_TRUE(better.starts_with(shown_));
+  // To the last bit: the shortest decimal that is read as the same number.
+  EXPECT_THAT(better, HasSubstr(fmt::format("{} m", gap)));
   const Outcome compared =
       kinetostat("compare better.yaml campaign/campaign.yaml -q --json better.json");
   EXPECT_THAT(compared.out, HasSubstr("is not refuted by the stated noise"));
-  // Adopted is as fitted, to the last digit that the fit knows.
+  // Its refit ends where the search for the effect did, as far as that settled.
   const files::Json parity = files::read_json(working_folder() / "better.json");
   EXPECT_NEAR(parity["refitted"]["chi_square"]["chi_square"].get<double>(),
               json["chi_square_after"]["chi_square"].get<double>(), 0.05);
