@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kinetostat/calibration/evidence.h"
 #include "kinetostat/files/error.h"
 
 namespace kinetostat::calibration {
@@ -11,15 +12,6 @@ namespace {
 constexpr double step = 0.5;  // standard deviations
 constexpr int steps = 6;
 constexpr double chi_square_95 = 3.841459;  // one degree of freedom
-
-// What the fit made small: residuals, and departures from what is known beforehand.
-double cost_of(const BaseFit& fit) {
-  double cost = fit.squared_error;
-  for (const ParameterEstimate& e : fit.parameters)
-    if (const auto& prior = e.parameter.prior)
-      cost += std::pow((e.value - prior->mean) / prior->deviation, 2);
-  return cost;
-}
 
 // Between two points the square root of the rise is taken as a straight line, which it is for a
 // linear model.
@@ -69,7 +61,7 @@ class Profiler {
         profile.ended = error.what();
         return;
       }
-      const ProfilePoint outer{value, cost_of(near) - cost_of(best_)};
+      const ProfilePoint outer{value, penalised_error(near) - penalised_error(best_)};
       auto& end = profile.interval[side < 0 ? 0 : 1];
       if (!end && outer.rise >= chi_square_95) end = crossing(inner, outer);
       profile.points.push_back(outer);

@@ -6,7 +6,7 @@ import assert from "node:assert/strict";
 import { readFileSync, statSync, writeFileSync } from "node:fs";
 import { accessibilityFaults } from "./accessibility.mjs";
 import { Browser, requireParts } from "./browser.mjs";
-import { Workshop } from "./workshop.mjs";
+import { Workshop, slide } from "./workshop.mjs";
 
 const program = process.argv[2];
 requireParts(program, "report");
@@ -152,17 +152,7 @@ async function comparison(browser) {
 
 /** A slide with a gap that its model lacks, in readings of a few seconds' diagnosis. */
 async function diagnosis(browser) {
-  shop.write("slide.yaml", [
-    "kinetostat: 1",
-    "name: slide",
-    "units: {length: mm, force: N, angle: deg}",
-    "chain_types:",
-    "  arm:",
-    "    - actuator: {name: drive, axis: Tz, stiffness: 1000}",
-    "manipulator: {chain: arm}",
-    "uncertain:",
-    "  - {stiffness: drive}",
-  ]);
+  shop.write("slide.yaml", slide);
   const rows = ["cycle,step,fz"];
   for (let cycle = 1; cycle <= 3; ++cycle)
     [0, 100, 200, 300, 100, 0, -100, -200, -300, -100, 0].forEach((load, k) =>

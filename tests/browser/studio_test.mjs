@@ -9,7 +9,7 @@ import http from "node:http";
 import net from "node:net";
 import { accessibilityFaults } from "./accessibility.mjs";
 import { Browser, requireParts } from "./browser.mjs";
-import { Workshop } from "./workshop.mjs";
+import { Workshop, slide } from "./workshop.mjs";
 
 const program = process.argv[2];
 requireParts(program, "studio");
@@ -17,17 +17,7 @@ const shop = new Workshop(program);
 const run = (...words) => shop.run(...words);
 
 function writeFiles() {
-  shop.write("robot.yaml", [
-    "kinetostat: 1",
-    "name: one joint",
-    "units: {length: mm, force: N, angle: deg}",
-    "chain_types:",
-    "  arm:",
-    "    - actuator: {name: drive, axis: Tz, stiffness: 1000}",
-    "manipulator: {chain: arm}",
-    "uncertain:",
-    "  - {stiffness: drive}",
-  ]);
+  shop.write("robot.yaml", slide);
   const rows = ["cycle,step,fz"];
   for (let cycle = 1; cycle <= 4; ++cycle)
     [0, 100, 200, 300, 200, 100, 0, -100, -200, -300, -200, -100, 0].forEach((load, k) =>

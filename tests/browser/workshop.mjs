@@ -8,6 +8,19 @@ import { fileURLToPath } from "node:url";
 /** The source tree. */
 const root = join(dirname(fileURLToPath(import.meta.url)), "../..");
 
+/** The robot file of one drive that slides. */
+export const slide = [
+  "kinetostat: 1",
+  "name: slide",
+  "units: {length: mm, force: N, angle: deg}",
+  "chain_types:",
+  "  arm:",
+  "    - actuator: {name: drive, axis: Tz, stiffness: 1000}",
+  "manipulator: {chain: arm}",
+  "uncertain:",
+  "  - {stiffness: drive}",
+];
+
 export class Workshop {
   constructor(program) {
     this.program = program;
