@@ -86,12 +86,11 @@ std::vector<Candidate> designs_of(const Candidate& candidate, const vjm::Manipul
   return designs;
 }
 
-// By how much a mark must grow to be seen at all. A usual size is a guess for a machine of usual
-// size; what matters is whether readings could show any.
+// By how much a mark must grow to be seen. A usual size is a guess; an effect ten times as large is
+// rare but real.
 double growth_to_be_seen(double length) {
-  constexpr double seen = 1, most = 1e4, nothing = 1e-7;
-  if (length >= seen || length < nothing) return 1;
-  return std::min(most, std::pow(10, std::ceil(std::log10(seen / length))));
+  constexpr double seen = 1, most = 10;
+  return length >= seen || length < least_visible / most ? 1 : most;
 }
 
 bool has(const vjm::Robot& robot, const vjm::Effect& wanted) {
@@ -275,22 +274,16 @@ std::optional<Signature> Rivals::mark_of(const Predictor& predictor,
   // Whitened residuals are predicted minus measured; so a mark is their change.
   Signature mark{.columns = there->residual - fit.at.residual,
                  .growth = Eigen::RowVectorXd::Constant(1, growth)};
-  const auto add = [&mark](const VectorXd& column, double grown) {
-    const Index k = mark.columns.cols();
-    mark.columns.conservativeResize(Eigen::NoChange, k + 1);
-    mark.growth.conservativeResize(k + 1);
-    mark.columns.col(k) = grown * column;
-    mark.growth[k] = grown;
-  };
   for (Index k = 1; k < count; ++k) {
     if (!usual_values(candidate.effect, k, robot_.without_effects()).empty()) continue;
     const auto i = static_cast<std::size_t>(k);
-    const VectorXd column = candidate.deviations[i] *
-                            there->jacobian.col(static_cast<Index>(unknowns.size()) - count + k);
+    const Index at = mark.columns.cols();
+    mark.columns.conservativeResize(Eigen::NoChange, at + 1);
+    mark.growth.conservativeResize(at + 1);
+    mark.columns.col(at) = candidate.deviations[i] *
+                           there->jacobian.col(static_cast<Index>(unknowns.size()) - count + k);
     // How the effect acts shows as far as the effect itself does.
-    const bool is_shape = candidate.effect.kind->parameters[i].is_shape;
-    add(column, is_shape ? 1 : growth_to_be_seen(column.norm()));
-    if (is_shape) mark.growth[mark.growth.size() - 1] = growth;
+    mark.growth[at] = candidate.effect.kind->parameters[i].is_shape ? growth : 1;
   }
   return mark;
 }
