@@ -7,6 +7,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "kinetostat/calibration/held_out.h"
+
 namespace kinetostat::calibration {
 namespace {
 
@@ -83,6 +85,7 @@ class Posterior {
   VectorXd information() const {
     VectorXd result = VectorXd::Zero(fit_.at.jacobian.cols());
     result(kept_) = precisions();
+    hold_bounds(fit_, result);
     return result;
   }
 

@@ -57,11 +57,19 @@ HeldOutGroups held_out_groups(const Campaign& campaign, const std::vector<Value>
 
 double HeldOut::total() const { return std::accumulate(log_score.begin(), log_score.end(), 0.0); }
 
+void hold_bounds(const BaseFit& fit, VectorXd& information) {
+  constexpr double firmly = 1e12;  // beside what the readings say
+  for (std::size_t k = 0; k < fit.parameters.size(); ++k)
+    if (const auto i = static_cast<Index>(k); fit.parameters[k].hit != BoundHit::none)
+      information[i] += firmly * fit.at.jacobian.col(i).squaredNorm();
+}
+
 VectorXd prior_information(const BaseFit& fit) {
   VectorXd information = VectorXd::Zero(fit.at.jacobian.cols());
   for (std::size_t k = 0; k < fit.parameters.size(); ++k)
     if (const auto& prior = fit.parameters[k].parameter.prior)
       information[static_cast<Index>(k)] = 1 / (prior->deviation * prior->deviation);
+  hold_bounds(fit, information);
   return information;
 }
 

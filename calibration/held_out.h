@@ -24,7 +24,9 @@ struct HeldOut {
   double total() const;
 };
 
-/// Prior precision of each unknown of a fit: 0 for what has no prior.
+/// What a bound holds does not move when readings are left out: precision to match.
+void hold_bounds(const BaseFit& fit, Eigen::VectorXd& information);
+/// Prior precision of each unknown of a fit: 0 for what has no prior and is free.
 Eigen::VectorXd prior_information(const BaseFit& fit);
 
 /// Leaves every group out in turn, by the linear model about the fit: exact for a linear model, one

@@ -174,6 +174,23 @@ Campaign along_loads(int count) {
   return campaign;
 }
 
+// What a bound holds stays there when readings are left out: as if it were no unknown.
+TEST(HeldOut, WhatABoundHoldsDoesNotMove) {
+  constexpr Index n = 24;
+  BaseFit fit;
+  fit.at = {random_matrix(n, 1, 11), random_matrix(n, 2, 12)};
+  fit.parameters.resize(2);
+  fit.parameters[1].hit = BoundHit::lower;
+  fit.parameters[1].parameter.prior = {0, 10};
+  HeldOutGroups groups;
+  for (Index g = 0; g < 6; ++g) groups.members.push_back({4 * g, 4 * g + 1, 4 * g + 2, 4 * g + 3});
+  const HeldOut held = held_out(fit.at, prior_information(fit), groups, 1);
+  const HeldOut without =
+      held_out({fit.at.residual, fit.at.jacobian.col(0)}, VectorXd::Zero(1), groups, 1);
+  EXPECT_NEAR((held.error - without.error).norm(), 0, 1e-8);
+  EXPECT_NEAR(held.total(), without.total(), 1e-8);
+}
+
 TEST(Structure, SeesACurveAndNotNoise) {
   const Campaign campaign = along_loads(60);
   const Structure structure(campaign, values_in_use(campaign));
