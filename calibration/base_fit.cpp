@@ -456,6 +456,13 @@ std::vector<Value> values_in_use(const Campaign& campaign) {
   return values;
 }
 
+VectorXd values_of(const BaseFit& fit) {
+  VectorXd values(static_cast<Index>(fit.parameters.size()));
+  for (std::size_t k = 0; k < fit.parameters.size(); ++k)
+    values[static_cast<Index>(k)] = fit.parameters[k].value;
+  return values;
+}
+
 BaseFit fit_base(const Predictor& predictor, const Campaign& campaign, const Noise& noise,
                  const std::vector<Parameter>& parameters, files::Progress& progress,
                  const BaseFitOptions& options) {

@@ -75,6 +75,9 @@ struct BaseFit {
   Eigen::Index degrees_of_freedom() const { return values - estimated; }
 };
 
+/// Best values of the parameters, in their order.
+Eigen::VectorXd values_of(const BaseFit& fit);
+
 struct BaseFitOptions {
   int max_iterations = 100;
   /// Ends when a step changes the predictions by less than this, relative to the readings.

@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 
-#include <Eigen/QR>
 #include <fmt/format.h>
 
 #include "kinetostat/calibration/evidence.h"
@@ -17,7 +15,6 @@ namespace kinetostat::calibration {
 namespace {
 
 using Eigen::Index;
-using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double significance_of_more = 0.01;  // of a further effect beside one that was found

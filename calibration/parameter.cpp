@@ -58,6 +58,13 @@ Parameter effect_parameter(const std::vector<vjm::Effect>& effects, std::size_t 
       .value = value};
 }
 
+Eigen::VectorXd starts_of(const std::vector<Parameter>& parameters) {
+  Eigen::VectorXd values(static_cast<Eigen::Index>(parameters.size()));
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    values[static_cast<Eigen::Index>(k)] = parameters[k].start;
+  return values;
+}
+
 std::vector<Parameter> uncertain_parameters(const vjm::Robot& robot) {
   std::vector<Parameter> parameters;
   for (const vjm::UncertainStiffness& uncertain : robot.uncertain) {

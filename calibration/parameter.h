@@ -51,6 +51,9 @@ struct Parameter {
 Parameter effect_parameter(const std::vector<vjm::Effect>& effects, std::size_t effect,
                            Eigen::Index value, const vjm::Manipulator& bare);
 
+/// Where a fit of them starts, in their order.
+Eigen::VectorXd starts_of(const std::vector<Parameter>& parameters);
+
 /// What the robot file declares uncertain.
 std::vector<Parameter> uncertain_parameters(const vjm::Robot& robot);
 

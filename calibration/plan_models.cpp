@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "kinetostat/calibration/session_frame.h"
-#include "kinetostat/calibration/wrench_noise.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -19,13 +18,6 @@ using spatial::Vector6;
 constexpr double unknown_width = 1e4;
 // A rival that the readings so far hardly believe in still has to be told from the others.
 constexpr double least_weight = 0.05;
-
-std::vector<vjm::Effect> effects_with(const vjm::Robot& robot,
-                                      const std::vector<Candidate>& added) {
-  std::vector<vjm::Effect> effects = robot.effects;
-  for (const Candidate& candidate : added) effects.push_back(candidate.effect);
-  return effects;
-}
 
 PlanModel model_of(const vjm::Robot& robot, const std::vector<Candidate>& added,
                    const BaseFit& fit) {

@@ -55,13 +55,6 @@ bool is_proportional(const std::vector<Signature>& signatures, std::size_t first
   return (small - ratio * large).norm() < 0.02 * ratio * large.norm();
 }
 
-VectorXd starts_of(const std::vector<Parameter>& parameters) {
-  VectorXd values(static_cast<Index>(parameters.size()));
-  for (std::size_t k = 0; k < parameters.size(); ++k)
-    values[static_cast<Index>(k)] = parameters[k].start;
-  return values;
-}
-
 // What design fixes about a value of an effect; empty when readings must tell it.
 const std::vector<double>& usual_values(const vjm::Effect& effect, Index value,
                                         const vjm::Manipulator& bare) {
@@ -172,6 +165,13 @@ FittedValues fitted_values(const BaseFit& fit, std::size_t first, Index count) {
   return result;
 }
 
+std::vector<vjm::Effect> effects_with(const vjm::Robot& robot,
+                                      const std::vector<Candidate>& added) {
+  std::vector<vjm::Effect> effects = robot.effects;
+  for (const Candidate& candidate : added) effects.push_back(candidate.effect);
+  return effects;
+}
+
 Rivals::Rivals(const vjm::Robot& robot, const Campaign& campaign, const Noise& noise, int threads,
                files::Progress& progress)
     : robot_(robot),
@@ -179,12 +179,6 @@ Rivals::Rivals(const vjm::Robot& robot, const Campaign& campaign, const Noise& n
       noise_(noise),
       predictor_(robot.without_effects(), robot.effects, campaign, threads, progress),
       base_(uncertain_parameters(robot)) {}
-
-std::vector<vjm::Effect> Rivals::effects_with(const std::vector<Candidate>& added) const {
-  std::vector<vjm::Effect> effects = robot_.effects;
-  for (const Candidate& candidate : added) effects.push_back(candidate.effect);
-  return effects;
-}
 
 // What is uncertain anyway, then all values of the added effects.
 std::vector<Parameter> Rivals::parameters(const std::vector<vjm::Effect>& effects,
@@ -221,7 +215,7 @@ std::vector<Parameter> Rivals::parameters(const std::vector<vjm::Effect>& effect
 
 BaseFit Rivals::fit(const std::vector<Candidate>& added, const BaseFit* start,
                     files::Progress& progress) const {
-  const std::vector<vjm::Effect> effects = effects_with(added);
+  const std::vector<vjm::Effect> effects = effects_with(robot_, added);
   std::vector<Parameter> unknowns = parameters(effects, added);
   if (start != nullptr)
     for (std::size_t k = 0; k < base_.size(); ++k) unknowns[k].start = start->parameters[k].value;
@@ -230,7 +224,7 @@ BaseFit Rivals::fit(const std::vector<Candidate>& added, const BaseFit* start,
 
 BaseFit Rivals::fit_held(const std::vector<Candidate>& added, const BaseFit& start,
                          std::size_t held, double value, files::Progress& progress) const {
-  const std::vector<vjm::Effect> effects = effects_with(added);
+  const std::vector<vjm::Effect> effects = effects_with(robot_, added);
   std::vector<Parameter> unknowns = parameters(effects, added);
   for (std::size_t k = 0; k < unknowns.size(); ++k) unknowns[k].start = start.parameters[k].value;
   unknowns[held].start = unknowns[held].lower = unknowns[held].upper = value;
@@ -251,8 +245,8 @@ BaseFit Rivals::fitted(const std::vector<vjm::Effect>& effects,
 double Rivals::error_on(const Campaign& others, const BaseFit& fit,
                         const std::vector<Candidate>& added, files::Progress& progress) const {
   try {
-    const BaseFit predicted =
-        predict_others(predictor_.with_effects(effects_with(added)), others, noise_, fit, progress);
+    const BaseFit predicted = predict_others(predictor_.with_effects(effects_with(robot_, added)),
+                                             others, noise_, fit, progress);
     return std::sqrt(predicted.squared_error / static_cast<double>(predicted.values));
   } catch (const files::NoConvergence&) {
     return std::numeric_limits<double>::quiet_NaN();
@@ -263,7 +257,7 @@ std::optional<Signature> Rivals::mark_of(const Predictor& predictor,
                                          const std::vector<Candidate>& added, double growth,
                                          const BaseFit& fit, files::Progress& progress) const {
   const Candidate& candidate = added.back();
-  const std::vector<Parameter> unknowns = parameters(effects_with(added), added);
+  const std::vector<Parameter> unknowns = parameters(effects_with(robot_, added), added);
   VectorXd values = starts_of(unknowns);
   for (std::size_t k = 0; k < fit.parameters.size(); ++k)
     values[static_cast<Index>(k)] = fit.parameters[k].value;
@@ -324,7 +318,8 @@ Rivals::Marks Rivals::marks_of(const Candidate& candidate, const std::vector<Can
   for (const Candidate& design : designs_of(candidate, robot_.without_effects())) {
     std::vector<Candidate> added = present;
     added.push_back(design);
-    add_marks(predictor_.with_effects(effects_with(added)), design, added, fit, marks, progress);
+    add_marks(predictor_.with_effects(effects_with(robot_, added)), design, added, fit, marks,
+              progress);
   }
   if (!marks.signatures.empty()) marks.failure.clear();
   return marks;

@@ -24,6 +24,9 @@ struct Candidate {
 /// empty: all. A place that stands for several (a joint of each chain) is a candidate beside them.
 std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std::string>& kinds);
 
+/// Those of the robot, then the added ones.
+std::vector<vjm::Effect> effects_with(const vjm::Robot& robot, const std::vector<Candidate>& added);
+
 /// Of an effect that was added to a model.
 struct FittedValues {
   Eigen::VectorXd values, deviations;  // NaN where a bound holds a value
@@ -79,7 +82,6 @@ class Rivals {
   void add_marks(const Predictor& predictor, const Candidate& candidate,
                  std::vector<Candidate> added, const BaseFit& fit, Marks& marks,
                  files::Progress& progress) const;
-  std::vector<vjm::Effect> effects_with(const std::vector<Candidate>& added) const;
 
   const vjm::Robot& robot_;
   const Campaign& campaign_;

@@ -31,20 +31,6 @@ void set_covariance(const Matrix6& covariance, std::size_t reading, Noise& noise
 
 }  // namespace
 
-VectorXd values_of(const BaseFit& fit) {
-  VectorXd values(static_cast<Eigen::Index>(fit.parameters.size()));
-  for (std::size_t k = 0; k < fit.parameters.size(); ++k)
-    values[static_cast<Eigen::Index>(k)] = fit.parameters[k].value;
-  return values;
-}
-
-VectorXd starts_of(const std::vector<Parameter>& parameters) {
-  VectorXd values(static_cast<Eigen::Index>(parameters.size()));
-  for (std::size_t k = 0; k < parameters.size(); ++k)
-    values[static_cast<Eigen::Index>(k)] = parameters[k].start;
-  return values;
-}
-
 Noise with_wrench_noise(const Noise& noise, const Campaign& campaign, const Predictor& predictor,
                         const std::vector<Parameter>& parameters, const VectorXd& values,
                         files::Progress& progress) {

@@ -19,8 +19,4 @@ Noise with_wrench_noise(const Noise& noise, const Campaign& campaign, const Pred
 Noise noise_of(const vjm::Robot& robot, const Campaign& campaign, int threads,
                files::Progress& progress);
 
-/// Values at which a fit ended, or starts.
-Eigen::VectorXd values_of(const BaseFit& fit);
-Eigen::VectorXd starts_of(const std::vector<Parameter>& parameters);
-
 }  // namespace kinetostat::calibration
