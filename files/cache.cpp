@@ -3,7 +3,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <fstream>
+#include <unistd.h>
 #include <vector>
+
+#include <fmt/format.h>
 
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/text_file.h"
@@ -23,6 +27,22 @@ std::optional<std::string> opened(const std::string& bytes) {
   std::string content = bytes.substr(head);
   if (sha256(content) != bytes.substr(magic.size(), digest_size)) return std::nullopt;
   return content;
+}
+
+// Whole or not at all, but not flushed to disk, which takes longer than computing many an entry:
+// one that a crash of the machine cuts short is not sound, and thrown away.
+bool write(const std::filesystem::path& file, const std::string& bytes) {
+  std::error_code error;
+  std::filesystem::create_directories(file.parent_path(), error);
+  const std::filesystem::path temporary =
+      file.parent_path() / fmt::format(".{}.{}.tmp", file.filename().string(), ::getpid());
+  std::ofstream stream(temporary, std::ios::binary);
+  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  stream.close();
+  if (stream) std::filesystem::rename(temporary, file, error);
+  if (stream && !error) return true;
+  std::filesystem::remove(temporary, error);
+  return false;
 }
 
 }  // namespace
@@ -68,12 +88,13 @@ std::optional<std::string> Cache::find(const std::string& key) const {
 
 bool Cache::keep(const std::string& key, const std::string& content) const {
   if (folder_.empty() || content.size() > limit_ / 4) return false;
-  try {
-    write_atomically(entry(key), sealed(content));
-  } catch (const InputError&) {
-    return false;
+  if (!write(entry(key), sealed(content))) return false;
+  // Looking through a large folder takes longer than keeping a small entry.
+  since_room_was_made_ = since_room_was_made_.value_or(limit_) + content.size();
+  if (*since_room_was_made_ > slack()) {
+    make_room();
+    since_room_was_made_ = 0;
   }
-  make_room();
   return true;
 }
 
@@ -104,7 +125,7 @@ void Cache::make_room() const {
   }
   std::sort(all.begin(), all.end(), [](const Kept& a, const Kept& b) { return a.used < b.used; });
   for (const Kept& oldest : all) {
-    if (total <= limit_) break;
+    if (total <= limit_ - slack()) break;
     std::filesystem::remove(oldest.file, error);
     total -= oldest.size;
   }

@@ -24,6 +24,7 @@ class Cache {
 
   /// It may find and keep something.
   bool enabled() const { return !folder_.empty(); }
+  const std::filesystem::path& folder() const { return folder_; }  // empty: there is none
 
   /// What was kept under this key; an entry that is not sound is thrown away.
   std::optional<std::string> find(const std::string& key) const;
@@ -37,10 +38,12 @@ class Cache {
  private:
   std::filesystem::path entry(const std::string& key) const;
   void make_room() const;
+  std::uintmax_t slack() const { return limit_ / 64; }  // room that is made ahead
 
-  std::filesystem::path folder_;  // empty: no cache
+  std::filesystem::path folder_;
   std::uintmax_t limit_ = 0;
   mutable int hits_ = 0;
+  mutable std::optional<std::uintmax_t> since_room_was_made_;  // bytes; empty: never
 };
 
 }  // namespace kinetostat::files
