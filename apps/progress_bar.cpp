@@ -24,6 +24,20 @@ std::string clock_text(double seconds) {
   return h > 0 ? fmt::format("{}:{:02}:{:02}", h, m, s) : fmt::format("{}:{:02}", m, s);
 }
 
+void Pace::add(double seconds, double fraction) {
+  now_ = {seconds, fraction};
+  // A hundredth of the time apart: never many.
+  if (past_.empty() || seconds - past_.back().seconds > 0.01 * seconds) past_.push_back(now_);
+  while (past_.size() > 1 && past_[1].seconds <= seconds / 2) past_.pop_front();
+}
+
+std::optional<double> Pace::left() const {
+  if (now_.seconds < 1 || past_.empty() || now_.fraction >= 1) return std::nullopt;
+  const double gained = now_.fraction - past_.front().fraction;
+  if (!(gained > 0)) return std::nullopt;
+  return (1 - now_.fraction) / gained * (now_.seconds - past_.front().seconds);
+}
+
 ProgressBar::Style ProgressBar::style_for(std::FILE* stream) {
   const char* terminal = std::getenv("TERM");
   const bool dumb = terminal == nullptr || std::string_view(terminal) == "dumb";
@@ -47,7 +61,9 @@ void ProgressBar::show(std::string_view phase, double fraction) {
   if (new_phase) {
     phase_ = phase;
     phase_began_ = now;
+    pace_ = {};
   }
+  pace_.add(std::chrono::duration<double>(now - phase_began_).count(), fraction);
   if (style_ == Style::bar && (new_phase || now - last_shown_ >= redraw_interval)) {
     draw_bar(fraction);
     last_shown_ = now;
@@ -61,24 +77,23 @@ void ProgressBar::show(std::string_view phase, double fraction) {
 void ProgressBar::draw_bar(double fraction) {
   const int filled = static_cast<int>(std::lround(std::clamp(fraction, 0.0, 1.0) * bar_width));
   fmt::print(stream_, "\r\x1b[K{:<28.28} [{:#<{}}{:.<{}}] {:3.0f} %{}", phase_, "", filled, "",
-             bar_width - filled, 100 * fraction, time_left(fraction));
+             bar_width - filled, 100 * fraction, time_left());
   std::fflush(stream_);
   drawn_ = true;
 }
 
 void ProgressBar::print_line(double fraction) {
   if (fraction > 0) {
-    fmt::print(stream_, "{}: {:.0f} %{}\n", phase_, 100 * fraction, time_left(fraction));
+    fmt::print(stream_, "{}: {:.0f} %{}\n", phase_, 100 * fraction, time_left());
   } else {
     fmt::print(stream_, "{}\n", phase_);
   }
   std::fflush(stream_);
 }
 
-std::string ProgressBar::time_left(double fraction) const {
-  const double elapsed = std::chrono::duration<double>(Clock::now() - phase_began_).count();
-  if (elapsed < 1 || fraction <= 0 || fraction >= 1) return {};
-  return fmt::format(", {} left", clock_text(elapsed * (1 - fraction) / fraction));
+std::string ProgressBar::time_left() const {
+  const std::optional<double> seconds = pace_.left();
+  return seconds ? fmt::format(", {} left", clock_text(*seconds)) : "";
 }
 
 }  // namespace kinetostat::apps

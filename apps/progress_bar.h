@@ -3,7 +3,9 @@
 
 #include <chrono>
 #include <cstdio>
+#include <deque>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "kinetostat/files/progress.h"
@@ -12,6 +14,23 @@ namespace kinetostat::apps {
 
 /// "1:05" for 65 s, "2:00:00" for two hours.
 std::string clock_text(double seconds);
+
+/// How fast a computation goes: by the later half of the time that it has had, so that what was
+/// found in a cache at the beginning makes nobody hope that the rest is as quick.
+class Pace {
+ public:
+  /// `fraction` is done after so many seconds; times ascend.
+  void add(double seconds, double fraction);
+  /// Seconds that are left; nothing in the first second, or where nothing moves.
+  std::optional<double> left() const;
+
+ private:
+  struct Moment {
+    double seconds = 0, fraction = 0;
+  };
+  std::deque<Moment> past_;  // from half of the time on, or just before
+  Moment now_;
+};
 
 class ProgressBar : public files::Progress {
  public:
@@ -33,13 +52,14 @@ class ProgressBar : public files::Progress {
   void show(std::string_view phase, double fraction) override;
   void draw_bar(double fraction);
   void print_line(double fraction);
-  std::string time_left(double fraction) const;
+  std::string time_left() const;
 
   std::FILE* stream_;
   Style style_;
   std::mutex mutex_;
   std::string phase_;
   Clock::time_point phase_began_;
+  Pace pace_;
   Clock::time_point last_shown_;
   bool drawn_ = false;
 };
