@@ -25,12 +25,13 @@ int processor_count() {
 }
 
 // The options that decide the result, as (name, value) with defaults filled in. The common ones
-// (threads, files, quiet) change no figure, so they are left out: the same input gives the same
-// bytes on any machine.
+// (threads, files, quiet) and --no-cache change no figure, so they are left out: the same input
+// gives the same bytes on any machine.
 std::vector<std::pair<std::string, std::string>> options_in_effect(const CLI::App& app) {
   std::vector<std::pair<std::string, std::string>> result;
   for (const CLI::Option* option : app.get_options()) {
     if (option->get_group() == common_group || option == app.get_help_ptr()) continue;
+    if (option->get_single_name() == "no-cache") continue;
     const std::string value = option->count() > 0
                                   ? fmt::format("{}", fmt::join(option->results(), " "))
                                   : option->get_default_str();
@@ -258,8 +259,13 @@ void Program::run_action(const Command& command) {
   if (text && !options_.quiet) write(echo(command.info, *command.app));
   ProgressBar progress(streams_.err, options_.quiet ? ProgressBar::Style::none
                                                     : ProgressBar::style_for(streams_.err));
-  Run run(options_, options_json(*command.app), progress,
-          [this](std::string_view said) { write(said); });
+  Run run(
+      options_, options_json(*command.app), progress,
+      [this](std::string_view said) { write(said); },
+      [this, &progress](std::string_view said) {
+        progress.wipe();
+        fmt::print(streams_.err, "kinetostat: {}\n", said);
+      });
   const files::Json result = command.action(run);
   progress.wipe();
   // What an action gives although it was stopped is worth having.

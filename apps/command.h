@@ -59,11 +59,13 @@ struct CommonOptions {
 class Run {
  public:
   Run(const CommonOptions& options, files::Json command_options, files::Progress& progress,
-      std::function<void(std::string_view)> write_now)
+      std::function<void(std::string_view)> write_now,
+      std::function<void(std::string_view)> say_aside)
       : options_(options),
         command_options_(std::move(command_options)),
         progress_(progress),
-        write_now_(std::move(write_now)) {}
+        write_now_(std::move(write_now)),
+        say_aside_(std::move(say_aside)) {}
 
   /// Adds to the report for people, which goes to standard output. The text brings its own line
   /// ends.
@@ -71,6 +73,12 @@ class Run {
 
   /// Goes to standard output at once, for commands that stay.
   void say_now(const std::string& text) const { write_now_(text); }
+  /// Sentences about the run itself, not about its result, which stays the same bytes: they go to
+  /// standard error at once. Remarks are left out with --quiet.
+  void warn(const std::string& sentence) const { say_aside_("warning: " + sentence); }
+  void remark(const std::string& sentence) const {
+    if (!options_.quiet) say_aside_(sentence);
+  }
   /// Whether the result goes into a page; then its pictures are wanted.
   bool wants_page() const { return !options_.html.empty(); }
   /// What charts of the result need and the result itself does not hold.
@@ -106,7 +114,7 @@ class Run {
   const CommonOptions& options_;
   files::Json command_options_;
   files::Progress& progress_;
-  std::function<void(std::string_view)> write_now_;
+  std::function<void(std::string_view)> write_now_, say_aside_;
   std::string report_;
   files::Json picture_;
   std::vector<report::PageResult> page_;

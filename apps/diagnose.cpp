@@ -6,6 +6,7 @@
 #include "kinetostat/apps/command.h"
 #include "kinetostat/apps/commands.h"
 #include "kinetostat/apps/diagnosis_steps.h"
+#include "kinetostat/apps/fit_cache.h"
 #include "kinetostat/calibration/diagnosis.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/text_file.h"
@@ -22,7 +23,7 @@ struct DiagnoseRequest {
   CampaignRequest campaign;
   calibration::DiagnosisOptions options;
   std::string plan;
-  bool profiles = false;
+  bool profiles = false, no_cache = false;
 };
 
 void require_known_kinds(const std::vector<std::string>& kinds, const vjm::Robot& robot) {
@@ -57,7 +58,7 @@ files::Json diagnose(const DiagnoseRequest& request, Run& run) {
   calibration::DiagnosisOptions options = request.options;
   if (request.profiles || run.wants_page()) options.profiles = most_profiles;
   const calibration::Diagnosis diagnosis =
-      calibration::diagnose(robot, campaign, options, run.threads(), run.progress());
+      resumable_diagnosis(robot, campaign, options, request.no_cache, run);
   files::Json json = diagnosis_result(robot, campaign, request.options, diagnosis);
   say_which_robot(robot, campaign, json, run);
   run.print(report::text(robot, campaign, diagnosis));
@@ -75,6 +76,28 @@ files::Json diagnose(const DiagnoseRequest& request, Run& run) {
 }
 
 }  // namespace
+
+calibration::Diagnosis resumable_diagnosis(const vjm::Robot& robot,
+                                           const calibration::Campaign& campaign,
+                                           calibration::DiagnosisOptions options, bool no_cache,
+                                           Run& run) {
+  const files::Cache folder = no_cache ? files::Cache() : files::Cache::of_user();
+  FitCache cache(folder, robot, campaign, run);
+  if (folder.enabled()) options.journal = &cache;
+  try {
+    calibration::Diagnosis diagnosis =
+        calibration::diagnose(robot, campaign, options, run.threads(), run.progress());
+    cache.say_what_was_found();
+    return diagnosis;
+  } catch (const files::Cancelled&) {
+    cache.say_what_is_left();
+    throw;
+  }
+}
+
+void add_no_cache_option(CLI::App& app, bool& no_cache) {
+  app.add_flag("--no-cache", no_cache, "Make all fits anew, and keep none to go on from");
+}
 
 files::Json diagnosis_result(const vjm::Robot& robot, const calibration::Campaign& campaign,
                              const calibration::DiagnosisOptions& options,
@@ -114,6 +137,7 @@ void add_diagnose(Program& program) {
       ->type_name("PLAN.json");
   app.add_flag("--profiles", request->profiles,
                "Likelihood profiles of the fitted values, for --json; pages have them anyway");
+  add_no_cache_option(app, request->no_cache);
   app.add_option("--draws", request->options.draws, "Simulated campaigns of the bootstraps")
       ->capture_default_str()
       ->check(CLI::Range(99, 100000));

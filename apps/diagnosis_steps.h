@@ -3,6 +3,8 @@
 
 #include <filesystem>
 
+#include <CLI/CLI.hpp>
+
 #include "kinetostat/apps/command.h"
 #include "kinetostat/calibration/compare.h"
 #include "kinetostat/calibration/diagnosis.h"
@@ -12,6 +14,13 @@ namespace kinetostat::apps {
 
 /// Likelihood profiles that a page shows.
 inline constexpr std::size_t most_profiles = 12;
+
+/// calibration::diagnose() with what interrupted runs left in the user's cache, unless `no_cache`.
+calibration::Diagnosis resumable_diagnosis(const vjm::Robot& robot,
+                                           const calibration::Campaign& campaign,
+                                           calibration::DiagnosisOptions options, bool no_cache,
+                                           Run& run);
+void add_no_cache_option(CLI::App& app, bool& no_cache);
 
 /// The result of `diagnose`, as `adopt` reads it.
 files::Json diagnosis_result(const vjm::Robot& robot, const calibration::Campaign& campaign,

@@ -8,6 +8,7 @@
 #include "kinetostat/apps/campaign_request.h"
 #include "kinetostat/apps/command.h"
 #include "kinetostat/apps/commands.h"
+#include "kinetostat/apps/diagnosis_steps.h"
 #include "kinetostat/apps/option_values.h"
 #include "kinetostat/apps/pose_list.h"
 #include "kinetostat/files/error.h"
@@ -25,6 +26,7 @@ struct PlanRequest {
   std::vector<std::string> show;
   calibration::PlanOptions options;
   calibration::DiagnosisOptions diagnose;
+  bool no_cache = false;
 };
 
 // A diagnosis is of one robot file and one table of readings.
@@ -52,7 +54,7 @@ files::Json diagnosis_of(const PlanRequest& request, const vjm::Robot& robot,
   if (!request.diagnosis.empty()) return read_diagnosis(request, robot, campaign);
   return report::to_json(
       robot, campaign,
-      calibration::diagnose(robot, campaign, request.diagnose, run.threads(), run.progress()));
+      resumable_diagnosis(robot, campaign, request.diagnose, request.no_cache, run));
 }
 
 calibration::PlanQuestion question_of(const PlanRequest& request, const vjm::Robot& robot,
@@ -157,6 +159,7 @@ void add_plan(Program& program) {
       ->capture_default_str()
       ->check(CLI::Range(99, 100000));
   app.add_option("--seed", request->diagnose.seed, "The same")->capture_default_str();
+  add_no_cache_option(app, request->no_cache);
 }
 
 }  // namespace kinetostat::apps

@@ -2,22 +2,19 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/files/text_file.h"
+#include "kinetostat/apps/this_program.h"
 
 namespace kinetostat::apps {
 namespace {
 
 // Options that change no figure.
-constexpr const char* outputs[] = {"link", "vtu", "deck", "msh", "csv", "matlab", "no-cache"};
+constexpr const char* outputs[] = {"link", "vtu", "deck", "msh", "csv", "matlab"};
 
 std::string options_that_decide(const Run& run) {
   files::Json options = run.options();
   for (const char* name : outputs) options.erase(name);
   return options.dump();
 }
-
-// Another build may compute otherwise, whatever its version says.
-std::string this_program() { return files::sha256(files::read_text("/proc/self/exe")); }
 
 }  // namespace
 

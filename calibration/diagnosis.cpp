@@ -286,13 +286,13 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   if (noise.source == NoiseSource::unknown) return cannot_tell_without_noise();
   Diagnosis d;
   d.noise = noise.source;
-  const Rivals all(robot, given, noise, threads, progress);
+  const Rivals all(robot, given, noise, threads, progress, options.journal);
   Search whole_search(all, tried, options, threads, progress);
   BaseFit fit = all.fit({}, nullptr, progress);
   whole_search.screen({}, fit);
   const Campaign campaign =
       without(given, whole_search.values(), whole_search.outliers(fit), d.set_aside);
-  const Rivals rivals(robot, campaign, noise, threads, progress);
+  const Rivals rivals(robot, campaign, noise, threads, progress, options.journal);
   Search search(rivals, tried, options, threads, progress);
   search.take_marks(whole_search);
   if (!d.set_aside.empty()) fit = rivals.fit({}, &fit, progress);

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/calibration/evidence.h"
+#include "kinetostat/calibration/fit_record.h"
 #include "kinetostat/files/error.h"
 
 namespace kinetostat::calibration {
@@ -173,12 +174,14 @@ std::vector<vjm::Effect> effects_with(const vjm::Robot& robot,
 }
 
 Rivals::Rivals(const vjm::Robot& robot, const Campaign& campaign, const Noise& noise, int threads,
-               files::Progress& progress)
+               files::Progress& progress, FitJournal* journal)
     : robot_(robot),
       campaign_(campaign),
       noise_(noise),
       predictor_(robot.without_effects(), robot.effects, campaign, threads, progress),
-      base_(uncertain_parameters(robot)) {}
+      base_(uncertain_parameters(robot)),
+      journal_(journal),
+      scope_(journal == nullptr ? "" : fit_scope(campaign, noise)) {}
 
 // What is uncertain anyway, then all values of the added effects.
 std::vector<Parameter> Rivals::parameters(const std::vector<vjm::Effect>& effects,
@@ -235,11 +238,26 @@ BaseFit Rivals::fit_held(const std::vector<Candidate>& added, const BaseFit& sta
 BaseFit Rivals::fitted(const std::vector<vjm::Effect>& effects,
                        const std::vector<Parameter>& unknowns, const BaseFit* near,
                        files::Progress& progress) const {
-  return fit_base(predictor_.with_effects(effects), campaign_, noise_, unknowns, progress,
-                  {.max_iterations = 60,
-                   .tolerance = 1e-9,
-                   .near = near == nullptr ? nullptr : &near->model,
-                   .accept_unsettled = unknowns.size() > base_.size()});
+  const Predictions* model = near == nullptr ? nullptr : &near->model;
+  const auto compute = [&] {
+    return fit_base(predictor_.with_effects(effects), campaign_, noise_, unknowns, progress,
+                    {.max_iterations = 60,
+                     .tolerance = 1e-9,
+                     .near = model,
+                     .accept_unsettled = unknowns.size() > base_.size()});
+  };
+  if (journal_ == nullptr) return compute();
+  const std::string key = fit_key(scope_, effects, unknowns, model);
+  if (const auto record = journal_->find(key))
+    if (auto fit = recorded_fit(*record, unknowns)) return *std::move(fit);
+  try {
+    BaseFit fit = compute();
+    journal_->keep(key, record_of(fit));
+    return fit;
+  } catch (const files::NotIdentifiable& failure) {
+    journal_->keep(key, record_of(failure));
+    throw;
+  }
 }
 
 double Rivals::error_on(const Campaign& others, const BaseFit& fit,
@@ -314,6 +332,18 @@ void Rivals::add_marks(const Predictor& predictor, const Candidate& candidate,
 
 Rivals::Marks Rivals::marks_of(const Candidate& candidate, const std::vector<Candidate>& present,
                                const BaseFit& fit, files::Progress& progress) const {
+  if (journal_ == nullptr) return computed_marks(candidate, present, fit, progress);
+  const std::string key = marks_key(scope_, candidate, present, fit);
+  if (const auto record = journal_->find(key))
+    if (auto marks = recorded_marks(*record, candidate)) return *std::move(marks);
+  Marks marks = computed_marks(candidate, present, fit, progress);
+  journal_->keep(key, record_of(marks));
+  return marks;
+}
+
+Rivals::Marks Rivals::computed_marks(const Candidate& candidate,
+                                     const std::vector<Candidate>& present, const BaseFit& fit,
+                                     files::Progress& progress) const {
   Marks marks;
   for (const Candidate& design : designs_of(candidate, robot_.without_effects())) {
     std::vector<Candidate> added = present;

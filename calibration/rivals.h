@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "kinetostat/calibration/base_fit.h"
+#include "kinetostat/calibration/fit_journal.h"
 #include "kinetostat/calibration/residual_space.h"
 
 namespace kinetostat::calibration {
@@ -37,9 +38,10 @@ FittedValues fitted_values(const BaseFit& fit, std::size_t first, Eigen::Index c
 /// A robot, a campaign, and the fits of models with something more.
 class Rivals {
  public:
-  /// Throws what Predictor does. Keeps references.
+  /// Throws what Predictor does. Keeps references. What `journal` (or nullptr) has of fits and
+  /// marks is not computed.
   Rivals(const vjm::Robot& robot, const Campaign& campaign, const Noise& noise, int threads,
-         files::Progress& progress);
+         files::Progress& progress, FitJournal* journal = nullptr);
 
   /// What is fitted under every rival: what the user declared uncertain, zeros and frames.
   BaseFit fit(const std::vector<Candidate>& added, const BaseFit* start,
@@ -73,6 +75,8 @@ class Rivals {
                                     const std::vector<Candidate>& added) const;
   BaseFit fitted(const std::vector<vjm::Effect>& effects, const std::vector<Parameter>& unknowns,
                  const BaseFit* near, files::Progress& progress) const;
+  Marks computed_marks(const Candidate& candidate, const std::vector<Candidate>& present,
+                       const BaseFit& fit, files::Progress& progress) const;
   // Of the last of the added ones, at its values, which are `growth` times usual; nothing where
   // there is no equilibrium.
   std::optional<Signature> mark_of(const Predictor& predictor, const std::vector<Candidate>& added,
@@ -88,6 +92,8 @@ class Rivals {
   const Noise& noise_;
   Predictor predictor_;  // of the robot as it is
   std::vector<Parameter> base_;
+  FitJournal* journal_;
+  std::string scope_;  // of the journal's keys
 };
 
 }  // namespace kinetostat::calibration

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "kinetostat/calibration/fit_journal.h"
 #include "kinetostat/calibration/ranking.h"
 
 namespace kinetostat::calibration {
@@ -13,8 +14,9 @@ struct DiagnosisOptions {
   std::vector<std::string> kinds;  // of effects that are tried; empty: the whole catalogue
   int draws = 500;                 // of the bootstraps
   std::uint64_t seed = 1;
-  std::size_t most_effects = 3;  // that are named one after the other
-  std::size_t profiles = 0;      // most likelihood profiles of the final model
+  std::size_t most_effects = 3;   // that are named one after the other
+  std::size_t profiles = 0;       // most likelihood profiles of the final model
+  FitJournal* journal = nullptr;  // what it has is not computed; it decides nothing
 };
 
 /// Rounds on the same readings with the same candidates. Keeps references.

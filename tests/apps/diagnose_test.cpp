@@ -141,9 +141,9 @@ TEST_F(Diagnose, CannotTellWithoutKnownNoise) {
 
 TEST_F(Diagnose, SameBytesForAnyNumberOfThreads) {
   measure("effects:\n  - {effect: preload, at: x.rho, force: 40 N}\n");
-  diagnose("--threads 1");
+  diagnose("--threads 1 --no-cache");
   const std::string one = files::read_text(working_folder() / "diagnosis.json");
-  diagnose("--threads 2");
+  diagnose("--threads 2 --no-cache");
   EXPECT_EQ(files::read_text(working_folder() / "diagnosis.json"), one);
 }
 

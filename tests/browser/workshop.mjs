@@ -43,6 +43,7 @@ export class Workshop {
   run(...words) {
     return execFileSync(this.program, words, {
       cwd: this.folder,
+      env: { ...process.env, XDG_CACHE_HOME: this.path("cache") },
       encoding: "utf8",
       stdio: ["ignore", "pipe", "pipe"],
     });

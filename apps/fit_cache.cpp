@@ -1,0 +1,61 @@
+#include "kinetostat/apps/fit_cache.h"
+
+#include <fmt/format.h>
+
+#include "kinetostat/apps/this_program.h"
+#include "kinetostat/files/text_file.h"
+
+namespace kinetostat::apps {
+namespace {
+
+std::string scope_of(const vjm::Robot& robot, const calibration::Campaign& campaign) {
+  std::string scope = "fit " + this_program();
+  const auto add = [&scope](const std::filesystem::path& file) {
+    scope += " " + files::sha256(files::read_text(file));
+  };
+  add(robot.file);
+  for (const std::filesystem::path& file : robot.link_files) add(file);
+  add(campaign.file);
+  add(campaign.readings_file);
+  return scope;
+}
+
+}  // namespace
+
+FitCache::FitCache(files::Cache cache, const vjm::Robot& robot,
+                   const calibration::Campaign& campaign, Run& run)
+    : cache_(std::move(cache)),
+      run_(run),
+      scope_(cache_.enabled() ? scope_of(robot, campaign) : "") {}
+
+std::optional<std::string> FitCache::find(const std::string& key) {
+  ++asked_;
+  return cache_.find(scope_ + key);
+}
+
+void FitCache::keep(const std::string& key, const std::string& content) {
+  if (!writable_ || !cache_.enabled()) return;
+  writable_ = cache_.keep(scope_ + key, content);
+  if (writable_) {
+    ++kept_;
+    return;
+  }
+  run_.warn(
+      fmt::format("the cache folder {} cannot be written to, or its disk is full: if this "
+                  "run is interrupted, the next one cannot go on from there",
+                  cache_.folder().string()));
+}
+
+void FitCache::say_what_was_found() const {
+  if (cache_.hits() > 0)
+    run_.remark(fmt::format("{} of {} fits and marks from the cache", cache_.hits(), asked_));
+}
+
+void FitCache::say_what_is_left() const {
+  if (cache_.hits() + kept_ > 0)
+    run_.remark(
+        fmt::format("{} fits and marks are in the cache: ask again, and it goes on from there",
+                    cache_.hits() + kept_));
+}
+
+}  // namespace kinetostat::apps
