@@ -30,14 +30,17 @@ FitCache::FitCache(files::Cache cache, const vjm::Robot& robot,
 
 std::optional<std::string> FitCache::find(const std::string& key) {
   ++asked_;
-  return cache_.find(scope_ + key);
+  std::optional<std::string> content = cache_.find(scope_ + key);
+  // A search may ask for the same twice.
+  found_ += content && !own_.contains(key) ? 1 : 0;
+  return content;
 }
 
 void FitCache::keep(const std::string& key, const std::string& content) {
   if (!writable_ || !cache_.enabled()) return;
   writable_ = cache_.keep(scope_ + key, content);
   if (writable_) {
-    ++kept_;
+    own_.insert(key);
     return;
   }
   run_.warn(
@@ -47,15 +50,15 @@ void FitCache::keep(const std::string& key, const std::string& content) {
 }
 
 void FitCache::say_what_was_found() const {
-  if (cache_.hits() > 0)
-    run_.remark(fmt::format("{} of {} fits and marks from the cache", cache_.hits(), asked_));
+  if (found_ > 0)
+    run_.remark(fmt::format("{} of {} fits and marks from the cache", found_, asked_));
 }
 
 void FitCache::say_what_is_left() const {
-  if (cache_.hits() + kept_ > 0)
-    run_.remark(
-        fmt::format("{} fits and marks are in the cache: ask again, and it goes on from there",
-                    cache_.hits() + kept_));
+  const std::size_t there = own_.size() + static_cast<std::size_t>(found_);
+  if (there > 0)
+    run_.remark(fmt::format(
+        "{} fits and marks are in the cache: ask again, and it goes on from there", there));
 }
 
 }  // namespace kinetostat::apps

@@ -1,6 +1,7 @@
 // The fits and marks of a search for what is missing, kept from one run to the next.
 #pragma once
 
+#include <set>
 #include <string>
 
 #include "kinetostat/apps/command.h"
@@ -32,7 +33,8 @@ class FitCache : public calibration::FitJournal {
   files::Cache cache_;
   Run& run_;
   std::string scope_;
-  int asked_ = 0, kept_ = 0;
+  int asked_ = 0, found_ = 0;
+  std::set<std::string> own_;  // keys of what this run has kept
   bool writable_ = true;
 };
 

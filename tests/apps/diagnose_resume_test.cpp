@@ -90,7 +90,7 @@ TEST_F(DiagnoseResume, TakesWhatIsOfTheSameInput) {
   EXPECT_THAT(other.err, Not(HasSubstr("from the cache")));
 }
 
-TEST_F(DiagnoseResume, PlanTakesTheFitsOfADiagnosis) {
+TEST_F(DiagnoseResume, PlanTakesTheFitsOfDiagnose) {
   kinetostat(command + " --draws 99");
   const std::size_t kept = entries().size();
   const Outcome plan =
@@ -118,7 +118,7 @@ TEST_F(DiagnoseResume, DamagedEntriesAreComputedAnew) {
   EXPECT_EQ(bytes(), expected);
 }
 
-TEST_F(DiagnoseResume, AFolderThatCannotBeWrittenIsSaidOnceAndDoesNoHarm) {
+TEST_F(DiagnoseResume, FolderThatCannotBeWrittenIsSaidOnceAndDoesNoHarm) {
   kinetostat(command);
   const std::string expected = bytes();
   std::ofstream(working_folder() / "no_folder") << "a file";

@@ -60,7 +60,7 @@ class FitJournalTest : public testing::Test {
       robot_.manipulator);
 };
 
-TEST_F(FitJournalTest, StoppedAfterEachStepASearchGoesOnAndEndsWithTheSameBytes) {
+TEST_F(FitJournalTest, StoppedAfterEveryOtherStepItGoesOnAndEndsWithTheSameBytes) {
   const std::string never_stopped = diagnosed(nullptr);
   Memory whole;
   EXPECT_EQ(diagnosed(&whole), never_stopped);
