@@ -80,7 +80,7 @@ class Members {
     bool there = value.has_value();
     one(there);
     if (!there) return;
-    if (!value) value.emplace();
+    if (!value) value = T{};
     one(*value);
   }
   template <class Matrix>
