@@ -163,6 +163,17 @@ std::vector<vjm::Conditions> conditions_of(const Campaign& campaign) {
         result.back().covariates.emplace(c.name, value);
     }
   }
+  std::map<std::pair<std::size_t, std::string>, double> cycle_start;
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+    const Reading& r = campaign.readings[i];
+    const auto [found, fresh] = cycle_start.emplace(std::pair(r.session, r.cycle), result[i].time);
+    if (!fresh) found->second = std::min(found->second, result[i].time);
+  }
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+    const Reading& r = campaign.readings[i];
+    result[i].time_in_cycle =
+        result[i].time - (r.cycle.empty() ? 0 : cycle_start.at({r.session, r.cycle}));
+  }
   for (const std::vector<std::size_t>& stretch : stretches_of(campaign))
     for (std::size_t k = 1; k < stretch.size(); ++k)
       result[stretch[k]].elapsed =
@@ -172,7 +183,7 @@ std::vector<vjm::Conditions> conditions_of(const Campaign& campaign) {
 
 // In differences a reading counts from the state without load when its session began.
 vjm::Conditions without_load(vjm::Conditions conditions) {
-  conditions.time = conditions.elapsed = 0;
+  conditions.time = conditions.time_in_cycle = conditions.elapsed = 0;
   return conditions;
 }
 

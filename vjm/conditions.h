@@ -10,6 +10,7 @@ namespace kinetostat::vjm {
 /// Neutral by default: nothing that varies with them then acts.
 struct Conditions {
   double time = 0;                    // since the first reading of the session [s]
+  double time_in_cycle = 0;           // since that of the cycle; without cycles the same [s]
   double elapsed = 0;                 // since the reading before in the same cycle [s]
   std::optional<double> temperature;  // as read [K or degC: what `reference` of an effect is in]
   std::string session, setting;

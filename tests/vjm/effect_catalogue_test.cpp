@@ -32,6 +32,7 @@ std::vector<Step> random_path(const Bench& bench, Random& random, int length) {
                        .moment = random.vector(bench.moment),
                        .point_on_platform = random.vector(0.05)}};
     step.conditions.time = time + 30;
+    step.conditions.time_in_cycle = time;
     step.conditions.elapsed = elapsed;
     step.conditions.temperature = random.uniform(15, 35);
     path.push_back(step);

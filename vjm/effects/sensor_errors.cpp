@@ -4,28 +4,51 @@
 namespace kinetostat::vjm::effects {
 namespace {
 
-// A displacement of all that is read: fixed, or in proportion to time.
-class SensorDisplacement : public EffectKind {
+// A displacement of all that is read.
+class SensorFrame : public EffectKind {
  public:
-  explicit SensorDisplacement(bool drifts) { varies = drifts; }
+  void add_to(ReadingErrors& errors, const EffectInput& input) const override {
+    errors.sensor += input.values;
+  }
+  ReadingErrors tangent(Eigen::Index value, const EffectInput&) const override {
+    ReadingErrors tangent = ReadingErrors::tangent();
+    tangent.sensor = spatial::Vector6::Unit(value);
+    return tangent;
+  }
+};
+
+// The same in proportion to time.
+class SessionDrift : public EffectKind {
+ public:
+  SessionDrift() { varies = true; }
 
   void add_to(ReadingErrors& errors, const EffectInput& input) const override {
-    errors.sensor += amount(input) * input.values;
+    errors.sensor += seconds(input) * input.values.head<6>();
   }
   ReadingErrors tangent(Eigen::Index value, const EffectInput& input) const override {
     ReadingErrors tangent = ReadingErrors::tangent();
-    tangent.sensor = amount(input) * spatial::Vector6::Unit(value);
+    if (value == each_cycle)
+      tangent.sensor = -before_the_cycle(input) * input.values.head<6>();
+    else
+      tangent.sensor = seconds(input) * spatial::Vector6::Unit(value);
     return tangent;
   }
 
+  static constexpr Eigen::Index each_cycle = 6;
+
  private:
-  double amount(const EffectInput& input) const { return varies ? input.conditions.time : 1; }
+  static double before_the_cycle(const EffectInput& input) {
+    return input.conditions.time - input.conditions.time_in_cycle;
+  }
+  static double seconds(const EffectInput& input) {
+    return input.conditions.time - input.values[each_cycle] * before_the_cycle(input);
+  }
 };
 
 }  // namespace
 
 Kind sensor_frame() {
-  auto kind = std::make_shared<SensorDisplacement>(false);
+  auto kind = std::make_shared<SensorFrame>();
   kind->name = "sensor_frame";
   kind->summary = "the frame in which displacements are read is displaced";
   kind->law = "read pose = [exp(r), t] pose with t = [x, y, z], r = [rx, ry, rz], base axes";
@@ -41,19 +64,27 @@ Kind sensor_frame() {
 }
 
 Kind session_drift() {
-  auto kind = std::make_shared<SensorDisplacement>(true);
+  auto kind = std::make_shared<SessionDrift>();
   kind->name = "session_drift";
-  kind->summary = "readings drift with the time since their session began";
-  kind->law = "read pose = [exp(r t), v t] pose, v = [x, y, z], r = [rx, ry, rz] per time";
+  kind->summary = "readings drift with the time since they were zeroed";
+  kind->law =
+      "read pose = [exp(r t), v t] pose, v = [x, y, z], r = [rx, ry, rz] per time; t since the "
+      "session began, or with each_cycle = 1 the load cycle";
   kind->source = "drift of an instrument: ISO 230-3, environmental temperature variation error";
-  kind->signature = "residuals grow in proportion to time in each session, whatever the load";
+  kind->signature =
+      "residuals grow in proportion to time in each session or cycle, whatever the load";
   kind->confuser =
       "sensor_frame, in one short session; thermal_expansion, when the temperature follows time";
   kind->place = EffectPlace::sensor;
   for (const char* axis : {"x", "y", "z"})
-    kind->parameters.push_back(optional_parameter(axis, {.length = 1, .time = -1}, 1, 3e-9));
+    kind->parameters.push_back(optional_parameter(axis, {.length = 1, .time = -1}, 1, 1e-8));
   for (const char* axis : {"rx", "ry", "rz"})
-    kind->parameters.push_back(optional_parameter(axis, {.time = -1, .angle = 1}, 1, 3e-9));
+    kind->parameters.push_back(optional_parameter(axis, {.time = -1, .angle = 1}, 1, 1e-8));
+  EffectParameter each_cycle = optional_parameter("each_cycle", spatial::dimension::none, 1, 1);
+  each_cycle.lower = 0;
+  each_cycle.is_shape = true;
+  each_cycle.usual_linear = each_cycle.usual_angular = {0, 1};
+  kind->parameters.push_back(std::move(each_cycle));
   return kind;
 }
 
