@@ -1,4 +1,5 @@
 // kinetostat diagnose: which physical effect is missing from a model?
+#include <algorithm>
 #include <memory>
 #include <optional>
 
@@ -22,18 +23,33 @@ namespace {
 struct DiagnoseRequest {
   CampaignRequest campaign;
   calibration::DiagnosisOptions options;
+  std::vector<std::string> without;
   std::string plan;
   bool profiles = false, no_cache = false;
 };
 
-void require_known_kinds(const std::vector<std::string>& kinds, const vjm::Robot& robot) {
+void require_known_kinds(const char* option, const std::vector<std::string>& kinds,
+                         const vjm::Robot& robot) {
   for (const std::string& kind : kinds) {
     try {
       (void)vjm::effect_kind(kind, robot.kinds());
     } catch (const std::invalid_argument& error) {
-      throw UsageError("--effects", error.what(), "'kinetostat effect list ROBOT.yaml' names them");
+      throw UsageError(option, error.what(), "'kinetostat effect list ROBOT.yaml' names them");
     }
   }
+}
+
+// Kinds to try; none stands for all of them.
+std::vector<std::string> kinds_to_try(const DiagnoseRequest& request, const vjm::Robot& robot) {
+  require_known_kinds("--effects", request.options.kinds, robot);
+  require_known_kinds("--without", request.without, robot);
+  if (request.without.empty()) return request.options.kinds;
+  std::vector<std::string> kinds;
+  for (const auto& kind : robot.kinds())
+    if (std::find(request.without.begin(), request.without.end(), kind->name) ==
+        request.without.end())
+      kinds.push_back(kind->name);
+  return kinds;
 }
 
 // The comparisons that the charts show, each made once.
@@ -53,9 +69,9 @@ void draw(const vjm::Robot& robot, const calibration::Campaign& campaign,
 
 files::Json diagnose(const DiagnoseRequest& request, Run& run) {
   const vjm::Robot robot = request.campaign.read_robot();
-  require_known_kinds(request.options.kinds, robot);
-  const calibration::Campaign campaign = request.campaign.read_campaign(robot);
   calibration::DiagnosisOptions options = request.options;
+  options.kinds = kinds_to_try(request, robot);
+  const calibration::Campaign campaign = request.campaign.read_campaign(robot);
   if (request.profiles || run.wants_page()) options.profiles = most_profiles;
   const calibration::Diagnosis diagnosis =
       resumable_diagnosis(robot, campaign, options, request.no_cache, run);
@@ -132,6 +148,10 @@ void add_diagnose(Program& program) {
                  "Effects to try (default: the whole catalogue; see 'effect list')")
       ->delimiter(',')
       ->type_name("NAMES");
+  app.add_option("--without", request->without, "Effects not to try")
+      ->delimiter(',')
+      ->type_name("NAMES")
+      ->excludes("--effects");
   app.add_option("--plan", request->plan,
                  "Score the plan (from 'plan --json') that some of the readings follow")
       ->type_name("PLAN.json");

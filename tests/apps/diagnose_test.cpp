@@ -149,9 +149,12 @@ TEST_F(Diagnose, SameBytesForAnyNumberOfThreads) {
 
 TEST_F(Diagnose, MistakesAreNamed) {
   measure("");
-  const Outcome typo = kinetostat("diagnose shown.yaml campaign/campaign.yaml --effects clearence");
-  EXPECT_EQ(typo.code, 2);
-  EXPECT_THAT(typo.err, HasSubstr("did you mean 'clearance'"));
+  for (const char* option : {"--effects", "--without"}) {
+    const Outcome typo =
+        kinetostat(fmt::format("diagnose shown.yaml campaign/campaign.yaml {} clearence", option));
+    EXPECT_EQ(typo.code, 2);
+    EXPECT_THAT(typo.err, HasSubstr("did you mean 'clearance'"));
+  }
   files::write_atomically(working_folder() / "no.json", "{}");
   EXPECT_EQ(kinetostat("adopt shown.yaml no.json").code, 3);
 }

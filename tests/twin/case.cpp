@@ -135,6 +135,12 @@ std::vector<Case> suite() {
       add("blind", menu, "friction_one_way",
           {{{"friction", menu.effects[0].at, one_way_friction(menu.robot)}, 0}}, "one_way");
     }
+    // In the catalogue, but not tried: the scorer takes it out for the run.
+    for (const Menu& menu : menus())
+      for (const HiddenEffect& effect : menu.effects)
+        if (effect.name == "creep")
+          for (const double d : {8., 15.})
+            add("outside", menu, fmt::format("creep_d{:g}", d), {{effect, d}});
   }
   return cases;
 }
