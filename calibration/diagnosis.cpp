@@ -32,16 +32,19 @@ double times_usual(const Rival& rival) {
   return most;
 }
 
-// What passes the gate and helps to predict readings that it has not seen. What comes beside an
-// effect may be what that one's law does not get quite right, so it must stand out further.
+// What passes the gate, and helps to predict readings that it has not seen or is far more probable
+// than that nothing is missing. What comes beside an effect may be what that one's law does not get
+// quite right, so it must do both, and stand out further.
 bool is_found(const DiagnosisStep& step) {
   const bool first = step.beside.empty();
   if (step.gate.p_value > (first ? significance_level : significance_of_more)) return false;
   if (step.indistinguishable.empty()) return false;
   const RivalFit& best = *step.ranking[0].fit;
   if (times_usual(step.ranking[0]) > absurd) return false;
-  return best.log_score_gain > best.log_score_deviation &&
-         (first || best.told_apart >= told_apart_from);
+  const bool predicts = best.log_score_gain > best.log_score_deviation;
+  const bool probable = best.log_evidence - step.log_evidence_without > doubtful;
+  if (first) return predicts || probable;
+  return predicts && probable && best.told_apart >= told_apart_from;
 }
 
 FoundEffect found_effect(const DiagnosisStep& step) {
@@ -49,7 +52,8 @@ FoundEffect found_effect(const DiagnosisStep& step) {
   FoundEffect found{.candidate = best.candidate,
                     .deviations = best.fit->deviations,
                     .probability = best.fit->probability,
-                    .gate_p_value = step.gate.p_value};
+                    .gate_p_value = step.gate.p_value,
+                    .log_prior = best.fit->log_prior};
   found.candidate.effect.values = best.fit->values;
   for (std::size_t i = 1; i < step.indistinguishable.size(); ++i)
     found.instead.push_back(step.ranking[step.indistinguishable[i]].candidate.name());
@@ -115,6 +119,17 @@ void doubt_friction(const Campaign& campaign, Diagnosis& d) {
   }
 }
 
+// Of all that was found over the free-form rival in its place: log evidence.
+double above_free_form(const BaseFit& without, const std::vector<BaseFit>& alone,
+                       const BaseFit& together, const FreeForm& free_form, const Diagnosis& d,
+                       FreeFormEvidence& instead) {
+  const double temper = std::max(common_temper(without, alone), temper_of(together));
+  instead = free_form.evidence({-without.at.residual, without.at.jacobian}, temper);
+  double prior = 0;
+  for (const FoundEffect& found : d.found) prior += found.log_prior;
+  return evidence(together, temper).log + prior - evidence(without, temper).log - instead.log;
+}
+
 // Values and deviations of all that was found, from the fit that has all of it.
 void take_values(const BaseFit& fit, std::vector<FoundEffect>& found) {
   std::size_t at = fit.parameters.size();
@@ -178,8 +193,7 @@ std::string absurd_explanation(const Diagnosis& d) {
 }
 
 void judge(Diagnosis& d) {
-  const bool misfit = d.after && d.after->p_value < 1e-3;
-  const bool structure_left = d.structure.p_value < 0.01;
+  const bool structure_left = d.left.p_value() < structure_level;
   const double before = excess(d.before);
   const double share_left = before > 0 ? std::max(0.0, excess(d.after)) / before : 0;
   if (d.found.empty()) {
@@ -194,10 +208,11 @@ void judge(Diagnosis& d) {
       d.verdict = Verdict::no_effect_needed;
     return;
   }
-  if (misfit && structure_left && share_left > unexplained_share)
+  const bool unlike_any = d.above_free_form < beaten_by_free_form;
+  if (unlike_any || (structure_left && share_left > unexplained_share))
     d.verdict = Verdict::none_of_the_above;
   else
-    d.verdict = d.ambiguous.size() > 1 ? Verdict::ambiguous : Verdict::named_effect;
+    d.verdict = d.ambiguous.empty() ? Verdict::named_effect : Verdict::ambiguous;
 }
 
 // A model that grows by one effect after the other.
@@ -205,6 +220,7 @@ struct Model {
   std::vector<Candidate> present;
   BaseFit fit;
   std::vector<BaseFit> alone;  // of models with one effect, in the order of the first ranking
+  BaseFit without;             // of the model before anything was added
 };
 
 using AddStage = std::function<void(const std::string& name, const BaseFit& fit,
@@ -244,9 +260,39 @@ void weigh_again(const Rivals& rivals, Search& search, const Model& model,
   }
 }
 
+// Two effects that hide one another: neither passes alone, each does beside the other.
+void find_masked_pair(const Rivals& rivals, Search& search, const AddStage& add_stage,
+                      files::Progress& progress, Model& model, Diagnosis& d) {
+  for (std::vector<Candidate> pair : search.masked_pairs(model.fit)) {
+    const std::optional<BaseFit> both = fit_if_possible(rivals, pair, model.fit, progress);
+    if (!both) continue;
+    std::vector<DiagnosisStep> steps;
+    std::vector<FoundEffect> found;
+    for (const Candidate& other : {pair[1], pair[0]}) {
+      const std::optional<BaseFit> beside = fit_if_possible(rivals, {other}, *both, progress);
+      if (!beside) break;
+      search.screen({other}, *beside);
+      std::vector<BaseFit> fits;
+      steps.push_back(search.step({other}, *beside, fits));
+      if (!is_found(steps.back())) break;
+      found.push_back(found_effect(steps.back()));
+    }
+    if (found.size() < 2 || found[0].candidate.name() != pair[0].name() ||
+        found[1].candidate.name() != pair[1].name())
+      continue;
+    d.steps.insert(d.steps.end(), steps.begin(), steps.end());
+    d.found = std::move(found);
+    model.present = std::move(pair);
+    model.fit = *both;
+    add_stage(fmt::format("+ {} + {}", model.present[0].name(), model.present[1].name()), model.fit,
+              model.present);
+    return;
+  }
+}
+
 void list_ambiguous(Diagnosis& d) {
   for (const FoundEffect& found : d.found) {
-    if (found.instead.empty()) continue;
+    if (found.instead.empty() && !d.or_something_else) continue;
     d.ambiguous.push_back(found.candidate.name());
     d.ambiguous.insert(d.ambiguous.end(), found.instead.begin(), found.instead.end());
   }
@@ -296,7 +342,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   Search search(rivals, tried, options, threads, progress);
   search.take_marks(whole_search);
   if (!d.set_aside.empty()) fit = rivals.fit({}, &fit, progress);
-  const Structure structure(campaign, search.values());
+  search.prepare_free_form(fit);
   d.before = test_of(fit, noise.source);
   d.weak = fit.weak;
   d.held_out = search.groups().what;
@@ -313,17 +359,25 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
     add_stage("as designed", fit_base(predictor, campaign, noise, {}, progress), {});
   }
   if (!fit.parameters.empty()) add_stage("refitted", fit, {});
-  Model model{.present = {}, .fit = std::move(fit), .alone = {}};
+  Model model{.present = {}, .fit = fit, .alone = {}, .without = std::move(fit)};
   add_effects(search, options, add_stage, model, d);
-  weigh_again(rivals, search, model, progress, d);
+  if (d.found.empty() && d.steps[0].gate.p_value > significance_level)
+    find_masked_pair(rivals, search, add_stage, progress, model, d);
+  else
+    weigh_again(rivals, search, model, progress, d);
   if (model.present.size() > 1) doubt_beside_one(model.alone, d.steps[0], model.fit, d.found);
+  if (!d.found.empty()) {
+    d.above_free_form =
+        above_free_form(model.without, model.alone, model.fit, search.free_form(), d, d.free_form);
+    d.or_something_else = d.above_free_form < doubtful_beside_free_form;
+  }
   take_values(model.fit, d.found);
   doubt_friction(campaign, d);
   list_ambiguous(d);
   d.waterfall.push_back(noise_floor(search.values(), noise));
   d.after = test_of(model.fit, noise.source);
-  d.structure = structure_test(structure, {-model.fit.at.residual, model.fit.at.jacobian},
-                               options.draws, options.seed, threads);
+  d.left = search.free_form().evidence({-model.fit.at.residual, model.fit.at.jacobian},
+                                       temper_of(model.fit));
   judge(d);
   if (options.profiles > 0)
     d.profiles = profiles(rivals, model.present, model.fit, options.profiles, progress);

@@ -4,13 +4,15 @@
 #include <string>
 #include <vector>
 
+#include "kinetostat/calibration/free_form.h"
 #include "kinetostat/calibration/goodness_of_fit.h"
 #include "kinetostat/calibration/profile.h"
 #include "kinetostat/calibration/search.h"
-#include "kinetostat/calibration/structure.h"
 #include "kinetostat/calibration/waterfall.h"
 
 namespace kinetostat::calibration {
+
+inline constexpr double structure_level = 0.01;  // of an error without a form, in what is left
 
 enum class Verdict { no_effect_needed, named_effect, ambiguous, none_of_the_above, cannot_tell };
 std::string to_string(Verdict verdict);
@@ -21,6 +23,7 @@ struct FoundEffect {
   Eigen::VectorXd deviations;
   double probability = 0;  // among the rivals, beside the other effects that were found
   double gate_p_value = 1;
+  double log_prior = 0;                   // of kind and place
   std::vector<std::string> instead = {};  // what it may be instead
 };
 
@@ -34,7 +37,11 @@ struct Diagnosis {
   std::vector<std::string> weak;  // combinations that the base fit hardly knows
   NoiseSource noise = NoiseSource::unknown;
   std::optional<ChiSquareTest> before, after;  // of the base fit, and with what was found
-  StructureTest structure;                     // of what is left at the end
+  /// Of an error without a form of its own: instead of what was found, and in what is left then.
+  FreeFormEvidence free_form, left;
+  /// Log evidence of all that was found over that of the free-form rival instead.
+  double above_free_form = 0;
+  bool or_something_else = false;  // that the catalogue lacks, may be what is missing
   std::vector<WaterfallStage> waterfall;
   std::string held_out;  // what was left out together: "configurations"
   std::vector<Profile> profiles;

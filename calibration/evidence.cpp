@@ -37,9 +37,8 @@ class Posterior {
     const auto n = static_cast<Index>(kept_.size());
     const MatrixXd j = fit.at.jacobian(Eigen::all, kept_);
     curvature_ = temper * j.transpose() * j;
-    force_ = -temper * j.transpose() * fit.at.residual;
     distance_ = deviation_ = VectorXd::Zero(n);
-    scales_ = VectorXd::Ones(n);
+    scales_ = fitted_ = VectorXd::Ones(n);
     group_.assign(kept_.size(), -1);
     for (Index i = 0; i < n; ++i) {
       const auto p = static_cast<std::size_t>(kept_[static_cast<std::size_t>(i)]);
@@ -49,6 +48,11 @@ class Posterior {
           deviation_[i] > 0 ? 1 / (widest_prior * widest_prior * deviation_[i] * deviation_[i]) : 0;
       lengths_.push_back(std::sqrt(std::max(1e-300, curvature_(i, i) + widest)));
     }
+    // At the best values the readings pull as much as the priors of the fit hold back. Read off
+    // the priors, so that a fit that still moves is not credited with where it might have gone.
+    scales_ = fitted_;
+    force_ = temper * precisions().cwiseProduct(distance_);
+    scales_.setOnes();
   }
 
   std::set<int> groups() const {
@@ -97,7 +101,10 @@ class Posterior {
     distance_[i] = estimate.value - prior->mean;
     group_[static_cast<std::size_t>(i)] = prior->group;
     const Parameter& parameter = estimate.parameter;
-    if (prior->group >= 0) deviation_[i] /= widest_prior;
+    if (prior->group >= 0) {
+      deviation_[i] /= widest_prior;
+      fitted_[i] = widest_prior;
+    }
     // The range ends where the law has become another one, or absurd.
     const bool at_end = estimate.value == parameter.lower || estimate.value == parameter.upper;
     if (at_end && estimate.value != prior->mean) fixed_ -= at_bound;
@@ -118,6 +125,7 @@ class Posterior {
   MatrixXd curvature_;
   VectorXd force_;                          // minus the gradient without priors
   VectorXd distance_, deviation_, scales_;  // from the mean, usual width, times which
+  VectorXd fitted_;                         // times which it was fitted with
   std::vector<double> lengths_;
   std::vector<int> group_;
 };
@@ -127,14 +135,14 @@ const std::vector<double>& scales() {
   return all;
 }
 
+}  // namespace
+
 double log_mean_exp(const std::vector<double>& logs) {
   const double largest = *std::max_element(logs.begin(), logs.end());
   double sum = 0;
   for (const double x : logs) sum += std::exp(x - largest);
   return largest + std::log(sum / static_cast<double>(logs.size()));
 }
-
-}  // namespace
 
 double temper_of(const BaseFit& fit) {
   const auto freedom = static_cast<double>(std::max<Index>(1, fit.degrees_of_freedom()));

@@ -29,4 +29,7 @@ struct Evidence {
 /// Molina, Clyde and Berger, Mixtures of g priors, 2008).
 Evidence evidence(const BaseFit& fit, double temper);
 
+/// Logarithm of the mean of what the logarithms stand for.
+double log_mean_exp(const std::vector<double>& logs);
+
 }  // namespace kinetostat::calibration

@@ -21,17 +21,17 @@ std::pair<double, std::size_t> largest_surprise(const Screen& screen,
 
 }  // namespace
 
-Gate gate(const Screen& screen, const ResidualSpace& space, double level, int draws,
-          std::uint64_t seed, int threads) {
+Gate gate_of(const LargestScore& largest, const ResidualSpace& space, double level, int draws,
+             std::uint64_t seed, int threads) {
   Gate result{.draws = draws};
-  std::tie(result.largest, result.where) = largest_surprise(screen, space.residual());
+  std::tie(result.largest, result.where) = largest(space.residual());
   std::vector<double> simulated(static_cast<std::size_t>(draws));
   files::Progress silent;
   files::parallel_for(simulated.size(), threads, "", silent, [&](std::size_t d) {
     Normal normal(seed + d);
     Eigen::VectorXd noise(space.residual().size());
     for (double& x : noise) x = normal();
-    simulated[d] = largest_surprise(screen, space.left_of(noise)).first;
+    simulated[d] = largest(space.left_of(noise)).first;
   });
   std::sort(simulated.begin(), simulated.end());
   const auto above =
@@ -41,6 +41,13 @@ Gate gate(const Screen& screen, const ResidualSpace& space, double level, int dr
       std::min<double>(draws - 1, std::ceil((1 - level) * (draws + 1)) - 1));
   result.critical = simulated[rank];
   return result;
+}
+
+Gate gate(const Screen& screen, const ResidualSpace& space, double level, int draws,
+          std::uint64_t seed, int threads) {
+  return gate_of(
+      [&](const Eigen::VectorXd& residual) { return largest_surprise(screen, residual); }, space,
+      level, draws, seed, threads);
 }
 
 }  // namespace kinetostat::calibration

@@ -39,6 +39,7 @@ class Questioner {
       question.present.pop_back();  // it is one of the suspects
       for (const Json& name : diagnosis_.at("ambiguous"))
         question.suspects.push_back(suspect(name.get<std::string>()));
+      question.perhaps_nothing = question.suspects.size() == 1;
     } else if (is(Verdict::none_of_the_above)) {
       if (!question.present.empty()) question.present.pop_back();
       add_nearest(question);

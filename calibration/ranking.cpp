@@ -12,13 +12,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-double common_temper(const BaseFit& without, const std::vector<BaseFit>& fits) {
-  double temper = temper_of(without);
-  for (const BaseFit& fit : fits)
-    if (fit.values > 0) temper = std::max(temper, temper_of(fit));
-  return temper;
-}
-
 // Gain of the held-out score, and its standard error.
 void score(const HeldOut& plain, const HeldOut& with, RivalFit& fit) {
   fit.log_score_gain = with.total() - plain.total();
@@ -43,12 +36,18 @@ RivalFit rival_fit(const BaseFit& full, Index count, double temper, const HeldOu
   return fit;
 }
 
-void share_probability(double best_evidence, DiagnosisStep& step) {
-  double sum = 0;
+void share_probability(DiagnosisStep& step) {
+  const double free_form = step.log_evidence_without + step.free_form.log;
+  double most = free_form, sum = 0;
   for (const Rival& rival : step.ranking)
-    if (rival.fit) sum += std::exp(rival.fit->log_evidence - best_evidence);
+    if (rival.fit) most = std::max(most, rival.fit->log_evidence);
+  const auto share = [&](double log) { return std::exp(learning_rate * (log - most)); };
+  sum += share(free_form);
+  for (const Rival& rival : step.ranking)
+    if (rival.fit) sum += share(rival.fit->log_evidence);
+  step.free_form_probability = share(free_form) / sum;
   for (Rival& rival : step.ranking)
-    if (rival.fit) rival.fit->probability = std::exp(rival.fit->log_evidence - best_evidence) / sum;
+    if (rival.fit) rival.fit->probability = share(rival.fit->log_evidence) / sum;
 }
 
 // What of the mark of one the others cannot imitate.
@@ -64,13 +63,13 @@ void tell_apart(const BaseFit& without, const std::vector<BaseFit>& fits, std::s
                           .norm();
 }
 
-// Every kind is as likely as the others, and so is each of its places.
+// Every kind is as likely as the others, and so are its places, and its designs at each.
 double log_prior(const DiagnosisStep& step, const Rival& rival) {
   const auto places =
       std::count_if(step.ranking.begin(), step.ranking.end(), [&](const Rival& other) {
         return other.candidate.effect.kind == rival.candidate.effect.kind;
       });
-  return -std::log(static_cast<double>(places));
+  return -std::log(static_cast<double>(places) * static_cast<double>(rival.candidate.designs));
 }
 
 // The most probable first.
@@ -111,21 +110,32 @@ std::vector<std::size_t> indistinguishable(const DiagnosisStep& step) {
 
 }  // namespace
 
+double common_temper(const BaseFit& without, const std::vector<BaseFit>& fits) {
+  double temper = temper_of(without);
+  for (const BaseFit& fit : fits)
+    if (fit.values > 0) temper = std::max(temper, temper_of(fit));
+  return temper;
+}
+
 std::size_t weigh(const BaseFit& without, const std::vector<BaseFit>& fits,
-                  const HeldOutGroups& groups, DiagnosisStep& step) {
+                  const HeldOutGroups& groups, const FreeForm& free_form, DiagnosisStep& step) {
   const double temper = common_temper(without, fits);
-  const HeldOut plain = held_out(without.at, evidence(without, temper).information, groups, temper);
+  const Evidence known = evidence(without, temper);
+  step.log_evidence_without = known.log;
+  step.free_form = free_form.evidence({-without.at.residual, without.at.jacobian}, temper);
+  const HeldOut plain = held_out(without.at, known.information, groups, temper);
   std::size_t best = fits.size();
   for (std::size_t c = 0; c < fits.size(); ++c) {
     if (fits[c].values == 0) continue;
     Rival& rival = step.ranking[c];
     rival.fit = rival_fit(fits[c], rival.candidate.effect.values.size(), temper, groups, plain);
-    rival.fit->log_evidence += log_prior(step, rival);
+    rival.fit->log_prior = log_prior(step, rival);
+    rival.fit->log_evidence += rival.fit->log_prior;
     if (best == fits.size() || rival.fit->log_evidence > step.ranking[best].fit->log_evidence)
       best = c;
   }
   if (best == fits.size()) return best;
-  share_probability(step.ranking[best].fit->log_evidence, step);
+  share_probability(step);
   tell_apart(without, fits, best, step);
   return best;
 }

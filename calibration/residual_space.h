@@ -65,6 +65,9 @@ class Screen {
 
   std::size_t size() const { return spans_.size(); }
   double detectability(std::size_t i) const { return detectability_[i]; }
+  /// Orthonormal columns; none where nothing can be seen.
+  const Eigen::MatrixXd& span(std::size_t i) const { return spans_[i]; }
+  Eigen::Index dimension() const { return dimension_; }  // of the residual
   Score score(std::size_t i, const Eigen::VectorXd& residual) const;
   /// Significance of a score, minus its natural logarithm: how unlikely that much is explained by
   /// noise, the noise taken to be what is left over when that is more than what it is said to be.

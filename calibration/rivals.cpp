@@ -120,6 +120,7 @@ std::optional<Candidate> candidate_at(const vjm::Robot& robot,
     if (!(deviation > 0) || !std::isfinite(deviation)) return std::nullopt;
     if (k == 0 || parameter.required)
       candidate.effect.values[i] = within(parameter, parameter.none + deviation);
+    candidate.designs *= std::max<std::size_t>(1, usual_values(candidate.effect, i, bare).size());
   }
   return candidate;
 }
@@ -258,6 +259,23 @@ BaseFit Rivals::fitted(const std::vector<vjm::Effect>& effects,
     journal_->keep(key, record_of(failure));
     throw;
   }
+}
+
+MatrixXd Rivals::by_force(const BaseFit& fit, files::Progress& progress) const {
+  const Predictions predictions =
+      predictor_.predict_with_compliance(base_, values_of(fit), progress);
+  const std::vector<Value> values = values_in_use(campaign_);
+  MatrixXd columns = MatrixXd::Zero(static_cast<Index>(values.size()), 3);
+  for (std::size_t first = 0, next = 0; first < values.size(); first = next) {
+    std::vector<Index> used;
+    for (next = first; next < values.size() && values[next].reading == values[first].reading;)
+      used.push_back(values[next++].component);
+    MatrixXd rows = predictions.by_wrench[values[first].reading](used, Eigen::seqN(0, 3));
+    if (!rows.allFinite()) continue;
+    noise_.whiten(values[first].reading, used, rows);
+    columns.middleRows(static_cast<Index>(first), rows.rows()) = rows;
+  }
+  return columns;
 }
 
 double Rivals::error_on(const Campaign& others, const BaseFit& fit,

@@ -17,6 +17,7 @@ struct Candidate {
   /// range, for the leading value and those that must be given; the others where there is none.
   vjm::Effect effect;
   std::vector<double> deviations;  // prior standard deviations of its values [SI]
+  std::size_t designs = 1;         // in how many ways values that design fixes may be fixed
 
   std::string name() const;  // "clearance at x.rho"
 };
@@ -61,6 +62,11 @@ class Rivals {
   };
   Marks marks_of(const Candidate& candidate, const std::vector<Candidate>& present,
                  const BaseFit& fit, files::Progress& progress) const;
+
+  /// How the values in use, over their noise, change with a force on the platform [1/N], base axes:
+  /// one row a value, in their order, three columns; zero where there is no equilibrium. `fit`: of
+  /// the model without anything added.
+  Eigen::MatrixXd by_force(const BaseFit& fit, files::Progress& progress) const;
 
   /// Rms over the noise of other readings of the campaign, predicted by such a fit that did not use
   /// them; NaN where the model has no equilibrium for one.

@@ -8,6 +8,7 @@
 
 #include "kinetostat/calibration/evidence.h"
 #include "kinetostat/calibration/goodness_of_fit.h"
+#include "kinetostat/calibration/pair_screen.h"
 #include "kinetostat/files/error.h"
 
 namespace kinetostat::calibration {
@@ -19,6 +20,7 @@ using Eigen::VectorXd;
 
 constexpr std::size_t most_fits = 16;  // in one round
 constexpr int most_starts = 4;         // of one fit
+constexpr std::size_t most_pairs = 4;  // of masked ones
 constexpr double least_kept = 0.3;     // of what a mark explains: a fit with less has failed
 
 // What a fit cannot absorb of marks that are there.
@@ -34,6 +36,16 @@ std::string why_unobservable(const Candidate& candidate, const Rivals::Marks& ma
       candidate.effect.kind->place != vjm::EffectPlace::joint)
     return "no reading depends on it: in differences from the unloaded state it cancels";
   return "no reading depends on it";
+}
+
+// With its leading value so many times as far from nothing, within its range.
+Candidate resized(Candidate start, double size) {
+  const vjm::EffectParameter& leading = start.effect.kind->parameters.front();
+  const bool one_sided = leading.lower >= leading.none;
+  const double value = leading.none + std::clamp(size, one_sided ? 0.002 : -20.0, 20.0) *
+                                          (start.effect.values[0] - leading.none);
+  start.effect.values[0] = std::clamp(value, leading.lower, leading.upper);
+  return start;
 }
 
 // Those that are worth a fit, the most surprising first.
@@ -144,7 +156,7 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
   fits.assign(candidates_.size(), {});
   if (step.gate.p_value <= significance_level)
     fit_survivors(present, fit, screen, space, step, fits);
-  const std::size_t best = weigh(fit, fits, groups_, step);
+  const std::size_t best = weigh(fit, fits, groups_, *free_form_, step);
   if (best < fits.size()) find_imitators(fit, fits[best], step);
   arrange(step, fits);
   return step;
@@ -186,19 +198,49 @@ std::vector<Candidate> Search::starts_of(std::size_t candidate, const Screen& sc
   std::stable_sort(marks.begin(), marks.end());
   std::vector<Candidate> starts, as_they_are;
   for (const auto& [explained, i] : marks) {
-    Candidate start = marks_[candidate].starts[owner_[i].second];
-    as_they_are.push_back(start);
     const VectorXd mark = space.left_of(signatures_[i].columns.col(0));
     const double size = mark.dot(space.residual()) / std::max(1e-300, mark.squaredNorm());
-    const vjm::EffectParameter& leading = start.effect.kind->parameters.front();
-    const bool one_sided = leading.lower >= leading.none;
-    const double value = leading.none + std::clamp(size, one_sided ? 0.002 : -20.0, 20.0) *
-                                            (start.effect.values[0] - leading.none);
-    start.effect.values[0] = std::clamp(value, leading.lower, leading.upper);
-    starts.push_back(std::move(start));
+    as_they_are.push_back(marks_[candidate].starts[owner_[i].second]);
+    starts.push_back(resized(as_they_are.back(), size));
   }
   starts.insert(starts.end(), as_they_are.begin(), as_they_are.end());
   return starts;
+}
+
+std::vector<std::vector<Candidate>> Search::masked_pairs(const BaseFit& fit) const {
+  const ResidualSpace space(-fit.at.residual, fit.at.jacobian);
+  const Screen screen(space, signatures_);
+  std::vector<std::size_t> members;  // of each candidate the first mark that can be seen
+  for (std::size_t i = 0; i < signatures_.size(); ++i) {
+    const bool is_first = members.empty() || owner_[members.back()].first != owner_[i].first;
+    if (is_first && screen.span(i).cols() > 0) members.push_back(i);
+  }
+  const PairScreen pairs(screen, members);
+  if (pairs.pairs().empty()) return {};
+  progress_.report("gate of pairs", 0);
+  const Gate passed =
+      gate_of([&](const VectorXd& residual) { return pairs.largest_surprise(residual); }, space,
+              significance_of_pairs, options_.draws, options_.seed, threads_);
+  if (passed.p_value > significance_of_pairs) return {};
+  const VectorXd surprises = pairs.surprises(space.residual());
+  std::vector<std::size_t> order(pairs.pairs().size());
+  for (std::size_t p = 0; p < order.size(); ++p) order[p] = p;
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return surprises[static_cast<Index>(a)] > surprises[static_cast<Index>(b)];
+  });
+  order.resize(std::min(order.size(), most_pairs));
+  std::vector<std::vector<Candidate>> result;
+  for (const std::size_t p : order) {
+    const auto [a, b] = pairs.pairs()[p];
+    MatrixXd marks(space.residual().size(), 2);
+    marks << signatures_[a].columns.col(0), signatures_[b].columns.col(0);
+    const VectorXd sizes = space.left_of(marks).colPivHouseholderQr().solve(space.residual());
+    const auto start = [&](std::size_t i, double size) {
+      return resized(marks_[owner_[i].first].starts[owner_[i].second], size);
+    };
+    result.push_back({start(a, sizes[0]), start(b, sizes[1])});
+  }
+  return result;
 }
 
 void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit& fit,

@@ -32,6 +32,13 @@ class Search {
         values_(values_in_use(rivals.campaign())),
         groups_(held_out_groups(rivals.campaign(), values_)) {}
 
+  /// What the free-form rival may act through: that of the model without anything added.
+  void prepare_free_form(const BaseFit& fit) {
+    free_form_.emplace(rivals_.campaign(), values_, rivals_.by_force(fit, progress_),
+                       fit.at.jacobian);
+  }
+  const FreeForm& free_form() const { return *free_form_; }
+
   const std::vector<Value>& values() const { return values_; }
   const HeldOutGroups& groups() const { return groups_; }
 
@@ -43,6 +50,10 @@ class Search {
 
   /// Values that not all the catalogue together explains, though most of the others fit: outliers.
   std::vector<std::size_t> outliers(const BaseFit& fit) const;
+
+  /// Pairs of candidates that show together though none shows alone, sized as their marks ask, the
+  /// most surprising first; empty unless their own gate lets them pass. After screen().
+  std::vector<std::vector<Candidate>> masked_pairs(const BaseFit& fit) const;
 
   /// The round itself, after screen(); `fit` is that of the model with what is present. `fits`: of
   /// the rivals, in the order of the ranking; without values where there is none.
@@ -67,6 +78,7 @@ class Search {
   files::Progress& progress_;
   std::vector<Value> values_;
   HeldOutGroups groups_;
+  std::optional<FreeForm> free_form_;
   std::vector<Rivals::Marks> marks_;  // one a candidate
   std::vector<Signature> signatures_;
   std::vector<std::pair<std::size_t, std::size_t>> owner_;  // candidate, its mark

@@ -54,6 +54,40 @@ std::string values_text(const vjm::Robot& robot, const calibration::Campaign& ca
   return fmt::format("{}", fmt::join(texts, ", "));
 }
 
+std::string left_text(const char* what, const Diagnosis& d) {
+  return fmt::format("{} depends on {} (p = {}).", what, d.left.depends_on,
+                     number(d.left.p_value(), 2));
+}
+
+// What a verdict means here, in sentences.
+std::vector<std::string> remarks(const Diagnosis& d) {
+  const bool is_left = d.left.p_value() < calibration::structure_level;
+  switch (d.verdict) {
+    case Verdict::none_of_the_above:
+      if (d.above_free_form < calibration::beaten_by_free_form)
+        return {fmt::format(
+            "An error without a form of its own, which depends on {}, explains these readings "
+            "better than the nearest effect (log evidence {} more).",
+            d.free_form.depends_on, number(-d.above_free_form, 2))};
+      if (!is_left) return {};
+      return {left_text(d.found.empty()
+                            ? "Something is left that no effect of the catalogue explains. It"
+                            : "The nearest effect leaves too much unexplained, and what is left",
+                        d)};
+    case Verdict::ambiguous:
+      if (!d.or_something_else) return {};
+      return {fmt::format(
+          "It may also be something that the catalogue lacks and that depends on {}: an error "
+          "without a form of its own explains these readings about as well.",
+          d.free_form.depends_on)};
+    case Verdict::cannot_tell:
+      if (!d.missing.empty()) return {};
+      return {"No effect of its usual size would show in these readings."};
+    default:
+      return {};
+  }
+}
+
 std::string verdict_text(const vjm::Robot& robot, const calibration::Campaign& campaign,
                          const Diagnosis& d) {
   std::string text = fmt::format("Verdict: {}\n", calibration::to_string(d.verdict));
@@ -68,25 +102,7 @@ std::string verdict_text(const vjm::Robot& robot, const calibration::Campaign& c
       text += fmt::format("    these readings do not tell it from: {}\n",
                           fmt::join(found.instead, "; "));
   }
-  switch (d.verdict) {
-    case Verdict::none_of_the_above:
-      text += d.found.empty()
-                  ? fmt::format(
-                        "  Something is left that no effect of the catalogue explains. It "
-                        "depends on {} (p = {}).\n",
-                        d.structure.depends_on, number(d.structure.p_value, 2))
-                  : fmt::format(
-                        "  The nearest effect leaves too much unexplained, and what is left "
-                        "depends on {} (p = {}).\n",
-                        d.structure.depends_on, number(d.structure.p_value, 2));
-      break;
-    case Verdict::cannot_tell:
-      if (d.missing.empty())
-        text += "  No effect of its usual size would show in these readings.\n";
-      break;
-    default:
-      break;
-  }
+  for (const std::string& remark : remarks(d)) text += fmt::format("  {}\n", remark);
   for (const std::string& sentence : d.missing) text += "  Missing: " + sentence + ".\n";
   return text;
 }
@@ -124,6 +140,10 @@ std::string ranking_text(const vjm::Robot& robot, const calibration::Campaign& c
   }
   text += table.text();
   if (hidden > 0) text += fmt::format("  and {} more with a smaller mark\n", hidden);
+  if (step.free_form_probability > 0)
+    text +=
+        fmt::format("  an error without a form of its own: probability {}; it would depend on {}\n",
+                    number(step.free_form_probability, 3), step.free_form.depends_on);
   for (const auto& [reason, kinds] : unobservable) {
     text += fmt::format("  not observable, because {}:\n", reason);
     for (const auto& [kind, places] : kinds)
@@ -182,6 +202,11 @@ Json step_json(const vjm::Robot& robot, const DiagnosisStep& step) {
             {"p_value", step.gate.p_value},
             {"draws", step.gate.draws}}},
           {"indistinguishable", step.indistinguishable},
+          {"log_evidence_without", step.log_evidence_without},
+          {"free_form",
+           {{"log_evidence", step.free_form.log},
+            {"depends_on", step.free_form.depends_on},
+            {"probability", step.free_form_probability}}},
           {"confusion", {{"candidates", step.confused}, {"cosines", files::rows(step.confusion)}}},
           {"ranking", ranking}};
 }
@@ -237,12 +262,15 @@ Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, con
             {"found", found},
             {"ambiguous", d.ambiguous},
             {"missing", d.missing},
+            {"remarks", remarks(d)},
             {"chi_square_before", test_json(d.before)},
             {"chi_square_after", test_json(d.after)},
+            {"or_something_else", d.or_something_else},
+            {"above_free_form", d.found.empty() ? Json() : Json(d.above_free_form)},
             {"structure_left",
-             {{"p_value", d.structure.p_value},
-              {"depends_on", d.structure.depends_on},
-              {"excess", d.structure.excess}}},
+             {{"p_value", d.left.p_value()},
+              {"depends_on", d.left.depends_on},
+              {"log_evidence", d.left.log}}},
             {"waterfall", waterfall},
             {"held_out", d.held_out},
             {"set_aside", d.set_aside},

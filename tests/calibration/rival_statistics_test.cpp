@@ -4,10 +4,10 @@
 #include <Eigen/QR>
 #include <gtest/gtest.h>
 
+#include "kinetostat/calibration/free_form.h"
 #include "kinetostat/calibration/gate.h"
 #include "kinetostat/calibration/held_out.h"
 #include "kinetostat/calibration/normal.h"
-#include "kinetostat/calibration/structure.h"
 #include "kinetostat/calibration/waterfall.h"
 
 namespace kinetostat::calibration {
@@ -191,9 +191,8 @@ TEST(HeldOut, WhatABoundHoldsDoesNotMove) {
   EXPECT_NEAR(held.total(), without.total(), 1e-8);
 }
 
-TEST(Structure, SeesACurveAndNotNoise) {
+TEST(FreeForm, SeesACurveAndNotNoise) {
   const Campaign campaign = along_loads(60);
-  const Structure structure(campaign, values_in_use(campaign));
   MatrixXd fitted(60, 2);
   VectorXd curve(60);
   for (Index i = 0; i < 60; ++i) {
@@ -201,16 +200,45 @@ TEST(Structure, SeesACurveAndNotNoise) {
     fitted.row(i) << 1, f;
     curve[i] = f * f * f;
   }
+  const FreeForm free_form(campaign, values_in_use(campaign), MatrixXd(60, 0), fitted);
   int false_alarms = 0, seen = 0;
-  for (std::uint64_t c = 0; c < 120; ++c) {
-    const VectorXd noise = 1.6 * random_matrix(60, 1, 40'000 + c);
-    const VectorXd bent = noise + 12 * curve;
-    false_alarms += structure_test(structure, {noise, fitted}, 99, 1, 2).p_value <= 0.05 ? 1 : 0;
-    const StructureTest test = structure_test(structure, {bent, fitted}, 99, 1, 2);
-    seen += test.p_value <= 0.05 && test.depends_on == "load" ? 1 : 0;
+  constexpr int campaigns = 400;
+  for (std::uint64_t c = 0; c < campaigns; ++c) {
+    const VectorXd noise = random_matrix(60, 1, 40'000 + c);
+    const FreeFormEvidence nothing = free_form.evidence({noise, fitted}, 1);
+    false_alarms += nothing.p_value() <= 0.05 ? 1 : 0;
+    // Noise of 1.6 times what is stated counts for as much less.
+    const FreeFormEvidence bent =
+        free_form.evidence({1.6 * noise + 12 * curve, fitted}, 1 / (1.6 * 1.6));
+    seen += bent.p_value() <= 0.05 && bent.depends_on.starts_with("load") ? 1 : 0;
   }
-  EXPECT_LE(false_alarms, 6 + 4 * std::sqrt(120 * 0.05 * 0.95));
-  EXPECT_GE(seen, 108);
+  EXPECT_LE(false_alarms, campaigns * 0.05);
+  EXPECT_GE(seen, campaigns * 9 / 10);
+}
+
+TEST(FreeForm, WhatTheFitCanProduceIsNoEvidence) {
+  const Campaign campaign = along_loads(12);
+  const MatrixXd force = random_matrix(12, 3, 7), fitted = random_matrix(12, 2, 8);
+  const FreeForm free_form(campaign, values_in_use(campaign), force, fitted);
+  const VectorXd y = 3 * random_matrix(12, 1, 3);
+  const double log = free_form.evidence({y, fitted}, 1).log;
+  EXPECT_NEAR(log, free_form.evidence({y + fitted * random_matrix(2, 1, 4), fitted}, 1).log, 1e-9);
+  EXPECT_LT(free_form.evidence({0 * y, fitted}, 1).log, 0);  // Occam's razor
+}
+
+// Which channel it goes through shows where the channels differ.
+TEST(FreeForm, SaysWhatTheErrorActsLike) {
+  Campaign campaign = along_loads(60);
+  MatrixXd force = random_matrix(60, 3, 11);
+  const MatrixXd fitted = random_matrix(60, 1, 12);
+  const FreeForm free_form(campaign, values_in_use(campaign), force, fitted);
+  VectorXd push(60);
+  for (Index i = 0; i < 60; ++i)
+    push[i] = std::sin(2 * campaign.readings[static_cast<std::size_t>(i)].load.force.x());
+  const VectorXd y = 8 * force.col(1).cwiseProduct(push) + random_matrix(60, 1, 13);
+  const FreeFormEvidence seen = free_form.evidence({y, fitted}, 1);
+  EXPECT_LT(seen.p_value(), 1e-6);
+  EXPECT_EQ(seen.depends_on, "load, as a force on the platform does");
 }
 
 TEST(Waterfall, IntervalHoldsTheErrorAndTheFloorIsTheNoise) {
