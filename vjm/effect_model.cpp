@@ -2,6 +2,7 @@
 
 #include <array>
 #include <optional>
+#include <set>
 #include <stdexcept>
 
 #include "kinetostat/vjm/equilibrium_state.h"
@@ -14,8 +15,7 @@ using Eigen::VectorXd;
 
 // An equilibrium under its conditions.
 struct EffectModel::Case {
-  const Manipulator& manipulator;
-  const Posture& posture;
+  EquilibriumSystem& system;
   const Load& stated;
   const Load& load;
   const Conditions& conditions;
@@ -70,20 +70,24 @@ EffectModel::EffectModel(Manipulator bare, std::vector<Effect> effects,
       effects_(std::move(effects)),
       options_(options),
       fixed_(with_effects(bare_, fixed_ones(effects_))) {
+  std::set<std::size_t> with_history;
   for (std::size_t e = 0; e < effects_.size(); ++e) {
     const EffectKind& kind = *effects_[e].kind;
     varies_ |= kind.varies || kind.history > 0;
     has_history_ |= kind.history > 0;
     reads_ |= !kind.acts_on_chains();
+    for (const EffectSite& site : effects_[e].sites)
+      if (kind.history > 0) with_history.insert(site.chain);
     if (!kind.acts_on_chains() || is_fixed(effects_[e])) continue;
     varying_.push_back(e);
     varying_effects_.push_back(effects_[e]);
   }
+  chains_with_history_.assign(with_history.begin(), with_history.end());
 }
 
 // How the pose that is read changes with the wrench that is stated.
 Matrix6X EffectModel::by_stated_wrench(const Case& at) const {
-  const EquilibriumDerivatives equations(at.manipulator, at.posture, at.load, at.state);
+  const EquilibriumDerivatives equations(at.system, at.load, at.state);
   Matrix6X result(6, 6);
   for (Index k = 0; k < 6; ++k) {
     const spatial::Vector6 unit = spatial::Vector6::Unit(k);
@@ -134,14 +138,15 @@ Response EffectModel::respond(const Posture& posture, const Load& stated, const 
   const Manipulator& manipulator = varied ? *varied : fixed_;
   const ReadingErrors errors = reads_ ? reading_errors(effects_, conditions) : ReadingErrors{};
   const Load load = errors.actual(stated);
-  FoundState found = state_under_load(manipulator, posture, load, options_, near);
+  EquilibriumSystem system(manipulator, posture);
+  FoundState found = state_under_load(system, manipulator, posture, load, options_, near);
   if (found.status != EquilibriumStatus::converged) {
     response.failure = std::move(found.reason);
     return response;
   }
   response.state = std::move(found.state);
   response.observed = errors.observed(response.state.bodies[0]);
-  const Case at{manipulator, posture, stated, load, conditions, errors, response.state};
+  const Case at{system, stated, load, conditions, errors, response.state};
   if (with_compliance) response.by_wrench = by_stated_wrench(at);
   if (with_derivatives) {
     differentiate(at, before, parameters, response);
@@ -152,7 +157,7 @@ Response EffectModel::respond(const Posture& posture, const Load& stated, const 
 }
 
 void EffectModel::advance(const Case& at, const Response& before, Response& response) const {
-  const EquilibriumDerivatives equations(at.manipulator, at.posture, at.load, at.state);
+  const EquilibriumDerivatives equations(at.system, at.load, at.state);
   for (std::size_t e = 0; e < effects_.size(); ++e) {
     const Effect& effect = effects_[e];
     const Index size = effect.kind->history;
@@ -175,9 +180,10 @@ struct EffectModel::Linear {
 
   Linear(const Case& at, const std::vector<Effect>& effects, const Response& before,
          const std::vector<ModelParameter>& parameters)
-      : equations(at.manipulator, at.posture, at.load, at.state), columns(effects.size()) {
+      : equations(at.system, at.load, at.state), columns(effects.size()) {
     if (effects.empty()) return;
-    for (std::size_t c = 0; c < at.manipulator.size(); ++c) states.push_back(equations.chain(c));
+    for (std::size_t c = 0; c < at.system.chains().size(); ++c)
+      states.push_back(equations.chain(c));
     std::vector<bool> needed(effects.size());
     for (const ModelParameter& parameter : parameters)
       if (parameter.springs.empty()) needed[parameter.effect] = true;
@@ -228,7 +234,7 @@ void EffectModel::differentiate(const Case& at, const Response& before,
   for (std::size_t p = 0; p < parameters.size(); ++p) {
     const auto column = static_cast<Index>(p);
     changes.push_back(change_by(linear, at, before, parameters[p], column));
-    solutions.push_back(linear.equations.solve(changes.back()));
+    solutions.push_back(linear.equations.solve(changes.back(), chains_with_history_));
     response.derivatives.col(column) =
         at.errors.observed_motion(at.state.bodies[0], solutions.back().platform);
     if (parameters[p].springs.empty() && !effects_[parameters[p].effect].kind->acts_on_chains())

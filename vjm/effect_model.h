@@ -77,6 +77,7 @@ class EffectModel {
   Manipulator fixed_;  // with the effects that are the same for all readings
   std::vector<std::size_t> varying_;
   std::vector<Effect> varying_effects_;
+  std::vector<std::size_t> chains_with_history_;
   bool varies_ = false, has_history_ = false, reads_ = false;
 };
 

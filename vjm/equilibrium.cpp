@@ -48,10 +48,12 @@ NewtonResult newton(EquilibriumSystem& system, const SystemState& start, const L
   result.corrections.reserve(static_cast<std::size_t>(options.max_iterations));
   SystemVector right, correction, again;
   SystemState next;
+  system.hold_platform(platform_held);
+  system.set(result.state, load);
+  system.newton_right_hand_side(right);
   for (int i = 0; i < options.max_iterations; ++i) {
-    system.set(result.state, load);
+    // The system stands at the state, with its right-hand side, as every round leaves them.
     system.linearise(platform_held);
-    system.newton_right_hand_side(right);
     system.solve(right, correction);
     result.consistent = system.consistent();
     const double size = correction.norm();
@@ -222,10 +224,9 @@ Equilibrium equilibrium_of(const Manipulator& manipulator, const Posture& postur
 
 }  // namespace
 
-FoundState state_under_load(const Manipulator& manipulator, const Posture& posture,
-                            const Load& load, const EquilibriumOptions& options,
-                            const SystemState* near) {
-  EquilibriumSystem system(manipulator, posture);
+FoundState state_under_load(EquilibriumSystem& system, const Manipulator& manipulator,
+                            const Posture& posture, const Load& load,
+                            const EquilibriumOptions& options, const SystemState* near) {
   if (near != nullptr && fits(*near, manipulator)) {
     NewtonResult result = newton(system, *near, load, false, options);
     if (result.converged)

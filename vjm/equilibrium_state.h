@@ -16,11 +16,12 @@ struct FoundState {
   std::vector<double> corrections;
 };
 
-/// The state of equilibrium_under_load() without its description. `near` (or nullptr) is a state of
-/// the same chains from which Newton's method is tried first.
-FoundState state_under_load(const Manipulator& manipulator, const Posture& posture,
-                            const Load& load, const EquilibriumOptions& options,
-                            const SystemState* near = nullptr);
+/// The state of equilibrium_under_load() without its description. `system` is that of the
+/// manipulator at the posture. `near` (or nullptr) is a state of the same chains from which
+/// Newton's method is tried first.
+FoundState state_under_load(EquilibriumSystem& system, const Manipulator& manipulator,
+                            const Posture& posture, const Load& load,
+                            const EquilibriumOptions& options, const SystemState* near = nullptr);
 
 /// Wrenches, tangent stiffness, stability and energy at a state that balances `load`. Sets and
 /// factorises the system there. `status` is left for the caller.

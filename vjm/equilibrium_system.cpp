@@ -54,8 +54,7 @@ EquilibriumSystem::EquilibriumSystem(const Manipulator& manipulator, const Postu
     const int from = manipulator.span(c).from;
     chains_.emplace_back(chain, posture.commands(chain, c), scale_, from != Span::base);
     chains_.back().set(posture.body(from), posture.coordinates_of(chain, c), Vector6::Zero());
-    const MatrixXd jacobian = chains_.back().jacobian();
-    rigid_ |= jacobian.cols() < 6 || null_space(jacobian.transpose()).cols() > 0;
+    rigid_ |= !has_full_row_rank(chains_.back().jacobian());
   }
   by_end_.resize(chains_.size());
   by_origin_.resize(chains_.size());
@@ -264,11 +263,21 @@ SystemVector EquilibriumSystem::solve(const SystemVector& right) const {
 }
 
 void EquilibriumSystem::solve(const SystemVector& right, SystemVector& solution) const {
+  solve_bodies(right, solution);
+  for (std::size_t c = 0; c < chains_.size(); ++c) complete(c, right, solution);
+}
+
+void EquilibriumSystem::solve_bodies(const SystemVector& right, SystemVector& solution) const {
   if (one_dense_matrix()) {
     solve_dense(right, solution);
   } else {
-    solve_by_chains(right, solution);
+    solve_bodies_by_chains(right, solution);
   }
+}
+
+void EquilibriumSystem::complete(std::size_t chain, const SystemVector& right,
+                                 SystemVector& solution) const {
+  if (!one_dense_matrix()) solve_chain(chain, right, solution);
 }
 
 VectorXd EquilibriumSystem::flat(const SystemVector& vector) const {
@@ -332,35 +341,39 @@ void EquilibriumSystem::solve_chain(std::size_t c, const SystemVector& right,
     r.head<6>() -= chain.end_by_origin() * origin;
     r.tail(n).noalias() -= chain.balance_by_origin() * origin;
   }
-  bool consistent = true;
-  chain.factor().solve(r, chain_solution_[c], &consistent);
-  consistent_ &= consistent;
+  if (r.isZero(0)) {  // most chains, when one parameter of one of them changes
+    chain_solution_[c].setZero(6 + n);
+  } else {
+    bool consistent = true;
+    chain.factor().solve(r, chain_solution_[c], &consistent);
+    consistent_ &= consistent;
+  }
   solution.wrenches[c] = chain_solution_[c].head<6>();
   solution.coordinates[c] = chain_solution_[c].tail(n);
 }
 
-void EquilibriumSystem::solve_by_chains(const SystemVector& right, SystemVector& solution) const {
+// Leaves in each chain what its own right-hand side does with its ends held.
+void EquilibriumSystem::solve_bodies_by_chains(const SystemVector& right,
+                                               SystemVector& solution) const {
   make_zero(solution);
   consistent_ = true;
   const Index bodies = 6 * free_bodies();
-  if (bodies > 0) {
-    balance_ = right.bodies;
-    for (std::size_t c = 0; c < chains_.size(); ++c) {
-      solve_chain(c, right, solution);
-      const Span& span = manipulator_.span(c);
-      balance_.segment<6>(first_row(span.to)) -= solution.wrenches[c];
-      if (span.from == Span::base) continue;
-      auto on_origin = balance_.segment<6>(first_row(span.from));
-      on_origin += chains_[c].end_by_origin().transpose() * solution.wrenches[c];
-      on_origin.noalias() += chains_[c].origin_by_balance() * solution.coordinates[c];
-    }
-    bool consistent = true;
-    flat_solution_.resize(bodies);
-    factor_.solve(balance_.tail(bodies), flat_solution_, &consistent);
-    solution.bodies.tail(bodies) = flat_solution_;
-    consistent_ &= consistent;
+  if (bodies == 0) return;
+  balance_ = right.bodies;
+  for (std::size_t c = 0; c < chains_.size(); ++c) {
+    solve_chain(c, right, solution);
+    const Span& span = manipulator_.span(c);
+    balance_.segment<6>(first_row(span.to)) -= solution.wrenches[c];
+    if (span.from == Span::base) continue;
+    auto on_origin = balance_.segment<6>(first_row(span.from));
+    on_origin += chains_[c].end_by_origin().transpose() * solution.wrenches[c];
+    on_origin.noalias() += chains_[c].origin_by_balance() * solution.coordinates[c];
   }
-  for (std::size_t c = 0; c < chains_.size(); ++c) solve_chain(c, right, solution);
+  bool consistent = true;
+  flat_solution_.resize(bodies);
+  factor_.solve(balance_.tail(bodies), flat_solution_, &consistent);
+  solution.bodies.tail(bodies) = flat_solution_;
+  consistent_ &= consistent;
 }
 
 SystemState EquilibriumSystem::moved(const SystemState& state, const SystemVector& correction,

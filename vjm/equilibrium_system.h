@@ -40,6 +40,7 @@ class EquilibriumSystem {
  public:
   EquilibriumSystem(const Manipulator& manipulator, const Posture& posture);
 
+  const Manipulator& manipulator() const { return manipulator_; }
   const Scale& scale() const { return scale_; }
   const std::vector<ChainEquations>& chains() const { return chains_; }
   /// The posture, with no load. Geometric errors and preloads leave residuals in it.
@@ -69,6 +70,10 @@ class EquilibriumSystem {
   /// the Newton matrix is singular.
   void newton_right_hand_side(SystemVector& right) const;
   void solve(const SystemVector& right, SystemVector& solution) const;
+  /// The same in two parts: the motion of the bodies, then what it means for the chains of which
+  /// that is asked.
+  void solve_bodies(const SystemVector& right, SystemVector& solution) const;
+  void complete(std::size_t chain, const SystemVector& right, SystemVector& solution) const;
   /// False when the last solve() met a right-hand side that the singular matrix cannot balance.
   bool consistent() const { return consistent_; }
   SystemState moved(const SystemState& state, const SystemVector& correction, double factor) const;
@@ -110,7 +115,7 @@ class EquilibriumSystem {
   void build_dense(Eigen::MatrixXd& matrix);
   void set_node_loads(std::size_t chain);
   void solve_dense(const SystemVector& right, SystemVector& solution) const;
-  void solve_by_chains(const SystemVector& right, SystemVector& solution) const;
+  void solve_bodies_by_chains(const SystemVector& right, SystemVector& solution) const;
   void solve_chain(std::size_t chain, const SystemVector& right, SystemVector& solution) const;
   void flat(const SystemVector& vector, Eigen::VectorXd& z) const;
   void from_flat(const Eigen::VectorXd& z, SystemVector& vector) const;

@@ -25,6 +25,14 @@ MatrixXd RobustFactor::solve(const MatrixXd& right, bool* consistent) const {
   return solution;
 }
 
+bool has_full_row_rank(const MatrixXd& matrix) {
+  if (matrix.cols() < matrix.rows()) return false;
+  Eigen::ColPivHouseholderQR<MatrixXd> qr;
+  qr.setThreshold(1e-10);
+  qr.compute(matrix);
+  return qr.rank() == matrix.rows();
+}
+
 MatrixXd null_space(const MatrixXd& matrix, double tolerance) {
   if (matrix.size() == 0) return MatrixXd::Identity(matrix.cols(), matrix.cols());
   Eigen::ColPivHouseholderQR<MatrixXd> qr;

@@ -33,6 +33,10 @@ class RobustFactor {
   bool singular_ = false;
 };
 
+/// Whether the columns of a matrix span all of its rows' space; pivots below 1e-10 times the
+/// largest count as zero.
+bool has_full_row_rank(const Eigen::MatrixXd& matrix);
+
 /// Columns spanning the null space of a matrix, orthonormal; pivots below `tolerance` times the
 /// largest count as zero.
 Eigen::MatrixXd null_space(const Eigen::MatrixXd& matrix, double tolerance = 1e-10);

@@ -1,7 +1,6 @@
 // How an equilibrium changes with a parameter of the model: exact derivatives of the solution.
 #pragma once
 
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -35,18 +34,18 @@ struct EquationChange {
 /// How the solution changes.
 struct StateDerivative {
   spatial::Vector6 platform;                 // [translation m; rotation increment rad], base axes
-  std::vector<Eigen::VectorXd> coordinates;  // all of each chain
+  std::vector<Eigen::VectorXd> coordinates;  // all of each chain that was asked for
 };
+
+class EquilibriumSystem;
 
 /// Implicit differentiation of the equations of equilibrium at one solution: one factorisation for
 /// all parameters.
 class EquilibriumDerivatives {
  public:
-  /// `state` is one of equilibrium of `manipulator` under `load`. Keeps references to the first
-  /// two.
-  EquilibriumDerivatives(const Manipulator& manipulator, const Posture& posture, const Load& load,
-                         const SystemState& state);
-  ~EquilibriumDerivatives();
+  /// `state` is one of equilibrium under `load`; sets and factorises the system there, and keeps a
+  /// reference to it.
+  EquilibriumDerivatives(EquilibriumSystem& system, const Load& load, const SystemState& state);
 
   /// The equilibrium as an effect on a chain sees it.
   ChainState chain(std::size_t index) const;
@@ -54,11 +53,13 @@ class EquilibriumDerivatives {
   /// Adds the change with the natural logarithm of a spring's stiffness. Throws
   /// std::invalid_argument for an unknown spring.
   void add_log_stiffness(const SpringParameter& spring, EquationChange& change) const;
-  StateDerivative solve(const EquationChange& change) const;
+  /// With the coordinates of some chains.
+  StateDerivative solve(const EquationChange& change,
+                        const std::vector<std::size_t>& chains = {}) const;
 
  private:
-  struct System;
-  std::unique_ptr<System> system_;
+  const EquilibriumSystem& system_;
+  spatial::Vector3 gravity_;
 };
 
 /// Derivatives of the platform displacement [m; rad] (base axes) at an equilibrium under `load`
