@@ -145,12 +145,15 @@ class Problem {
   void begin_near(const Predictions& predictions) { nearest_ = predictions; }
   const Predictions& nearest() const { return nearest_; }
 
-  std::optional<Linearisation> at(const VectorXd& q, bool with_derivatives = true) {
-    const Index p = unknowns_.parameter_count();
-    with_derivatives = with_derivatives && p > 0;
+  std::optional<Linearisation> at(const VectorXd& q) { return at(q, unknowns_.parameter_count()); }
+
+  // With derivatives by the last so many parameters.
+  std::optional<Linearisation> at(const VectorXd& q, Index differentiated) {
+    const std::vector<Parameter>& parameters = unknowns_.parameters();
     Predictions predictions;
     try {
-      predictions = predictor_.predict(unknowns_.parameters(), q.head(p), with_derivatives,
+      predictions = predictor_.predict(parameters, q.head(unknowns_.parameter_count()),
+                                       {parameters.end() - differentiated, parameters.end()},
                                        progress_, &nearest_);
     } catch (const std::invalid_argument& error) {  // values that exclude each other
       predictions.failure = {0, error.what()};
@@ -165,8 +168,8 @@ class Problem {
     add_priors(q, result);
     Index row = 0;
     for (std::size_t i = 0; i < predicted_.size(); ++i)
-      row +=
-          add_reading(q, i, with_derivatives ? &predictions.derivatives[i] : nullptr, row, result);
+      row += add_reading(q, i, differentiated > 0 ? &predictions.derivatives[i] : nullptr, row,
+                         result);
     predictions.derivatives.clear();
     nearest_ = std::move(predictions);
     return result;
@@ -236,7 +239,7 @@ class Problem {
     const Reading& reading = campaign_.readings[i];
     Derivatives all = Derivatives::Zero(6, unknowns_.size());
     if (by_parameters != nullptr && by_parameters->cols() > 0)
-      all.leftCols(by_parameters->cols()) = *by_parameters;
+      all.leftCols(unknowns_.parameter_count()).rightCols(by_parameters->cols()) = *by_parameters;
     add_frame(q, reading, predicted_[i], work_[i], all);
     add_zeros(q, reading, predicted_[i], all);
     const std::vector<Index> used = components_in_use(reading);
@@ -490,7 +493,7 @@ std::optional<Linearisation> linearised_at(const Predictor& predictor, const Cam
                                            const Noise& noise,
                                            const std::vector<Parameter>& parameters,
                                            const VectorXd& values, const BaseFit& fit,
-                                           bool with_derivatives, files::Progress& progress) {
+                                           Index differentiated, files::Progress& progress) {
   Problem problem(predictor, campaign, noise, parameters, nullptr, progress);
   problem.begin_near(fit.model);
   const Unknowns& unknowns = problem.unknowns();
@@ -500,7 +503,7 @@ std::optional<Linearisation> linearised_at(const Predictor& predictor, const Cam
   for (std::size_t f = 0; f < fit.frames.size(); ++f)
     q.segment(unknowns.frame_at(f), unknowns.frame_components()) =
         fit.frames[f].value.tail(unknowns.frame_components());
-  std::optional<Linearisation> result = problem.at(q, with_derivatives);
+  std::optional<Linearisation> result = problem.at(q, differentiated);
   if (!result) return std::nullopt;
   return Linearisation{result->residual.head(problem.values()),
                        result->jacobian.topRows(problem.values())};

@@ -104,12 +104,12 @@ BaseFit fit_base(const Predictor& predictor, const Campaign& campaign, const Noi
                  const BaseFitOptions& options = {});
 
 /// The same equations at other values of the parameters (and with other parameters), zeros and
-/// frames as in `fit`. Without derivatives the columns of the parameters are zero. Nothing where
-/// the model has no equilibrium for a reading.
+/// frames as in `fit`. Derivatives are with respect to the last `differentiated` parameters; the
+/// columns of the others are zero. Nothing where the model has no equilibrium for a reading.
 std::optional<Linearisation> linearised_at(const Predictor& predictor, const Campaign& campaign,
                                            const Noise& noise,
                                            const std::vector<Parameter>& parameters,
                                            const Eigen::VectorXd& values, const BaseFit& fit,
-                                           bool with_derivatives, files::Progress& progress);
+                                           Eigen::Index differentiated, files::Progress& progress);
 
 }  // namespace kinetostat::calibration

@@ -368,8 +368,17 @@ Predictor::CaseResult Predictor::displacement_from(const vjm::Response& from,
 Predictions Predictor::predict(const std::vector<Parameter>& parameters,
                                const Eigen::VectorXd& values, bool with_derivatives,
                                files::Progress& progress, const Predictions* near) const {
+  return predict(parameters, values, with_derivatives ? parameters : std::vector<Parameter>(),
+                 progress, near);
+}
+
+Predictions Predictor::predict(const std::vector<Parameter>& parameters,
+                               const Eigen::VectorXd& values,
+                               const std::vector<Parameter>& derivatives_by,
+                               files::Progress& progress, const Predictions* near) const {
   const vjm::EffectModel model = with_values(bare_, effects_, parameters, values);
-  return predict({model, model_parameters(parameters), with_derivatives, near}, progress);
+  return predict({model, model_parameters(derivatives_by), !derivatives_by.empty(), near},
+                 progress);
 }
 
 Predictions Predictor::predict_with_compliance(const std::vector<Parameter>& parameters,

@@ -71,6 +71,10 @@ class Predictor {
   Predictions predict(const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
                       bool with_derivatives, files::Progress& progress,
                       const Predictions* near = nullptr) const;
+  /// The same with derivatives with respect to some of the parameters only.
+  Predictions predict(const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
+                      const std::vector<Parameter>& derivatives_by, files::Progress& progress,
+                      const Predictions* near = nullptr) const;
   /// The same without derivatives, but with `by_wrench`.
   Predictions predict_with_compliance(const std::vector<Parameter>& parameters,
                                       const Eigen::VectorXd& values,

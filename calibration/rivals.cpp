@@ -299,7 +299,7 @@ std::optional<Signature> Rivals::mark_of(const Predictor& predictor,
     values[static_cast<Index>(k)] = fit.parameters[k].value;
   const Index count = candidate.effect.values.size();
   const auto there =
-      linearised_at(predictor, campaign_, noise_, unknowns, values, fit, count > 1, progress);
+      linearised_at(predictor, campaign_, noise_, unknowns, values, fit, count - 1, progress);
   if (!there) return std::nullopt;
   // Whitened residuals are predicted minus measured; so a mark is their change.
   Signature mark{.columns = there->residual - fit.at.residual,
