@@ -120,7 +120,19 @@ double Structure::energy(const std::vector<DeadLoad>& loads) const {
   return sum;
 }
 
+std::vector<Structure::Local> Structure::locals() const {
+  std::vector<Local> all;
+  all.reserve(couplings_.size());
+  for (const Coupling& c : couplings_) all.push_back(local(c));
+  return all;
+}
+
 Eigen::VectorXd Structure::gradient(const std::vector<DeadLoad>& loads) const {
+  return gradient(loads, locals());
+}
+
+Eigen::VectorXd Structure::gradient(const std::vector<DeadLoad>& loads,
+                                    const std::vector<Local>& couplings) const {
   Eigen::VectorXd g = Eigen::VectorXd::Zero(6 * bodies());
   const auto push = [&](const Mark& m, const Vector3& force, const Vector3& moment) {
     if (m.body == ground) return;
@@ -128,9 +140,9 @@ Eigen::VectorXd Structure::gradient(const std::vector<DeadLoad>& loads) const {
     g.segment<3>(6 * m.body + 3) +=
         moment + (poses_[static_cast<std::size_t>(m.body)].R * m.at.x).cross(force);
   };
-  for (const Coupling& c : couplings_) {
-    const Local l = local(c);
-    const Vector12 force = l.B.transpose() * l.force;
+  for (std::size_t i = 0; i < couplings_.size(); ++i) {
+    const Coupling& c = couplings_[i];
+    const Vector12 force = couplings[i].B.transpose() * couplings[i].force;
     if (c.a.body != ground) g.segment<6>(6 * c.a.body) += force.head<6>();
     if (c.b.body != ground) g.segment<6>(6 * c.b.body) += force.tail<6>();
   }
@@ -144,7 +156,8 @@ Eigen::VectorXd Structure::gradient(const std::vector<DeadLoad>& loads) const {
   return g;
 }
 
-Eigen::SparseMatrix<double> Structure::tangent(const std::vector<DeadLoad>& loads) const {
+Structure::Tangent Structure::tangent(const std::vector<DeadLoad>& loads,
+                                      const std::vector<Local>& couplings) const {
   Triplets triplets;
   const auto add_pair = [&](int a, int b, const Matrix12& k) {
     add_block(triplets, a, a, k.topLeftCorner<6, 6>());
@@ -152,8 +165,9 @@ Eigen::SparseMatrix<double> Structure::tangent(const std::vector<DeadLoad>& load
     add_block(triplets, b, a, k.bottomLeftCorner<6, 6>());
     add_block(triplets, b, b, k.bottomRightCorner<6, 6>());
   };
-  for (const Coupling& c : couplings_) {
-    const Local l = local(c);
+  for (std::size_t i = 0; i < couplings_.size(); ++i) {
+    const Coupling& c = couplings_[i];
+    const Local& l = couplings[i];
     const Matrix12 k = l.B.transpose() * l.slope * l.B + l.turning();
     add_pair(c.a.body, c.b.body, 0.5 * (k + k.transpose()));
   }
@@ -180,7 +194,7 @@ Eigen::SparseMatrix<double> Structure::tangent(const std::vector<DeadLoad>& load
     block.bottomRightCorner<3, 3>() = -0.5 * (k + k.transpose());
     add_block(triplets, load.at.body, load.at.body, block);
   }
-  Eigen::SparseMatrix<double> result(6 * bodies(), 6 * bodies());
+  Tangent result(6 * bodies(), 6 * bodies());
   result.setFromTriplets(triplets.begin(), triplets.end());
   return result;
 }
@@ -193,14 +207,31 @@ void Structure::move(const Eigen::VectorXd& step) {
   }
 }
 
+namespace {
+
+bool same_pattern(const Eigen::SparseMatrix<double>& a, const Eigen::SparseMatrix<double>& b) {
+  return a.cols() == b.cols() && a.nonZeros() == b.nonZeros() &&
+         std::equal(a.outerIndexPtr(), a.outerIndexPtr() + a.outerSize(), b.outerIndexPtr()) &&
+         std::equal(a.innerIndexPtr(), a.innerIndexPtr() + a.nonZeros(), b.innerIndexPtr());
+}
+
+}  // namespace
+
 bool Structure::settle(const std::vector<DeadLoad>& loads) {
   constexpr int most = 120;
   constexpr double largest = 0.02, small = 1e-12, rounding = 1e-8;  // of a step [m or rad]
   double before = 0;
+  const auto factor = std::make_shared<Factor>();
+  factor_ = factor;
+  Tangent matrix;
   for (int i = 0; i < most; ++i) {
-    factor_ = std::make_shared<const Factor>(tangent(loads));
-    if (factor_->info() != Eigen::Success) return false;
-    Eigen::VectorXd step = -factor_->solve(gradient(loads));
+    const std::vector<Local> couplings = locals();
+    Tangent next = tangent(loads, couplings);
+    if (!same_pattern(next, matrix)) factor->analyzePattern(next);
+    matrix.swap(next);
+    factor->factorize(matrix);
+    if (factor->info() != Eigen::Success) return false;
+    Eigen::VectorXd step = -factor->solve(gradient(loads, couplings));
     const double size = step.cwiseAbs().maxCoeff();
     if (!std::isfinite(size)) return false;
     if (size > largest) step *= largest / size;

@@ -82,8 +82,12 @@ class Structure {
 
  private:
   struct Local;
+  using Tangent = Eigen::SparseMatrix<double>;
   Local local(const Coupling& coupling) const;
-  Eigen::SparseMatrix<double> tangent(const std::vector<DeadLoad>& loads) const;
+  std::vector<Local> locals() const;
+  Eigen::VectorXd gradient(const std::vector<DeadLoad>& loads,
+                           const std::vector<Local>& couplings) const;
+  Tangent tangent(const std::vector<DeadLoad>& loads, const std::vector<Local>& couplings) const;
   Eigen::VectorXd group_force(int group) const;
   Vector6 motion_of(const Mark& mark, const Eigen::VectorXd& change) const;
   std::vector<DeadLoad> with_weights(const std::vector<DeadLoad>& loads) const;
@@ -93,7 +97,7 @@ class Structure {
   std::vector<Coupling> couplings_;
   std::vector<Strut> struts_;
   Vector3 gravity_ = Vector3::Zero();
-  using Factor = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>;
+  using Factor = Eigen::SimplicialLDLT<Tangent>;
   std::shared_ptr<const Factor> factor_;  // of the last iteration
 };
 
