@@ -1,10 +1,16 @@
 // From readings to the missing effect, into the robot file and out again, as users meet it.
+#include <algorithm>
+#include <map>
+#include <numbers>
+#include <numeric>
+#include <random>
 #include <string>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "kinetostat/files/csv.h"
 #include "kinetostat/files/json.h"
 #include "kinetostat/files/text_file.h"
 
@@ -145,6 +151,50 @@ TEST_F(Diagnose, SameBytesForAnyNumberOfThreads) {
   const std::string one = files::read_text(working_folder() / "diagnosis.json");
   diagnose("--threads 2 --no-cache");
   EXPECT_EQ(files::read_text(working_folder() / "diagnosis.json"), one);
+}
+
+// The same readings in other units, the rows in another order.
+void rewrite(const std::filesystem::path& from, const std::filesystem::path& to) {
+  const files::CsvTable table(files::read_text(from / "readings.csv"), "readings.csv");
+  const std::map<char, double> factors{{'f', 1e-3}, {'d', 1e3}, {'r', std::numbers::pi / 180}};
+  std::vector<std::size_t> order(table.rows());
+  std::iota(order.begin(), order.end(), 0);
+  std::shuffle(order.begin(), order.end(), std::mt19937(5));
+  std::string text = fmt::format("{}\n", fmt::join(table.columns(), ","));
+  for (const std::size_t row : order) {
+    std::vector<double> values;
+    for (std::size_t c = 0; c < table.columns().size(); ++c) {
+      const std::string& name = table.columns()[c];
+      // Poses x, y, z in micrometres like the displacements.
+      const double factor = name.size() == 1 ? 1e3 : factors.at(name[0]);
+      values.push_back(factor * table.number(row, c));
+    }
+    text += fmt::format("{}\n", fmt::join(values, ","));
+  }
+  std::string campaign = files::read_text(from / "campaign.yaml");
+  const std::string units = "length: mm, force: N, angle: deg";
+  campaign.replace(campaign.find(units), units.size(), "length: um, force: kN, angle: rad");
+  std::filesystem::create_directories(to);
+  files::write_atomically(to / "readings.csv", text);
+  files::write_atomically(to / "campaign.yaml", campaign);
+}
+
+TEST_F(Diagnose, SaysTheSameInOtherUnitsAndOfRowsInAnotherOrder) {
+  measure("effects:\n  - {effect: clearance, at: y.rho, gap: 0.05 mm}\n");
+  const std::string two = " -q --effects clearance,wrench_gain --draws 99 -o ";
+  ASSERT_EQ(kinetostat("diagnose shown.yaml campaign/campaign.yaml" + two + "read.json").code, 0);
+  const files::Json as_read = files::read_json(working_folder() / "read.json");
+  rewrite(working_folder() / "campaign", working_folder() / "other");
+  ASSERT_EQ(kinetostat("diagnose shown.yaml other/campaign.yaml" + two + "other.json").code, 0);
+  const files::Json other = files::read_json(working_folder() / "other.json");
+  EXPECT_EQ(other["verdict"], as_read["verdict"]);
+  ASSERT_EQ(other["found"].size(), 1u);
+  EXPECT_EQ(other["found"][0]["at"], as_read["found"][0]["at"]);
+  const double gap = as_read["found"][0]["values"][0];
+  EXPECT_NEAR(other["found"][0]["values"][0], gap, 1e-6 * gap);
+  const files::Json &a = as_read["steps"][0]["ranking"], &b = other["steps"][0]["ranking"];
+  for (std::size_t i = 0; i < a.size(); ++i)
+    EXPECT_NEAR(b[i].value("surprise", 0.0), a[i].value("surprise", 0.0), 1e-4);
 }
 
 TEST_F(Diagnose, MistakesAreNamed) {
