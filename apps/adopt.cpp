@@ -24,7 +24,7 @@ using calibration::Adoption;
 
 struct AdoptRequest {
   std::string robot, diagnosis, effect;
-  bool force = false;
+  bool all = false, force = false;
 };
 
 const files::Json& need(const files::Json& json, const char* key, const std::string& file) {
@@ -41,14 +41,21 @@ std::string name_of(const files::Json& entry) {
   return entry.at("effect").get<std::string>() + " at " + entry.at("at").get<std::string>();
 }
 
-// The effect to adopt: by name, else the first that was found.
-const files::Json& chosen(const files::Json& diagnosis, const AdoptRequest& request) {
+std::string names_of(const std::vector<files::Json>& entries) {
+  std::string names;
+  for (const files::Json& entry : entries) names += (names.empty() ? "" : " and ") + name_of(entry);
+  return names;
+}
+
+// What to adopt: all, or one by name, else the first that was found.
+std::vector<files::Json> chosen(const files::Json& diagnosis, const AdoptRequest& request) {
   const files::Json& found = need(diagnosis, "found", request.diagnosis);
+  if (request.all && !found.empty()) return {found.begin(), found.end()};
   std::string known;
   for (const files::Json& entry : found) {
     if (request.effect.empty() || request.effect == name_of(entry) ||
         request.effect == entry.at("effect").get<std::string>())
-      return entry;
+      return {entry};
     known += (known.empty() ? "'" : ", '") + name_of(entry) + "'";
   }
   if (known.empty())
@@ -75,16 +82,19 @@ Fall fall_of(const files::Json& diagnosis, const std::string& name, const std::s
   return fall;
 }
 
-// One robot file, one diagnosis.
-void require_same_robot(const files::Json& diagnosis, const AdoptRequest& request) {
-  const files::Json& inputs = need(diagnosis, "inputs", request.diagnosis);
-  const std::string stated = inputs.at("robot").at("sha256").get<std::string>();
-  if (stated == files::sha256(files::read_text(request.robot))) return;
-  throw files::InputError(
-      {.file = request.diagnosis,
-       .key = "inputs.robot",
-       .what = fmt::format("the diagnosis is of another state of {}", request.robot),
-       .cure = "Run 'kinetostat diagnose' again on this robot file"});
+void require_adequate(const files::Json& diagnosis, const std::vector<files::Json>& entries,
+                      const Fall& fall, const std::string& file) {
+  const auto verdict = need(diagnosis, "verdict", file).get<std::string>();
+  if (verdict == to_string(calibration::Verdict::none_of_the_above))
+    throw files::NotIdentifiable(fmt::format(
+        "{}: the verdict is '{}': {} came nearest but does not explain these readings; it is not "
+        "adopted. --force adopts it all the same.",
+        file, verdict, names_of(entries)));
+  if (fall.after < fall.before) return;
+  throw files::NotIdentifiable(fmt::format(
+      "{}: with {} the held-out error does not fall ({} before, {} after, over the noise); it is "
+      "not adopted. --force adopts it all the same.",
+      file, names_of(entries), report::number(fall.before, 4), report::number(fall.after, 4)));
 }
 
 std::vector<std::string> reasons_for(const files::Json& diagnosis, const files::Json& entry,
@@ -127,29 +137,29 @@ Adoption adoption_of(const files::Json& diagnosis, const files::Json& entry, con
 
 files::Json adopt(const AdoptRequest& request, const std::filesystem::path& out, Run& run) {
   const files::Json diagnosis = files::read_json(request.diagnosis);
-  const files::Json& entry = chosen(diagnosis, request);
-  if (!request.force) require_same_robot(diagnosis, request);
-  const Fall fall = fall_of(diagnosis, name_of(entry), request.diagnosis);
-  if (!(fall.after < fall.before) && !request.force)
-    throw files::NotIdentifiable(fmt::format(
-        "{}: with {} the held-out error does not fall ({} before, {} after, over the noise); it is "
-        "not adopted. --force adopts it all the same.",
-        request.diagnosis, name_of(entry), report::number(fall.before, 4),
-        report::number(fall.after, 4)));
-  std::string text;
+  const std::vector<files::Json> entries = chosen(diagnosis, request);
+  if (!request.force) require_same_robot(diagnosis, request.diagnosis, request.robot);
+  const auto fall_with = [&](const files::Json& entry) {
+    return fall_of(diagnosis, name_of(entry), request.diagnosis);
+  };
+  const Fall fall{fall_with(entries.front()).before, fall_with(entries.back()).after};
+  if (!request.force) require_adequate(diagnosis, entries, fall, request.diagnosis);
+  std::string text = files::read_text(request.robot);
   try {
-    text =
-        calibration::adopted(files::read_text(request.robot), adoption_of(diagnosis, entry, fall));
+    for (const files::Json& entry : entries)
+      text = calibration::adopted(text, adoption_of(diagnosis, entry, fall_with(entry)));
   } catch (const std::invalid_argument& error) {
     throw files::InputError({.file = request.robot, .key = "effects", .what = error.what()});
   }
   write_robot(out, text);
   run.print(fmt::format("{}: adopted {}; held-out error over the noise {} -> {}\n", out.string(),
-                        name_of(entry), report::number(fall.before, 4),
+                        names_of(entries), report::number(fall.before, 4),
                         report::number(fall.after, 4)));
+  files::Json adopted = files::Json::array();
+  for (const files::Json& entry : entries)
+    adopted.push_back({{"effect", entry.at("effect")}, {"at", entry.at("at")}});
   return {{"robot", out.string()},
-          {"effect", entry.at("effect")},
-          {"at", entry.at("at")},
+          {"adopted", adopted},
           {"held_out_before", fall.before},
           {"held_out_after", fall.after}};
 }
@@ -169,10 +179,24 @@ files::Json revert(const std::string& robot, Run& run) {
 
 }  // namespace
 
+void require_same_robot(const files::Json& diagnosis, const std::filesystem::path& file,
+                        const std::filesystem::path& robot) {
+  const files::Json& inputs = need(diagnosis, "inputs", file.string());
+  const std::string stated = inputs.at("robot").at("sha256").get<std::string>();
+  if (stated == files::sha256(files::read_text(robot))) return;
+  throw files::InputError(
+      {.file = file,
+       .key = "inputs.robot",
+       .what = fmt::format("the diagnosis is of another state of {}", robot.string()),
+       .cure = "Run 'kinetostat diagnose -o' again on this robot file"});
+}
+
 files::Json adopt_effect(const std::filesystem::path& robot, const std::filesystem::path& diagnosis,
                          const std::string& effect, bool force, const std::filesystem::path& out,
                          Run& run) {
-  return adopt({robot.string(), diagnosis.string(), effect, force}, out, run);
+  return adopt(
+      {.robot = robot.string(), .diagnosis = diagnosis.string(), .effect = effect, .force = force},
+      out, run);
 }
 
 void add_adopt(Program& program) {
@@ -191,8 +215,11 @@ void add_adopt(Program& program) {
                  "Which of the effects that were found (default: the "
                  "first)")
       ->type_name("NAME");
+  app.add_flag("--all", request->all, "All effects that were found, together")
+      ->excludes("--effect");
   app.add_flag("--force", request->force,
-               "Adopt it although the held-out error does not fall, or the robot file has changed");
+               "Adopt it although the held-out error does not fall, the verdict is that none of "
+               "the catalogue explains the readings, or the robot file has changed");
 }
 
 void add_revert(Program& program) {

@@ -31,9 +31,15 @@ files::Json diagnosis_picture(const vjm::Robot& robot, const calibration::Campai
                               const calibration::Comparison& before,
                               const calibration::Comparison* after);
 
+/// A diagnosis (as `file` has it) is of one state of one robot file: throws files::InputError when
+/// `robot` has another.
+void require_same_robot(const files::Json& diagnosis, const std::filesystem::path& file,
+                        const std::filesystem::path& robot);
+
 /// Writes `robot` with an effect that `diagnosis` found to `out`, and says so. Of several the one
 /// named by `effect` ("clearance at x.rho"), else the first. Throws files::NotIdentifiable when
-/// there is none, or (unless `force`) when the held-out error does not fall.
+/// there is none, or (unless `force`) when the held-out error does not fall or the verdict is that
+/// none of the catalogue explains the readings.
 files::Json adopt_effect(const std::filesystem::path& robot, const std::filesystem::path& diagnosis,
                          const std::string& effect, bool force, const std::filesystem::path& out,
                          Run& run);

@@ -33,19 +33,13 @@ struct PlanRequest {
 files::Json read_diagnosis(const PlanRequest& request, const vjm::Robot& robot,
                            const calibration::Campaign& campaign) {
   files::Json diagnosis = files::read_json(request.diagnosis);
-  const auto require = [&](bool same, const std::string& what) {
-    if (!same)
-      throw files::InputError({.file = request.diagnosis,
-                               .what = fmt::format("the diagnosis is of {}", what),
-                               .cure = "Run 'kinetostat diagnose -o' again"});
-  };
-  const auto hash = [](const std::filesystem::path& file) {
-    return files::sha256(files::read_text(file));
-  };
-  const files::Json robots = diagnosis.value("/inputs/robot/sha256"_json_pointer, files::Json());
-  require(robots == hash(robot.file), "another state of the robot file");
-  require(diagnosis.value("readings", files::Json()) == hash(campaign.readings_file),
-          "other readings than these");
+  require_same_robot(diagnosis, request.diagnosis, robot.file);
+  if (diagnosis.value("readings", files::Json()) !=
+      files::sha256(files::read_text(campaign.readings_file)))
+    throw files::InputError({.file = request.diagnosis,
+                             .key = "readings",
+                             .what = "the diagnosis is of other readings than these",
+                             .cure = "Run 'kinetostat diagnose -o' again on this campaign"});
   return diagnosis;
 }
 

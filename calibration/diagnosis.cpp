@@ -268,8 +268,9 @@ void find_masked_pair(const Rivals& rivals, Search& search, const AddStage& add_
     if (!both) continue;
     std::vector<DiagnosisStep> steps;
     std::vector<FoundEffect> found;
+    std::optional<BaseFit> beside;  // in the end with the first alone
     for (const Candidate& other : {pair[1], pair[0]}) {
-      const std::optional<BaseFit> beside = fit_if_possible(rivals, {other}, *both, progress);
+      beside = fit_if_possible(rivals, {other}, *both, progress);
       if (!beside) break;
       search.screen({other}, *beside);
       std::vector<BaseFit> fits;
@@ -284,8 +285,8 @@ void find_masked_pair(const Rivals& rivals, Search& search, const AddStage& add_
     d.found = std::move(found);
     model.present = std::move(pair);
     model.fit = *both;
-    add_stage(fmt::format("+ {} + {}", model.present[0].name(), model.present[1].name()), model.fit,
-              model.present);
+    add_stage("+ " + model.present[0].name(), *beside, {model.present[0]});
+    add_stage("+ " + model.present[1].name(), model.fit, model.present);
     return;
   }
 }

@@ -80,7 +80,7 @@ function diagnosisVerdict(diagnosis) {
         `These readings do not tell ${diagnosis.ambiguous[0]} from: ${diagnosis.ambiguous.slice(1).join("; ")}.`,
       ),
     );
-  lines.push(...diagnosis.remarks.map((text) => element("p", {}, text)));
+  lines.push(...(diagnosis.remarks ?? []).map((text) => element("p", {}, text)));
   lines.push(...diagnosis.missing.map((text) => element("p", {}, `Missing: ${text}.`)));
   const good = kind === "no effect needed" || kind === "named effect";
   return element(

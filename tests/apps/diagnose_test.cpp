@@ -209,5 +209,56 @@ TEST_F(Diagnose, MistakesAreNamed) {
   EXPECT_EQ(kinetostat("adopt shown.yaml no.json").code, 3);
 }
 
+// Two torques that lift the tool nearly alike, one up and one down: neither shows alone.
+TEST(Adopt, TakesAllThatWasFoundTogether) {
+  const std::string arms =
+      "kinetostat: 1\nname: two arms\nunits: {length: mm, force: N, angle: deg}\n"
+      "chain_types:\n  arm:\n"
+      "    - actuator: {name: q1, axis: Ry, stiffness: 4.0e4 N m/rad}\n"
+      "    - tool: [400, 0, 0]\n"
+      "    - actuator: {name: q2, axis: Ry, stiffness: 2.0e4 N m/rad, home: 0}\n"
+      "    - tool: [300, 0, 0]\n"
+      "manipulator: {chain: arm}\nuncertain:\n  - {stiffness: q1}\n  - {stiffness: q2}\n";
+  const auto write = [](const char* name, const std::string& text) {
+    files::write_atomically(working_folder() / name, text);
+  };
+  write("arms.yaml", arms);
+  write("truth.yaml", arms +
+                          "effects:\n  - {effect: preload, at: q1, force: -1.45 N m}\n"
+                          "  - {effect: preload, at: q2, force: 1.8 N m}\n");
+  std::string plan = "id,session,cycle,step,time,q1,q2,fz\n";
+  for (int i = 0; i < 80; ++i)
+    plan += fmt::format("a{0},first,c{0},1,{1},{2},{3},{4}\n", i, 60 * i, -35 + 7 * ((i * 3) % 11),
+                        -50 + 100 * ((i * 7) % 20) / 19.0,
+                        i % 4 == 0   ? 60
+                        : i % 4 == 2 ? -60
+                                     : 0);
+  write("arms.csv", plan);
+  ASSERT_EQ(kinetostat("simulate truth.yaml --plan arms.csv --absolute --noise-translation 3um "
+                       "--components dz -o lifts --seed 2")
+                .code,
+            0);
+  ASSERT_EQ(kinetostat("diagnose arms.yaml lifts/campaign.yaml -q -o arms.json "
+                       "--effects preload,clearance,wrench_gain")
+                .code,
+            0);
+  files::Json json = files::read_json(working_folder() / "arms.json");
+  ASSERT_EQ(json["found"].size(), 2u);
+  EXPECT_EQ(kinetostat("adopt arms.yaml arms.json -o one.yaml").code, 5);  // alone no help
+  const Outcome all = kinetostat("adopt arms.yaml arms.json --all -o both.yaml");
+  EXPECT_EQ(all.code, 0) << all.err;
+  EXPECT_THAT(all.out, HasSubstr("preload at arm.q1 and preload at arm.q2"));
+  EXPECT_THAT(kinetostat("compare both.yaml lifts/campaign.yaml -q").out,
+              HasSubstr("is not refuted by the stated noise"));
+
+  // What only came nearest is not adopted, unless somebody insists.
+  json["verdict"] = "none of the above";
+  write("arms.json", json.dump());
+  const Outcome nearest = kinetostat("adopt arms.yaml arms.json --all -o forced.yaml");
+  EXPECT_EQ(nearest.code, 5);
+  EXPECT_THAT(nearest.err, HasSubstr("does not explain these readings"));
+  EXPECT_EQ(kinetostat("adopt arms.yaml arms.json --all --force -o forced.yaml").code, 0);
+}
+
 }  // namespace
 }  // namespace kinetostat
