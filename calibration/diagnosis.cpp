@@ -362,7 +362,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   if (!fit.parameters.empty()) add_stage("refitted", fit, {});
   Model model{.present = {}, .fit = fit, .alone = {}, .without = std::move(fit)};
   add_effects(search, options, add_stage, model, d);
-  if (d.found.empty() && d.steps[0].gate.p_value > significance_level)
+  if (d.found.empty() && d.steps[0].gate.p_value > significance_level && options.most_effects > 1)
     find_masked_pair(rivals, search, add_stage, progress, model, d);
   else
     weigh_again(rivals, search, model, progress, d);
