@@ -152,7 +152,10 @@ FreeForm::FreeForm(const Campaign& campaign, const std::vector<Value>& values,
   const auto time = [&](std::size_t i) { return campaign.readings[i].time.value_or(0); };
   const auto heat = [&](std::size_t i) { return campaign.readings[i].temperature.value_or(0); };
   add("time", numbers_of(campaign, time), {0, 1, 0.3});
-  add("time in the cycle", times_in_cycle(campaign), {0, 1});
+  const MatrixXd held = times_in_cycle(campaign);
+  add("time in the cycle", held, {0, 1});
+  if (loads.cols() > 0 && held.cols() > 0)
+    add("load and time in the cycle together", beside(loads, held), {0, 1});
   add("temperature", numbers_of(campaign, heat), {0, 2.5, 1});
   channels_ = {{"", components_of(values)},
                {", as a force on the platform does", of_unit_length(by_force)},

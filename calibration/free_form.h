@@ -22,9 +22,9 @@ struct FreeFormEvidence {
 };
 
 /// Gaussian processes over what is known of each reading: an unknown function of posture, load,
-/// both, the time, the time in a cycle or the temperature, smooth or straight, that acts on the
-/// displacements themselves, as a force on the platform, or as a change of what is uncertain. The
-/// amplitude of each has a log-uniform prior; the processes are equally likely.
+/// both, the time, the time in a cycle (and load) or the temperature, smooth or straight, that acts
+/// on the displacements themselves, as a force on the platform, or as a change of what is
+/// uncertain. The amplitude of each has a log-uniform prior; the processes are equally likely.
 class FreeForm {
  public:
   /// `by_force`: change of the whitened values with a force on the platform, three columns;

@@ -77,9 +77,9 @@ Kind session_drift() {
       "sensor_frame, in one short session; thermal_expansion, when the temperature follows time";
   kind->place = EffectPlace::sensor;
   for (const char* axis : {"x", "y", "z"})
-    kind->parameters.push_back(optional_parameter(axis, {.length = 1, .time = -1}, 1, 1e-8));
+    kind->parameters.push_back(optional_parameter(axis, {.length = 1, .time = -1}, 1, 5e-9));
   for (const char* axis : {"rx", "ry", "rz"})
-    kind->parameters.push_back(optional_parameter(axis, {.time = -1, .angle = 1}, 1, 1e-8));
+    kind->parameters.push_back(optional_parameter(axis, {.time = -1, .angle = 1}, 1, 5e-9));
   EffectParameter each_cycle = optional_parameter("each_cycle", spatial::dimension::none, 1, 1);
   each_cycle.lower = 0;
   each_cycle.is_shape = true;
