@@ -265,6 +265,15 @@ Readings disturbed(const Case& spec, const Plan& plan, const Responses& clear,
 
 }  // namespace
 
+namespace {
+
+// As the robot file calls it: the legs of the Orthoglide are links of their own.
+std::string place_in_file(const std::string& at) {
+  return at.ends_with(".leg") ? at + "_" + at.substr(0, 1) : at;
+}
+
+}  // namespace
+
 void write_case(const Case& spec, const std::filesystem::path& folder,
                 const std::filesystem::path& truth) {
   Random random(spec.seed);
@@ -292,7 +301,7 @@ void write_case(const Case& spec, const std::filesystem::path& folder,
       confuser = confuser_of(effect, world, plan, noise);
     hidden += fmt::format(
         "{}\n    {{\"effect\": \"{}\", \"at\": \"{}\", \"size\": {:.6g}, \"d_prime\": {:.4g}}}",
-        hidden.empty() ? "" : ",", effect.name, effect.at, effect.size, mark.norm());
+        hidden.empty() ? "" : ",", effect.name, place_in_file(effect.at), effect.size, mark.norm());
   }
   const Responses clear = real.effects.empty() ? base : respond(real, plan, false);
   std::filesystem::create_directories(folder);
