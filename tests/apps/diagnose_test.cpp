@@ -15,6 +15,7 @@
 #include "kinetostat/files/text_file.h"
 
 #include "run_program.h"
+#include "support/two_arms.h"
 
 namespace kinetostat {
 namespace {
@@ -211,29 +212,15 @@ TEST_F(Diagnose, MistakesAreNamed) {
 
 // Two torques that lift the tool nearly alike, one up and one down: neither shows alone.
 TEST(Adopt, TakesAllThatWasFoundTogether) {
-  const std::string arms =
-      "kinetostat: 1\nname: two arms\nunits: {length: mm, force: N, angle: deg}\n"
-      "chain_types:\n  arm:\n"
-      "    - actuator: {name: q1, axis: Ry, stiffness: 4.0e4 N m/rad}\n"
-      "    - tool: [400, 0, 0]\n"
-      "    - actuator: {name: q2, axis: Ry, stiffness: 2.0e4 N m/rad, home: 0}\n"
-      "    - tool: [300, 0, 0]\n"
-      "manipulator: {chain: arm}\nuncertain:\n  - {stiffness: q1}\n  - {stiffness: q2}\n";
   const auto write = [](const char* name, const std::string& text) {
     files::write_atomically(working_folder() / name, text);
   };
-  write("arms.yaml", arms);
-  write("truth.yaml", arms +
-                          "effects:\n  - {effect: preload, at: q1, force: -1.45 N m}\n"
-                          "  - {effect: preload, at: q2, force: 1.8 N m}\n");
-  std::string plan = "id,session,cycle,step,time,q1,q2,fz\n";
-  for (int i = 0; i < 80; ++i)
-    plan += fmt::format("a{0},first,c{0},1,{1},{2},{3},{4}\n", i, 60 * i, -35 + 7 * ((i * 3) % 11),
-                        -50 + 100 * ((i * 7) % 20) / 19.0,
-                        i % 4 == 0   ? 60
-                        : i % 4 == 2 ? -60
-                                     : 0);
-  write("arms.csv", plan);
+  write("arms.yaml", test::two_arms);
+  write("truth.yaml",
+        test::two_arms + fmt::format("effects:\n  - {{effect: preload, at: q1, force: {}}}\n"
+                                     "  - {{effect: preload, at: q2, force: {}}}\n",
+                                     test::torque_1, test::torque_2));
+  write("arms.csv", test::lifts());
   ASSERT_EQ(kinetostat("simulate truth.yaml --plan arms.csv --absolute --noise-translation 3um "
                        "--components dz -o lifts --seed 2")
                 .code,

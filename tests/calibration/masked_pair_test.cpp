@@ -10,6 +10,7 @@
 #include "kinetostat/calibration/pair_screen.h"
 
 #include "calibration/laboratory.h"
+#include "support/two_arms.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -87,36 +88,14 @@ TEST(PairScreen, SeesWhatNoSingleEffectShows) {
   EXPECT_GE(right, campaigns * 9 / 10);
 }
 
-// Two arms in a plane, of which only the height is read: a torque in the one drive lifts the tool
-// nearly as one in the other does.
-const std::string two_arms =
-    "kinetostat: 1\nname: two arms\nunits: {length: mm, force: N, angle: deg}\n"
-    "chain_types:\n  arm:\n"
-    "    - actuator: {name: q1, axis: Ry, stiffness: 4.0e4 N m/rad}\n"
-    "    - tool: [400, 0, 0]\n"
-    "    - actuator: {name: q2, axis: Ry, stiffness: 2.0e4 N m/rad, home: 0}\n"
-    "    - tool: [300, 0, 0]\n"
-    "manipulator: {chain: arm}\nuncertain:\n  - {stiffness: q1}\n  - {stiffness: q2}\n";
-
-std::string lifts() {
-  std::string csv = "id,session,cycle,step,time,q1,q2,fz\n";
-  for (int i = 0; i < 80; ++i)
-    csv += fmt::format("a{0},first,c{0},1,{1},{2},{3},{4}\n", i, 60 * i, -35 + 7 * ((i * 3) % 11),
-                       -50 + 100 * ((i * 7) % 20) / 19.0,
-                       i % 4 == 0   ? 60
-                       : i % 4 == 2 ? -60
-                                    : 0);
-  return csv;
-}
-
 TEST(MaskedPair, IsFoundThoughNeitherShowsAlone) {
-  Laboratory laboratory(two_arms);
+  Laboratory laboratory(kinetostat::test::two_arms);
   laboratory.options().translation_noise = 3e-6;
   laboratory.options().displacement = DisplacementKind::absolute;
-  laboratory.hide("preload", "q1", "force=-1.45 N m");
-  laboratory.hide("preload", "q2", "force=1.8 N m");
-  const Diagnosis d =
-      laboratory.diagnose(laboratory.measure(lifts()), {"preload", "clearance", "wrench_gain"});
+  laboratory.hide("preload", "q1", fmt::format("force={}", kinetostat::test::torque_1));
+  laboratory.hide("preload", "q2", fmt::format("force={}", kinetostat::test::torque_2));
+  const Diagnosis d = laboratory.diagnose(laboratory.measure(kinetostat::test::lifts()),
+                                          {"preload", "clearance", "wrench_gain"});
   EXPECT_GT(d.steps[0].gate.p_value, 0.05);  // nothing shows alone
   EXPECT_EQ(d.verdict, Verdict::named_effect);
   ASSERT_EQ(d.found.size(), 2u);
