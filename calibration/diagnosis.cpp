@@ -360,7 +360,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
     add_stage("as designed", fit_base(predictor, campaign, noise, {}, progress), {});
   }
   if (!fit.parameters.empty()) add_stage("refitted", fit, {});
-  Model model{.present = {}, .fit = fit, .alone = {}, .without = std::move(fit)};
+  Model model{.present = {}, .fit = fit, .alone = {}, .without = fit};
   add_effects(search, options, add_stage, model, d);
   if (d.found.empty() && d.steps[0].gate.p_value > significance_level && options.most_effects > 1)
     find_masked_pair(rivals, search, add_stage, progress, model, d);

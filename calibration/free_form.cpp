@@ -121,12 +121,12 @@ double log_evidence(const MatrixXd& root, const ResidualSpace& space, double tem
   const double largest = eigen.eigenvalues().maxCoeff(), trace = eigen.eigenvalues().sum();
   if (!(largest > 0)) return 0;
   std::vector<double> logs;
-  for (double power = 1; power < 4.6; power += 0.5) {
+  for (int half_powers = 2; half_powers <= 9; ++half_powers) {
     double log = 0;
     for (Index i = 0; i < seen.size(); ++i) {
       const double value = eigen.eigenvalues()[i];
       if (value < 1e-9 * largest) continue;
-      const double signal = std::pow(10, power) * value / trace;
+      const double signal = std::pow(10, 0.5 * half_powers) * value / trace;
       log +=
           0.5 * (temper * seen[i] * seen[i] / value * signal / (1 + signal) - std::log1p(signal));
     }
