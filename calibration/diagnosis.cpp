@@ -87,9 +87,7 @@ void confirm(const DiagnosisStep& step, FoundEffect& found) {
 // One effect that does the work of several is the likelier one.
 void doubt_beside_one(const std::vector<BaseFit>& alone, const DiagnosisStep& first,
                       const BaseFit& together, std::vector<FoundEffect>& found) {
-  double temper = temper_of(together);
-  for (const BaseFit& fit : alone)
-    if (fit.values > 0) temper = std::max(temper, temper_of(fit));
+  const double temper = common_temper(together, alone);
   const double of_all = evidence(together, temper).log;
   for (std::size_t c = 0; c < alone.size(); ++c) {
     const std::string name = first.ranking[c].candidate.name();

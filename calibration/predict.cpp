@@ -163,16 +163,10 @@ std::vector<vjm::Conditions> conditions_of(const Campaign& campaign) {
         result.back().covariates.emplace(c.name, value);
     }
   }
-  std::map<std::pair<std::size_t, std::string>, double> cycle_start;
-  for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
-    const Reading& r = campaign.readings[i];
-    const auto [found, fresh] = cycle_start.emplace(std::pair(r.session, r.cycle), result[i].time);
-    if (!fresh) found->second = std::min(found->second, result[i].time);
-  }
-  for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
-    const Reading& r = campaign.readings[i];
-    result[i].time_in_cycle =
-        result[i].time - (r.cycle.empty() ? 0 : cycle_start.at({r.session, r.cycle}));
+  for (const std::vector<std::size_t>& cycle : cycles_of(campaign)) {
+    double start = campaign.readings[cycle.front()].cycle.empty() ? 0 : result[cycle.front()].time;
+    for (const std::size_t i : cycle) start = std::min(start, result[i].time);
+    for (const std::size_t i : cycle) result[i].time_in_cycle = result[i].time - start;
   }
   for (const std::vector<std::size_t>& stretch : stretches_of(campaign))
     for (std::size_t k = 1; k < stretch.size(); ++k)

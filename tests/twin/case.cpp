@@ -263,10 +263,6 @@ Readings disturbed(const Case& spec, const Plan& plan, const Responses& clear,
   return read;
 }
 
-}  // namespace
-
-namespace {
-
 // As the robot file calls it: the legs of the Orthoglide are links of their own.
 std::string place_in_file(const std::string& at) {
   return at.ends_with(".leg") ? at + "_" + at.substr(0, 1) : at;
