@@ -164,9 +164,9 @@ std::vector<vjm::Conditions> conditions_of(const Campaign& campaign) {
     }
   }
   for (const std::vector<std::size_t>& cycle : cycles_of(campaign)) {
-    double start = campaign.readings[cycle.front()].cycle.empty() ? 0 : result[cycle.front()].time;
-    for (const std::size_t i : cycle) start = std::min(start, result[i].time);
-    for (const std::size_t i : cycle) result[i].time_in_cycle = result[i].time - start;
+    double begin = campaign.readings[cycle.front()].cycle.empty() ? 0 : result[cycle.front()].time;
+    for (const std::size_t i : cycle) begin = std::min(begin, result[i].time);
+    for (const std::size_t i : cycle) result[i].time_in_cycle = result[i].time - begin;
   }
   for (const std::vector<std::size_t>& stretch : stretches_of(campaign))
     for (std::size_t k = 1; k < stretch.size(); ++k)
@@ -178,6 +178,7 @@ std::vector<vjm::Conditions> conditions_of(const Campaign& campaign) {
 // In differences a reading counts from the state without load when its session began.
 vjm::Conditions without_load(vjm::Conditions conditions) {
   conditions.time = conditions.time_in_cycle = conditions.elapsed = 0;
+  conditions.unloaded = true;
   return conditions;
 }
 
@@ -191,7 +192,7 @@ std::size_t Predictor::conditions_index(const vjm::Conditions& conditions) {
 
 std::size_t Predictor::reference_index(std::size_t configuration, const vjm::Conditions& conditions,
                                        std::size_t reading) {
-  const std::size_t c = varies_ ? conditions_index(without_load(conditions)) : 0;
+  const std::size_t c = conditions_index(without_load(conditions));
   const auto [found, fresh] =
       known_references_.emplace(std::pair(configuration, c), references_.size());
   if (fresh) references_.push_back({configuration, c, reading});

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "calibration/laboratory.h"
 #include "calibration/synthetic.h"
 #include "support/matrix_near.h"
 
@@ -107,6 +108,36 @@ TEST(Prediction, ADifferenceIsTakenFromTheStateThatSagsUnderItsWeight) {
     EXPECT_TRUE(kinetostat::test::matrix_near(predictions.displacement[i],
                                               spatial::pose_difference(sagged, loaded), 1e-10));
   }
+}
+
+// A slide that hangs: with its weight put on against friction a pull downwards meets no more of it,
+// settled it moves as if it had no weight.
+TEST(Prediction, FrictionStartsAgainstTheWeightOrSettled) {
+  const auto displacements = [](bool heavy, double settled) {
+    test::Laboratory laboratory(fmt::format(
+        "kinetostat: 1\nname: slide\nunits: {{length: mm, force: N, angle: deg}}\n{}"
+        "links: {{hook: {{rigid: [0, 0, 10], mass: {{mass: 20 kg, center: [0, 0, 0]}}}}}}\n"
+        "chain_types:\n  cell:\n    - actuator: {{name: q, axis: Tz, stiffness: 1000}}\n"
+        "    - link: hook\nmanipulator: {{chain: cell}}\n",
+        heavy ? "gravity: {direction: [0, 0, -1]}\n" : ""));
+    laboratory.options().translation_noise = 0;
+    laboratory.hide("friction", "q",
+                    fmt::format("force=50 N,presliding=0.1 um,settled={}", settled));
+    const Campaign campaign = laboratory.measure(
+        "id,cycle,step,fz\na,1,1,0\nb,1,2,-100\nc,1,3,-200\nd,1,4,0\ne,2,1,0\nf,2,2,200\n");
+    std::vector<double> z;
+    for (const Reading& reading : campaign.readings) z.push_back(reading.displacement[2]);
+    return z;
+  };
+  const std::vector<double> light = displacements(false, 0), settled = displacements(true, 1),
+                            against = displacements(true, 0);
+  ASSERT_EQ(light.size(), 6u);
+  for (std::size_t i = 0; i < light.size(); ++i) EXPECT_NEAR(settled[i], light[i], 1e-9) << i;
+  // Downwards all of the load reaches the drive; upwards friction first turns round: 2 x 50 N.
+  EXPECT_NEAR(against[1], -100e-6, 1e-9);
+  EXPECT_NEAR(against[2], -200e-6, 1e-9);
+  EXPECT_NEAR(against[5], (200 - 2 * 50) * 1e-6, 1e-9);
+  EXPECT_NEAR(settled[2], -(200 - 50) * 1e-6, 1e-9);
 }
 
 TEST(Prediction, IsTheChangeFromTheUnloadedPostureOrThePoseItself) {

@@ -34,6 +34,7 @@ std::vector<Step> random_path(const Bench& bench, Random& random, int length) {
     step.conditions.time = time + 30;
     step.conditions.time_in_cycle = time;
     step.conditions.elapsed = elapsed;
+    step.conditions.unloaded = k == 0;
     step.conditions.temperature = random.uniform(15, 35);
     path.push_back(step);
   }
@@ -143,6 +144,15 @@ INSTANTIATE_TEST_SUITE_P(Catalogue, EveryEffect, testing::ValuesIn(every_effect(
 TEST_P(EveryEffect, HasExactDerivatives) {
   const bool history = effect().kind->history > 0;
   expect_exact(bench(), {effect()}, history ? 10 : 50, history ? 5 : 1);
+}
+
+TEST(EffectDerivatives, AreExactWhereFrictionHasSettled) {
+  const Bench bench = test::arm_bench();
+  Effect friction;
+  for (const Effect& effect : bench.effects)
+    if (effect.kind->name == "friction") friction = effect;
+  friction.values[2] = 1;
+  expect_exact(bench, {friction}, 10, 5);
 }
 
 // Where there is none yet its first trace is known, too: a search for effects starts there.

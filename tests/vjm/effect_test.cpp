@@ -187,7 +187,7 @@ double work(const std::vector<double>& force, const std::vector<double>& positio
 
 // The second round of a cycle is closed in the state of the friction, too.
 TEST(Effects, FrictionLosesEnergyOnEveryClosedCycle) {
-  const Effect friction = effect(bench(), "friction", "spring", {100, 2e-5});
+  const Effect friction = effect(bench(), "friction", "spring", {100, 2e-5, 0});
   std::mt19937 engine(3);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (int cycle = 0; cycle < 50; ++cycle) {
@@ -225,7 +225,7 @@ TEST(Effects, FrictionWithoutForceIsNoneAndCreepWithoutTimeIsNone) {
   for (int i = 0; i < 40; ++i) path.push_back(700 * std::sin(0.5 * i));
   const std::vector<double> plain = positions({}, path);
   const std::vector<double> none =
-      positions({effect(bench(), "friction", "spring", {0, 1e-5})}, path);
+      positions({effect(bench(), "friction", "spring", {0, 1e-5, 0})}, path);
   const std::vector<double> at_once =
       positions({effect(bench(), "creep", "spring", {1e-6, 10})}, path);
   for (std::size_t i = 0; i < path.size(); ++i) {

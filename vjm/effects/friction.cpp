@@ -9,12 +9,15 @@ namespace {
 
 // Share of the presliding length over which sticking passes into slipping.
 constexpr double rounding = 0.05;
+// What is shorter is taken to be as long [m or rad]: no instrument sees the difference.
+constexpr double least_presliding = 1e-9;
 
-enum Value { force, presliding };
+enum Value { force, presliding, settled };
 enum History {
   stretch,
   travel
 };  // of the bristles over the presliding length; the joint's [m, rad]
+constexpr Eigen::Index before = settled + 1;  // where the history stands among the inputs
 
 // A saturation: u up to 1 - w in magnitude, 1 from 1 + w on, between them its slope falls as
 // 1 - 3 t^2 + 2 t^3. Its value, slope and integral.
@@ -33,10 +36,17 @@ struct Saturation {
   }
 };
 
+// The weight of a cycle's posture is put on without friction, and friction starts from there.
+bool settles(const EffectInput& input) {
+  return input.values[settled] > 0.5 && input.conditions.unloaded;
+}
+
 class FrictionLaw : public CoordinateLaw {
  public:
   FrictionLaw(const Eigen::VectorXd& values, const Eigen::VectorXd& history)
-      : force_(values[force]), length_(values[presliding]), history_(history) {}
+      : force_(values[force]),
+        length_(std::max(least_presliding, values[presliding])),
+        history_(history) {}
 
   Value at(const JointState& joint) const override {
     const Saturation s(history_[stretch] + (joint.travel - history_[effects::travel]) / length_);
@@ -59,7 +69,9 @@ class Friction : public EffectKind {
     law =
         "F = force s(z), z = z' + (x - x') / presliding with z' and x' after the reading before, "
         "then z = s(z); s(z) = z while it sticks, +-1 when it slips, rounded over +-0.05 of the "
-        "presliding length";
+        "presliding length; with 0 it is Coulomb's. Before a cycle weight is put on against "
+        "friction, or "
+        "with settled = 1 without it";
     source =
         "elasto-plastic friction: Jenkin (1922); Iwan, A distributed-element model for hysteresis, "
         "J. Appl. Mech. 33 (1966) 893, one element";
@@ -79,36 +91,55 @@ class Friction : public EffectKind {
                   {.name = "presliding",
                    .linear = spatial::dimension::length,
                    .angular = spatial::dimension::angle,
-                   .lower = 1e-9,
+                   .lower = 0,
                    .upper = 0.1,
                    .prior_sd = 2e-5,
-                   .is_shape = true}};
+                   .is_shape = true},
+                  {.name = "settled",
+                   .linear = spatial::dimension::none,
+                   .angular = spatial::dimension::none,
+                   .lower = 0,
+                   .upper = 1,
+                   .prior_sd = 1,
+                   .required = false,
+                   .is_shape = true,
+                   .usual_linear = {0, 1},
+                   .usual_angular = {0, 1}}};
   }
 
   void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
     require_mobile(chain, joint);
+    if (settles(input)) return;
     chain.law(joint, std::make_shared<FrictionLaw>(input.values, input.history));
   }
 
   void differentiate(ChainColumns& columns, const std::string& joint,
                      const EffectInput& input) const override {
+    if (settles(input)) return;
     const Step at(columns.state(), joint, input);
     const double limit = input.values[force];
     columns.add_force(force, at.joint, -at.s.value);
     columns.add_force(presliding, at.joint, -limit * at.s.slope * at.by_length);
-    columns.add_force(2 + stretch, at.joint, -limit * at.s.slope);
-    columns.add_force(2 + travel, at.joint, limit * at.s.slope / at.length);
+    columns.add_force(before + stretch, at.joint, -limit * at.s.slope);
+    columns.add_force(before + travel, at.joint, limit * at.s.slope / at.length);
   }
 
   HistoryStep advance(const ChainState& state, const std::string& joint,
                       const EffectInput& input) const override {
+    constexpr Eigen::Index inputs = before + 2;
     const Step at(state, joint, input);
-    HistoryStep step(Eigen::Vector2d(at.s.value, state.travel[at.joint]), state.chain.size(), 4);
+    if (settles(input)) {
+      HistoryStep step(Eigen::Vector2d(0, state.travel[at.joint]), state.chain.size(), inputs);
+      step.by_coordinates(travel, at.joint) = 1;
+      return step;
+    }
+    HistoryStep step(Eigen::Vector2d(at.s.value, state.travel[at.joint]), state.chain.size(),
+                     inputs);
     step.by_coordinates(stretch, at.joint) = at.s.slope / at.length;
     step.by_coordinates(travel, at.joint) = 1;
     step.by_input(stretch, presliding) = at.s.slope * at.by_length;
-    step.by_input(stretch, 2 + stretch) = at.s.slope;
-    step.by_input(stretch, 2 + travel) = -at.s.slope / at.length;
+    step.by_input(stretch, before + stretch) = at.s.slope;
+    step.by_input(stretch, before + travel) = -at.s.slope / at.length;
     return step;
   }
 
@@ -121,9 +152,9 @@ class Friction : public EffectKind {
 
     Step(const ChainState& state, const std::string& name, const EffectInput& input)
         : joint(state.chain.index_of(name)),
-          length(input.values[presliding]),
+          length(std::max(least_presliding, input.values[presliding])),
           moved(state.travel[joint] - input.history[effects::travel]),
-          by_length(-moved / (length * length)),
+          by_length(input.values[presliding] < least_presliding ? 0 : -moved / (length * length)),
           s(input.history[stretch] + moved / length) {}
   };
 };
