@@ -105,6 +105,13 @@ std::vector<std::pair<std::size_t, std::size_t>> reversed_pairs(const Campaign& 
   return pairs;
 }
 
+bool takes_loads_back(const Campaign& campaign) {
+  const std::vector<LoadDirection> directions = branches(campaign);
+  return std::find(directions.begin(), directions.end(), LoadDirection::unloading) !=
+             directions.end() ||
+         !reversed_pairs(campaign).empty();
+}
+
 std::vector<double> distinct_values(std::vector<double> values, double tolerance) {
   std::sort(values.begin(), values.end());
   double size = 0;

@@ -31,9 +31,11 @@ std::vector<Cycle> load_cycles(const Campaign& campaign);
 std::vector<LoadDirection> branches(const Campaign& campaign);
 
 /// Readings in use at the same configuration whose loads are equal and opposite (within same_load),
-/// in pairs; each
-/// reading is in one pair at most.
+/// in pairs; each reading is in one pair at most.
 std::vector<std::pair<std::size_t, std::size_t>> reversed_pairs(const Campaign& campaign);
+
+/// Whether some load is taken back or reversed. Without that friction looks like a clearance.
+bool takes_loads_back(const Campaign& campaign);
 
 /// Distinct values, ascending; those within `tolerance` of the largest magnitude count as one: by
 /// default what rounding makes of a change of units.

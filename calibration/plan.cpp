@@ -463,6 +463,16 @@ void plan_replicates(const Task& task, Plan& plan) {
   arrange(task, batch, plan);
 }
 
+bool is_friction(const PlanModel& model) { return model.name.starts_with("friction at "); }
+
+// Friction is not named before some load has been taken back, whatever else may tell it.
+void leave_out_one_way(Task& task) {
+  if (std::none_of(task.models.begin(), task.models.end(), is_friction)) return;
+  if (takes_loads_back(task.campaign)) return;
+  std::erase_if(task.choices.blocks,
+                [](const PlanBlock& block) { return !block.pattern->takes_back(); });
+}
+
 void require_choices(const Task& task) {
   if (!task.choices.blocks.empty()) return;
   throw files::NotIdentifiable(
@@ -493,6 +503,7 @@ Plan plan(const vjm::Robot& robot, const Campaign& campaign, const PlanQuestion&
   task.models = plan_models(robot, campaign, noise, question, threads, progress);
   task.pairs = pairs_of(task.models, question.perhaps_nothing);
   if (!task.pairs.empty()) {
+    leave_out_one_way(task);
     plan_split(task, plan);
   } else if (task.models.back().root.cols() == 0) {
     throw files::NotIdentifiable(

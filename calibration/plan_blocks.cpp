@@ -148,6 +148,13 @@ std::string place_text(const Configuration& configuration) {
 
 }  // namespace
 
+bool LoadPattern::takes_back() const {
+  return std::adjacent_find(steps.begin(), steps.end(),
+                            [](const CycleStep& before, const CycleStep& now) {
+                              return std::abs(now.level) < std::abs(before.level);
+                            }) != steps.end();
+}
+
 const std::vector<LoadPattern>& load_patterns() {
   static const std::vector<LoadPattern> patterns = {
       {"up", {{0}, {0.25}, {0.5}, {0.75}, {1}}},

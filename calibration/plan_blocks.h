@@ -31,6 +31,8 @@ struct CycleStep {
 struct LoadPattern {
   std::string name;  // "up and down"
   std::vector<CycleStep> steps;
+
+  bool takes_back() const;  // some of the load
 };
 
 /// One load cycle, or one reading without load.

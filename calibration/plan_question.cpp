@@ -38,7 +38,7 @@ class Questioner {
     } else if (is(Verdict::ambiguous)) {
       question.present.pop_back();  // it is one of the suspects
       for (const Json& name : diagnosis_.at("ambiguous"))
-        question.suspects.push_back(suspect(name.get<std::string>()));
+        question.suspects.push_back(suspect(name.get<std::string>(), question));
       question.perhaps_nothing = question.suspects.size() == 1;
     } else if (is(Verdict::none_of_the_above)) {
       if (!question.present.empty()) question.present.pop_back();
@@ -67,10 +67,22 @@ class Questioner {
     return candidate;
   }
 
-  const Json& ranking() const {
-    static const Json none = Json::array();
+  static const Json& none() {
+    static const Json empty = Json::array();
+    return empty;
+  }
+
+  // Of the round that looked for what comes beside all that is present.
+  const Json& ranking(const PlanQuestion& question) const {
+    std::vector<std::string> present;
+    for (const Candidate& candidate : question.present) present.push_back(candidate.name());
     const Json& steps = diagnosis_.at("steps");
-    return steps.empty() ? none : steps.back().at("ranking");
+    for (auto step = steps.rbegin(); step != steps.rend(); ++step) {
+      const auto beside = step->at("beside").get<std::vector<std::string>>();
+      if (std::is_permutation(beside.begin(), beside.end(), present.begin(), present.end()))
+        return step->at("ranking");
+    }
+    return steps.empty() ? none() : steps.back().at("ranking");
   }
 
   Suspect suspect_of(const Json& entry) const {
@@ -84,15 +96,21 @@ class Questioner {
     return suspect;
   }
 
-  Suspect suspect(const std::string& name) const {
-    for (const Json& entry : ranking())
-      if (name_of(entry) == name) return suspect_of(entry);
+  // As it was fitted in that round; else in the last one where it was.
+  Suspect suspect(const std::string& name, const PlanQuestion& question) const {
+    std::vector<const Json*> rankings{&ranking(question)};
+    const Json& steps = diagnosis_.at("steps");
+    for (auto step = steps.rbegin(); step != steps.rend(); ++step)
+      rankings.push_back(&step->at("ranking"));
+    for (const Json* entries : rankings)
+      for (const Json& entry : *entries)
+        if (name_of(entry) == name && entry.contains("fit")) return suspect_of(entry);
     return {.candidate = find(name), .log_evidence = {}};
   }
 
   // Those that came nearest, though they do not explain the readings.
   void add_nearest(PlanQuestion& question) const {
-    for (const Json& entry : ranking())
+    for (const Json& entry : ranking(question))
       if (entry.contains("fit") && question.suspects.size() < 4)
         question.suspects.push_back(suspect_of(entry));
   }
@@ -102,7 +120,7 @@ class Questioner {
     question.perhaps_nothing = true;
     std::map<std::string, const Json*> best;
     std::vector<std::string> order;
-    for (const Json& entry : ranking()) {
+    for (const Json& entry : ranking(question)) {
       const auto kind = entry.at("effect").get<std::string>();
       const auto [found, fresh] = best.emplace(kind, &entry);
       if (fresh) order.push_back(kind);
@@ -121,7 +139,7 @@ class Questioner {
       for (const Candidate& candidate : all_)
         if ((candidate.name() == wanted || candidate.effect.kind->name == wanted) &&
             question.suspects.size() < most_suspects)
-          question.suspects.push_back(suspect(candidate.name()));
+          question.suspects.push_back(suspect(candidate.name(), question));
       if (question.suspects.size() == before)
         throw std::invalid_argument(
             fmt::format("this robot has no place for '{}', or has it already", wanted));

@@ -109,6 +109,32 @@ INSTANTIATE_TEST_SUITE_P(Plan, OneWay,
                                          std::pair("clearance", "gap=12 um")),
                          [](const auto& truth) { return std::string(truth.param.first); });
 
+// A friction that is all that was found keeps its fit, though a further round found nothing; and
+// the plan takes loads back, without which friction has no name.
+TEST(Plan, AsksForTheWayBackOfFriction) {
+  Laboratory laboratory(slide);
+  laboratory.hide("friction", "q", "force=60 N,presliding=3 um");
+  const std::vector<std::string> kinds = {"friction", "clearance", "piecewise_stiffness"};
+  files::Progress silent;
+  const Campaign campaign = laboratory.measure(loads_only_up({0, 40, 80, 150, 300, 600, 900}));
+  const Diagnosis before = laboratory.diagnose(campaign, kinds);
+  ASSERT_EQ(before.verdict, Verdict::ambiguous);
+  ASSERT_GT(before.steps.size(), 1u);
+  const PlanQuestion question =
+      question_of(laboratory.robot(), laboratory.json(campaign, before), "diagnosis.json", {});
+  ASSERT_GT(question.suspects.size(), 1u);
+  EXPECT_EQ(question.suspects[0].candidate.name(), "friction at cell.q");
+  EXPECT_TRUE(question.suspects[0].is_fitted);
+  const Plan p = plan(laboratory.robot(), campaign, question, {.minutes = 60}, 2, silent);
+  ASSERT_FALSE(p.blocks.empty());
+  for (const PlanBlock& block : p.blocks) EXPECT_TRUE(block.pattern->takes_back());
+  const Campaign all = laboratory.measure(report::plan_table(laboratory.robot(), p));
+  const Diagnosis after = laboratory.diagnose(all, kinds);
+  EXPECT_EQ(after.verdict, Verdict::named_effect);
+  ASSERT_FALSE(after.found.empty());
+  EXPECT_EQ(after.found[0].candidate.name(), "friction at cell.q");
+}
+
 // Loads that are all far above a gap do not tell it from a drive that hardens.
 TEST(Plan, ClearanceIsToldFromHardening) {
   Laboratory laboratory(slide);
