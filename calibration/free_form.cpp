@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include <Eigen/Eigenvalues>
 
@@ -112,6 +113,35 @@ MatrixXd of_unit_length(MatrixXd columns) {
   return columns;
 }
 
+// What is left of each step of the load since the cycle began, as far as what is uncertain feels
+// it: of every column the sum of its steps, each over e times less after the time of fading.
+MatrixXd memory(const Campaign& campaign, const std::vector<Value>& values,
+                const MatrixXd& uncertain, double fading) {
+  std::map<std::pair<std::size_t, Index>, Index> rows;
+  for (std::size_t v = 0; v < values.size(); ++v)
+    rows[{values[v].reading, values[v].component}] = static_cast<Index>(v);
+  MatrixXd result = MatrixXd::Zero(uncertain.rows(), uncertain.cols());
+  for (const Cycle& cycle : load_cycles(campaign))
+    for (Index component = 0; component < 6; ++component) {
+      std::optional<Index> before;
+      double then = 0;
+      for (const std::size_t reading : cycle) {
+        const auto found = rows.find({reading, component});
+        if (found == rows.end() || !campaign.readings[reading].time) continue;
+        const Index row = found->second;
+        const double now = *campaign.readings[reading].time;
+        if (!before && campaign.displacement == DisplacementKind::difference)
+          result.row(row) = uncertain.row(row);
+        if (before)
+          result.row(row) = std::exp(-(now - then) / fading) *
+                            (result.row(*before) + uncertain.row(row) - uncertain.row(*before));
+        before = row;
+        then = now;
+      }
+    }
+  return result;
+}
+
 // Of one process with the covariance root root', averaged over its amplitude: from a mark of about
 // three standard deviations in all the readings to one of two hundred.
 double log_evidence(const MatrixXd& root, const ResidualSpace& space, double temper) {
@@ -140,37 +170,64 @@ double log_evidence(const MatrixXd& root, const ResidualSpace& space, double tem
 double FreeFormEvidence::p_value() const { return std::min(1.0, std::exp(-log)); }
 
 FreeForm::FreeForm(const Campaign& campaign, const std::vector<Value>& values,
-                   const MatrixXd& by_force, const MatrixXd& by_uncertain) {
+                   const FreeFormWays& ways) {
   for (const Value& value : values) reading_.push_back(static_cast<Index>(value.reading));
   const MatrixXd postures = postures_of(campaign), loads = loads_of(campaign);
-  add("posture", postures, {0, 2.5, 1});
-  add("load", loads, {0, 2.5, 1});
-  if (postures.cols() > 0 && loads.cols() > 0)
-    add("posture and load together", beside(postures, loads), {0, 2.5, 1});
-  if (const MatrixXd both = branches_of(campaign); both.cols() > 0)
-    add("load, and whether it rises or falls", beside(loads, both), {0, 1});
+  const MatrixXd branches = branches_of(campaign), held = times_in_cycle(campaign);
   const auto time = [&](std::size_t i) { return campaign.readings[i].time.value_or(0); };
   const auto heat = [&](std::size_t i) { return campaign.readings[i].temperature.value_or(0); };
-  add("time", numbers_of(campaign, time), {0, 1, 0.3});
-  const MatrixXd held = times_in_cycle(campaign);
-  add("time in the cycle", held, {0, 1});
-  if (loads.cols() > 0 && held.cols() > 0)
-    add("load and time in the cycle together", beside(loads, held), {0, 1});
-  add("temperature", numbers_of(campaign, heat), {0, 2.5, 1});
-  channels_ = {{"", components_of(values)},
-               {", as a force on the platform does", of_unit_length(by_force)},
-               {", as a change of what is uncertain does", of_unit_length(by_uncertain)}};
+  const MatrixXd times = numbers_of(campaign, time), heats = numbers_of(campaign, heat);
+  const auto add_through = [&](const MatrixXd& columns, const std::string& how) {
+    add("posture" + how, postures, columns, {0, 2.5, 1});
+    add("load" + how, loads, columns, {0, 2.5, 1});
+    if (postures.cols() > 0 && loads.cols() > 0)
+      add("posture and load together" + how, beside(postures, loads), columns, {0, 2.5, 1});
+    if (branches.cols() > 0)
+      add("load, and whether it rises or falls" + how, beside(loads, branches), columns, {0, 1});
+    add("time" + how, times, columns, {0, 1, 0.3});
+    add("time in the cycle" + how, held, columns, {0, 1});
+    if (loads.cols() > 0 && held.cols() > 0)
+      add("load and time in the cycle together" + how, beside(loads, held), columns, {0, 1});
+    add("temperature" + how, heats, columns, {0, 2.5, 1});
+  };
+  add_through(components_of(values), "");
+  add_through(of_unit_length(ways.force), ", as a force on the platform does");
+  add_through(of_unit_length(ways.uncertain), ", as a change of what is uncertain does");
+  add_memory(campaign, values, of_unit_length(ways.uncertain));
+  for (const FreeFormWays::Drive& drive : ways.drives) add_law(drive);
 }
 
-void FreeForm::add(const std::string& name, MatrixXd of_reading, std::vector<double> lengths) {
-  if (of_reading.cols() > 0) features_.push_back({name, std::move(of_reading), std::move(lengths)});
+void FreeForm::add(const std::string& depends_on, const MatrixXd& of_reading,
+                   const MatrixXd& columns, std::initializer_list<double> lengths) {
+  if (of_reading.cols() == 0 || columns.size() == 0 || columns.isZero(0)) return;
+  for (const double length : lengths)
+    processes_.push_back({depends_on, of_reading, columns, length});
+}
+
+void FreeForm::add_memory(const Campaign& campaign, const std::vector<Value>& values,
+                          const MatrixXd& uncertain) {
+  for (const double fading : {20.0, 60.0, 200.0, 600.0, 2000.0}) {  // [s]
+    const MatrixXd columns = memory(campaign, values, uncertain, fading);
+    if (!columns.isZero(0))
+      processes_.push_back({"earlier loads, as a change of what is uncertain does",
+                            MatrixXd(campaign.readings.size(), 0), columns, 0});
+  }
+}
+
+void FreeForm::add_law(const FreeFormWays::Drive& drive) {
+  const double largest = drive.deflection.cwiseAbs().maxCoeff();
+  if (!(largest > 0) || drive.by_stiffness.isZero(0)) return;
+  for (const double length : {1.0, 0.4})
+    processes_.push_back({"the load of " + drive.name + ", as a law of that drive does",
+                          drive.deflection * (1.5 / largest), of_unit_length(drive.by_stiffness),
+                          length, drive.name});
 }
 
 // Kernel = root root', by a Cholesky factorisation with pivots that ends when little is left
 // (Harbrecht, Peters and Schneider, Appl. Numer. Math. 62, 2012).
-MatrixXd FreeForm::root_of_kernel(const Channel& channel, const Feature& feature,
-                                  double length) const {
-  const MatrixXd f = feature.of_reading(reading_, Eigen::all);
+MatrixXd FreeForm::root_of_kernel(const Process& process) const {
+  const MatrixXd f = process.of_reading(reading_, Eigen::all);
+  const double length = process.length;
   const auto along = [&](Index pivot) -> VectorXd {
     if (length == 0) return (1 + (f * f.row(pivot).transpose()).array()).matrix();
     return (-(f.rowwise() - f.row(pivot)).rowwise().squaredNorm() / (2 * length * length))
@@ -178,7 +235,7 @@ MatrixXd FreeForm::root_of_kernel(const Channel& channel, const Feature& feature
         .exp()
         .matrix();
   };
-  VectorXd left = channel.columns.rowwise().squaredNorm();
+  VectorXd left = process.columns.rowwise().squaredNorm();
   if (length == 0) left.array() *= 1 + f.rowwise().squaredNorm().array();
   const double enough = rest_of_trace * left.sum();
   MatrixXd root(f.rows(), std::min(most_rank, f.rows()));
@@ -187,7 +244,7 @@ MatrixXd FreeForm::root_of_kernel(const Channel& channel, const Feature& feature
     Index pivot = 0;
     const double largest = left.maxCoeff(&pivot);
     root.col(rank) =
-        along(pivot).cwiseProduct(channel.columns * channel.columns.row(pivot).transpose()) -
+        along(pivot).cwiseProduct(process.columns * process.columns.row(pivot).transpose()) -
         root.leftCols(rank) * root.row(pivot).head(rank).transpose();
     root.col(rank) /= std::sqrt(largest);
     left = (left - root.col(rank).cwiseAbs2()).cwiseMax(0);
@@ -199,17 +256,14 @@ FreeFormEvidence FreeForm::evidence(const ResidualSpace& space, double temper) c
   FreeFormEvidence result;
   std::vector<double> logs;
   double most = 0;
-  for (const Channel& channel : channels_)
-    for (const Feature& feature : features_)
-      for (const double length : feature.lengths) {
-        if (!(channel.columns.size() > 0) || channel.columns.isZero(0)) continue;
-        const MatrixXd root = root_of_kernel(channel, feature, length);
-        logs.push_back(log_evidence(root, space, temper));
-        if (result.depends_on.empty() || logs.back() > most) {
-          most = logs.back();
-          result.depends_on = feature.name + channel.name;
-        }
-      }
+  for (const Process& process : processes_) {
+    logs.push_back(log_evidence(root_of_kernel(process), space, temper));
+    if (result.depends_on.empty() || logs.back() > most) {
+      most = logs.back();
+      result.depends_on = process.depends_on;
+      result.drive = process.drive;
+    }
+  }
   if (!logs.empty()) result.log = log_mean_exp(logs);
   return result;
 }

@@ -17,43 +17,55 @@ struct FreeFormEvidence {
   /// et al., J. R. Stat. Soc. B 86, 2024).
   double log = 0;
   std::string depends_on;  // the most probable process: "posture, as a force on the platform does"
+  std::string drive;       // whose law that is: "x.rho"; empty for other processes
 
   double p_value() const;
+};
+
+/// What an error without a form of its own may act through: changes of the whitened values, one row
+/// each. None may be there.
+struct FreeFormWays {
+  Eigen::MatrixXd force;      // with a force on the platform, three columns
+  Eigen::MatrixXd uncertain;  // with what every fit changes
+  struct Drive {
+    std::string name;              // chain and joint: "x.rho"
+    Eigen::VectorXd deflection;    // one entry a reading
+    Eigen::VectorXd by_stiffness;  // with the logarithm of its stiffness
+  };
+  std::vector<Drive> drives;
 };
 
 /// Gaussian processes over what is known of each reading: an unknown function of posture, load,
 /// both, the time, the time in a cycle (and load) or the temperature, smooth or straight, that acts
 /// on the displacements themselves, as a force on the platform, or as a change of what is
-/// uncertain. The amplitude of each has a log-uniform prior; the processes are equally likely.
+/// uncertain; a memory of earlier loads by what is uncertain, that fades with time; or a drive
+/// whose stiffness is an unknown function of its own deflection. The amplitude of each has a
+/// log-uniform prior; the processes are equally likely.
 class FreeForm {
  public:
-  /// `by_force`: change of the whitened values with a force on the platform, three columns;
-  /// `by_uncertain`: with what every fit changes. Both may have no columns.
-  FreeForm(const Campaign& campaign, const std::vector<Value>& values,
-           const Eigen::MatrixXd& by_force, const Eigen::MatrixXd& by_uncertain);
+  FreeForm(const Campaign& campaign, const std::vector<Value>& values, const FreeFormWays& ways);
 
   /// In a residual beside all that the space's fit can produce, with flat priors for that
   /// (restricted likelihood). `temper`: as in evidence().
   FreeFormEvidence evidence(const ResidualSpace& space, double temper) const;
 
  private:
-  // What an unknown function may depend on: one row a reading.
-  struct Feature {
-    std::string name;
-    Eigen::MatrixXd of_reading;
-    std::vector<double> lengths;  // over which it changes; 0: it is straight
+  // An unknown function of `of_reading` (one row a reading) that acts through `columns` (one row a
+  // value, one column for each function of its own).
+  struct Process {
+    std::string depends_on;
+    Eigen::MatrixXd of_reading, columns;
+    double length;           // over which it changes; 0: it is straight
+    std::string drive = {};  // whose law it is
   };
-  // What it may act through: one row a value, one column for each function of its own.
-  struct Channel {
-    std::string name;
-    Eigen::MatrixXd columns;
-  };
-  void add(const std::string& name, Eigen::MatrixXd of_reading, std::vector<double> lengths);
-  Eigen::MatrixXd root_of_kernel(const Channel& channel, const Feature& feature,
-                                 double length) const;
+  void add(const std::string& depends_on, const Eigen::MatrixXd& of_reading,
+           const Eigen::MatrixXd& columns, std::initializer_list<double> lengths);
+  void add_memory(const Campaign& campaign, const std::vector<Value>& values,
+                  const Eigen::MatrixXd& uncertain);
+  void add_law(const FreeFormWays::Drive& drive);
+  Eigen::MatrixXd root_of_kernel(const Process& process) const;
 
-  std::vector<Feature> features_;
-  std::vector<Channel> channels_;
+  std::vector<Process> processes_;
   std::vector<Eigen::Index> reading_;  // of each value
 };
 

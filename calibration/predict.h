@@ -63,6 +63,10 @@ class Predictor {
             files::Progress& progress);
 
   const std::vector<vjm::Effect>& effects() const { return effects_; }
+  /// Of a reading, without load.
+  const vjm::Posture& posture_of(std::size_t reading) const {
+    return (*postures_)[campaign_.readings[reading].configuration].posture;
+  }
   /// The same campaign and manipulator with other effects: postures are not sought again.
   Predictor with_effects(std::vector<vjm::Effect> effects) const;
 

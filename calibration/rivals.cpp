@@ -9,6 +9,7 @@
 
 #include "kinetostat/calibration/evidence.h"
 #include "kinetostat/calibration/fit_record.h"
+#include "kinetostat/calibration/load_history.h"
 #include "kinetostat/files/error.h"
 
 namespace kinetostat::calibration {
@@ -87,6 +88,25 @@ double growth_to_be_seen(double length) {
   return length >= seen || length < least_visible / most ? 1 : most;
 }
 
+double usual_interval(const Campaign& campaign) {
+  std::vector<double> intervals;
+  for (const Cycle& cycle : load_cycles(campaign))
+    for (std::size_t k = 1; k < cycle.size(); ++k) {
+      const auto &now = campaign.readings[cycle[k]].time,
+                 &before = campaign.readings[cycle[k - 1]].time;
+      if (now && before) intervals.push_back(*now - *before);
+    }
+  if (intervals.empty()) return 0;
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  return *middle;
+}
+
+// A time over which an effect comes or goes: readings farther apart do not tell it.
+bool is_duration(const vjm::EffectParameter& parameter) {
+  return parameter.is_shape && parameter.linear == spatial::dimension::time;
+}
+
 bool has(const vjm::Robot& robot, const vjm::Effect& wanted) {
   return std::any_of(robot.effects.begin(), robot.effects.end(), [&](const vjm::Effect& effect) {
     return effect.kind->name == wanted.kind->name && effect.at == wanted.at;
@@ -101,6 +121,12 @@ bool same_sites(const vjm::Effect& a, const vjm::Effect& b) {
                     });
 }
 
+bool is_drive(const vjm::EffectSite& site, const vjm::Manipulator& bare) {
+  const vjm::Chain& chain = bare.chains()[site.chain];
+  return chain.coordinates()[static_cast<std::size_t>(chain.index_of(site.element))].role ==
+         vjm::Role::actuated;
+}
+
 std::optional<Candidate> candidate_at(const vjm::Robot& robot,
                                       const std::shared_ptr<const vjm::EffectKind>& kind,
                                       const std::string& place) {
@@ -111,6 +137,10 @@ std::optional<Candidate> candidate_at(const vjm::Robot& robot,
                       .sites = vjm::effect_sites(*kind, bare, place),
                       .values = VectorXd(static_cast<Index>(kind->parameters.size()))};
   if (has(robot, candidate.effect)) return std::nullopt;
+  if (kind->only_at_drives &&
+      std::none_of(candidate.effect.sites.begin(), candidate.effect.sites.end(),
+                   [&](const vjm::EffectSite& site) { return is_drive(site, bare); }))
+    return std::nullopt;
   for (std::size_t k = 0; k < kind->parameters.size(); ++k) {
     const vjm::EffectParameter& parameter = kind->parameters[k];
     const auto i = static_cast<Index>(k);
@@ -182,7 +212,15 @@ Rivals::Rivals(const vjm::Robot& robot, const Campaign& campaign, const Noise& n
       predictor_(robot.without_effects(), robot.effects, campaign, threads, progress),
       base_(uncertain_parameters(robot)),
       journal_(journal),
-      scope_(journal == nullptr ? "" : fit_scope(campaign, noise)) {}
+      scope_(journal == nullptr ? "" : fit_scope(campaign, noise)),
+      interval_(usual_interval(campaign)) {}
+
+Candidate Rivals::resolved(Candidate candidate) const {
+  for (Index k = 0; k < candidate.effect.values.size(); ++k)
+    if (is_duration(candidate.effect.kind->parameters[static_cast<std::size_t>(k)]))
+      candidate.effect.values[k] = std::max(candidate.effect.values[k], interval_);
+  return candidate;
+}
 
 // What is uncertain anyway, then all values of the added effects.
 std::vector<Parameter> Rivals::parameters(const std::vector<vjm::Effect>& effects,
@@ -196,6 +234,10 @@ std::vector<Parameter> Rivals::parameters(const std::vector<vjm::Effect>& effect
       const vjm::EffectParameter& described = effect.kind->parameters[static_cast<std::size_t>(k)];
       Parameter p =
           effect_parameter(effects, robot_.effects.size() + a, k, robot_.without_effects());
+      if (is_duration(described)) {
+        p.lower = std::max(p.lower, interval_);
+        p.start = std::max(p.start, p.lower);
+      }
       if (!usual_values(effect, k, robot_.without_effects()).empty()) {
         p.lower = p.upper = p.start;
         result.push_back(std::move(p));
@@ -278,6 +320,44 @@ MatrixXd Rivals::by_force(const BaseFit& fit, files::Progress& progress) const {
   return columns;
 }
 
+// Of each drive with a spring.
+std::vector<FreeFormWays::Drive> Rivals::drives(const BaseFit& fit,
+                                                files::Progress& progress) const {
+  std::vector<FreeFormWays::Drive> result;
+  std::vector<Parameter> unknowns = base_;
+  const auto& chains = robot_.without_effects().chains();
+  for (std::size_t c = 0; c < chains.size(); ++c)
+    for (const vjm::Spring& spring : chains[c].springs()) {
+      const auto& joint = chains[c].coordinates()[static_cast<std::size_t>(spring.first)];
+      if (joint.role != vjm::Role::actuated) continue;
+      Parameter& parameter = unknowns.emplace_back();
+      parameter.name = chains[c].name() + "." + joint.name;
+      parameter.springs = {{c, spring.name}};
+      VectorXd deflection = VectorXd::Zero(static_cast<Index>(campaign_.readings.size()));
+      for (std::size_t r = 0; r < campaign_.readings.size(); ++r) {
+        const auto& loaded = fit.model.loaded[r].coordinates;
+        if (c < loaded.size())  // there is an equilibrium
+          deflection[static_cast<Index>(r)] =
+              loaded[c][spring.first] - predictor_.posture_of(r).coordinates[c][spring.first];
+      }
+      result.push_back({parameter.name, std::move(deflection), {}});
+    }
+  const auto count = static_cast<Index>(result.size());
+  VectorXd values = starts_of(unknowns);
+  values.head(static_cast<Index>(base_.size())) = values_of(fit);
+  const auto there =
+      linearised_at(predictor_, campaign_, noise_, unknowns, values, fit, count, progress);
+  if (!there || count == 0) return {};
+  const MatrixXd columns = there->jacobian.middleCols(static_cast<Index>(base_.size()), count);
+  for (Index k = 0; k < count; ++k)
+    result[static_cast<std::size_t>(k)].by_stiffness = columns.col(k);
+  return result;
+}
+
+FreeFormWays Rivals::free_form_ways(const BaseFit& fit, files::Progress& progress) const {
+  return {by_force(fit, progress), fit.at.jacobian, drives(fit, progress)};
+}
+
 double Rivals::error_on(const Campaign& others, const BaseFit& fit,
                         const std::vector<Candidate>& added, files::Progress& progress) const {
   try {
@@ -325,12 +405,12 @@ void Rivals::add_marks(const Predictor& predictor, const Candidate& candidate,
   const auto sizes = sizes_of(*candidate.effect.kind);
   double growth = 0;  // not known yet
   for (const auto& [leading, others] : sizes) {
-    added.back() = at_size(candidate, std::max(1.0, growth) * leading, others);
+    added.back() = resolved(at_size(candidate, std::max(1.0, growth) * leading, others));
     auto mark = mark_of(predictor, added, std::max(1.0, growth), fit, progress);
     if (mark && growth == 0) {
       growth = growth_to_be_seen(mark->columns.col(0).norm());
       if (growth > 1) {
-        added.back() = at_size(candidate, growth * leading, others);
+        added.back() = resolved(at_size(candidate, growth * leading, others));
         mark = mark_of(predictor, added, growth, fit, progress);
       }
     }

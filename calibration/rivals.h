@@ -7,6 +7,7 @@
 
 #include "kinetostat/calibration/base_fit.h"
 #include "kinetostat/calibration/fit_journal.h"
+#include "kinetostat/calibration/free_form.h"
 #include "kinetostat/calibration/residual_space.h"
 
 namespace kinetostat::calibration {
@@ -63,10 +64,8 @@ class Rivals {
   Marks marks_of(const Candidate& candidate, const std::vector<Candidate>& present,
                  const BaseFit& fit, files::Progress& progress) const;
 
-  /// How the values in use, over their noise, change with a force on the platform [1/N], base axes:
-  /// one row a value, in their order, three columns; zero where there is no equilibrium. `fit`: of
-  /// the model without anything added.
-  Eigen::MatrixXd by_force(const BaseFit& fit, files::Progress& progress) const;
+  /// What the free-form rival may act through, in `fit` of the model without anything added.
+  FreeFormWays free_form_ways(const BaseFit& fit, files::Progress& progress) const;
 
   /// Rms over the noise of other readings of the campaign, predicted by such a fit that did not use
   /// them; NaN where the model has no equilibrium for one.
@@ -77,6 +76,8 @@ class Rivals {
   const Noise& noise() const { return noise_; }
 
  private:
+  Eigen::MatrixXd by_force(const BaseFit& fit, files::Progress& progress) const;
+  std::vector<FreeFormWays::Drive> drives(const BaseFit& fit, files::Progress& progress) const;
   std::vector<Parameter> parameters(const std::vector<vjm::Effect>& effects,
                                     const std::vector<Candidate>& added) const;
   BaseFit fitted(const std::vector<vjm::Effect>& effects, const std::vector<Parameter>& unknowns,
@@ -93,6 +94,8 @@ class Rivals {
                  std::vector<Candidate> added, const BaseFit& fit, Marks& marks,
                  files::Progress& progress) const;
 
+  Candidate resolved(Candidate candidate) const;
+
   const vjm::Robot& robot_;
   const Campaign& campaign_;
   const Noise& noise_;
@@ -100,6 +103,7 @@ class Rivals {
   std::vector<Parameter> base_;
   FitJournal* journal_;
   std::string scope_;  // of the journal's keys
+  double interval_;    // usual time between two readings of a cycle [s]; 0: there is none
 };
 
 }  // namespace kinetostat::calibration

@@ -34,8 +34,7 @@ class Search {
 
   /// What the free-form rival may act through: that of the model without anything added.
   void prepare_free_form(const BaseFit& fit) {
-    free_form_.emplace(rivals_.campaign(), values_, rivals_.by_force(fit, progress_),
-                       fit.at.jacobian);
+    free_form_.emplace(rivals_.campaign(), values_, rivals_.free_form_ways(fit, progress_));
   }
   const FreeForm& free_form() const { return *free_form_; }
 

@@ -137,6 +137,7 @@ class EffectKind {
   std::vector<EffectParameter> parameters;  // the first says how large it is
   bool varies = false;                      // with the conditions of a reading
   Eigen::Index history = 0;                 // numbers that it carries along a cycle, at each place
+  bool only_at_drives = false;              // elsewhere it may be given, but nobody builds it
 
   virtual ~EffectKind() = default;
 

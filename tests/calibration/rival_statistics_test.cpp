@@ -200,7 +200,8 @@ TEST(FreeForm, SeesACurveAndNotNoise) {
     fitted.row(i) << 1, f;
     curve[i] = f * f * f;
   }
-  const FreeForm free_form(campaign, values_in_use(campaign), MatrixXd(60, 0), fitted);
+  const FreeForm free_form(campaign, values_in_use(campaign),
+                           {.force = {}, .uncertain = fitted, .drives = {}});
   int false_alarms = 0, seen = 0;
   constexpr int campaigns = 400;
   for (std::uint64_t c = 0; c < campaigns; ++c) {
@@ -219,7 +220,8 @@ TEST(FreeForm, SeesACurveAndNotNoise) {
 TEST(FreeForm, WhatTheFitCanProduceIsNoEvidence) {
   const Campaign campaign = along_loads(12);
   const MatrixXd force = random_matrix(12, 3, 7), fitted = random_matrix(12, 2, 8);
-  const FreeForm free_form(campaign, values_in_use(campaign), force, fitted);
+  const FreeForm free_form(campaign, values_in_use(campaign),
+                           {.force = force, .uncertain = fitted, .drives = {}});
   const VectorXd y = 3 * random_matrix(12, 1, 3);
   const double log = free_form.evidence({y, fitted}, 1).log;
   EXPECT_NEAR(log, free_form.evidence({y + fitted * random_matrix(2, 1, 4), fitted}, 1).log, 1e-9);
@@ -231,7 +233,8 @@ TEST(FreeForm, SaysWhatTheErrorActsLike) {
   Campaign campaign = along_loads(60);
   MatrixXd force = random_matrix(60, 3, 11);
   const MatrixXd fitted = random_matrix(60, 1, 12);
-  const FreeForm free_form(campaign, values_in_use(campaign), force, fitted);
+  const FreeForm free_form(campaign, values_in_use(campaign),
+                           {.force = force, .uncertain = fitted, .drives = {}});
   VectorXd push(60);
   for (Index i = 0; i < 60; ++i)
     push[i] = std::sin(2 * campaign.readings[static_cast<std::size_t>(i)].load.force.x());
@@ -239,6 +242,52 @@ TEST(FreeForm, SaysWhatTheErrorActsLike) {
   const FreeFormEvidence seen = free_form.evidence({y, fitted}, 1);
   EXPECT_LT(seen.p_value(), 1e-6);
   EXPECT_EQ(seen.depends_on, "load, as a force on the platform does");
+}
+
+// A drive whose compliance falls with its load acts like a law of that drive, though the whole load
+// would do, too.
+TEST(FreeForm, KnowsALawOfADrive) {
+  const Campaign campaign = along_loads(60);
+  VectorXd one(60), other(60);
+  for (Index i = 0; i < 60; ++i) {
+    one[i] = campaign.readings[static_cast<std::size_t>(i)].load.force.x();
+    other[i] = std::sin(7 * one[i]);  // in other postures, say
+  }
+  MatrixXd fitted(60, 2);
+  fitted << one, other;
+  const FreeForm free_form(
+      campaign, values_in_use(campaign),
+      {.force = {}, .uncertain = fitted, .drives = {{"x.rho", one, one}, {"y.rho", other, other}}});
+  const VectorXd law = 40 * other.array() / (1 + 6 * other.array().square());
+  const FreeFormEvidence seen = free_form.evidence({law + random_matrix(60, 1, 21), fitted}, 1);
+  EXPECT_EQ(seen.drive, "y.rho");
+  EXPECT_EQ(seen.depends_on, "the load of y.rho, as a law of that drive does");
+  EXPECT_LT(seen.p_value(), 1e-6);
+}
+
+// What yields slowly remembers the loads before.
+TEST(FreeForm, KnowsAMemoryOfEarlierLoads) {
+  Campaign campaign = along_loads(60);
+  campaign.displacement = DisplacementKind::difference;
+  VectorXd load(60), lag(60);
+  double time = 0, before = 0;
+  const VectorXd intervals = random_matrix(60, 1, 31).cwiseAbs(), loads = random_matrix(60, 1, 32);
+  for (Index i = 0; i < 60; ++i) {
+    Reading& reading = campaign.readings[static_cast<std::size_t>(i)];
+    const double interval = i == 0 ? 0 : 20 + 40 * intervals[i];
+    time += interval;
+    reading.time = time;
+    reading.cycle = "a";
+    reading.step = static_cast<int>(i);
+    reading.load.force.x() = load[i] = loads[i];
+    lag[i] = std::exp(-interval / 60) * ((i == 0 ? 0 : lag[i - 1]) + load[i] - before);
+    before = load[i];
+  }
+  const FreeForm free_form(campaign, values_in_use(campaign),
+                           {.force = {}, .uncertain = load, .drives = {}});
+  const FreeFormEvidence seen = free_form.evidence({8 * lag + random_matrix(60, 1, 33), load}, 1);
+  EXPECT_EQ(seen.depends_on, "earlier loads, as a change of what is uncertain does");
+  EXPECT_LT(seen.p_value(), 1e-6);
 }
 
 TEST(Waterfall, IntervalHoldsTheErrorAndTheFloorIsTheNoise) {
