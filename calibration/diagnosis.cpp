@@ -19,6 +19,8 @@ using Eigen::VectorXd;
 
 constexpr double significance_of_more = 0.01;  // of a further effect beside one that was found
 constexpr double absurd = 9;                   // times the usual size: no explanation
+constexpr double certain_level = 0.005;        // of a rest that no effect explains
+constexpr double believable_noise = 2;         // times the stated one, to account for a misfit
 constexpr double unexplained_share = 0.3;  // of the misfit: more is another effect, not this one
 
 // How many times its usual size an effect would have: the value for which that is most.
@@ -102,11 +104,7 @@ void doubt_beside_one(const std::vector<BaseFit>& alone, const DiagnosisStep& fi
 // Where no load is taken back or reversed, friction only takes up a part of the load, as a gap
 // takes up a part of the way; the details of either law are no evidence.
 void doubt_friction(const Campaign& campaign, Diagnosis& d) {
-  const std::vector<LoadDirection> directions = branches(campaign);
-  const bool unloads = std::any_of(directions.begin(), directions.end(), [](LoadDirection branch) {
-    return branch == LoadDirection::unloading;
-  });
-  if (unloads || !reversed_pairs(campaign).empty()) return;
+  if (takes_loads_back(campaign)) return;
   for (FoundEffect& found : d.found) {
     if (found.candidate.effect.kind->name != "friction") continue;
     const std::string gap = "clearance at " + found.candidate.effect.at;
@@ -126,6 +124,18 @@ double above_free_form(const BaseFit& without, const std::vector<BaseFit>& alone
   double prior = 0;
   for (const FoundEffect& found : d.found) prior += found.log_prior;
   return evidence(together, temper).log + prior - evidence(without, temper).log - instead.log;
+}
+
+// Whether there is something more beside all that was found: of the round that looked for it.
+double p_value_of_rest(const Diagnosis& d) {
+  for (const DiagnosisStep& step : d.steps)
+    if (step.beside.size() == d.found.size()) return step.gate.p_value;
+  return 1;
+}
+
+// No stated noise is so wrong that it would account for what is left.
+bool is_left_open(const std::optional<ChiSquareTest>& after) {
+  return after && after->reduced() > believable_noise * believable_noise;
 }
 
 // Values and deviations of all that was found, from the fit that has all of it.
@@ -190,6 +200,15 @@ std::string absurd_explanation(const Diagnosis& d) {
       best.candidate.name(), times_usual(best));
 }
 
+// The free-form rival is another law of a drive for which one was found: the place is right.
+bool is_other_law(const Diagnosis& d) {
+  return std::any_of(d.found.begin(), d.found.end(), [&](const FoundEffect& found) {
+    const std::string& at = found.candidate.effect.at;
+    return found.candidate.effect.kind->place == vjm::EffectPlace::joint &&
+           (at == d.free_form.drive || d.free_form.drive.ends_with("." + at));
+  });
+}
+
 void judge(Diagnosis& d) {
   const bool structure_left = d.left.p_value() < structure_level;
   const double before = excess(d.before);
@@ -206,7 +225,7 @@ void judge(Diagnosis& d) {
       d.verdict = Verdict::no_effect_needed;
     return;
   }
-  const bool unlike_any = d.above_free_form < beaten_by_free_form;
+  const bool unlike_any = d.above_free_form < beaten_by_free_form && !is_other_law(d);
   if (unlike_any || (structure_left && share_left > unexplained_share))
     d.verdict = Verdict::none_of_the_above;
   else
@@ -365,16 +384,18 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   else
     weigh_again(rivals, search, model, progress, d);
   if (model.present.size() > 1) doubt_beside_one(model.alone, d.steps[0], model.fit, d.found);
+  d.after = test_of(model.fit, noise.source);
   if (!d.found.empty()) {
     d.above_free_form =
         above_free_form(model.without, model.alone, model.fit, search.free_form(), d, d.free_form);
-    d.or_something_else = d.above_free_form < doubtful_beside_free_form;
+    d.rest_p_value = p_value_of_rest(d);
+    d.or_something_else = d.above_free_form < doubtful_beside_free_form ||
+                          d.rest_p_value < certain_level || is_left_open(d.after);
   }
   take_values(model.fit, d.found);
   doubt_friction(campaign, d);
   list_ambiguous(d);
   d.waterfall.push_back(noise_floor(search.values(), noise));
-  d.after = test_of(model.fit, noise.source);
   d.left = search.free_form().evidence({-model.fit.at.residual, model.fit.at.jacobian},
                                        temper_of(model.fit));
   judge(d);

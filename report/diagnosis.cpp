@@ -45,11 +45,13 @@ std::string values_text(const vjm::Robot& robot, const calibration::Campaign& ca
     const auto i = static_cast<Eigen::Index>(k);
     const std::string unit = unit_for_people(campaign, kind.parameters[k], angular);
     const double factor = unit.empty() ? 1 : spatial::parse_unit(unit).factor;
+    const std::vector<double>& usual =
+        angular ? kind.parameters[k].usual_angular : kind.parameters[k].usual_linear;
+    const bool at_bound = std::isnan(deviations[i]) && usual.empty();  // else it was tried
     texts.push_back(fmt::format(
         "{} = {}{}{}{}", kind.parameters[k].name, number(values[i] / factor, 4),
         std::isnan(deviations[i]) ? "" : fmt::format(" +- {}", number(deviations[i] / factor, 2)),
-        unit.empty() ? "" : " " + unit,
-        std::isnan(deviations[i]) ? " (at a bound of its range)" : ""));
+        unit.empty() ? "" : " " + unit, at_bound ? " (at a bound of its range)" : ""));
   }
   return fmt::format("{}", fmt::join(texts, ", "));
 }
@@ -76,6 +78,12 @@ std::vector<std::string> remarks(const Diagnosis& d) {
                         d)};
     case Verdict::ambiguous:
       if (!d.or_something_else) return {};
+      if (d.above_free_form >= calibration::doubtful_beside_free_form)
+        return {
+            fmt::format("It may also stand for something that the catalogue lacks: beside it there "
+                        "is something "
+                        "more for certain (gate p = {}), which no effect explains.",
+                        number(d.rest_p_value, 2))};
       return {fmt::format(
           "It may also be something that the catalogue lacks and that depends on {}: an error "
           "without a form of its own explains these readings about as well.",
@@ -265,6 +273,7 @@ Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, con
             {"remarks", remarks(d)},
             {"chi_square_before", test_json(d.before)},
             {"chi_square_after", test_json(d.after)},
+            {"rest_p_value", d.rest_p_value},
             {"or_something_else", d.or_something_else},
             {"above_free_form", d.found.empty() ? Json() : Json(d.above_free_form)},
             {"structure_left",

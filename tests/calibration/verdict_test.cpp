@@ -1,0 +1,97 @@
+// What stands against a confident name.
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "calibration/laboratory.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using test::Laboratory;
+using testing::HasSubstr;
+
+const std::string slide =
+    "kinetostat: 1\nname: slide\nunits: {length: mm, force: N, angle: deg}\nchain_types:\n  cell:\n"
+    "    - actuator: {name: q, axis: Tz, stiffness: 1000}\n"
+    "manipulator: {chain: cell}\nuncertain:\n  - {stiffness: q}\n";
+
+// Three load cycles, up and down and reversed, one reading every 30 to 40 s.
+std::string loops() {
+  std::string csv = "id,cycle,step,time,fz\n";
+  int n = 0, time = 0;
+  for (int run = 1; run <= 3; ++run)
+    for (const int load : {0, 300, 600, 900, 600, 300, 0, -300, -600, -900, -600, -300, 0}) {
+      time += 30 + 7 * n % 11;
+      csv += fmt::format("a{0},{1},{0},{2},{3}\n", ++n, run, time, load);
+    }
+  return csv;
+}
+
+// With noise that is stated fifty times too small nothing explains the readings; friction that is
+// really there is then not all that may be missing.
+TEST(Verdict, NoNameWhereTheNoiseWouldHaveToBeManyTimesTheStatedOne) {
+  Laboratory laboratory(slide);
+  laboratory.hide("friction", "q", "force=60 N,presliding=3 um");
+  Campaign campaign = laboratory.measure(loops());
+  const Diagnosis right = laboratory.diagnose(campaign, {"friction", "creep"});
+  EXPECT_EQ(right.verdict, Verdict::named_effect);
+  EXPECT_FALSE(right.or_something_else);
+  for (Reading& reading : campaign.readings) reading.sigma /= 50;
+  const Diagnosis wrong = laboratory.diagnose(campaign, {"friction", "creep"});
+  EXPECT_NE(wrong.verdict, Verdict::named_effect);
+  EXPECT_TRUE(wrong.found.empty() || wrong.or_something_else);
+}
+
+// A lag of one reading is no creep: it would be a name for every hysteresis.
+TEST(Verdict, CreepIsNotFasterThanTheReadings) {
+  Laboratory laboratory(slide);
+  laboratory.hide("friction", "q", "force=60 N,presliding=3 um");
+  const Diagnosis d = laboratory.diagnose(laboratory.measure(loops()), {"creep", "friction"});
+  const auto creep =
+      std::find_if(d.steps[0].ranking.begin(), d.steps[0].ranking.end(),
+                   [](const Rival& rival) { return rival.candidate.effect.kind->name == "creep"; });
+  ASSERT_NE(creep, d.steps[0].ranking.end());
+  ASSERT_TRUE(creep->fit);
+  EXPECT_GE(creep->fit->values[1], 30);  // tau [s]
+  EXPECT_EQ(d.steps[0].ranking[0].candidate.effect.kind->name, "friction");
+}
+
+// Weight that is put on against friction, or that has settled: either is found as what it was.
+TEST(Verdict, FrictionIsNamedHoweverItsCyclesBegin) {
+  for (const int settled : {0, 1}) {
+    Laboratory laboratory(
+        "kinetostat: 1\nname: slide\nunits: {length: mm, force: N, angle: deg}\n"
+        "gravity: {direction: [0, 0, -1]}\n"
+        "links: {hook: {rigid: [0, 0, 10], mass: {mass: 40 kg, center: [0, 0, 0]}}}\n"
+        "chain_types:\n  cell:\n"
+        "    - actuator: {name: q, axis: Tz, stiffness: 1000}\n    - link: hook\n"
+        "manipulator: {chain: cell}\nuncertain:\n  - {stiffness: q}\n");
+    laboratory.hide("friction", "q", fmt::format("force=60 N,presliding=3 um,settled={}", settled));
+    const Diagnosis d = laboratory.diagnose(laboratory.measure(loops()), {"friction", "creep"});
+    EXPECT_EQ(d.verdict, Verdict::named_effect) << settled;
+    ASSERT_FALSE(d.found.empty());
+    EXPECT_EQ(d.found[0].candidate.name(), "friction at cell.q");
+    EXPECT_EQ(d.found[0].candidate.effect.values[2], settled);
+  }
+}
+
+// Nobody hangs a balancer on a joint that no drive moves; other laws may act there.
+TEST(Verdict, BalancersAreSoughtAtDrives) {
+  Laboratory laboratory(
+      "kinetostat: 1\nname: arm\nunits: {length: mm, force: N, angle: deg}\nchain_types:\n  arm:\n"
+      "    - actuator: {name: q1, axis: Ry, stiffness: 4.0e4 N m/rad}\n    - tool: [0, 0, 400]\n"
+      "    - passive: {name: q2, axis: Ry, home: 30, stiffness: 2.0e4 N m/rad}\n"
+      "    - tool: [0, 0, 300]\nmanipulator: {chain: arm}\n");
+  std::vector<std::string> names;
+  for (const Candidate& c : candidates(laboratory.robot(), {"gravity_compensator", "preload"}))
+    names.push_back(c.name());
+  EXPECT_THAT(names, testing::Contains("gravity_compensator at arm.q1"));
+  EXPECT_THAT(names, testing::Not(testing::Contains("gravity_compensator at arm.q2")));
+  EXPECT_THAT(names, testing::Contains("preload at arm.q2"));
+}
+
+}  // namespace
+}  // namespace kinetostat::calibration
