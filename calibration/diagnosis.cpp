@@ -362,7 +362,8 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   if (!d.set_aside.empty()) fit = rivals.fit({}, &fit, progress);
   search.prepare_free_form(fit);
   d.before = test_of(fit, noise.source);
-  d.weak = fit.weak;
+  d.weak = rivals.kept_as_designed();
+  d.weak.insert(d.weak.end(), fit.weak.begin(), fit.weak.end());
   d.held_out = search.groups().what;
   const Campaign kept = only(whole, Role::confirm);
   const auto add_stage = [&](const std::string& name, const BaseFit& stage,

@@ -10,6 +10,7 @@
 #include "kinetostat/calibration/evidence.h"
 #include "kinetostat/calibration/fit_record.h"
 #include "kinetostat/calibration/load_history.h"
+#include "kinetostat/calibration/undetermined.h"
 #include "kinetostat/files/error.h"
 
 namespace kinetostat::calibration {
@@ -213,7 +214,9 @@ Rivals::Rivals(const vjm::Robot& robot, const Campaign& campaign, const Noise& n
       base_(uncertain_parameters(robot)),
       journal_(journal),
       scope_(journal == nullptr ? "" : fit_scope(campaign, noise)),
-      interval_(usual_interval(campaign)) {}
+      interval_(usual_interval(campaign)) {
+  kept_ = keep_undetermined(predictor_, campaign, noise, base_, progress);
+}
 
 Candidate Rivals::resolved(Candidate candidate) const {
   for (Index k = 0; k < candidate.effect.values.size(); ++k)

@@ -74,6 +74,9 @@ class Rivals {
 
   const Campaign& campaign() const { return campaign_; }
   const Noise& noise() const { return noise_; }
+  /// What was declared uncertain and stays as designed, because these readings do not determine it,
+  /// in sentences.
+  const std::vector<std::string>& kept_as_designed() const { return kept_; }
 
  private:
   Eigen::MatrixXd by_force(const BaseFit& fit, files::Progress& progress) const;
@@ -101,6 +104,7 @@ class Rivals {
   const Noise& noise_;
   Predictor predictor_;  // of the robot as it is
   std::vector<Parameter> base_;
+  std::vector<std::string> kept_;
   FitJournal* journal_;
   std::string scope_;  // of the journal's keys
   double interval_;    // usual time between two readings of a cycle [s]; 0: there is none

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "kinetostat/calibration/undetermined.h"
+
 namespace kinetostat::calibration {
 namespace {
 
@@ -50,8 +52,9 @@ Noise noise_of(const vjm::Robot& robot, const Campaign& campaign, int threads,
                files::Progress& progress) {
   const Noise stated = noise_of(campaign, replicate_groups(campaign));
   if (campaign.wrench_covariance.empty()) return stated;
-  const std::vector<Parameter> parameters = uncertain_parameters(robot);
+  std::vector<Parameter> parameters = uncertain_parameters(robot);
   const Predictor predictor(robot.without_effects(), robot.effects, campaign, threads, progress);
+  keep_undetermined(predictor, campaign, stated, parameters, progress);
   const Noise first =
       with_wrench_noise(stated, campaign, predictor, parameters, starts_of(parameters), progress);
   const BaseFit fit = fit_base(predictor, campaign, first, parameters, progress);

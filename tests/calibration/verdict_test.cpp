@@ -78,6 +78,29 @@ TEST(Verdict, FrictionIsNamedHoweverItsCyclesBegin) {
   }
 }
 
+// A spring that no load reaches, and one that yields in proportion to another, stay as designed and
+// are named; the verdict is that of the rest.
+TEST(Verdict, WhatTheReadingsDoNotDetermineStaysAsDesigned) {
+  Laboratory laboratory(
+      "kinetostat: 1\nname: slide\nunits: {length: mm, force: N, angle: deg}\nchain_types:\n  "
+      "cell:\n"
+      "    - actuator: {name: p, axis: Tx, stiffness: 1000}\n"
+      "    - actuator: {name: r, axis: Tz, stiffness: 2000}\n"
+      "    - actuator: {name: q, axis: Tz, stiffness: 1000}\n"
+      "manipulator: {chain: cell}\n"
+      "uncertain:\n  - {stiffness: p}\n  - {stiffness: r}\n  - {stiffness: q}\n");
+  laboratory.hide("friction", "q", "force=60 N,presliding=3 um");
+  const Diagnosis d = laboratory.diagnose(laboratory.measure(loops()), {"friction", "creep"});
+  EXPECT_EQ(d.verdict, Verdict::ambiguous);  // r and q stand in one line
+  ASSERT_FALSE(d.found.empty());
+  EXPECT_EQ(d.found[0].candidate.effect.kind->name, "friction");
+  ASSERT_GE(d.weak.size(), 2u);
+  EXPECT_EQ(d.weak[0], "the stiffness of 'p' stays as designed: no reading depends on it.");
+  EXPECT_EQ(d.weak[1],
+            "the stiffness of 'q' stays as designed: these readings do not tell it from what is "
+            "refitted.");
+}
+
 // Nobody hangs a balancer on a joint that no drive moves; other laws may act there.
 TEST(Verdict, BalancersAreSoughtAtDrives) {
   Laboratory laboratory(

@@ -1,0 +1,77 @@
+#include "kinetostat/calibration/undetermined.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "kinetostat/calibration/base_fit.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double rounding = 1e-9;  // of the readings
+constexpr double unseen =
+    0.3;  // d' of a change that is worth knowing: a stiffness e times as large
+
+// Derivatives of the values in use over their noise, one column a parameter, for a change that is
+// worth knowing.
+MatrixXd marks_of(const Predictions& predictions, const std::vector<Value>& values,
+                  const Noise& noise, const std::vector<Parameter>& parameters) {
+  MatrixXd marks(static_cast<Index>(values.size()), static_cast<Index>(parameters.size()));
+  for (Index v = 0; v < marks.rows(); ++v) {
+    const auto& [reading, component] = values[static_cast<std::size_t>(v)];
+    marks.row(v) =
+        predictions.derivatives[reading].row(component) / noise.sigma[reading][component];
+  }
+  for (Index k = 0; k < marks.cols(); ++k)
+    marks.col(k) *= parameters[static_cast<std::size_t>(k)].typical;
+  return marks;
+}
+
+double size_of(const Campaign& campaign, const std::vector<Value>& values, const Noise& noise) {
+  double sum = 0;
+  for (const auto& [reading, component] : values)
+    sum += std::pow(
+        campaign.readings[reading].displacement[component] / noise.sigma[reading][component], 2);
+  return std::sqrt(sum);
+}
+
+}  // namespace
+
+std::vector<std::string> keep_undetermined(const Predictor& predictor, const Campaign& campaign,
+                                           const Noise& noise, std::vector<Parameter>& parameters,
+                                           files::Progress& progress) {
+  std::vector<std::string> kept;
+  if (parameters.empty()) return kept;
+  const Predictions there = predictor.predict(parameters, starts_of(parameters), true, progress);
+  if (there.failure) return kept;
+  const std::vector<Value> values = values_in_use(campaign);
+  const MatrixXd marks = marks_of(there, values, noise, parameters);
+  const double visible = std::max(unseen, rounding * size_of(campaign, values, noise));
+  MatrixXd known(marks.rows(), 0);
+  for (Index k = 0; k < marks.cols(); ++k) {
+    const VectorXd mark = marks.col(k);
+    VectorXd left = mark;
+    for (int twice = 0; twice < 2; ++twice) left -= known * (known.transpose() * left);
+    if (left.norm() > visible) {
+      known.conservativeResize(Eigen::NoChange, known.cols() + 1);
+      known.rightCols<1>() = left.normalized();
+      continue;
+    }
+    Parameter& parameter = parameters[static_cast<std::size_t>(k)];
+    parameter.lower = parameter.upper = parameter.start;
+    parameter.bounds_stated = true;
+    kept.push_back(fmt::format("{} stays as designed: {}.", parameter.phrase(),
+                               mark.norm() > visible
+                                   ? "these readings do not tell it from what is refitted"
+                                   : "no reading depends on it"));
+  }
+  return kept;
+}
+
+}  // namespace kinetostat::calibration
