@@ -21,10 +21,11 @@ namespace dimension = spatial::dimension;
 YamlNode read_top(const std::filesystem::path& file) {
   YamlNode top = files::read_yaml(file);
   files::check_format_version(top);
-  top.allow_only({"kinetostat", "campaign", "origin", "robot", "units", "displacement", "zero",
-                  "session_frame", "frames", "displacement_frame", "target_point", "wrench_frame",
-                  "wrench_point", "wrench_noise", "noise", "instruments", "instrument", "roles",
-                  "readings"});
+  top.allow_only({"kinetostat",   "campaign",           "origin",       "robot",
+                  "units",        "displacement",       "zero",         "session_frame",
+                  "frames",       "displacement_frame", "target_point", "wrench_frame",
+                  "wrench_point", "wrench_noise",       "known_loads",  "noise",
+                  "instruments",  "instrument",         "roles",        "readings"});
   return top;
 }
 
@@ -205,16 +206,19 @@ std::map<std::string, Role> read_roles(const YamlNode& top) {
   return roles;
 }
 
-// A role of a session that no reading belongs to is a slip.
+// A session that no reading belongs to is a slip.
+void require_session(const YamlNode& node, const std::string& session, const Campaign& campaign) {
+  if (std::binary_search(campaign.sessions.begin(), campaign.sessions.end(), session)) return;
+  const std::string near = spatial::nearest_spelling(session, campaign.sessions);
+  node.fail(fmt::format("no reading belongs to a session '{}'", session),
+            near.empty() ? "Write a name of the column 'session'"
+                         : fmt::format("Did you mean '{}'?", near));
+}
+
 void check_roles(const YamlNode& top, const std::map<std::string, Role>& roles,
                  const Campaign& campaign) {
   for (const auto& [session, role] : roles)
-    if (!std::binary_search(campaign.sessions.begin(), campaign.sessions.end(), session)) {
-      const std::string near = spatial::nearest_spelling(session, campaign.sessions);
-      top.at("roles").at(session).fail(fmt::format("no reading belongs to a session '{}'", session),
-                                       near.empty() ? "Write a name of the column 'session'"
-                                                    : fmt::format("Did you mean '{}'?", near));
-    }
+    require_session(top.at("roles").at(session), session, campaign);
   if (!has_role(campaign, Role::fit))
     throw files::InputError(
         {.file = campaign.file,
@@ -222,6 +226,22 @@ void check_roles(const YamlNode& top, const std::map<std::string, Role>& roles,
          .key = "roles",
          .what = "no reading is left to fit by: all are masked, to select or to confirm",
          .cure = "Give at least one session or pose the role 'fit'"});
+}
+
+// Sessions whose loads were weights: exact, and no load cell has a part in them.
+void read_known_loads(const YamlNode& top, Campaign& campaign) {
+  const auto given = top.find("known_loads");
+  if (!given) return;
+  for (const YamlNode& node : given->items()) {
+    const std::string session = node.text();
+    require_session(node, session, campaign);
+    for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+      Reading& reading = campaign.readings[i];
+      if (campaign.sessions[reading.session] != session) continue;
+      reading.known_load = true;
+      if (!campaign.wrench_covariance.empty()) campaign.wrench_covariance[i].setZero();
+    }
+  }
 }
 
 }  // namespace
@@ -287,6 +307,7 @@ Campaign read_campaign(const std::filesystem::path& file, const vjm::Manipulator
   read_readings(files::read_csv(campaign.readings_file), context, manipulator, campaign);
   check_roles(top, context.roles, campaign);
   check_wrench_noise(top, campaign);
+  read_known_loads(top, campaign);
   return campaign;
 }
 

@@ -63,6 +63,7 @@ struct Reading {
   LoadDirection direction = LoadDirection::unstated;
   std::size_t configuration = 0;  // in Campaign::configurations
   vjm::Load load;
+  bool known_load = false;        // by weights, not by what a load cell says
   spatial::Vector6 displacement;  // [m; rad]; NaN where not measured
   spatial::Vector6 sigma;         // standard deviation of the noise [m; rad]; NaN where not stated
   /// Of the noise between components: in Campaign::correlations; none: independent.

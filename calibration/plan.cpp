@@ -369,7 +369,8 @@ std::string advice_for(const Task& task, const Pair& pair, const Campaign& readi
         std::sqrt(Separation(all[0], all[1], MatrixXd(all[0].mean.size(), 0)).squared());
     return fmt::format(
         "one of them is an error of the load cell: apply some of the loads by known weights, or by "
-        "another load cell{}",
+        "another load cell (a session of its own; weights under 'known_loads' in the campaign "
+        "file){}",
         a.on_load && b.on_load
             ? "; what both cells agree on is the load"
             : fmt::format(

@@ -201,12 +201,14 @@ std::size_t Predictor::reference_index(std::size_t configuration, const vjm::Con
 
 void Predictor::find_cases() {
   conditions_index({});  // the neutral one, first
-  std::vector<vjm::Conditions> conditions;
+  std::vector<vjm::Conditions> conditions(campaign_.readings.size());
   if (varies_) conditions = conditions_of(campaign_);
+  for (std::size_t r = 0; r < conditions.size(); ++r)
+    conditions[r].known_load = campaign_.readings[r].known_load;
   std::map<std::array<double, 12>, std::size_t> known;
   for (std::size_t r = 0; r < campaign_.readings.size(); ++r) {
     const Reading& reading = campaign_.readings[r];
-    const std::size_t c = varies_ ? conditions_index(conditions[r]) : 0;
+    const std::size_t c = conditions_index(conditions[r]);
     std::array<double, 12> key{static_cast<double>(reading.configuration), static_cast<double>(c),
                                has_history_ ? static_cast<double>(r) : 0};
     const vjm::Load& load = reading.load;

@@ -14,7 +14,8 @@ struct Conditions {
   double elapsed = 0;                 // since the reading before in the same cycle [s]
   std::optional<double> temperature;  // as read [K or degC: what `reference` of an effect is in]
   std::string session, setting;
-  bool unloaded = false;                          // the state that a cycle starts from
+  bool unloaded = false;    // the state that a cycle starts from
+  bool known_load = false;  // by weights: errors of the load cell have no part in it
   std::map<std::string, double> covariates = {};  // further columns that hold numbers, as written
 
   auto operator<=>(const Conditions&) const = default;

@@ -293,11 +293,15 @@ Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effec
   return with_effects(manipulator, effects, {}, no_history(effects));
 }
 
+bool acts_under(const EffectKind& kind, const Conditions& conditions) {
+  return kind.place != EffectPlace::load || !conditions.known_load;
+}
+
 ReadingErrors reading_errors(const std::vector<Effect>& effects, const Conditions& conditions) {
   ReadingErrors errors;
   const Eigen::VectorXd none;
   for (const Effect& effect : effects)
-    if (!effect.kind->acts_on_chains())
+    if (!effect.kind->acts_on_chains() && acts_under(*effect.kind, conditions))
       effect.kind->add_to(errors, {effect.values, conditions, none});
   return errors;
 }

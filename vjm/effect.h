@@ -210,6 +210,8 @@ Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effec
                          const Conditions& conditions, const Histories& histories);
 /// Under neutral conditions, without history.
 Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effect>& effects);
+/// Whether an effect has a part in readings that are taken so.
+bool acts_under(const EffectKind& kind, const Conditions& conditions);
 /// How readings are taken under the effects.
 ReadingErrors reading_errors(const std::vector<Effect>& effects, const Conditions& conditions);
 

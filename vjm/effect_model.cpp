@@ -221,6 +221,7 @@ ReadingErrors EffectModel::tangent_of(const ModelParameter& parameter,
                                       const Conditions& conditions) const {
   const Effect& effect = effects_[parameter.effect];
   const VectorXd no_history;
+  if (!acts_under(*effect.kind, conditions)) return ReadingErrors::tangent();
   return effect.kind->tangent(parameter.value, {effect.values, conditions, no_history});
 }
 

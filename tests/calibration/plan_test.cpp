@@ -221,6 +221,40 @@ TEST(Plan, SaysWhatNoPlanCanTellApart) {
   EXPECT_THAT(p.splits[0].advice, HasSubstr("known weights"));
 }
 
+// What only known weights tell is told by them: readings of another session, to which the load cell
+// has nothing to say.
+TEST(Plan, KnownWeightsTellAGainOfTheLoadCellFromASofterSpring) {
+  const std::string up = loads_only_up({0, 300, 600, 900});
+  const auto replace_all = [](std::string text, const std::string& from, const std::string& to) {
+    for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+      text.replace(at, from.size(), to);
+    return text;
+  };
+  const std::string by_weights = replace_all(replace_all(up, "first", "weights"), "\na", "\nw");
+  for (const bool gain : {true, false}) {
+    Laboratory laboratory(slide);
+    if (gain)
+      laboratory.hide("wrench_gain", "load", "gain=1.05");
+    else
+      laboratory.hide("joint_compliance", "q", "c=5e-8 m/N");
+    const std::vector<std::string> kinds = {"wrench_gain", "clearance"};
+    const Diagnosis before = laboratory.diagnose(laboratory.measure(up), kinds);
+    EXPECT_NE(before.verdict,
+              Verdict::named_effect);  // the spring is refitted, which does the same
+    if (gain) laboratory.options().hidden.clear();
+    const Diagnosis after =
+        laboratory.diagnose(laboratory.measure(by_weights, "known_loads: [weights]\n"), kinds);
+    if (gain) {
+      EXPECT_EQ(after.verdict, Verdict::named_effect);
+      ASSERT_FALSE(after.found.empty());
+      EXPECT_EQ(after.found[0].candidate.name(), "wrench_gain at load");
+      EXPECT_NEAR(after.found[0].candidate.effect.values[0], 1.05, 0.005);
+    } else {
+      EXPECT_EQ(after.verdict, Verdict::no_effect_needed);
+    }
+  }
+}
+
 // With one model left the parameters become as well known as was promised.
 TEST(Plan, SharpensAsPromised) {
   Laboratory laboratory(arm);
