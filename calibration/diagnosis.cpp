@@ -133,11 +133,6 @@ double p_value_of_rest(const Diagnosis& d) {
   return 1;
 }
 
-// No stated noise is so wrong that it would account for what is left.
-bool is_left_open(const std::optional<ChiSquareTest>& after) {
-  return after && after->reduced() > believable_noise * believable_noise;
-}
-
 // Values and deviations of all that was found, from the fit that has all of it.
 void take_values(const BaseFit& fit, std::vector<FoundEffect>& found) {
   std::size_t at = fit.parameters.size();
@@ -326,6 +321,10 @@ Diagnosis cannot_tell_without_noise() {
 
 }  // namespace
 
+bool Diagnosis::is_left_open() const {
+  return after && after->reduced() > believable_noise * believable_noise;
+}
+
 std::string to_string(Verdict verdict) {
   switch (verdict) {
     case Verdict::no_effect_needed:
@@ -391,7 +390,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
         above_free_form(model.without, model.alone, model.fit, search.free_form(), d, d.free_form);
     d.rest_p_value = p_value_of_rest(d);
     d.or_something_else = d.above_free_form < doubtful_beside_free_form ||
-                          d.rest_p_value < certain_level || is_left_open(d.after);
+                          d.rest_p_value < certain_level || d.is_left_open();
   }
   take_values(model.fit, d.found);
   doubt_friction(campaign, d);

@@ -41,6 +41,8 @@ struct Diagnosis {
   FreeFormEvidence free_form, left;
   /// Log evidence of all that was found over that of the free-form rival instead.
   double above_free_form = 0;
+  /// No stated noise is so wrong that it would account for what is left.
+  bool is_left_open() const;
   /// Gate beside all that was found: with a small one no effect explains the rest.
   double rest_p_value = 1;
   bool or_something_else = false;  // that the catalogue lacks, may be what is missing

@@ -78,6 +78,11 @@ std::vector<std::string> remarks(const Diagnosis& d) {
                         d)};
     case Verdict::ambiguous:
       if (!d.or_something_else) return {};
+      if (d.is_left_open())
+        return {fmt::format(
+            "It may also stand for something that the catalogue lacks: what is left would need {} "
+            "times the stated noise.",
+            number(std::sqrt(d.after->reduced()), 2))};
       if (d.above_free_form >= calibration::doubtful_beside_free_form)
         return {
             fmt::format("It may also stand for something that the catalogue lacks: beside it there "

@@ -42,7 +42,10 @@ TEST(Verdict, NoNameWhereTheNoiseWouldHaveToBeManyTimesTheStatedOne) {
   for (Reading& reading : campaign.readings) reading.sigma /= 50;
   const Diagnosis wrong = laboratory.diagnose(campaign, {"friction", "creep"});
   EXPECT_NE(wrong.verdict, Verdict::named_effect);
-  EXPECT_TRUE(wrong.found.empty() || wrong.or_something_else);
+  ASSERT_FALSE(wrong.found.empty());
+  EXPECT_TRUE(wrong.or_something_else);
+  EXPECT_THAT(laboratory.json(campaign, wrong).at("remarks").at(0).get<std::string>(),
+              HasSubstr("times the stated noise"));
 }
 
 // A lag of one reading is no creep: it would be a name for every hysteresis.
