@@ -200,15 +200,7 @@ class Problem {
     }
   }
 
-  // Norm of the readings over their noise.
-  double scale() const {
-    double sum = 0;
-    for (const Value& value : values_)
-      sum += std::pow(campaign_.readings[value.reading].displacement[value.component] /
-                          noise_.sigma[value.reading][value.component],
-                      2);
-    return std::sqrt(sum);
-  }
+  double scale() const { return norm_over_noise(values_, campaign_, noise_); }
 
   [[noreturn]] void fail_prediction() const {
     const Reading& reading = campaign_.readings[failure_->reading];
@@ -457,6 +449,15 @@ std::vector<Value> values_in_use(const Campaign& campaign) {
     for (Index k = 0; k < 6; ++k)
       if (campaign.readings[i].uses(k)) values.push_back({i, k});
   return values;
+}
+
+double norm_over_noise(const std::vector<Value>& values, const Campaign& campaign,
+                       const Noise& noise) {
+  double sum = 0;
+  for (const auto& [reading, component] : values)
+    sum += std::pow(
+        campaign.readings[reading].displacement[component] / noise.sigma[reading][component], 2);
+  return std::sqrt(sum);
 }
 
 VectorXd values_of(const BaseFit& fit) {

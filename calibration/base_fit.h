@@ -21,6 +21,10 @@ struct Value {
 /// All of them, in the order of the readings.
 std::vector<Value> values_in_use(const Campaign& campaign);
 
+/// Norm of their readings, each over its noise.
+double norm_over_noise(const std::vector<Value>& values, const Campaign& campaign,
+                       const Noise& noise);
+
 /// The unknown constant of one session and component [m or rad].
 struct Zero {
   std::size_t session = 0;

@@ -177,7 +177,9 @@ FreeForm::FreeForm(const Campaign& campaign, const std::vector<Value>& values,
   const auto time = [&](std::size_t i) { return campaign.readings[i].time.value_or(0); };
   const auto heat = [&](std::size_t i) { return campaign.readings[i].temperature.value_or(0); };
   const MatrixXd times = numbers_of(campaign, time), heats = numbers_of(campaign, heat);
-  const auto add_through = [&](const MatrixXd& columns, const std::string& how) {
+  const auto uncertain = std::make_shared<const MatrixXd>(of_unit_length(ways.uncertain));
+  const auto add_through = [&](const std::shared_ptr<const MatrixXd>& columns,
+                               const std::string& how) {
     add("posture" + how, postures, columns, {0, 2.5, 1});
     add("load" + how, loads, columns, {0, 2.5, 1});
     if (postures.cols() > 0 && loads.cols() > 0)
@@ -190,43 +192,48 @@ FreeForm::FreeForm(const Campaign& campaign, const std::vector<Value>& values,
       add("load and time in the cycle together" + how, beside(loads, held), columns, {0, 1});
     add("temperature" + how, heats, columns, {0, 2.5, 1});
   };
-  add_through(components_of(values), "");
-  add_through(of_unit_length(ways.force), ", as a force on the platform does");
-  add_through(of_unit_length(ways.uncertain), ", as a change of what is uncertain does");
-  add_memory(campaign, values, of_unit_length(ways.uncertain));
+  add_through(std::make_shared<const MatrixXd>(components_of(values)), "");
+  add_through(std::make_shared<const MatrixXd>(of_unit_length(ways.force)),
+              ", as a force on the platform does");
+  add_through(uncertain, ", as a change of what is uncertain does");
+  add_memory(campaign, values, *uncertain);
   for (const FreeFormWays::Drive& drive : ways.drives) add_law(drive);
 }
 
-void FreeForm::add(const std::string& depends_on, const MatrixXd& of_reading,
-                   const MatrixXd& columns, std::initializer_list<double> lengths) {
-  if (of_reading.cols() == 0 || columns.size() == 0 || columns.isZero(0)) return;
-  for (const double length : lengths)
-    processes_.push_back({depends_on, of_reading, columns, length});
+void FreeForm::add(const std::string& depends_on, MatrixXd of_reading,
+                   const std::shared_ptr<const MatrixXd>& columns,
+                   std::initializer_list<double> lengths) {
+  if (of_reading.cols() == 0 || columns->size() == 0 || columns->isZero(0)) return;
+  const auto shared = std::make_shared<const MatrixXd>(std::move(of_reading));
+  for (const double length : lengths) processes_.push_back({depends_on, shared, columns, length});
 }
 
 void FreeForm::add_memory(const Campaign& campaign, const std::vector<Value>& values,
                           const MatrixXd& uncertain) {
+  const auto of_nothing = std::make_shared<const MatrixXd>(campaign.readings.size(), 0);
   for (const double fading : {20.0, 60.0, 200.0, 600.0, 2000.0}) {  // [s]
-    const MatrixXd columns = memory(campaign, values, uncertain, fading);
+    MatrixXd columns = memory(campaign, values, uncertain, fading);
     if (!columns.isZero(0))
-      processes_.push_back({"earlier loads, as a change of what is uncertain does",
-                            MatrixXd(campaign.readings.size(), 0), columns, 0});
+      processes_.push_back({"earlier loads, as a change of what is uncertain does", of_nothing,
+                            std::make_shared<const MatrixXd>(std::move(columns)), 0});
   }
 }
 
 void FreeForm::add_law(const FreeFormWays::Drive& drive) {
   const double largest = drive.deflection.cwiseAbs().maxCoeff();
   if (!(largest > 0) || drive.by_stiffness.isZero(0)) return;
+  const auto load = std::make_shared<const MatrixXd>(drive.deflection * (1.5 / largest));
+  const auto columns = std::make_shared<const MatrixXd>(of_unit_length(drive.by_stiffness));
   for (const double length : {1.0, 0.4})
-    processes_.push_back({"the load of " + drive.name + ", as a law of that drive does",
-                          drive.deflection * (1.5 / largest), of_unit_length(drive.by_stiffness),
-                          length, drive.name});
+    processes_.push_back({"the load of " + drive.name + ", as a law of that drive does", load,
+                          columns, length, drive.name});
 }
 
 // Kernel = root root', by a Cholesky factorisation with pivots that ends when little is left
 // (Harbrecht, Peters and Schneider, Appl. Numer. Math. 62, 2012).
 MatrixXd FreeForm::root_of_kernel(const Process& process) const {
-  const MatrixXd f = process.of_reading(reading_, Eigen::all);
+  const MatrixXd f = (*process.of_reading)(reading_, Eigen::all);
+  const MatrixXd& columns = *process.columns;
   const double length = process.length;
   const auto along = [&](Index pivot) -> VectorXd {
     if (length == 0) return (1 + (f * f.row(pivot).transpose()).array()).matrix();
@@ -235,7 +242,7 @@ MatrixXd FreeForm::root_of_kernel(const Process& process) const {
         .exp()
         .matrix();
   };
-  VectorXd left = process.columns.rowwise().squaredNorm();
+  VectorXd left = columns.rowwise().squaredNorm();
   if (length == 0) left.array() *= 1 + f.rowwise().squaredNorm().array();
   const double enough = rest_of_trace * left.sum();
   MatrixXd root(f.rows(), std::min(most_rank, f.rows()));
@@ -243,9 +250,8 @@ MatrixXd FreeForm::root_of_kernel(const Process& process) const {
   for (; rank < root.cols() && left.sum() > enough; ++rank) {
     Index pivot = 0;
     const double largest = left.maxCoeff(&pivot);
-    root.col(rank) =
-        along(pivot).cwiseProduct(process.columns * process.columns.row(pivot).transpose()) -
-        root.leftCols(rank) * root.row(pivot).head(rank).transpose();
+    root.col(rank) = along(pivot).cwiseProduct(columns * columns.row(pivot).transpose()) -
+                     root.leftCols(rank) * root.row(pivot).head(rank).transpose();
     root.col(rank) /= std::sqrt(largest);
     left = (left - root.col(rank).cwiseAbs2()).cwiseMax(0);
   }

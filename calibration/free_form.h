@@ -2,6 +2,7 @@
 // say that something is missing and what that depends on, never what it is.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -54,12 +55,13 @@ class FreeForm {
   // value, one column for each function of its own).
   struct Process {
     std::string depends_on;
-    Eigen::MatrixXd of_reading, columns;
+    std::shared_ptr<const Eigen::MatrixXd> of_reading, columns;  // many processes share them
     double length;           // over which it changes; 0: it is straight
     std::string drive = {};  // whose law it is
   };
-  void add(const std::string& depends_on, const Eigen::MatrixXd& of_reading,
-           const Eigen::MatrixXd& columns, std::initializer_list<double> lengths);
+  void add(const std::string& depends_on, Eigen::MatrixXd of_reading,
+           const std::shared_ptr<const Eigen::MatrixXd>& columns,
+           std::initializer_list<double> lengths);
   void add_memory(const Campaign& campaign, const std::vector<Value>& values,
                   const Eigen::MatrixXd& uncertain);
   void add_law(const FreeFormWays::Drive& drive);

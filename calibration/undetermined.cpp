@@ -1,7 +1,6 @@
 #include "kinetostat/calibration/undetermined.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include <fmt/format.h>
 
@@ -15,8 +14,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double rounding = 1e-9;  // of the readings
-constexpr double unseen =
-    0.3;  // d' of a change that is worth knowing: a stiffness e times as large
+constexpr double unseen = 0.3;     // d' of a change that is worth knowing: a factor of e
 
 // Derivatives of the values in use over their noise, one column a parameter, for a change that is
 // worth knowing.
@@ -33,14 +31,6 @@ MatrixXd marks_of(const Predictions& predictions, const std::vector<Value>& valu
   return marks;
 }
 
-double size_of(const Campaign& campaign, const std::vector<Value>& values, const Noise& noise) {
-  double sum = 0;
-  for (const auto& [reading, component] : values)
-    sum += std::pow(
-        campaign.readings[reading].displacement[component] / noise.sigma[reading][component], 2);
-  return std::sqrt(sum);
-}
-
 }  // namespace
 
 std::vector<std::string> keep_undetermined(const Predictor& predictor, const Campaign& campaign,
@@ -52,7 +42,7 @@ std::vector<std::string> keep_undetermined(const Predictor& predictor, const Cam
   if (there.failure) return kept;
   const std::vector<Value> values = values_in_use(campaign);
   const MatrixXd marks = marks_of(there, values, noise, parameters);
-  const double visible = std::max(unseen, rounding * size_of(campaign, values, noise));
+  const double visible = std::max(unseen, rounding * norm_over_noise(values, campaign, noise));
   MatrixXd known(marks.rows(), 0);
   for (Index k = 0; k < marks.cols(); ++k) {
     const VectorXd mark = marks.col(k);

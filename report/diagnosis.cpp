@@ -86,8 +86,7 @@ std::vector<std::string> remarks(const Diagnosis& d) {
       if (d.above_free_form >= calibration::doubtful_beside_free_form)
         return {
             fmt::format("It may also stand for something that the catalogue lacks: beside it there "
-                        "is something "
-                        "more for certain (gate p = {}), which no effect explains.",
+                        "is something more for certain (gate p = {}), which no effect explains.",
                         number(d.rest_p_value, 2))};
       return {fmt::format(
           "It may also be something that the catalogue lacks and that depends on {}: an error "

@@ -70,8 +70,7 @@ class Friction : public EffectKind {
         "F = force s(z), z = z' + (x - x') / presliding with z' and x' after the reading before, "
         "then z = s(z); s(z) = z while it sticks, +-1 when it slips, rounded over +-0.05 of the "
         "presliding length; with 0 it is Coulomb's. Before a cycle weight is put on against "
-        "friction, or "
-        "with settled = 1 without it";
+        "friction, or with settled = 1 without it";
     source =
         "elasto-plastic friction: Jenkin (1922); Iwan, A distributed-element model for hysteresis, "
         "J. Appl. Mech. 33 (1966) 893, one element";
