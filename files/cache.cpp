@@ -3,11 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
-#include <fstream>
-#include <unistd.h>
 #include <vector>
-
-#include <fmt/format.h>
 
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/text_file.h"
@@ -29,20 +25,15 @@ std::optional<std::string> opened(const std::string& bytes) {
   return content;
 }
 
-// Whole or not at all, but not flushed to disk, which takes longer than computing many an entry:
-// one that a crash of the machine cuts short is not sound, and thrown away.
+// Not flushed to disk, which takes longer than computing many an entry: one that a crash of the
+// machine cuts short is not sound, and thrown away.
 bool write(const std::filesystem::path& file, const std::string& bytes) {
-  std::error_code error;
-  std::filesystem::create_directories(file.parent_path(), error);
-  const std::filesystem::path temporary =
-      file.parent_path() / fmt::format(".{}.{}.tmp", file.filename().string(), ::getpid());
-  std::ofstream stream(temporary, std::ios::binary);
-  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  stream.close();
-  if (stream) std::filesystem::rename(temporary, file, error);
-  if (stream && !error) return true;
-  std::filesystem::remove(temporary, error);
-  return false;
+  try {
+    write_atomically(file, bytes, Flush::no);
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
 }
 
 }  // namespace

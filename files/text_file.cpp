@@ -22,23 +22,25 @@ namespace {
                    "Choose a folder that you may write to");
 }
 
-void write_all(int descriptor, const std::string& content, const std::filesystem::path& file) {
+void write_all(int descriptor, const std::string& content, Flush flush,
+               const std::filesystem::path& file) {
   std::size_t done = 0;
   while (done < content.size()) {
     const ssize_t written = ::write(descriptor, content.data() + done, content.size() - done);
     if (written < 0 && errno != EINTR) fail_to_write(file, errno);
     if (written > 0) done += static_cast<std::size_t>(written);
   }
-  if (::fsync(descriptor) != 0 && errno != EINVAL) fail_to_write(file, errno);
+  if (flush == Flush::yes && ::fsync(descriptor) != 0 && errno != EINVAL)
+    fail_to_write(file, errno);
 }
 
 // Opens, writes and closes `path`; errors name `file`, which is what the user asked for.
 void write_file(const std::filesystem::path& path, int flags, const std::string& content,
-                const std::filesystem::path& file) {
+                Flush flush, const std::filesystem::path& file) {
   const int descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | flags, 0666);
   if (descriptor < 0) fail_to_write(file, errno);
   try {
-    write_all(descriptor, content, file);
+    write_all(descriptor, content, flush, file);
   } catch (...) {
     ::close(descriptor);
     throw;
@@ -60,11 +62,11 @@ std::string read_text(const std::filesystem::path& file) {
   return std::move(content).str();
 }
 
-void write_atomically(const std::filesystem::path& file, const std::string& content) {
+void write_atomically(const std::filesystem::path& file, const std::string& content, Flush flush) {
   std::error_code error;
   if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error)) {
     // A device or a pipe has no content to protect, and must not be replaced by a file.
-    write_file(file, 0, content, file);
+    write_file(file, 0, content, flush, file);
     return;
   }
   // Renaming over a symbolic link would replace the link, so its target is written.
@@ -77,7 +79,7 @@ void write_atomically(const std::filesystem::path& file, const std::string& cont
   const std::filesystem::path temporary =
       folder / fmt::format(".{}.{}.tmp", target.filename().string(), ::getpid());
   try {
-    write_file(temporary, O_CREAT | O_TRUNC, content, file);
+    write_file(temporary, O_CREAT | O_TRUNC, content, flush, file);
   } catch (...) {
     ::unlink(temporary.c_str());
     throw;

@@ -9,11 +9,18 @@ namespace kinetostat::files {
 /// The whole content of a file. Throws InputError when it cannot be read.
 std::string read_text(const std::filesystem::path& file);
 
+/// Whether content must be on the disk before its name is.
+enum class Flush {
+  yes,
+  no  // quicker, but a crash of the machine may leave a part
+};
+
 /// Writes to a temporary file in the same folder, flushes it to disk, then renames it over `file`:
 /// at every moment the old content or the new is there, never a part. Folders that are missing are
 /// made. Symbolic links are followed; devices and pipes are written to directly. Throws InputError
 /// when the folder cannot be written to.
-void write_atomically(const std::filesystem::path& file, const std::string& content);
+void write_atomically(const std::filesystem::path& file, const std::string& content,
+                      Flush flush = Flush::yes);
 
 /// SHA-256 of some bytes, 64 lower-case hexadecimal digits.
 std::string sha256(const std::string& bytes);
