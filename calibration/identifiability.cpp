@@ -12,8 +12,6 @@ namespace {
 
 using Eigen::Index;
 
-// Relative size below which a sensitivity is nothing but rounding of the equilibrium.
-constexpr double rounding = 1e-9;
 // An unknown takes part in a combination when this share of its column does.
 constexpr double takes_part = 0.3;
 
@@ -25,7 +23,7 @@ void require_sensitivity(const std::vector<UnknownName>& names, const Eigen::Mat
                          const std::vector<Index>& free, double scale) {
   std::vector<std::string> idle;
   for (const Index k : free)
-    if (!(jacobian.col(k).norm() * at(names, k).typical > rounding * scale))
+    if (!(jacobian.col(k).norm() * at(names, k).typical > sensitivity_rounding * scale))
       idle.push_back(at(names, k).phrase);
   if (!idle.empty())
     throw files::NotIdentifiable(
@@ -87,7 +85,8 @@ void require_identifiable(const std::vector<UnknownName>& names, const Eigen::Ma
                           const std::vector<Index>& free, double scale) {
   if (free.empty()) return;
   require_sensitivity(names, jacobian, free, scale);
-  const std::vector<WeakCombination> weak = weak_combinations(jacobian, free, 1 / rounding);
+  const std::vector<WeakCombination> weak =
+      weak_combinations(jacobian, free, 1 / sensitivity_rounding);
   if (weak.empty()) return;
   throw files::NotIdentifiable(
       fmt::format("these data cannot tell {} apart: they change all readings in the same "

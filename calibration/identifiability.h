@@ -8,6 +8,9 @@
 
 namespace kinetostat::calibration {
 
+/// Relative size below which a sensitivity is nothing but rounding of the equilibrium.
+inline constexpr double sensitivity_rounding = 1e-9;
+
 /// An unknown of a fit as it is called in sentences.
 struct UnknownName {
   std::string phrase;         // "the stiffness of 'leg'"

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/calibration/base_fit.h"
+#include "kinetostat/calibration/identifiability.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -13,8 +14,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double rounding = 1e-9;  // of the readings
-constexpr double unseen = 0.3;     // d' of a change that is worth knowing: a factor of e
+constexpr double unseen = 0.3;  // d' of a change that is worth knowing: a factor of e
 
 // Derivatives of the values in use over their noise, one column a parameter, for a change that is
 // worth knowing.
@@ -42,7 +42,8 @@ std::vector<std::string> keep_undetermined(const Predictor& predictor, const Cam
   if (there.failure) return kept;
   const std::vector<Value> values = values_in_use(campaign);
   const MatrixXd marks = marks_of(there, values, noise, parameters);
-  const double visible = std::max(unseen, rounding * norm_over_noise(values, campaign, noise));
+  const double visible =
+      std::max(unseen, sensitivity_rounding * norm_over_noise(values, campaign, noise));
   MatrixXd known(marks.rows(), 0);
   for (Index k = 0; k < marks.cols(); ++k) {
     const VectorXd mark = marks.col(k);
