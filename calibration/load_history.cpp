@@ -45,10 +45,10 @@ bool is_used(const Reading& reading) {
   return !reading.masked && !reading.displacement.array().isNaN().all();
 }
 
-std::vector<Cycle> load_cycles(const Campaign& campaign) {
+std::vector<Cycle> cycles_as_run(const Campaign& campaign) {
   std::map<std::pair<std::size_t, std::string>, Cycle> found;
   for (std::size_t i = 0; i < campaign.readings.size(); ++i)
-    if (const Reading& r = campaign.readings[i]; is_used(r) && !r.cycle.empty())
+    if (const Reading& r = campaign.readings[i]; !r.cycle.empty())
       found[{r.session, r.cycle}].push_back(i);
   std::vector<Cycle> cycles;
   for (auto& [key, members] : found) {
@@ -58,6 +58,14 @@ std::vector<Cycle> load_cycles(const Campaign& campaign) {
     });
     cycles.push_back(std::move(members));
   }
+  return cycles;
+}
+
+std::vector<Cycle> load_cycles(const Campaign& campaign) {
+  std::vector<Cycle> cycles = cycles_as_run(campaign);
+  for (Cycle& cycle : cycles)
+    std::erase_if(cycle, [&](std::size_t i) { return !is_used(campaign.readings[i]); });
+  std::erase_if(cycles, [](const Cycle& cycle) { return cycle.empty(); });
   return cycles;
 }
 

@@ -19,11 +19,14 @@ double level_of(const vjm::Load& load);
 /// zero without load.
 spatial::Vector6 direction_of(const vjm::Load& load);
 
-/// One load cycle: readings of one session and one name in the column `cycle`, masked ones left
-/// out, in the order of step and time, else of rows.
+/// One load cycle: readings of one session and one name in the column `cycle`, in the order of step
+/// and time, else of rows.
 using Cycle = std::vector<std::size_t>;
 
-/// Empty when the table has no column `cycle`, or leaves it empty.
+/// As they were run, masked readings included; empty when the table has no column `cycle`, or
+/// leaves it empty.
+std::vector<Cycle> cycles_as_run(const Campaign& campaign);
+/// What is used of them: masked readings left out.
 std::vector<Cycle> load_cycles(const Campaign& campaign);
 
 /// One entry a reading: what the table states, else whether its load is larger or smaller than the

@@ -6,10 +6,10 @@
 #include <limits>
 #include <map>
 #include <numbers>
-#include <tuple>
 
 #include <fmt/format.h>
 
+#include "kinetostat/calibration/load_history.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/parallel.h"
 #include "kinetostat/spatial/rotation.h"
@@ -106,32 +106,18 @@ void Predictor::find_postures(files::Progress& progress) {
 
 namespace {
 
-// Readings of each session and cycle in order of step and time, masked ones included: they were
-// taken, too. A reading without a cycle stands alone.
-std::vector<std::vector<std::size_t>> cycles_of(const Campaign& campaign) {
-  std::map<std::pair<std::size_t, std::string>, std::vector<std::size_t>> cycles;
-  std::vector<std::vector<std::size_t>> result;
-  for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
-    const Reading& r = campaign.readings[i];
-    if (r.cycle.empty())
-      result.push_back({i});
-    else
-      cycles[{r.session, r.cycle}].push_back(i);
-  }
-  for (auto& [key, members] : cycles) {
-    std::stable_sort(members.begin(), members.end(), [&](std::size_t a, std::size_t b) {
-      const Reading &x = campaign.readings[a], &y = campaign.readings[b];
-      return std::tuple(x.step, x.time) < std::tuple(y.step, y.time);
-    });
-    result.push_back(std::move(members));
-  }
+// Masked readings were taken, too. One without a cycle stands alone.
+std::vector<Cycle> cycles_of(const Campaign& campaign) {
+  std::vector<Cycle> result = cycles_as_run(campaign);
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i)
+    if (campaign.readings[i].cycle.empty()) result.push_back({i});
   return result;
 }
 
 // The same without a change of configuration inside.
-std::vector<std::vector<std::size_t>> stretches_of(const Campaign& campaign) {
-  std::vector<std::vector<std::size_t>> result;
-  for (const std::vector<std::size_t>& cycle : cycles_of(campaign))
+std::vector<Cycle> stretches_of(const Campaign& campaign) {
+  std::vector<Cycle> result;
+  for (const Cycle& cycle : cycles_of(campaign))
     for (std::size_t k = 0; k < cycle.size(); ++k) {
       const bool same = k > 0 && campaign.readings[cycle[k]].configuration ==
                                      campaign.readings[cycle[k - 1]].configuration;
@@ -163,12 +149,12 @@ std::vector<vjm::Conditions> conditions_of(const Campaign& campaign) {
         result.back().covariates.emplace(c.name, value);
     }
   }
-  for (const std::vector<std::size_t>& cycle : cycles_of(campaign)) {
+  for (const Cycle& cycle : cycles_of(campaign)) {
     double begin = campaign.readings[cycle.front()].cycle.empty() ? 0 : result[cycle.front()].time;
     for (const std::size_t i : cycle) begin = std::min(begin, result[i].time);
     for (const std::size_t i : cycle) result[i].time_in_cycle = result[i].time - begin;
   }
-  for (const std::vector<std::size_t>& stretch : stretches_of(campaign))
+  for (const Cycle& stretch : stretches_of(campaign))
     for (std::size_t k = 1; k < stretch.size(); ++k)
       result[stretch[k]].elapsed =
           std::max(0.0, result[stretch[k]].time - result[stretch[k - 1]].time);
@@ -233,7 +219,7 @@ void Predictor::find_sequences() {
     for (std::size_t c = 0; c < cases_.size(); ++c) sequences_.push_back({c});
     return;
   }
-  for (const std::vector<std::size_t>& stretch : stretches_of(campaign_)) {
+  for (const Cycle& stretch : stretches_of(campaign_)) {
     sequences_.emplace_back();
     for (const std::size_t reading : stretch)
       sequences_.back().push_back(case_of_reading_[reading]);
