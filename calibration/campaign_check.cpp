@@ -185,12 +185,8 @@ class Check {
   }
 
   bool both_branches() const {
-    const std::vector<LoadDirection> all = branches(campaign_);
-    const auto has = [&](LoadDirection direction) {
-      return std::any_of(used_.begin(), used_.end(),
-                         [&](std::size_t i) { return all[i] == direction; });
-    };
-    return has(LoadDirection::loading) && has(LoadDirection::unloading);
+    return has_branch(campaign_, LoadDirection::loading) &&
+           has_branch(campaign_, LoadDirection::unloading);
   }
 
   Observability branches_seen() const {

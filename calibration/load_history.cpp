@@ -84,6 +84,13 @@ std::vector<LoadDirection> branches(const Campaign& campaign) {
   return result;
 }
 
+bool has_branch(const Campaign& campaign, LoadDirection branch) {
+  const std::vector<LoadDirection> all = branches(campaign);
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (all[i] == branch && is_used(campaign.readings[i])) return true;
+  return false;
+}
+
 std::vector<std::pair<std::size_t, std::size_t>> reversed_pairs(const Campaign& campaign) {
   // In the order of ids, so that it does not depend on that of the rows.
   std::map<std::size_t, std::vector<std::size_t>> by_configuration;
@@ -114,10 +121,7 @@ std::vector<std::pair<std::size_t, std::size_t>> reversed_pairs(const Campaign& 
 }
 
 bool takes_loads_back(const Campaign& campaign) {
-  const std::vector<LoadDirection> directions = branches(campaign);
-  return std::find(directions.begin(), directions.end(), LoadDirection::unloading) !=
-             directions.end() ||
-         !reversed_pairs(campaign).empty();
+  return has_branch(campaign, LoadDirection::unloading) || !reversed_pairs(campaign).empty();
 }
 
 std::vector<double> distinct_values(std::vector<double> values, double tolerance) {

@@ -33,6 +33,9 @@ std::vector<Cycle> load_cycles(const Campaign& campaign);
 /// one before it in the same cycle and posture; `unstated` where neither tells.
 std::vector<LoadDirection> branches(const Campaign& campaign);
 
+/// Whether a reading in use was taken while its load was rising, or falling.
+bool has_branch(const Campaign& campaign, LoadDirection branch);
+
 /// Readings in use at the same configuration whose loads are equal and opposite (within same_load),
 /// in pairs; each reading is in one pair at most.
 std::vector<std::pair<std::size_t, std::size_t>> reversed_pairs(const Campaign& campaign);

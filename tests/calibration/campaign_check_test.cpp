@@ -100,6 +100,13 @@ TEST(LoadHistory, BranchesFollowTheOrderOfSteps) {
   EXPECT_THAT(branches(c), testing::ElementsAre(unloading, unstated, loading, unstated));
 }
 
+// A table may state the branch of a reading that is masked.
+TEST(LoadHistory, MaskedUnloadingTakesNoLoadBack) {
+  const std::string up_and_down = "fz,direction,dz,mask,mask_reason\n1,loading,1,,\n";
+  EXPECT_FALSE(takes_loads_back(campaign(up_and_down + "0.5,unloading,1,1,slipped\n")));
+  EXPECT_TRUE(takes_loads_back(campaign(up_and_down + "0.5,unloading,1,,\n")));
+}
+
 TEST(LoadHistory, PairsEqualAndOppositeLoadsOnce) {
   const Campaign c = campaign("fz,dz\n1,1\n-1,-1\n-1,-1\n2,2\n-2.1,2\n");
   EXPECT_EQ(reversed_pairs(c).size(), 1u);
