@@ -45,14 +45,16 @@ files::Json defects_json(const fea::SurfaceReport& report) {
   return list;
 }
 
+files::Json box_json(const fea::Box& box) {
+  return {{"min", files::to_json(spatial::Vector3(box.min()))},
+          {"max", files::to_json(spatial::Vector3(box.max()))}};
+}
+
 files::Json bodies_json(const std::vector<fea::Body>& bodies) {
   files::Json list = files::Json::array();
   for (const fea::Body& body : bodies)
-    list.push_back({{"name", body.name},
-                    {"facets", body.facets.size()},
-                    {"box",
-                     {{"min", files::to_json(spatial::Vector3(body.box.min()))},
-                      {"max", files::to_json(spatial::Vector3(body.box.max()))}}}});
+    list.push_back(
+        {{"name", body.name}, {"facets", body.facets.size()}, {"box", box_json(body.box)}});
   return list;
 }
 
@@ -172,6 +174,27 @@ files::Json repair_json(const fea::RepairReport& report, const fea::RepairOption
   return json;
 }
 
+files::Json surface_json(const fea::WeldReport& weld, const fea::SurfaceReport& report,
+                         const fea::MassProperties& mass, const std::vector<fea::Body>& bodies,
+                         double density) {
+  files::Json json{
+      {"sound", report.sound()},   {"facets", report.facets},       {"points", report.points},
+      {"bodies", report.bodies()}, {"cavities", report.cavities()}, {"box", box_json(report.box)},
+      {"area", report.area}};
+  if (report.sound())
+    json.update(mass_json(mass, density));
+  else
+    json.update({{"volume", files::Json()}, {"mass", files::Json()}});
+  json["units"] = {{"length", "m"}, {"mass", "kg"}};
+  json["weld"] = {{"tolerance", weld.tolerance},
+                  {"points_before", weld.points_before},
+                  {"points_after", weld.points_after},
+                  {"collapsed_facets", weld.collapsed.size()}};
+  json["named_bodies"] = bodies_json(bodies);
+  json["defects"] = defects_json(report);
+  return json;
+}
+
 files::Json check_surface(Run& run, const Options& options, const Request& request) {
   run.progress().report("reading", 0);
   fea::ImportedSurface surface = fea::read_surface(options.mesh, request.unit);
@@ -204,25 +227,7 @@ files::Json check_surface(Run& run, const Options& options, const Request& reque
                     ? "Mend it in the program it came from, or with '--repair "
                       "weld,orient,fill,unite,drop,wrap', then check again"
                     : "Mend it in the program it came from, then check again"});
-  files::Json json{{"sound", report.sound()},
-                   {"facets", report.facets},
-                   {"points", report.points},
-                   {"bodies", report.bodies()},
-                   {"cavities", report.cavities()}};
-  json["box"] = {{"min", files::to_json(spatial::Vector3(report.box.min()))},
-                 {"max", files::to_json(spatial::Vector3(report.box.max()))}};
-  json["area"] = report.area;
-  if (report.sound())
-    json.update(mass_json(mass, request.density));
-  else
-    json.update({{"volume", files::Json()}, {"mass", files::Json()}});
-  json["units"] = {{"length", "m"}, {"mass", "kg"}};
-  json["weld"] = {{"tolerance", surface.weld.tolerance},
-                  {"points_before", surface.weld.points_before},
-                  {"points_after", surface.weld.points_after},
-                  {"collapsed_facets", surface.weld.collapsed.size()}};
-  json["named_bodies"] = bodies_json(bodies);
-  json["defects"] = defects_json(report);
+  files::Json json = surface_json(surface.weld, report, mass, bodies, request.density);
   if (!request.repair.steps.empty()) json["repair"] = repair_json(repair, request.repair);
   json["inputs"] = {{"mesh_sha256", surface.sha256}};
   return json;
