@@ -52,15 +52,6 @@ Campaign plan_for(const Bench& bench, bool arm, DisplacementKind displacement) {
   return campaign;
 }
 
-// As in effect_signature_test.cpp: what displaces the robot without load shows in poses only.
-bool shows_in_poses_only(const std::string& kind) {
-  static const std::vector<std::string> kinds = {
-      "geometric_error", "thermal_expansion",   "eccentricity", "preload",
-      "self_weight",     "gravity_compensator", "payload",      "target_lever_arm",
-      "sensor_frame",    "session_drift"};
-  return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
-}
-
 // Marks over noise beside the model without effects, by the readings of one plan.
 class Marks {
  public:
@@ -169,7 +160,8 @@ TEST(EffectConfuser, TheCatalogueNamesTheNearestOne) {
     const Marks absolute(bench, arm, DisplacementKind::absolute);
     for (const vjm::Effect& effect : bench.effects) {
       const std::string& name = effect.kind->name;
-      const auto all = (shows_in_poses_only(name) ? absolute : difference).confusers(effect);
+      const auto all =
+          (vjm::test::displaces_without_load(name) ? absolute : difference).confusers(effect);
       const std::vector<std::string> named = kinds_in(effect.kind->confuser);
       EXPECT_FALSE(named.empty()) << name << ": " << effect.kind->confuser;
       for (const auto& [cosine, kind] : all)

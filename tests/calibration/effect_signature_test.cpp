@@ -70,12 +70,8 @@ std::vector<Vector6> predicted(const Bench& bench, const std::vector<vjm::Effect
 // Differences to the unloaded robot for what yields to the load; poses for what displaces the robot
 // without load, which differences do not show.
 DisplacementKind kind_of_readings(const vjm::Effect& effect) {
-  static const std::set<std::string> displaces = {
-      "geometric_error",  "thermal_expansion", "eccentricity",        "preload",
-      "self_weight",      "payload",           "gravity_compensator", "sensor_frame",
-      "target_lever_arm", "session_drift"};
-  return displaces.contains(effect.kind->name) ? DisplacementKind::absolute
-                                               : DisplacementKind::difference;
+  return vjm::test::displaces_without_load(effect.kind->name) ? DisplacementKind::absolute
+                                                              : DisplacementKind::difference;
 }
 
 // Readings of the robot with the effect; the noise of each kind is 0.7 times the effect's rms.

@@ -1,6 +1,7 @@
 // Every kind of effect at a place of two robots, with values that a machine may have.
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,16 @@ inline Effect effect(const Manipulator& m, const std::string& kind, const std::s
   result.values =
       Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
   return result;
+}
+
+/// What an effect of this kind does is there without load, too: differences to the unloaded robot
+/// do not show it, poses do.
+inline bool displaces_without_load(const std::string& kind) {
+  static const std::set<std::string> kinds = {
+      "geometric_error",  "thermal_expansion", "eccentricity",        "preload",
+      "self_weight",      "payload",           "gravity_compensator", "sensor_frame",
+      "target_lever_arm", "session_drift"};
+  return kinds.contains(kind);
 }
 
 /// A robot on which effects are tried, and loads that suit it.
