@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <optional>
 
 #include <Eigen/Eigenvalues>
 
@@ -113,31 +112,40 @@ MatrixXd of_unit_length(MatrixXd columns) {
   return columns;
 }
 
-// What is left of each step of the load since the cycle began, as far as what is uncertain feels
-// it: of every column the sum of its steps, each over e times less after the time of fading.
-MatrixXd memory(const Campaign& campaign, const std::vector<Value>& values,
-                const MatrixXd& uncertain, double fading) {
+// Values of one component along a cycle: the row of each, and its time [s].
+using Track = std::vector<std::pair<Index, double>>;
+
+std::vector<Track> tracks_of(const Campaign& campaign, const std::vector<Value>& values) {
   std::map<std::pair<std::size_t, Index>, Index> rows;
   for (std::size_t v = 0; v < values.size(); ++v)
     rows[{values[v].reading, values[v].component}] = static_cast<Index>(v);
-  MatrixXd result = MatrixXd::Zero(uncertain.rows(), uncertain.cols());
+  std::vector<Track> tracks;
   for (const Cycle& cycle : load_cycles(campaign))
     for (Index component = 0; component < 6; ++component) {
-      std::optional<Index> before;
-      double then = 0;
-      for (const std::size_t reading : cycle) {
-        const auto found = rows.find({reading, component});
-        if (found == rows.end() || !campaign.readings[reading].time) continue;
-        const Index row = found->second;
-        const double now = *campaign.readings[reading].time;
-        if (!before && campaign.displacement == DisplacementKind::difference)
-          result.row(row) = uncertain.row(row);
-        if (before)
-          result.row(row) = std::exp(-(now - then) / fading) *
-                            (result.row(*before) + uncertain.row(row) - uncertain.row(*before));
-        before = row;
-        then = now;
+      Track& track = tracks.emplace_back();
+      for (const std::size_t reading : cycle)
+        if (const auto row = rows.find({reading, component});
+            row != rows.end() && campaign.readings[reading].time)
+          track.emplace_back(row->second, *campaign.readings[reading].time);
+    }
+  return tracks;
+}
+
+// What is left of each step of the load since the cycle began, as far as what is uncertain feels
+// it: of every column the sum of its steps, each over e times less after the time of fading.
+MatrixXd memory(const std::vector<Track>& tracks, DisplacementKind displacement,
+                const MatrixXd& uncertain, double fading) {
+  MatrixXd result = MatrixXd::Zero(uncertain.rows(), uncertain.cols());
+  for (const Track& track : tracks)
+    for (std::size_t k = 0; k < track.size(); ++k) {
+      const auto [row, now] = track[k];
+      if (k == 0) {
+        if (displacement == DisplacementKind::difference) result.row(row) = uncertain.row(row);
+        continue;
       }
+      const auto [before, then] = track[k - 1];
+      result.row(row) = std::exp(-(now - then) / fading) *
+                        (result.row(before) + uncertain.row(row) - uncertain.row(before));
     }
   return result;
 }
@@ -211,8 +219,9 @@ void FreeForm::add(const std::string& depends_on, MatrixXd of_reading,
 void FreeForm::add_memory(const Campaign& campaign, const std::vector<Value>& values,
                           const MatrixXd& uncertain) {
   const auto of_nothing = std::make_shared<const MatrixXd>(campaign.readings.size(), 0);
+  const std::vector<Track> tracks = tracks_of(campaign, values);
   for (const double fading : {20.0, 60.0, 200.0, 600.0, 2000.0}) {  // [s]
-    MatrixXd columns = memory(campaign, values, uncertain, fading);
+    MatrixXd columns = memory(tracks, campaign.displacement, uncertain, fading);
     if (!columns.isZero(0))
       processes_.push_back({"earlier loads, as a change of what is uncertain does", of_nothing,
                             std::make_shared<const MatrixXd>(std::move(columns)), 0});
