@@ -153,6 +153,7 @@ MatrixXd memory(const std::vector<Track>& tracks, DisplacementKind displacement,
 // Of one process with the covariance root root', averaged over its amplitude: from a mark of about
 // three standard deviations in all the readings to one of two hundred.
 double log_evidence(const MatrixXd& root, const ResidualSpace& space, double temper) {
+  if (root.cols() == 0) return 0;  // a memory that has faded before the next reading
   const MatrixXd left = space.left_of(root);
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(left.transpose() * left);
   const VectorXd seen = eigen.eigenvectors().transpose() * (left.transpose() * space.residual());

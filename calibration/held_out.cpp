@@ -77,10 +77,12 @@ HeldOut held_out(const Linearisation& fit, const VectorXd& information, const He
                  double temper) {
   const MatrixXd& j = fit.jacobian;
   const Index n = j.cols();
-  // Columns of unit length, so that units do not matter.
+  // Columns of unit length, so that units do not matter; what nothing tells has no part.
   VectorXd scale(n);
-  for (Index k = 0; k < n; ++k)
-    scale[k] = 1 / std::max(1e-300, std::sqrt(temper * j.col(k).squaredNorm() + information[k]));
+  for (Index k = 0; k < n; ++k) {
+    const double length = std::sqrt(temper * j.col(k).squaredNorm() + information[k]);
+    scale[k] = length > 1e-150 ? 1 / length : 0;  // whose square is a number
+  }
   MatrixXd a = temper * scale.asDiagonal() * (j.transpose() * j) * scale.asDiagonal();
   a.diagonal() += information.cwiseProduct(scale.cwiseAbs2());
   a.diagonal().array() += 1e-12;

@@ -31,8 +31,8 @@ Eigen::VectorXd prior_information(const BaseFit& fit);
 
 /// Leaves every group out in turn, by the linear model about the fit: exact for a linear model, one
 /// Gauss-Newton step otherwise. `information`: prior precision of each unknown of the fit (0:
-/// none). `temper`: the readings count for so much (1, or less where the noise is larger than
-/// stated).
+/// none); an unknown that neither a prior nor any reading tells changes nothing. `temper`: the
+/// readings count for so much (1, or less where the noise is larger than stated).
 HeldOut held_out(const Linearisation& fit, const Eigen::VectorXd& information,
                  const HeldOutGroups& groups, double temper);
 

@@ -191,6 +191,21 @@ TEST(HeldOut, WhatABoundHoldsDoesNotMove) {
   EXPECT_NEAR(held.total(), without.total(), 1e-8);
 }
 
+// An unknown that no reading tells, such as how an effect acts that is not there.
+TEST(HeldOut, WhatNothingTellsChangesNothing) {
+  constexpr Index n = 24;
+  const MatrixXd x = random_matrix(n, 2, 12);
+  MatrixXd more(n, 3);
+  more << VectorXd::Zero(n), x;
+  const VectorXd residual = random_matrix(n, 1, 11);
+  HeldOutGroups groups;
+  for (Index g = 0; g < 6; ++g) groups.members.push_back({4 * g, 4 * g + 1, 4 * g + 2, 4 * g + 3});
+  const HeldOut held = held_out({residual, more}, VectorXd::Zero(3), groups, 1);
+  const HeldOut without = held_out({residual, x}, VectorXd::Zero(2), groups, 1);
+  EXPECT_EQ(held.error, without.error);
+  EXPECT_EQ(held.total(), without.total());
+}
+
 TEST(FreeForm, SeesACurveAndNotNoise) {
   const Campaign campaign = along_loads(60);
   MatrixXd fitted(60, 2);
@@ -288,6 +303,21 @@ TEST(FreeForm, KnowsAMemoryOfEarlierLoads) {
   const FreeFormEvidence seen = free_form.evidence({8 * lag + random_matrix(60, 1, 33), load}, 1);
   EXPECT_EQ(seen.depends_on, "earlier loads, as a change of what is uncertain does");
   EXPECT_LT(seen.p_value(), 1e-6);
+}
+
+// Three hours after a step of the load nothing of a memory of seconds is left to compute with.
+TEST(FreeForm, MemoriesThatHaveFadedAreNoEvidence) {
+  Campaign campaign = along_loads(12);
+  for (std::size_t i = 0; i < 12; ++i) {
+    campaign.readings[i].time = 10800.0 * static_cast<double>(i);
+    campaign.readings[i].cycle = "a";
+  }
+  VectorXd load = VectorXd::LinSpaced(12, 0, 1);
+  const FreeForm free_form(campaign, values_in_use(campaign),
+                           {.force = {}, .uncertain = load, .drives = {}});
+  const double log = free_form.evidence({random_matrix(12, 1, 33), load}, 1).log;
+  EXPECT_TRUE(std::isfinite(log));
+  EXPECT_LT(log, std::log(20));
 }
 
 TEST(Waterfall, IntervalHoldsTheErrorAndTheFloorIsTheNoise) {
