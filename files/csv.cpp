@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/files/error.h"
+#include "kinetostat/files/largest_number.h"
 #include "kinetostat/files/text_file.h"
 
 namespace kinetostat::files {
@@ -197,9 +198,12 @@ double CsvTable::number(std::size_t row, std::size_t column) const {
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
   if (end != digits.data() + digits.size() || error == std::errc::invalid_argument)
     fail(row, column, fmt::format("'{}' is not a number", all), number_cure(all));
-  if (error == std::errc::result_out_of_range || !std::isfinite(value))
+  if (!std::isfinite(value))
     fail(row, column, fmt::format("'{}' is not a finite number", all),
          "Leave the cell empty when nothing was measured");
+  if (error == std::errc::result_out_of_range || std::abs(value) > largest_number)
+    fail(row, column, fmt::format("'{}' is too large or too small to compute with", all),
+         "Check the number and its unit");
   return value;
 }
 

@@ -36,7 +36,7 @@ class CsvTable {
   int line(std::size_t row) const { return row_lines_[row]; }
   std::string_view cell(std::size_t row, std::size_t column) const;
   bool empty(std::size_t row, std::size_t column) const { return cell(row, column).empty(); }
-  /// A finite number with a decimal point. Throws InputError for anything else.
+  /// A number with a decimal point, up to `largest_number`. Throws InputError for anything else.
   double number(std::size_t row, std::size_t column) const;
 
   /// Throws InputError with file, line, place in the line, column name and the cure.

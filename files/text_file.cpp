@@ -51,7 +51,8 @@ void write_file(const std::filesystem::path& path, int flags, const std::string&
 }  // namespace
 
 std::string read_text(const std::filesystem::path& file) {
-  if (std::filesystem::is_directory(file))
+  std::error_code error;  // whatever it is, reading says so
+  if (std::filesystem::is_directory(file, error))
     throw InputError(file, "is a folder, not a file", "Name a file in it");
   std::ifstream stream(file, std::ios::binary);
   if (!stream)

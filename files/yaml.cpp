@@ -1,5 +1,6 @@
 #include "kinetostat/files/yaml.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
@@ -8,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "kinetostat/files/error.h"
+#include "kinetostat/files/largest_number.h"
 #include "kinetostat/files/text_file.h"
 #include "kinetostat/spatial/rotation.h"
 #include "kinetostat/spatial/spelling.h"
@@ -40,6 +42,20 @@ std::string kind_of(const YAML::Node& node) {
 
 // A text with its length before it, so that no two sequences of texts look the same.
 std::string sized(const std::string& text) { return fmt::format("{}:{} ", text.size(), text); }
+
+// An alias may make a node a part of itself, or of billions of others: whoever walks through it
+// would not come to an end. True when `left` more nodes hold all of it.
+bool is_small(const YAML::Node& node, int depth, int& left) {
+  if (--left < 0 || depth > 100) return false;
+  for (const auto& member : node) {
+    const bool is_item = node.IsSequence();
+    if (is_item
+            ? !is_small(member, depth + 1, left)
+            : !is_small(member.first, depth + 1, left) || !is_small(member.second, depth + 1, left))
+      return false;
+  }
+  return true;
+}
 
 std::string key_text(const YAML::Node& key) { return key.IsScalar() ? key.Scalar() : "?"; }
 
@@ -181,10 +197,9 @@ double YamlNode::quantity(const Dimension& dimension, const UnitSystem& units) c
   return si;
 }
 
-// Beyond 1e100 squares and products overflow, and a matrix of NaN would be the answer.
 void YamlNode::require_sensible(double si, const std::string& value) const {
   if (!std::isfinite(si)) fail(fmt::format("'{}' is not a finite number", value));
-  if (std::abs(si) > 1e100) fail(fmt::format("'{}' is too large to compute with", value));
+  if (std::abs(si) > largest_number) fail(fmt::format("'{}' is too large to compute with", value));
 }
 
 double YamlNode::positive(const Dimension& dimension, const UnitSystem& units) const {
@@ -227,9 +242,14 @@ spatial::Matrix6 YamlNode::matrix6() const {
 std::filesystem::path YamlNode::existing_file() const {
   const std::filesystem::path given = text();
   const std::filesystem::path full = given.is_absolute() ? given : file_->parent_path() / given;
-  if (std::filesystem::is_regular_file(full)) return full.lexically_normal();
+  std::error_code error, ignored;
+  const std::filesystem::file_status status = std::filesystem::status(full, error);
+  if (std::filesystem::is_regular_file(status)) return full.lexically_normal();
+  if (status.type() == std::filesystem::file_type::none)
+    fail(fmt::format("the file '{}' cannot be read ({})", full.lexically_normal().string(),
+                     error.message()),
+         "Check the path and that you may read it");
   std::vector<std::string> neighbours;
-  std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(
            full.parent_path().empty() ? "." : full.parent_path(), ignored))
     neighbours.push_back(entry.path().filename().string());
@@ -262,10 +282,18 @@ std::string meaning(const YamlNode& node) {
 YamlNode parse_yaml(const std::string& text, const std::filesystem::path& name) {
   const auto file = std::make_shared<const std::filesystem::path>(name);
   try {
-    const YAML::Node root = YAML::Load(text);
+    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
+    const auto is_more = [](const YAML::Node& other) { return !other.IsNull(); };
+    if (documents.size() > 1 && std::any_of(documents.begin() + 1, documents.end(), is_more))
+      throw InputError(name, fmt::format("the file holds {} documents", documents.size()),
+                       "Keep one; '---' begins another");
+    const YAML::Node root = documents.empty() ? YAML::Node() : documents.front();
     if (!root.IsMap())
       throw InputError(name, fmt::format("the file holds {}, not a map of keys", kind_of(root)),
                        "A kinetostat file begins with 'kinetostat: 1'");
+    if (int left = 1'000'000; !is_small(root, 0, left))
+      throw InputError(name, "a value holds itself, or more than can be read",
+                       "Write it out where an alias (*name) stands for it");
     return {root, file, ""};
   } catch (const YAML::Exception& error) {
     throw InputError({.file = name,

@@ -43,8 +43,11 @@ std::string nearest_spelling(const std::string& word, const std::vector<std::str
   std::string best;
   std::size_t best_distance = (std::max<std::size_t>(1, word.size() / 3) + 1) * edit;
   for (const std::string& candidate : candidates) {
+    const std::size_t longer = std::max(word.size(), candidate.size());
+    const std::size_t shorter = std::min(word.size(), candidate.size());
+    if ((longer - shorter) * edit >= best_distance) continue;  // whatever the letters are
     const std::size_t distance = edit_distance(word, candidate);
-    const bool something_in_common = distance < std::max(word.size(), candidate.size()) * edit;
+    const bool something_in_common = distance < longer * edit;
     if (something_in_common && distance < best_distance) {
       best_distance = distance;
       best = candidate;

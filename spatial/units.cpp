@@ -107,6 +107,8 @@ class UnitParser {
     const Unit unit = expression();
     skip_blanks();
     if (at_ < text_.size()) fail(fmt::format("'{}' is not expected here", text_.substr(at_)));
+    if (!(unit.factor > 0) || !std::isfinite(unit.factor))
+      fail("it is beyond the range of numbers");
     return unit;
   }
 
@@ -141,13 +143,24 @@ class UnitParser {
     skip_blanks();
     Unit unit;
     if (take('(')) {
+      if (++depth_ > deepest) fail("it is nested too deeply");
       unit = expression();
       skip_blanks();
       if (!take(')')) fail("a ')' is missing");
+      --depth_;
     } else {
       unit = symbol();
     }
-    return power(unit, exponent());
+    return power(unit, exponent_of(unit));
+  }
+
+  int exponent_of(const Unit& unit) {
+    const int value = exponent();
+    const Dimension& d = unit.dimension;
+    for (const int own : {d.length, d.mass, d.time, d.temperature, d.angle})
+      if (std::abs(own) > largest_exponent || std::abs(own * value) > largest_exponent)
+        fail("its exponents are too large");
+    return value;
   }
 
   Unit symbol() {
@@ -177,7 +190,7 @@ class UnitParser {
     int value = 0;
     const auto [end, error] =
         std::from_chars(text_.data() + at_, text_.data() + text_.size(), value);
-    if (error != std::errc() || std::abs(value) > 12)
+    if (error != std::errc() || value < -12 || value > 12)
       fail("a whole exponent is expected after '^'");
     at_ = static_cast<std::size_t>(end - text_.data());
     return value;
@@ -211,8 +224,11 @@ class UnitParser {
     throw std::invalid_argument(fmt::format("unit '{}': {}", text_, why));
   }
 
+  static constexpr int deepest = 20, largest_exponent = 100;
+
   std::string_view text_;
   std::size_t at_ = 0;
+  int depth_ = 0;
 };
 
 std::string_view trimmed(std::string_view text) {

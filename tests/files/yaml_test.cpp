@@ -139,6 +139,34 @@ TEST(Yaml, PositiveRefusesZeroAndNegative) {
   EXPECT_THAT(complaint("E: 70 mm\n", read), HasSubstr("a modulus or pressure such as"));
 }
 
+TEST(Yaml, AliasesWithoutEndAreRefused) {
+  const auto nothing = [](const YamlNode&) {};
+  EXPECT_EQ(complaint("a: &x [1, 2]\nb: [*x, *x]\n", nothing), "");
+  EXPECT_THAT(complaint("a: &x [1, *x]\n", nothing), HasSubstr("a value holds itself"));
+  EXPECT_THAT(complaint("&x\na: {b: *x}\n", nothing), HasSubstr("a value holds itself"));
+  std::string laughs = "x0: &x0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]\n";
+  for (int i = 0; i < 12; ++i) {
+    laughs += "x" + std::to_string(i + 1) + ": &x" + std::to_string(i + 1) + " [";
+    for (int k = 0; k < 10; ++k) laughs += (k > 0 ? ", *x" : "*x") + std::to_string(i);
+    laughs += "]\n";
+  }
+  EXPECT_THAT(complaint(laughs, nothing), HasSubstr("more than can be read"));
+}
+
+TEST(Yaml, ASecondDocumentIsNotPassedOver) {
+  const auto nothing = [](const YamlNode&) {};
+  EXPECT_THAT(complaint("a: 1\n---\nb: 2\n", nothing), HasSubstr("the file holds 2 documents"));
+  EXPECT_EQ(complaint("---\na: 1\n...\n", nothing), "");
+  EXPECT_EQ(complaint("---\na: 1\n---\n", nothing), "");
+}
+
+TEST(Yaml, FilesThatCannotBeLookedAtAreNamed) {
+  const std::string name(5000, 'x');
+  EXPECT_THAT(complaint("file: " + name + "\n",
+                        [](const YamlNode& top) { (void)top.at("file").existing_file(); }),
+              AllOf(HasSubstr("robot.yaml:1: file"), HasSubstr("cannot be read")));
+}
+
 TEST(Yaml, NumbersThatWouldOverflowAreRefused) {
   EXPECT_THAT(complaint("x: 1e300\n", [](const YamlNode& top) { (void)top.at("x").number(); }),
               HasSubstr("too large to compute with"));

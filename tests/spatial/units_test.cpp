@@ -147,6 +147,16 @@ TEST(Quantity, RubbishIsRefused) {
     EXPECT_NE(complaint(text, dimension::none), "") << "'" << text << "'";
 }
 
+TEST(Quantity, UnitsBeyondAllMeasureAreRefused) {
+  const std::string nested(100'000, '(');
+  EXPECT_THAT(complaint("3 " + nested + "m", dimension::length), HasSubstr("nested too deeply"));
+  EXPECT_THAT(complaint("3 m^-2147483648", dimension::length), HasSubstr("whole exponent"));
+  std::string power = "m";
+  for (int i = 0; i < 15; ++i) power = "(" + power + ")^12";
+  EXPECT_THAT(complaint("3 " + power, dimension::length), HasSubstr("exponents are too large"));
+  EXPECT_THAT(complaint("3 (nm^12/m^12)^8", dimension::none), HasSubstr("range of numbers"));
+}
+
 TEST(Quantity, CommaGetsItsOwnHint) {
   EXPECT_THAT(complaint("1,5 mm", dimension::length), HasSubstr("decimal point"));
 }
