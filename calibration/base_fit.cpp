@@ -159,6 +159,7 @@ class Problem {
       predictions.failure = {0, error.what()};
     }
     failure_ = predictions.failure;
+    beyond_.reset();
     if (failure_) return std::nullopt;
     predicted_ = predictions.displacement;
     work_ = predictions.work;
@@ -170,6 +171,8 @@ class Problem {
     for (std::size_t i = 0; i < predicted_.size(); ++i)
       row += add_reading(q, i, differentiated > 0 ? &predictions.derivatives[i] : nullptr, row,
                          result);
+    beyond_ = first_beyond(result);
+    if (beyond_) return std::nullopt;
     predictions.derivatives.clear();
     nearest_ = std::move(predictions);
     return result;
@@ -203,6 +206,7 @@ class Problem {
   double scale() const { return norm_over_noise(values_, campaign_, noise_); }
 
   [[noreturn]] void fail_prediction() const {
+    if (!failure_) fail_beyond();
     const Reading& reading = campaign_.readings[failure_->reading];
     throw files::NoConvergence(
         fmt::format("{}:{}: the model has no equilibrium for reading '{}': {}. Check the load and "
@@ -212,6 +216,29 @@ class Problem {
 
  private:
   using Derivatives = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+
+  // The first value whose error over its noise, or its derivative, is no number to compute with:
+  // evidences and tests take fourth powers.
+  std::optional<std::size_t> first_beyond(const Linearisation& at) const {
+    constexpr double most = 1e75;
+    for (Index row = 0; row < values(); ++row)
+      if (!(std::abs(at.residual[row]) < most && at.jacobian.row(row).allFinite()))
+        return static_cast<std::size_t>(row);
+    return std::nullopt;
+  }
+
+  [[noreturn]] void fail_beyond() const {
+    const auto& [reading, component] = values_[beyond_.value()];
+    const Reading& r = campaign_.readings[reading];
+    throw files::InputError(
+        {.file = campaign_.readings_file,
+         .line = r.line,
+         .key = component_names[static_cast<std::size_t>(component)],
+         .what = fmt::format("the error of reading '{}', {:.3g} less what the model says, is too "
+                             "large to compute with over a noise of {:.3g} (SI)",
+                             r.id, r.displacement[component], noise_.sigma[reading][component]),
+         .cure = "Check the value, its unit and its noise, or mask the reading"});
+  }
 
   // The last rows.
   void add_priors(const VectorXd& q, Linearisation& result) const {
@@ -288,6 +315,7 @@ class Problem {
   Predictions nearest_;                    // that were made last, or of a similar model
   VectorXd predicted_at_ = VectorXd::Constant(1, std::numeric_limits<double>::quiet_NaN());
   std::optional<PredictionFailure> failure_;
+  std::optional<std::size_t> beyond_;  // of values_
 };
 
 void require_enough_values(const Problem& problem) {

@@ -102,7 +102,8 @@ BaseFit predict_others(const Predictor& predictor, const Campaign& others, const
 /// files::NotIdentifiable naming the parameters (or the combination) that no reading depends on, or
 /// one that runs away; files::NoConvergence with the reading that has no equilibrium, or when the
 /// iteration stalls; files::InputError when noise is needed to compare translations with rotations,
-/// or for a robust loss, and nothing states it.
+/// or for a robust loss, and nothing states it, and naming a value whose error over its noise is
+/// too large to compute with.
 BaseFit fit_base(const Predictor& predictor, const Campaign& campaign, const Noise& noise,
                  const std::vector<Parameter>& parameters, files::Progress& progress,
                  const BaseFitOptions& options = {});

@@ -219,9 +219,12 @@ Rivals::Rivals(const vjm::Robot& robot, const Campaign& campaign, const Noise& n
 }
 
 Candidate Rivals::resolved(Candidate candidate) const {
-  for (Index k = 0; k < candidate.effect.values.size(); ++k)
-    if (is_duration(candidate.effect.kind->parameters[static_cast<std::size_t>(k)]))
-      candidate.effect.values[k] = std::max(candidate.effect.values[k], interval_);
+  for (Index k = 0; k < candidate.effect.values.size(); ++k) {
+    const auto& parameter = candidate.effect.kind->parameters[static_cast<std::size_t>(k)];
+    if (is_duration(parameter))
+      candidate.effect.values[k] =
+          std::min(std::max(candidate.effect.values[k], interval_), parameter.upper);
+  }
   return candidate;
 }
 
@@ -238,7 +241,7 @@ std::vector<Parameter> Rivals::parameters(const std::vector<vjm::Effect>& effect
       Parameter p =
           effect_parameter(effects, robot_.effects.size() + a, k, robot_.without_effects());
       if (is_duration(described)) {
-        p.lower = std::max(p.lower, interval_);
+        p.lower = std::min(std::max(p.lower, interval_), p.upper);
         p.start = std::max(p.start, p.lower);
       }
       if (!usual_values(effect, k, robot_.without_effects()).empty()) {

@@ -125,6 +125,22 @@ TEST(BaseFit, SaysWhenTheReadingsContradictAnySpring) {
               HasSubstr("the stiffness of 'spring' runs away to infinity"));
 }
 
+// Squares of squares of them would be infinite, and so would tests and evidences.
+TEST(BaseFit, ErrorsBeyondComputingAreNamed) {
+  for (const char* table :
+       {"fz,dz\n1000,0.5\n2000,1e90\n", "fz,dz,sigma\n1000,0.5,1\n2000,1,1e-300\n",
+        "fz,dz,sigma\n1000,0.5,1\n2000,1,1e-318\n"}) {
+    const auto file = bench_campaign(table, "noise: {translation: 1 um}\n");
+    try {
+      (void)test::compare_files(test::bench(), file);
+      ADD_FAILURE() << table;
+    } catch (const files::InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("readings.csv:3: dz: the error of reading '2'"));
+      EXPECT_THAT(error.what(), HasSubstr("too large to compute with"));
+    }
+  }
+}
+
 TEST(BaseFit, DoesNotMixMillimetresWithRadians) {
   vjm::Robot robot = test::bench();
   vjm::Chain chain("cell");

@@ -62,6 +62,16 @@ TEST(Verdict, CreepIsNotFasterThanTheReadings) {
   EXPECT_EQ(d.steps[0].ranking[0].candidate.effect.kind->name, "friction");
 }
 
+// Nanoseconds that are taken for seconds: no creep that an effect may have is slow enough.
+TEST(Verdict, ReadingsThatAreYearsApartTellNoCreep) {
+  Laboratory laboratory(slide);
+  laboratory.hide("friction", "q", "force=60 N,presliding=3 um");
+  Campaign campaign = laboratory.measure(loops());
+  for (Reading& reading : campaign.readings) reading.time = 1e9 * *reading.time;
+  const Diagnosis d = laboratory.diagnose(campaign, {"creep", "friction"});
+  EXPECT_EQ(d.steps.at(0).ranking.at(0).candidate.effect.kind->name, "friction");
+}
+
 // Weight that is put on against friction, or that has settled: either is found as what it was.
 TEST(Verdict, FrictionIsNamedHoweverItsCyclesBegin) {
   for (const int settled : {0, 1}) {
