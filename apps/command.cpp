@@ -194,6 +194,10 @@ int Program::run(int argc, const char* const* argv) {
     return complain(no_convergence, error.what());
   } catch (const files::NotIdentifiable& error) {
     return complain(not_identifiable, error.what());
+  } catch (const std::filesystem::filesystem_error& error) {
+    return complain(bad_input, files::InputError(error.path1(), error.code().message(),
+                                                 "Check the path and that you may use it")
+                                   .what());
   } catch (const std::bad_alloc&) {
     return complain(failure, "there is not enough memory for this computation.");
   } catch (const std::exception& error) {

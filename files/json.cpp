@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/files/error.h"
+#include "kinetostat/files/json_depth.h"
 #include "kinetostat/files/text_file.h"
 #include "kinetostat/spatial/rotation.h"
 
@@ -151,6 +152,8 @@ void require_two_interfaces(const std::filesystem::path& file, const Json& json)
 
 Json read_json(const std::filesystem::path& file) {
   const std::string text = read_text(file);
+  if (is_nested_too_deeply(text))
+    throw InputError(file, "is nested too deeply", "Write this file with kinetostat");
   try {
     return Json::parse(text);
   } catch (const Json::parse_error& error) {

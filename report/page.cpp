@@ -7,6 +7,7 @@
 
 #include "kinetostat/files/base64.h"
 #include "kinetostat/files/error.h"
+#include "kinetostat/files/json_depth.h"
 #include "kinetostat/files/text_file.h"
 
 // The page that bundle.mjs made, placed there by the assembler; empty when there is none.
@@ -110,7 +111,7 @@ Json results_in_page(const std::filesystem::path& file, std::string_view text) {
   text.remove_prefix(begin + results_begin.size());
   const auto bytes = files::from_base64(text.substr(0, text.find(results_end)));
   const auto json = bytes ? inflated(*bytes) : std::nullopt;
-  if (!json) throw not_a_result(file);
+  if (!json || files::is_nested_too_deeply(*json)) throw not_a_result(file);
   Json results = Json::parse(*json, nullptr, false);
   if (!results.is_array()) throw not_a_result(file);
   return results;
@@ -193,6 +194,7 @@ std::vector<PageResult> read_page_results(const std::filesystem::path& file) {
   const std::string text = files::read_text(file);
   std::vector<PageResult> results;
   if (text.find(results_begin) == std::string::npos) {
+    if (files::is_nested_too_deeply(text)) throw not_a_result(file);
     Json result = Json::parse(text, nullptr, false);
     if (!result.is_object()) throw not_a_result(file);
     results.push_back({.result = std::move(result), .picture = {}, .text = {}});

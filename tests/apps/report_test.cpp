@@ -41,6 +41,11 @@ TEST(ReportCommand, RefusesWhatItCannotShow) {
   EXPECT_EQ(outcome.code, 3);
   EXPECT_THAT(outcome.err, HasSubstr("neither a result nor a page"));
   EXPECT_FALSE(std::filesystem::exists(working_folder() / "report_d.html"));
+  // Writing it out again would take more stack than there is.
+  const std::string deep(100'000, '[');
+  files::write_atomically(working_folder() / "deep.json",
+                          "{\"a\": " + deep + std::string(100'000, ']') + "}");
+  EXPECT_EQ(kinetostat("report deep.json -o report_d.html").code, 3);
 }
 
 TEST(NewCommand, WritesFilesThatRunAsPrinted) {
@@ -62,6 +67,11 @@ TEST(NewCommand, WritesOverNothing) {
   const Outcome outcome = kinetostat("new robot new_twice");
   EXPECT_EQ(outcome.code, 3);
   EXPECT_THAT(outcome.err, HasSubstr("is there already"));
+  for (const std::string& folder : {std::string("/proc/x"), std::string(300, 'x')}) {
+    const Outcome impossible = kinetostat("new robot " + folder);
+    EXPECT_EQ(impossible.code, 3);
+    EXPECT_THAT(impossible.err, HasSubstr("Check the path"));
+  }
   // Measurements of a robot that is there already.
   EXPECT_EQ(kinetostat("new campaign new_twice").code, 0);
 }
