@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/calibration/joint_column.h"
+#include "kinetostat/report/joint_motion.h"
 #include "kinetostat/report/text.h"
 
 namespace kinetostat::report {
@@ -37,14 +38,6 @@ struct Units {
 std::string figure(double value) {
   const std::string text = fmt::format("{:.9g}", value);
   return text == "-0" ? "0" : text;
-}
-
-// Joints by name: [m] where they slide, [rad] where they turn.
-bool joint_turns(const vjm::Robot& robot, const std::string& name) {
-  for (const vjm::Chain& chain : robot.manipulator.chains())
-    for (const vjm::Coordinate& c : chain.coordinates())
-      if (name == chain.name() + "." + c.name || name == c.name) return vjm::is_rotation(c.motion);
-  return true;
 }
 
 std::string posture_text(const vjm::Robot& robot, const calibration::Configuration& c) {

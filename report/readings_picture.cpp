@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/report/joint_motion.h"
 #include "kinetostat/report/skeleton.h"
 #include "kinetostat/report/text.h"
 #include "kinetostat/spatial/rotation.h"
@@ -85,7 +86,8 @@ std::string label(const vjm::Robot& robot, const Configuration& configuration,
   if (!configuration.target && !configuration.joints.empty()) {
     std::string text;
     for (const auto& [name, value] : configuration.joints)
-      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name, shown(value / angle));
+      text += fmt::format("{}{} {}", text.empty() ? "" : ", ", name,
+                          shown(value / (joint_turns(robot, name) ? angle : length)));
     return text;
   }
   const spatial::Vector3 p = posture.posture.platform.position() / length;

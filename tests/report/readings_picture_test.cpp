@@ -67,6 +67,7 @@ TEST_F(ReadingsPicture, HasAnEntryForEachReading) {
   EXPECT_FALSE(json["measured"].contains("dy"));
   EXPECT_NEAR(json["models"][0]["residual"]["dz"][3].get<double>(), -4e-6, 1e-11);
   EXPECT_NEAR(json["poses"][1]["position"][2].get<double>(), 0.02, 1e-12);
+  EXPECT_EQ(json["poses"][1]["label"], "arm.drive 20");  // [mm]: it slides
 }
 
 TEST_F(ReadingsPicture, NothingIsSaidOfANoiseThatNobodyKnows) {
