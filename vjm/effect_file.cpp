@@ -67,7 +67,8 @@ EffectParameter read_parameter_kind(const YamlNode& node, const std::string& nam
   const auto prior = node.find("prior");
   parameter.prior_sd =
       prior ? prior->number() * unit.factor : (parameter.upper - parameter.lower) / 4;
-  if (!(parameter.prior_sd > 0)) prior->fail("a prior standard deviation must be positive");
+  if (!(parameter.prior_sd > 0))
+    prior.value_or(between).fail("a prior standard deviation must be positive");
   return parameter;
 }
 

@@ -270,8 +270,10 @@ void LinkModel::append_to(Chain& chain, const std::string& name) const {
   }
 }
 
-LinkModel read_link(const YamlNode& node, const UnitSystem& units,
-                    const std::optional<YamlNode>& materials, const LinkOptions& options) {
+namespace {
+
+LinkModel read_any_link(const YamlNode& node, const UnitSystem& units,
+                        const std::optional<YamlNode>& materials, const LinkOptions& options) {
   const auto [kind, value] =
       node.one_of({"rigid", "beam", "compliance", "stiffness", "manipulator"});
   if (kind == "rigid") {
@@ -287,6 +289,23 @@ LinkModel read_link(const YamlNode& node, const UnitSystem& units,
   if (kind == "manipulator") return read_sub_manipulator(node, units, options);
   if (kind == "compliance" && value.is_scalar()) return read_identified(node, value, units);
   return read_inline(node, value, kind, units);
+}
+
+}  // namespace
+
+LinkModel read_link(const YamlNode& node, const UnitSystem& units,
+                    const std::optional<YamlNode>& materials, const LinkOptions& options) {
+  LinkModel link = read_any_link(node, units, materials, options);
+  try {
+    for (const LinkPart& part : link.parts)
+      if (part.compliance) (void)part.compliance->inverse();
+  } catch (const std::domain_error&) {
+    node.fail(
+        "the link is so much softer in one direction than in another that its compliance "
+        "has no inverse to working precision",
+        "Check its numbers and their units; make it rigid where nothing is meant to yield");
+  }
+  return link;
 }
 
 }  // namespace kinetostat::vjm

@@ -154,6 +154,7 @@ TEST(UserEffect, IsRefusedWithTheColumnOfTheMistake) {
   expect_refused("{force: 'd', offset: 'u'}", "");
   expect_refused("{force: 'T * T', parameters: {T: {between: [0, 1]}}}", "already means");
   expect_refused("{force: 'a', parameters: {a: {between: [1, 0]}}}", "range");
+  expect_refused("{force: 'a * d', parameters: {a: {between: [0, 5e-324]}}}", "prior");
 }
 
 }  // namespace
