@@ -27,13 +27,17 @@ struct AdoptRequest {
   bool all = false, force = false;
 };
 
+files::InputError not_a_diagnosis(const std::filesystem::path& file, const std::string& key,
+                                  const std::string& why) {
+  return files::InputError({.file = file,
+                            .key = key,
+                            .what = "this is not a diagnosis: " + why,
+                            .cure = "Give a file that 'kinetostat diagnose -o FILE' wrote"});
+}
+
 const files::Json& need(const files::Json& json, const char* key, const std::string& file) {
   const auto found = json.find(key);
-  if (found == json.end())
-    throw files::InputError({.file = file,
-                             .key = key,
-                             .what = "this is not a diagnosis: the key is missing",
-                             .cure = "Give a file that 'kinetostat diagnose -o FILE' wrote"});
+  if (found == json.end()) throw not_a_diagnosis(file, key, "the key is missing");
   return *found;
 }
 
@@ -135,8 +139,8 @@ Adoption adoption_of(const files::Json& diagnosis, const files::Json& entry, con
   return adoption;
 }
 
-files::Json adopt(const AdoptRequest& request, const std::filesystem::path& out, Run& run) {
-  const files::Json diagnosis = files::read_json(request.diagnosis);
+files::Json adopt_from(const files::Json& diagnosis, const AdoptRequest& request,
+                       const std::filesystem::path& out, Run& run) {
   const std::vector<files::Json> entries = chosen(diagnosis, request);
   if (!request.force) require_same_robot(diagnosis, request.diagnosis, request.robot);
   const auto fall_with = [&](const files::Json& entry) {
@@ -164,6 +168,15 @@ files::Json adopt(const AdoptRequest& request, const std::filesystem::path& out,
           {"held_out_after", fall.after}};
 }
 
+files::Json adopt(const AdoptRequest& request, const std::filesystem::path& out, Run& run) {
+  const files::Json diagnosis = files::read_json(request.diagnosis);
+  try {
+    return adopt_from(diagnosis, request, out, run);
+  } catch (const files::Json::exception& error) {
+    throw not_a_diagnosis(request.diagnosis, "", error.what());
+  }
+}
+
 files::Json revert(const std::string& robot, Run& run) {
   std::string text;
   try {
@@ -182,8 +195,10 @@ files::Json revert(const std::string& robot, Run& run) {
 void require_same_robot(const files::Json& diagnosis, const std::filesystem::path& file,
                         const std::filesystem::path& robot) {
   const files::Json& inputs = need(diagnosis, "inputs", file.string());
-  const std::string stated = inputs.at("robot").at("sha256").get<std::string>();
-  if (stated == files::sha256(files::read_text(robot))) return;
+  const files::Json::json_pointer at("/robot/sha256");
+  if (!inputs.is_object() || !inputs.contains(at) || !inputs.at(at).is_string())
+    throw not_a_diagnosis(file, "inputs.robot.sha256", "the key is missing");
+  if (inputs.at(at) == files::sha256(files::read_text(robot))) return;
   throw files::InputError(
       {.file = file,
        .key = "inputs.robot",

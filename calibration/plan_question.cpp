@@ -36,7 +36,7 @@ class Questioner {
     if (!show.empty()) {
       add_shown(show, question);
     } else if (is(Verdict::ambiguous)) {
-      question.present.pop_back();  // it is one of the suspects
+      if (!question.present.empty()) question.present.pop_back();  // it is one of the suspects
       for (const Json& name : diagnosis_.at("ambiguous"))
         question.suspects.push_back(suspect(name.get<std::string>(), question));
       question.perhaps_nothing = question.suspects.size() == 1;
