@@ -66,9 +66,14 @@ void hold_bounds(const BaseFit& fit, VectorXd& information) {
 
 VectorXd prior_information(const BaseFit& fit) {
   VectorXd information = VectorXd::Zero(fit.at.jacobian.cols());
-  for (std::size_t k = 0; k < fit.parameters.size(); ++k)
-    if (const auto& prior = fit.parameters[k].parameter.prior)
-      information[static_cast<Index>(k)] = 1 / (prior->deviation * prior->deviation);
+  for (std::size_t k = 0; k < fit.parameters.size(); ++k) {
+    const Parameter& parameter = fit.parameters[k].parameter;
+    const double range = parameter.upper - parameter.lower;
+    if (parameter.prior)
+      information[static_cast<Index>(k)] = 1 / std::pow(parameter.prior->deviation, 2);
+    else if (range > 0)
+      information[static_cast<Index>(k)] = 12 / (range * range);
+  }
   hold_bounds(fit, information);
   return information;
 }

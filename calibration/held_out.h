@@ -26,7 +26,8 @@ struct HeldOut {
 
 /// What a bound holds does not move when readings are left out: precision to match.
 void hold_bounds(const BaseFit& fit, Eigen::VectorXd& information);
-/// Prior precision of each unknown of a fit: 0 for what has no prior and is free.
+/// Precision of each unknown of a fit without any reading: of its prior, else of its range, within
+/// which it stays when the readings that tell it are left out; 0 for what is free.
 Eigen::VectorXd prior_information(const BaseFit& fit);
 
 /// Leaves every group out in turn, by the linear model about the fit: exact for a linear model, one

@@ -185,8 +185,8 @@ TEST(HeldOut, WhatABoundHoldsDoesNotMove) {
   HeldOutGroups groups;
   for (Index g = 0; g < 6; ++g) groups.members.push_back({4 * g, 4 * g + 1, 4 * g + 2, 4 * g + 3});
   const HeldOut held = held_out(fit.at, prior_information(fit), groups, 1);
-  const HeldOut without =
-      held_out({fit.at.residual, fit.at.jacobian.col(0)}, VectorXd::Zero(1), groups, 1);
+  const VectorXd range = VectorXd::Constant(1, 12 / (20.0 * 20.0));  // of what is free
+  const HeldOut without = held_out({fit.at.residual, fit.at.jacobian.col(0)}, range, groups, 1);
   EXPECT_NEAR((held.error - without.error).norm(), 0, 1e-8);
   EXPECT_NEAR(held.total(), without.total(), 1e-8);
 }
@@ -204,6 +204,26 @@ TEST(HeldOut, WhatNothingTellsChangesNothing) {
   const HeldOut without = held_out({residual, x}, VectorXd::Zero(2), groups, 1);
   EXPECT_EQ(held.error, without.error);
   EXPECT_EQ(held.total(), without.total());
+}
+
+// A value that only the readings of one group tell is predicted for that group from its range, not
+// from what chance makes of it in the others.
+TEST(HeldOut, StaysWithinTheRangeWhereTheRestTellsNothing) {
+  constexpr Index n = 24;
+  BaseFit fit;
+  MatrixXd x(n, 2);
+  x << VectorXd::Ones(n), 1e-4 * random_matrix(n, 1, 22);
+  x.col(1).tail(4).setConstant(50);
+  const VectorXd y = random_matrix(n, 1, 21);
+  fit.at = {x * x.householderQr().solve(y) - y, x};
+  fit.parameters.resize(2);
+  for (ParameterEstimate& e : fit.parameters) e.parameter.lower = -1, e.parameter.upper = 1;
+  HeldOutGroups groups;
+  for (Index g = 0; g < 6; ++g) groups.members.push_back({4 * g, 4 * g + 1, 4 * g + 2, 4 * g + 3});
+  const HeldOut held = held_out(fit.at, prior_information(fit), groups, 1);
+  const HeldOut free = held_out(fit.at, VectorXd::Zero(2), groups, 1);
+  EXPECT_LT(held.error.tail(4).cwiseAbs().maxCoeff(), 50);
+  EXPECT_GT(free.error.tail(4).cwiseAbs().maxCoeff(), 1000);
 }
 
 TEST(FreeForm, SeesACurveAndNotNoise) {
