@@ -16,8 +16,12 @@ inline constexpr double told_apart_from = 4;  // d' that names an effect against
 inline constexpr double doubtful = 4.6;       // difference of log evidence below which both remain
 /// The same for an effect and the free-form rival, which is all that the catalogue lacks: 1 : 20.
 inline constexpr double doubtful_beside_free_form = 3;
-/// From where on that rival is the likelier one for good.
-inline constexpr double beaten_by_free_form = -1.5;
+/// Below this, that rival is the likelier one.
+inline constexpr double beaten_by_free_form = 0;
+
+/// Why readings do not show what is not one of their unknowns but acts as those do.
+inline constexpr const char* absorbed =
+    "what it does, the refitted parameters do just as well in these readings";
 
 /// By how much log evidence makes a rival more probable. Laws are idealisations, so what tells near
 /// relatives apart is in part what none of them gets right: half of it is believed (a generalised

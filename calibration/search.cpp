@@ -30,8 +30,7 @@ std::string why_unobservable(const Candidate& candidate, const Rivals::Marks& ma
   double largest = 0;
   for (const Signature& signature : marks.signatures)
     largest = std::max(largest, signature.columns.norm());
-  if (largest > least_visible)
-    return "what it does, the refitted parameters do just as well in these readings";
+  if (largest > least_visible) return absorbed;
   if (campaign.displacement == DisplacementKind::difference &&
       candidate.effect.kind->place != vjm::EffectPlace::joint)
     return "no reading depends on it: in differences from the unloaded state it cancels";
