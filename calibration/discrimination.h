@@ -12,6 +12,8 @@ namespace kinetostat::calibration {
 struct Forecast {
   Eigen::VectorXd mean;
   Eigen::MatrixXd spread;
+  /// Where nothing is known of what the model adds: its changes when that is of another form.
+  Eigen::MatrixXd forms = {};
 };
 
 /// The separation of two models by any number of planned values, which add up. With the mean V of

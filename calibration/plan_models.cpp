@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "kinetostat/calibration/session_frame.h"
 
@@ -38,7 +39,9 @@ void add_suspect(const vjm::Robot& robot, const Rivals& rivals, const PlanQuesti
   added.push_back(suspect.candidate);
   PlanModel model = model_of(robot, added, base);
   model.any_size = !suspect.is_fitted;
-  if (suspect.is_fitted) {
+  if (model.any_size) {
+    model.own = rivals.own_parameters(added);
+  } else {
     try {
       model = model_of(robot, added, rivals.fit(added, &base, progress));
     } catch (const files::Cancelled&) {
@@ -48,6 +51,7 @@ void add_suspect(const vjm::Robot& robot, const Rivals& rivals, const PlanQuesti
     }
   }
   model.name = suspect.candidate.name();
+  model.kind = suspect.candidate.effect.kind->name;
   model.weight = suspect.probability;
   model.log_evidence = suspect.log_evidence;
   model.on_load = suspect.candidate.effect.kind->place == vjm::EffectPlace::load;
@@ -55,7 +59,62 @@ void add_suspect(const vjm::Robot& robot, const Rivals& rivals, const PlanQuesti
   models.push_back(std::move(model));
 }
 
+// Values that design fixes have no range: they are as they are.
+std::vector<Parameter> free_ones(const std::vector<Parameter>& own) {
+  std::vector<Parameter> result;
+  for (const Parameter& p : own)
+    if (p.lower < p.upper && p.prior) result.push_back(p);
+  return result;
+}
+
+// How much of a suspect's d' from nothing is lost when this model may be what shows: 0 to 1.
+double likeness(const Forecast& suspect, const Forecast& other, const Forecast& nothing,
+                const MatrixXd& common) {
+  const double alone = separation_of(suspect, nothing, false, nothing, common).squared();
+  const double beside = separation_of(suspect, other, true, nothing, common).squared();
+  return alone > 0 ? 1 - beside / alone : 0;
+}
+
 }  // namespace
+
+Separation separation_of(const Forecast& a, const Forecast& b, bool b_has_any_size,
+                         const Forecast& nothing, const MatrixXd& common) {
+  if (!b_has_any_size) return {a, b, common};
+  MatrixXd unknown(common.rows(), common.cols() + 1 + b.forms.cols());
+  unknown << common, any_size * (b.mean - nothing.mean), b.forms;
+  return {a, b, unknown};
+}
+
+std::vector<PlanModel> with_look_alikes(const std::vector<PlanModel>& models,
+                                        const std::vector<Forecast>& forecasts,
+                                        const MatrixXd& common) {
+  constexpr std::size_t most = 8;  // kinds
+  constexpr double visible = 1;    // d' from nothing, in all these readings
+  const Forecast& nothing = forecasts.back();
+  std::map<std::string, std::pair<double, std::size_t>> nearest;  // of each kind
+  for (std::size_t m = 0; m + 1 < models.size(); ++m) {
+    if (!models[m].is_look_alike) continue;
+    const Separation seen = separation_of(forecasts[m], nothing, false, nothing, common);
+    if (!(seen.squared() > visible * visible)) continue;
+    double like = 0;
+    for (std::size_t s = 0; s + 1 < models.size(); ++s)
+      if (!models[s].is_look_alike)
+        like = std::max(like, likeness(forecasts[s], forecasts[m], nothing, common));
+    const auto [found, fresh] = nearest.try_emplace(models[m].kind, like, m);
+    if (!fresh && like > found->second.first) found->second = {like, m};
+  }
+  std::vector<std::pair<double, std::size_t>> order;
+  for (const auto& [kind, place] : nearest) order.push_back(place);
+  std::stable_sort(order.begin(), order.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  order.resize(std::min(order.size(), most));
+  std::vector<PlanModel> kept;
+  for (std::size_t m = 0; m < models.size(); ++m)
+    if (!models[m].is_look_alike ||
+        std::any_of(order.begin(), order.end(), [&](const auto& o) { return o.second == m; }))
+      kept.push_back(models[m]);
+  return kept;
+}
 
 std::vector<PlanModel> plan_models(const vjm::Robot& robot, const Campaign& campaign,
                                    const Noise& noise, const PlanQuestion& question, int threads,
@@ -68,6 +127,12 @@ std::vector<PlanModel> plan_models(const vjm::Robot& robot, const Campaign& camp
                     static_cast<double>(s) / static_cast<double>(question.suspects.size()));
     files::Progress silent;
     add_suspect(robot, rivals, question, base, question.suspects[s], silent, models);
+  }
+  files::Progress silent;
+  for (const Candidate& candidate : question.unseen) {
+    add_suspect(robot, rivals, question, base, {.candidate = candidate, .log_evidence = {}}, silent,
+                models);
+    models.back().is_look_alike = true;
   }
   models.push_back(model_of(robot, question.present, base));
   models.back().name = "nothing more";
@@ -83,22 +148,43 @@ Forecast forecast(const vjm::Robot& robot, const PlanModel& model, const Campaig
   // So that one reading without an equilibrium does not end the others.
   for (Reading& reading : silent.readings) reading.masked = true;
   const Predictor predictor(robot.without_effects(), model.effects, silent, threads, progress);
+  const std::vector<Parameter> own = free_ones(model.own);
+  std::vector<Parameter> parameters = model.parameters;
+  parameters.insert(parameters.end(), own.begin(), own.end());
+  const Index known = model.values.size(), forms = std::ssize(own);
+  VectorXd values(known + forms), widths(forms);
+  values << model.values, starts_of(own);
+  for (Index k = 0; k < forms; ++k) widths[k] = own[static_cast<std::size_t>(k)].prior->deviation;
   const Predictions predictions =
-      predictor.predict(model.parameters, model.values, model.values.size() > 0, progress);
+      predictor.predict(parameters, values, values.size() > 0, progress);
   const auto count = static_cast<Index>(components.size());
   Forecast result;
   result.mean.resize(static_cast<Index>(planned.readings.size()) * count);
   result.spread = MatrixXd::Zero(result.mean.size(), model.root.cols());
+  result.forms = MatrixXd::Zero(result.mean.size(), forms);
   for (std::size_t i = 0; i < planned.readings.size(); ++i)
     for (Index c = 0; c < count; ++c) {
       const Index row = static_cast<Index>(i) * count + c;
       const Index k = components[static_cast<std::size_t>(c)];
       const double sigma = planned.readings[i].sigma[k];
       result.mean[row] = predictions.displacement[i][k] / sigma;
-      if (model.root.cols() > 0 && predictions.derivatives[i].cols() > 0)
-        result.spread.row(row) = predictions.derivatives[i].row(k) * model.root / sigma;
+      if (predictions.derivatives.empty() || predictions.derivatives[i].cols() == 0) continue;
+      const Eigen::RowVectorXd change = predictions.derivatives[i].row(k) / sigma;
+      if (model.root.cols() > 0) result.spread.row(row) = change.head(known) * model.root;
+      result.forms.row(row) = change.tail(forms).cwiseProduct(widths.transpose());
     }
   return result;
+}
+
+PlanModel refitted_alone(PlanModel model) {
+  constexpr double rough = 0.5;  // of the logarithm of a stiffness
+  const Index n = model.values.size();
+  model.root = MatrixXd::Zero(n, n);
+  for (Index k = 0; k < n; ++k) {
+    const Parameter& p = model.parameters[static_cast<std::size_t>(k)];
+    if (p.lower < p.upper) model.root(k, k) = p.is_logarithm() ? rough : p.typical;
+  }
+  return model;
 }
 
 PlanModel under_known_weights(const vjm::Robot& robot, PlanModel model) {

@@ -144,6 +144,19 @@ class Questioner {
         throw std::invalid_argument(
             fmt::format("this robot has no place for '{}', or has it already", wanted));
     }
+    add_unseen_beside(question);
+  }
+
+  // What acts as refitted parameters do, these will take up again.
+  void add_unseen_beside(PlanQuestion& question) const {
+    for (const Json& entry : ranking(question)) {
+      const std::string name = name_of(entry);
+      const auto is_it = [&](const Suspect& s) { return s.candidate.name() == name; };
+      if (entry.at("detectability").get<double>() < visible &&
+          entry.value("reason", "") != absorbed &&
+          std::none_of(question.suspects.begin(), question.suspects.end(), is_it))
+        question.unseen.push_back(find(name));
+    }
   }
 
   const Json& diagnosis_;

@@ -23,7 +23,10 @@ struct PlanQuestion {
   std::vector<Candidate> present = {};  // what was found and is not in doubt
   std::vector<Suspect> suspects = {};   // what may be missing beside that
   bool perhaps_nothing = false;         // that nothing is missing is a rival, too
-  std::string verdict = {};             // of the diagnosis
+  /// Where the suspects were asked for: what else readings so far do not show, each of its usual
+  /// size. New readings that show the suspects may show these, too, and must not mix them up.
+  std::vector<Candidate> unseen = {};
+  std::string verdict = {};  // of the diagnosis
 };
 
 /// From what `diagnose` writes: its ambiguous set; where the data cannot tell, what they could not

@@ -265,6 +265,11 @@ std::vector<Parameter> Rivals::parameters(const std::vector<vjm::Effect>& effect
   return result;
 }
 
+std::vector<Parameter> Rivals::own_parameters(const std::vector<Candidate>& added) const {
+  std::vector<Parameter> all = parameters(effects_with(robot_, added), added);
+  return {all.end() - added.back().effect.values.size(), all.end()};
+}
+
 BaseFit Rivals::fit(const std::vector<Candidate>& added, const BaseFit* start,
                     files::Progress& progress) const {
   const std::vector<vjm::Effect> effects = effects_with(robot_, added);

@@ -53,6 +53,10 @@ class Rivals {
   BaseFit fit_held(const std::vector<Candidate>& added, const BaseFit& start, std::size_t held,
                    double value, files::Progress& progress) const;
 
+  /// The values of the last of the added ones, as a fit has them; those that design fixes have no
+  /// range.
+  std::vector<Parameter> own_parameters(const std::vector<Candidate>& added) const;
+
   /// Marks of one candidate beside a model that is fitted already (with `present` effects): of its
   /// usual size, and of other sizes where its shape depends on that. Empty with a reason where the
   /// model has no equilibrium with it.

@@ -163,8 +163,8 @@ std::string blocks_text(const vjm::Robot& robot, const Plan& plan) {
 std::string kind_text(const Plan& plan) {
   if (plan.asks_for_absolute)
     return "Read absolute poses, a campaign of their own: in differences from the unloaded state "
-           "what is asked for cancels. First write the stiffnesses as refitted here into the "
-           "robot file, in place of 'uncertain'.\n";
+           "what is asked for cancels. What is uncertain is refitted there; the plan allows for "
+           "that.\n";
   return plan.displacement == DisplacementKind::absolute ? "Read absolute poses, as so far.\n"
                                                          : "Read differences, as so far.\n";
 }

@@ -2,6 +2,8 @@
 #include "kinetostat/calibration/plan.h"
 
 #include <algorithm>
+#include <set>
+#include <tuple>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -177,6 +179,7 @@ TEST(Plan, WeightInDifferencesNeedsAbsoluteReadings) {
   const PlanQuestion question = question_of(
       laboratory.robot(), laboratory.json(campaign, diagnosis), "diagnosis.json", {"payload"});
   ASSERT_EQ(question.suspects.size(), 1u);
+  EXPECT_TRUE(question.unseen.empty());  // the other kind acts as what is refitted
   files::Progress silent;
   const Plan p = plan(laboratory.robot(), campaign, question, {.minutes = 90}, 2, silent);
   EXPECT_TRUE(p.asks_for_absolute);
@@ -194,6 +197,77 @@ TEST(Plan, WeightInDifferencesNeedsAbsoluteReadings) {
   const Diagnosis after = poses.diagnose(read, {"payload", "wrench_gain", "target_lever_arm"});
   ASSERT_FALSE(after.found.empty());
   EXPECT_EQ(after.found[0].candidate.name(), "payload at platform");
+}
+
+// The same arm on a column that turns.
+std::string turning_arm() {
+  std::string robot = arm;
+  const std::string first = "    - actuator: {name: q1";
+  robot.insert(robot.find(first),
+               "    - actuator: {name: q0, axis: Rz, stiffness: 5.0e4 N m/rad}\n"
+               "    - tool: [0, 0, 200]\n");
+  return robot + "  - {stiffness: q0}\n";
+}
+
+std::string turning_arm_readings() {
+  std::string csv = "id,session,cycle,step,time,q0,q1,q2,fx,fy,fz\n";
+  int n = 0;
+  for (const auto& [q0, q1, q2] : {std::tuple(-30, -20, 40),
+                                   {0, 0, 70},
+                                   {30, 20, 20},
+                                   {15, 30, 90},
+                                   {-15, 10, 60},
+                                   {40, -10, 30}})
+    for (const int axis : {0, 1, 2}) {
+      ++n;
+      csv += fmt::format("a{0},first,c{0},1,{1},{2},{3},{4},{5},{6},{7}\n", n, 60 * n, q0, q1, q2,
+                         axis == 0 ? 100 : 0, axis == 1 ? 100 : 0, axis == 2 ? -100 : 0);
+    }
+  return csv;
+}
+
+// In a frame that is not known one posture says nothing of a mass, nor do two; and what else sags
+// or is out of place looks like one. The plan takes several postures together, tells the mass from
+// its look-alikes, and what it asks for stands by itself: the name is right, and helps to predict
+// postures that are left out.
+TEST(Plan, TellsAMassFromWhatLooksLikeOne) {
+  const std::vector<std::string> kinds = {"payload", "eccentricity", "target_lever_arm",
+                                          "geometric_error", "gravity_compensator"};
+  Laboratory laboratory(turning_arm());
+  laboratory.options().components = {true, true, true, false, false, false};
+  laboratory.options().translation_noise = 8e-6;
+  const Campaign campaign = laboratory.measure(turning_arm_readings());
+  const Diagnosis before = laboratory.diagnose(campaign, kinds);
+  ASSERT_EQ(before.verdict, Verdict::no_effect_needed);
+  const PlanQuestion question = question_of(laboratory.robot(), laboratory.json(campaign, before),
+                                            "diagnosis.json", {"payload"});
+  files::Progress silent;
+  const Plan p = plan(laboratory.robot(), campaign, question, {}, 2, silent);
+  ASSERT_TRUE(p.asks_for_absolute);
+  std::set<std::string> rivals;
+  for (const PlannedSplit& split : p.splits) {
+    EXPECT_EQ(split.a, "payload at platform");
+    EXPECT_GT(split.separation, 4) << split.b;
+    rivals.insert(split.b.substr(0, split.b.find(" at ")));
+  }
+  EXPECT_THAT(rivals, testing::IsSupersetOf({"nothing more", "geometric_error", "eccentricity"}));
+  std::set<std::size_t> postures;
+  for (const PlanBlock& block : p.blocks) postures.insert(block.configuration);
+  EXPECT_GT(postures.size(), 3u);
+
+  Laboratory poses(turning_arm());
+  poses.options() = laboratory.options();
+  poses.options().displacement = DisplacementKind::absolute;
+  poses.hide("payload", "platform", "mass=10 kg");
+  const Campaign read =
+      poses.measure(report::plan_table(poses.robot(), p), "session_frame: estimate\n");
+  const Diagnosis after = poses.diagnose(read, kinds);
+  EXPECT_EQ(after.verdict, Verdict::named_effect);
+  ASSERT_FALSE(after.found.empty());
+  EXPECT_EQ(after.found[0].candidate.name(), "payload at platform");
+  EXPECT_NEAR(after.found[0].candidate.effect.values[0], 10, 3 * after.found[0].deviations[0]);
+  ASSERT_EQ(after.waterfall.size(), 4u);  // as designed, refitted, with the mass, noise floor
+  EXPECT_LT(after.waterfall[2].whitened, 0.5 * after.waterfall[1].whitened);
 }
 
 PlanQuestion between(const vjm::Robot& robot, const std::vector<std::string>& names) {
