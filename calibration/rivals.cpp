@@ -12,6 +12,7 @@
 #include "kinetostat/calibration/load_history.h"
 #include "kinetostat/calibration/undetermined.h"
 #include "kinetostat/files/error.h"
+#include "kinetostat/vjm/kinematics.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -122,10 +123,27 @@ bool same_sites(const vjm::Effect& a, const vjm::Effect& b) {
                     });
 }
 
-bool is_drive(const vjm::EffectSite& site, const vjm::Manipulator& bare) {
+// An axis along gravity that stays so, because all joints before it turn about such axes: no weight
+// can have a moment about it.
+bool stays_vertical(const vjm::Chain& chain, Index coordinate, const spatial::Vector3& gravity) {
+  vjm::ChainKinematics kinematics;
+  vjm::evaluate(chain, chain.home(), kinematics);
+  for (Index k = 0; k <= coordinate; ++k) {
+    const vjm::Coordinate& c = chain.coordinates()[static_cast<std::size_t>(k)];
+    const spatial::Vector3 axis = kinematics.jacobian.col(k).tail<3>();
+    if (c.role == vjm::Role::elastic || !vjm::is_rotation(c.motion)) continue;
+    if (axis.cross(gravity).norm() > 1e-6 * gravity.norm()) return false;
+  }
+  return true;
+}
+
+// A drive of a joint that weight may turn, as far as gravity is known.
+bool lifts_weight(const vjm::EffectSite& site, const vjm::Manipulator& bare) {
   const vjm::Chain& chain = bare.chains()[site.chain];
-  return chain.coordinates()[static_cast<std::size_t>(chain.index_of(site.element))].role ==
-         vjm::Role::actuated;
+  const Index k = chain.index_of(site.element);
+  if (chain.coordinates()[static_cast<std::size_t>(k)].role != vjm::Role::actuated) return false;
+  const bool from_base = bare.span(site.chain).from == vjm::Span::base;
+  return bare.gravity().isZero(0) || !from_base || !stays_vertical(chain, k, bare.gravity());
 }
 
 std::optional<Candidate> candidate_at(const vjm::Robot& robot,
@@ -138,9 +156,9 @@ std::optional<Candidate> candidate_at(const vjm::Robot& robot,
                       .sites = vjm::effect_sites(*kind, bare, place),
                       .values = VectorXd(static_cast<Index>(kind->parameters.size()))};
   if (has(robot, candidate.effect)) return std::nullopt;
-  if (kind->only_at_drives &&
+  if (kind->balances_weight &&
       std::none_of(candidate.effect.sites.begin(), candidate.effect.sites.end(),
-                   [&](const vjm::EffectSite& site) { return is_drive(site, bare); }))
+                   [&](const vjm::EffectSite& site) { return lifts_weight(site, bare); }))
     return std::nullopt;
   for (std::size_t k = 0; k < kind->parameters.size(); ++k) {
     const vjm::EffectParameter& parameter = kind->parameters[k];

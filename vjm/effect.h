@@ -137,7 +137,8 @@ class EffectKind {
   std::vector<EffectParameter> parameters;  // the first says how large it is
   bool varies = false;                      // with the conditions of a reading
   Eigen::Index history = 0;                 // numbers that it carries along a cycle, at each place
-  bool only_at_drives = false;              // elsewhere it may be given, but nobody builds it
+  /// Nobody builds it but at a drive that lifts weight, though it may be given elsewhere.
+  bool balances_weight = false;
 
   virtual ~EffectKind() = default;
 

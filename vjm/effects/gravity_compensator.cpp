@@ -70,7 +70,7 @@ class GravityCompensator : public EffectKind {
     signature = "the stiffness of one joint depends on its angle; an offset that follows the angle";
     confuser = "payload and self_weight, which change with the direction of gravity";
     place = EffectPlace::joint;
-    only_at_drives = true;
+    balances_weight = true;
     parameters = {{.name = "stiffness",
                    .linear = spatial::dimension::linear_stiffness,
                    .angular = spatial::dimension::linear_stiffness,
