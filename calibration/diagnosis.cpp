@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 
 #include <fmt/format.h>
 
@@ -339,6 +340,21 @@ std::string to_string(Verdict verdict) {
       break;
   }
   return "these data cannot tell";
+}
+
+std::vector<UnseenKind> unseen_kinds(const Diagnosis& diagnosis) {
+  if (diagnosis.steps.empty()) return {};
+  std::map<std::string, UnseenKind> kinds;
+  for (const Rival& rival : diagnosis.steps.front().ranking) {
+    UnseenKind& kind = kinds[rival.candidate.effect.kind->name];
+    kind.name = rival.candidate.effect.kind->name;
+    kind.detectability = std::max(kind.detectability, rival.detectability);
+    kind.absorbed |= rival.unobservable == absorbed;
+  }
+  std::vector<UnseenKind> unseen;
+  for (const auto& [name, kind] : kinds)
+    if (kind.detectability < told_apart_from) unseen.push_back(kind);
+  return unseen;
 }
 
 Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const DiagnosisOptions& options,

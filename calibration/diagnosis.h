@@ -51,6 +51,16 @@ struct Diagnosis {
   std::vector<Profile> profiles;
 };
 
+/// A kind of effect that would not show at its usual size, wherever it is (d' below that which
+/// names an effect).
+struct UnseenKind {
+  std::string name;
+  double detectability = 0;  // d' at its best place
+  bool absorbed = false;     // because what is refitted does the same
+};
+/// Of the first round; by name.
+std::vector<UnseenKind> unseen_kinds(const Diagnosis& diagnosis);
+
 /// Refits what is uncertain under every rival, screens all candidates with score tests, passes a
 /// gate that knows how many were tried, fits what survives with the full model, ranks by evidence,
 /// and names an effect only when the readings tell it from every rival. `robot` and `campaign` as

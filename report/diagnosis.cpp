@@ -100,6 +100,22 @@ std::vector<std::string> remarks(const Diagnosis& d) {
   }
 }
 
+// What these readings are silent about, and how to hear of it.
+std::string unseen_text(const Diagnosis& d) {
+  if (d.verdict != Verdict::no_effect_needed && d.verdict != Verdict::cannot_tell) return {};
+  std::vector<std::string> weak, absorbed;
+  for (const calibration::UnseenKind& kind : calibration::unseen_kinds(d))
+    (kind.absorbed ? absorbed : weak).push_back(kind.name);
+  if (weak.empty() && absorbed.empty()) return {};
+  std::string text;
+  if (!weak.empty())
+    text += fmt::format("  They would not show, at its usual size: {}.\n", fmt::join(weak, ", "));
+  if (!absorbed.empty())
+    text +=
+        fmt::format("  They do not tell from what is refitted: {}.\n", fmt::join(absorbed, ", "));
+  return text + "  'kinetostat plan --show NAMES' says which readings would.\n";
+}
+
 std::string verdict_text(const vjm::Robot& robot, const calibration::Campaign& campaign,
                          const Diagnosis& d) {
   std::string text = fmt::format("Verdict: {}\n", calibration::to_string(d.verdict));
@@ -116,7 +132,7 @@ std::string verdict_text(const vjm::Robot& robot, const calibration::Campaign& c
   }
   for (const std::string& remark : remarks(d)) text += fmt::format("  {}\n", remark);
   for (const std::string& sentence : d.missing) text += "  Missing: " + sentence + ".\n";
-  return text;
+  return text + unseen_text(d);
 }
 
 std::string ranking_text(const vjm::Robot& robot, const calibration::Campaign& campaign,
@@ -269,11 +285,17 @@ Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, con
   }
   for (const DiagnosisStep& step : d.steps) steps.push_back(step_json(robot, step));
   for (const calibration::WaterfallStage& s : d.waterfall) waterfall.push_back(to_json(s));
+  Json unseen = Json::array();
+  for (const calibration::UnseenKind& kind : calibration::unseen_kinds(d))
+    unseen.push_back({{"effect", kind.name},
+                      {"detectability", kind.detectability},
+                      {"absorbed", kind.absorbed}});
   Json json{{"campaign", campaign.name},
             {"verdict", calibration::to_string(d.verdict)},
             {"found", found},
             {"ambiguous", d.ambiguous},
             {"missing", d.missing},
+            {"not_shown", unseen},
             {"remarks", remarks(d)},
             {"chi_square_before", test_json(d.before)},
             {"chi_square_after", test_json(d.after)},

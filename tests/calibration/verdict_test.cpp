@@ -129,5 +129,54 @@ TEST(Verdict, BalancersAreSoughtAtDrives) {
   EXPECT_THAT(names, testing::Contains("preload at arm.q2"));
 }
 
+// A drive about a vertical axis lifts nothing, and neither do those behind it about parallel axes;
+// one that tilts makes room for all behind it. Where gravity is not known any may lift.
+TEST(Verdict, BalancersAreSoughtWhereWeightActs) {
+  const auto balanced = [](const std::string& gravity, const std::string& second) {
+    Laboratory laboratory(
+        "kinetostat: 1\nname: arm\nunits: {length: mm, force: N, angle: deg}\n" + gravity +
+        "chain_types:\n  arm:\n" +
+        "    - actuator: {name: q1, axis: Rz, stiffness: 4.0e4 N m/rad}\n"
+        "    - tool: [400, 0, 0]\n"
+        "    - actuator: {name: q2, axis: " +
+        second + ", home: 30, stiffness: 2.0e4 N m/rad}\n" +
+        "    - tool: [300, 0, 0]\n"
+        "    - actuator: {name: q3, axis: Rz, home: 10, stiffness: 2.0e4 N m/rad}\n"
+        "    - tool: [200, 0, 0]\nmanipulator: {chain: arm}\n");
+    std::vector<std::string> at;
+    for (const Candidate& c : candidates(laboratory.robot(), {"gravity_compensator"}))
+      at.push_back(c.effect.at);
+    return at;
+  };
+  const std::string down = "gravity: {direction: [0, 0, -1]}\n";
+  EXPECT_THAT(balanced(down, "Rz"), testing::IsEmpty());
+  EXPECT_THAT(balanced(down, "Ry"), testing::ElementsAre("arm.q2", "arm.q3"));
+  EXPECT_THAT(balanced("", "Rz"), testing::ElementsAre("arm.q1", "arm.q2", "arm.q3"));
+}
+
+// Weight cancels in differences, and a gain of the load cell is what a stiffness takes up: both are
+// said, though no effect is needed.
+TEST(Verdict, SaysWhatItCouldNotSee) {
+  Laboratory laboratory(
+      "kinetostat: 1\nname: arm\nunits: {length: mm, force: N, angle: deg}\n"
+      "gravity: {direction: [0, 0, -1]}\nchain_types:\n  arm:\n"
+      "    - actuator: {name: q1, axis: Ry, stiffness: 4.0e4 N m/rad}\n    - tool: [0, 0, 400]\n"
+      "manipulator: {chain: arm}\nuncertain:\n  - {stiffness: q1}\n");
+  laboratory.options().translation_noise = 5e-6;
+  const Campaign campaign = laboratory.measure(
+      "id,q1,fz\na,90,20\nb,90,-20\nc,90,40\nd,90,-40\ne,88,20\nf,88,-20\ng,88,40\nh,88,-40\n");
+  const Diagnosis d = laboratory.diagnose(campaign, {"payload", "wrench_gain", "clearance"});
+  ASSERT_EQ(d.verdict, Verdict::no_effect_needed);
+  const std::vector<UnseenKind> unseen = unseen_kinds(d);
+  ASSERT_EQ(unseen.size(), 2u);
+  EXPECT_EQ(unseen[0].name, "payload");
+  EXPECT_FALSE(unseen[0].absorbed);
+  EXPECT_EQ(unseen[1].name, "wrench_gain");
+  EXPECT_TRUE(unseen[1].absorbed);
+  const std::string text = report::text(laboratory.robot(), campaign, d);
+  EXPECT_THAT(text, testing::HasSubstr("would not show, at its usual size: payload."));
+  EXPECT_THAT(text, testing::HasSubstr("do not tell from what is refitted: wrench_gain."));
+}
+
 }  // namespace
 }  // namespace kinetostat::calibration
