@@ -155,6 +155,7 @@ std::string advice_for(const PlanTask& task, const ModelPair& pair, const Campai
   const auto has = [&](const char* kind) {
     return a.name.starts_with(kind) || b.name.starts_with(kind);
   };
+  if (pair.b + 1 == task.models.size()) return "nothing that is read depends on it";
   if (a.on_load != b.on_load || (a.on_load && b.on_load)) {
     const std::vector<Forecast> all = task.forecasts(
         readings, {under_known_weights(task.robot, a), under_known_weights(task.robot, b)});
@@ -207,7 +208,14 @@ void add_splits(const PlanTask& task, const Prospects& prospects, Plan& plan) {
     if (split.most < unsplit && split.advice.empty())
       split.advice = advice_for(task, pair, plan.readings);
   }
-  for (auto& [key, split] : splits) plan.splits.push_back(std::move(split));
+  // What does not show at all need not be told from others, too.
+  const std::size_t nothing = task.models.size() - 1;
+  std::set<std::size_t> unshown;
+  for (const auto& [key, split] : splits)
+    if (key.second == nothing && split.most < unsplit) unshown.insert(key.first);
+  for (auto& [key, split] : splits)
+    if (key.second == nothing || !(unshown.contains(key.first) || unshown.contains(key.second)))
+      plan.splits.push_back(std::move(split));
   std::stable_sort(plan.splits.begin(), plan.splits.end(),
                    [](const auto& x, const auto& y) { return x.separation < y.separation; });
 }

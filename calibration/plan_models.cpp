@@ -67,6 +67,21 @@ std::vector<Parameter> free_ones(const std::vector<Parameter>& own) {
   return result;
 }
 
+// Rows where some model has no equilibrium.
+void leave_out_failures(std::vector<Forecast>& forecasts, MatrixXd& common) {
+  for (Index row = 0; row < common.rows(); ++row) {
+    if (std::all_of(forecasts.begin(), forecasts.end(),
+                    [&](const Forecast& f) { return std::isfinite(f.mean[row]); }))
+      continue;
+    common.row(row).setZero();
+    for (Forecast& f : forecasts) {
+      f.mean[row] = 0;
+      f.spread.row(row).setZero();
+      f.forms.row(row).setZero();
+    }
+  }
+}
+
 // How much of a suspect's d' from nothing is lost when this model may be what shows: 0 to 1.
 double likeness(const Forecast& suspect, const Forecast& other, const Forecast& nothing,
                 const MatrixXd& common) {
@@ -86,10 +101,10 @@ Separation separation_of(const Forecast& a, const Forecast& b, bool b_has_any_si
 }
 
 std::vector<PlanModel> with_look_alikes(const std::vector<PlanModel>& models,
-                                        const std::vector<Forecast>& forecasts,
-                                        const MatrixXd& common) {
+                                        std::vector<Forecast> forecasts, MatrixXd common) {
   constexpr std::size_t most = 8;  // kinds
   constexpr double visible = 1;    // d' from nothing, in all these readings
+  leave_out_failures(forecasts, common);
   const Forecast& nothing = forecasts.back();
   std::map<std::string, std::pair<double, std::size_t>> nearest;  // of each kind
   for (std::size_t m = 0; m + 1 < models.size(); ++m) {

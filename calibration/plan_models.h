@@ -37,8 +37,7 @@ std::vector<PlanModel> plan_models(const vjm::Robot& robot, const Campaign& camp
 /// Of each kind that is no suspect, the place of which readings (their forecasts, and what a
 /// session brings along) would least tell a suspect; at most eight kinds. The others are left out.
 std::vector<PlanModel> with_look_alikes(const std::vector<PlanModel>& models,
-                                        const std::vector<Forecast>& forecasts,
-                                        const Eigen::MatrixXd& common);
+                                        std::vector<Forecast> forecasts, Eigen::MatrixXd common);
 
 /// How many times its usual size something may be of which nothing is known.
 inline constexpr double any_size = 3;
