@@ -155,7 +155,6 @@ std::string advice_for(const PlanTask& task, const ModelPair& pair, const Campai
   const auto has = [&](const char* kind) {
     return a.name.starts_with(kind) || b.name.starts_with(kind);
   };
-  if (pair.b + 1 == task.models.size()) return "nothing that is read depends on it";
   if (a.on_load != b.on_load || (a.on_load && b.on_load)) {
     const std::vector<Forecast> all = task.forecasts(
         readings, {under_known_weights(task.robot, a), under_known_weights(task.robot, b)});
@@ -178,6 +177,7 @@ std::string advice_for(const PlanTask& task, const ModelPair& pair, const Campai
            "temperature";
   if (has("creep") || has("session_drift"))
     return "hold a load, and no load, for hours, with the column time";
+  if (pair.b + 1 == task.models.size()) return "nothing that is read depends on it";
   return "they do the same to the platform in all postures and under all loads that were tried: "
          "measure another point of the robot, between the two places";
 }
