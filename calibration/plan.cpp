@@ -12,6 +12,7 @@
 
 #include "kinetostat/calibration/load_history.h"
 #include "kinetostat/calibration/plan_choice.h"
+#include "kinetostat/calibration/ranking.h"
 #include "kinetostat/calibration/wrench_noise.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/parallel.h"
@@ -205,7 +206,8 @@ void add_splits(const PlanTask& task, const Prospects& prospects, Plan& plan) {
     split.most = fresh ? most : std::min(split.most, most);
     split.nats = split.separation * split.separation / 2;
     if (a.log_evidence && b.log_evidence) split.so_far = *a.log_evidence - *b.log_evidence;
-    if (split.most < unsplit && split.advice.empty())
+    const bool by_weights = a.on_load != b.on_load && split.separation < told_apart_from;
+    if ((split.most < unsplit || by_weights) && split.advice.empty())
       split.advice = advice_for(task, pair, plan.readings);
   }
   // What does not show at all need not be told from others, too.

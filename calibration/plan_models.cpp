@@ -59,6 +59,23 @@ void add_suspect(const vjm::Robot& robot, const Rivals& rivals, const PlanQuesti
   models.push_back(std::move(model));
 }
 
+// What the readings so far make of the uncertain values when a suspect is there at its usual size:
+// they take up what they can of it, so that new readings show only the rest.
+void take_up(const Rivals& rivals, const PlanQuestion& question, const BaseFit& base,
+             const Candidate& candidate, files::Progress& progress, PlanModel& model) {
+  if (model.parameters.empty()) return;
+  const Rivals::Marks marks = rivals.marks_of(candidate, question.present, base, progress);
+  if (marks.signatures.empty()) return;
+  const Signature& signature = marks.signatures.front();
+  const VectorXd mark = signature.columns.col(0) / signature.growth[0];
+  const VectorXd change = base.at.jacobian.colPivHouseholderQr().solve(-mark);
+  for (std::size_t k = 0; k < model.parameters.size(); ++k) {
+    const Parameter& parameter = model.parameters[k];
+    double& value = model.values[static_cast<Index>(k)];
+    value = std::clamp(value + change[static_cast<Index>(k)], parameter.lower, parameter.upper);
+  }
+}
+
 // Values that design fixes have no range: they are as they are.
 std::vector<Parameter> free_ones(const std::vector<Parameter>& own) {
   std::vector<Parameter> result;
@@ -142,6 +159,8 @@ std::vector<PlanModel> plan_models(const vjm::Robot& robot, const Campaign& camp
                     static_cast<double>(s) / static_cast<double>(question.suspects.size()));
     files::Progress silent;
     add_suspect(robot, rivals, question, base, question.suspects[s], silent, models);
+    if (models.back().any_size)
+      take_up(rivals, question, base, question.suspects[s].candidate, silent, models.back());
   }
   files::Progress silent;
   for (const Candidate& candidate : question.unseen) {

@@ -28,8 +28,9 @@ struct PlanModel {
   bool on_load = false, on_sensor = false;  // what it adds concerns the readings, not the robot
 };
 
-/// The suspects, fitted again where the diagnosis fitted them, and what else is unseen; at the end
-/// the model that adds nothing, whether it is a rival or not.
+/// The suspects, fitted again where the diagnosis fitted them (of the others the uncertain values
+/// have taken up what they can), and what else is unseen; at the end the model that adds nothing,
+/// whether it is a rival or not.
 std::vector<PlanModel> plan_models(const vjm::Robot& robot, const Campaign& campaign,
                                    const Noise& noise, const PlanQuestion& question, int threads,
                                    files::Progress& progress);

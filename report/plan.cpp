@@ -129,7 +129,8 @@ std::string splits_text(const Plan& plan) {
       "\nWhat the batch is expected to tell apart, the hardest first\n" + table.text();
   for (const PlannedSplit& s : plan.splits)
     if (!s.advice.empty())
-      text += fmt::format("No readings of this kind tell {} from {}: {}.\n", s.a, s.b, s.advice);
+      text +=
+          fmt::format("Readings of this kind do not tell {} from {}: {}.\n", s.a, s.b, s.advice);
   return text;
 }
 

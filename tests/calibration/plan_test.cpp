@@ -295,6 +295,22 @@ TEST(Plan, SaysWhatNoPlanCanTellApart) {
   EXPECT_THAT(p.splits[0].advice, HasSubstr("known weights"));
 }
 
+// Asked for by name, though what is refitted has taken it up: then only known weights show it.
+TEST(Plan, WhatIsTakenUpByTheFitShowsInNoReadingsOfTheSameKind) {
+  Laboratory laboratory(slide);
+  const Campaign campaign = laboratory.measure(loads_only_up({0, 300, 600, 900}));
+  const Diagnosis diagnosis = laboratory.diagnose(campaign, {"wrench_gain", "clearance"});
+  ASSERT_EQ(diagnosis.verdict, Verdict::no_effect_needed);
+  const PlanQuestion question = question_of(
+      laboratory.robot(), laboratory.json(campaign, diagnosis), "diagnosis.json", {"wrench_gain"});
+  files::Progress silent;
+  const Plan p = plan(laboratory.robot(), campaign, question, {.minutes = 60}, 2, silent);
+  ASSERT_FALSE(p.splits.empty());
+  EXPECT_EQ(p.splits[0].b, "nothing more");
+  EXPECT_LT(p.splits[0].most, 1);
+  EXPECT_THAT(p.splits[0].advice, HasSubstr("known weights"));
+}
+
 // What only known weights tell is told by them: readings of another session, to which the load cell
 // has nothing to say.
 TEST(Plan, KnownWeightsTellAGainOfTheLoadCellFromASofterSpring) {
