@@ -1,10 +1,12 @@
 #include "kinetostat/apps/option_values.h"
 
+#include <cmath>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
 #include "kinetostat/apps/command.h"
+#include "kinetostat/files/largest_number.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -34,10 +36,12 @@ double quantity(const std::string& option, const std::string& text,
   try {
     const std::string bare =
         dimension == spatial::dimension::none ? std::string() : units.unit_for(dimension);
-    return spatial::parse_quantity(text, dimension, bare);
+    const double value = spatial::parse_quantity(text, dimension, bare);
+    if (std::abs(value) <= files::largest_number) return value;
   } catch (const std::invalid_argument& error) {
     throw UsageError(option, error.what());
   }
+  throw UsageError(option, fmt::format("'{}' is too large to compute with", text));
 }
 
 spatial::Vector6 six_values(const std::string& option, const std::string& text,

@@ -2,7 +2,6 @@
 #include "kinetostat/calibration/simulate.h"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <sstream>
 
@@ -11,6 +10,7 @@
 
 #include "kinetostat/apps/command.h"
 #include "kinetostat/apps/commands.h"
+#include "kinetostat/files/largest_number.h"
 #include "kinetostat/files/text_file.h"
 #include "kinetostat/report/manipulator.h"
 #include "kinetostat/report/text.h"
@@ -35,7 +35,7 @@ double deviation(const char* option, const std::string& text, const spatial::Dim
   if (text.empty()) return 0;
   try {
     const double value = spatial::parse_quantity(text, dimension);
-    if (std::isfinite(value) && value >= 0) return value;
+    if (value >= 0 && value <= files::largest_number) return value;
   } catch (const std::invalid_argument& error) {
     throw UsageError(option, error.what());
   }

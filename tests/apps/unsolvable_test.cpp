@@ -100,6 +100,20 @@ INSTANTIATE_TEST_SUITE_P(
                 "no reading depends on the stiffness of 'spring'", "Load it in a"}),
     [](const auto& test) { return test.param.name; });
 
+// Else the answer would be a posture or a matrix of NaN.
+TEST(UnsolvableOptions, BeyondComputingAreRefused) {
+  const std::string requests[] = {"stiffness " + orthoglide + "--at inf,0,0",
+                                  "stiffness " + orthoglide + "--at 1e300,0,0",
+                                  "stiffness data/robots/bench.yaml --joints spring=inf",
+                                  "trace " + orthoglide + "--at 0,0,0 --along inf,0,0",
+                                  "map " + orthoglide + "--grid x=-1e300:1e300:3 --index weakest"};
+  for (const std::string& arguments : requests) {
+    const Outcome outcome = kinetostat(arguments);
+    EXPECT_EQ(outcome.code, 2) << arguments;
+    EXPECT_THAT(outcome.err, HasSubstr("is too large to compute with"));
+  }
+}
+
 // The share of the load that was reached is a result for programs too.
 TEST(UnsolvableJson, HoldsTheLastEquilibrium) {
   const Outcome outcome =
