@@ -1,12 +1,14 @@
 #include "kinetostat/apps/cancellation.h"
 
+#include <atomic>
 #include <csignal>
 
 namespace kinetostat::apps {
 namespace {
 
-// A signal handler can reach nothing but globals.
-volatile std::sig_atomic_t received = 0;
+// A signal handler can reach nothing but globals; every thread asks.
+std::atomic<int> received = 0;
+static_assert(std::atomic<int>::is_always_lock_free);
 
 void remember(int signal) { received = signal; }
 
