@@ -348,7 +348,7 @@ std::vector<UnseenKind> unseen_kinds(const Diagnosis& diagnosis) {
   for (const Rival& rival : diagnosis.steps.front().ranking) {
     UnseenKind& kind = kinds[rival.candidate.effect.kind->name];
     kind.name = rival.candidate.effect.kind->name;
-    kind.detectability = std::max(kind.detectability, rival.detectability);
+    kind.detectability = std::max(kind.detectability, rival.most_detectability);
     kind.absorbed |= rival.unobservable == absorbed;
   }
   std::vector<UnseenKind> unseen;

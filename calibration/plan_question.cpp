@@ -152,7 +152,7 @@ class Questioner {
     for (const Json& entry : ranking(question)) {
       const std::string name = name_of(entry);
       const auto is_it = [&](const Suspect& s) { return s.candidate.name() == name; };
-      if (entry.at("detectability").get<double>() < visible &&
+      if (entry.at("most_detectability").get<double>() < visible &&
           entry.value("reason", "") != absorbed &&
           std::none_of(question.suspects.begin(), question.suspects.end(), is_it))
         question.unseen.push_back(find(name));

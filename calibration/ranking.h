@@ -47,9 +47,10 @@ struct RivalFit {
 /// One row of the ranking: a candidate, and how it fared.
 struct Rival {
   Candidate candidate;
-  double detectability = 0;  // d' at its usual size, after the fit has absorbed what it can
-  double surprise = 0;       // -log p of its score
-  std::string unobservable;  // why these readings cannot show it; empty when they can
+  double detectability = 0;       // d' at its usual size, after the fit has absorbed what it can
+  double most_detectability = 0;  // the same at whichever size, to the usual one, shows most
+  double surprise = 0;            // -log p of its score
+  std::string unobservable;       // why these readings cannot show it; empty when they can
   std::optional<RivalFit> fit;
   bool imitates = false;   // not fitted, yet its mark is that of the best
   std::string not_fitted;  // why there is no fit of a candidate that passed the screen

@@ -144,7 +144,9 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
     Rival& rival = step.ranking[owner_[i].first];
     const Score score = screen.score(i, space.residual());
     if (score.dimension > 0) seen[owner_[i].first] = true;
-    if (owner_[i].second == 0) rival.detectability = score.detectability / signatures_[i].growth[0];
+    const double usual = score.detectability / signatures_[i].growth[0];
+    if (owner_[i].second == 0) rival.detectability = usual;
+    rival.most_detectability = std::max(rival.most_detectability, usual);
     rival.surprise = std::max(rival.surprise, screen.surprise(score, space.residual()));
   }
   for (std::size_t c = 0; c < candidates_.size(); ++c)

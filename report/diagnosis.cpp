@@ -109,10 +109,11 @@ std::string unseen_text(const Diagnosis& d) {
   if (weak.empty() && absorbed.empty()) return {};
   std::string text;
   if (!weak.empty())
-    text += fmt::format("  They would not show, at its usual size: {}.\n", fmt::join(weak, ", "));
+    text += fmt::format("  These readings would not show, at their usual sizes: {}.\n",
+                        fmt::join(weak, ", "));
   if (!absorbed.empty())
-    text +=
-        fmt::format("  They do not tell from what is refitted: {}.\n", fmt::join(absorbed, ", "));
+    text += fmt::format("  These readings do not tell from what is refitted: {}.\n",
+                        fmt::join(absorbed, ", "));
   return text + "  'kinetostat plan --show NAMES' says which readings would.\n";
 }
 
@@ -205,6 +206,7 @@ Json rival_json(const vjm::Robot& robot, const Rival& r) {
   json["observable"] = r.unobservable.empty();
   if (!r.unobservable.empty()) json["reason"] = r.unobservable;
   json["detectability"] = r.detectability;
+  json["most_detectability"] = r.most_detectability;
   json["surprise"] = r.surprise;
   if (!r.not_fitted.empty()) json["not_fitted"] = r.not_fitted;
   if (r.fit)

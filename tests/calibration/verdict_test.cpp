@@ -174,7 +174,7 @@ TEST(Verdict, SaysWhatItCouldNotSee) {
   EXPECT_EQ(unseen[1].name, "wrench_gain");
   EXPECT_TRUE(unseen[1].absorbed);
   const std::string text = report::text(laboratory.robot(), campaign, d);
-  EXPECT_THAT(text, testing::HasSubstr("would not show, at its usual size: payload."));
+  EXPECT_THAT(text, testing::HasSubstr("would not show, at their usual sizes: payload."));
   EXPECT_THAT(text, testing::HasSubstr("do not tell from what is refitted: wrench_gain."));
 }
 
