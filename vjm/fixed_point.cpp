@@ -98,8 +98,7 @@ class Iteration {
  public:
   Iteration(const Manipulator& manipulator, const Posture& posture, const Load& load,
             const FixedPointOptions& options)
-      : manipulator_(manipulator),
-        posture_(posture),
+      : posture_(posture),
         options_(options),
         system_(manipulator, posture),
         state_(system_.relaxed_state()) {
@@ -196,7 +195,6 @@ class Iteration {
     result_.coordinates = state_.coordinates;
   }
 
-  const Manipulator& manipulator_;
   const Posture& posture_;
   const FixedPointOptions& options_;
   EquilibriumSystem system_;
