@@ -185,6 +185,7 @@ std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std
   for (const auto& kind : robot.kinds()) {
     if (!kinds.empty() && std::find(kinds.begin(), kinds.end(), kind->name) == kinds.end())
       continue;
+    if (kind->parameters.empty()) continue;  // a formula that is what it is: nothing to find
     for (const std::string& place : vjm::effect_places(*kind, robot.without_effects())) {
       // Some kinds cannot act at every place of their sort: a joint without a spring, say.
       try {

@@ -216,6 +216,7 @@ std::vector<std::vector<Candidate>> Search::masked_pairs(const BaseFit& fit) con
     const bool is_first = members.empty() || owner_[members.back()].first != owner_[i].first;
     if (is_first && screen.span(i).cols() > 0) members.push_back(i);
   }
+  if (members.size() < 2) return {};
   const PairScreen pairs(screen, members);
   if (pairs.pairs().empty()) return {};
   progress_.report("gate of pairs", 0);

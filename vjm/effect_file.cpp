@@ -190,6 +190,14 @@ Effect read_effect(const YamlNode& item, const EffectKinds& kinds, const Manipul
   return effect;
 }
 
+// Of the value that is meant where none is named.
+std::string leading_name(const std::string& kind, const EffectKinds& kinds) {
+  const auto& parameters = effect_kind(kind, kinds)->parameters;
+  if (parameters.empty())
+    throw std::invalid_argument(fmt::format("the effect '{}' has no size: it is what it is", kind));
+  return parameters.front().name;
+}
+
 }  // namespace
 
 EffectKinds read_effect_kinds(const YamlNode& top) {
@@ -217,11 +225,10 @@ Effect effect_from_words(const std::string& kind, const std::string& at, const s
     const std::size_t end = std::min(size.find(',', begin), size.size());
     const std::string word = size.substr(begin, end - begin);
     const std::size_t equals = word.find('=');
-    const std::string name = equals == std::string::npos
-                                 ? effect_kind(kind, kinds)->parameters.front().name
-                                 : word.substr(0, equals);
-    text += fmt::format("{}: \"{}\"\n", name,
-                        equals == std::string::npos ? word : word.substr(equals + 1));
+    const bool has_name = equals != std::string::npos;
+    text +=
+        fmt::format("{}: \"{}\"\n", has_name ? word.substr(0, equals) : leading_name(kind, kinds),
+                    has_name ? word.substr(equals + 1) : word);
     begin = end + 1;
   }
   return read_effect(files::parse_yaml(text, "--effect " + kind), kinds, manipulator, units);

@@ -62,6 +62,27 @@ TEST(Verdict, CreepIsNotFasterThanTheReadings) {
   EXPECT_EQ(d.steps[0].ranking[0].candidate.effect.kind->name, "friction");
 }
 
+// A formula of the robot file without a parameter has nothing that readings could tell.
+TEST(Verdict, EffectsWithoutParametersAreNotTried) {
+  Laboratory laboratory(slide + "effect_kinds:\n  stop: {force: '2 * d'}\n");
+  laboratory.hide("friction", "q", "force=60 N,presliding=3 um");
+  for (const Candidate& candidate : candidates(laboratory.robot(), {}))
+    EXPECT_NE(candidate.effect.kind->name, "stop");
+  const Diagnosis d = laboratory.diagnose(laboratory.measure(loops()), {"stop", "friction"});
+  EXPECT_EQ(d.steps.at(0).ranking.at(0).candidate.effect.kind->name, "friction");
+  EXPECT_THROW(laboratory.hide("stop", "q", "3"), std::invalid_argument);
+}
+
+// A balancer is sought about joints that turn: here nothing is left to try.
+TEST(Verdict, NothingToTryIsNoCrash) {
+  Laboratory laboratory(slide);
+  laboratory.hide("friction", "q", "force=60 N,presliding=3 um");
+  const Diagnosis d = laboratory.diagnose(laboratory.measure(loops()), {"gravity_compensator"});
+  EXPECT_TRUE(d.steps.at(0).ranking.empty());
+  EXPECT_TRUE(d.found.empty());
+  EXPECT_EQ(d.verdict, Verdict::none_of_the_above);
+}
+
 // Nanoseconds that are taken for seconds: no creep that an effect may have is slow enough.
 TEST(Verdict, ReadingsThatAreYearsApartTellNoCreep) {
   Laboratory laboratory(slide);
