@@ -76,7 +76,7 @@ StudioSession::StudioSession(vjm::Robot robot, calibration::Campaign campaign,
                              std::filesystem::path folder, int threads, files::Progress& progress)
     : robot_(std::move(robot)),
       campaign_(std::move(campaign)),
-      fitted_(only(campaign_, calibration::Role::fit)),
+      fitted_(only(campaign_, {calibration::Role::fit})),
       folder_(std::move(folder)),
       threads_(threads),
       candidates_(calibration::candidates(robot_, {})) {

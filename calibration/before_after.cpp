@@ -22,7 +22,7 @@ BeforeAfter compare_before_after(const vjm::Robot& before, const vjm::Robot& aft
   result.after = compare(after, campaign, threads, progress, loss);
   const Noise noise = noise_of(before, campaign, threads, progress);
   if (noise.source == NoiseSource::unknown) return result;
-  const std::vector<Value> values = values_in_use(only(campaign, Role::fit));
+  const std::vector<Value> values = values_in_use(only(campaign, {Role::fit}));
   const HeldOutGroups groups = held_out_groups(campaign, values);
   result.held_out = groups.what;
   const auto add = [&](const std::string& name, const Assessment& assessment) {

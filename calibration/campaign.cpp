@@ -262,9 +262,9 @@ bool has_role(const Campaign& campaign, Role role) {
                      [role](const Reading& r) { return !r.masked && r.role == role; });
 }
 
-Campaign only(Campaign campaign, Role role) {
+Campaign only(Campaign campaign, std::initializer_list<Role> roles) {
   for (Reading& reading : campaign.readings)
-    if (reading.role != role && !reading.masked) {
+    if (!reading.masked && std::find(roles.begin(), roles.end(), reading.role) == roles.end()) {
       reading.masked = true;
       reading.mask_reason =
           fmt::format("to {}", role_names[static_cast<std::size_t>(reading.role)]);

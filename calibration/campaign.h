@@ -3,6 +3,7 @@
 
 #include <array>
 #include <filesystem>
+#include <initializer_list>
 #include <map>
 #include <optional>
 #include <string>
@@ -110,8 +111,8 @@ struct Campaign {
 
 /// Whether any reading has this role.
 bool has_role(const Campaign& campaign, Role role);
-/// The campaign with every reading masked that has another role.
-Campaign only(Campaign campaign, Role role);
+/// The campaign with every reading masked that has another role than these.
+Campaign only(Campaign campaign, std::initializer_list<Role> roles);
 
 /// The robot file that a campaign file names, if it names one. Throws files::InputError when the
 /// campaign cannot be read or the named file does not exist.

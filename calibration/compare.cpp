@@ -157,7 +157,7 @@ void add_held_out(const Predictor& predictor, const Campaign& whole, const Evide
   for (const Role role : {Role::select, Role::confirm})
     if (has_role(whole, role))
       assessment.held_out.push_back(
-          predict_held_out(predictor, only(whole, role), role, evidence, progress, assessment));
+          predict_held_out(predictor, only(whole, {role}), role, evidence, progress, assessment));
 }
 
 Assessment assess(const Predictor& predictor, const Campaign& whole, const Evidence& evidence,
@@ -208,7 +208,7 @@ std::vector<std::string> notes(const Evidence& evidence) {
 
 Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int threads,
                    files::Progress& progress, Loss loss) {
-  const Campaign to_fit = only(campaign, Role::fit);
+  const Campaign to_fit = only(campaign, {Role::fit});
   const Noise stated = noise_of(campaign, replicate_groups(campaign));
   const Predictor predictor(robot.without_effects(), robot.effects, campaign, threads, progress);
   Evidence evidence{to_fit, replicate_groups(to_fit), {}, {}};

@@ -166,16 +166,6 @@ Campaign without(const Campaign& campaign, const std::vector<Value>& values,
   return result;
 }
 
-// Readings that are kept to confirm the outcome take no part in it.
-Campaign without_confirming(Campaign campaign) {
-  for (Reading& reading : campaign.readings)
-    if (reading.role == Role::confirm && !reading.masked) {
-      reading.masked = true;
-      reading.mask_reason = "kept to confirm";
-    }
-  return campaign;
-}
-
 double excess(const std::optional<ChiSquareTest>& test) {
   return test ? test->statistic - static_cast<double>(test->degrees_of_freedom) : 0;
 }
@@ -360,7 +350,7 @@ std::vector<UnseenKind> unseen_kinds(const Diagnosis& diagnosis) {
 Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const DiagnosisOptions& options,
                    int threads, files::Progress& progress) {
   const std::vector<Candidate> tried = candidates(robot, options.kinds);
-  const Campaign given = without_confirming(whole);
+  const Campaign given = only(whole, {Role::fit, Role::select});
   const Noise noise = noise_of(robot, whole, threads, progress);
   if (noise.source == NoiseSource::unknown) return cannot_tell_without_noise();
   Diagnosis d;
@@ -380,7 +370,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   d.weak = rivals.kept_as_designed();
   d.weak.insert(d.weak.end(), fit.weak.begin(), fit.weak.end());
   d.held_out = search.groups().what;
-  const Campaign kept = only(whole, Role::confirm);
+  const Campaign kept = only(whole, {Role::confirm});
   const auto add_stage = [&](const std::string& name, const BaseFit& stage,
                              const std::vector<Candidate>& added) {
     d.waterfall.push_back(

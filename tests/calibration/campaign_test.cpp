@@ -185,10 +185,11 @@ TEST(CampaignFile, RolesAreOfSessionsOrOfRows) {
   EXPECT_EQ(c.readings[1].role, Role::confirm);
   EXPECT_EQ(c.readings[2].role, Role::select);
   EXPECT_EQ(c.readings[3].role, Role::fit);
-  const Campaign part = only(c, Role::confirm);
+  const Campaign part = only(c, {Role::confirm, Role::select});
   EXPECT_TRUE(part.readings[0].masked);
   EXPECT_EQ(part.readings[0].mask_reason, "to fit");
   EXPECT_FALSE(part.readings[1].masked);
+  EXPECT_FALSE(part.readings[2].masked);
 }
 
 // One wrench, written down in four frames: the same load.
