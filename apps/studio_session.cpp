@@ -39,15 +39,11 @@ std::vector<spatial::Vector6> residual_of(const calibration::Campaign& campaign,
   return residual;
 }
 
-// The values of effects that were added to a model are the last parameters of its fit.
 void take_values(const BaseFit& fit, std::vector<Candidate>& added) {
-  std::size_t at = fit.parameters.size();
-  for (const Candidate& c : added) at -= static_cast<std::size_t>(c.effect.values.size());
-  for (Candidate& c : added) {
-    const calibration::FittedValues fitted = fitted_values(fit, at, c.effect.values.size());
-    c.effect.values = fitted.values;
-    c.effect.deviations = fitted.deviations;
-    at += static_cast<std::size_t>(fitted.values.size());
+  const std::vector<calibration::FittedValues> fitted = fitted_values(fit, added);
+  for (std::size_t k = 0; k < added.size(); ++k) {
+    added[k].effect.values = fitted[k].values;
+    added[k].effect.deviations = fitted[k].deviations;
   }
 }
 

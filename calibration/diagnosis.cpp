@@ -135,13 +135,10 @@ double p_value_of_rest(const Diagnosis& d) {
 }
 
 // Values and deviations of all that was found, from the fit that has all of it.
-void take_values(const BaseFit& fit, std::vector<FoundEffect>& found) {
-  std::size_t at = fit.parameters.size();
-  for (auto f = found.rbegin(); f != found.rend(); ++f) {
-    at -= static_cast<std::size_t>(f->candidate.effect.values.size());
-    const FittedValues fitted = fitted_values(fit, at, f->candidate.effect.values.size());
-    f->candidate.effect.values = fitted.values;
-    f->deviations = fitted.deviations;
+void take_values(const std::vector<FittedValues>& fitted, std::vector<FoundEffect>& found) {
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    found[k].candidate.effect.values = fitted[k].values;
+    found[k].deviations = fitted[k].deviations;
   }
 }
 
@@ -398,7 +395,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
     d.or_something_else = d.above_free_form < doubtful_beside_free_form ||
                           d.rest_p_value < certain_level || d.is_left_open();
   }
-  take_values(model.fit, d.found);
+  take_values(fitted_values(model.fit, model.present), d.found);
   doubt_friction(campaign, d);
   list_ambiguous(d);
   d.waterfall.push_back(noise_floor(search.values(), noise));

@@ -22,10 +22,9 @@ void score(const HeldOut& plain, const HeldOut& with, RivalFit& fit) {
   fit.log_score_deviation = groups > 1 ? std::sqrt(squares * groups / (groups - 1)) : 0;
 }
 
-RivalFit rival_fit(const BaseFit& full, Index count, double temper, const HeldOutGroups& groups,
-                   const HeldOut& plain) {
-  const FittedValues fitted =
-      fitted_values(full, full.parameters.size() - static_cast<std::size_t>(count), count);
+RivalFit rival_fit(const BaseFit& full, const Candidate& candidate, double temper,
+                   const HeldOutGroups& groups, const HeldOut& plain) {
+  const FittedValues fitted = fitted_values(full, {candidate}).front();
   const Evidence known = evidence(full, temper);
   RivalFit fit{.values = fitted.values,
                .deviations = fitted.deviations,
@@ -128,7 +127,7 @@ std::size_t weigh(const BaseFit& without, const std::vector<BaseFit>& fits,
   for (std::size_t c = 0; c < fits.size(); ++c) {
     if (fits[c].values == 0) continue;
     Rival& rival = step.ranking[c];
-    rival.fit = rival_fit(fits[c], rival.candidate.effect.values.size(), temper, groups, plain);
+    rival.fit = rival_fit(fits[c], rival.candidate, temper, groups, plain);
     rival.fit->log_prior = log_prior(step, rival);
     rival.fit->log_evidence += rival.fit->log_prior;
     if (best == fits.size() || rival.fit->log_evidence > step.ranking[best].fit->log_evidence)

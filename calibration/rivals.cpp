@@ -205,14 +205,20 @@ std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std
   return result;
 }
 
-FittedValues fitted_values(const BaseFit& fit, std::size_t first, Index count) {
-  FittedValues result{VectorXd(count), VectorXd(count)};
-  for (Index k = 0; k < count; ++k) {
-    const ParameterEstimate& estimate = fit.parameters[first + static_cast<std::size_t>(k)];
-    result.values[k] = estimate.value;
-    result.deviations[k] = estimate.hit == BoundHit::none
-                               ? estimate.standard_error
-                               : std::numeric_limits<double>::quiet_NaN();
+std::vector<FittedValues> fitted_values(const BaseFit& fit, const std::vector<Candidate>& added) {
+  auto estimate = fit.parameters.end();
+  for (const Candidate& candidate : added) estimate -= candidate.effect.values.size();
+  std::vector<FittedValues> result;
+  for (const Candidate& candidate : added) {
+    const Index count = candidate.effect.values.size();
+    FittedValues fitted{VectorXd(count), VectorXd(count)};
+    for (Index k = 0; k < count; ++k, ++estimate) {
+      fitted.values[k] = estimate->value;
+      fitted.deviations[k] = estimate->hit == BoundHit::none
+                                 ? estimate->standard_error
+                                 : std::numeric_limits<double>::quiet_NaN();
+    }
+    result.push_back(std::move(fitted));
   }
   return result;
 }

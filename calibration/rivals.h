@@ -34,8 +34,8 @@ std::vector<vjm::Effect> effects_with(const vjm::Robot& robot, const std::vector
 struct FittedValues {
   Eigen::VectorXd values, deviations;  // NaN where a bound holds a value
 };
-/// Its `count` values stand among the parameters of the fit from `first` on.
-FittedValues fitted_values(const BaseFit& fit, std::size_t first, Eigen::Index count);
+/// Of each of the added effects: their values are the last parameters of the fit.
+std::vector<FittedValues> fitted_values(const BaseFit& fit, const std::vector<Candidate>& added);
 
 /// A robot, a campaign, and the fits of models with something more.
 class Rivals {
