@@ -153,9 +153,7 @@ void arrange(const PlanTask& task, const Batch& batch, Plan& plan) {
 // What another kind of experiment would do where this kind fails.
 std::string advice_for(const PlanTask& task, const ModelPair& pair, const Campaign& readings) {
   const PlanModel &a = task.models[pair.a], &b = task.models[pair.b];
-  const auto has = [&](const char* kind) {
-    return a.name.starts_with(kind) || b.name.starts_with(kind);
-  };
+  const auto has = [&](const char* kind) { return a.kind == kind || b.kind == kind; };
   if (a.on_load != b.on_load || (a.on_load && b.on_load)) {
     const std::vector<Forecast> all = task.forecasts(
         readings, {under_known_weights(task.robot, a), under_known_weights(task.robot, b)});
