@@ -293,7 +293,7 @@ std::vector<Forecast> PlanTask::forecasts(const Campaign& planned,
   std::vector<Forecast> result;
   for (std::size_t m = 0; m < of.size(); ++m) {
     progress.report("forecasts", static_cast<double>(m) / static_cast<double>(of.size()));
-    files::Progress silent;
+    files::SilentPart silent(progress);
     result.push_back(forecast(robot, of[m], planned, components, threads, silent));
   }
   return result;

@@ -154,15 +154,14 @@ std::vector<PlanModel> plan_models(const vjm::Robot& robot, const Campaign& camp
   const Rivals rivals(robot, campaign, noise, threads, progress);
   const BaseFit base = rivals.fit(question.present, nullptr, progress);
   std::vector<PlanModel> models;
+  files::SilentPart silent(progress);
   for (std::size_t s = 0; s < question.suspects.size(); ++s) {
     progress.report("rival models",
                     static_cast<double>(s) / static_cast<double>(question.suspects.size()));
-    files::Progress silent;
     add_suspect(robot, rivals, question, base, question.suspects[s], silent, models);
     if (models.back().any_size)
       take_up(rivals, question, base, question.suspects[s].candidate, silent, models.back());
   }
-  files::Progress silent;
   for (const Candidate& candidate : question.unseen) {
     add_suspect(robot, rivals, question, base, {.candidate = candidate, .log_evidence = {}}, silent,
                 models);

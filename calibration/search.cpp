@@ -67,7 +67,7 @@ void Search::screen(const std::vector<Candidate>& present, const BaseFit& fit) {
   owner_.clear();
   for (std::size_t c = 0; c < candidates_.size(); ++c) {
     progress_.report("screening", static_cast<double>(c) / static_cast<double>(candidates_.size()));
-    files::Progress silent;
+    files::SilentPart silent(progress_);
     const bool there = std::any_of(present.begin(), present.end(), [&](const Candidate& p) {
       return p.name() == candidates_[c].name();
     });
@@ -260,7 +260,7 @@ void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit&
       std::vector<Candidate> added = present;
       added.push_back(start);
       try {
-        files::Progress silent;
+        files::SilentPart silent(progress_);
         BaseFit found = rivals_.fit(added, &fit, silent);
         if (fits[c].values == 0 || penalised_error(found) < penalised_error(fits[c]))
           fits[c] = std::move(found);

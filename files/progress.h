@@ -35,4 +35,15 @@ class Progress {
   virtual void show(std::string_view /*phase*/, double /*fraction*/) {}
 };
 
+/// A part of a computation that reports its progress as a whole: shows nothing, and stops when the
+/// whole is to stop.
+class SilentPart : public Progress {
+ public:
+  explicit SilentPart(const Progress& whole) : whole_(whole) {}
+  bool cancelled() const override { return whole_.cancelled(); }
+
+ private:
+  const Progress& whole_;
+};
+
 }  // namespace kinetostat::files

@@ -79,6 +79,27 @@ TEST_F(FitJournalTest, StoppedAfterEveryOtherStepItGoesOnAndEndsWithTheSameBytes
   }
 }
 
+// Asks for the search to be stopped when it begins a fit, or marks.
+class StoppedAtBeginning : public Memory {
+ public:
+  explicit StoppedAtBeginning(int of) : of_(of) {}
+  std::optional<std::string> find(const std::string& key) override {
+    if (++begun_ == of_) most = 0;
+    return Memory::find(key);
+  }
+
+ private:
+  int of_, begun_ = 0;
+};
+
+TEST_F(FitJournalTest, NobodyWaitsForTheEndOfAFit) {
+  for (const int k : {1, 2, 10, 20, 30, 40}) {
+    StoppedAtBeginning memory(k);
+    EXPECT_THROW((void)diagnosed(&memory), files::Cancelled);
+    EXPECT_EQ(memory.computed, k - 1);
+  }
+}
+
 TEST_F(FitJournalTest, NoNumberOfThreadsMatters) {
   Memory memory;
   memory.most = 20;
