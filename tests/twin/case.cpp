@@ -13,14 +13,6 @@ namespace {
 
 using Readings = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
-RobotSpec robot_named(const std::string& name) {
-  if (name == "bench") return bench();
-  if (name == "arm_3r") return arm_3r();
-  if (name == "arm_6r") return arm_6r();
-  if (name == "orthoglide") return orthoglide();
-  throw std::invalid_argument("no robot " + name);
-}
-
 /// What can be hidden in a robot so that a plan can show it.
 struct Menu {
   std::string robot, plan;
@@ -180,64 +172,6 @@ double size_for(const Target& target, World world, const Plan& plan, const White
   return at;
 }
 
-/// All that could be taken for what is hidden: every effect the twin knows, wherever it can act.
-std::vector<HiddenEffect> all_effects(const RobotSpec& robot) {
-  std::vector<HiddenEffect> all{{"base_compliance", "base"},     {"platform_compliance", "end"},
-                                {"payload", "platform"},         {"wrench_gain", "load"},
-                                {"wrench_misalignment", "load"}, {"application_point", "load"},
-                                {"target_lever_arm", "sensor"},  {"sensor_frame", "sensor"},
-                                {"session_drift", "sensor"}};
-  for (const ChainSpec& chain : robot.chains)
-    for (const Item& item : chain.items) {
-      const std::string at = robot.place(chain, item);
-      if (item.kind == Item::actuator)
-        for (const char* name :
-             {"friction", "clearance", "hardening", "piecewise_stiffness", "creep", "preload",
-              "eccentricity", "bearing_compliance", "geometric_error"})
-          all.push_back({name, at});
-      if (item.kind == Item::actuator && item.axes[0] >= 3)
-        all.push_back({"gravity_compensator", at});
-      if (item.kind == Item::link)
-        for (const char* name : {"thermal_expansion", "self_weight"}) all.push_back({name, at});
-    }
-  return all;
-}
-
-/// What else looks most like the truth, and how much: the cosine of their marks.
-struct Confuser {
-  std::string name;
-  double cosine = 0;
-};
-
-// With short beams: an angle between marks needs no fine ones.
-Confuser confuser_of(const HiddenEffect& truth, World world, const Plan& plan,
-                     const Readings& noise) {
-  world.elements = 2;
-  world.effects = {};
-  const Responses base = respond(world, plan, true);
-  const Whitened whitened(plan, base, noise);
-  // Empty where the robot would collapse.
-  const auto mark_of = [&](const HiddenEffect& effect) -> Eigen::VectorXd {
-    world.effects = {effect};
-    try {
-      return whitened.mark_of(respond(world, plan, false));
-    } catch (const std::runtime_error&) {
-      return {};
-    }
-  };
-  const Eigen::VectorXd mark = mark_of(truth);
-  Confuser worst;
-  for (HiddenEffect other : all_effects(world.robot)) {
-    if (other.name == truth.name && other.at == truth.at) continue;
-    other.size = usual_size(world.robot, other);
-    const Eigen::VectorXd look = mark_of(other);
-    if (look.size() != mark.size() || look.norm() < 0.1) continue;
-    const double cosine = std::abs(look.dot(mark)) / std::max(1e-300, look.norm() * mark.norm());
-    if (cosine > worst.cosine) worst = {other.name + " at " + other.at, cosine};
-  }
-  return worst;
-}
-
 // Noise of instrument and load cell, a slight drift of each session, and one outlier in a hundred.
 Readings disturbed(const Case& spec, const Plan& plan, const Responses& clear,
                    const Readings& noise, Random& random) {
@@ -283,7 +217,6 @@ void write_case(const Case& spec, const std::filesystem::path& folder,
 
   std::string hidden;
   World real = world;
-  Confuser confuser;
   for (const Target& target : spec.targets) {
     HiddenEffect effect = target.effect;
     if (effect.size == 0) effect.size = size_for(target, world, plan, whitened);
@@ -293,8 +226,6 @@ void write_case(const Case& spec, const std::filesystem::path& folder,
     World alone = world;
     alone.effects = {effect};
     const Eigen::VectorXd mark = whitened.mark_of(respond(alone, plan, false));
-    if (spec.kind == "single" || spec.kind == "outside")
-      confuser = confuser_of(effect, world, plan, noise);
     hidden += fmt::format(
         "{}\n    {{\"effect\": \"{}\", \"at\": \"{}\", \"size\": {:.6g}, \"d_prime\": {:.4g}}}",
         hidden.empty() ? "" : ",", effect.name, place_in_file(effect.at), effect.size, mark.norm());
@@ -305,13 +236,12 @@ void write_case(const Case& spec, const std::filesystem::path& folder,
   write_text(folder / "robot.yaml", robot_file(world.robot, nominal));
   const Readings read = disturbed(spec, plan, clear, noise, random);
   write_campaign("case", world.robot, plan, read, noise, random, folder);
-  write_text(truth, fmt::format("{{\"name\": \"{}\", \"class\": \"{}\", \"robot\": \"{}\", "
-                                "\"plan\": \"{}\", \"seed\": {},\n"
-                                "  \"readings\": {}, \"values\": {}, \"confuser\": \"{}\", "
-                                "\"cosine\": {:.3f},\n  \"effects\": [{}]}}\n",
-                                spec.name, spec.kind, spec.robot, spec.plan, spec.seed,
-                                plan.rows.size(), plan.rows.size() * (plan.rotations ? 6u : 3u),
-                                confuser.name, confuser.cosine, hidden));
+  write_text(
+      truth,
+      fmt::format("{{\"name\": \"{}\", \"class\": \"{}\", \"robot\": \"{}\", \"plan\": \"{}\", "
+                  "\"seed\": {},\n  \"readings\": {}, \"values\": {},\n  \"effects\": [{}]}}\n",
+                  spec.name, spec.kind, spec.robot, spec.plan, spec.seed, plan.rows.size(),
+                  plan.rows.size() * (plan.rotations ? 6u : 3u), hidden));
 }
 
 void write_agreement(const std::string& robot, const std::string& plan_name, int elements,

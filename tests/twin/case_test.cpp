@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "confuser.h"
 #include "support/temporary_folder.h"
 
 namespace twin {
@@ -96,6 +97,49 @@ TEST(TwinCases, WhatIsRefittedIsNotDetectable) {
   other.factors[3] = 1;
   other.effects = {{"base_compliance", "base", 3e-6}};
   EXPECT_GT(whitened.mark_of(respond(other, plan, false)).norm(), 1);
+}
+
+// What can be hidden is among what it can look like, and so is what points elsewhere.
+TEST(TwinCases, LooksOfAnEffectMakeUpItsMark) {
+  Random random(5);
+  World world{.robot = arm_3r(), .factors = std::vector<double>(6, 1.), .effects = {}};
+  const Plan plan = pose_plan(world.robot, random);
+  const Responses base = respond(world, plan, true);
+  const Whitened whitened(plan, base, stated_noise(world.robot, base));
+  const auto mark_of = [&](const HiddenEffect& effect) {
+    world.effects = {effect};
+    return whitened.mark_of(respond(world, plan, false));
+  };
+  for (HiddenEffect hidden : std::vector<HiddenEffect>{{"geometric_error", "q2"},
+                                                       {"eccentricity", "q2"},
+                                                       {"application_point", "load"},
+                                                       {"wrench_misalignment", "load"},
+                                                       {"target_lever_arm", "sensor"},
+                                                       {"session_drift", "sensor"},
+                                                       {"base_compliance", "base"},
+                                                       {"payload", "platform"}}) {
+    hidden.size = usual_size(world.robot, hidden);
+    const Eigen::VectorXd mark = mark_of(hidden);
+    ASSERT_GT(mark.norm(), 0.01) << hidden.name;
+    double least = mark.norm();
+    for (const std::vector<HiddenEffect>& looks : looks_of(world.robot, hidden)) {
+      Eigen::MatrixXd all(mark.size(), 0);
+      for (const HiddenEffect& look : looks) {
+        all.conservativeResize(Eigen::NoChange, all.cols() + 1);
+        all.rightCols<1>() = mark_of(look);
+      }
+      const Eigen::VectorXd left = mark - all * all.colPivHouseholderQr().solve(mark);
+      least = std::min(least, left.norm());
+    }
+    EXPECT_LT(least, 0.03 * mark.norm()) << hidden.name;
+  }
+}
+
+// A balancer's moment is as periodic as the error of an eccentric gear.
+TEST(TwinCases, CosineIsThatOfTheNearestLook) {
+  const Confuser found = confuser_of({"eccentricity", "q2"}, "arm_3r", "poses");
+  EXPECT_EQ(found.name, "gravity_compensator at q2");
+  EXPECT_GT(found.cosine, 0.95);
 }
 
 TEST(TwinCases, NobodyCanHideWhatNobodyKnows) {

@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <map>
+#include <numbers>
+#include <set>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -32,6 +34,16 @@ double real_stiffness(const Built& built, const std::string& place) {
 }
 
 const Vector3 skew = Vector3(0.6, -0.48, 0.64);  // of unit length: no effect is along an axis
+
+// Forms from 1 on are along the axes.
+Vector3 direction_of(const HiddenEffect& effect) {
+  return effect.form == 0 ? skew : Vector3::Unit((effect.form - 1) % 3);
+}
+
+// How many times as large or long the second number of a law is.
+double further(const HiddenEffect& effect) {
+  return effect.form == 0 ? 1 : (effect.form == 1 ? 1. / 3 : 3.);
+}
 
 }  // namespace
 
@@ -70,41 +82,90 @@ double usual_size(const RobotSpec& robot, const HiddenEffect& effect) {
   return found->second;
 }
 
+std::vector<std::vector<HiddenEffect>> looks_of(const RobotSpec& robot,
+                                                const HiddenEffect& effect) {
+  // Values in which the readings are linear add up; laws have several curves.
+  static const std::map<std::string, int> axes{
+      {"wrench_misalignment", 3}, {"application_point", 3},   {"target_lever_arm", 3},
+      {"sensor_frame", 3},        {"session_drift", 3},       {"geometric_error", 6},
+      {"base_compliance", 2},     {"platform_compliance", 2}, {"bearing_compliance", 2}};
+  static const std::set<std::string> two_phases{"eccentricity", "gravity_compensator"};
+  static const std::map<std::string, int> curves{{"friction", 3},
+                                                 {"piecewise_stiffness", 3},
+                                                 {"creep", 3},
+                                                 {"clearance", 1},
+                                                 {"hardening", 1}};
+  const auto with = [&](int form, double share = 1) {
+    HiddenEffect look{effect.name, effect.at, 0, form};
+    look.size = share * usual_size(robot, look);
+    return look;
+  };
+  std::vector<std::vector<HiddenEffect>> looks;
+  if (const auto found = axes.find(effect.name); found != axes.end()) {
+    looks.emplace_back();
+    for (int form = 1; form <= found->second; ++form) looks.back().push_back(with(form));
+  } else if (two_phases.contains(effect.name)) {
+    looks.push_back({with(0), with(1)});
+    looks.push_back({with(2), with(3)});
+  } else if (const auto law = curves.find(effect.name); law != curves.end()) {
+    for (int form = 0; form < law->second; ++form) looks.push_back({with(form)});
+    for (const double share : {0.3, 3.}) looks.push_back({with(0, share)});
+  } else {
+    looks.push_back({with(0)});
+  }
+  return looks;
+}
+
 namespace {
 
 JointLawPointer law_of(const HiddenEffect& effect, double k, double deflection) {
   if (effect.name == "hardening") return hardening_law(k, 1 / std::sqrt(effect.size));
   if (effect.name == "clearance") return clearance_law(k, effect.size);
   if (effect.name == "piecewise_stiffness")
-    return two_slope_law(k, 1 + effect.size, deflection / 2);
-  if (effect.name == "creep") return creep_law(k, effect.size / k, 300);
+    return two_slope_law(k, 1 + effect.size, further(effect) * deflection / 2);
+  if (effect.name == "creep") return creep_law(k, effect.size / k, further(effect) * 300);
   if (effect.name == "servo_droop") return servo_droop_law(k, effect.size, deflection);
   return nullptr;
 }
 
-Matrix6 soft(double translation, double rotation) {
+// With form 1 hardly anything shifts, with form 2 hardly anything turns.
+double stiffness_of(const HiddenEffect& effect, bool turning, double compliance) {
+  const bool stiff = turning ? effect.form == 2 : effect.form == 1;
+  return 1 / (stiff ? 1e-3 * compliance : compliance);
+}
+
+Matrix6 soft(const HiddenEffect& effect) {
   Vector6 k;
-  k << Vector3::Constant(1 / translation), Vector3::Constant(1 / rotation);
+  k << Vector3::Constant(stiffness_of(effect, false, 0.1 * effect.size)),
+      Vector3::Constant(stiffness_of(effect, true, effect.size));
   return k.asDiagonal();
 }
 
-void bear(Coupling& coupling, double compliance, bool turns) {
+void bear(Coupling& coupling, const HiddenEffect& effect, bool turns) {
   for (int i = 0; i < 6; ++i)
     if (i != coupling.axis) {
-      const double c = turns ? (i < 3 ? 0.1 : 1) * compliance : (i < 3 ? 1 : 100) * compliance;
-      coupling.stiffness(i, i) = 1 / c;
+      const double share = turns ? (i < 3 ? 0.1 : 1) : (i < 3 ? 1 : 100);
+      coupling.stiffness(i, i) = stiffness_of(effect, i >= 3, share * effect.size);
     }
 }
 
-void balance(Built& built, const std::string& at, double k) {
+// Two phases of the first harmonic, then two of the second.
+double periodic(int form, double command) {
+  const int order = 1 + form / 2;
+  return std::cos(order * command + 0.7 + (form % 2) * std::numbers::pi / 2);
+}
+
+void balance(Built& built, const HiddenEffect& effect) {
   Structure& s = built.structure;
-  const Coupling& joint = s.coupling(built.joints.at(at));
+  const Coupling& joint = s.coupling(built.joints.at(effect.at));
   const Pose frame = s.pose_of(joint.a);
   const Pose behind = s.pose_of(joint.b);
-  // The cylinder hangs behind the joint and pulls at a lug of the moving link.
+  // The cylinder hangs behind the joint and pulls at a lug of the moving link. In its other forms
+  // its foot is a quarter turn further, or it pulls in proportion to its length.
+  const Vector3 below = effect.form % 2 == 0 ? Vector3(-0.6, 0, -0.25) : Vector3(0.25, 0, -0.6);
   const Mark lug = s.mark(joint.b.body, {behind * Vector3(-0.05, 0, 0.25), Matrix3::Identity()});
-  const Mark foot = s.mark(joint.a.body, {frame.x + Vector3(-0.6, 0, -0.25), Matrix3::Identity()});
-  s.add(Strut{foot, lug, k, 0.55});
+  const Mark foot = s.mark(joint.a.body, {frame.x + below, Matrix3::Identity()});
+  s.add(Strut{foot, lug, effect.size, effect.form < 2 ? 0.55 : 0});
 }
 
 void cross_couple(Built& built, const std::string& at, double share) {
@@ -135,26 +196,25 @@ void apply_to_structure(const HiddenEffect& effect, const RobotSpec& robot, cons
     Coupling& coupling = s.coupling(number->second);
     if (const JointLawPointer law = law_of(effect, k, deflection)) coupling.law = law;
     if (effect.name == "friction")
-      coupling.law = friction_law(coupling.law, effect.size, deflection / 30);
+      coupling.law = friction_law(coupling.law, effect.size, further(effect) * deflection / 30);
     if (effect.name == "preload") coupling.rest[coupling.axis] += effect.size / k;
     if (effect.name == "eccentricity")
-      coupling.rest[coupling.axis] += effect.size * std::cos(joint.command + 0.7);
-    if (effect.name == "bearing_compliance") bear(coupling, effect.size, joint.turns);
+      coupling.rest[coupling.axis] += effect.size * periodic(effect.form, joint.command);
+    if (effect.name == "bearing_compliance") bear(coupling, effect, joint.turns);
     if (effect.name == "cross_coupling") cross_couple(built, effect.at, effect.size);
-    if (effect.name == "gravity_compensator") balance(built, effect.at, effect.size);
+    if (effect.name == "gravity_compensator") balance(built, effect);
     if (effect.name == "geometric_error") {
       Vector6 shift;
       shift << effect.size * skew, effect.size * Vector3(skew.z(), skew.x(), skew.y());
+      if (effect.form > 0) shift = effect.size * Vector6::Unit(effect.form - 1);
       shift[coupling.axis] = 0;
       coupling.rest += shift;
     }
   }
   if (effect.name == "base_compliance")
-    for (const int mount : built.mounts)
-      s.coupling(mount).stiffness = soft(0.1 * effect.size, effect.size);
+    for (const int mount : built.mounts) s.coupling(mount).stiffness = soft(effect);
   if (effect.name == "platform_compliance")
-    for (const int end : built.ends)
-      s.coupling(end).stiffness = soft(0.1 * effect.size, effect.size);
+    for (const int end : built.ends) s.coupling(end).stiffness = soft(effect);
   if (effect.name == "self_weight") {
     const std::vector<int>& bodies = built.beams_bodies.at(effect.at);
     const double share = effect.size / static_cast<double>(bodies.size() - 1);
@@ -202,8 +262,9 @@ DeadLoad actual_load(const std::vector<HiddenEffect>& effects, const Row& row,
   for (const HiddenEffect& effect : effects) {
     if (effect.name == "wrench_gain") load.force *= 1 + effect.size;
     if (effect.name == "wrench_misalignment")
-      load.force = rotation_of(effect.size * skew) * load.force;
-    if (effect.name == "application_point") load.at.at.x += load.at.at.R * (effect.size * skew);
+      load.force = rotation_of(effect.size * direction_of(effect)) * load.force;
+    if (effect.name == "application_point")
+      load.at.at.x += load.at.at.R * (effect.size * direction_of(effect));
   }
   return load;
 }
@@ -211,10 +272,11 @@ DeadLoad actual_load(const std::vector<HiddenEffect>& effects, const Row& row,
 Pose seen(const std::vector<HiddenEffect>& effects, const Pose& platform, double seconds) {
   Pose pose = platform;
   for (const HiddenEffect& effect : effects) {
-    if (effect.name == "target_lever_arm") pose.x = pose * Vector3(effect.size * skew);
+    if (effect.name == "target_lever_arm")
+      pose.x = pose * Vector3(effect.size * direction_of(effect));
     if (effect.name == "sensor_frame")
-      pose = Pose{Vector3::Zero(), rotation_of(effect.size * skew)} * pose;
-    if (effect.name == "session_drift") pose.x += effect.size * seconds * skew;
+      pose = Pose{Vector3::Zero(), rotation_of(effect.size * direction_of(effect))} * pose;
+    if (effect.name == "session_drift") pose.x += effect.size * seconds * direction_of(effect);
   }
   return pose;
 }

@@ -13,6 +13,7 @@ namespace twin {
 struct HiddenEffect {
   std::string name, at;  // as the product calls it, if it knows it
   double size = 0;       // its leading number, SI; 0 for none
+  int form = 0;          // of those that its other numbers give it; 0 where it is hidden
 };
 
 /// The conditions and the load of one reading.
@@ -30,6 +31,10 @@ struct Row {
 /// A usual size of an effect, from which the size for a wanted detectability is sought. Throws
 /// std::invalid_argument for a name that nobody knows.
 double usual_size(const RobotSpec& robot, const HiddenEffect& effect);
+
+/// All that an effect can look like: one of these lists, and of its members, which have their usual
+/// sizes, any combination.
+std::vector<std::vector<HiddenEffect>> looks_of(const RobotSpec& robot, const HiddenEffect& effect);
 
 /// Changes bodies, springs and laws of a built robot. Once for each cycle; a law of a joint takes
 /// the place of the one before, but friction comes beside it.

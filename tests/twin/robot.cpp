@@ -403,4 +403,12 @@ std::string robot_file(const RobotSpec& robot, const std::vector<double>& believ
       uncertain);
 }
 
+RobotSpec robot_named(const std::string& name) {
+  if (name == "bench") return bench();
+  if (name == "arm_3r") return arm_3r();
+  if (name == "arm_6r") return arm_6r();
+  if (name == "orthoglide") return orthoglide();
+  throw std::invalid_argument("no robot " + name);
+}
+
 }  // namespace twin

@@ -55,6 +55,8 @@ RobotSpec bench();
 RobotSpec arm_3r();
 RobotSpec arm_6r();
 RobotSpec orthoglide();
+/// Throws std::invalid_argument when there is none.
+RobotSpec robot_named(const std::string& name);
 
 /// Coordinates of every chain, then the platform's pose when nothing is loaded.
 struct Posture {

@@ -1,20 +1,30 @@
 // twin_cases: makes cases with hidden effects.
 #include <cstdio>
 #include <exception>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "campaign_text.h"
 #include "case.h"
+#include "confuser.h"
 
 namespace {
 
 constexpr const char* usage =
     "usage: twin_cases --list                         names and classes of all cases\n"
     "       twin_cases --case NAME FOLDER TRUTH.json  writes one case\n"
+    "       twin_cases --confuser NAME CONFUSER.json  what looks like that which is hidden in it\n"
     "       twin_cases --agreement ROBOT PLAN FOLDER  no noise, nothing hidden, the true "
     "stiffnesses\n";
+
+twin::Case case_named(const std::string& name) {
+  for (const twin::Case& c : twin::suite())
+    if (c.name == name) return c;
+  throw std::runtime_error("no case " + name);
+}
 
 int run(const std::vector<std::string>& words) {
   if (words == std::vector<std::string>{"--list"}) {
@@ -26,13 +36,16 @@ int run(const std::vector<std::string>& words) {
     return 0;
   }
   if (words.size() == 4 && words[0] == "--case") {
-    for (const twin::Case& c : twin::suite())
-      if (c.name == words[1]) {
-        twin::write_case(c, words[2], words[3]);
-        return 0;
-      }
-    fmt::print(stderr, "no case {}\n", words[1]);
-    return 2;
+    twin::write_case(case_named(words[1]), words[2], words[3]);
+    return 0;
+  }
+  if (words.size() == 3 && words[0] == "--confuser") {
+    const twin::Case c = case_named(words[1]);
+    if (c.targets.empty()) throw std::runtime_error("nothing is hidden in " + c.name);
+    const twin::Confuser found = twin::confuser_of(c.targets[0].effect, c.robot, c.plan);
+    twin::write_text(words[2], fmt::format("{{\"confuser\": \"{}\", \"cosine\": {:.3f}}}\n",
+                                           found.name, found.cosine));
+    return 0;
   }
   fmt::print(stderr, "{}", usage);
   return 2;

@@ -1,0 +1,22 @@
+// How much of what an effect shows another one can show, too.
+#pragma once
+
+#include <string>
+
+#include "experiment.h"
+
+namespace twin {
+
+/// What looks most like an effect, and the cosine between the mark of the effect and the nearest
+/// mark that the other can make, whatever its values.
+struct Confuser {
+  std::string name;
+  double cosine = 0;
+};
+
+/// At the effect's usual size, in a campaign of that plan on a robot as it is written down, with
+/// short beams: an angle between marks needs no fine ones. Among all effects the twin knows,
+/// wherever they can act. Throws std::runtime_error when the robot collapses.
+Confuser confuser_of(HiddenEffect effect, const std::string& robot, const std::string& plan);
+
+}  // namespace twin
