@@ -9,6 +9,14 @@ using boost::math::cdf;
 using boost::math::complement;
 using boost::math::quantile;
 
+double chance_of_larger_chi_square(double statistic, double degrees_of_freedom) {
+  return cdf(complement(boost::math::chi_squared(degrees_of_freedom), statistic));
+}
+
+double chance_of_larger_f(double f, double degrees_of_freedom, double degrees_of_freedom_below) {
+  return cdf(complement(boost::math::fisher_f(degrees_of_freedom, degrees_of_freedom_below), f));
+}
+
 ChiSquareTest chi_square_test(double statistic, Eigen::Index degrees_of_freedom, double level) {
   const boost::math::chi_squared distribution(static_cast<double>(degrees_of_freedom));
   return {.statistic = statistic,

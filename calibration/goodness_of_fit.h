@@ -9,6 +9,10 @@ namespace kinetostat::calibration {
 /// For one question; several tests of it share the level (Bonferroni).
 inline constexpr double significance_level = 0.05;
 
+/// Chance that a sum of squares of normal deviates, or a quotient of two mean ones, is larger.
+double chance_of_larger_chi_square(double statistic, double degrees_of_freedom);
+double chance_of_larger_f(double f, double degrees_of_freedom, double degrees_of_freedom_below);
+
 /// Sum of squares over the stated noise.
 struct ChiSquareTest {
   double statistic = 0;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kinetostat/calibration/base_fit.h"
+#include "kinetostat/calibration/load_loops.h"
 
 namespace kinetostat::calibration {
 
@@ -51,28 +52,10 @@ struct Reversal {
   PatternTest test;      // odd against even part; equal for mere noise
 };
 
-/// A test over all load cycles together, against the noise; Holm-corrected with the others.
-struct LoopTest {
-  double statistic = 0;  // chi-square, or F times its first degrees of freedom
-  Eigen::Index degrees_of_freedom = 0;
-  Eigen::Index degrees_of_freedom_noise = 0;  // 0: the noise is stated
-  double p_value = 1, holm_p_value = 1;
-};
-
-/// One closed load cycle.
-struct Loop {
-  std::string session, cycle;
-  double measured = 0, predicted = 0;  // work lost in the cycle [J]
-  std::optional<double> noise = {};    // standard deviation of `measured` [J], when known
-  std::optional<spatial::Vector6> return_to_zero = {};  // last minus first residual without load
-};
-
 struct Patterns {
   std::vector<Pattern> factors;  // most significant first
   std::optional<Reversal> reversal;
-  std::vector<Loop> loops;
-  std::optional<LoopTest> loop_area;       // that measured areas are the predicted ones
-  std::optional<LoopTest> return_to_zero;  // that residuals without load are the same afterwards
+  LoadLoops loops;
 };
 
 /// `residual` [m; rad], `whitened` and `work` (BaseFit), one entry a reading. `parameters`: how

@@ -5,7 +5,8 @@
 
 #include <Eigen/QR>
 #include <Eigen/SVD>
-#include <boost/math/distributions/fisher_f.hpp>
+
+#include "kinetostat/calibration/goodness_of_fit.h"
 
 namespace kinetostat::calibration {
 
@@ -61,9 +62,7 @@ double Screen::surprise(const Score& score, const VectorXd& residual) const {
   const double noise = std::max(1.0, (residual.squaredNorm() - score.explained) / rest);
   const double f = score.explained / k / noise;
   if (!(f > 0)) return 0;
-  const boost::math::fisher_f distribution(k, std::max(rest, 1.0));
-  const double p = boost::math::cdf(boost::math::complement(distribution, f));
-  return -std::log(std::max(p, 1e-300));
+  return -std::log(std::max(chance_of_larger_f(f, k, rest), 1e-300));
 }
 
 double Screen::confusion(std::size_t i, std::size_t j) const {

@@ -172,15 +172,15 @@ std::string loop_test_text(const calibration::LoopTest& test) {
 std::string area_sentence(const Campaign&, const std::string& model,
                           const calibration::Patterns& patterns) {
   const auto worst = std::max_element(
-      patterns.loops.begin(), patterns.loops.end(), [](const auto& a, const auto& b) {
+      patterns.loops.each.begin(), patterns.loops.each.end(), [](const auto& a, const auto& b) {
         return std::abs(a.measured - a.predicted) < std::abs(b.measured - b.predicted);
       });
   return fmt::format(
       "{} loses {} J in load cycle '{}', where {} J were measured with a noise of {} J ({} closed "
       "cycles; {}).",
       model, number(worst->predicted, 3), worst->cycle, number(worst->measured, 3),
-      number(worst->noise.value_or(0), 2), patterns.loops.size(),
-      loop_test_text(*patterns.loop_area));
+      number(worst->noise.value_or(0), 2), patterns.loops.each.size(),
+      loop_test_text(*patterns.loops.area));
 }
 
 std::string return_sentence(const Campaign& campaign, const std::string& model,
@@ -188,7 +188,7 @@ std::string return_sentence(const Campaign& campaign, const std::string& model,
   const calibration::Loop* worst = nullptr;
   Eigen::Index component = 0;
   double largest = -1;
-  for (const calibration::Loop& loop : patterns.loops)
+  for (const calibration::Loop& loop : patterns.loops.each)
     for (Eigen::Index k = 0; loop.return_to_zero && k < 6; ++k)
       if (const double size = std::abs((*loop.return_to_zero)[k]); size > largest)
         largest = size, worst = &loop, component = k;
@@ -196,7 +196,7 @@ std::string return_sentence(const Campaign& campaign, const std::string& model,
       "{} does not return to zero as the readings do: in load cycle '{}' they come back {} of {} "
       "off ({}).",
       model, worst->cycle, quantity(campaign, component, (*worst->return_to_zero)[component]),
-      name_of(component), loop_test_text(*patterns.return_to_zero));
+      name_of(component), loop_test_text(*patterns.loops.return_to_zero));
 }
 
 // Between -6 and -5: below the tests of adequacy, above plain statistics, the surest first.
@@ -228,8 +228,8 @@ void add_patterns(const Campaign& campaign, const Named& model, std::vector<Find
                                        : "stays when the load is reversed (even)",
                      r.pairs, test_text(r.test))});
   }
-  for (const auto& [test, sentence] : {std::pair(patterns.loop_area, &area_sentence),
-                                       std::pair(patterns.return_to_zero, &return_sentence)})
+  for (const auto& [test, sentence] : {std::pair(patterns.loops.area, &area_sentence),
+                                       std::pair(patterns.loops.return_to_zero, &return_sentence)})
     if (test && test->holm_p_value < level)
       findings.push_back({significance(test->holm_p_value, test->statistic),
                           sentence(campaign, model.name, patterns)});
@@ -430,13 +430,14 @@ Json to_json(const calibration::Patterns& patterns) {
             {"loop_area", nullptr},
             {"return_to_zero", nullptr}};
   for (const calibration::Pattern& p : patterns.factors) json["factors"].push_back(to_json(p));
-  for (const calibration::Loop& loop : patterns.loops) json["loops"].push_back(to_json(loop));
+  for (const calibration::Loop& loop : patterns.loops.each) json["loops"].push_back(to_json(loop));
   if (patterns.reversal)
     json["reversal"] = {{"pairs", patterns.reversal->pairs},
                         {"odd_share", patterns.reversal->odd_share},
                         {"test", to_json(patterns.reversal->test)}};
-  if (patterns.loop_area) json["loop_area"] = to_json(*patterns.loop_area);
-  if (patterns.return_to_zero) json["return_to_zero"] = to_json(*patterns.return_to_zero);
+  if (patterns.loops.area) json["loop_area"] = to_json(*patterns.loops.area);
+  if (patterns.loops.return_to_zero)
+    json["return_to_zero"] = to_json(*patterns.loops.return_to_zero);
   return json;
 }
 

@@ -34,10 +34,10 @@ std::vector<double> figures(const Comparison& c) {
     }
     if (const auto& reversal = a->patterns.reversal)
       result.insert(result.end(), {double(reversal->pairs), reversal->odd_share, reversal->test.f});
-    for (const Loop& loop : a->patterns.loops)
+    for (const Loop& loop : a->patterns.loops.each)
       result.insert(result.end(), {loop.measured / *loop.noise, loop.predicted / *loop.noise,
                                    (*loop.return_to_zero).norm()});
-    for (const auto* test : {&a->patterns.loop_area, &a->patterns.return_to_zero})
+    for (const auto* test : {&a->patterns.loops.area, &a->patterns.loops.return_to_zero})
       if (*test) result.insert(result.end(), {(*test)->statistic, (*test)->holm_p_value});
   }
   return result;
@@ -124,7 +124,7 @@ TEST_F(Invariance, WhereThePointOfTheWrenchIsWritten) {
   };
   const Comparison reference = compared(true, "");
   ASSERT_TRUE(reference.refitted);
-  EXPECT_EQ(reference.refitted->patterns.loops.size(), 6u);
+  EXPECT_EQ(reference.refitted->patterns.loops.each.size(), 6u);
   EXPECT_EQ(reference.refitted->patterns.reversal->pairs, 18);
   expect_same_figures(reference, compared(false, "wrench_point: [30, -20, 50]\n"));
   expect_same_figures(reference, compared(true, "wrench_point: reference\n"));

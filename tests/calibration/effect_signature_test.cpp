@@ -120,8 +120,9 @@ std::vector<std::string> findings(const Assessment& assessment) {
   for (const Pattern& factor : p.factors) all.emplace_back(factor.holm_p_value(), factor.factor);
   if (p.reversal)
     all.emplace_back(p.reversal->test.holm_p_value, p.reversal->odd_share > 0.5 ? "odd" : "even");
-  if (p.loop_area) all.emplace_back(p.loop_area->holm_p_value, "loop");
-  if (p.return_to_zero) all.emplace_back(p.return_to_zero->holm_p_value, "return to zero");
+  if (p.loops.area) all.emplace_back(p.loops.area->holm_p_value, "loop");
+  if (p.loops.return_to_zero)
+    all.emplace_back(p.loops.return_to_zero->holm_p_value, "return to zero");
   std::stable_sort(all.begin(), all.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<std::string> names;

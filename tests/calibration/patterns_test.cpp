@@ -83,12 +83,12 @@ TEST(Patterns, FrictionIsAMatterOfTheBranchAndLosesWork) {
   const Compared c = compared({.friction = 0.05});
   EXPECT_LT(c.p("branch"), 1e-6);
   EXPECT_GT(c.p("session"), 0.05);
-  EXPECT_LT(c.patterns().loop_area.value().holm_p_value, 1e-6);
-  ASSERT_EQ(c.patterns().loops.size(), 6u);
+  EXPECT_LT(c.patterns().loops.area.value().holm_p_value, 1e-6);
+  ASSERT_EQ(c.patterns().loops.each.size(), 6u);
   // By the trapezoidal rule the lag turns over, 0.1 mm, half a step before +-4 kN, and sets in at
   // 0.5 kN. The noise of such an area is 0.04 J.
-  EXPECT_NEAR(c.patterns().loops[0].measured, 0.1e-3 * 2 * 3500 - 0.05e-3 * 500, 4 * 0.04);
-  EXPECT_NEAR(c.patterns().loops[0].predicted, 0, 1e-9);
+  EXPECT_NEAR(c.patterns().loops.each[0].measured, 0.1e-3 * 2 * 3500 - 0.05e-3 * 500, 4 * 0.04);
+  EXPECT_NEAR(c.patterns().loops.each[0].predicted, 0, 1e-9);
   EXPECT_THAT(c.sentences(), HasSubstr("error depends on branch"));
   EXPECT_THAT(c.sentences(), HasSubstr("in load cycle"));
 }
@@ -127,7 +127,7 @@ TEST(Patterns, ThermalErrorIsAMatterOfTheTemperature) {
 
 double smallest_p(const Patterns& patterns) {
   double smallest = 1;
-  for (const auto* test : {&patterns.loop_area, &patterns.return_to_zero})
+  for (const auto* test : {&patterns.loops.area, &patterns.loops.return_to_zero})
     if (*test) smallest = std::min(smallest, (*test)->holm_p_value);
   for (const Pattern& pattern : patterns.factors)
     smallest = std::min(smallest, pattern.holm_p_value());
