@@ -19,7 +19,6 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr double significance_of_more = 0.01;  // of a further effect beside one that was found
-constexpr double absurd = 9;                   // times the usual size: no explanation
 constexpr double certain_level = 0.005;        // of a rest that no effect explains
 constexpr double believable_noise = 2;         // times the stated one, to account for a misfit
 constexpr double unexplained_share = 0.3;  // of the misfit: more is another effect, not this one
@@ -35,6 +34,18 @@ double times_usual(const Rival& rival) {
   return most;
 }
 
+// So large that nobody has seen one, and it does not explain the readings better than an error
+// without a form, to their noise.
+bool is_absurd(const DiagnosisStep& step) {
+  const Rival& best = step.ranking[0];
+  if (times_usual(best) <= unusual) return false;
+  const double free_form = step.log_evidence_without + step.free_form.log;
+  if (best.fit->log_evidence - free_form < doubtful_beside_free_form) return true;
+  if (best.fit->degrees_of_freedom < 1) return true;
+  return chi_square_test(best.fit->squared_error, best.fit->degrees_of_freedom).p_value <
+         certain_level;
+}
+
 // What passes the gate, and helps to predict readings that it has not seen or is far more probable
 // than that nothing is missing. What comes beside an effect may be what that one's law does not get
 // quite right, so it must do both, and stand out further.
@@ -42,8 +53,8 @@ bool is_found(const DiagnosisStep& step) {
   const bool first = step.beside.empty();
   if (step.gate.p_value > (first ? significance_level : significance_of_more)) return false;
   if (step.indistinguishable.empty()) return false;
+  if (is_absurd(step)) return false;
   const RivalFit& best = *step.ranking[0].fit;
-  if (times_usual(step.ranking[0]) > absurd) return false;
   const bool predicts = best.log_score_gain > best.log_score_deviation;
   const bool probable = best.log_evidence - step.log_evidence_without > doubtful;
   if (first) return predicts || probable;
@@ -56,7 +67,9 @@ FoundEffect found_effect(const DiagnosisStep& step) {
                     .deviations = best.fit->deviations,
                     .probability = best.fit->probability,
                     .gate_p_value = step.gate.p_value,
-                    .log_prior = best.fit->log_prior};
+                    .log_prior = best.fit->log_prior,
+                    .times_usual = times_usual(best),
+                    .log_score_gain = best.fit->log_score_gain};
   found.candidate.effect.values = best.fit->values;
   for (std::size_t i = 1; i < step.indistinguishable.size(); ++i)
     found.instead.push_back(step.ranking[step.indistinguishable[i]].candidate.name());
@@ -80,7 +93,9 @@ void confirm(const DiagnosisStep& step, FoundEffect& found) {
   const auto it = std::find_if(step.ranking.begin(), step.ranking.end(),
                                [&](const Rival& r) { return r.candidate.name() == name; });
   found.gate_p_value = step.gate.p_value;
-  found.probability = it != step.ranking.end() && it->fit ? it->fit->probability : 0;
+  const bool is_fitted = it != step.ranking.end() && it->fit;
+  found.probability = is_fitted ? it->fit->probability : 0;
+  found.log_score_gain = is_fitted ? it->fit->log_score_gain : 0;
   found.instead.clear();
   for (const std::size_t i : step.indistinguishable)
     if (step.ranking[i].candidate.name() != name)
@@ -129,8 +144,11 @@ double above_free_form(const BaseFit& without, const std::vector<BaseFit>& alone
 
 // Whether there is something more beside all that was found: of the round that looked for it.
 double p_value_of_rest(const Diagnosis& d) {
+  std::vector<std::string> names;
+  for (const FoundEffect& found : d.found) names.push_back(found.candidate.name());
   for (const DiagnosisStep& step : d.steps)
-    if (step.beside.size() == d.found.size()) return step.gate.p_value;
+    if (std::is_permutation(step.beside.begin(), step.beside.end(), names.begin(), names.end()))
+      return step.gate.p_value;
   return 1;
 }
 
@@ -176,17 +194,23 @@ bool can_show_anything(const DiagnosisStep& step) {
 std::string absurd_explanation(const Diagnosis& d) {
   if (d.steps.empty() || d.steps[0].indistinguishable.empty()) return {};
   const Rival& best = d.steps[0].ranking[0];
-  if (d.steps[0].gate.p_value > significance_level || times_usual(best) <= absurd) return {};
+  if (d.steps[0].gate.p_value > significance_level || !is_absurd(d.steps[0])) return {};
   return fmt::format(
       "an effect that explains the misfit at a size that makes sense: {} comes nearest, but would "
       "have to be {:.0f} times as large as usual",
       best.candidate.name(), times_usual(best));
 }
 
-// The free-form rival is another law of a drive for which one was found: the place is right.
+// The free-form rival is another law of what was found: of that drive, or over that time or
+// temperature.
 bool is_other_law(const Diagnosis& d) {
+  const std::string& over = d.free_form.depends_on;
   return std::any_of(d.found.begin(), d.found.end(), [&](const FoundEffect& found) {
+    const std::string& kind = found.candidate.effect.kind->name;
     const std::string& at = found.candidate.effect.at;
+    if (kind == "session_drift") return over.starts_with("time");
+    if (kind == "thermal_expansion")
+      return over.starts_with("time") || over.starts_with("temperature");
     return found.candidate.effect.kind->place == vjm::EffectPlace::joint &&
            (at == d.free_form.drive || d.free_form.drive.ends_with("." + at));
   });
@@ -200,9 +224,9 @@ void judge(Diagnosis& d) {
     if (const std::string nearest = absurd_explanation(d); !nearest.empty()) {
       d.verdict = Verdict::none_of_the_above;
       d.missing.push_back(nearest);
-    } else if (structure_left)
+    } else if (structure_left || d.is_left_open())
       d.verdict = Verdict::none_of_the_above;
-    else if (d.steps.empty() || !can_show_anything(d.steps.front()))
+    else if (d.instead_of_refit || d.steps.empty() || !can_show_anything(d.steps.front()))
       d.verdict = Verdict::cannot_tell;
     else
       d.verdict = Verdict::no_effect_needed;
@@ -244,19 +268,56 @@ void add_effects(Search& search, const DiagnosisOptions& options, const AddStage
   }
 }
 
-// With all of them in the model each must still be what is best in its place.
-void weigh_again(const Rivals& rivals, Search& search, const Model& model,
-                 files::Progress& progress, Diagnosis& d) {
-  for (std::size_t k = 0; k + 1 < model.present.size(); ++k) {
+// One that is not needed beside the others, and the model without it.
+struct Superfluous {
+  std::size_t which = 0;
+  BaseFit without;
+};
+
+// With all of them in the model each must still be needed, and what is best in its place: of the
+// first `count`.
+std::optional<Superfluous> weigh_again(const Rivals& rivals, Search& search, const Model& model,
+                                       std::size_t count, files::Progress& progress, Diagnosis& d) {
+  for (std::size_t k = 0; k < count; ++k) {
     std::vector<Candidate> others = model.present;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
-    const std::optional<BaseFit> without_it = fit_if_possible(rivals, others, model.fit, progress);
+    std::optional<BaseFit> without_it = fit_if_possible(rivals, others, model.fit, progress);
     if (!without_it) continue;  // then it is needed all the more
     search.screen(others, *without_it);
     std::vector<BaseFit> fits;
     DiagnosisStep step = search.step(others, *without_it, fits);
-    confirm(step, d.found[k]);
+    const bool needed = step.gate.p_value <= significance_level;
+    if (needed) confirm(step, d.found[k]);
     d.steps.push_back(std::move(step));
+    if (!needed) return Superfluous{k, *std::move(without_it)};
+  }
+  return std::nullopt;
+}
+
+void drop(Superfluous superfluous, const Rivals& rivals, const AddStage& add_stage,
+          files::Progress& progress, Model& model, Diagnosis& d) {
+  const auto k = static_cast<std::ptrdiff_t>(superfluous.which);
+  model.present.erase(model.present.begin() + k);
+  model.fit = std::move(superfluous.without);
+  d.found.erase(d.found.begin() + k);
+  if (d.found.size() == 1) confirm(d.steps[0], d.found[0]);
+  std::erase_if(d.waterfall, [](const WaterfallStage& s) { return s.name.starts_with("+ "); });
+  for (std::size_t n = 1; n <= model.present.size(); ++n) {
+    const std::vector<Candidate> first(model.present.begin(),
+                                       model.present.begin() + static_cast<std::ptrdiff_t>(n));
+    const std::optional<BaseFit> fit =
+        n == model.present.size() ? model.fit : fit_if_possible(rivals, first, model.fit, progress);
+    if (fit) add_stage("+ " + first.back().name(), *fit, first);
+  }
+}
+
+// The last one has just been found beside all others, as long as all of these stay.
+void eliminate(const Rivals& rivals, Search& search, const AddStage& add_stage,
+               files::Progress& progress, Model& model, Diagnosis& d) {
+  std::size_t count = model.present.empty() ? 0 : model.present.size() - 1;
+  while (auto superfluous = weigh_again(rivals, search, model, count, progress, d)) {
+    drop(*std::move(superfluous), rivals, add_stage, progress, model, d);
+    count = model.present.size() > 1 ? model.present.size() : 0;
   }
 }
 
@@ -375,18 +436,23 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
     if (has_role(whole, Role::confirm))
       d.waterfall.back().confirmed = rivals.error_on(kept, stage, added, progress);
   };
-  {
-    const Predictor predictor(robot.without_effects(), robot.effects, campaign, threads, progress);
-    add_stage("as designed", fit_base(predictor, campaign, noise, {}, progress), {});
-  }
+  const BaseFit designed =
+      fit_base(Predictor(robot.without_effects(), robot.effects, campaign, threads, progress),
+               campaign, noise, {}, progress);
+  add_stage("as designed", designed, {});
   if (!fit.parameters.empty()) add_stage("refitted", fit, {});
   Model model{.present = {}, .fit = fit, .alone = {}, .without = fit};
   add_effects(search, options, add_stage, model, d);
+  const std::vector<Candidate> suspects =
+      d.found.empty() ? search.like_the_refit(designed, fit) : std::vector<Candidate>();
   if (d.found.empty() && d.steps[0].gate.p_value > significance_level && options.most_effects > 1)
     find_masked_pair(rivals, search, add_stage, progress, model, d);
   else
-    weigh_again(rivals, search, model, progress, d);
+    eliminate(rivals, search, add_stage, progress, model, d);
   if (model.present.size() > 1) doubt_beside_one(model.alone, d.steps[0], model.fit, d.found);
+  if (d.found.empty())
+    d.instead_of_refit = stand_in(robot, campaign, noise, fit, designed, suspects, threads,
+                                  progress, options.journal);
   d.after = test_of(model.fit, noise.source);
   if (!d.found.empty()) {
     d.above_free_form =
@@ -394,6 +460,10 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
     d.rest_p_value = p_value_of_rest(d);
     d.or_something_else = d.above_free_form < doubtful_beside_free_form ||
                           d.rest_p_value < certain_level || d.is_left_open();
+    d.predicts_no_better = std::any_of(d.found.begin(), d.found.end(), [](const FoundEffect& f) {
+      return !(f.log_score_gain > 0);
+    });
+    d.or_something_else |= d.predicts_no_better;
   }
   take_values(fitted_values(model.fit, model.present), d.found);
   doubt_friction(campaign, d);

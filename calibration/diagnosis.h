@@ -8,10 +8,12 @@
 #include "kinetostat/calibration/goodness_of_fit.h"
 #include "kinetostat/calibration/profile.h"
 #include "kinetostat/calibration/search.h"
+#include "kinetostat/calibration/stand_in.h"
 #include "kinetostat/calibration/waterfall.h"
 
 namespace kinetostat::calibration {
 
+inline constexpr double unusual = 9;  // times the usual size of an effect: nobody has seen one
 inline constexpr double structure_level = 0.01;  // of an error without a form, in what is left
 
 enum class Verdict { no_effect_needed, named_effect, ambiguous, none_of_the_above, cannot_tell };
@@ -24,6 +26,8 @@ struct FoundEffect {
   double probability = 0;  // among the rivals, beside the other effects that were found
   double gate_p_value = 1;
   double log_prior = 0;                   // of kind and place
+  double times_usual = 0;                 // how large it is
+  double log_score_gain = 0;              // on held-out readings, beside the others
   std::vector<std::string> instead = {};  // what it may be instead
 };
 
@@ -31,6 +35,8 @@ struct Diagnosis {
   Verdict verdict = Verdict::cannot_tell;
   std::vector<FoundEffect> found;      // in the order of their finding
   std::vector<std::string> ambiguous;  // where one may be something else: itself, then the others
+  /// Where nothing was found: what the refit may have taken up.
+  std::optional<StandIn> instead_of_refit;
   std::vector<std::string> missing;    // what readings would have to have, in sentences
   std::vector<std::string> set_aside;  // readings that no candidate explains, with reasons
   std::vector<DiagnosisStep> steps;
@@ -45,7 +51,8 @@ struct Diagnosis {
   bool is_left_open() const;
   /// Gate beside all that was found: with a small one no effect explains the rest.
   double rest_p_value = 1;
-  bool or_something_else = false;  // that the catalogue lacks, may be what is missing
+  bool predicts_no_better = false;  // held-out readings, of one that was found
+  bool or_something_else = false;   // that the catalogue lacks, may be what is missing
   std::vector<WaterfallStage> waterfall;
   std::string held_out;  // what was left out together: "configurations"
   std::vector<Profile> profiles;

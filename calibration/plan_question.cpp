@@ -44,7 +44,11 @@ class Questioner {
       if (!question.present.empty()) question.present.pop_back();
       add_nearest(question);
     } else if (is(Verdict::cannot_tell)) {
-      add_unseen(question);
+      const Json instead = diagnosis_.value("instead_of_refit", Json());
+      if (instead.is_object())
+        add_shown({name_of(instead)}, question);
+      else
+        add_unseen(question);
     }
     if (question.suspects.size() > most_suspects) question.suspects.resize(most_suspects);
     return question;

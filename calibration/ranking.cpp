@@ -49,17 +49,20 @@ void share_probability(DiagnosisStep& step) {
     if (rival.fit) rival.fit->probability = share(rival.fit->log_evidence) / sum;
 }
 
-// What of the mark of one the others cannot imitate.
+// What of the mark of one the others cannot imitate: as they are fitted, or by changing that a
+// little (marks that are large are curved).
 void tell_apart(const BaseFit& without, const std::vector<BaseFit>& fits, std::size_t from,
                 DiagnosisStep& step) {
   const VectorXd mark = fits[from].at.residual - without.at.residual;
-  for (std::size_t c = 0; c < fits.size(); ++c)
-    if (step.ranking[c].fit)
-      step.ranking[c].fit->told_apart =
-          c == from ? mark.norm()
-                    : ResidualSpace(VectorXd::Zero(mark.size()), fits[c].at.jacobian)
-                          .left_of(mark)
-                          .norm();
+  for (std::size_t c = 0; c < fits.size(); ++c) {
+    if (!step.ranking[c].fit) continue;
+    double& told_apart = step.ranking[c].fit->told_apart;
+    told_apart = mark.norm();
+    if (c == from) continue;
+    const VectorXd left =
+        ResidualSpace(VectorXd::Zero(mark.size()), fits[c].at.jacobian).left_of(mark);
+    told_apart = std::min(left.norm(), (fits[from].at.residual - fits[c].at.residual).norm());
+  }
 }
 
 // Every kind is as likely as the others, and so are its places, and its designs at each.
@@ -87,22 +90,49 @@ std::vector<std::size_t> order_of(const DiagnosisStep& step) {
   return order;
 }
 
+// Of one joint, which neither remembers anything: what readings must tell is the shape of a law.
+bool are_laws_of_one_joint(const Candidate& a, const Candidate& b) {
+  return a.effect.at == b.effect.at && a.effect.kind->place == vjm::EffectPlace::joint &&
+         b.effect.kind->place == vjm::EffectPlace::joint && a.effect.kind->history == 0 &&
+         b.effect.kind->history == 0;
+}
+
+// A value at the end of its range, which design has not put there.
+bool at_a_bound(const Rival& rival) {
+  const auto& parameters = rival.candidate.effect.kind->parameters;
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const double value = rival.fit->values[static_cast<Index>(k)];
+    if (parameters[k].usual_angular.empty() && value != parameters[k].none &&
+        (value == parameters[k].lower || value == parameters[k].upper))
+      return true;
+  }
+  return false;
+}
+
+// Whether readings leave open which of two fitted rivals it is. How much more the prior likes the
+// one is no reason to drop the other. Laws are idealisations: two of one joint are told apart by
+// more than a tenth of what they do, and one at the end of its range stands for a relative.
+bool leaves_open(const DiagnosisStep& step, const Rival& best, const Rival& other) {
+  constexpr double law_error = 0.1;
+  const bool relatives = are_laws_of_one_joint(best.candidate, other.candidate);
+  const double limit =
+      std::hypot(told_apart_from, relatives ? law_error * best.fit->told_apart : 0.0);
+  const double worse = other.fit->squared_error - best.fit->squared_error;
+  if (best.fit->log_evidence - other.fit->log_evidence < doubtful) return true;
+  if (other.fit->told_apart < limit && worse < limit * limit) return true;
+  const double explained = step.squared_error_without - best.fit->squared_error;
+  return relatives && at_a_bound(best) && worse < explained / 2;
+}
+
 // Rivals of the first in the ranking that may be what is really missing.
 std::vector<std::size_t> indistinguishable(const DiagnosisStep& step) {
   std::vector<std::size_t> set;
   if (step.ranking.empty() || !step.ranking[0].fit) return set;
-  const RivalFit& best = *step.ranking[0].fit;
   set.push_back(0);
   for (std::size_t i = 1; i < step.ranking.size(); ++i) {
-    if (step.ranking[i].imitates) set.push_back(i);
-    if (!step.ranking[i].fit) continue;
-    const RivalFit& fit = *step.ranking[i].fit;
-    const bool as_probable = best.log_evidence - fit.log_evidence < doubtful;
-    const bool as_good =
-        fit.told_apart < told_apart_from &&
-        fit.squared_error - best.squared_error < told_apart_from * told_apart_from &&
-        best.log_evidence - fit.log_evidence < 2 * doubtful;
-    if (as_probable || as_good) set.push_back(i);
+    const Rival& rival = step.ranking[i];
+    if (rival.imitates || (rival.fit && leaves_open(step, step.ranking[0], rival)))
+      set.push_back(i);
   }
   return set;
 }
@@ -121,6 +151,7 @@ std::size_t weigh(const BaseFit& without, const std::vector<BaseFit>& fits,
   const double temper = common_temper(without, fits);
   const Evidence known = evidence(without, temper);
   step.log_evidence_without = known.log;
+  step.squared_error_without = without.squared_error;
   step.free_form = free_form.evidence({-without.at.residual, without.at.jacobian}, temper);
   const HeldOut plain = held_out(without.at, known.information, groups, temper);
   std::size_t best = fits.size();

@@ -41,7 +41,8 @@ struct RivalFit {
   double log_prior = 0;
   double log_evidence = 0;  // (evidence.h) with that prior; up to a constant of the step
   double probability = 0;   // among the rivals that were fitted and the free-form one
-  double told_apart = 0;    // d' of the best one's mark that this one cannot imitate
+  /// d' of the best one's mark that this one cannot imitate; of the best one, of all its mark.
+  double told_apart = 0;
 };
 
 /// One row of the ranking: a candidate, and how it fared.
@@ -63,6 +64,7 @@ struct DiagnosisStep {
   std::vector<Rival> ranking;  // most probable first, then by surprise, then unobservable ones
   std::vector<std::size_t> indistinguishable;  // in the ranking: the best and what may be it
   double log_evidence_without = 0;             // of the model as it is, nothing missing
+  double squared_error_without = 0;            // whitened, of the same
   FreeFormEvidence free_form;                  // beside that; as likely beforehand as a kind
   double free_form_probability = 0;
   /// The most surprising candidates, and the largest cosine of a mark of the one with one of the

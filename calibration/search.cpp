@@ -129,6 +129,27 @@ std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
   return found;
 }
 
+std::vector<Candidate> Search::like_the_refit(const BaseFit& designed,
+                                              const BaseFit& refitted) const {
+  constexpr double most_left =
+      0.2;  // of the change's length: what refitting does is no straight line
+  const auto parameters = static_cast<Index>(refitted.parameters.size());
+  const MatrixXd& all = refitted.at.jacobian;
+  const Screen beside(ResidualSpace(-refitted.at.residual, all), signatures_);
+  const ResidualSpace space(designed.at.residual - refitted.at.residual,
+                            all.rightCols(all.cols() - parameters));
+  std::vector<Candidate> result;
+  for (std::size_t i = 0; i < signatures_.size(); ++i) {
+    const Candidate& candidate = candidates_[owner_[i].first];
+    if (!result.empty() && result.back().name() == candidate.name()) continue;
+    if (beside.detectability(i) / signatures_[i].growth[0] > told_apart_from) continue;
+    const MatrixXd span = span_of(space.left_of(signatures_[i].columns), least_visible);
+    const double left = (space.residual() - span * (span.transpose() * space.residual())).norm();
+    if (span.cols() > 0 && left < most_left * space.residual().norm()) result.push_back(candidate);
+  }
+  return result;
+}
+
 DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit& fit,
                            std::vector<BaseFit>& fits) {
   DiagnosisStep step;

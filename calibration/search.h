@@ -54,6 +54,10 @@ class Search {
   /// most surprising first; empty unless their own gate lets them pass. After screen().
   std::vector<std::vector<Candidate>> masked_pairs(const BaseFit& fit) const;
 
+  /// Candidates that do not show beside the refit, of which some mark alone is about what refitting
+  /// does to the predictions of the model as designed. After screen() without anything added.
+  std::vector<Candidate> like_the_refit(const BaseFit& designed, const BaseFit& refitted) const;
+
   /// The round itself, after screen(); `fit` is that of the model with what is present. `fits`: of
   /// the rivals, in the order of the ranking; without values where there is none.
   DiagnosisStep step(const std::vector<Candidate>& present, const BaseFit& fit,

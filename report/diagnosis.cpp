@@ -62,7 +62,8 @@ std::string left_text(const char* what, const Diagnosis& d) {
 }
 
 // What a verdict means here, in sentences.
-std::vector<std::string> remarks(const Diagnosis& d) {
+std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                                 const Diagnosis& d) {
   const bool is_left = d.left.p_value() < calibration::structure_level;
   switch (d.verdict) {
     case Verdict::none_of_the_above:
@@ -71,6 +72,11 @@ std::vector<std::string> remarks(const Diagnosis& d) {
             "An error without a form of its own, which depends on {}, explains these readings "
             "better than the nearest effect (log evidence {} more).",
             d.free_form.depends_on, number(-d.above_free_form, 2))};
+      if (d.found.empty() && d.is_left_open())
+        return {
+            fmt::format("No effect explains these readings: with the model as it is, they "
+                        "would have {} times the stated noise.",
+                        number(std::sqrt(d.after->reduced()), 2))};
       if (!is_left) return {};
       return {left_text(d.found.empty()
                             ? "Something is left that no effect of the catalogue explains. It"
@@ -78,6 +84,10 @@ std::vector<std::string> remarks(const Diagnosis& d) {
                         d)};
     case Verdict::ambiguous:
       if (!d.or_something_else) return {};
+      if (d.predicts_no_better)
+        return {
+            "Held-out readings are predicted no better with it than without: it may stand for "
+            "something that the catalogue lacks."};
       if (d.is_left_open())
         return {fmt::format(
             "It may also stand for something that the catalogue lacks: what is left would need {} "
@@ -86,15 +96,31 @@ std::vector<std::string> remarks(const Diagnosis& d) {
       if (d.above_free_form >= calibration::doubtful_beside_free_form)
         return {
             fmt::format("It may also stand for something that the catalogue lacks: beside it there "
-                        "is something more for certain (gate p = {}), which no effect explains.",
+                        "seems to be something more (gate p = {}), which no effect explains.",
                         number(d.rest_p_value, 2))};
       return {fmt::format(
           "It may also be something that the catalogue lacks and that depends on {}: an error "
           "without a form of its own explains these readings about as well.",
           d.free_form.depends_on)};
     case Verdict::cannot_tell:
+      if (d.instead_of_refit)
+        return {fmt::format(
+            "{} alone, at {}, explains these readings as well as refitting everything that is "
+            "uncertain does (chi-square per degree of freedom {} and {}): the one or the other is "
+            "wrong with the model as designed.",
+            d.instead_of_refit->candidate.name(),
+            values_text(robot, campaign, d.instead_of_refit->candidate,
+                        d.instead_of_refit->candidate.effect.values,
+                        d.instead_of_refit->deviations),
+            number(d.instead_of_refit->test.reduced(), 3), number(d.before->reduced(), 3))};
       if (!d.missing.empty()) return {};
       return {"No effect of its usual size would show in these readings."};
+    case Verdict::no_effect_needed:
+      if (!d.before || d.before->p_value > 0.001) return {};
+      return {fmt::format(
+          "The misfit is {} times the stated noise (p = {}): that is too small, or something is "
+          "missing that these readings do not show.",
+          number(std::sqrt(d.before->reduced()), 3), number(d.before->p_value, 2))};
     default:
       return {};
   }
@@ -127,11 +153,15 @@ std::string verdict_text(const vjm::Robot& robot, const calibration::Campaign& c
                         values_text(robot, campaign, found.candidate, found.candidate.effect.values,
                                     found.deviations),
                         number(found.probability, 3), number(found.gate_p_value, 2));
+    if (found.times_usual > calibration::unusual)
+      text += fmt::format("    {:.0f} times as large as such an effect usually is\n",
+                          found.times_usual);
     if (!found.instead.empty())
       text += fmt::format("    these readings do not tell it from: {}\n",
                           fmt::join(found.instead, "; "));
   }
-  for (const std::string& remark : remarks(d)) text += fmt::format("  {}\n", remark);
+  for (const std::string& remark : remarks(robot, campaign, d))
+    text += fmt::format("  {}\n", remark);
   for (const std::string& sentence : d.missing) text += "  Missing: " + sentence + ".\n";
   return text + unseen_text(d);
 }
@@ -292,13 +322,21 @@ Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, con
     unseen.push_back({{"effect", kind.name},
                       {"detectability", kind.detectability},
                       {"absorbed", kind.absorbed}});
+  Json instead;
+  if (const auto& one = d.instead_of_refit) {
+    instead = candidate_json(robot, one->candidate);
+    instead["values"] = numbers(one->candidate.effect.values);
+    instead["deviations"] = numbers(one->deviations);
+    instead["chi_square"] = test_json(one->test);
+  }
   Json json{{"campaign", campaign.name},
             {"verdict", calibration::to_string(d.verdict)},
             {"found", found},
             {"ambiguous", d.ambiguous},
+            {"instead_of_refit", instead},
             {"missing", d.missing},
             {"not_shown", unseen},
-            {"remarks", remarks(d)},
+            {"remarks", remarks(robot, campaign, d)},
             {"chi_square_before", test_json(d.before)},
             {"chi_square_after", test_json(d.after)},
             {"rest_p_value", d.rest_p_value},

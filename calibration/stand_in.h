@@ -1,0 +1,29 @@
+// What refitting stiffnesses may hide: an effect that alone does the same.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "kinetostat/calibration/goodness_of_fit.h"
+#include "kinetostat/calibration/rivals.h"
+
+namespace kinetostat::calibration {
+
+/// An effect that would not show beside the refit, and that explains the readings as well as the
+/// refit with everything that is uncertain as designed.
+struct StandIn {
+  Candidate candidate;         // with the fitted values
+  Eigen::VectorXd deviations;  // NaN where a bound holds a value
+  ChiSquareTest test;          // of the model as designed with it
+};
+
+/// The best of those suspects that do so, if any: where the model as designed is refuted for
+/// certain, and neither one uncertain parameter alone nor those at the effect's own place do it, so
+/// that one cause behind several changes is the simpler explanation. `refitted` and `designed`:
+/// fits of the robot with and without what is uncertain. Keeps nothing.
+std::optional<StandIn> stand_in(const vjm::Robot& robot, const Campaign& campaign,
+                                const Noise& noise, const BaseFit& refitted,
+                                const BaseFit& designed, const std::vector<Candidate>& suspects,
+                                int threads, files::Progress& progress, FitJournal* journal);
+
+}  // namespace kinetostat::calibration
