@@ -64,7 +64,7 @@ std::string load_text(const vjm::Robot& robot, const PlanBlock& block) {
   const bool moment = block.direction[1] == 'm';
   return fmt::format("{} to {} {}", block.direction,
                      number(moment ? units.moment(block.level()) : units.force(block.level()), 4),
-                     moment ? robot.units.unit_for(spatial::dimension::moment) : robot.units.force);
+                     moment ? robot.units.force + " " + robot.units.length : robot.units.force);
 }
 
 spatial::Vector3 roll_pitch_yaw(const spatial::Matrix3& r) {
