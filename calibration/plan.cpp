@@ -220,6 +220,26 @@ void add_splits(const PlanTask& task, const Prospects& prospects, Plan& plan) {
                    [](const auto& x, const auto& y) { return x.separation < y.separation; });
 }
 
+// Whether the load cell's errors are all that is asked for, and readings of it do not tell them.
+bool only_weights_tell(const PlanTask& task, const Batch& batch, const Prospects& prospects) {
+  for (std::size_t m = 0; m + 1 < task.models.size(); ++m)
+    if (!task.models[m].is_look_alike && !task.models[m].on_load) return false;
+  return mistakes_left(task, batch, prospects) > 0.9 * mistakes_left(task, {}, prospects);
+}
+
+// The same with loads by known weights, which pull where gravity does.
+PlanTask with_known_weights(PlanTask task) {
+  for (PlanModel& model : task.models) model = under_known_weights(task.robot, std::move(model));
+  const spatial::Vector3 gravity = task.robot.without_effects().gravity();
+  std::erase_if(task.choices.blocks, [&](const PlanBlock& block) {
+    const spatial::Vector3 force = block.load.head<3>();
+    if (!block.load.tail<3>().isZero(0)) return true;
+    if (gravity.isZero(0) || force.isZero(0)) return false;
+    return force.normalized().dot(gravity.normalized()) < 0.99 || block.pattern->reverses();
+  });
+  return task;
+}
+
 void plan_split(const PlanTask& task, Plan& plan) {
   Prospects prospects = prospects_of(task, plan.displacement);
   Batch batch = split(task, prospects, false);
@@ -235,6 +255,17 @@ void plan_split(const PlanTask& task, Plan& plan) {
       plan.asks_for_absolute = true;
       prospects = std::move(absolute);
       batch = std::move(other);
+    }
+  }
+  if (only_weights_tell(task, batch, prospects)) {
+    const PlanTask weights = with_known_weights(task);
+    const Prospects by_weights = prospects_of(weights, plan.displacement);
+    const Batch other = split(weights, by_weights, false);
+    if (mistakes_left(weights, other, by_weights) < 0.8 * mistakes_left(task, batch, prospects)) {
+      plan.asks_for_weights = true;
+      arrange(weights, other, plan);
+      add_splits(weights, by_weights, plan);
+      return;
     }
   }
   arrange(task, batch, plan);

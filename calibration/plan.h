@@ -39,6 +39,7 @@ struct PlannedSharpening {
 struct Plan {
   DisplacementKind displacement = DisplacementKind::difference;
   bool asks_for_absolute = false;  // the campaign measures differences, which do not show it
+  bool asks_for_weights = false;   // readings of its load cell do not show it
   std::vector<PlanBlock> blocks;   // in order
   std::vector<std::string> why;    // of each
   Campaign readings;

@@ -155,6 +155,10 @@ bool LoadPattern::takes_back() const {
                             }) != steps.end();
 }
 
+bool LoadPattern::reverses() const {
+  return std::any_of(steps.begin(), steps.end(), [](const CycleStep& s) { return s.level < 0; });
+}
+
 const std::vector<LoadPattern>& load_patterns() {
   static const std::vector<LoadPattern> patterns = {
       {"up", {{0}, {0.25}, {0.5}, {0.75}, {1}}},

@@ -33,6 +33,7 @@ struct LoadPattern {
   std::vector<CycleStep> steps;
 
   bool takes_back() const;  // some of the load
+  bool reverses() const;    // pulls where it pushed
 };
 
 /// One load cycle, or one reading without load.

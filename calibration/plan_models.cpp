@@ -227,10 +227,14 @@ PlanModel under_known_weights(const vjm::Robot& robot, PlanModel model) {
     if (effect.kind->place != vjm::EffectPlace::load) continue;
     for (Index v = 0; v < effect.values.size(); ++v)
       effect.values[v] = effect.kind->parameters[static_cast<std::size_t>(v)].none;
+    std::erase_if(model.own, [e](const Parameter& value) { return value.effect == e; });
     for (std::size_t p = 0; p < model.parameters.size(); ++p) {
       const Parameter& parameter = model.parameters[p];
       if (parameter.is_logarithm() || parameter.effect != e) continue;
       model.values[static_cast<Index>(p)] = effect.values[parameter.value];
+      // What the readings so far leave unsure together with it is as sure as if it were known.
+      const VectorXd way = model.root.row(static_cast<Index>(p)).transpose();
+      if (way.norm() > 0) model.root -= (model.root * way) * way.transpose() / way.squaredNorm();
       model.root.row(static_cast<Index>(p)).setZero();
     }
   }

@@ -166,6 +166,9 @@ std::string kind_text(const Plan& plan) {
     return "Read absolute poses, a campaign of their own: in differences from the unloaded state "
            "what is asked for cancels. What is uncertain is refitted there; the plan allows for "
            "that.\n";
+  if (plan.asks_for_weights)
+    return "Load it by known weights, in a session of their own that 'known_loads' of the campaign "
+           "file lists: readings of the load cell do not tell its errors.\n";
   return plan.displacement == DisplacementKind::absolute ? "Read absolute poses, as so far.\n"
                                                          : "Read differences, as so far.\n";
 }
@@ -274,6 +277,7 @@ Json to_json(const calibration::PlanQuestion& question, const calibration::PlanO
       {"perhaps_nothing", question.perhaps_nothing},
       {"displacement", plan.displacement == DisplacementKind::absolute ? "absolute" : "difference"},
       {"asks_for_absolute", plan.asks_for_absolute},
+      {"asks_for_weights", plan.asks_for_weights},
       {"minutes", plan.minutes},
       {"minutes_allowed", options.minutes},
       {"readings", plan.readings.readings.size()},

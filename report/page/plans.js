@@ -153,6 +153,7 @@ export function planSection({ result }) {
     `${result.cycles.length} load cycles, ${result.readings} readings, ${number(result.minutes)} of ${number(result.minutes_allowed)} minutes.`,
     ...(result.notes ?? []),
   ];
+  if (result.asks_for_weights) said.push("Known weights would show what the load cell cannot.");
   if (result.asks_for_absolute) said.push("Absolute poses would show what differences cannot.");
   if (result.cycles.length) add(batchFigure(result.cycles, source));
   if (result.splits.length) add(splitsFigure(result.splits, source));

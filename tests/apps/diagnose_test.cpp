@@ -124,8 +124,13 @@ TEST_F(Diagnose, NamesNothingInReadingsWithNothingHidden) {
 // A wrench gain and a global change of stiffness are the same in such readings: no confident name.
 TEST_F(Diagnose, DoesNotNameWhatTheRefitAbsorbs) {
   measure("effects:\n  - {effect: wrench_gain, at: load, gain: 1.1}\n");
-  EXPECT_EQ(diagnose().code, 0);
+  const Outcome outcome = diagnose();
+  EXPECT_EQ(outcome.code, 5);
+  EXPECT_THAT(outcome.out, HasSubstr("wrench_gain at load alone, at gain = 1.1"));
   const files::Json json = result();
+  EXPECT_EQ(json["verdict"], "these data cannot tell");
+  EXPECT_EQ(json["instead_of_refit"]["effect"], "wrench_gain");
+  EXPECT_NEAR(json["instead_of_refit"]["values"][0].get<double>(), 1.1, 0.002);
   EXPECT_TRUE(json["found"].empty());
   bool said = false;
   for (const files::Json& rival : json["steps"][0]["ranking"])

@@ -295,8 +295,9 @@ TEST(Plan, SaysWhatNoPlanCanTellApart) {
   EXPECT_THAT(p.splits[0].advice, HasSubstr("known weights"));
 }
 
-// Asked for by name, though what is refitted has taken it up: then only known weights show it.
-TEST(Plan, WhatIsTakenUpByTheFitShowsInNoReadingsOfTheSameKind) {
+// Asked for by name, though what is refitted has taken it up: then only known weights show it, and
+// the plan is for these.
+TEST(Plan, WhatIsTakenUpByTheFitShowsUnderKnownWeights) {
   Laboratory laboratory(slide);
   const Campaign campaign = laboratory.measure(loads_only_up({0, 300, 600, 900}));
   const Diagnosis diagnosis = laboratory.diagnose(campaign, {"wrench_gain", "clearance"});
@@ -307,8 +308,10 @@ TEST(Plan, WhatIsTakenUpByTheFitShowsInNoReadingsOfTheSameKind) {
   const Plan p = plan(laboratory.robot(), campaign, question, {.minutes = 60}, 2, silent);
   ASSERT_FALSE(p.splits.empty());
   EXPECT_EQ(p.splits[0].b, "nothing more");
-  EXPECT_LT(p.splits[0].most, 1);
-  EXPECT_THAT(p.splits[0].advice, HasSubstr("known weights"));
+  EXPECT_TRUE(p.asks_for_weights);
+  EXPECT_GT(p.splits[0].separation, 4);
+  EXPECT_THAT(report::text(laboratory.robot(), campaign, question, {.minutes = 60}, p),
+              HasSubstr("Load it by known weights"));
 }
 
 // What only known weights tell is told by them: readings of another session, to which the load cell

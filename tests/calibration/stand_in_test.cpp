@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "kinetostat/calibration/plan.h"
 #include "kinetostat/calibration/plan_question.h"
 
 #include "laboratory.h"
@@ -89,6 +90,13 @@ TEST_F(StandInTest, ThePlanAsksForKnownWeights) {
       question_of(arm.robot(), arm.json(campaign, d), "diagnosis.json", {});
   ASSERT_EQ(question.suspects.size(), 1u);
   EXPECT_EQ(question.suspects[0].candidate.name(), "wrench_gain at load");
+  files::Progress silent;
+  const Plan p =
+      kinetostat::calibration::plan(arm.robot(), campaign, question, {.minutes = 60}, 2, silent);
+  ASSERT_FALSE(p.splits.empty());
+  EXPECT_GT(p.splits[0].separation, 4);
+  EXPECT_TRUE(p.asks_for_weights);
+  for (const Reading& reading : p.readings.readings) EXPECT_TRUE(reading.load.moment.isZero(0));
 }
 
 }  // namespace
