@@ -227,15 +227,11 @@ bool only_weights_tell(const PlanTask& task, const Batch& batch, const Prospects
   return mistakes_left(task, batch, prospects) > 0.9 * mistakes_left(task, {}, prospects);
 }
 
-// The same with loads by known weights, which pull where gravity does.
+// The same with loads by known weights, over a pulley or not: forces that do not change sign.
 PlanTask with_known_weights(PlanTask task) {
   for (PlanModel& model : task.models) model = under_known_weights(task.robot, std::move(model));
-  const spatial::Vector3 gravity = task.robot.without_effects().gravity();
-  std::erase_if(task.choices.blocks, [&](const PlanBlock& block) {
-    const spatial::Vector3 force = block.load.head<3>();
-    if (!block.load.tail<3>().isZero(0)) return true;
-    if (gravity.isZero(0) || force.isZero(0)) return false;
-    return force.normalized().dot(gravity.normalized()) < 0.99 || block.pattern->reverses();
+  std::erase_if(task.choices.blocks, [](const PlanBlock& block) {
+    return !block.load.tail<3>().isZero(0) || block.pattern->reverses();
   });
   return task;
 }
