@@ -48,6 +48,62 @@ TEST(Verdict, NoNameWhereTheNoiseWouldHaveToBeManyTimesTheStatedOne) {
               HasSubstr("times the stated noise"));
 }
 
+// Nothing hidden, but noise that was stated too small: by little it is said, by much nothing is
+// sure.
+TEST(Verdict, AMisfitBeyondTheStatedNoiseIsNotNothing) {
+  Laboratory laboratory(slide);
+  const Campaign campaign = laboratory.measure(loops());
+  const auto diagnosed = [&](double stated) {
+    Campaign changed = campaign;
+    for (Reading& reading : changed.readings) reading.sigma *= stated;
+    return laboratory.diagnose(changed, {"friction", "creep"});
+  };
+  EXPECT_EQ(diagnosed(1).verdict, Verdict::no_effect_needed);
+  const Diagnosis little = diagnosed(0.6);
+  EXPECT_EQ(little.verdict, Verdict::no_effect_needed);
+  EXPECT_THAT(report::text(laboratory.robot(), campaign, little),
+              HasSubstr("times the stated noise"));
+  const Diagnosis much = diagnosed(0.2);
+  EXPECT_EQ(much.verdict, Verdict::none_of_the_above);
+  EXPECT_TRUE(much.found.empty());
+  EXPECT_THAT(report::text(laboratory.robot(), campaign, much),
+              HasSubstr("times the stated noise"));
+}
+
+// Larger than anybody has seen one, but it explains all that is read: why should it have no name?
+TEST(Verdict, AnEffectOfUnusualSizeThatFitsHasItsName) {
+  Laboratory laboratory(slide);
+  laboratory.hide("clearance", "q", "gap=1.2 mm");
+  const Campaign campaign = laboratory.measure(loops());
+  const Diagnosis d = laboratory.diagnose(campaign, {"clearance", "creep"});
+  EXPECT_EQ(d.verdict, Verdict::named_effect);
+  ASSERT_EQ(d.found.size(), 1u);
+  EXPECT_GT(d.found[0].times_usual, unusual);
+  EXPECT_THAT(report::text(laboratory.robot(), campaign, d),
+              HasSubstr("12 times as large as such an effect usually is"));
+}
+
+// A joint that was assembled askew stands as one that is pushed: the one number of the push is no
+// evidence against the six of the frame.
+TEST(Verdict, ARivalThatFitsAsWellStaysWhateverItsPrior) {
+  Laboratory laboratory(
+      "kinetostat: 1\nname: arm\nunits: {length: mm, force: N, angle: deg}\nchain_types:\n  arm:\n"
+      "    - actuator: {name: q1, axis: Rz, stiffness: 4.0e4 N m/rad}\n    - tool: [400, 0, 0]\n"
+      "    - actuator: {name: q2, axis: Rz, home: 40, stiffness: 2.0e4 N m/rad}\n"
+      "    - tool: [300, 0, 0]\nmanipulator: {chain: arm}\n");
+  laboratory.hide("geometric_error", "q2", "rz=0.2 deg");
+  laboratory.options().displacement = DisplacementKind::absolute;
+  laboratory.options().translation_noise = 1e-5;
+  laboratory.options().components = {true, true, false, false, false, false};
+  std::string plan = "id,q1,q2,fx\n";
+  for (int i = 0; i < 24; ++i)
+    plan += fmt::format("p{},{},{},{}\n", i, 15 * (i % 6), 10 + 30 * (i / 6), 40 * (i % 3));
+  const Diagnosis d = laboratory.diagnose(laboratory.measure(plan), {"preload", "geometric_error"});
+  EXPECT_EQ(d.verdict, Verdict::ambiguous);
+  EXPECT_THAT(d.ambiguous,
+              testing::IsSupersetOf({"preload at arm.q2", "geometric_error at arm.q2"}));
+}
+
 // A lag of one reading is no creep: it would be a name for every hysteresis.
 TEST(Verdict, CreepIsNotFasterThanTheReadings) {
   Laboratory laboratory(slide);
