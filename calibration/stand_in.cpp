@@ -8,7 +8,7 @@ namespace kinetostat::calibration {
 namespace {
 
 constexpr double certain = 0.001;  // chance of a misfit as large, of a model that is refuted
-constexpr double as_well = 0.01;   // the same, of one that is not
+constexpr double as_well = 0.05;   // the same, of one that does as well
 
 // Chance that noise makes a model with fewer unknowns this much worse.
 double p_value_beside(const BaseFit& fewer, const BaseFit& refitted) {
@@ -58,7 +58,7 @@ std::optional<StandIn> stand_in(const vjm::Robot& robot, const Campaign& campaig
   const auto is_enough = [&](const std::vector<Parameter>& some) {
     const auto fit =
         if_possible([&] { return fit_base(predictor, campaign, noise, some, progress); });
-    return fit && p_value_beside(*fit, refitted) > as_well;
+    return fit && p_value_beside(*fit, refitted) > certain;
   };
   for (const Parameter& one : uncertain)
     if (is_enough({one})) return std::nullopt;
