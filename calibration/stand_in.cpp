@@ -10,11 +10,12 @@ namespace {
 constexpr double certain = 0.001;  // chance of a misfit as large, of a model that is refuted
 constexpr double as_well = 0.05;   // the same, of one that does as well
 
-// Chance that noise makes a model with fewer unknowns this much worse.
-double p_value_beside(const BaseFit& fewer, const BaseFit& refitted) {
+// Chance that noise makes a model with fewer unknowns this much worse; nothing where it has no
+// fewer.
+std::optional<double> p_value_beside(const BaseFit& fewer, const BaseFit& refitted) {
   const auto n = static_cast<double>(fewer.degrees_of_freedom() - refitted.degrees_of_freedom());
   const auto rest = static_cast<double>(refitted.degrees_of_freedom());
-  if (n < 1 || rest < 1) return 1;
+  if (n < 1 || rest < 1) return std::nullopt;
   const double noise = std::max(1.0, refitted.squared_error / rest);
   const double f = (fewer.squared_error - refitted.squared_error) / n / noise;
   return f > 0 ? chance_of_larger_f(f, n, rest) : 1;
@@ -52,13 +53,14 @@ std::optional<StandIn> stand_in(const vjm::Robot& robot, const Campaign& campaig
                                 const Noise& noise, const BaseFit& refitted,
                                 const BaseFit& designed, const std::vector<Candidate>& suspects,
                                 int threads, files::Progress& progress, FitJournal* journal) {
-  if (suspects.empty() || p_value_beside(designed, refitted) > certain) return std::nullopt;
+  if (suspects.empty() || p_value_beside(designed, refitted).value_or(1) > certain)
+    return std::nullopt;
   const std::vector<Parameter> uncertain = uncertain_parameters(robot);
   const Predictor predictor(robot.without_effects(), robot.effects, campaign, threads, progress);
   const auto is_enough = [&](const std::vector<Parameter>& some) {
     const auto fit =
         if_possible([&] { return fit_base(predictor, campaign, noise, some, progress); });
-    return fit && p_value_beside(*fit, refitted) > certain;
+    return fit && p_value_beside(*fit, refitted).value_or(1) > certain;
   };
   for (const Parameter& one : uncertain)
     if (is_enough({one})) return std::nullopt;
@@ -70,7 +72,9 @@ std::optional<StandIn> stand_in(const vjm::Robot& robot, const Campaign& campaig
   std::optional<StandIn> best;
   for (const Candidate& suspect : suspects) {
     const auto fit = if_possible([&] { return rivals.fit({suspect}, nullptr, progress); });
-    if (!fit || p_value_beside(*fit, refitted) <= as_well) continue;
+    if (!fit || p_value_beside(*fit, refitted).value_or(0) <= as_well) continue;
+    const ChiSquareTest test = chi_square_test(fit->squared_error, fit->degrees_of_freedom());
+    if (test.p_value < certain) continue;
     if (best && best->test.statistic <= fit->squared_error) continue;
     std::vector<Parameter> own;
     std::copy_if(uncertain.begin(), uncertain.end(), std::back_inserter(own),
@@ -79,8 +83,7 @@ std::optional<StandIn> stand_in(const vjm::Robot& robot, const Campaign& campaig
                  });
     if (!own.empty() && is_enough(own)) continue;
     const FittedValues fitted = fitted_values(*fit, {suspect}).front();
-    best = {suspect, fitted.deviations,
-            chi_square_test(fit->squared_error, fit->degrees_of_freedom())};
+    best = {suspect, fitted.deviations, test};
     best->candidate.effect.values = fitted.values;
   }
   return best;

@@ -9,8 +9,8 @@
 
 namespace kinetostat::calibration {
 
-/// An effect that would not show beside the refit, and that explains the readings as well as the
-/// refit with everything that is uncertain as designed.
+/// An effect that would not show beside the refit, and that explains the readings to their noise
+/// and as well as the refit, by fewer values, with everything that is uncertain as designed.
 struct StandIn {
   Candidate candidate;         // with the fitted values
   Eigen::VectorXd deviations;  // NaN where a bound holds a value
