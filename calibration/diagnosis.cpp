@@ -374,6 +374,11 @@ bool Diagnosis::is_left_open() const {
   return after && after->reduced() > believable_noise * believable_noise;
 }
 
+bool Diagnosis::predicts_no_better() const {
+  return std::any_of(found.begin(), found.end(),
+                     [](const FoundEffect& f) { return !(f.log_score_gain > 0); });
+}
+
 std::string to_string(Verdict verdict) {
   switch (verdict) {
     case Verdict::no_effect_needed:
@@ -459,11 +464,8 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
         above_free_form(model.without, model.alone, model.fit, search.free_form(), d, d.free_form);
     d.rest_p_value = p_value_of_rest(d);
     d.or_something_else = d.above_free_form < doubtful_beside_free_form ||
-                          d.rest_p_value < certain_level || d.is_left_open();
-    d.predicts_no_better = std::any_of(d.found.begin(), d.found.end(), [](const FoundEffect& f) {
-      return !(f.log_score_gain > 0);
-    });
-    d.or_something_else |= d.predicts_no_better;
+                          d.rest_p_value < certain_level || d.is_left_open() ||
+                          d.predicts_no_better();
   }
   take_values(fitted_values(model.fit, model.present), d.found);
   doubt_friction(campaign, d);

@@ -51,8 +51,9 @@ struct Diagnosis {
   bool is_left_open() const;
   /// Gate beside all that was found: with a small one no effect explains the rest.
   double rest_p_value = 1;
-  bool predicts_no_better = false;  // held-out readings, of one that was found
-  bool or_something_else = false;   // that the catalogue lacks, may be what is missing
+  /// Some effect that was found does not help to predict held-out readings.
+  bool predicts_no_better() const;
+  bool or_something_else = false;  // that the catalogue lacks, may be what is missing
   std::vector<WaterfallStage> waterfall;
   std::string held_out;  // what was left out together: "configurations"
   std::vector<Profile> profiles;

@@ -84,7 +84,7 @@ std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Cam
                         d)};
     case Verdict::ambiguous:
       if (!d.or_something_else) return {};
-      if (d.predicts_no_better)
+      if (d.predicts_no_better())
         return {
             "Held-out readings are predicted no better with it than without: it may stand for "
             "something that the catalogue lacks."};
