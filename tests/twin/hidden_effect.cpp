@@ -155,16 +155,17 @@ double periodic(int form, double command) {
   return std::cos(order * command + 0.7 + (form % 2) * std::numbers::pi / 2);
 }
 
-void balance(Built& built, const HiddenEffect& effect) {
+void balance(Built& built, const HiddenEffect& effect, double command) {
   Structure& s = built.structure;
   const Coupling& joint = s.coupling(built.joints.at(effect.at));
-  const Pose frame = s.pose_of(joint.a);
   const Pose behind = s.pose_of(joint.b);
+  // As the joint's axes stand before it turns.
+  const Pose frame{behind.x, behind.R * rotation_of(-command * Vector3::Unit(joint.axis - 3))};
   // The cylinder hangs behind the joint and pulls at a lug of the moving link. In its other forms
   // its foot is a quarter turn further, or it pulls in proportion to its length.
   const Vector3 below = effect.form % 2 == 0 ? Vector3(-0.6, 0, -0.25) : Vector3(0.25, 0, -0.6);
   const Mark lug = s.mark(joint.b.body, {behind * Vector3(-0.05, 0, 0.25), Matrix3::Identity()});
-  const Mark foot = s.mark(joint.a.body, {frame.x + below, Matrix3::Identity()});
+  const Mark foot = s.mark(joint.a.body, {frame * below, Matrix3::Identity()});
   s.add(Strut{foot, lug, effect.size, effect.form < 2 ? 0.55 : 0});
 }
 
@@ -202,7 +203,7 @@ void apply_to_structure(const HiddenEffect& effect, const RobotSpec& robot, cons
       coupling.rest[coupling.axis] += effect.size * periodic(effect.form, joint.command);
     if (effect.name == "bearing_compliance") bear(coupling, effect, joint.turns);
     if (effect.name == "cross_coupling") cross_couple(built, effect.at, effect.size);
-    if (effect.name == "gravity_compensator") balance(built, effect);
+    if (effect.name == "gravity_compensator") balance(built, effect, joint.command);
     if (effect.name == "geometric_error") {
       Vector6 shift;
       shift << effect.size * skew, effect.size * Vector3(skew.z(), skew.x(), skew.y());
