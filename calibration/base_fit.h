@@ -9,6 +9,7 @@
 #include "kinetostat/calibration/least_squares.h"
 #include "kinetostat/calibration/noise.h"
 #include "kinetostat/calibration/predict.h"
+#include "kinetostat/files/error.h"
 
 namespace kinetostat::calibration {
 
@@ -107,6 +108,18 @@ BaseFit predict_others(const Predictor& predictor, const Campaign& others, const
 BaseFit fit_base(const Predictor& predictor, const Campaign& campaign, const Noise& noise,
                  const std::vector<Parameter>& parameters, files::Progress& progress,
                  const BaseFitOptions& options = {});
+
+/// Nothing where a fit finds no equilibrium for some reading, or cannot determine its parameters.
+template <class Fit>
+std::optional<BaseFit> if_possible(const Fit& fit) {
+  try {
+    return fit();
+  } catch (const files::NoConvergence&) {
+    return std::nullopt;
+  } catch (const files::NotIdentifiable&) {
+    return std::nullopt;
+  }
+}
 
 /// The same equations at other values of the parameters (and with other parameters), zeros and
 /// frames as in `fit`. Derivatives are with respect to the last `differentiated` parameters; the

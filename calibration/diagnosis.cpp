@@ -19,20 +19,9 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 constexpr double significance_of_more = 0.01;  // of a further effect beside one that was found
-constexpr double certain_level = 0.005;        // of a rest that no effect explains
+constexpr double level_of_rest = 0.005;        // of a rest that no effect explains
 constexpr double believable_noise = 2;         // times the stated one, to account for a misfit
 constexpr double unexplained_share = 0.3;  // of the misfit: more is another effect, not this one
-
-// How many times its usual size an effect would have: the value for which that is most.
-double times_usual(const Rival& rival) {
-  double most = 0;
-  for (std::size_t k = 0; k < rival.candidate.deviations.size(); ++k) {
-    const vjm::EffectParameter& p = rival.candidate.effect.kind->parameters[k];
-    const double size = std::abs(rival.fit->values[static_cast<Index>(k)] - p.none);
-    if (!p.is_shape) most = std::max(most, size / rival.candidate.deviations[k]);
-  }
-  return most;
-}
 
 // So large that nobody has seen one, and it does not explain the readings better than an error
 // without a form, to their noise.
@@ -43,22 +32,35 @@ bool is_absurd(const DiagnosisStep& step) {
   if (best.fit->log_evidence - free_form < doubtful_beside_free_form) return true;
   if (best.fit->degrees_of_freedom < 1) return true;
   return chi_square_test(best.fit->squared_error, best.fit->degrees_of_freedom).p_value <
-         certain_level;
+         level_of_rest;
+}
+
+// The length of what the laws of those that were found may get wrong, where that looks like a
+// candidate: more of it where both are laws of one joint, or of time and temperature.
+double law_error_like(const std::vector<FoundEffect>& found, const Candidate& candidate) {
+  constexpr double relative_error = 0.25;
+  double most = 0;
+  for (const FoundEffect& f : found) {
+    const bool relatives = are_laws_of_one_joint(f.candidate, candidate) ||
+                           (f.candidate.effect.kind->varies && candidate.effect.kind->varies);
+    most = std::max(most, (relatives ? relative_error : law_error) * f.length);
+  }
+  return most;
 }
 
 // What passes the gate, and helps to predict readings that it has not seen or is far more probable
-// than that nothing is missing. What comes beside an effect may be what that one's law does not get
-// quite right, so it must do both, and stand out further.
-bool is_found(const DiagnosisStep& step) {
+// than that nothing is missing. Beside another effect it must do both, and stand out further.
+bool is_found(const DiagnosisStep& step, const std::vector<FoundEffect>& found) {
   const bool first = step.beside.empty();
   if (step.gate.p_value > (first ? significance_level : significance_of_more)) return false;
   if (step.indistinguishable.empty()) return false;
   if (is_absurd(step)) return false;
-  const RivalFit& best = *step.ranking[0].fit;
-  const bool predicts = best.log_score_gain > best.log_score_deviation;
-  const bool probable = best.log_evidence - step.log_evidence_without > doubtful;
+  const Rival& best = step.ranking[0];
+  const bool predicts = best.fit->log_score_gain > best.fit->log_score_deviation;
+  const bool probable = best.fit->log_evidence - step.log_evidence_without > doubtful;
   if (first) return predicts || probable;
-  return predicts && probable && best.told_apart >= told_apart_from;
+  return predicts && probable && best.fit->told_apart >= told_apart_from &&
+         best.fit->told_apart >= law_error_like(found, best.candidate);
 }
 
 FoundEffect found_effect(const DiagnosisStep& step) {
@@ -69,6 +71,7 @@ FoundEffect found_effect(const DiagnosisStep& step) {
                     .gate_p_value = step.gate.p_value,
                     .log_prior = best.fit->log_prior,
                     .times_usual = times_usual(best),
+                    .length = best.fit->told_apart,
                     .log_score_gain = best.fit->log_score_gain};
   found.candidate.effect.values = best.fit->values;
   for (std::size_t i = 1; i < step.indistinguishable.size(); ++i)
@@ -78,13 +81,7 @@ FoundEffect found_effect(const DiagnosisStep& step) {
 
 std::optional<BaseFit> fit_if_possible(const Rivals& rivals, const std::vector<Candidate>& added,
                                        const BaseFit& start, files::Progress& progress) {
-  try {
-    return rivals.fit(added, &start, progress);
-  } catch (const files::NoConvergence&) {
-    return std::nullopt;
-  } catch (const files::NotIdentifiable&) {
-    return std::nullopt;
-  }
+  return if_possible([&] { return rivals.fit(added, &start, progress); });
 }
 
 // What a round beside all the other effects says of one that was found earlier.
@@ -138,18 +135,28 @@ double above_free_form(const BaseFit& without, const std::vector<BaseFit>& alone
   const double temper = std::max(common_temper(without, alone), temper_of(together));
   instead = free_form.evidence({-without.at.residual, without.at.jacobian}, temper);
   double prior = 0;
-  for (const FoundEffect& found : d.found) prior += found.log_prior;
-  return evidence(together, temper).log + prior - evidence(without, temper).log - instead.log;
+  bool is_usual = true;
+  for (const FoundEffect& found : d.found) {
+    prior += found.log_prior;
+    is_usual &= found.times_usual <= unusual;
+  }
+  return evidence(together, temper, is_usual ? Sizes::usual : Sizes::any).log + prior -
+         evidence(without, temper).log - instead.log;
 }
 
 // Whether there is something more beside all that was found: of the round that looked for it.
-double p_value_of_rest(const Diagnosis& d) {
+void take_rest(Diagnosis& d) {
   std::vector<std::string> names;
   for (const FoundEffect& found : d.found) names.push_back(found.candidate.name());
-  for (const DiagnosisStep& step : d.steps)
-    if (std::is_permutation(step.beside.begin(), step.beside.end(), names.begin(), names.end()))
-      return step.gate.p_value;
-  return 1;
+  const auto step = std::find_if(d.steps.begin(), d.steps.end(), [&](const DiagnosisStep& s) {
+    return std::is_permutation(s.beside.begin(), s.beside.end(), names.begin(), names.end());
+  });
+  if (step == d.steps.end()) return;
+  d.rest_p_value = step->gate.p_value;
+  if (step->ranking.empty() || !step->ranking[0].fit) return;
+  const Rival& best = step->ranking[0];
+  if (best.fit->told_apart < law_error_like(d.found, best.candidate))
+    d.rest_of_laws = best.candidate.name();
 }
 
 // Values and deviations of all that was found, from the fit that has all of it.
@@ -258,7 +265,7 @@ void add_effects(Search& search, const DiagnosisOptions& options, const AddStage
     std::vector<BaseFit> fits;
     DiagnosisStep step = search.step(model.present, model.fit, fits);
     d.steps.push_back(step);
-    if (!is_found(step)) break;
+    if (!is_found(step, d.found)) break;
     model.fit = fits[0];
     if (model.present.empty()) model.alone = std::move(fits);
     model.present.push_back(step.ranking[0].candidate);
@@ -336,7 +343,7 @@ void find_masked_pair(const Rivals& rivals, Search& search, const AddStage& add_
       search.screen({other}, *beside);
       std::vector<BaseFit> fits;
       steps.push_back(search.step({other}, *beside, fits));
-      if (!is_found(steps.back())) break;
+      if (!is_found(steps.back(), found)) break;
       found.push_back(found_effect(steps.back()));
     }
     if (found.size() < 2 || found[0].candidate.name() != pair[0].name() ||
@@ -448,8 +455,9 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   if (!fit.parameters.empty()) add_stage("refitted", fit, {});
   Model model{.present = {}, .fit = fit, .alone = {}, .without = fit};
   add_effects(search, options, add_stage, model, d);
-  const std::vector<Candidate> suspects =
-      d.found.empty() ? search.like_the_refit(designed, fit) : std::vector<Candidate>();
+  const std::vector<Candidate> suspects = d.found.empty() && refutes_design(designed, fit)
+                                              ? search.like_the_refit(designed, fit)
+                                              : std::vector<Candidate>();
   if (d.found.empty() && d.steps[0].gate.p_value > significance_level && options.most_effects > 1)
     find_masked_pair(rivals, search, add_stage, progress, model, d);
   else
@@ -462,10 +470,10 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   if (!d.found.empty()) {
     d.above_free_form =
         above_free_form(model.without, model.alone, model.fit, search.free_form(), d, d.free_form);
-    d.rest_p_value = p_value_of_rest(d);
+    take_rest(d);
     d.or_something_else = d.above_free_form < doubtful_beside_free_form ||
-                          d.rest_p_value < certain_level || d.is_left_open() ||
-                          d.predicts_no_better();
+                          (d.rest_p_value < level_of_rest && d.rest_of_laws.empty()) ||
+                          d.is_left_open() || d.predicts_no_better();
   }
   take_values(fitted_values(model.fit, model.present), d.found);
   doubt_friction(campaign, d);
@@ -474,6 +482,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   d.left = search.free_form().evidence({-model.fit.at.residual, model.fit.at.jacobian},
                                        temper_of(model.fit));
   judge(d);
+  if (d.verdict != Verdict::cannot_tell) d.instead_of_refit.reset();
   if (options.profiles > 0)
     d.profiles = profiles(rivals, model.present, model.fit, options.profiles, progress);
   return d;

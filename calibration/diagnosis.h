@@ -13,7 +13,6 @@
 
 namespace kinetostat::calibration {
 
-inline constexpr double unusual = 9;  // times the usual size of an effect: nobody has seen one
 inline constexpr double structure_level = 0.01;  // of an error without a form, in what is left
 
 enum class Verdict { no_effect_needed, named_effect, ambiguous, none_of_the_above, cannot_tell };
@@ -27,6 +26,7 @@ struct FoundEffect {
   double gate_p_value = 1;
   double log_prior = 0;                   // of kind and place
   double times_usual = 0;                 // how large it is
+  double length = 0;                      // of its mark, over the noise
   double log_score_gain = 0;              // on held-out readings, beside the others
   std::vector<std::string> instead = {};  // what it may be instead
 };
@@ -51,6 +51,9 @@ struct Diagnosis {
   bool is_left_open() const;
   /// Gate beside all that was found: with a small one no effect explains the rest.
   double rest_p_value = 1;
+  /// What looks most like that rest, where it is no more than the laws of what was found may get
+  /// wrong.
+  std::string rest_of_laws;
   /// Some effect that was found does not help to predict held-out readings.
   bool predicts_no_better() const;
   bool or_something_else = false;  // that the catalogue lacks, may be what is missing

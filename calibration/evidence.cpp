@@ -130,9 +130,11 @@ class Posterior {
   std::vector<int> group_;
 };
 
-const std::vector<double>& scales() {
-  static const std::vector<double> all{3, 1, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4};
-  return all;
+const std::vector<double>& scales(Sizes sizes) {
+  static const std::vector<double> usual{3, 1, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4};
+  static const std::vector<double> any{300, 100,  30,   10,   3,    1,    0.3,
+                                       0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4};
+  return sizes == Sizes::usual ? usual : any;
 }
 
 }  // namespace
@@ -158,7 +160,7 @@ double penalised_error(const BaseFit& fit) {
 }
 
 // Groups hardly depend on one another's scale: each is averaged over beside the best of the others.
-Evidence evidence(const BaseFit& fit, double temper) {
+Evidence evidence(const BaseFit& fit, double temper, Sizes sizes) {
   constexpr int rounds = 2;
   Posterior posterior(fit, temper);
   const std::set<int> groups = posterior.groups();
@@ -167,12 +169,12 @@ Evidence evidence(const BaseFit& fit, double temper) {
     averaging = 0;
     for (const int group : groups) {
       std::vector<double> logs;
-      for (const double scale : scales()) {
+      for (const double scale : scales(sizes)) {
         posterior.set_scale(group, scale);
         logs.push_back(posterior.log_evidence());
       }
       const auto best = std::max_element(logs.begin(), logs.end());
-      posterior.set_scale(group, scales()[static_cast<std::size_t>(best - logs.begin())]);
+      posterior.set_scale(group, scales(sizes)[static_cast<std::size_t>(best - logs.begin())]);
       averaging += log_mean_exp(logs) - *best;
     }
   }

@@ -8,6 +8,8 @@ namespace kinetostat::calibration {
 
 /// For one question; several tests of it share the level (Bonferroni).
 inline constexpr double significance_level = 0.05;
+/// Where a model is to be refuted beyond doubt.
+inline constexpr double certain_level = 0.001;
 
 /// Chance that a sum of squares of normal deviates, or a quotient of two mean ones, is larger.
 double chance_of_larger_chi_square(double statistic, double degrees_of_freedom);

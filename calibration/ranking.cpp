@@ -74,6 +74,17 @@ double log_prior(const DiagnosisStep& step, const Rival& rival) {
   return -std::log(static_cast<double>(places) * static_cast<double>(rival.candidate.designs));
 }
 
+// The number of rivals when none has a fit.
+std::size_t most_probable(const DiagnosisStep& step) {
+  std::size_t best = step.ranking.size();
+  for (std::size_t c = 0; c < step.ranking.size(); ++c)
+    if (step.ranking[c].fit &&
+        (best == step.ranking.size() ||
+         step.ranking[c].fit->log_evidence > step.ranking[best].fit->log_evidence))
+      best = c;
+  return best;
+}
+
 // The most probable first.
 std::vector<std::size_t> order_of(const DiagnosisStep& step) {
   std::vector<std::size_t> order(step.ranking.size());
@@ -88,13 +99,6 @@ std::vector<std::size_t> order_of(const DiagnosisStep& step) {
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
   return order;
-}
-
-// Of one joint, which neither remembers anything: what readings must tell is the shape of a law.
-bool are_laws_of_one_joint(const Candidate& a, const Candidate& b) {
-  return a.effect.at == b.effect.at && a.effect.kind->place == vjm::EffectPlace::joint &&
-         b.effect.kind->place == vjm::EffectPlace::joint && a.effect.kind->history == 0 &&
-         b.effect.kind->history == 0;
 }
 
 // A value at the end of its range, which design has not put there.
@@ -113,7 +117,6 @@ bool at_a_bound(const Rival& rival) {
 // one is no reason to drop the other. Laws are idealisations: two of one joint are told apart by
 // more than a tenth of what they do, and one at the end of its range stands for a relative.
 bool leaves_open(const DiagnosisStep& step, const Rival& best, const Rival& other) {
-  constexpr double law_error = 0.1;
   const bool relatives = are_laws_of_one_joint(best.candidate, other.candidate);
   const double limit =
       std::hypot(told_apart_from, relatives ? law_error * best.fit->told_apart : 0.0);
@@ -139,6 +142,29 @@ std::vector<std::size_t> indistinguishable(const DiagnosisStep& step) {
 
 }  // namespace
 
+bool are_laws_of_one_joint(const Candidate& a, const Candidate& b) {
+  const auto is_law = [](const Candidate& c) {
+    return c.effect.kind->place == vjm::EffectPlace::joint && c.effect.kind->history == 0;
+  };
+  const auto shared = [&](const vjm::EffectSite& x) {
+    return std::any_of(b.effect.sites.begin(), b.effect.sites.end(), [&](const vjm::EffectSite& y) {
+      return x.chain == y.chain && x.element == y.element;
+    });
+  };
+  return is_law(a) && is_law(b) &&
+         std::any_of(a.effect.sites.begin(), a.effect.sites.end(), shared);
+}
+
+double times_usual(const Rival& rival) {
+  double most = 0;
+  for (std::size_t k = 0; k < rival.candidate.deviations.size(); ++k) {
+    const vjm::EffectParameter& p = rival.candidate.effect.kind->parameters[k];
+    const double size = std::abs(rival.fit->values[static_cast<Index>(k)] - p.none);
+    if (!p.is_shape) most = std::max(most, size / rival.candidate.deviations[k]);
+  }
+  return most;
+}
+
 double common_temper(const BaseFit& without, const std::vector<BaseFit>& fits) {
   double temper = temper_of(without);
   for (const BaseFit& fit : fits)
@@ -154,17 +180,21 @@ std::size_t weigh(const BaseFit& without, const std::vector<BaseFit>& fits,
   step.squared_error_without = without.squared_error;
   step.free_form = free_form.evidence({-without.at.residual, without.at.jacobian}, temper);
   const HeldOut plain = held_out(without.at, known.information, groups, temper);
-  std::size_t best = fits.size();
   for (std::size_t c = 0; c < fits.size(); ++c) {
     if (fits[c].values == 0) continue;
     Rival& rival = step.ranking[c];
     rival.fit = rival_fit(fits[c], rival.candidate, temper, groups, plain);
     rival.fit->log_prior = log_prior(step, rival);
     rival.fit->log_evidence += rival.fit->log_prior;
-    if (best == fits.size() || rival.fit->log_evidence > step.ranking[best].fit->log_evidence)
-      best = c;
   }
+  std::size_t best = most_probable(step);
   if (best == fits.size()) return best;
+  if (times_usual(step.ranking[best]) > unusual) {
+    for (std::size_t c = 0; c < fits.size(); ++c)
+      if (RivalFit* fit = step.ranking[c].fit ? &*step.ranking[c].fit : nullptr)
+        fit->log_evidence = evidence(fits[c], temper, Sizes::any).log + fit->log_prior;
+    best = most_probable(step);
+  }
   share_probability(step);
   tell_apart(without, fits, best, step);
   return best;

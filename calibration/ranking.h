@@ -16,6 +16,8 @@ inline constexpr double told_apart_from = 4;  // d' that names an effect against
 inline constexpr double doubtful = 4.6;       // difference of log evidence below which both remain
 /// The same for an effect and the free-form rival, which is all that the catalogue lacks: 1 : 20.
 inline constexpr double doubtful_beside_free_form = 3;
+/// Share of what an effect does that its law may get wrong: laws are idealisations.
+inline constexpr double law_error = 0.1;
 /// Below this, that rival is the likelier one.
 inline constexpr double beaten_by_free_form = 0;
 
@@ -73,15 +75,23 @@ struct DiagnosisStep {
   Eigen::MatrixXd confusion;
 };
 
+inline constexpr double unusual = 9;  // times the usual size of an effect: nobody has seen one
+/// How many times its usual size a fitted effect has: the value for which that is most.
+double times_usual(const Rival& rival);
+
 /// The weight of readings that makes the evidence of several models comparable: that of the one
 /// which leaves least. Fits without values do not count.
 double common_temper(const BaseFit& without, const std::vector<BaseFit>& fits);
 
 /// Evidence, held-out scores and what tells the best from the others, of all that have a fit (one
-/// entry a rival; without values where there is none), and of the free-form rival. Returns which is
-/// the best, the number of rivals when none has a fit.
+/// entry a rival; without values where there is none), and of the free-form rival. Where the best
+/// has an unusual size, any size is as likely as the usual one. Returns which is the best, the
+/// number of rivals when none has a fit.
 std::size_t weigh(const BaseFit& without, const std::vector<BaseFit>& fits,
                   const HeldOutGroups& groups, const FreeForm& free_form, DiagnosisStep& step);
+
+/// Of one joint, which neither remembers anything: what readings must tell is the shape of a law.
+bool are_laws_of_one_joint(const Candidate& a, const Candidate& b);
 
 /// Brings ranking and fits in order, the best first, and says what may be it.
 void arrange(DiagnosisStep& step, std::vector<BaseFit>& fits);

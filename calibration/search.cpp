@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
@@ -18,10 +19,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::size_t most_fits = 16;  // in one round
-constexpr int most_starts = 4;         // of one fit
-constexpr std::size_t most_pairs = 4;  // of masked ones
-constexpr double least_kept = 0.3;     // of what a mark explains: a fit with less has failed
+constexpr std::size_t most_fits = 16;   // in one round
+constexpr std::size_t most_starts = 4;  // of one fit
+constexpr std::size_t most_pairs = 4;   // of masked ones
+constexpr double least_kept = 0.3;      // of what a mark explains: a fit with less has failed
 
 // What a fit cannot absorb of marks that are there.
 std::string why_unobservable(const Candidate& candidate, const Rivals::Marks& marks,
@@ -45,6 +46,25 @@ Candidate resized(Candidate start, double size) {
                                           (start.effect.values[0] - leading.none);
   start.effect.values[0] = std::clamp(value, leading.lower, leading.upper);
   return start;
+}
+
+// The candidate turned by a quarter, a half and three quarters.
+std::vector<Candidate> other_phases(const Candidate& candidate) {
+  const auto& parameters = candidate.effect.kind->parameters;
+  std::vector<Candidate> result;
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    for (const int quarters : {1, 2, -1}) {
+      if (!parameters[k].is_phase) continue;
+      result.push_back(candidate);
+      result.back().effect.values[static_cast<Index>(k)] += quarters * std::numbers::pi / 2;
+    }
+  return result;
+}
+
+// Fits from both would be the same.
+bool are_near(const Candidate& a, const Candidate& b) {
+  const VectorXd &x = a.effect.values, &y = b.effect.values;
+  return ((x - y).array().abs() <= 0.1 * x.array().abs().max(y.array().abs())).all();
 }
 
 // Those that are worth a fit, the most surprising first.
@@ -209,23 +229,48 @@ double Search::explained_by(std::size_t candidate, const Screen& screen,
   return most;
 }
 
-// Where fits of a candidate begin: from the marks that explain most, at the size that each asks
-// for, then as they are. Gaps, breakaway forces and corners have several minima.
-std::vector<Candidate> Search::starts_of(std::size_t candidate, const Screen& screen,
-                                         const ResidualSpace& space) const {
-  std::vector<std::pair<double, std::size_t>> marks;  // what each explains, negative; which it is
+// All places where fits of a candidate may begin. Where it has a phase, that is tried all round,
+// and only the effect itself counts there, in its own direction: a mark with all its shapes would
+// explain as much from wherever it is looked at.
+std::vector<Search::Look> Search::looks_of(std::size_t candidate,
+                                           const std::vector<Candidate>& present,
+                                           const BaseFit& fit, const Screen& screen,
+                                           const ResidualSpace& space) const {
+  const std::vector<Candidate> turned = other_phases(candidates_[candidate]);
+  std::vector<Look> looks;
+  const auto add = [&](const Candidate& as_it_is, const Signature& signature, double explained) {
+    const VectorXd mark = space.left_of(signature.columns.col(0));
+    const double length = std::max(1e-300, mark.norm());
+    const double along = mark.dot(space.residual()) / length;
+    if (!turned.empty()) explained = std::pow(std::max(0.0, along), 2);
+    looks.push_back({explained, as_it_is, resized(as_it_is, along / length)});
+  };
   for (std::size_t i = 0; i < signatures_.size(); ++i)
     if (owner_[i].first == candidate)
-      marks.emplace_back(-screen.score(i, space.residual()).explained, i);
-  std::stable_sort(marks.begin(), marks.end());
-  std::vector<Candidate> starts, as_they_are;
-  for (const auto& [explained, i] : marks) {
-    const VectorXd mark = space.left_of(signatures_[i].columns.col(0));
-    const double size = mark.dot(space.residual()) / std::max(1e-300, mark.squaredNorm());
-    as_they_are.push_back(marks_[candidate].starts[owner_[i].second]);
-    starts.push_back(resized(as_they_are.back(), size));
+      add(marks_[candidate].starts[owner_[i].second], signatures_[i],
+          screen.score(i, space.residual()).explained);
+  files::SilentPart silent(progress_);
+  for (const Candidate& other : turned) {
+    const Rivals::Marks marks = rivals_.marks_of(other, present, fit, silent);
+    for (std::size_t s = 0; s < marks.signatures.size(); ++s)
+      add(marks.starts[s], marks.signatures[s], 0);
   }
-  starts.insert(starts.end(), as_they_are.begin(), as_they_are.end());
+  std::stable_sort(looks.begin(), looks.end(),
+                   [](const Look& a, const Look& b) { return a.explained > b.explained; });
+  return looks;
+}
+
+// Where fits of a candidate begin: from the marks that explain most, at the size that each asks
+// for, then as they are. Gaps, breakaway forces, corners and phases have several minima.
+std::vector<Candidate> Search::starts_of(const std::vector<Look>& looks) {
+  std::vector<Candidate> starts;
+  const auto keep = [&](const Candidate& start) {
+    if (std::none_of(starts.begin(), starts.end(),
+                     [&](const Candidate& other) { return are_near(start, other); }))
+      starts.push_back(start);
+  };
+  for (const Look& look : looks) keep(look.resized);
+  for (const Look& look : looks) keep(look.as_it_is);
   return starts;
 }
 
@@ -274,10 +319,11 @@ void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit&
     progress_.report("fits", static_cast<double>(o) / static_cast<double>(order.size()));
     const std::size_t c = order[o];
     const double promised = explained_by(c, screen, space);
+    const double slack = std::min(promised / 2, told_apart_from * told_apart_from);
     std::string reason;
-    int tried = 0;
-    for (const Candidate& start : starts_of(c, screen, space)) {
-      if (++tried > most_starts) break;
+    std::vector<Candidate> starts = starts_of(looks_of(c, present, fit, screen, space));
+    if (starts.size() > most_starts) starts.resize(most_starts);
+    for (const Candidate& start : starts) {
       std::vector<Candidate> added = present;
       added.push_back(start);
       try {
@@ -285,8 +331,8 @@ void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit&
         BaseFit found = rivals_.fit(added, &fit, silent);
         if (fits[c].values == 0 || penalised_error(found) < penalised_error(fits[c]))
           fits[c] = std::move(found);
-        // What its mark promised; less is a minimum that is not the lowest.
-        if (fit.squared_error - fits[c].squared_error > 0.5 * promised) break;
+        // What its mark promised; far less is a minimum that is not the lowest.
+        if (fit.squared_error - fits[c].squared_error > promised - slack) break;
       } catch (const files::Cancelled&) {
         throw;
       } catch (const std::runtime_error& error) {

@@ -69,8 +69,14 @@ class Search {
                      std::vector<BaseFit>& fits);
   double explained_by(std::size_t candidate, const Screen& screen,
                       const ResidualSpace& space) const;
-  std::vector<Candidate> starts_of(std::size_t candidate, const Screen& screen,
-                                   const ResidualSpace& space) const;
+  struct Look {
+    double explained;  // of the squared residual
+    Candidate as_it_is, resized;
+  };
+  std::vector<Look> looks_of(std::size_t candidate, const std::vector<Candidate>& present,
+                             const BaseFit& fit, const Screen& screen,
+                             const ResidualSpace& space) const;
+  static std::vector<Candidate> starts_of(const std::vector<Look>& looks);
   void find_imitators(const BaseFit& without, const BaseFit& best, DiagnosisStep& step) const;
   void confuse(const Screen& screen, DiagnosisStep& step) const;
 

@@ -2,13 +2,10 @@
 
 #include <algorithm>
 
-#include "kinetostat/files/error.h"
-
 namespace kinetostat::calibration {
 namespace {
 
-constexpr double certain = 0.001;  // chance of a misfit as large, of a model that is refuted
-constexpr double as_well = 0.05;   // the same, of one that does as well
+constexpr double as_well = 0.05;  // chance of a misfit as large, of a model that does as well
 
 // Chance that noise makes a model with fewer unknowns this much worse; nothing where it has no
 // fewer.
@@ -19,17 +16,6 @@ std::optional<double> p_value_beside(const BaseFit& fewer, const BaseFit& refitt
   const double noise = std::max(1.0, refitted.squared_error / rest);
   const double f = (fewer.squared_error - refitted.squared_error) / n / noise;
   return f > 0 ? chance_of_larger_f(f, n, rest) : 1;
-}
-
-template <class Fit>
-std::optional<BaseFit> if_possible(const Fit& fit) {
-  try {
-    return fit();
-  } catch (const files::NoConvergence&) {
-    return std::nullopt;
-  } catch (const files::NotIdentifiable&) {
-    return std::nullopt;
-  }
 }
 
 bool is_at(const Parameter& parameter, const vjm::Effect& effect, const vjm::Manipulator& bare) {
@@ -49,18 +35,21 @@ bool is_at(const Parameter& parameter, const vjm::Effect& effect, const vjm::Man
 
 }  // namespace
 
+bool refutes_design(const BaseFit& designed, const BaseFit& refitted) {
+  return p_value_beside(designed, refitted).value_or(1) <= certain_level;
+}
+
 std::optional<StandIn> stand_in(const vjm::Robot& robot, const Campaign& campaign,
                                 const Noise& noise, const BaseFit& refitted,
                                 const BaseFit& designed, const std::vector<Candidate>& suspects,
                                 int threads, files::Progress& progress, FitJournal* journal) {
-  if (suspects.empty() || p_value_beside(designed, refitted).value_or(1) > certain)
-    return std::nullopt;
+  if (suspects.empty() || !refutes_design(designed, refitted)) return std::nullopt;
   const std::vector<Parameter> uncertain = uncertain_parameters(robot);
   const Predictor predictor(robot.without_effects(), robot.effects, campaign, threads, progress);
   const auto is_enough = [&](const std::vector<Parameter>& some) {
     const auto fit =
         if_possible([&] { return fit_base(predictor, campaign, noise, some, progress); });
-    return fit && p_value_beside(*fit, refitted).value_or(1) > certain;
+    return fit && p_value_beside(*fit, refitted).value_or(1) > certain_level;
   };
   for (const Parameter& one : uncertain)
     if (is_enough({one})) return std::nullopt;
@@ -74,7 +63,7 @@ std::optional<StandIn> stand_in(const vjm::Robot& robot, const Campaign& campaig
     const auto fit = if_possible([&] { return rivals.fit({suspect}, nullptr, progress); });
     if (!fit || p_value_beside(*fit, refitted).value_or(0) <= as_well) continue;
     const ChiSquareTest test = chi_square_test(fit->squared_error, fit->degrees_of_freedom());
-    if (test.p_value < certain) continue;
+    if (test.p_value < certain_level) continue;
     if (best && best->test.statistic <= fit->squared_error) continue;
     std::vector<Parameter> own;
     std::copy_if(uncertain.begin(), uncertain.end(), std::back_inserter(own),

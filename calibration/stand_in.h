@@ -17,10 +17,13 @@ struct StandIn {
   ChiSquareTest test;          // of the model as designed with it
 };
 
-/// The best of those suspects that do so, if any: where the model as designed is refuted for
-/// certain, and neither one uncertain parameter alone nor those at the effect's own place do it, so
-/// that one cause behind several changes is the simpler explanation. `refitted` and `designed`:
-/// fits of the robot with and without what is uncertain. Keeps nothing.
+/// Whether the readings refute the model with all that is uncertain as designed. `designed` and
+/// `refitted`: fits without and with what is uncertain.
+bool refutes_design(const BaseFit& designed, const BaseFit& refitted);
+
+/// The best of those suspects that do so, if any: where the design is refuted, and neither one
+/// uncertain parameter alone nor those at the effect's own place do it, so that one cause behind
+/// several changes is the simpler explanation. Keeps nothing.
 std::optional<StandIn> stand_in(const vjm::Robot& robot, const Campaign& campaign,
                                 const Noise& noise, const BaseFit& refitted,
                                 const BaseFit& designed, const std::vector<Candidate>& suspects,

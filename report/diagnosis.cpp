@@ -82,7 +82,13 @@ std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Cam
                             ? "Something is left that no effect of the catalogue explains. It"
                             : "The nearest effect leaves too much unexplained, and what is left",
                         d)};
+    case Verdict::named_effect:
     case Verdict::ambiguous:
+      if (!d.or_something_else && !d.rest_of_laws.empty())
+        return {
+            fmt::format("What is left looks most like {} (gate p = {}), but is no more than the "
+                        "law of what was found may get wrong.",
+                        d.rest_of_laws, number(d.rest_p_value, 2))};
       if (!d.or_something_else) return {};
       if (d.predicts_no_better())
         return {
@@ -116,7 +122,7 @@ std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Cam
       if (!d.missing.empty()) return {};
       return {"No effect of its usual size would show in these readings."};
     case Verdict::no_effect_needed:
-      if (!d.before || d.before->p_value > 0.001) return {};
+      if (!d.before || d.before->p_value > calibration::certain_level) return {};
       return {fmt::format(
           "The misfit is {} times the stated noise (p = {}): that is too small, or something is "
           "missing that these readings do not show.",
@@ -340,6 +346,7 @@ Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, con
             {"chi_square_before", test_json(d.before)},
             {"chi_square_after", test_json(d.after)},
             {"rest_p_value", d.rest_p_value},
+            {"rest_of_laws", d.rest_of_laws.empty() ? Json() : Json(d.rest_of_laws)},
             {"or_something_else", d.or_something_else},
             {"above_free_form", d.found.empty() ? Json() : Json(d.above_free_form)},
             {"structure_left",

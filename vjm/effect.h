@@ -39,6 +39,9 @@ struct EffectParameter {
   bool required = true;  // otherwise `none` when not given
   /// Not how large the effect is but how it acts: without the effect it means nothing.
   bool is_shape = false;
+  /// An angle about which the effect goes round [rad]: any may be the right one, and a search
+  /// starts from all sides.
+  bool is_phase = false;
   /// Where design fixes it: the values that it usually has [SI]. A search for what is missing tries
   /// each, and fits none.
   std::vector<double> usual_linear = {}, usual_angular = {};

@@ -57,13 +57,16 @@ TEST(Evidence, IsTheDensityOfTheReadingsInALinearModel) {
 }
 
 TEST(Evidence, AveragesOverAnUnknownScale) {
-  for (const double slope : {0.0, 0.4, 5.0}) {
-    const VectorXd y = measured(slope);
-    double sum = 0;
-    const std::vector<double> scales{3, 1, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4};
-    for (const double scale : scales) sum += std::exp(density(y, scale * 0.8));
-    EXPECT_NEAR(evidence(fit_of(y, ramp(), 0.8, 0), 1).log, std::log(sum / double(scales.size())),
-                1e-9);
+  std::vector<double> scales{3, 1, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4};
+  for (const Sizes sizes : {Sizes::usual, Sizes::any}) {
+    if (sizes == Sizes::any) scales.insert(scales.begin(), {300, 100, 30, 10});
+    for (const double slope : {0.0, 0.4, 5.0, 50.0}) {
+      const VectorXd y = measured(slope);
+      double sum = 0;
+      for (const double scale : scales) sum += std::exp(density(y, scale * 0.8));
+      EXPECT_NEAR(evidence(fit_of(y, ramp(), 0.8, 0), 1, sizes).log,
+                  std::log(sum / double(scales.size())), 1e-9);
+    }
   }
 }
 

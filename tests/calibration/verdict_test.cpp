@@ -83,6 +83,84 @@ TEST(Verdict, AnEffectOfUnusualSizeThatFitsHasItsName) {
               HasSubstr("12 times as large as such an effect usually is"));
 }
 
+// A straight drift of twenty times its usual size. An error without a form has no size of its own:
+// that is no evidence for it.
+TEST(Verdict, AnUnusualSizeIsNoReasonForAnErrorWithoutAForm) {
+  Laboratory laboratory(slide);
+  laboratory.hide("session_drift", "sensor", "z=0.1 um/s");
+  const Diagnosis d =
+      laboratory.diagnose(laboratory.measure(loops()), {"session_drift", "creep", "friction"});
+  EXPECT_EQ(d.verdict, Verdict::named_effect);
+  ASSERT_EQ(d.found.size(), 1u);
+  EXPECT_EQ(d.found[0].candidate.name(), "session_drift at sensor");
+  EXPECT_GT(d.found[0].times_usual, unusual);
+  EXPECT_LT(d.steps[0].free_form_probability, 1e-3);
+}
+
+// A gap with softer corners than those of the catalogue. What is left of it looks like another law
+// of the joint, and is none.
+TEST(Verdict, WhatALawGetsWrongIsNoSecondEffect) {
+  Laboratory laboratory(
+      slide +
+      "effect_kinds:\n  soft_gap: {force: '1e6 * (sqrt((d - g)^2 + (0.5 * g)^2) - "
+      "sqrt((d + g)^2 + (0.5 * g)^2)) / 2', parameters: {g: {unit: mm, between: [0, 10], prior: "
+      "0.1}}}\n");
+  laboratory.hide("soft_gap", "q", "g=0.1 mm");
+  const Campaign campaign = laboratory.measure(loops());
+  const Diagnosis d =
+      laboratory.diagnose(campaign, {"clearance", "piecewise_stiffness", "friction", "creep"});
+  ASSERT_EQ(d.found.size(), 1u);
+  EXPECT_EQ(d.found[0].candidate.name(), "clearance at cell.q");
+  EXPECT_LT(d.rest_p_value, 0.01);
+  EXPECT_EQ(d.rest_of_laws, "piecewise_stiffness at cell.q");
+  EXPECT_FALSE(d.or_something_else);
+  EXPECT_THAT(report::text(laboratory.robot(), campaign, d),
+              HasSubstr("no more than the law of what was found may get wrong"));
+}
+
+// Beside one effect another one of a tenth of its size may be its law; one of a third is another.
+TEST(Verdict, ASecondEffectIsMoreThanALawMayGetWrong) {
+  const auto diagnosed = [](const std::string& drift) {
+    Laboratory laboratory(slide);
+    laboratory.hide("friction", "q", "force=300 N,presliding=3 um");
+    laboratory.hide("session_drift", "sensor", drift);
+    return laboratory.diagnose(laboratory.measure(loops()), {"friction", "session_drift"});
+  };
+  const Diagnosis small = diagnosed("z=0.01 um/s"), large = diagnosed("z=0.04 um/s");
+  ASSERT_EQ(small.found.size(), 1u);
+  EXPECT_EQ(small.found[0].candidate.name(), "friction at cell.q");
+  EXPECT_EQ(small.rest_of_laws, "session_drift at sensor");
+  ASSERT_EQ(large.found.size(), 2u);
+  EXPECT_EQ(large.rest_of_laws, "");
+}
+
+// The law of a balancer goes round with its phase and has minima on all sides; a wrong one would
+// leave the name to an error of the gear, which is nearly a sine of the angle as well.
+TEST(Verdict, ABalancerIsFoundWhateverItsPhase) {
+  for (const int phase : {-150, -80, 10, 100}) {
+    Laboratory laboratory(
+        "kinetostat: 1\nname: arm\nunits: {length: mm, force: N, angle: deg}\n"
+        "gravity: {direction: [0, 0, -1]}\nchain_types:\n  arm:\n"
+        "    - actuator: {name: q1, axis: Ry, stiffness: 1.0e6 N m/rad}\n"
+        "    - tool: [0, 0, 1000]\nmanipulator: {chain: arm}\nuncertain:\n  - {stiffness: q1}\n");
+    laboratory.hide("gravity_compensator", "q1",
+                    fmt::format("stiffness=20 N/mm,arm=250 mm,distance=650 mm,free_length=500 mm,"
+                                "angle={} deg",
+                                phase));
+    laboratory.options().displacement = DisplacementKind::absolute;
+    laboratory.options().translation_noise = 1e-5;
+    laboratory.options().components = {true, false, true, false, false, false};
+    std::string plan = "id,q1,fx\n";
+    for (int i = 0; i < 30; ++i)
+      plan += fmt::format("p{},{},{}\n", i, -120 + 8 * i, 400 * (i % 3 - 1));
+    const Diagnosis d = laboratory.diagnose(laboratory.measure(plan),
+                                            {"gravity_compensator", "eccentricity", "payload"});
+    ASSERT_FALSE(d.found.empty()) << phase;
+    EXPECT_EQ(d.found[0].candidate.name(), "gravity_compensator at arm.q1") << phase;
+    EXPECT_LT(d.after->reduced(), 1.3) << phase;
+  }
+}
+
 // A joint that was assembled askew stands as one that is pushed: the one number of the push is no
 // evidence against the six of the frame.
 TEST(Verdict, ARivalThatFitsAsWellStaysWhateverItsPrior) {

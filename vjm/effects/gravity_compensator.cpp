@@ -87,7 +87,8 @@ class GravityCompensator : public EffectKind {
                    .upper = 6.3,
                    .prior_sd = 1,
                    .required = false,
-                   .is_shape = true}};
+                   .is_shape = true,
+                   .is_phase = true}};
   }
 
   void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
