@@ -102,6 +102,8 @@ struct Campaign {
   std::vector<Configuration> configurations;  // the distinct ones
   std::vector<std::string> sessions;          // sorted; {""} when there is no such column
   std::vector<Covariate> covariates;
+  /// What the table calls the coordinates of joints, by their whole names.
+  std::map<std::string, std::string> joint_columns;
   std::vector<spatial::Matrix6> correlations;  // the distinct ones; positive definite
   /// Covariance of the noise of each reading's wrench [force; moment], base axes, about its point
   /// [N, N m]; empty: wrenches are taken to be exact.

@@ -238,6 +238,7 @@ Campaign planned_readings(const Campaign& like, DisplacementKind displacement,
   campaign.name = "plan";
   campaign.units = like.units;
   campaign.observation = like.observation;
+  campaign.joint_columns = like.joint_columns;
   campaign.displacement = displacement;
   campaign.noise_stated = true;
   campaign.sessions = {"planned"};

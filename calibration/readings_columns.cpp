@@ -132,7 +132,10 @@ class ColumnFinder {
       const auto& reserved = reserved_names();
       if (!found && std::find(reserved.begin(), reserved.end(), joint.alone) == reserved.end())
         found = column(joint.alone);
-      if (found) found_.joints.push_back({*found, joint.name, joint.dimension});
+      if (found) {
+        found_.joints.push_back({*found, joint.name, joint.dimension});
+        campaign_.joint_columns[joint.name] = table_.columns()[*found];
+      }
       if (!found && joint.actuated) missing.push_back(joint.alone);
     }
     if (!found_.joints.empty() && !missing.empty())

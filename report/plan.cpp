@@ -86,8 +86,12 @@ class PostureColumns {
     std::string text;
     if (posed_) text += ",x,y,z";
     if (turned_) text += ",roll,pitch,yaw";
-    for (const auto& [name, turns] : joints_)
-      text += "," + calibration::joint_column(robot_.manipulator, name);
+    for (const auto& [name, turns] : joints_) {
+      const auto given = plan_.joint_columns.find(name);
+      text += "," + (given != plan_.joint_columns.end()
+                         ? given->second
+                         : calibration::joint_column(robot_.manipulator, name));
+    }
     return text;
   }
   std::string cells(const Reading& reading) const {

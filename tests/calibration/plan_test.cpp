@@ -426,6 +426,22 @@ TEST(Plan, IsTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(table(1), table(3));
 }
 
+// So that its rows can be put below those that are there.
+TEST(Plan, CallsJointsAsTheReadingsDo) {
+  for (const std::string column : {"q", "cell.q"}) {
+    Laboratory laboratory(slide);
+    Campaign campaign = laboratory.measure("id,q,cycle,step,fz\na,5,1,0,300\nb,5,1,1,600\n");
+    campaign.joint_columns = {{"cell.q", column}};
+    files::Progress silent;
+    const std::string table = report::plan_table(
+        laboratory.robot(),
+        plan(laboratory.robot(), campaign,
+             between(laboratory.robot(), {"friction at cell.q", "clearance at cell.q"}),
+             {.minutes = 60}, 1, silent));
+    EXPECT_THAT(table, HasSubstr("," + column + ","));
+  }
+}
+
 TEST(Plan, RefusesWhatIsNoDiagnosis) {
   Laboratory laboratory(slide);
   EXPECT_THROW((void)question_of(laboratory.robot(), {{"verdict", 3}}, "d.json", {}),
