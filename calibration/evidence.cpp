@@ -1,8 +1,10 @@
 #include "kinetostat/calibration/evidence.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
+#include <span>
 
 #include <Eigen/Cholesky>
 
@@ -130,11 +132,10 @@ class Posterior {
   std::vector<int> group_;
 };
 
-const std::vector<double>& scales(Sizes sizes) {
-  static const std::vector<double> usual{3, 1, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4};
-  static const std::vector<double> any{300, 100,  30,   10,   3,    1,    0.3,
-                                       0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4};
-  return sizes == Sizes::usual ? usual : any;
+std::span<const double> scales(Sizes sizes) {
+  static constexpr std::array<double, 14> all{300, 100,  30,   10,   3,    1,    0.3,
+                                              0.1, 0.03, 0.01, 3e-3, 1e-3, 3e-4, 1e-4};
+  return std::span(all).subspan(sizes == Sizes::usual ? 4 : 0);
 }
 
 }  // namespace

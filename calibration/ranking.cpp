@@ -74,17 +74,6 @@ double log_prior(const DiagnosisStep& step, const Rival& rival) {
   return -std::log(static_cast<double>(places) * static_cast<double>(rival.candidate.designs));
 }
 
-// The number of rivals when none has a fit.
-std::size_t most_probable(const DiagnosisStep& step) {
-  std::size_t best = step.ranking.size();
-  for (std::size_t c = 0; c < step.ranking.size(); ++c)
-    if (step.ranking[c].fit &&
-        (best == step.ranking.size() ||
-         step.ranking[c].fit->log_evidence > step.ranking[best].fit->log_evidence))
-      best = c;
-  return best;
-}
-
 // The most probable first.
 std::vector<std::size_t> order_of(const DiagnosisStep& step) {
   std::vector<std::size_t> order(step.ranking.size());
@@ -99,6 +88,12 @@ std::vector<std::size_t> order_of(const DiagnosisStep& step) {
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
   return order;
+}
+
+// The number of rivals when none has a fit.
+std::size_t most_probable(const DiagnosisStep& step) {
+  const std::vector<std::size_t> order = order_of(step);
+  return order.empty() || !step.ranking[order[0]].fit ? order.size() : order[0];
 }
 
 // A value at the end of its range, which design has not put there.
@@ -191,7 +186,7 @@ std::size_t weigh(const BaseFit& without, const std::vector<BaseFit>& fits,
   if (best == fits.size()) return best;
   if (times_usual(step.ranking[best]) > unusual) {
     for (std::size_t c = 0; c < fits.size(); ++c)
-      if (RivalFit* fit = step.ranking[c].fit ? &*step.ranking[c].fit : nullptr)
+      if (auto& fit = step.ranking[c].fit)
         fit->log_evidence = evidence(fits[c], temper, Sizes::any).log + fit->log_prior;
     best = most_probable(step);
   }

@@ -16,10 +16,11 @@ inline constexpr double told_apart_from = 4;  // d' that names an effect against
 inline constexpr double doubtful = 4.6;       // difference of log evidence below which both remain
 /// The same for an effect and the free-form rival, which is all that the catalogue lacks: 1 : 20.
 inline constexpr double doubtful_beside_free_form = 3;
-/// Share of what an effect does that its law may get wrong: laws are idealisations.
-inline constexpr double law_error = 0.1;
 /// Below this, that rival is the likelier one.
 inline constexpr double beaten_by_free_form = 0;
+/// Share of what an effect does that its law may get wrong: laws are idealisations.
+inline constexpr double law_error = 0.1;
+inline constexpr double unusual = 9;  // times the usual size of an effect: nobody has seen one
 
 /// Why readings do not show what is not one of their unknowns but acts as those do.
 inline constexpr const char* absorbed =
@@ -75,7 +76,6 @@ struct DiagnosisStep {
   Eigen::MatrixXd confusion;
 };
 
-inline constexpr double unusual = 9;  // times the usual size of an effect: nobody has seen one
 /// How many times its usual size a fitted effect has: the value for which that is most.
 double times_usual(const Rival& rival);
 

@@ -118,7 +118,8 @@ TEST(Verdict, WhatALawGetsWrongIsNoSecondEffect) {
               HasSubstr("no more than the law of what was found may get wrong"));
 }
 
-// Beside one effect another one of a tenth of its size may be its law; one of a third is another.
+// Beside one effect another one of a thirtieth of its size may be its law; one of a seventh is
+// another.
 TEST(Verdict, ASecondEffectIsMoreThanALawMayGetWrong) {
   const auto diagnosed = [](const std::string& drift) {
     Laboratory laboratory(slide);
