@@ -71,6 +71,10 @@ class CoordinateLaw {
   /// The law sits between the two bodies of the joint (a stop, friction), not in the drive: it does
   /// not change with the rest value when the joint stands still.
   virtual bool is_beside_drive() const { return false; }
+  /// Whether the force bends within a step from a state so that its tangent there says little of
+  /// where the step ends. `step` [m or rad] may be made shorter: to where the force is steep, when
+  /// it is flat on both sides of that.
+  virtual bool bends(const JointState& /*from*/, double& /*step*/) const { return false; }
 };
 
 /// A joint that may move freely between two stops and meets a contact spring beyond them.

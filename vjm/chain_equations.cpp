@@ -132,6 +132,19 @@ void ChainEquations::add_increment(const VectorXd& scaled, double factor, Vector
     full[free_[static_cast<std::size_t>(k)]] += factor * scaled[k] / unit_[k];
 }
 
+bool ChainEquations::bends(const VectorXd& from, VectorXd& to) const {
+  bool any = false;
+  for (const auto& [k, law] : chain_.laws()) {
+    double step = to[k] - from[k];
+    if (!law->bends({from[k], from[k] - rest_[k], chain_.stiffness()(k, k), from[k] - commands_[k]},
+                    step))
+      continue;
+    any = true;
+    to[k] = from[k] + step;
+  }
+  return any;
+}
+
 void ChainEquations::linearise(bool factorise) {
   const Index n = size();
   hessian_ = -chain_.stiffness();

@@ -81,6 +81,9 @@ class ChainEquations {
   Eigen::VectorXd full_increment(const Eigen::VectorXd& scaled) const;
   /// Adds `factor` times that to coordinates.
   void add_increment(const Eigen::VectorXd& scaled, double factor, Eigen::VectorXd& full) const;
+  /// Whether a law bends between coordinates; the step to `to` is made shorter as CoordinateLaw has
+  /// it.
+  bool bends(const Eigen::VectorXd& from, Eigen::VectorXd& to) const;
   /// The inverse, for the coordinates that are free.
   Eigen::VectorXd scaled_increment(const Eigen::VectorXd& full) const;
 

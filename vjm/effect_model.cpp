@@ -228,10 +228,11 @@ ReadingErrors EffectModel::tangent_of(const ModelParameter& parameter,
 void EffectModel::differentiate(const Case& at, const Response& before,
                                 const std::vector<ModelParameter>& parameters,
                                 Response& response) const {
+  response.derivatives.resize(6, static_cast<Index>(parameters.size()));
+  if (parameters.empty() && !has_history_) return;
   const Linear linear(at, effects_, before, parameters);
   std::vector<EquationChange> changes;
   std::vector<StateDerivative> solutions;
-  response.derivatives.resize(6, static_cast<Index>(parameters.size()));
   for (std::size_t p = 0; p < parameters.size(); ++p) {
     const auto column = static_cast<Index>(p);
     changes.push_back(change_by(linear, at, before, parameters[p], column));

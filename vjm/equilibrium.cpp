@@ -34,12 +34,18 @@ struct NewtonResult {
 // Without damping a step may go through a stop, from where the next one comes back to it.
 enum class Damping { as_needed, none };
 
+// Once close, a matrix may be kept while each correction with it gains two digits: fewer
+// factorisations, but corrections that fall linearly.
+enum class Matrix { renewed, kept_when_close };
+
 // Newton's method with Deuflhard's natural monotonicity test: a damped step is accepted when the
 // correction seen from its end, with the old matrix, is smaller. This does not depend on how forces
-// and lengths are weighed.
+// and lengths are weighed. Where a law bends that test says nothing; some steps there are not
+// asked.
 NewtonResult newton(EquilibriumSystem& system, const SystemState& start, const Load& load,
                     bool platform_held, const EquilibriumOptions& options,
-                    Damping damping = Damping::as_needed) {
+                    Damping damping = Damping::as_needed, Matrix matrix = Matrix::renewed) {
+  constexpr double close = 1e-2;  // what a correction leaves of the one before
   NewtonResult result;
   result.state = start;
   const double reach = system.scale().length;
@@ -48,24 +54,33 @@ NewtonResult newton(EquilibriumSystem& system, const SystemState& start, const L
   result.corrections.reserve(static_cast<std::size_t>(options.max_iterations));
   SystemVector right, correction, again;
   SystemState next;
+  const auto go_to = [&](const SystemState& state) {
+    system.set(state, load);
+    system.newton_right_hand_side(right);
+  };
   system.hold_platform(platform_held);
-  system.set(result.state, load);
-  system.newton_right_hand_side(right);
+  go_to(result.state);
+  int bends = damping == Damping::none ? options.max_bends : 0;
   for (int i = 0; i < options.max_iterations; ++i) {
     // The system stands at the state, with its right-hand side, as every round leaves them.
     system.linearise(platform_held);
     system.solve(right, correction);
     result.consistent = system.consistent();
-    const double size = correction.norm();
+    double size = correction.norm();
     result.corrections.push_back(size / reach);
     if (!std::isfinite(size) || size > 1e6 * reach) return result;
 
+    system.moved(result.state, correction, 1, next);
+    if (bends < options.max_bends && system.bends(result.state, next)) {
+      ++bends;
+      go_to(next);
+      result.state = next;
+      continue;
+    }
     double factor = 1;
     double simplified = 0;
     while (true) {
-      system.moved(result.state, correction, factor, next);
-      system.set(next, load);
-      system.newton_right_hand_side(right);
+      go_to(next);
       system.solve(right, again);
       simplified = again.norm();
       // Once corrections are down at rounding they cannot be asked to fall further.
@@ -73,13 +88,24 @@ NewtonResult newton(EquilibriumSystem& system, const SystemState& start, const L
         break;
       factor /= 2;
       if (factor < 1.0 / 1024) return result;
+      system.moved(result.state, correction, factor, next);
     }
     result.state = next;
+    while (matrix == Matrix::kept_when_close && factor == 1 && simplified > enough &&
+           simplified <= close * size) {
+      system.moved(result.state, again, 1, next);
+      go_to(next);
+      result.state = next;
+      system.solve(right, again);
+      size = simplified;
+      simplified = again.norm();
+    }
     const bool at_rounding = size <= 1e-7 * reach && simplified <= 1e-2 * size;
     if (factor == 1 && (simplified <= enough || (at_rounding && simplified <= 1e3 * enough))) {
       // That correction is known and costs nothing more: with it the state is exact to rounding,
       // not to a tolerance that a small reading of a large robot would feel.
-      system.moved(next, again, 1, result.state);
+      system.moved(result.state, again, 1, next);
+      result.state = next;
       result.converged = result.consistent;
       return result;
     }
@@ -228,7 +254,8 @@ FoundState state_under_load(EquilibriumSystem& system, const Manipulator& manipu
                             const Posture& posture, const Load& load,
                             const EquilibriumOptions& options, const SystemState* near) {
   if (near != nullptr && fits(*near, manipulator)) {
-    NewtonResult result = newton(system, *near, load, false, options);
+    NewtonResult result =
+        newton(system, *near, load, false, options, Damping::as_needed, Matrix::kept_when_close);
     if (result.converged)
       return {.status = EquilibriumStatus::converged,
               .reason = {},

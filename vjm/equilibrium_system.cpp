@@ -397,6 +397,13 @@ void EquilibriumSystem::moved(const SystemState& state, const SystemVector& corr
   }
 }
 
+bool EquilibriumSystem::bends(const SystemState& from, SystemState& to) const {
+  bool any = false;
+  for (std::size_t c = 0; c < chains_.size(); ++c)
+    any |= chains_[c].bends(from.coordinates[c], to.coordinates[c]);
+  return any;
+}
+
 SystemVector EquilibriumSystem::difference(const SystemState& from, const SystemState& to) const {
   SystemVector change = zero();
   for (std::size_t b = 0; b < from.bodies.size(); ++b)

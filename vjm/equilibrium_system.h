@@ -79,6 +79,9 @@ class EquilibriumSystem {
   SystemState moved(const SystemState& state, const SystemVector& correction, double factor) const;
   void moved(const SystemState& state, const SystemVector& correction, double factor,
              SystemState& next) const;
+  /// Whether a law bends between two states; the step to `to` is made shorter as CoordinateLaw has
+  /// it.
+  bool bends(const SystemState& from, SystemState& to) const;
   /// The correction that leads from one state to another nearby.
   SystemVector difference(const SystemState& from, const SystemState& to) const;
 

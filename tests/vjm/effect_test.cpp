@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "kinetostat/vjm/effect_model.h"
+#include "kinetostat/vjm/equilibrium_state.h"
 #include "kinetostat/vjm/posture.h"
 #include "kinetostat/vjm/robot_file.h"
 
@@ -218,6 +219,51 @@ TEST(Effects, FrictionLosesEnergyOnEveryClosedCycle) {
   // Travel between the reversals: 1400 N / k; sticking and its rounded end take 2 e (1 +- 0.05).
   const double slip = 1400.0 / 1e6 - 2 * 2e-5;
   EXPECT_NEAR(work(force, position), 2 * 100 * slip, 2 * 100 * 2e-6);
+}
+
+// From where the joint slips either way Newton's method must pass the steep part between, whose
+// stiffness is 1e5 times the spring's; it takes the few corrections that it is given.
+TEST(Effects, FrictionIsCrossedInAFewCorrections) {
+  const double k = 1e6, limit = 100, presliding = 1e-9, stuck = 5e-4;
+  const Effect friction = effect(bench(), "friction", "spring", {limit, presliding, 0});
+  const Manipulator m =
+      with_effects(bench(), {friction}, {}, {Eigen::Vector2d(0, stuck)});  // stretch and travel
+  const Posture posture = posture_from_joints(m, {}).posture;
+  for (const double change : {0.0, 60.0, -90.0, 300.0, -300.0})
+    for (const double away : {1e-3, -1e-3}) {
+      EquilibriumSystem system(m, posture);
+      SystemState near = system.relaxed_state();
+      near.coordinates[0][0] += stuck + away;
+      const Load load{.force = {0, 0, k * stuck + change}};
+      const FoundState found =
+          state_under_load(system, m, posture, load, {.max_iterations = 6}, &near);
+      ASSERT_EQ(found.status, EquilibriumStatus::converged);
+      EXPECT_EQ(found.steps, 1);
+      const double moved = std::abs(change) < limit ? change / (k + limit / presliding)
+                                                    : (change - std::copysign(limit, change)) / k;
+      EXPECT_NEAR(found.state.bodies[0].position().z(), stuck + moved, 1e-15);
+    }
+}
+
+// A start that is near changes the cost and not the solution.
+TEST(Effects, AStartThatIsNearLeadsToTheSameEquilibrium) {
+  for (const char* name : {"orthoglide.yaml", "six_axis.yaml"}) {
+    const Manipulator m = shipped(name).manipulator;
+    const Posture posture = posture_at(m, {}).posture;
+    EquilibriumSystem system(m, posture);
+    const Load load{.force = {300, -200, 400}, .moment = {20, 10, -15}};
+    const EquilibriumOptions options;
+    const SystemState exact = state_under_load(system, m, posture, load, options).state;
+    for (const double share : {0.0, 0.8, 0.999}) {
+      const SystemState near =
+          state_under_load(system, m, posture, load.scaled(share), options).state;
+      const FoundState found = state_under_load(system, m, posture, load, options, &near);
+      ASSERT_EQ(found.status, EquilibriumStatus::converged);
+      EXPECT_LT(spatial::pose_difference(exact.bodies[0], found.state.bodies[0]).norm(), 1e-14);
+      for (std::size_t c = 0; c < m.size(); ++c)
+        EXPECT_LT((exact.coordinates[c] - found.state.coordinates[c]).norm(), 1e-13);
+    }
+  }
 }
 
 TEST(Effects, FrictionWithoutForceIsNoneAndCreepWithoutTimeIsNone) {
