@@ -142,6 +142,14 @@ TEST(TwinCases, CosineIsThatOfTheNearestLook) {
   EXPECT_GT(found.cosine, 0.95);
 }
 
+// A moment about one axis that also turns the arm about another one looks like an axis that is not
+// where it should be, by more than is usual.
+TEST(TwinCases, CosineIsThatOfALookOfUnusualSize) {
+  const Confuser found = confuser_of({"cross_coupling", "q2"}, "arm_3r", "cycles");
+  EXPECT_EQ(found.name, "geometric_error at q1");
+  EXPECT_GT(found.cosine, 0.95);
+}
+
 TEST(TwinCases, NobodyCanHideWhatNobodyKnows) {
   EXPECT_THROW(usual_size(bench(), {"gremlins", "q1"}), std::invalid_argument);
 }

@@ -44,7 +44,8 @@ Eigen::MatrixXd span_of(const std::vector<Eigen::VectorXd>& marks) {
 }  // namespace
 
 Confuser confuser_of(HiddenEffect effect, const std::string& robot, const std::string& plan_name) {
-  constexpr double least_visible = 0.1;  // d'
+  // d': what is smaller at its usual size counts as it looks at ten times that.
+  constexpr double visible = 1, least_visible = 0.1;
   World world{.robot = robot_named(robot), .factors = {}, .effects = {}, .elements = 1};
   world.factors.assign(world.robot.springs().size(), 1);
   Random random(7);
@@ -62,9 +63,14 @@ Confuser confuser_of(HiddenEffect effect, const std::string& robot, const std::s
     if (other.name == effect.name && other.at == effect.at) continue;
     for (const std::vector<HiddenEffect>& looks : looks_of(world.robot, other)) {
       std::vector<Eigen::VectorXd> marks;
-      for (const HiddenEffect& look : looks) {
+      for (HiddenEffect look : looks) {
         try {
-          if (const Eigen::VectorXd m = mark_of(look); m.norm() > least_visible) marks.push_back(m);
+          Eigen::VectorXd m = mark_of(look);
+          if (m.norm() < visible) {
+            look.size *= 10;
+            m = mark_of(look);
+          }
+          if (m.norm() > least_visible) marks.push_back(m);
         } catch (const std::runtime_error&) {  // so large that the robot collapses: not hidden
         }
       }

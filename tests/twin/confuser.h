@@ -16,7 +16,8 @@ struct Confuser {
 
 /// At the effect's usual size, in a campaign of that plan on a robot as it is written down, with
 /// short beams: an angle between marks needs no fine ones. Among all effects the twin knows,
-/// wherever they can act. Throws std::runtime_error when the robot collapses.
+/// wherever they can act, at their usual sizes, or at ten times these where that hardly shows.
+/// Throws std::runtime_error when the robot collapses.
 Confuser confuser_of(HiddenEffect effect, const std::string& robot, const std::string& plan);
 
 }  // namespace twin
