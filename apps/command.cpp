@@ -65,6 +65,16 @@ files::Json provenance(const CommandInfo& info, const CLI::App& app) {
   return json;
 }
 
+// What a command writes: the options whose descriptions begin so, but for standard output.
+std::vector<std::filesystem::path> outputs_of(const CLI::App& app) {
+  std::vector<std::filesystem::path> result;
+  for (const CLI::Option* option : app.get_options())
+    if (option->count() > 0 && option->get_description().starts_with("Write") &&
+        option->results().front() != "-")
+      result.emplace_back(option->results().front());
+  return result;
+}
+
 // The first page of those whose mark is in the text.
 std::string page_of(const std::string& text,
                     std::initializer_list<std::pair<const char*, const char*>> marks) {
@@ -258,6 +268,7 @@ std::string Program::hint(const std::vector<std::string>& arguments) const {
 
 void Program::run_action(const Command& command) {
   require_distinct_files();
+  const files::Outputs outputs(outputs_of(*command.app));
   if (!options_.html.empty()) report::require_pages();
   const bool text = options_.json != "-";
   if (text && !options_.quiet) write(echo(command.info, *command.app));

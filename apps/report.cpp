@@ -36,7 +36,7 @@ void add_report(Program& program) {
       program.add({.name = "report",
                    .summary = "Several results on one page",
                    .example = "kinetostat report data/links/foot.link.json -o links.html",
-                   .out = "The page"},
+                   .out = "Write the page"},
                   [request](Run& run) { return report_of(*request, run); });
   app.add_option("RESULTS", request->files, "What --json or --html of other commands wrote")
       ->required();

@@ -148,10 +148,24 @@ files::Json trace_json(const calibration::SimulatedCampaign& made,
   return json;
 }
 
+// Simulated readings replace simulated ones, and no others: those cannot be had again.
+void require_no_measurements(const std::filesystem::path& folder) {
+  for (const char* name : {"campaign.yaml", "readings.csv"}) {
+    const std::filesystem::path file = folder / name, campaign = folder / "campaign.yaml";
+    if (!std::filesystem::exists(file)) continue;
+    if (std::filesystem::exists(campaign) &&
+        files::read_text(campaign).find("\norigin: synthetic") != std::string::npos)
+      continue;
+    throw files::InputError(file, "is there already, and was not made by 'simulate'",
+                            "Name another folder with --out");
+  }
+}
+
 files::Json simulate(const SimulateRequest& request, Run& run) {
   if (!run.out())
     throw UsageError("--out", "is missing", "Name a folder for campaign.yaml and readings.csv");
   const std::filesystem::path folder = *run.out();
+  require_no_measurements(folder);
   const vjm::Robot robot = vjm::read_robot(request.robot);
   using Kind = calibration::DisplacementKind;
   const calibration::SimulationOptions options{

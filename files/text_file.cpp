@@ -48,12 +48,32 @@ void write_file(const std::filesystem::path& path, int flags, const std::string&
   ::close(descriptor);
 }
 
+// Set before anything is read, and only read by the threads that read.
+std::vector<std::filesystem::path>& outputs() {
+  static std::vector<std::filesystem::path> all;
+  return all;
+}
+
+void require_no_output(const std::filesystem::path& file) {
+  std::error_code error;
+  for (const std::filesystem::path& output : outputs())
+    if (std::filesystem::equivalent(file, output, error) &&
+        std::filesystem::is_regular_file(file, error))
+      throw InputError(file, "is read, and the result would replace it",
+                       "Name another file for the result");
+}
+
 }  // namespace
+
+Outputs::Outputs(std::vector<std::filesystem::path> files) { outputs() = std::move(files); }
+
+Outputs::~Outputs() { outputs().clear(); }
 
 std::string read_text(const std::filesystem::path& file) {
   std::error_code error;  // whatever it is, reading says so
   if (std::filesystem::is_directory(file, error))
     throw InputError(file, "is a folder, not a file", "Name a file in it");
+  require_no_output(file);
   std::ifstream stream(file, std::ios::binary);
   if (!stream)
     throw InputError(file, fmt::format("cannot be read ({})", std::strerror(errno)),

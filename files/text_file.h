@@ -3,11 +3,23 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace kinetostat::files {
 
-/// The whole content of a file. Throws InputError when it cannot be read.
+/// The whole content of a file. Throws InputError when it cannot be read, or would be replaced by a
+/// result (Outputs).
 std::string read_text(const std::filesystem::path& file);
+
+/// Files that results will be written to: as long as this lives, read_text() refuses them, whatever
+/// they are called, so that no result replaces what it was made from. One at a time.
+class Outputs {
+ public:
+  explicit Outputs(std::vector<std::filesystem::path> files);
+  ~Outputs();
+  Outputs(const Outputs&) = delete;
+  Outputs& operator=(const Outputs&) = delete;
+};
 
 /// Whether content must be on the disk before its name is.
 enum class Flush {

@@ -90,6 +90,18 @@ TEST_F(TextFile, ReadingWhatIsNotAFileIsAnInputError) {
   EXPECT_THROW(read_text(folder_ / "missing"), InputError);
 }
 
+TEST_F(TextFile, OutputsAreNotReadAsLongAsTheyAreOutputs) {
+  write_atomically(folder_ / "in", "kept");
+  std::filesystem::create_symlink("in", folder_ / "link");
+  {
+    const Outputs outputs({folder_ / "link", folder_ / "not there yet"});
+    EXPECT_THROW(read_text(folder_ / "in"), InputError);
+    write_atomically(folder_ / "not there yet", "result");
+  }
+  EXPECT_EQ(read_text(folder_ / "in"), "kept");
+  EXPECT_EQ(read_text(folder_ / "not there yet"), "result");
+}
+
 // FIPS 180-2, appendix B.
 TEST(Sha256, PublishedVectors) {
   EXPECT_EQ(sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
