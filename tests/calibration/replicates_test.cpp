@@ -1,5 +1,6 @@
 #include "kinetostat/calibration/replicates.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "kinetostat/calibration/noise.h"
@@ -36,6 +37,18 @@ TEST(Replicates, AreReadingsOfEqualPoseLoadDirectionAndSetting) {
   // Within a cycle the order tells: hysteresis is not noise.
   EXPECT_EQ(sizes(campaign("cycle,step,fz,dz\na,1,1,1\na,2,2,2\na,3,1,1\n")), (Sizes{1, 1, 1}));
   EXPECT_EQ(sizes(campaign("fz,px,py,pz,dz\n1,0,0,0,1\n1,0,0,3,2\n")), (Sizes{1, 1}));
+}
+
+// A joint with friction stays elsewhere after a pull than after a push.
+TEST(Replicates, WithoutLoadComeBackFromTheSameSide) {
+  const std::string cycle = "{0},1,0,1\n{0},2,5,2\n{0},3,0,3\n{0},4,-5,4\n{0},5,0,5\n";
+  const auto twice = fmt::format(fmt::runtime(cycle), "a") + fmt::format(fmt::runtime(cycle), "b");
+  EXPECT_EQ(sizes(campaign("cycle,step,fz,dz\n" + fmt::format(fmt::runtime(cycle), "a"))),
+            (Sizes{1, 1, 1, 1, 1}));
+  EXPECT_EQ(sizes(campaign("cycle,step,fz,dz\n" + twice)), (Sizes{2, 2, 2, 2, 2}));
+  // From loads of one side, whatever their size; a rest in between is a state of its own.
+  EXPECT_EQ(sizes(campaign("cycle,step,fz,dz\na,1,5,1\na,2,0,2\na,3,0,2\na,4,9,3\na,5,0,2\n")),
+            (Sizes{2, 1, 1, 1}));
 }
 
 TEST(Replicates, NeverContainMaskedReadings) {
