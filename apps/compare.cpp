@@ -3,6 +3,8 @@
 
 #include <memory>
 
+#include <fmt/format.h>
+
 #include "kinetostat/apps/campaign_request.h"
 #include "kinetostat/apps/command.h"
 #include "kinetostat/apps/commands.h"
@@ -34,7 +36,11 @@ files::Json compare_both(const CompareRequest& request, Run& run) {
   const vjm::Robot after = vjm::read_robot(request.after);
   // The readings are those of either, as long as both have the joints that they name.
   const calibration::Campaign campaign = request.campaign.read_campaign(before);
-  (void)request.campaign.read_campaign(after);
+  if (request.campaign.read_campaign(after).joint_columns != campaign.joint_columns)
+    throw files::InputError(
+        {.file = after.file,
+         .what = fmt::format("has other joints in these readings than {}", before.file.string()),
+         .cure = "Name two versions of the robot that was measured"});
   const calibration::BeforeAfter both = calibration::compare_before_after(
       before, after, campaign, run.threads(), run.progress(), loss_of(request.robust));
   run.print(report::text(campaign, both));

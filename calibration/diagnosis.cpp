@@ -9,6 +9,7 @@
 
 #include "kinetostat/calibration/evidence.h"
 #include "kinetostat/calibration/load_history.h"
+#include "kinetostat/calibration/replicates.h"
 #include "kinetostat/calibration/wrench_noise.h"
 #include "kinetostat/files/error.h"
 
@@ -437,6 +438,9 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   if (!d.set_aside.empty()) fit = rivals.fit({}, &fit, progress);
   search.prepare_free_form(fit);
   d.before = test_of(fit, noise.source);
+  const PureError scatter = pure_error(campaign, replicate_groups(campaign), noise);
+  if (noise.source == NoiseSource::stated && scatter.degrees_of_freedom > 0)
+    d.noise_check = chi_square_test(scatter.sum, scatter.degrees_of_freedom);
   d.weak = rivals.kept_as_designed();
   d.weak.insert(d.weak.end(), fit.weak.begin(), fit.weak.end());
   d.held_out = search.groups().what;

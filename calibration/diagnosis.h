@@ -43,6 +43,8 @@ struct Diagnosis {
   std::vector<std::string> weak;  // combinations that the base fit hardly knows
   NoiseSource noise = NoiseSource::unknown;
   std::optional<ChiSquareTest> before, after;  // of the base fit, and with what was found
+  /// Scatter of repeated readings against the stated noise, when both exist.
+  std::optional<ChiSquareTest> noise_check;
   /// Of an error without a form of its own: instead of what was found, and in what is left then.
   FreeFormEvidence free_form, left;
   /// Log evidence of all that was found over that of the free-form rival instead.

@@ -62,8 +62,9 @@ std::string left_text(const char* what, const Diagnosis& d) {
 }
 
 // What a verdict means here, in sentences.
-std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Campaign& campaign,
-                                 const Diagnosis& d) {
+std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
+                                            const calibration::Campaign& campaign,
+                                            const Diagnosis& d) {
   const bool is_left = d.left.p_value() < calibration::structure_level;
   switch (d.verdict) {
     case Verdict::none_of_the_above:
@@ -130,6 +131,18 @@ std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Cam
     default:
       return {};
   }
+}
+
+std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                                 const Diagnosis& d) {
+  std::vector<std::string> result = remarks_on_verdict(robot, campaign, d);
+  if (d.noise_check && d.noise_check->p_value < calibration::certain_level)
+    result.insert(result.begin(),
+                  fmt::format("Repeated readings scatter {} times the stated noise (p = {}): state "
+                              "that noise and diagnose again before this verdict is believed.",
+                              number(std::sqrt(d.noise_check->reduced()), 3),
+                              number(d.noise_check->p_value, 2)));
+  return result;
 }
 
 // What these readings are silent about, and how to hear of it.

@@ -392,7 +392,16 @@ std::vector<UncertainStiffness> read_uncertain(const YamlNode& top,
   for (const YamlNode& item : list->items()) {
     if (item.has("effect")) continue;
     item.allow_only({"stiffness", "between"});
-    result.push_back(find_springs(manipulator, item.at("stiffness")));
+    UncertainStiffness found = find_springs(manipulator, item.at("stiffness"));
+    const auto same = [](const SpringParameter& a, const SpringParameter& b) {
+      return a.chain == b.chain && a.spring == b.spring;
+    };
+    for (const UncertainStiffness& other : result)
+      if (std::equal(other.springs.begin(), other.springs.end(), found.springs.begin(),
+                     found.springs.end(), same))
+        item.at("stiffness")
+            .fail(fmt::format("names what '{}' names already", other.name), "List it once");
+    result.push_back(std::move(found));
     if (const auto between = item.find("between")) result.back().between = read_factors(*between);
   }
   return result;

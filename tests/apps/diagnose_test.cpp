@@ -103,6 +103,10 @@ TEST_F(Diagnose, NamesTheHiddenClearanceAndAdoptingItLetsTheErrorFall) {
   EXPECT_NEAR(fall[1]["whitened"].get<double>(), stages[1]["whitened"].get<double>(), 1e-6);
   EXPECT_LT(fall[3]["whitened"].get<double>(), 1.1);
   EXPECT_EQ(kinetostat("compare --before shown.yaml campaign/campaign.yaml").code, 2);
+  const Outcome other = kinetostat(
+      "compare --before shown.yaml --after data/robots/bench.yaml campaign/campaign.yaml");
+  EXPECT_EQ(other.code, 3) << other.err;
+  EXPECT_THAT(other.err, HasSubstr("has other joints in these readings"));
 
   ASSERT_EQ(kinetostat("revert better.yaml").code, 0);
   EXPECT_EQ(files::read_text(working_folder() / "better.yaml"), shown_);

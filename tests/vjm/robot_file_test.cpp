@@ -243,6 +243,8 @@ const Mistake mistakes[] = {
     {"effects", "uncertain:", "effects: [{effect: hardning, at: q1}]\nuncertain:", ":17:",
      "Did you mean 'hardening'?"},
     {"uncertain", "[{stiffness: upper}]", "[{stiffness: uper}]", ":17:", "Did you mean 'upper'?"},
+    {"uncertain_twice", "[{stiffness: upper}]", "[{stiffness: upper}, {stiffness: upper}]",
+     ":17:", "names what 'upper' names already"},
     {"not_yaml", "{chain: arm}", "{chain: arm", ":1", "not valid YAML"},
     {"no_inverse", "length: 400", "length: 4e20", ":7:", "has no inverse to working precision"},
     {"slide_for_turn", "home: 10}", "home: 10 mm}", ":11:", "an angle such as"},
