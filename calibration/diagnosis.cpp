@@ -181,7 +181,8 @@ Campaign without(const Campaign& campaign, const std::vector<Value>& values,
     Reading& reading = result.readings[values[v].reading];
     if (reading.masked) continue;
     reading.masked = true;
-    reading.mask_reason = "more than 5 standard deviations from all that any effect explains";
+    reading.mask_reason =
+        "more than 5 standard deviations from what any effect explains, to first order";
     said.push_back(fmt::format("reading '{}' ({}:{}): {}", reading.id,
                                campaign.readings_file.filename().string(), reading.line,
                                reading.mask_reason));

@@ -7,19 +7,23 @@
 namespace kinetostat::calibration {
 namespace {
 
-// With two degrees of freedom above, the chance is (1 + 2 f / d)^(-d/2).
-TEST(ChanceOfLargerF, IsThatOfTheClosedForm) {
-  for (const double d : {1., 10., 400.})
-    for (const double f : {0.1, 1., 7., 1e3}) {
-      const double expected = std::pow(1 + 2 * f / d, -d / 2);
-      EXPECT_NEAR(chance_of_larger_f(f, 2, d), expected, 1e-10 * expected + 1e-300);
-    }
+// With two degrees of freedom the chance is exp(-x / 2).
+TEST(ChiSquare, IsThatOfTheClosedForm) {
+  for (const double x : {0.1, 1., 30., 1000.}) {
+    const ChiSquareTest test = chi_square_test(x, 2);
+    EXPECT_NEAR(test.p_value, std::exp(-x / 2), 1e-12 * std::exp(-x / 2));
+    EXPECT_NEAR(test.lower_p_value, -std::expm1(-x / 2), 1e-12);
+  }
 }
 
 // Thousands of readings that repeat each other to the last digit.
-TEST(ChanceOfLargerF, IsNoneWhereNoNumberIsThatSmall) {
-  for (const double f : {1e3, 1e10, 1e25, 1e200}) EXPECT_EQ(chance_of_larger_f(f, 27, 3000), 0);
-  EXPECT_GT(chance_of_larger_f(1e6, 27, 1), 1e-4);
+TEST(ChiSquare, ThatIsNothingAmongThousandsIsCertainlyTooSmall) {
+  for (const double x : {0., 1e-30, 1e-8, 1.}) {
+    const ChiSquareTest test = chi_square_test(x, 6000);
+    EXPECT_EQ(test.p_value, 1);
+    EXPECT_EQ(test.lower_p_value, 0);
+  }
+  EXPECT_EQ(chance_of_larger_chi_square(1e6, 6000), 0);
 }
 
 }  // namespace
