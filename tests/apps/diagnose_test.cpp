@@ -103,10 +103,6 @@ TEST_F(Diagnose, NamesTheHiddenClearanceAndAdoptingItLetsTheErrorFall) {
   EXPECT_NEAR(fall[1]["whitened"].get<double>(), stages[1]["whitened"].get<double>(), 1e-6);
   EXPECT_LT(fall[3]["whitened"].get<double>(), 1.1);
   EXPECT_EQ(kinetostat("compare --before shown.yaml campaign/campaign.yaml").code, 2);
-  const Outcome other = kinetostat(
-      "compare --before shown.yaml --after data/robots/bench.yaml campaign/campaign.yaml");
-  EXPECT_EQ(other.code, 3) << other.err;
-  EXPECT_THAT(other.err, HasSubstr("has other joints in these readings"));
 
   ASSERT_EQ(kinetostat("revert better.yaml").code, 0);
   EXPECT_EQ(files::read_text(working_folder() / "better.yaml"), shown_);
@@ -254,6 +250,15 @@ TEST(Adopt, TakesAllThatWasFoundTogether) {
   EXPECT_EQ(nearest.code, 5);
   EXPECT_THAT(nearest.err, HasSubstr("does not explain these readings"));
   EXPECT_EQ(kinetostat("adopt arms.yaml arms.json --all --force -o forced.yaml").code, 0);
+}
+
+TEST(CompareBeforeAfter, RefusesARobotThatWasNotMeasured) {
+  const std::string folder = "data/measurements/arm_hysteresis";
+  const Outcome other =
+      kinetostat("compare --before " + folder + "/robot.yaml --after data/robots/bench.yaml " +
+                 folder + "/campaign.yaml");
+  EXPECT_EQ(other.code, 3) << other.err;
+  EXPECT_THAT(other.err, HasSubstr("has other joints in these readings"));
 }
 
 }  // namespace
