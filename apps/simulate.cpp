@@ -10,6 +10,7 @@
 
 #include "kinetostat/apps/command.h"
 #include "kinetostat/apps/commands.h"
+#include "kinetostat/apps/option_values.h"
 #include "kinetostat/files/largest_number.h"
 #include "kinetostat/files/text_file.h"
 #include "kinetostat/report/manipulator.h"
@@ -150,15 +151,14 @@ files::Json trace_json(const calibration::SimulatedCampaign& made,
 
 // Simulated readings replace simulated ones, and no others: those cannot be had again.
 void require_no_measurements(const std::filesystem::path& folder) {
-  for (const char* name : {"campaign.yaml", "readings.csv"}) {
-    const std::filesystem::path file = folder / name, campaign = folder / "campaign.yaml";
-    if (!std::filesystem::exists(file)) continue;
-    if (std::filesystem::exists(campaign) &&
-        files::read_text(campaign).find("\norigin: synthetic") != std::string::npos)
-      continue;
-    throw files::InputError(file, "is there already, and was not made by 'simulate'",
-                            "Name another folder with --out");
-  }
+  const std::filesystem::path campaign = folder / "campaign.yaml";
+  if (std::filesystem::exists(campaign) &&
+      files::read_text(campaign).find("\norigin: synthetic") != std::string::npos)
+    return;
+  for (const std::filesystem::path& file : {campaign, folder / "readings.csv"})
+    if (std::filesystem::exists(file))
+      throw files::InputError(file, "is there already, and was not made by 'simulate'",
+                              "Name another folder with --out");
 }
 
 files::Json simulate(const SimulateRequest& request, Run& run) {
@@ -215,7 +215,8 @@ void add_simulate(Program& program) {
                    .example = "kinetostat simulate data/robots/orthoglide.yaml --plan "
                               "data/measurements/plans/orthoglide.csv --noise-translation 5um "
                               "--noise-rotation 20urad --out synthetic",
-                   .out = "Folder for campaign.yaml and readings.csv"},
+                   .out = "Folder for campaign.yaml and readings.csv",
+                   .out_is_folder = true},
                   [request](Run& run) { return simulate(*request, run); });
   app.add_option("robot", request->robot, "Robot file")->type_name("ROBOT")->required();
   app.add_option("--plan", request->plan,
@@ -242,7 +243,9 @@ void add_simulate(Program& program) {
                  "Its first parameter with its unit, or NAME=VALUE,...; as often as --effect")
       ->type_name("SIZE");
   app.add_flag("--absolute", request->absolute, "Poses instead of differences to no load");
-  app.add_option("--seed", request->seed, "Of the random numbers")->capture_default_str();
+  app.add_option("--seed", request->seed, "Of the random numbers")
+      ->check(seed_range())
+      ->capture_default_str();
 }
 
 }  // namespace kinetostat::apps

@@ -120,4 +120,9 @@ PureError pure_error(const Campaign& campaign, const std::vector<ReplicateGroup>
   return result;
 }
 
+std::optional<ChiSquareTest> test_of_stated_noise(const PureError& scatter, const Noise& noise) {
+  if (noise.source != NoiseSource::stated || scatter.degrees_of_freedom == 0) return std::nullopt;
+  return chi_square_test(scatter.sum, scatter.degrees_of_freedom);
+}
+
 }  // namespace kinetostat::calibration

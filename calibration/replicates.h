@@ -1,9 +1,11 @@
 // Readings repeated under the same conditions, and what their scatter says about the noise.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "kinetostat/calibration/campaign.h"
+#include "kinetostat/calibration/goodness_of_fit.h"
 
 namespace kinetostat::calibration {
 
@@ -33,5 +35,8 @@ struct PureError {
 /// Over the components [first, first + count), in units of the noise.
 PureError pure_error(const Campaign& campaign, const std::vector<ReplicateGroup>& groups,
                      const Noise& noise, Eigen::Index first = 0, Eigen::Index count = 6);
+
+/// Does the scatter agree with the stated noise? Nothing where either is missing.
+std::optional<ChiSquareTest> test_of_stated_noise(const PureError& scatter, const Noise& noise);
 
 }  // namespace kinetostat::calibration
