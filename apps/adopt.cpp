@@ -1,10 +1,12 @@
 // kinetostat adopt, kinetostat revert: an effect that was found goes into the robot file, or out.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
 #include <stdexcept>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "kinetostat/apps/command.h"
 #include "kinetostat/apps/commands.h"
@@ -86,6 +88,12 @@ Fall fall_of(const files::Json& diagnosis, const std::string& name, const std::s
   return fall;
 }
 
+bool has_stage(const files::Json& diagnosis, const std::string& name, const std::string& file) {
+  const files::Json& stages = need(diagnosis, "waterfall", file);
+  return std::any_of(stages.begin(), stages.end(),
+                     [&](const files::Json& stage) { return stage.at("name") == name; });
+}
+
 void require_adequate(const files::Json& diagnosis, const std::vector<files::Json>& entries,
                       const Fall& fall, const std::string& file) {
   const auto verdict = need(diagnosis, "verdict", file).get<std::string>();
@@ -139,6 +147,31 @@ Adoption adoption_of(const files::Json& diagnosis, const files::Json& entry, con
   return adoption;
 }
 
+// What a reader of the new robot file should know, in sentences.
+std::vector<std::string> reservations(const files::Json& diagnosis,
+                                      const std::vector<files::Json>& entries,
+                                      const std::string& file) {
+  std::vector<std::string> said;
+  for (const files::Json& entry : entries)
+    if (const files::Json& instead = need(entry, "instead", file); !instead.empty())
+      said.push_back(fmt::format("{} may be something else: {}", name_of(entry),
+                                 fmt::join(instead.get<std::vector<std::string>>(), "; ")));
+  if (need(diagnosis, "or_something_else", file))
+    said.push_back("it may be something that the catalogue lacks");
+  std::vector<files::Json> left_out;
+  for (const files::Json& found : need(diagnosis, "found", file))
+    if (std::find(entries.begin(), entries.end(), found) == entries.end())
+      left_out.push_back(found);
+  if (!left_out.empty())
+    said.push_back(fmt::format("found as well, not adopted: {} (--all adopts everything)",
+                               names_of(left_out)));
+  if (has_stage(diagnosis, "refitted", file))
+    said.push_back(
+        "what is 'uncertain' keeps the values it has in the file: 'compare' and 'diagnose' refit "
+        "it, other commands do not");
+  return said;
+}
+
 files::Json adopt_from(const files::Json& diagnosis, const AdoptRequest& request,
                        const std::filesystem::path& out, Run& run) {
   const std::vector<files::Json> entries = chosen(diagnosis, request);
@@ -159,13 +192,16 @@ files::Json adopt_from(const files::Json& diagnosis, const AdoptRequest& request
   run.print(fmt::format("{}: adopted {}; held-out error over the noise {} -> {}\n", out.string(),
                         names_of(entries), report::number(fall.before, 4),
                         report::number(fall.after, 4)));
+  const std::vector<std::string> said = reservations(diagnosis, entries, request.diagnosis);
+  for (const std::string& sentence : said) run.print("  " + sentence + "\n");
   files::Json adopted = files::Json::array();
   for (const files::Json& entry : entries)
     adopted.push_back({{"effect", entry.at("effect")}, {"at", entry.at("at")}});
   return {{"robot", out.string()},
           {"adopted", adopted},
           {"held_out_before", fall.before},
-          {"held_out_after", fall.after}};
+          {"held_out_after", fall.after},
+          {"reservations", said}};
 }
 
 files::Json adopt(const AdoptRequest& request, const std::filesystem::path& out, Run& run) {

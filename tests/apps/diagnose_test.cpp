@@ -81,7 +81,9 @@ TEST_F(Diagnose, NamesTheHiddenClearanceAndAdoptingItLetsTheErrorFall) {
   EXPECT_GT(stages[1]["whitened"].get<double>(), 1.5);
   EXPECT_LT(stages[2]["whitened"].get<double>(), 1.1);
 
-  ASSERT_EQ(kinetostat("adopt shown.yaml diagnosis.json -o better.yaml").code, 0);
+  const Outcome adopted = kinetostat("adopt shown.yaml diagnosis.json -o better.yaml");
+  ASSERT_EQ(adopted.code, 0) << adopted.err;
+  EXPECT_THAT(adopted.out, HasSubstr("'uncertain' keeps the values it has in the file"));
   const std::string better = files::read_text(working_folder() / "better.yaml");
   EXPECT_TRUE(better.starts_with(shown_));
   // To the last bit: the shortest decimal that is read as the same number.
@@ -250,6 +252,15 @@ TEST(Adopt, TakesAllThatWasFoundTogether) {
   EXPECT_EQ(nearest.code, 5);
   EXPECT_THAT(nearest.err, HasSubstr("does not explain these readings"));
   EXPECT_EQ(kinetostat("adopt arms.yaml arms.json --all --force -o forced.yaml").code, 0);
+
+  // What is left out, and what else it may be, is said.
+  json["found"][0]["instead"] = {"clearance at arm.q1"};
+  json["or_something_else"] = true;
+  write("arms.json", json.dump());
+  const Outcome one = kinetostat("adopt arms.yaml arms.json --force -o forced.yaml");
+  EXPECT_THAT(one.out, HasSubstr("not adopted: preload at arm.q2"));
+  EXPECT_THAT(one.out, HasSubstr("preload at arm.q1 may be something else: clearance at arm.q1"));
+  EXPECT_THAT(one.out, HasSubstr("something that the catalogue lacks"));
 }
 
 TEST(CompareBeforeAfter, RefusesARobotThatWasNotMeasured) {
