@@ -23,5 +23,15 @@ TEST(InputError, LeavesOutWhatIsNotKnown) {
   EXPECT_STREQ(InputError("a", "b", "Did you mean 'c'?").what(), "a: b. Did you mean 'c'?");
 }
 
+TEST(InputError, QuotesNeitherBytesNorWholeFiles) {
+  const std::string bytes = "\x1b[2J \xff\xfe \x80 caf\xc3\xa9 5 \xc2\xb5m \xe2\x82";
+  EXPECT_STREQ(InputError("a", bytes).what(), "a: ?[2J ?? ? caf\xc3\xa9 5 \xc2\xb5m ??");
+  const std::string whole = "begin" + std::string(100000, 'x') + "end";
+  const std::string said = InputError("a", whole).what();
+  EXPECT_LT(said.size(), 1100u);
+  EXPECT_TRUE(said.starts_with("a: begin"));
+  EXPECT_TRUE(said.ends_with("end."));
+}
+
 }  // namespace
 }  // namespace kinetostat::files
