@@ -65,14 +65,40 @@ files::Json provenance(const CommandInfo& info, const CLI::App& app) {
   return json;
 }
 
-// What a command writes: the options whose descriptions begin so, but for standard output.
-std::vector<std::filesystem::path> outputs_of(const CLI::App& app) {
-  std::vector<std::filesystem::path> result;
-  for (const CLI::Option* option : app.get_options())
-    if (option->count() > 0 && option->get_description().starts_with("Write") &&
-        option->results().front() != "-")
-      result.emplace_back(option->results().front());
-  return result;
+// Marks the options that name a file to write.
+constexpr char output_mark[] = "output";
+
+bool is_output(CLI::Option& option) {
+  try {
+    option.get_validator(output_mark);
+    return true;
+  } catch (const CLI::OptionNotFound&) {
+    return false;
+  }
+}
+
+// The files that this run writes, but for standard output. Throws UsageError when two are one.
+std::vector<std::filesystem::path> outputs_of(CLI::App& app) {
+  std::vector<std::filesystem::path> files;
+  std::vector<const CLI::Option*> named_by;
+  const auto same = [](const std::filesystem::path& a, const std::filesystem::path& b) {
+    namespace fs = std::filesystem;
+    return fs::weakly_canonical(fs::absolute(a)) == fs::weakly_canonical(fs::absolute(b));
+  };
+  for (CLI::Option* option : app.get_options({})) {
+    if (option->count() == 0 || !is_output(*option)) continue;
+    const std::string& file = option->results().front();
+    if (file == "-") continue;
+    for (std::size_t i = 0; i < files.size(); ++i)
+      if (same(files[i], file))
+        throw UsageError(
+            "--" + option->get_single_name(),
+            fmt::format("'{}' is named by --{} too", file, named_by[i]->get_single_name()),
+            "Name two different files");
+    files.emplace_back(file);
+    named_by.push_back(option);
+  }
+  return files;
 }
 
 // The first page of those whose mark is in the text.
@@ -108,14 +134,31 @@ std::string page_about(const files::InputError& error) {
                                                   {"\nchain_types:", "robot-file.md"},
                                                   {"\nname:", "robot-file.md"}});
   if (page.empty()) return {};
-  return fmt::format("\nIts {} are described in docs/reference/{}.", table ? "columns" : "keys",
-                     page);
+  if (table) return fmt::format("\nIts columns are described in docs/reference/{}.", page);
+  const std::string sort = page.substr(0, page.find('-'));
+  return fmt::format("\nIt looks like a {} file, whose keys are described in docs/reference/{}.",
+                     sort, page);
 }
 
 }  // namespace
 
 UsageError::UsageError(const std::string& option, const std::string& what, const std::string& cure)
     : std::runtime_error(files::InputError(option, what, cure).what()) {}
+
+CLI::Option* add_output(CLI::App& app, const std::string& name, std::string& file,
+                        const std::string& description) {
+  const auto is_no_option = [name](const std::string& value) {
+    return value.size() > 1 && value.starts_with('-')
+               ? fmt::format(
+                     "{} names no file: '{}' is an option. Give './{}' if the file is "
+                     "called so",
+                     name, value, value)
+               : std::string();
+  };
+  return app.add_option(name, file, description)
+      ->type_name("FILE")
+      ->check(CLI::Validator(is_no_option, "", output_mark));
+}
 
 std::optional<std::filesystem::path> Run::out() const {
   if (options_.out.empty()) return std::nullopt;
@@ -156,17 +199,19 @@ CLI::App& Program::group_of(const std::string& name) {
 }
 
 void Program::add_common_options(CLI::App& app, const CommandInfo& info) {
-  const auto add = [&app](const char* name, auto& variable, const std::string& description) {
-    return app.add_option(name, variable, description)->group(common_group);
+  const auto add = [&app](const char* name, std::string& file, const std::string& description) {
+    add_output(app, name, file, description)->group(common_group);
   };
-  add("--json", options_.json, "Write the result as JSON; '-' is standard output")
-      ->type_name("FILE");
+  add("--json", options_.json, "Write the result as JSON; '-' is standard output");
   add("--html", options_.html,
-      "Write the result as a page to look at, one file that needs no other")
-      ->type_name("FILE");
-  add("-o,--out", options_.out, info.out.empty() ? "Write the report to a file as well" : info.out)
-      ->type_name("FILE");
-  add("--threads", options_.threads, "Threads to use; all processors unless given")
+      "Write the result as a page to look at, one file that needs no other");
+  const char* out = "-o,--out";
+  if (info.out_is_folder)
+    app.add_option(out, options_.out, info.out)->type_name("DIR")->group(common_group);
+  else
+    add(out, options_.out, info.out.empty() ? "Write the report to a file as well" : info.out);
+  app.add_option("--threads", options_.threads, "Threads to use; all processors unless given")
+      ->group(common_group)
       ->type_name("N")
       ->default_str("")
       ->check(CLI::Range(1, most_threads).description(""));
@@ -267,7 +312,6 @@ std::string Program::hint(const std::vector<std::string>& arguments) const {
 }
 
 void Program::run_action(const Command& command) {
-  require_distinct_files();
   const files::Outputs outputs(outputs_of(*command.app));
   if (!options_.html.empty()) report::require_pages();
   const bool text = options_.json != "-";
@@ -290,17 +334,6 @@ void Program::run_action(const Command& command) {
   if (run.refusal()) throw *run.refusal();
   if (!run.shortfall().empty()) throw files::NoConvergence(run.shortfall());
   if (!run.unidentified().empty()) throw files::NotIdentifiable(run.unidentified());
-}
-
-void Program::require_distinct_files() const {
-  const std::pair<const char*, const std::string&> files[] = {
-      {"--json", options_.json}, {"--html", options_.html}, {"--out", options_.out}};
-  for (std::size_t i = 0; i < std::size(files); ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      if (!files[i].second.empty() && files[i].second == files[j].second)
-        throw UsageError(files[i].first,
-                         fmt::format("'{}' is named by {} too", files[i].second, files[j].first),
-                         "Name two different files");
 }
 
 void Program::write_page(const Command& command, const Run& run, const files::Json& result) {

@@ -129,8 +129,15 @@ struct CommandInfo {
   std::string example;  // a whole command line that works in the source folder
   /// What --out holds when it is not the report as text; the action then writes it to run.out().
   std::string out = {};
+  bool out_is_folder = false;       // --out, instead of a file
   bool runs_until_stopped = false;  // the first Ctrl-C is its proper end
 };
+
+/// Adds an option that names a file to write, --json among them. Before anything is computed it is
+/// known that the file can be written and that no other option names it; while the command runs, it
+/// cannot be read (files::Outputs).
+CLI::Option* add_output(CLI::App& app, const std::string& name, std::string& file,
+                        const std::string& description);
 
 /// Computes, prints the report for people through the run, and returns the result for programs.
 /// Throws UsageError, files::InputError, NoConvergence, NotIdentifiable or Cancelled for what users
@@ -163,7 +170,6 @@ class Program {
   int usage_error(const std::string& what, const std::vector<std::string>& arguments);
   std::string hint(const std::vector<std::string>& arguments) const;
   void run_action(const Command& command);
-  void require_distinct_files() const;
   void write_page(const Command& command, const Run& run, const files::Json& result);
   void deliver(const Command& command, const Run& run, const files::Json& result);
   void write(std::string_view text);

@@ -89,8 +89,7 @@ void add_compare(Program& program) {
                               "data/measurements/nist_load_cell/campaign.yaml"},
                   [request](Run& run) { return compare(*request, run); });
   request->campaign.add_options(app);
-  app.add_option("--csv", request->csv, "Write measured, predicted and residual of every reading")
-      ->type_name("FILE");
+  add_output(app, "--csv", request->csv, "Write measured, predicted and residual of every reading");
   CLI::Option* before =
       app.add_option("--before", request->before,
                      "Compare this robot file, and that of --after, with the readings");

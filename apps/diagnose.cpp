@@ -8,6 +8,7 @@
 #include "kinetostat/apps/commands.h"
 #include "kinetostat/apps/diagnosis_steps.h"
 #include "kinetostat/apps/fit_cache.h"
+#include "kinetostat/apps/option_values.h"
 #include "kinetostat/calibration/diagnosis.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/text_file.h"
@@ -161,7 +162,9 @@ void add_diagnose(Program& program) {
   app.add_option("--draws", request->options.draws, "Simulated campaigns of the bootstraps")
       ->capture_default_str()
       ->check(CLI::Range(99, 100000));
-  app.add_option("--seed", request->options.seed, "Seed of the bootstraps")->capture_default_str();
+  app.add_option("--seed", request->options.seed, "Seed of the bootstraps")
+      ->check(seed_range())
+      ->capture_default_str();
   app.add_option("--most-effects", request->options.most_effects,
                  "Most effects that are named one after the other")
       ->capture_default_str()

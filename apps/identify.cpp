@@ -247,10 +247,9 @@ void add_identify(Program& program) {
        .out = "Write the link result, for the robot file, to a JSON file"},
       [options](Run& run) { return identify(run, *options); });
   app.add_option("link", options->link, "Link file")->required()->type_name("FILE");
-  app.add_option("--vtu", options->vtu,
-                 "Write the six displacement fields for ParaView; the offending facets when the "
-                 "surface is refused")
-      ->type_name("FILE");
+  add_output(app, "--vtu", options->vtu,
+             "Write the six displacement fields for ParaView; the offending facets when the "
+             "surface is refused");
   options->exports.add_options(app);
   app.add_option("--time", options->refinement.time_limit,
                  "Begin no finer mesh after so many seconds; the best result so far is given")

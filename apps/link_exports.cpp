@@ -1,5 +1,6 @@
 #include "kinetostat/apps/link_exports.h"
 
+#include "kinetostat/apps/command.h"
 #include "kinetostat/fea/calculix_deck.h"
 #include "kinetostat/fea/gmsh_export.h"
 #include "kinetostat/fea/matrix_export.h"
@@ -9,7 +10,7 @@ namespace kinetostat::apps {
 
 void LinkExports::add_options(CLI::App& app) {
   const auto add = [&app](const char* name, std::string& path, const char* description) {
-    app.add_option(name, path, description)->type_name("FILE");
+    add_output(app, name, path, description);
   };
   add("--deck", deck, "Write the finite-element model as a CalculiX deck, a step per unit wrench");
   add("--msh", msh, "Write the volume mesh with its interfaces for Gmsh");

@@ -420,7 +420,7 @@ void add_map(Program& program) {
   request->load.add_load_options(app);
   app.add_option("--up-to", request->up_to, "Seek critical forces up to this force")
       ->type_name("FORCE");
-  app.add_option("--vtu", request->vtu, "Write the map for ParaView")->type_name("FILE");
+  add_output(app, "--vtu", request->vtu, "Write the map for ParaView");
   app.add_option("--checkpoint", request->checkpoint,
                  "Where an interrupted map goes on from, when not beside --out")
       ->type_name("FILE");

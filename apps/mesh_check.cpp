@@ -317,8 +317,7 @@ void add_mesh_check(Program& program) {
                  "Give up repairs that change the volume, or move the surface in parts of the "
                  "diagonal, by more than this; '1 %' by default")
       ->type_name("FRACTION");
-  app.add_option("--vtu", options->vtu, "Write the offending facets for ParaView")
-      ->type_name("FILE");
+  add_output(app, "--vtu", options->vtu, "Write the offending facets for ParaView");
 }
 
 }  // namespace kinetostat::apps

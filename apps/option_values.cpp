@@ -1,6 +1,8 @@
 #include "kinetostat/apps/option_values.h"
 
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -65,6 +67,10 @@ spatial::Vector3 three_values(const std::string& option, const std::string& text
   for (std::size_t i = 0; i < 3; ++i)
     values[static_cast<Eigen::Index>(i)] = quantity(option, parts[i], dimension, units);
   return values;
+}
+
+CLI::Validator seed_range() {
+  return CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max()).description("");
 }
 
 }  // namespace kinetostat::apps

@@ -152,7 +152,9 @@ void add_plan(Program& program) {
   app.add_option("--draws", request->diagnose.draws, "The same")
       ->capture_default_str()
       ->check(CLI::Range(99, 100000));
-  app.add_option("--seed", request->diagnose.seed, "The same")->capture_default_str();
+  app.add_option("--seed", request->diagnose.seed, "The same")
+      ->check(seed_range())
+      ->capture_default_str();
   add_no_cache_option(app, request->no_cache);
 }
 

@@ -63,9 +63,26 @@ void require_no_output(const std::filesystem::path& file) {
                        "Name another file for the result");
 }
 
+// Of what is there already, of the nearest folder above it where nothing is.
+void require_writable(const std::filesystem::path& file) {
+  std::error_code error;
+  if (std::filesystem::is_directory(file, error)) fail_to_write(file, EISDIR);
+  if (std::filesystem::exists(file, error) && !std::filesystem::is_regular_file(file, error))
+    return;  // a device or a pipe
+  std::filesystem::path folder =
+      std::filesystem::weakly_canonical(std::filesystem::absolute(file), error).parent_path();
+  while (!std::filesystem::exists(folder, error) && folder.has_relative_path())
+    folder = folder.parent_path();
+  if (!std::filesystem::is_directory(folder, error)) fail_to_write(file, ENOTDIR);
+  if (::access(folder.c_str(), W_OK | X_OK) != 0) fail_to_write(file, errno);
+}
+
 }  // namespace
 
-Outputs::Outputs(std::vector<std::filesystem::path> files) { outputs() = std::move(files); }
+Outputs::Outputs(std::vector<std::filesystem::path> files) {
+  for (const std::filesystem::path& file : files) require_writable(file);
+  outputs() = std::move(files);
+}
 
 Outputs::~Outputs() { outputs().clear(); }
 

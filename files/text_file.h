@@ -12,7 +12,8 @@ namespace kinetostat::files {
 std::string read_text(const std::filesystem::path& file);
 
 /// Files that results will be written to: as long as this lives, read_text() refuses them, whatever
-/// they are called, so that no result replaces what it was made from. One at a time.
+/// they are called, so that no result replaces what it was made from. One at a time. Throws
+/// InputError when one of them cannot be written, before time is spent on a result.
 class Outputs {
  public:
   explicit Outputs(std::vector<std::filesystem::path> files);

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -100,6 +101,20 @@ TEST_F(TextFile, OutputsAreNotReadAsLongAsTheyAreOutputs) {
   }
   EXPECT_EQ(read_text(folder_ / "in"), "kept");
   EXPECT_EQ(read_text(folder_ / "not there yet"), "result");
+}
+
+TEST_F(TextFile, OutputsThatCannotBeWrittenAreRefusedBeforehand) {
+  write_atomically(folder_ / "file", "kept");
+  std::filesystem::create_directory(folder_ / "sub");
+  EXPECT_THROW(Outputs({folder_ / "sub"}), InputError);
+  EXPECT_THROW(Outputs({folder_ / "file" / "result"}), InputError);
+  EXPECT_THROW(Outputs({folder_ / "file" / "new" / "result"}), InputError);
+  EXPECT_NO_THROW(Outputs({folder_ / "sub" / "new" / "result", "/dev/null"}));
+  if (::geteuid() != 0) {  // who may write everywhere
+    std::filesystem::permissions(folder_ / "sub", std::filesystem::perms::owner_read);
+    EXPECT_THROW(Outputs({folder_ / "sub" / "result"}), InputError);
+    std::filesystem::permissions(folder_ / "sub", std::filesystem::perms::owner_all);
+  }
 }
 
 // FIPS 180-2, appendix B.
