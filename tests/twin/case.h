@@ -22,9 +22,13 @@ struct Case {
   std::string robot, plan;
   std::vector<Target> targets = {};
   std::uint64_t seed = 1;
+  int round = 1;
 };
 
-/// The whole suite, in a fixed order.
+inline constexpr int rounds = 4;
+
+/// The whole suite, round by round: each is a fair sample of the others, but that Orthoglides are
+/// in the first one only, and the largest effects (d' 50) in the last one.
 std::vector<Case> suite();
 
 /// Writes robot.yaml, campaign.yaml and readings.csv into `folder`, and what is hidden to `truth`,

@@ -14,7 +14,7 @@
 namespace {
 
 constexpr const char* usage =
-    "usage: twin_cases --list                         names and classes of all cases\n"
+    "usage: twin_cases --list                         names, classes and rounds\n"
     "       twin_cases --case NAME FOLDER TRUTH.json  writes one case\n"
     "       twin_cases --confuser NAME CONFUSER.json  what looks like that which is hidden in it\n"
     "       twin_cases --agreement ROBOT PLAN FOLDER  no noise, nothing hidden, the true "
@@ -28,7 +28,7 @@ twin::Case case_named(const std::string& name) {
 
 int run(const std::vector<std::string>& words) {
   if (words == std::vector<std::string>{"--list"}) {
-    for (const twin::Case& c : twin::suite()) fmt::print("{} {}\n", c.name, c.kind);
+    for (const twin::Case& c : twin::suite()) fmt::print("{} {} {}\n", c.name, c.kind, c.round);
     return 0;
   }
   if (words.size() == 4 && words[0] == "--agreement") {
