@@ -86,6 +86,13 @@ struct Covariate {
   std::vector<std::string> values;
 };
 
+/// What the table calls the coordinate of a joint.
+struct JointInTable {
+  std::string column;
+  bool turns = false;  // else it slides
+  bool operator==(const JointInTable&) const = default;
+};
+
 struct Campaign {
   std::filesystem::path file, readings_file;
   std::string name;
@@ -102,9 +109,8 @@ struct Campaign {
   std::vector<Configuration> configurations;  // the distinct ones
   std::vector<std::string> sessions;          // sorted; {""} when there is no such column
   std::vector<Covariate> covariates;
-  /// What the table calls the coordinates of joints, by their whole names.
-  std::map<std::string, std::string> joint_columns;
-  std::vector<spatial::Matrix6> correlations;  // the distinct ones; positive definite
+  std::map<std::string, JointInTable> joint_columns;  // by their whole names, "chain.joint"
+  std::vector<spatial::Matrix6> correlations;         // the distinct ones; positive definite
   /// Covariance of the noise of each reading's wrench [force; moment], base axes, about its point
   /// [N, N m]; empty: wrenches are taken to be exact.
   std::vector<spatial::Matrix6> wrench_covariance;

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/calibration/unit_slip.h"
 #include "kinetostat/calibration/wrench_noise.h"
 #include "kinetostat/files/error.h"
 
@@ -218,7 +219,9 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
   };
   const auto fit = [&](const std::vector<Parameter>& parameters) {
     const auto once = [&] {
-      return fit_base(predictor, to_fit, evidence.noise, parameters, progress, {.loss = loss});
+      return with_hint_of_slip(predictor, to_fit, progress, [&] {
+        return fit_base(predictor, to_fit, evidence.noise, parameters, progress, {.loss = loss});
+      });
     };
     BaseFit result = once();
     // What the noise of the wrenches does depends on the compliance that was fitted.
@@ -232,6 +235,7 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
   Comparison result;
   result.groups = static_cast<Eigen::Index>(evidence.groups.size());
   result.as_designed = fit({});
+  result.unit_slip = unit_slip(to_fit, result.as_designed.fit.predicted);
   try {
     if (!robot.uncertain.empty() || !robot.uncertain_values.empty())
       result.refitted = fit(uncertain_parameters(robot));
@@ -240,8 +244,7 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
   }
   result.noise = evidence.noise;
   if (evidence.pure.degrees_of_freedom > 0) result.replicates = evidence.pure;
-  if (result.replicates && evidence.noise.source == NoiseSource::stated)
-    result.noise_check = chi_square_test(evidence.pure.sum, evidence.pure.degrees_of_freedom);
+  result.noise_check = test_of_stated_noise(evidence.pure, evidence.noise);
   result.notes = notes(evidence);
   return result;
 }

@@ -70,6 +70,7 @@ struct Comparison {
   std::optional<PureError> replicates;
   /// Does the scatter of the replicates agree with the stated noise? When both exist.
   std::optional<ChiSquareTest> noise_check;
+  std::string unit_slip;  // what looks like a slip in a unit or a sign; else empty
   Assessment as_designed;
   std::optional<Assessment> refitted;  // when the robot file declares something uncertain
   std::string refit_failure;           // which of it the data cannot determine, and why; else empty

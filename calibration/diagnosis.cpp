@@ -10,6 +10,7 @@
 #include "kinetostat/calibration/evidence.h"
 #include "kinetostat/calibration/load_history.h"
 #include "kinetostat/calibration/replicates.h"
+#include "kinetostat/calibration/unit_slip.h"
 #include "kinetostat/calibration/wrench_noise.h"
 #include "kinetostat/files/error.h"
 
@@ -173,16 +174,32 @@ std::optional<ChiSquareTest> test_of(const BaseFit& fit, NoiseSource source) {
   return chi_square_test(fit.squared_error, fit.degrees_of_freedom());
 }
 
+// Of the readings that only `used` masks, those that a model predicts.
+std::size_t predicted_among_masked(const Campaign& given, const Campaign& used, const BaseFit& fit,
+                                   const Noise& noise) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < given.readings.size(); ++i) {
+    const std::vector<Index> measured = components_in_use(given.readings[i]);
+    if (measured.empty() || !used.readings[i].masked) continue;
+    const spatial::Vector6 off = (given.readings[i].displacement - fit.predicted[i])
+                                     .cwiseQuotient(noise.sigma[i])
+                                     .cwiseAbs();
+    count += off(measured).maxCoeff() <= outlying;
+  }
+  return count;
+}
+
 // Readings of some values, masked.
 Campaign without(const Campaign& campaign, const std::vector<Value>& values,
-                 const std::vector<std::size_t>& far, std::vector<std::string>& said) {
+                 const std::vector<std::size_t>& outliers, std::vector<std::string>& said) {
   Campaign result = campaign;
-  for (const std::size_t v : far) {
+  for (const std::size_t v : outliers) {
     Reading& reading = result.readings[values[v].reading];
     if (reading.masked) continue;
     reading.masked = true;
-    reading.mask_reason =
-        "more than 5 standard deviations from what any effect explains, to first order";
+    reading.mask_reason = fmt::format(
+        "more than {:g} standard deviations from what any effect explains, to first order",
+        outlying);
     said.push_back(fmt::format("reading '{}' ({}:{}): {}", reading.id,
                                campaign.readings_file.filename().string(), reading.line,
                                reading.mask_reason));
@@ -388,6 +405,11 @@ bool Diagnosis::predicts_no_better() const {
                      [](const FoundEffect& f) { return !(f.log_score_gain > 0); });
 }
 
+bool Diagnosis::has_improbable_name() const {
+  return std::any_of(found.begin(), found.end(),
+                     [](const FoundEffect& f) { return f.instead.empty() && f.probability < 0.5; });
+}
+
 std::string to_string(Verdict verdict) {
   switch (verdict) {
     case Verdict::no_effect_needed:
@@ -429,7 +451,9 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   d.noise = noise.source;
   const Rivals all(robot, given, noise, threads, progress, options.journal);
   Search whole_search(all, tried, options, threads, progress);
-  BaseFit fit = all.fit({}, nullptr, progress);
+  const Predictor as_designed(robot.without_effects(), robot.effects, given, threads, progress);
+  BaseFit fit = with_hint_of_slip(as_designed, given, progress,
+                                  [&] { return all.fit({}, nullptr, progress); });
   whole_search.screen({}, fit);
   const Campaign campaign =
       without(given, whole_search.values(), whole_search.outliers(fit), d.set_aside);
@@ -439,9 +463,8 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   if (!d.set_aside.empty()) fit = rivals.fit({}, &fit, progress);
   search.prepare_free_form(fit);
   d.before = test_of(fit, noise.source);
-  const PureError scatter = pure_error(campaign, replicate_groups(campaign), noise);
-  if (noise.source == NoiseSource::stated && scatter.degrees_of_freedom > 0)
-    d.noise_check = chi_square_test(scatter.sum, scatter.degrees_of_freedom);
+  d.noise_check =
+      test_of_stated_noise(pure_error(campaign, replicate_groups(campaign), noise), noise);
   d.weak = rivals.kept_as_designed();
   d.weak.insert(d.weak.end(), fit.weak.begin(), fit.weak.end());
   d.held_out = search.groups().what;
@@ -456,6 +479,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   const BaseFit designed =
       fit_base(Predictor(robot.without_effects(), robot.effects, campaign, threads, progress),
                campaign, noise, {}, progress);
+  d.unit_slip = unit_slip(campaign, designed.predicted);
   add_stage("as designed", designed, {});
   if (!fit.parameters.empty()) add_stage("refitted", fit, {});
   Model model{.present = {}, .fit = fit, .alone = {}, .without = fit};
@@ -471,6 +495,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   if (d.found.empty())
     d.instead_of_refit = stand_in(robot, campaign, noise, fit, designed, suspects, threads,
                                   progress, options.journal);
+  d.predicted_after_all = predicted_among_masked(given, campaign, model.fit, noise);
   d.after = test_of(model.fit, noise.source);
   if (!d.found.empty()) {
     d.above_free_form =
@@ -478,7 +503,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
     take_rest(d);
     d.or_something_else = d.above_free_form < doubtful_beside_free_form ||
                           (d.rest_p_value < level_of_rest && d.rest_of_laws.empty()) ||
-                          d.is_left_open() || d.predicts_no_better();
+                          d.is_left_open() || d.predicts_no_better() || d.has_improbable_name();
   }
   take_values(fitted_values(model.fit, model.present), d.found);
   doubt_friction(campaign, d);

@@ -37,14 +37,16 @@ struct Diagnosis {
   std::vector<std::string> ambiguous;  // where one may be something else: itself, then the others
   /// Where nothing was found: what the refit may have taken up.
   std::optional<StandIn> instead_of_refit;
-  std::vector<std::string> missing;    // what readings would have to have, in sentences
-  std::vector<std::string> set_aside;  // readings that no candidate explains, with reasons
+  std::vector<std::string> missing;     // what readings would have to have, in sentences
+  std::vector<std::string> set_aside;   // readings that no candidate explains, with reasons
+  std::size_t predicted_after_all = 0;  // how many of them the final model predicts
   std::vector<DiagnosisStep> steps;
   std::vector<std::string> weak;  // combinations that the base fit hardly knows
   NoiseSource noise = NoiseSource::unknown;
   std::optional<ChiSquareTest> before, after;  // of the base fit, and with what was found
   /// Scatter of repeated readings against the stated noise, when both exist.
   std::optional<ChiSquareTest> noise_check;
+  std::string unit_slip;  // what looks like a slip in a unit or a sign; else empty
   /// Of an error without a form of its own: instead of what was found, and in what is left then.
   FreeFormEvidence free_form, left;
   /// Log evidence of all that was found over that of the free-form rival instead.
@@ -58,6 +60,8 @@ struct Diagnosis {
   std::string rest_of_laws;
   /// Some effect that was found does not help to predict held-out readings.
   bool predicts_no_better() const;
+  /// An effect that no other stands beside is nevertheless not as likely as all else together.
+  bool has_improbable_name() const;
   bool or_something_else = false;  // that the catalogue lacks, may be what is missing
   std::vector<WaterfallStage> waterfall;
   std::string held_out;  // what was left out together: "configurations"

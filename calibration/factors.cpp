@@ -106,8 +106,12 @@ class Finder {
                          campaign_.units.length);
     }
     std::string label;
-    for (const auto& [joint, value] : c.joints)
-      label += fmt::format("{}{} = {:.4g}", label.empty() ? "" : ", ", joint, value);
+    for (const auto& [joint, value] : c.joints) {
+      const bool turns = campaign_.joint_columns.at(joint).turns;
+      const std::string& name = turns ? campaign_.units.angle : campaign_.units.length;
+      label += fmt::format("{}{} = {:.4g} {}", label.empty() ? "" : ", ", joint,
+                           value / spatial::parse_unit(name).factor, name);
+    }
     return label;
   }
 

@@ -134,19 +134,33 @@ class ColumnFinder {
         found = column(joint.alone);
       if (found) {
         found_.joints.push_back({*found, joint.name, joint.dimension});
-        campaign_.joint_columns[joint.name] = table_.columns()[*found];
+        campaign_.joint_columns[joint.name] = {table_.columns()[*found],
+                                               joint.dimension == dimension::angle};
       }
       if (!found && joint.actuated) missing.push_back(joint.alone);
     }
-    if (!found_.joints.empty() && !missing.empty())
+    if (!found_.joints.empty() && !missing.empty()) {
+      const std::string near = unknown_column_like(missing[0]);
       fail_header(missing[0],
                   fmt::format("the actuated joint '{}' has no column, but others have", missing[0]),
-                  "Add its column, with the coordinate at which it stood in every row");
+                  near.empty()
+                      ? "Add its column, with the coordinate at which it stood in every row"
+                      : fmt::format("Rename the column '{}' if that is it", near));
+    }
     if (!found_.joints.empty() && found_.position[0])
       fail_header("x", "the posture is given twice: by x, y, z and by joint coordinates",
                   "Keep one; rename the other columns to keep them as covariates");
     if (found_.orientation[0] && !found_.position[0])
       fail_header("x", "roll, pitch, yaw need a position as well", "Add the columns x, y, z");
+  }
+
+  // The first column without a meaning whose name may be a slip in this one; empty for none.
+  std::string unknown_column_like(const std::string& name) const {
+    for (std::size_t i = 0; i < table_.columns().size(); ++i)
+      if (found_.known.count(i) == 0 &&
+          !spatial::nearest_spelling(table_.columns()[i], {name}).empty())
+        return table_.columns()[i];
+    return {};
   }
 
   // "Fx" or "fx [N]" beside "fx" is surely a slip; a near spelling may be one.

@@ -116,7 +116,7 @@ void Search::take_marks(const Search& wider) {
 }
 
 std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
-  constexpr double far = 5, bend = 2;
+  constexpr double bend = 2;
   Index extra = 0;
   for (const Signature& s : signatures_) extra += s.columns.cols();
   const Index n = fit.at.residual.size(), base = fit.at.jacobian.cols();
@@ -143,7 +143,7 @@ std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
   }
   std::vector<std::size_t> found;
   for (Index i = 0; i < n; ++i)
-    if (std::abs(left[i]) > far) found.push_back(static_cast<std::size_t>(i));
+    if (std::abs(left[i]) > outlying) found.push_back(static_cast<std::size_t>(i));
   // Many far values are no outliers but something that the catalogue lacks.
   if (found.size() * 25 > static_cast<std::size_t>(n)) return {};
   return found;

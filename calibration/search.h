@@ -10,6 +10,8 @@
 
 namespace kinetostat::calibration {
 
+inline constexpr double outlying = 5;  // standard deviations, of an outlier
+
 struct DiagnosisOptions {
   std::vector<std::string> kinds;  // of effects that are tried; empty: the whole catalogue
   int draws = 500;                 // of the bootstraps

@@ -89,6 +89,12 @@ Finding finding(const std::string& model, const ChiSquareTest& test) {
   return {test.statistic / test.critical, sentence};
 }
 
+// A slip explains whatever else is found.
+void add_unit_slip(const Comparison& comparison, std::vector<Finding>& findings) {
+  if (!comparison.unit_slip.empty())
+    findings.push_back({std::numeric_limits<double>::infinity(), comparison.unit_slip});
+}
+
 // Only a disagreement is worth a sentence; it comes first, because it undermines the chi-square.
 void add_noise_check(const Comparison& comparison, std::vector<Finding>& findings) {
   if (!comparison.noise_check) return;
@@ -562,6 +568,7 @@ std::string cell(const Campaign& campaign, Eigen::Index component, double si) {
 
 std::vector<std::string> findings(const Campaign& campaign, const Comparison& comparison) {
   std::vector<Finding> all;
+  add_unit_slip(comparison, all);
   add_noise_check(comparison, all);
   for (const Named& model : models(comparison)) {
     if (const auto& test = model.assessment->lack_of_fit) all.push_back(finding(model.name, *test));

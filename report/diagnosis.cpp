@@ -100,6 +100,10 @@ std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
             "It may also stand for something that the catalogue lacks: what is left would need {} "
             "times the stated noise.",
             number(std::sqrt(d.after->reduced()), 2))};
+      if (d.has_improbable_name() && d.above_free_form >= calibration::doubtful_beside_free_form)
+        return {
+            "It may also be something that the catalogue lacks: a probability below one half is "
+            "no name."};
       if (d.above_free_form >= calibration::doubtful_beside_free_form)
         return {
             fmt::format("It may also stand for something that the catalogue lacks: beside it there "
@@ -136,6 +140,16 @@ std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
 std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Campaign& campaign,
                                  const Diagnosis& d) {
   std::vector<std::string> result = remarks_on_verdict(robot, campaign, d);
+  if (d.predicted_after_all > 0 && !d.found.empty())
+    result.push_back(fmt::format(
+        "Of the {} readings that were set aside, judged to first order, the final model predicts "
+        "{}: what was found is more curved than its mark, and stands on the others alone.",
+        d.set_aside.size(), d.predicted_after_all));
+  if (robot.uncertain.empty() && robot.uncertain_values.empty())
+    result.push_back(
+        "The robot file declares nothing 'uncertain', so nothing is refitted: a stiffness that is "
+        "a little off may be taken for an effect.");
+  if (!d.unit_slip.empty()) result.insert(result.begin(), d.unit_slip);
   if (d.noise_check && d.noise_check->p_value < calibration::certain_level)
     result.insert(result.begin(),
                   fmt::format("Repeated readings scatter {} times the stated noise (p = {}): state "

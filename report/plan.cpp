@@ -89,7 +89,7 @@ class PostureColumns {
     for (const auto& [name, turns] : joints_) {
       const auto given = plan_.joint_columns.find(name);
       text += "," + (given != plan_.joint_columns.end()
-                         ? given->second
+                         ? given->second.column
                          : calibration::joint_column(robot_.manipulator, name));
     }
     return text;

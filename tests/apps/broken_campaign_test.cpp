@@ -109,6 +109,9 @@ INSTANTIATE_TEST_SUITE_P(
                "readings.csv:1: z: the column 'z' is missing: x, y and z go together"},
         Broken{"MissingJoint", head, "x.rho,y.rho,fx,dx\n-450,-450,1,1\n",
                "readings.csv:1: z.rho: the actuated joint 'z.rho' has no column"},
+        Broken{"MisspeltJoint", head, "x.rho,y.rho,z.rh,fx,dx\n-450,-450,-450,1,1\n",
+               "the actuated joint 'z.rho' has no column, but others have. Rename the column "
+               "'z.rh' if that is it"},
         Broken{"PoseTwice", head, "x,y,z,x.rho,y.rho,z.rho,fx,dx\n0,0,0,1,1,1,1,1\n",
                "readings.csv:1:1: x: the posture is given twice: by x, y, z and by joint "
                "coordinates. Keep"},

@@ -127,6 +127,24 @@ TEST(ProgramRun, CompareEndsWithFiveWhenTheReadingsCannotTell) {
   EXPECT_THAT(outcome.err, HasSubstr("no reading depends on the stiffness of 'spring'"));
 }
 
+// Poses in mm that are said to be in um: the refit goes astray, and both commands say why.
+TEST(ProgramRun, AUnitThatIsWrongIsSaidWhereTheRefitFindsNoEnd) {
+  const std::filesystem::path folder = working_folder() / "wrong_unit";
+  std::filesystem::remove_all(folder);
+  std::filesystem::copy(std::string(KINETOSTAT_SOURCE_DIR) + "/data/measurements/six_axis_balancer",
+                        folder);
+  std::string campaign = files::read_text(folder / "campaign.yaml");
+  const std::string unit = "length: mm";
+  campaign.replace(campaign.find(unit), unit.size(), "length: um");
+  files::write_atomically(folder / "campaign.yaml", campaign);
+  const Outcome compared = kinetostat("compare wrong_unit/campaign.yaml");
+  EXPECT_EQ(compared.code, 4) << compared.err;
+  EXPECT_THAT(compared.err, HasSubstr("as of mm taken for um"));
+  const Outcome diagnosed = kinetostat("diagnose wrong_unit/campaign.yaml");
+  EXPECT_EQ(diagnosed.code, 4) << diagnosed.err;
+  EXPECT_THAT(diagnosed.err, HasSubstr("as of mm taken for um"));
+}
+
 // One mistake, how the program ends, and what its message must name.
 struct Mistake {
   const char* name;
@@ -180,6 +198,23 @@ INSTANTIATE_TEST_SUITE_P(
                 "mesh check meshes/foot.stl --unit furlong",
                 2,
                 {"--unit", "'furlong'", "Use mm, m or inch"}},
+        Mistake{"one_file_for_two_results",
+                "stiffness " + orthoglide + " --json new.out --html ./new.out",
+                2,
+                {"--html", "'./new.out' is named by --json too"}},
+        Mistake{"one_file_for_a_table_and_a_result",
+                "compare data/measurements/arm_nothing_hidden/campaign.yaml --csv a.csv -o a.csv",
+                2,
+                {"--out", "'a.csv' is named by --csv too"}},
+        Mistake{"option_where_a_file_should_be",
+                "compare data/measurements/arm_nothing_hidden/campaign.yaml --csv -q",
+                2,
+                {"--csv names no file: '-q' is an option", "./-q"}},
+        Mistake{
+            "negative_seed",
+            "simulate " + orthoglide + " --plan data/measurements/plans/orthoglide.csv --seed -1",
+            2,
+            {"--seed", "-1"}},
         Mistake{"no_threads", "stiffness " + orthoglide + " --threads 0", 2, {"--threads"}}),
     [](const auto& test) { return test.param.name; });
 
@@ -188,6 +223,14 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Mistake{"missing_file", "stiffness nowhere.yaml", 3, {"nowhere.yaml", "No such file"}},
         Mistake{"folder", "stiffness data", 3, {"is a folder"}},
+        Mistake{"folder_for_a_result",
+                "stiffness nowhere.yaml --json data",
+                3,
+                {"data: cannot be written (Is a directory)"}},
+        Mistake{"result_in_a_file",
+                "stiffness nowhere.yaml --json " + orthoglide + "/result.json",
+                3,
+                {orthoglide + "/result.json: cannot be written (Not a directory)"}},
         Mistake{"not_a_robot", "stiffness CONTRIBUTING.md", 3, {"CONTRIBUTING.md"}},
         Mistake{
             "unreachable_pose", "stiffness " + orthoglide + " --at 5000,0,0", 4, {"cannot reach"}},

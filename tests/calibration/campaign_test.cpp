@@ -101,7 +101,7 @@ TEST(CampaignFile, TakesActuatorCoordinatesByJointName) {
   const Campaign chains =
       read("x.rho,y.rho,z.rho,fz,dz\n-450,-451,-452,1,1\n", "", test::orthoglide().manipulator);
   EXPECT_DOUBLE_EQ(chains.configurations[0].joints.at("z.rho"), -0.452);
-  EXPECT_EQ(chains.joint_columns.at("z.rho"), "z.rho");
+  EXPECT_EQ(chains.joint_columns.at("z.rho").column, "z.rho");
 }
 
 TEST(CampaignFile, StatesNoiseForAllAxesOrEach) {

@@ -36,6 +36,8 @@ Campaign plan_for(const Bench& bench, bool arm, DisplacementKind displacement) {
     } else {
       configuration.target = spatial::Pose::translation({0.05 * a, 0.04 * b, -0.03 * a + 0.02 * b});
     }
+    for (const auto& [joint, angle] : configuration.joints)
+      campaign.joint_columns[joint] = {.column = joint, .turns = true};
     campaign.configurations.push_back(configuration);
   }
   const double levels[] = {0, 0.5, 1, 0.5, 0, -0.5, -1, -0.5, 0};

@@ -431,7 +431,7 @@ TEST(Plan, CallsJointsAsTheReadingsDo) {
   for (const std::string column : {"q", "cell.q"}) {
     Laboratory laboratory(slide);
     Campaign campaign = laboratory.measure("id,q,cycle,step,fz\na,5,1,0,300\nb,5,1,1,600\n");
-    campaign.joint_columns = {{"cell.q", column}};
+    campaign.joint_columns = {{"cell.q", {.column = column, .turns = true}}};
     files::Progress silent;
     const std::string table = report::plan_table(
         laboratory.robot(),

@@ -1,0 +1,36 @@
+// Readings that are a multiple of what the model predicts: a slip in a unit or a sign.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kinetostat/calibration/campaign.h"
+#include "kinetostat/calibration/predict.h"
+#include "kinetostat/files/error.h"
+#include "kinetostat/files/progress.h"
+
+namespace kinetostat::calibration {
+
+/// In a sentence what looks like a slip: readings in the pattern of the predictions, but more than
+/// eight times as large, less than an eighth, or against them. Empty where there is none.
+/// Translations and rotations each by themselves, without their means over a session, which zeros
+/// and frames move. `predicted`: by the model as designed, one a reading [m; rad].
+std::string unit_slip(const Campaign& campaign, const std::vector<spatial::Vector6>& predicted);
+
+/// What `fit` returns; where it finds no end, its error says as well what looks like a slip.
+/// `as_designed`: of the robot as its file has it, for the same campaign.
+template <class Fit>
+auto with_hint_of_slip(const Predictor& as_designed, const Campaign& campaign,
+                       files::Progress& progress, const Fit& fit) {
+  try {
+    return fit();
+  } catch (const files::NoConvergence& error) {
+    const Predictions predictions = as_designed.predict({}, {}, false, progress);
+    const std::string slip =
+        predictions.failure ? std::string() : unit_slip(campaign, predictions.displacement);
+    if (slip.empty()) throw;
+    throw files::NoConvergence(std::string(error.what()) + ". " + slip);
+  }
+}
+
+}  // namespace kinetostat::calibration
