@@ -83,11 +83,10 @@ class Finder {
       const std::size_t first = b * values.size() / bins;
       const std::size_t last = (b + 1) * values.size() / bins - 1;
       starts.push_back(values[first]);
-      factor.labels.push_back(first == last
-                                  ? fmt::format("{:.4g} {}", values[first] / scale, unit)
-                                  : fmt::format("{:.4g} to {:.4g} {}", values[first] / scale,
-                                                values[last] / scale, unit));
-      if (factor.labels.back().back() == ' ') factor.labels.back().pop_back();
+      const std::string from = fmt::format("{:.4g}", values[first] / scale);
+      const std::string to = fmt::format("{:.4g}", values[last] / scale);
+      factor.labels.push_back((from == to ? from : from + " to " + to) +
+                              (unit.empty() ? "" : " " + unit));
     }
     for (const double x : factor.number) {
       int group = -1;
