@@ -174,21 +174,6 @@ std::optional<ChiSquareTest> test_of(const BaseFit& fit, NoiseSource source) {
   return chi_square_test(fit.squared_error, fit.degrees_of_freedom());
 }
 
-// Of the readings that only `used` masks, those that a model predicts.
-std::size_t predicted_among_masked(const Campaign& given, const Campaign& used, const BaseFit& fit,
-                                   const Noise& noise) {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < given.readings.size(); ++i) {
-    const std::vector<Index> measured = components_in_use(given.readings[i]);
-    if (measured.empty() || !used.readings[i].masked) continue;
-    const spatial::Vector6 off = (given.readings[i].displacement - fit.predicted[i])
-                                     .cwiseQuotient(noise.sigma[i])
-                                     .cwiseAbs();
-    count += off(measured).maxCoeff() <= outlying;
-  }
-  return count;
-}
-
 // Readings of some values, masked.
 Campaign without(const Campaign& campaign, const std::vector<Value>& values,
                  const std::vector<std::size_t>& outliers, std::vector<std::string>& said) {
@@ -495,7 +480,6 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   if (d.found.empty())
     d.instead_of_refit = stand_in(robot, campaign, noise, fit, designed, suspects, threads,
                                   progress, options.journal);
-  d.predicted_after_all = predicted_among_masked(given, campaign, model.fit, noise);
   d.after = test_of(model.fit, noise.source);
   if (!d.found.empty()) {
     d.above_free_form =

@@ -37,9 +37,8 @@ struct Diagnosis {
   std::vector<std::string> ambiguous;  // where one may be something else: itself, then the others
   /// Where nothing was found: what the refit may have taken up.
   std::optional<StandIn> instead_of_refit;
-  std::vector<std::string> missing;     // what readings would have to have, in sentences
-  std::vector<std::string> set_aside;   // readings that no candidate explains, with reasons
-  std::size_t predicted_after_all = 0;  // how many of them the final model predicts
+  std::vector<std::string> missing;    // what readings would have to have, in sentences
+  std::vector<std::string> set_aside;  // readings that no candidate explains, with reasons
   std::vector<DiagnosisStep> steps;
   std::vector<std::string> weak;  // combinations that the base fit hardly knows
   NoiseSource noise = NoiseSource::unknown;

@@ -140,11 +140,6 @@ std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
 std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Campaign& campaign,
                                  const Diagnosis& d) {
   std::vector<std::string> result = remarks_on_verdict(robot, campaign, d);
-  if (d.predicted_after_all > 0 && !d.found.empty())
-    result.push_back(fmt::format(
-        "Of the {} readings that were set aside, judged to first order, the final model predicts "
-        "{}: what was found is more curved than its mark, and stands on the others alone.",
-        d.set_aside.size(), d.predicted_after_all));
   if (robot.uncertain.empty() && robot.uncertain_values.empty())
     result.push_back(
         "The robot file declares nothing 'uncertain', so nothing is refitted: a stiffness that is "

@@ -48,6 +48,20 @@ TEST(Verdict, NoNameWhereTheNoiseWouldHaveToBeManyTimesTheStatedOne) {
               HasSubstr("times the stated noise"));
 }
 
+// Two effects that together beat an error without a form, while each beside the other does not: a
+// creep that the catalogue lacks was "friction and drift", with probabilities of 0.25 and 0.11.
+TEST(Verdict, NoNameThatIsLessLikelyThanAllElse) {
+  Diagnosis d;
+  d.found.resize(2);
+  d.found[0].probability = 0.97;
+  d.found[1].probability = 0.6;
+  EXPECT_FALSE(d.has_improbable_name());
+  d.found[1].probability = 0.25;
+  EXPECT_TRUE(d.has_improbable_name());
+  d.found[1].instead = {"creep at cell.q"};  // with which it shares
+  EXPECT_FALSE(d.has_improbable_name());
+}
+
 // Nothing hidden, but noise that was stated too small: by little it is said, by much nothing is
 // sure.
 TEST(Verdict, AMisfitBeyondTheStatedNoiseIsNotNothing) {
