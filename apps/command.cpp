@@ -136,8 +136,8 @@ std::string page_about(const files::InputError& error) {
   if (page.empty()) return {};
   if (table) return fmt::format("\nIts columns are described in docs/reference/{}.", page);
   const std::string sort = page.substr(0, page.find('-'));
-  return fmt::format("\nIt looks like a {} file, whose keys are described in docs/reference/{}.",
-                     sort, page);
+  return fmt::format("\nBy its keys this is a {} file, described in docs/reference/{}.", sort,
+                     page);
 }
 
 }  // namespace

@@ -142,12 +142,12 @@ TEST(Program, MistakesInAFileNameThePageThatDescribesIt) {
   const test::TemporaryFolder folder;
   const std::tuple<const char*, const char*, const char*> files[] = {
       {"arm.yaml", "kinetostat: 1\nmanipulator: {}\n",
-       "a robot file, whose keys are described in docs/reference/robot"},
+       "a robot file, described in docs/reference/robot"},
       {"b.yaml", "kinetostat: 1\nname: b\nlinkz: {}\n",
-       "a robot file, whose keys are described in docs/reference/robot"},
+       "a robot file, described in docs/reference/robot"},
       {"c.yaml", "kinetostat: 1\ncampaign: c\n",
-       "a campaign file, whose keys are described in docs/reference/campaign"},
-      {"d.yml", "link: d\n", "a link file, whose keys are described in docs/reference/link"},
+       "a campaign file, described in docs/reference/campaign"},
+      {"d.yml", "link: d\n", "a link file, described in docs/reference/link"},
       {"r.csv", "# notes\nid,fz,dz\n", "columns are described in docs/reference/campaign"}};
   for (const auto& [name, text, page] : files) {
     const std::filesystem::path file = folder.path() / name;
