@@ -51,7 +51,8 @@ double law_error_like(const std::vector<FoundEffect>& found, const Candidate& ca
 }
 
 // What passes the gate, and helps to predict readings that it has not seen or is far more probable
-// than that nothing is missing. Beside another effect it must do both, and stand out further.
+// than that nothing is missing. Beside another effect it must do both, stand out further, and not
+// be less likely than an error without a form.
 bool is_found(const DiagnosisStep& step, const std::vector<FoundEffect>& found) {
   const bool first = step.beside.empty();
   if (step.gate.p_value > (first ? significance_level : significance_of_more)) return false;
@@ -61,7 +62,8 @@ bool is_found(const DiagnosisStep& step, const std::vector<FoundEffect>& found) 
   const bool predicts = best.fit->log_score_gain > best.fit->log_score_deviation;
   const bool probable = best.fit->log_evidence - step.log_evidence_without > doubtful;
   if (first) return predicts || probable;
-  return predicts && probable && best.fit->told_apart >= told_apart_from &&
+  return predicts && probable && step.free_form_probability < 0.5 &&
+         best.fit->told_apart >= told_apart_from &&
          best.fit->told_apart >= law_error_like(found, best.candidate);
 }
 

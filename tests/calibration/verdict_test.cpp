@@ -48,8 +48,30 @@ TEST(Verdict, NoNameWhereTheNoiseWouldHaveToBeManyTimesTheStatedOne) {
               HasSubstr("times the stated noise"));
 }
 
-// Two effects that together beat an error without a form, while each beside the other does not: a
-// creep that the catalogue lacks was "friction and drift", with probabilities of 0.25 and 0.11.
+// A creep that the catalogue lacks is neither friction nor "friction and a drift": what friction
+// leaves of it is far likelier to have no form than to be a drift.
+TEST(Verdict, WhatAnErrorWithoutAFormExplainsBetterIsNoSecondEffect) {
+  Laboratory laboratory(slide);
+  laboratory.options().translation_noise = 5e-6;
+  laboratory.hide("creep", "q", "c=3e-8 m/N,tau=400 s");
+  std::string plan = "id,cycle,step,time,fz\n";
+  int n = 0, time = 0;
+  for (int cycle = 1; cycle <= 8; ++cycle)
+    for (int k = 0; k < 25; ++k) {
+      const int level = k <= 6 ? k : k <= 18 ? 12 - k : k - 24;  // up, down and reversed
+      time += 30 + 7 * ++n % 11;
+      plan += fmt::format("a{0},{1},{0},{2},{3}\n", n, cycle, time, 150 * level);
+    }
+  const Diagnosis d = laboratory.diagnose(laboratory.measure(plan), {"session_drift", "friction"});
+  EXPECT_EQ(d.verdict, Verdict::none_of_the_above);
+  ASSERT_EQ(d.found.size(), 1u);
+  EXPECT_EQ(d.found[0].candidate.name(), "friction at cell.q");
+  ASSERT_EQ(d.steps.size(), 2u);
+  EXPECT_LT(d.steps[1].gate.p_value, 0.01);
+  EXPECT_GT(d.steps[1].free_form_probability, 0.9);
+}
+
+// Two effects that together beat an error without a form, while one beside the other does not.
 TEST(Verdict, NoNameThatIsLessLikelyThanAllElse) {
   Diagnosis d;
   d.found.resize(2);
