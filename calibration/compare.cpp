@@ -237,8 +237,8 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
   result.as_designed = fit({});
   result.unit_slip = unit_slip(to_fit, result.as_designed.fit.predicted);
   try {
-    if (!robot.uncertain.empty() || !robot.uncertain_values.empty())
-      result.refitted = fit(uncertain_parameters(robot));
+    if (const std::vector<Parameter> uncertain = uncertain_parameters(robot); !uncertain.empty())
+      result.refitted = fit(uncertain);
   } catch (const files::NotIdentifiable& error) {
     result.refit_failure = error.what();
   }

@@ -438,8 +438,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   d.noise = noise.source;
   const Rivals all(robot, given, noise, threads, progress, options.journal);
   Search whole_search(all, tried, options, threads, progress);
-  const Predictor as_designed(robot.without_effects(), robot.effects, given, threads, progress);
-  BaseFit fit = with_hint_of_slip(as_designed, given, progress,
+  BaseFit fit = with_hint_of_slip(all.predictor(), given, progress,
                                   [&] { return all.fit({}, nullptr, progress); });
   whole_search.screen({}, fit);
   const Campaign campaign =
@@ -463,9 +462,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
     if (has_role(whole, Role::confirm))
       d.waterfall.back().confirmed = rivals.error_on(kept, stage, added, progress);
   };
-  const BaseFit designed =
-      fit_base(Predictor(robot.without_effects(), robot.effects, campaign, threads, progress),
-               campaign, noise, {}, progress);
+  const BaseFit designed = fit_base(rivals.predictor(), campaign, noise, {}, progress);
   d.unit_slip = unit_slip(campaign, designed.predicted);
   add_stage("as designed", designed, {});
   if (!fit.parameters.empty()) add_stage("refitted", fit, {});

@@ -76,6 +76,8 @@ class Rivals {
   double error_on(const Campaign& others, const BaseFit& fit, const std::vector<Candidate>& added,
                   files::Progress& progress) const;
 
+  /// Of the robot as its file has it.
+  const Predictor& predictor() const { return predictor_; }
   const Campaign& campaign() const { return campaign_; }
   const Noise& noise() const { return noise_; }
   /// What was declared uncertain and stays as designed, because these readings do not determine it,

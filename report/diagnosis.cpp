@@ -100,19 +100,19 @@ std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
             "It may also stand for something that the catalogue lacks: what is left would need {} "
             "times the stated noise.",
             number(std::sqrt(d.after->reduced()), 2))};
-      if (d.has_improbable_name() && d.above_free_form >= calibration::doubtful_beside_free_form)
+      if (d.above_free_form < calibration::doubtful_beside_free_form)
+        return {fmt::format(
+            "It may also be something that the catalogue lacks and that depends on {}: an error "
+            "without a form of its own explains these readings about as well.",
+            d.free_form.depends_on)};
+      if (d.has_improbable_name())
         return {
             "It may also be something that the catalogue lacks: a probability below one half is "
             "no name."};
-      if (d.above_free_form >= calibration::doubtful_beside_free_form)
-        return {
-            fmt::format("It may also stand for something that the catalogue lacks: beside it there "
-                        "seems to be something more (gate p = {}), which no effect explains.",
-                        number(d.rest_p_value, 2))};
-      return {fmt::format(
-          "It may also be something that the catalogue lacks and that depends on {}: an error "
-          "without a form of its own explains these readings about as well.",
-          d.free_form.depends_on)};
+      return {
+          fmt::format("It may also stand for something that the catalogue lacks: beside it there "
+                      "seems to be something more (gate p = {}), which no effect explains.",
+                      number(d.rest_p_value, 2))};
     case Verdict::cannot_tell:
       if (d.instead_of_refit)
         return {fmt::format(
@@ -140,7 +140,7 @@ std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
 std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Campaign& campaign,
                                  const Diagnosis& d) {
   std::vector<std::string> result = remarks_on_verdict(robot, campaign, d);
-  if (robot.uncertain.empty() && robot.uncertain_values.empty())
+  if (calibration::uncertain_parameters(robot).empty())
     result.push_back(
         "The robot file declares nothing 'uncertain', so nothing is refitted: a stiffness that is "
         "a little off may be taken for an effect.");
