@@ -159,6 +159,18 @@ std::vector<double> scattered(const RobotSpec& robot, bool off, Random& random) 
   return factors;
 }
 
+// The robot as it is but for what is hidden, and how it is measured.
+struct Setting {
+  World world;
+  Plan plan;
+};
+
+Setting setting_of(const Case& spec, Random& random) {
+  World world{.robot = robot_named(spec.robot), .factors = {}, .effects = {}};
+  world.factors = scattered(world.robot, spec.kind == "off_base", random);
+  return {world, plan_named(spec.plan, world.robot, random)};
+}
+
 // The size that is as detectable as wanted, by secants in logarithms.
 double size_for(const Target& target, World world, const Plan& plan, const Whitened& whitened) {
   HiddenEffect effect = target.effect;
@@ -217,10 +229,8 @@ std::string place_in_file(const std::string& at) {
 void write_case(const Case& spec, const std::filesystem::path& folder,
                 const std::filesystem::path& truth) {
   Random random(spec.seed);
-  World world{.robot = robot_named(spec.robot), .factors = {}, .effects = {}};
+  const auto [world, plan] = setting_of(spec, random);
   const std::vector<double> nominal(world.robot.springs().size(), 1);
-  world.factors = scattered(world.robot, spec.kind == "off_base", random);
-  const Plan plan = plan_named(spec.plan, world.robot, random);
   const Responses base = respond(world, plan, true);
   const Readings noise = stated_noise(world.robot, base);
   const Whitened whitened(plan, base, noise);
@@ -252,6 +262,16 @@ void write_case(const Case& spec, const std::filesystem::path& folder,
                   "\"seed\": {},\n  \"readings\": {}, \"values\": {},\n  \"effects\": [{}]}}\n",
                   spec.name, spec.kind, spec.robot, spec.plan, spec.seed, plan.rows.size(),
                   plan.rows.size() * (plan.rotations ? 6u : 3u), hidden));
+}
+
+Confuser confuser_in(const Case& spec, double size) {
+  if (spec.targets.empty())
+    throw std::invalid_argument(fmt::format("nothing is hidden in {}", spec.name));
+  Random random(spec.seed);
+  const auto [world, plan] = setting_of(spec, random);
+  HiddenEffect effect = spec.targets[0].effect;
+  effect.size = size;
+  return confuser_of(effect, world, plan);
 }
 
 void write_agreement(const std::string& robot, const std::string& plan_name, int elements,

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "confuser.h"
 #include "experiment.h"
 
 namespace twin {
@@ -35,6 +36,10 @@ std::vector<Case> suite();
 /// which the product never sees. Throws std::runtime_error.
 void write_case(const Case& spec, const std::filesystem::path& folder,
                 const std::filesystem::path& truth);
+
+/// What looks most like the first effect that is hidden in a case, which has that size there.
+/// Throws std::invalid_argument where nothing is hidden.
+Confuser confuser_in(const Case& spec, double size);
 
 /// A campaign without noise on a robot whose file says the truth: the product must agree with it.
 void write_agreement(const std::string& robot, const std::string& plan, int elements,

@@ -43,20 +43,17 @@ Eigen::MatrixXd span_of(const std::vector<Eigen::VectorXd>& marks) {
 
 }  // namespace
 
-Confuser confuser_of(HiddenEffect effect, const std::string& robot, const std::string& plan_name) {
+Confuser confuser_of(const HiddenEffect& effect, World world, const Plan& plan) {
   // d': what is smaller at its usual size counts as it looks at ten times that.
   constexpr double visible = 1, least_visible = 0.1;
-  World world{.robot = robot_named(robot), .factors = {}, .effects = {}, .elements = 1};
-  world.factors.assign(world.robot.springs().size(), 1);
-  Random random(7);
-  const Plan plan = plan_named(plan_name, world.robot, random);
+  world.elements = 1;
+  world.effects.clear();
   const Responses base = respond(world, plan, true);
   const Whitened whitened(plan, base, stated_noise(world.robot, base));
   const auto mark_of = [&](const HiddenEffect& hidden) -> Eigen::VectorXd {
     world.effects = {hidden};
     return whitened.mark_of(respond(world, plan, false));
   };
-  effect.size = usual_size(world.robot, effect);
   const Eigen::VectorXd mark = mark_of(effect).normalized();
   Confuser worst;
   for (const HiddenEffect& other : all_effects(world.robot)) {

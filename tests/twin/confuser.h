@@ -14,10 +14,10 @@ struct Confuser {
   double cosine = 0;
 };
 
-/// At the effect's usual size, in a campaign of that plan on a robot as it is written down, with
-/// short beams: an angle between marks needs no fine ones. Among all effects the twin knows,
-/// wherever they can act, at their usual sizes, or at ten times these where that hardly shows.
-/// Throws std::runtime_error when the robot collapses.
-Confuser confuser_of(HiddenEffect effect, const std::string& robot, const std::string& plan);
+/// Of an effect at its size, in that campaign on that robot, whose other effects do not count;
+/// beams are short ones, since an angle between marks needs no fine ones. Among all effects the
+/// twin knows, wherever they can act, at their usual sizes, or at ten times these where that hardly
+/// shows. Throws std::runtime_error when the robot collapses.
+Confuser confuser_of(const HiddenEffect& effect, World world, const Plan& plan);
 
 }  // namespace twin

@@ -16,7 +16,7 @@ namespace {
 constexpr const char* usage =
     "usage: twin_cases --list                         names, classes and rounds\n"
     "       twin_cases --case NAME FOLDER TRUTH.json  writes one case\n"
-    "       twin_cases --confuser NAME CONFUSER.json  what looks like that which is hidden in it\n"
+    "       twin_cases --confuser NAME SIZE FILE.json what looks like that which is hidden in it\n"
     "       twin_cases --agreement ROBOT PLAN FOLDER  no noise, nothing hidden, the true "
     "stiffnesses\n";
 
@@ -39,11 +39,9 @@ int run(const std::vector<std::string>& words) {
     twin::write_case(case_named(words[1]), words[2], words[3]);
     return 0;
   }
-  if (words.size() == 3 && words[0] == "--confuser") {
-    const twin::Case c = case_named(words[1]);
-    if (c.targets.empty()) throw std::runtime_error("nothing is hidden in " + c.name);
-    const twin::Confuser found = twin::confuser_of(c.targets[0].effect, c.robot, c.plan);
-    twin::write_text(words[2], fmt::format("{{\"confuser\": \"{}\", \"cosine\": {:.3f}}}\n",
+  if (words.size() == 4 && words[0] == "--confuser") {
+    const twin::Confuser found = twin::confuser_in(case_named(words[1]), std::stod(words[2]));
+    twin::write_text(words[3], fmt::format("{{\"confuser\": \"{}\", \"cosine\": {:.3f}}}\n",
                                            found.name, found.cosine));
     return 0;
   }
