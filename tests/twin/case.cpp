@@ -264,14 +264,14 @@ void write_case(const Case& spec, const std::filesystem::path& folder,
                   plan.rows.size() * (plan.rotations ? 6u : 3u), hidden));
 }
 
-Confuser confuser_in(const Case& spec, double size) {
+Confuser confuser_in(const Case& spec, double size, double enough) {
   if (spec.targets.empty())
     throw std::invalid_argument(fmt::format("nothing is hidden in {}", spec.name));
   Random random(spec.seed);
   const auto [world, plan] = setting_of(spec, random);
   HiddenEffect effect = spec.targets[0].effect;
   effect.size = size;
-  return confuser_of(effect, world, plan);
+  return confuser_of(effect, world, plan, enough);
 }
 
 void write_agreement(const std::string& robot, const std::string& plan_name, int elements,

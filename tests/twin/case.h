@@ -37,9 +37,10 @@ std::vector<Case> suite();
 void write_case(const Case& spec, const std::filesystem::path& folder,
                 const std::filesystem::path& truth);
 
-/// What looks most like the first effect that is hidden in a case, which has that size there.
-/// Throws std::invalid_argument where nothing is hidden.
-Confuser confuser_in(const Case& spec, double size);
+/// What looks most like the first effect that is hidden in a case, which has that size there; or
+/// the first that does so by more than `enough`. Throws std::invalid_argument where nothing is
+/// hidden.
+Confuser confuser_in(const Case& spec, double size, double enough = 1);
 
 /// A campaign without noise on a robot whose file says the truth: the product must agree with it.
 void write_agreement(const std::string& robot, const std::string& plan, int elements,

@@ -1,5 +1,6 @@
 #include "confuser.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace twin {
@@ -24,6 +25,8 @@ std::vector<HiddenEffect> all_effects(const RobotSpec& robot) {
       if (item.kind == Item::link)
         for (const char* name : {"thermal_expansion", "self_weight"}) all.push_back({name, at});
     }
+  std::stable_partition(all.begin(), all.end(),
+                        [](const HiddenEffect& e) { return !remembers_loads(e); });
   return all;
 }
 
@@ -43,7 +46,7 @@ Eigen::MatrixXd span_of(const std::vector<Eigen::VectorXd>& marks) {
 
 }  // namespace
 
-Confuser confuser_of(const HiddenEffect& effect, World world, const Plan& plan) {
+Confuser confuser_of(const HiddenEffect& effect, World world, const Plan& plan, double enough) {
   // d': what is smaller at its usual size counts as it looks at ten times that.
   constexpr double visible = 1, least_visible = 0.1;
   world.elements = 1;
@@ -74,6 +77,7 @@ Confuser confuser_of(const HiddenEffect& effect, World world, const Plan& plan) 
       if (marks.empty()) continue;
       const double cosine = (span_of(marks).transpose() * mark).norm();
       if (cosine > worst.cosine) worst = {other.name + " at " + other.at, cosine};
+      if (worst.cosine > enough) return worst;
     }
   }
   return worst;

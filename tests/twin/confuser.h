@@ -17,7 +17,8 @@ struct Confuser {
 /// Of an effect at its size, in that campaign on that robot, whose other effects do not count;
 /// beams are short ones, since an angle between marks needs no fine ones. Among all effects the
 /// twin knows, wherever they can act, at their usual sizes, or at ten times these where that hardly
-/// shows. Throws std::runtime_error when the robot collapses.
-Confuser confuser_of(const HiddenEffect& effect, World world, const Plan& plan);
+/// shows; those that take long to compute come last, and the search ends where a cosine is above
+/// `enough`. Throws std::runtime_error when the robot collapses.
+Confuser confuser_of(const HiddenEffect& effect, World world, const Plan& plan, double enough = 1);
 
 }  // namespace twin

@@ -148,9 +148,7 @@ bool creeps(const std::vector<HiddenEffect>& effects) {
 }
 
 bool has_memory(const std::vector<HiddenEffect>& effects) {
-  return std::any_of(effects.begin(), effects.end(), [](const HiddenEffect& e) {
-    return e.name == "friction" || e.name == "creep";
-  });
+  return std::any_of(effects.begin(), effects.end(), remembers_loads);
 }
 
 // One cycle after the other, each on a robot that stood relaxed.

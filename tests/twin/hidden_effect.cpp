@@ -82,6 +82,10 @@ double usual_size(const RobotSpec& robot, const HiddenEffect& effect) {
   return found->second;
 }
 
+bool remembers_loads(const HiddenEffect& effect) {
+  return effect.name == "friction" || effect.name == "creep";
+}
+
 std::vector<std::vector<HiddenEffect>> looks_of(const RobotSpec& robot,
                                                 const HiddenEffect& effect) {
   // Values in which the readings are linear add up; laws have several curves.

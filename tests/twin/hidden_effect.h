@@ -32,6 +32,9 @@ struct Row {
 /// std::invalid_argument for a name that nobody knows.
 double usual_size(const RobotSpec& robot, const HiddenEffect& effect);
 
+/// What a reading shows of it depends on the loads before.
+bool remembers_loads(const HiddenEffect& effect);
+
 /// All that an effect can look like: one of these lists, and of its members, which have their usual
 /// sizes, any combination.
 std::vector<std::vector<HiddenEffect>> looks_of(const RobotSpec& robot, const HiddenEffect& effect);

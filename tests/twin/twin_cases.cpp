@@ -16,7 +16,8 @@ namespace {
 constexpr const char* usage =
     "usage: twin_cases --list                         names, classes and rounds\n"
     "       twin_cases --case NAME FOLDER TRUTH.json  writes one case\n"
-    "       twin_cases --confuser NAME SIZE FILE.json what looks like that which is hidden in it\n"
+    "       twin_cases --confuser NAME SIZE ENOUGH CONFUSER.json\n"
+    "                      what looks like that which is hidden in it, up to a cosine\n"
     "       twin_cases --agreement ROBOT PLAN FOLDER  no noise, nothing hidden, the true "
     "stiffnesses\n";
 
@@ -39,9 +40,10 @@ int run(const std::vector<std::string>& words) {
     twin::write_case(case_named(words[1]), words[2], words[3]);
     return 0;
   }
-  if (words.size() == 4 && words[0] == "--confuser") {
-    const twin::Confuser found = twin::confuser_in(case_named(words[1]), std::stod(words[2]));
-    twin::write_text(words[3], fmt::format("{{\"confuser\": \"{}\", \"cosine\": {:.3f}}}\n",
+  if (words.size() == 5 && words[0] == "--confuser") {
+    const twin::Confuser found =
+        twin::confuser_in(case_named(words[1]), std::stod(words[2]), std::stod(words[3]));
+    twin::write_text(words[4], fmt::format("{{\"confuser\": \"{}\", \"cosine\": {:.3f}}}\n",
                                            found.name, found.cosine));
     return 0;
   }
