@@ -79,6 +79,7 @@ class Rivals {
   /// Of the robot as its file has it.
   const Predictor& predictor() const { return predictor_; }
   const Campaign& campaign() const { return campaign_; }
+  bool has_gravity() const { return !robot_.manipulator.gravity().isZero(0); }
   const Noise& noise() const { return noise_; }
   /// What was declared uncertain and stays as designed, because these readings do not determine it,
   /// in sentences.

@@ -26,13 +26,16 @@ constexpr double least_kept = 0.3;      // of what a mark explains: a fit with l
 
 // What a fit cannot absorb of marks that are there.
 std::string why_unobservable(const Candidate& candidate, const Rivals::Marks& marks,
-                             const Campaign& campaign) {
+                             const Rivals& rivals) {
   if (!marks.failure.empty()) return marks.failure;
   double largest = 0;
   for (const Signature& signature : marks.signatures)
     largest = std::max(largest, signature.columns.norm());
   if (largest > least_visible) return absorbed;
-  if (campaign.displacement == DisplacementKind::difference &&
+  const bool is_weight = candidate.effect.kind->parameters[0].linear == spatial::dimension::mass;
+  if (is_weight && !rivals.has_gravity())
+    return "no reading depends on it: it acts by its weight, and the robot file states no 'gravity'";
+  if (rivals.campaign().displacement == DisplacementKind::difference &&
       candidate.effect.kind->place != vjm::EffectPlace::joint)
     return "no reading depends on it: in differences from the unloaded state it cancels";
   return "no reading depends on it";
@@ -193,7 +196,7 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
   for (std::size_t c = 0; c < candidates_.size(); ++c)
     if (!seen[c])
       step.ranking[c].unobservable =
-          why_unobservable(candidates_[c], marks_[c], rivals_.campaign());
+          why_unobservable(candidates_[c], marks_[c], rivals_);
   confuse(screen, step);
   fits.assign(candidates_.size(), {});
   if (step.gate.p_value <= significance_level)

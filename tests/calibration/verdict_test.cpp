@@ -346,6 +346,23 @@ TEST(Verdict, BalancersAreSoughtWhereWeightActs) {
   EXPECT_THAT(balanced("", "Rz"), testing::ElementsAre("arm.q1", "arm.q2", "arm.q3"));
 }
 
+// A mass weighs nothing where the robot file does not say which way is down.
+TEST(Verdict, SaysThatGravityIsMissing) {
+  Laboratory laboratory(
+      "kinetostat: 1\nname: arm\nunits: {length: mm, force: N, angle: deg}\nchain_types:\n  arm:\n"
+      "    - actuator: {name: q1, axis: Ry, stiffness: 4.0e4 N m/rad}\n    - tool: [0, 0, 400]\n"
+      "manipulator: {chain: arm}\nuncertain:\n  - {stiffness: q1}\n");
+  const Campaign campaign = laboratory.measure(
+      "id,q1,fz\na,90,20\nb,90,-20\nc,60,40\nd,60,-40\ne,30,20\nf,30,-20\n");
+  const Diagnosis d = laboratory.diagnose(campaign, {"payload", "clearance"});
+  const auto& ranking = d.steps.at(0).ranking;
+  const auto payload = std::find_if(ranking.begin(), ranking.end(), [](const Rival& r) {
+    return r.candidate.effect.kind->name == "payload";
+  });
+  ASSERT_NE(payload, ranking.end());
+  EXPECT_THAT(payload->unobservable, testing::HasSubstr("the robot file states no 'gravity'"));
+}
+
 // Weight cancels in differences, and a gain of the load cell is what a stiffness takes up: both are
 // said, though no effect is needed.
 TEST(Verdict, SaysWhatItCouldNotSee) {

@@ -144,6 +144,9 @@ std::vector<Case> suite() {
     for (const HiddenEffect& effect : menu.effects)
       if (effect.name != "hardening" || menu.robot == "bench")
         add("single", menu, effect.name + "_d50", {{effect, 50}});
+  // False alarms are rare: it takes many campaigns without anything hidden to count them.
+  for (const Menu& menu : menus())
+    for (int i = 0; menu.robot != "orthoglide" && i < 12; ++i) add("clean", menu, menu.plan, {});
   return cases;
 }
 

@@ -29,7 +29,7 @@ struct Case {
 inline constexpr int rounds = 4;
 
 /// The whole suite, round by round: each is a fair sample of the others, but that Orthoglides are
-/// in the first one only, and the largest effects (d' 50) in the last one.
+/// in the first one only, and the largest effects (d' 50) and many more without any in the last.
 std::vector<Case> suite();
 
 /// Writes robot.yaml, campaign.yaml and readings.csv into `folder`, and what is hidden to `truth`,
