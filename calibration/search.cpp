@@ -34,7 +34,8 @@ std::string why_unobservable(const Candidate& candidate, const Rivals::Marks& ma
   if (largest > least_visible) return absorbed;
   const bool is_weight = candidate.effect.kind->parameters[0].linear == spatial::dimension::mass;
   if (is_weight && !rivals.has_gravity())
-    return "no reading depends on it: it acts by its weight, and the robot file states no 'gravity'";
+    return "no reading depends on it: it acts by its weight, and the robot file states no "
+           "'gravity'";
   if (rivals.campaign().displacement == DisplacementKind::difference &&
       candidate.effect.kind->place != vjm::EffectPlace::joint)
     return "no reading depends on it: in differences from the unloaded state it cancels";
@@ -195,8 +196,7 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
   }
   for (std::size_t c = 0; c < candidates_.size(); ++c)
     if (!seen[c])
-      step.ranking[c].unobservable =
-          why_unobservable(candidates_[c], marks_[c], rivals_);
+      step.ranking[c].unobservable = why_unobservable(candidates_[c], marks_[c], rivals_);
   confuse(screen, step);
   fits.assign(candidates_.size(), {});
   if (step.gate.p_value <= significance_level)

@@ -352,8 +352,8 @@ TEST(Verdict, SaysThatGravityIsMissing) {
       "kinetostat: 1\nname: arm\nunits: {length: mm, force: N, angle: deg}\nchain_types:\n  arm:\n"
       "    - actuator: {name: q1, axis: Ry, stiffness: 4.0e4 N m/rad}\n    - tool: [0, 0, 400]\n"
       "manipulator: {chain: arm}\nuncertain:\n  - {stiffness: q1}\n");
-  const Campaign campaign = laboratory.measure(
-      "id,q1,fz\na,90,20\nb,90,-20\nc,60,40\nd,60,-40\ne,30,20\nf,30,-20\n");
+  const Campaign campaign =
+      laboratory.measure("id,q1,fz\na,90,20\nb,90,-20\nc,60,40\nd,60,-40\ne,30,20\nf,30,-20\n");
   const Diagnosis d = laboratory.diagnose(campaign, {"payload", "clearance"});
   const auto& ranking = d.steps.at(0).ranking;
   const auto payload = std::find_if(ranking.begin(), ranking.end(), [](const Rival& r) {
