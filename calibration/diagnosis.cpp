@@ -23,6 +23,7 @@ using Eigen::VectorXd;
 constexpr double significance_of_more = 0.01;  // of a further effect beside one that was found
 constexpr double level_of_rest = 0.005;        // of a rest that no effect explains
 constexpr double believable_noise = 2;         // times the stated one, to account for a misfit
+constexpr double most_outliers = 0.04;     // of all values: more are something that is not known
 constexpr double unexplained_share = 0.3;  // of the misfit: more is another effect, not this one
 
 // So large that nobody has seen one, and it does not explain the readings better than an error
@@ -134,7 +135,8 @@ void doubt_friction(const Campaign& campaign, Diagnosis& d) {
 
 // Of all that was found over the free-form rival in its place: log evidence.
 double above_free_form(const BaseFit& without, const std::vector<BaseFit>& alone,
-                       const BaseFit& together, const FreeForm& free_form, const Diagnosis& d,
+                       const BaseFit& together, const FreeForm& free_form,
+                       const CorrelatedNoise& noise, const Diagnosis& d,
                        FreeFormEvidence& instead) {
   const double temper = std::max(common_temper(without, alone), temper_of(together));
   instead = free_form.evidence({-without.at.residual, without.at.jacobian}, temper);
@@ -144,8 +146,8 @@ double above_free_form(const BaseFit& without, const std::vector<BaseFit>& alone
     prior += found.log_prior;
     is_usual &= found.times_usual <= unusual;
   }
-  return evidence(together, temper, is_usual ? Sizes::usual : Sizes::any).log + prior -
-         evidence(without, temper).log - instead.log;
+  return evidence(together, temper, is_usual ? Sizes::usual : Sizes::any).log +
+         noise.gain(together) + prior - evidence(without, temper).log - instead.log;
 }
 
 // Whether there is something more beside all that was found: of the round that looked for it.
@@ -441,8 +443,13 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   BaseFit fit = with_hint_of_slip(all.predictor(), given, progress,
                                   [&] { return all.fit({}, nullptr, progress); });
   whole_search.screen({}, fit);
-  const Campaign campaign =
-      without(given, whole_search.values(), whole_search.outliers(fit), d.set_aside);
+  std::vector<std::size_t> outliers = whole_search.outliers(fit);
+  if (static_cast<double>(outliers.size()) >
+      most_outliers * static_cast<double>(whole_search.values().size())) {
+    d.far_values = outliers.size();
+    outliers.clear();
+  }
+  const Campaign campaign = without(given, whole_search.values(), outliers, d.set_aside);
   const Rivals rivals(robot, campaign, noise, threads, progress, options.journal);
   Search search(rivals, tried, options, threads, progress);
   search.take_marks(whole_search);
@@ -481,8 +488,8 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
                                   progress, options.journal);
   d.after = test_of(model.fit, noise.source);
   if (!d.found.empty()) {
-    d.above_free_form =
-        above_free_form(model.without, model.alone, model.fit, search.free_form(), d, d.free_form);
+    d.above_free_form = above_free_form(model.without, model.alone, model.fit, search.free_form(),
+                                        search.correlated_noise(), d, d.free_form);
     take_rest(d);
     d.or_something_else = d.above_free_form < doubtful_beside_free_form ||
                           (d.rest_p_value < level_of_rest && d.rest_of_laws.empty()) ||
@@ -494,6 +501,9 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   d.waterfall.push_back(noise_floor(search.values(), noise));
   d.left = search.free_form().evidence({-model.fit.at.residual, model.fit.at.jacobian},
                                        temper_of(model.fit));
+  d.left.log -= search.correlated_noise().gain(model.fit);
+  if (const auto way = search.correlated_noise().prevailing(model.fit))
+    d.correlated_noise = search.correlated_noise().what(*way);
   judge(d);
   if (d.verdict != Verdict::cannot_tell) d.instead_of_refit.reset();
   if (options.profiles > 0)

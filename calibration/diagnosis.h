@@ -39,12 +39,16 @@ struct Diagnosis {
   std::optional<StandIn> instead_of_refit;
   std::vector<std::string> missing;    // what readings would have to have, in sentences
   std::vector<std::string> set_aside;  // readings that no candidate explains, with reasons
+  /// Values that no candidate explains, where they are too many to be set aside.
+  std::size_t far_values = 0;
   std::vector<DiagnosisStep> steps;
   std::vector<std::string> weak;  // combinations that the base fit hardly knows
   NoiseSource noise = NoiseSource::unknown;
   std::optional<ChiSquareTest> before, after;  // of the base fit, and with what was found
   /// Scatter of repeated readings against the stated noise, when both exist.
   std::optional<ChiSquareTest> noise_check;
+  /// How the noise of the readings is not independent, beside all that was found; else empty.
+  std::string correlated_noise;
   std::string unit_slip;  // what looks like a slip in a unit or a sign; else empty
   /// Of an error without a form of its own: instead of what was found, and in what is left then.
   FreeFormEvidence free_form, left;

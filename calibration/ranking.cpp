@@ -168,26 +168,31 @@ double common_temper(const BaseFit& without, const std::vector<BaseFit>& fits) {
 }
 
 std::size_t weigh(const BaseFit& without, const std::vector<BaseFit>& fits,
-                  const HeldOutGroups& groups, const FreeForm& free_form, DiagnosisStep& step) {
+                  const HeldOutGroups& groups, const FreeForm& free_form,
+                  const CorrelatedNoise& correlated, DiagnosisStep& step) {
   const double temper = common_temper(without, fits);
   const Evidence known = evidence(without, temper);
-  step.log_evidence_without = known.log;
+  const double noise_without = correlated.gain(without);
+  step.log_evidence_without = known.log + noise_without;
   step.squared_error_without = without.squared_error;
   step.free_form = free_form.evidence({-without.at.residual, without.at.jacobian}, temper);
+  step.free_form.log -= noise_without;
+  std::vector<double> noise(fits.size());
   const HeldOut plain = held_out(without.at, known.information, groups, temper);
   for (std::size_t c = 0; c < fits.size(); ++c) {
     if (fits[c].values == 0) continue;
     Rival& rival = step.ranking[c];
     rival.fit = rival_fit(fits[c], rival.candidate, temper, groups, plain);
     rival.fit->log_prior = log_prior(step, rival);
-    rival.fit->log_evidence += rival.fit->log_prior;
+    noise[c] = correlated.gain(fits[c]);
+    rival.fit->log_evidence += rival.fit->log_prior + noise[c];
   }
   std::size_t best = most_probable(step);
   if (best == fits.size()) return best;
   if (times_usual(step.ranking[best]) > unusual) {
     for (std::size_t c = 0; c < fits.size(); ++c)
       if (auto& fit = step.ranking[c].fit)
-        fit->log_evidence = evidence(fits[c], temper, Sizes::any).log + fit->log_prior;
+        fit->log_evidence = evidence(fits[c], temper, Sizes::any).log + fit->log_prior + noise[c];
     best = most_probable(step);
   }
   share_probability(step);

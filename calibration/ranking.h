@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "kinetostat/calibration/correlated_noise.h"
 #include "kinetostat/calibration/free_form.h"
 #include "kinetostat/calibration/gate.h"
 #include "kinetostat/calibration/held_out.h"
@@ -63,12 +64,12 @@ struct Rival {
 /// One round: what is missing beside what was found before?
 struct DiagnosisStep {
   std::vector<std::string> beside;  // effects that are in the model already
-  Gate gate;
-  std::vector<Rival> ranking;  // most probable first, then by surprise, then unobservable ones
+  Gate gate;                        // under the likeliest noise
+  std::vector<Rival> ranking;       // most probable first, then by surprise, then unobservable ones
   std::vector<std::size_t> indistinguishable;  // in the ranking: the best and what may be it
   double log_evidence_without = 0;             // of the model as it is, nothing missing
   double squared_error_without = 0;            // whitened, of the same
-  FreeFormEvidence free_form;                  // beside that; as likely beforehand as a kind
+  FreeFormEvidence free_form;  // beside that and its noise; as likely beforehand as a kind
   double free_form_probability = 0;
   /// The most surprising candidates, and the largest cosine of a mark of the one with one of the
   /// other: 1 where the one does what the other does.
@@ -84,11 +85,12 @@ double times_usual(const Rival& rival);
 double common_temper(const BaseFit& without, const std::vector<BaseFit>& fits);
 
 /// Evidence, held-out scores and what tells the best from the others, of all that have a fit (one
-/// entry a rival; without values where there is none), and of the free-form rival. Where the best
-/// has an unusual size, any size is as likely as the usual one. Returns which is the best, the
-/// number of rivals when none has a fit.
+/// entry a rival; without values where there is none), and of the free-form rival. Under each the
+/// noise may be correlated. Where the best has an unusual size, any size is as likely as the usual
+/// one. Returns which is the best, the number of rivals when none has a fit.
 std::size_t weigh(const BaseFit& without, const std::vector<BaseFit>& fits,
-                  const HeldOutGroups& groups, const FreeForm& free_form, DiagnosisStep& step);
+                  const HeldOutGroups& groups, const FreeForm& free_form,
+                  const CorrelatedNoise& correlated, DiagnosisStep& step);
 
 /// Of one joint, which neither remembers anything: what readings must tell is the shape of a law.
 bool are_laws_of_one_joint(const Candidate& a, const Candidate& b);

@@ -148,8 +148,6 @@ std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
   std::vector<std::size_t> found;
   for (Index i = 0; i < n; ++i)
     if (std::abs(left[i]) > outlying) found.push_back(static_cast<std::size_t>(i));
-  // Many far values are no outliers but something that the catalogue lacks.
-  if (found.size() * 25 > static_cast<std::size_t>(n)) return {};
   return found;
 }
 
@@ -181,7 +179,7 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
   const ResidualSpace space(-fit.at.residual, fit.at.jacobian);
   const Screen screen(space, signatures_);
   progress_.report("gate", 0);
-  step.gate = gate(screen, space, significance_level, options_.draws, options_.seed, threads_);
+  step.gate = gate_under_noise_of(fit, screen, space);
   for (std::size_t c = 0; c < candidates_.size(); ++c)
     step.ranking.emplace_back().candidate = candidates_[c];
   std::vector<bool> seen(candidates_.size(), false);
@@ -201,10 +199,25 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
   fits.assign(candidates_.size(), {});
   if (step.gate.p_value <= significance_level)
     fit_survivors(present, fit, screen, space, step, fits);
-  const std::size_t best = weigh(fit, fits, groups_, *free_form_, step);
+  const std::size_t best = weigh(fit, fits, groups_, *free_form_, correlated_, step);
   if (best < fits.size()) find_imitators(fit, fits[best], step);
   arrange(step, fits);
   return step;
+}
+
+// With the noise that a fit seems to have.
+Gate Search::gate_under_noise_of(const BaseFit& fit, const Screen& screen,
+                                 const ResidualSpace& space) const {
+  const auto pass = [&](const Screen& candidates, const ResidualSpace& beside) {
+    return gate(candidates, beside, significance_level, options_.draws, options_.seed, threads_);
+  };
+  const std::optional<std::size_t> way = correlated_.prevailing(fit);
+  if (!way) return pass(screen, space);
+  const ResidualSpace independent(correlated_.decorrelated(*way, -fit.at.residual),
+                                  correlated_.decorrelated(*way, fit.at.jacobian));
+  std::vector<Signature> signatures = signatures_;
+  for (Signature& s : signatures) s.columns = correlated_.decorrelated(*way, s.columns);
+  return pass(Screen(independent, signatures), independent);
 }
 
 // Rows of the ranking are still those of the candidates.

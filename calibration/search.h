@@ -32,13 +32,15 @@ class Search {
         threads_(threads),
         progress_(progress),
         values_(values_in_use(rivals.campaign())),
-        groups_(held_out_groups(rivals.campaign(), values_)) {}
+        groups_(held_out_groups(rivals.campaign(), values_)),
+        correlated_(rivals.campaign(), values_, rivals.noise()) {}
 
   /// What the free-form rival may act through: that of the model without anything added.
   void prepare_free_form(const BaseFit& fit) {
     free_form_.emplace(rivals_.campaign(), values_, rivals_.free_form_ways(fit, progress_));
   }
   const FreeForm& free_form() const { return *free_form_; }
+  const CorrelatedNoise& correlated_noise() const { return correlated_; }
 
   const std::vector<Value>& values() const { return values_; }
   const HeldOutGroups& groups() const { return groups_; }
@@ -49,7 +51,7 @@ class Search {
   /// Takes over the marks from a search with the same readings and more.
   void take_marks(const Search& wider);
 
-  /// Values that not all the catalogue together explains, though most of the others fit: outliers.
+  /// Values that not all the catalogue together explains: outliers, where they are few.
   std::vector<std::size_t> outliers(const BaseFit& fit) const;
 
   /// Pairs of candidates that show together though none shows alone, sized as their marks ask, the
@@ -69,6 +71,8 @@ class Search {
   void fit_survivors(const std::vector<Candidate>& present, const BaseFit& fit,
                      const Screen& screen, const ResidualSpace& space, DiagnosisStep& step,
                      std::vector<BaseFit>& fits);
+  Gate gate_under_noise_of(const BaseFit& fit, const Screen& screen,
+                           const ResidualSpace& space) const;
   double explained_by(std::size_t candidate, const Screen& screen,
                       const ResidualSpace& space) const;
   struct Look {
@@ -89,6 +93,7 @@ class Search {
   files::Progress& progress_;
   std::vector<Value> values_;
   HeldOutGroups groups_;
+  CorrelatedNoise correlated_;
   std::optional<FreeForm> free_form_;
   std::vector<Rivals::Marks> marks_;  // one a candidate
   std::vector<Signature> signatures_;

@@ -61,6 +61,27 @@ std::string left_text(const char* what, const Diagnosis& d) {
                      number(d.left.p_value(), 2));
 }
 
+std::string noise_words(const Diagnosis& d) {
+  return d.noise == calibration::NoiseSource::replicates ? "the noise that repeated readings show"
+                                                         : "the stated noise";
+}
+
+// Where something looked like an effect, or the misfit is large, though none is needed.
+std::vector<std::string> remarks_on_nothing(const Diagnosis& d) {
+  std::vector<std::string> result;
+  if (!d.steps.empty() && d.steps[0].gate.p_value <= calibration::significance_level)
+    result.push_back(fmt::format(
+        "A mark passes the gate (p = {}), but no effect that was fitted predicts readings that it "
+        "has not seen, or is far more probable than that nothing is missing.",
+        number(d.steps[0].gate.p_value, 2)));
+  if (d.before && d.before->p_value <= calibration::certain_level)
+    result.push_back(fmt::format(
+        "The misfit is {} times {} (p = {}): that is too small, or something is missing that these "
+        "readings do not show.",
+        number(std::sqrt(d.before->reduced()), 3), noise_words(d), number(d.before->p_value, 2)));
+  return result;
+}
+
 // What a verdict means here, in sentences.
 std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
                                             const calibration::Campaign& campaign,
@@ -76,8 +97,8 @@ std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
       if (d.found.empty() && d.is_left_open())
         return {
             fmt::format("No effect explains these readings: with the model as it is, they "
-                        "would have {} times the stated noise.",
-                        number(std::sqrt(d.after->reduced()), 2))};
+                        "would have {} times {}.",
+                        number(std::sqrt(d.after->reduced()), 2), noise_words(d))};
       if (!is_left) return {};
       return {left_text(d.found.empty()
                             ? "Something is left that no effect of the catalogue explains. It"
@@ -98,8 +119,8 @@ std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
       if (d.is_left_open())
         return {fmt::format(
             "It may also stand for something that the catalogue lacks: what is left would need {} "
-            "times the stated noise.",
-            number(std::sqrt(d.after->reduced()), 2))};
+            "times {}.",
+            number(std::sqrt(d.after->reduced()), 2), noise_words(d))};
       if (d.above_free_form < calibration::doubtful_beside_free_form)
         return {fmt::format(
             "It may also be something that the catalogue lacks and that depends on {}: an error "
@@ -127,11 +148,7 @@ std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
       if (!d.missing.empty()) return {};
       return {"No effect of its usual size would show in these readings."};
     case Verdict::no_effect_needed:
-      if (!d.before || d.before->p_value > calibration::certain_level) return {};
-      return {fmt::format(
-          "The misfit is {} times the stated noise (p = {}): that is too small, or something is "
-          "missing that these readings do not show.",
-          number(std::sqrt(d.before->reduced()), 3), number(d.before->p_value, 2))};
+      return remarks_on_nothing(d);
     default:
       return {};
   }
@@ -144,6 +161,15 @@ std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Cam
     result.push_back(
         "The robot file declares nothing 'uncertain', so nothing is refitted: a stiffness that is "
         "a little off may be taken for an effect.");
+  if (!d.correlated_noise.empty())
+    result.push_back(fmt::format("The noise is not independent, which is taken into account: {}.",
+                                 d.correlated_noise));
+  if (d.far_values > 0)
+    result.push_back(
+        fmt::format("{} values are more than {:g} standard deviations from what any effect "
+                    "explains, to first order: too many to be set aside as outliers. If "
+                    "something is known to be wrong with them, mask them.",
+                    d.far_values, calibration::outlying));
   if (!d.unit_slip.empty()) result.insert(result.begin(), d.unit_slip);
   if (d.noise_check && d.noise_check->p_value < calibration::certain_level)
     result.insert(result.begin(),
@@ -377,6 +403,8 @@ Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, con
               {"log_evidence", d.left.log}}},
             {"waterfall", waterfall},
             {"held_out", d.held_out},
+            {"correlated_noise", d.correlated_noise.empty() ? Json() : Json(d.correlated_noise)},
+            {"far_values", d.far_values},
             {"set_aside", d.set_aside},
             {"weak", d.weak},
             {"steps", steps}};

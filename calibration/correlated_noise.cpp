@@ -1,0 +1,142 @@
+#include "kinetostat/calibration/correlated_noise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <fmt/format.h>
+
+#include "kinetostat/calibration/evidence.h"
+#include "kinetostat/calibration/residual_space.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double out_of_question = 6.9;  // of log evidence: a thousand to one
+
+}  // namespace
+
+CorrelatedNoise::CorrelatedNoise(const Campaign& campaign, const std::vector<Value>& values,
+                                 const Noise& noise) {
+  if (campaign.displacement == DisplacementKind::difference) add_zeros(campaign, values, noise);
+  add_fading(campaign, values);
+}
+
+void CorrelatedNoise::add_zeros(const Campaign& campaign, const std::vector<Value>& values,
+                                const Noise& noise) {
+  std::map<std::tuple<std::size_t, std::string, std::size_t, Index>, Rows> shared;
+  bool in_cycles = false;
+  for (std::size_t v = 0; v < values.size(); ++v) {
+    const Reading& reading = campaign.readings[values[v].reading];
+    in_cycles |= !reading.cycle.empty();
+    const std::size_t configuration = reading.cycle.empty() ? reading.configuration : 0;
+    shared[{reading.session, reading.cycle, configuration, values[v].component}].push_back(
+        static_cast<Index>(v));
+  }
+  if (std::all_of(shared.begin(), shared.end(), [](const auto& s) { return s.second.size() < 2; }))
+    return;
+  const auto sigma = [&](Index row) {
+    const Value& value = values[static_cast<std::size_t>(row)];
+    return noise.sigma[value.reading][value.component];
+  };
+  Way way{.what = fmt::format("readings of one {} are off together, as the noise of the one "
+                              "reading without load that they are counted from makes them",
+                              in_cycles ? "cycle" : "configuration")};
+  for (const auto& [key, rows] : shared) {
+    double least = sigma(rows[0]);
+    for (const Index row : rows) least = std::min(least, sigma(row));
+    VectorXd zero(static_cast<Index>(rows.size()));  // its deviation over that of each reading
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      zero[static_cast<Index>(i)] = least / sigma(rows[i]);
+    MatrixXd covariance = zero * zero.transpose();
+    covariance.diagonal().array() += 1;
+    way.blocks.push_back({rows, covariance.llt().matrixL()});
+    way.log_determinant += 2 * way.blocks.back().lower.diagonal().array().log().sum();
+  }
+  ways_.push_back(std::move(way));
+}
+
+void CorrelatedNoise::add_fading(const Campaign& campaign, const std::vector<Value>& values) {
+  std::map<std::pair<std::size_t, Index>, Rows> tracks;
+  for (std::size_t v = 0; v < values.size(); ++v) {
+    const Reading& reading = campaign.readings[values[v].reading];
+    if (!reading.time) return;
+    tracks[{reading.session, values[v].component}].push_back(static_cast<Index>(v));
+  }
+  const auto order = [&](Index row) {
+    const Reading& r = campaign.readings[values[static_cast<std::size_t>(row)].reading];
+    return std::tuple(*r.time, r.cycle, r.step.value_or(0), r.id);
+  };
+  for (const double fading : {0.3, 0.6, 0.85}) {
+    Way way{.what = "the error of a reading is like that of the one before it", .fading = fading};
+    for (auto& [key, rows] : tracks) {
+      std::stable_sort(rows.begin(), rows.end(),
+                       [&](Index a, Index b) { return order(a) < order(b); });
+      way.blocks.push_back({rows});
+      way.log_determinant += static_cast<double>(rows.size() - 1) * std::log1p(-fading * fading);
+    }
+    ways_.push_back(std::move(way));
+  }
+}
+
+MatrixXd CorrelatedNoise::decorrelated(std::size_t number, const MatrixXd& columns) const {
+  const Way& way = ways_.at(number);
+  MatrixXd result = columns;
+  for (const Block& block : way.blocks) {
+    if (block.lower.size() > 0) {
+      MatrixXd part = columns(block.rows, Eigen::all);
+      block.lower.triangularView<Eigen::Lower>().solveInPlace(part);
+      result(block.rows, Eigen::all) = part;
+      continue;
+    }
+    const double fresh = std::sqrt(1 - way.fading * way.fading);
+    for (std::size_t i = 1; i < block.rows.size(); ++i)
+      result.row(block.rows[i]) =
+          (columns.row(block.rows[i]) - way.fading * columns.row(block.rows[i - 1])) / fresh;
+  }
+  return result;
+}
+
+double CorrelatedNoise::log_evidence(std::size_t way, const BaseFit& fit) const {
+  const ResidualSpace space(-fit.at.residual, fit.at.jacobian);
+  const VectorXd residual = space.left_of(space.residual());
+  if (space.dimension() < 1 || residual.isZero(0)) return 0;
+  const MatrixXd basis = decorrelated(way, space.basis());
+  VectorXd left = decorrelated(way, residual);
+  double log = -0.5 * ways_[way].log_determinant;
+  if (basis.cols() > 0) {
+    const Eigen::HouseholderQR<MatrixXd> qr(basis);
+    log -= qr.matrixQR().diagonal().cwiseAbs().array().log().sum();
+    const MatrixXd q = qr.householderQ() * MatrixXd::Identity(basis.rows(), basis.cols());
+    left -= (q * (q.transpose() * left)).eval();
+  }
+  return log - static_cast<double>(space.dimension()) * std::log(left.norm() / residual.norm());
+}
+
+double CorrelatedNoise::gain(const BaseFit& fit) const {
+  if (ways_.empty()) return 0;
+  std::vector<double> logs;
+  for (std::size_t way = 0; way < ways_.size(); ++way) logs.push_back(log_evidence(way, fit));
+  const double correlated = log_mean_exp(logs);
+  return std::max(0.0, correlated) + std::log1p(std::exp(-std::abs(correlated)));
+}
+
+std::optional<std::size_t> CorrelatedNoise::prevailing(const BaseFit& fit) const {
+  std::optional<std::size_t> best;
+  double most = out_of_question;
+  for (std::size_t way = 0; way < ways_.size(); ++way)
+    if (const double log = log_evidence(way, fit); log > most) {
+      most = log;
+      best = way;
+    }
+  return best;
+}
+
+}  // namespace kinetostat::calibration
