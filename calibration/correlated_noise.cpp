@@ -5,7 +5,6 @@
 #include <map>
 #include <tuple>
 
-#include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <fmt/format.h>
 
@@ -55,10 +54,8 @@ void CorrelatedNoise::add_zeros(const Campaign& campaign, const std::vector<Valu
     VectorXd zero(static_cast<Index>(rows.size()));  // its deviation over that of each reading
     for (std::size_t i = 0; i < rows.size(); ++i)
       zero[static_cast<Index>(i)] = least / sigma(rows[i]);
-    MatrixXd covariance = zero * zero.transpose();
-    covariance.diagonal().array() += 1;
-    way.blocks.push_back({rows, covariance.llt().matrixL()});
-    way.log_determinant += 2 * way.blocks.back().lower.diagonal().array().log().sum();
+    way.log_determinant += std::log1p(zero.squaredNorm());
+    way.blocks.push_back({rows, std::move(zero)});
   }
   ways_.push_back(std::move(way));
 }
@@ -90,10 +87,11 @@ MatrixXd CorrelatedNoise::decorrelated(std::size_t number, const MatrixXd& colum
   const Way& way = ways_.at(number);
   MatrixXd result = columns;
   for (const Block& block : way.blocks) {
-    if (block.lower.size() > 0) {
-      MatrixXd part = columns(block.rows, Eigen::all);
-      block.lower.triangularView<Eigen::Lower>().solveInPlace(part);
-      result(block.rows, Eigen::all) = part;
+    if (block.zero.size() > 0) {  // the inverse of the symmetric root of 1 + zero zero'
+      const VectorXd& zero = block.zero;
+      const double less = (1 - 1 / std::sqrt(1 + zero.squaredNorm())) / zero.squaredNorm();
+      const MatrixXd part = columns(block.rows, Eigen::all);
+      result(block.rows, Eigen::all) = part - less * zero * (zero.transpose() * part);
       continue;
     }
     const double fresh = std::sqrt(1 - way.fading * way.fading);

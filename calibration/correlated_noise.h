@@ -45,11 +45,11 @@ class CorrelatedNoise {
 
  private:
   using Rows = std::vector<Eigen::Index>;
-  // Values of one block: either lower is the Cholesky factor of their covariance, or each is
-  // `fading` times the one before it and something new.
+  // Values of one block: either they share a zero, each with the covariance 1 + zero zero', or each
+  // is `fading` times the one before it and something new.
   struct Block {
     Rows rows;
-    Eigen::MatrixXd lower = {};
+    Eigen::VectorXd zero = {};
   };
   struct Way {
     std::string what;
