@@ -360,11 +360,36 @@ LeastSquaresOptions options_for(const Problem& problem, const BaseFitOptions& op
   return result;
 }
 
+// Coordinates of frames stay as stated that no reading tells from those before them: what is
+// measured in a plane does not depend on turns about axes in it.
+void hold_undetermined_frames(Problem& problem, const VectorXd& start,
+                              LeastSquaresOptions& options) {
+  constexpr double alike = 1e-6;
+  const Unknowns& unknowns = problem.unknowns();
+  if (unknowns.frames().empty()) return;
+  const std::optional<Linearisation> there = problem.at(start, 0);
+  if (!there) return;  // which the fit says better
+  MatrixXd told(there->jacobian.rows(), 0);
+  for (Index k = unknowns.frame_at(0); k < unknowns.size(); ++k) {
+    const VectorXd mark = there->jacobian.col(k);
+    VectorXd left = mark;
+    for (int twice = 0; twice < 2; ++twice) left -= told * (told.transpose() * left);
+    if (left.norm() > std::max(alike * mark.norm(), sensitivity_rounding * problem.scale())) {
+      told.conservativeResize(Eigen::NoChange, told.cols() + 1);
+      told.rightCols<1>() = left.normalized();
+    } else {
+      options.lower[k] = options.upper[k] = start[k];
+    }
+  }
+}
+
 LeastSquaresResult solve(Problem& problem, const BaseFitOptions& options) {
   const auto residuals = [&problem](const VectorXd& q) { return problem.at(q); };
   VectorXd start = problem.start();
   problem.start_frames(start);
-  LeastSquaresResult result = minimise(residuals, start, options_for(problem, options));
+  LeastSquaresOptions within = options_for(problem, options);
+  hold_undetermined_frames(problem, start, within);
+  LeastSquaresResult result = minimise(residuals, start, within);
   if (result.status == LeastSquaresStatus::no_start) problem.fail_prediction();
   require_bounded(problem, result);
   require_identifiable(problem.unknowns().names(), result.at.jacobian, result.free(),
@@ -437,6 +462,9 @@ class Estimates {
     FrameEstimate frame{unknowns_.frames()[f], unknown, unknown};
     frame.value.tail(n) = result_.x.segment(unknowns_.frame_at(f), n);
     frame.standard_error.tail(n) = errors_.segment(unknowns_.frame_at(f), n);
+    for (Index k = 0; k < n; ++k)
+      if (result_.hit[static_cast<std::size_t>(unknowns_.frame_at(f) + k)] != BoundHit::none)
+        frame.standard_error[6 - n + k] = std::numeric_limits<double>::quiet_NaN();
     fit.frames.push_back(frame);
   }
 
@@ -457,6 +485,8 @@ BaseFit fitted(Problem& problem, const Noise& noise, const BaseFitOptions& optio
   fit.loss = options.loss;
   fit.weights.assign(result.weights.begin(), result.weights.begin() + fit.values);
   fit.at = {result.at.residual.head(fit.values), result.at.jacobian.topRows(fit.values)};
+  for (Index k = problem.unknowns().frame_at(0); k < problem.unknowns().size(); ++k)
+    if (result.hit[static_cast<std::size_t>(k)] != BoundHit::none) fit.at.jacobian.col(k).setZero();
   const double variance = variance_of(result, options.loss, noise.source != NoiseSource::unknown,
                                       fit.degrees_of_freedom());
   fit.covariance = variance * inverse_normal_matrix(result.at.jacobian, free);

@@ -36,6 +36,7 @@ struct Zero {
 
 /// Where the measuring frame of one session really was: position [m] and rotation vector [rad] of
 /// the stated frame, seen from it. In differences only the rotation matters; the position is NaN.
+/// What no reading tells has no standard error (NaN) and is where the fit began.
 struct FrameEstimate {
   std::size_t session = 0;
   spatial::Vector6 value, standard_error;

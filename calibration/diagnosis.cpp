@@ -459,6 +459,11 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   d.noise_check =
       test_of_stated_noise(pure_error(campaign, replicate_groups(campaign), noise), noise);
   d.weak = rivals.kept_as_designed();
+  if (is_held_near_design(fit))
+    d.weak.push_back(
+        "With nothing missing, some stiffness would fit best where it is infinite or zero: all "
+        "that are uncertain are fitted as known by design to a factor of 2.7, one standard "
+        "deviation.");
   d.weak.insert(d.weak.end(), fit.weak.begin(), fit.weak.end());
   d.held_out = search.groups().what;
   const Campaign kept = only(whole, {Role::confirm});

@@ -11,6 +11,7 @@
 #include "kinetostat/calibration/fit_record.h"
 #include "kinetostat/calibration/load_history.h"
 #include "kinetostat/calibration/undetermined.h"
+#include "kinetostat/calibration/unit_slip.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/vjm/kinematics.h"
 
@@ -174,6 +175,29 @@ std::optional<Candidate> candidate_at(const vjm::Robot& robot,
   return candidate;
 }
 
+// Adds to each uncertain stiffness that design tells it; returns whether there is any. The range
+// keeps it where readings still depend on it, for the effect that sets it right.
+bool believe_design(std::vector<Parameter>& parameters) {
+  constexpr double deviation = 1, farthest = 3;  // factors of e
+  bool any = false;
+  for (Parameter& p : parameters)
+    if (p.is_logarithm() && !p.bounds_stated) {
+      p.prior = Parameter::Prior{.mean = p.start, .deviation = deviation};
+      p.lower = p.start - farthest * deviation;
+      p.upper = p.start + farthest * deviation;
+      p.bounds_stated = any = true;
+    }
+  return any;
+}
+
+// As the unknowns of a fit that begins at another one, which has the first `count` of them.
+void begin_at(const BaseFit& start, std::size_t count, std::vector<Parameter>& unknowns) {
+  for (std::size_t k = 0; k < count; ++k) {
+    unknowns[k] = start.parameters[k].parameter;
+    unknowns[k].start = start.parameters[k].value;
+  }
+}
+
 }  // namespace
 
 std::string Candidate::name() const {
@@ -221,6 +245,12 @@ std::vector<FittedValues> fitted_values(const BaseFit& fit, const std::vector<Ca
     result.push_back(std::move(fitted));
   }
   return result;
+}
+
+bool is_held_near_design(const BaseFit& fit) {
+  return std::any_of(fit.parameters.begin(), fit.parameters.end(), [](const auto& estimate) {
+    return estimate.parameter.is_logarithm() && estimate.parameter.prior;
+  });
 }
 
 std::vector<vjm::Effect> effects_with(const vjm::Robot& robot,
@@ -299,16 +329,26 @@ BaseFit Rivals::fit(const std::vector<Candidate>& added, const BaseFit* start,
                     files::Progress& progress) const {
   const std::vector<vjm::Effect> effects = effects_with(robot_, added);
   std::vector<Parameter> unknowns = parameters(effects, added);
-  if (start != nullptr)
-    for (std::size_t k = 0; k < base_.size(); ++k) unknowns[k].start = start->parameters[k].value;
-  return fitted(effects, unknowns, start, progress);
+  if (start != nullptr) begin_at(*start, base_.size(), unknowns);
+  try {
+    return fitted(effects, unknowns, start, progress);
+  } catch (const files::NotIdentifiable&) {
+    // What is missing may look like a spring without end; a slip in a sign does, too.
+    if (start != nullptr || !slip(progress).empty() || !believe_design(unknowns)) throw;
+    return fitted(effects, unknowns, start, progress);
+  }
+}
+
+std::string Rivals::slip(files::Progress& progress) const {
+  const Predictions designed = predictor_.predict({}, {}, false, progress);
+  return designed.failure ? std::string() : unit_slip(campaign_, designed.displacement);
 }
 
 BaseFit Rivals::fit_held(const std::vector<Candidate>& added, const BaseFit& start,
                          std::size_t held, double value, files::Progress& progress) const {
   const std::vector<vjm::Effect> effects = effects_with(robot_, added);
   std::vector<Parameter> unknowns = parameters(effects, added);
-  for (std::size_t k = 0; k < unknowns.size(); ++k) unknowns[k].start = start.parameters[k].value;
+  begin_at(start, unknowns.size(), unknowns);
   unknowns[held].start = unknowns[held].lower = unknowns[held].upper = value;
   unknowns[held].bounds_stated = true;  // held, not running away
   return fitted(effects, unknowns, &start, progress);

@@ -37,6 +37,10 @@ struct FittedValues {
 /// Of each of the added effects: their values are the last parameters of the fit.
 std::vector<FittedValues> fitted_values(const BaseFit& fit, const std::vector<Candidate>& added);
 
+/// Whether stiffnesses are known by design in such a fit, because readings alone drive one to
+/// infinity or zero.
+bool is_held_near_design(const BaseFit& fit);
+
 /// A robot, a campaign, and the fits of models with something more.
 class Rivals {
  public:
@@ -45,7 +49,11 @@ class Rivals {
   Rivals(const vjm::Robot& robot, const Campaign& campaign, const Noise& noise, int threads,
          files::Progress& progress, FitJournal* journal = nullptr);
 
-  /// What is fitted under every rival: what the user declared uncertain, zeros and frames.
+  /// What is fitted under every rival: what the user declared uncertain, zeros and frames. Where
+  /// the first fit (without `start`) cannot determine a stiffness, and no slip in units or signs is
+  /// why, all that are uncertain and without stated bounds are known by design to a factor of e,
+  /// and no farther off than its third power, in it and in those that begin at it. Throws
+  /// files::NotIdentifiable where that does not help.
   BaseFit fit(const std::vector<Candidate>& added, const BaseFit* start,
               files::Progress& progress) const;
 
@@ -105,6 +113,7 @@ class Rivals {
                  files::Progress& progress) const;
 
   Candidate resolved(Candidate candidate) const;
+  std::string slip(files::Progress& progress) const;  // of units or signs (unit_slip.h)
 
   const vjm::Robot& robot_;
   const Campaign& campaign_;

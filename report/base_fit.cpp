@@ -81,9 +81,12 @@ std::string zeros_text(const Campaign& campaign, const BaseFit& fit) {
 std::string frames_text(const Campaign& campaign, const BaseFit& fit) {
   if (fit.frames.empty()) return {};
   Table table({"frame of session", "", "value", "+-", "unit"});
+  bool any_untold = false;
   for (const calibration::FrameEstimate& frame : fit.frames)
     for (Eigen::Index k = 0; k < 6; ++k)
-      if (!std::isnan(frame.value[k]))
+      if (std::isnan(frame.standard_error[k]))
+        any_untold |= !std::isnan(frame.value[k]);
+      else
         table.add_row(
             {campaign.sessions[frame.session],
              (calibration::is_rotation(k) ? "turn about " : "") + component_name(k).substr(1),
@@ -92,6 +95,7 @@ std::string frames_text(const Campaign& campaign, const BaseFit& fit) {
   std::string text = "\n" + table.text();
   if (campaign.displacement == calibration::DisplacementKind::difference)
     text += "  In differences the position of a frame cancels: it is not observable.\n";
+  if (any_untold) text += "  What else belongs to a frame no reading tells: it stays as stated.\n";
   return text;
 }
 

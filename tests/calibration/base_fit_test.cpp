@@ -281,6 +281,43 @@ INSTANTIATE_TEST_SUITE_P(Kinds, Frames, testing::Bool(), [](const auto& absolute
   return absolute.param ? "Absolute" : "Difference";
 });
 
+// What moves in a plane and is measured in it does not show turns about axes in that plane.
+TEST(SessionFrame, WhatNoReadingTellsStaysAsStated) {
+  vjm::Robot robot = test::bench();
+  vjm::Chain chain("cell");
+  chain.actuator("u", vjm::Motion::tx, 1e6).actuator("w", vjm::Motion::tz, 1e6);
+  robot.manipulator = vjm::Manipulator("bench", {chain});
+  robot.uncertain = {{"u", {{0, "u"}}}, {"w", {{0, "w"}}}};
+  constexpr double turn = 0.01, yields_x = 1.25e-6, yields_z = 0.8e-6;
+  std::string csv = "u,w,fx,fz,dx,dz\n";
+  for (const double x : {0.0, 0.5, 1.0})
+    for (const double z : {0.0, 0.4})
+      for (const double load : {-1000, 0, 1000}) {
+        const double px = x + yields_x * load, pz = z - yields_z * load;
+        csv += fmt::format("{},{},{},{},{},{}\n", x, z, load, -load,
+                           2e-3 + std::cos(turn) * px + std::sin(turn) * pz,
+                           -1e-3 - std::sin(turn) * px + std::cos(turn) * pz);
+      }
+  const Comparison c = test::compare_files(
+      robot, test::write_campaign("kinetostat: 1\ncampaign: c\n"
+                                  "units: {length: m, force: N, angle: rad}\n"
+                                  "displacement: absolute\nsession_frame: estimate\n"
+                                  "readings: readings.csv\nnoise: {translation: 1 um}\n",
+                                  csv));
+  ASSERT_TRUE(c.refitted) << c.refit_failure;
+  EXPECT_NEAR(factor(c, 0), 1 / (1e6 * yields_x), 1e-6);
+  EXPECT_NEAR(factor(c, 1), 1 / (1e6 * yields_z), 1e-6);
+  EXPECT_EQ(c.refitted->fit.estimated, 5);
+  const FrameEstimate& frame = c.refitted->fit.frames.at(0);
+  EXPECT_NEAR(frame.value[0], 2e-3, 1e-9);
+  EXPECT_NEAR(frame.value[2], -1e-3, 1e-9);
+  EXPECT_NEAR(frame.value[4], turn, 1e-9);
+  for (const int k : {1, 3, 5}) {
+    EXPECT_EQ(frame.value[k], 0) << k;
+    EXPECT_TRUE(std::isnan(frame.standard_error[k])) << k;
+  }
+}
+
 // The derivatives of what a frame shows, against central differences.
 TEST(SessionFrame, DerivativesAreExact) {
   kinetostat::test::Random random(31);

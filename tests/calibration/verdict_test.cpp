@@ -306,6 +306,29 @@ TEST(Verdict, WhatTheReadingsDoNotDetermineStaysAsDesigned) {
             "refitted.");
 }
 
+// A drift against the load, by more than the spring yields: without it the spring would be rigid.
+TEST(Verdict, WhatDrivesAStiffnessToInfinityIsFound) {
+  Laboratory laboratory(slide);
+  laboratory.hide("session_drift", "sensor", "z=-0.03 um/s");
+  std::string plan = "id,cycle,step,time,fz\n";
+  for (int n = 0, time = 0; n < 36; ++n, time += 60)
+    plan += fmt::format("a{0},{1},{0},{2},{3}\n", n, 1 + n / 6, time,
+                        std::vector{0, 2, 4, 6, 6, 2}.at(static_cast<std::size_t>(n % 6)));
+  const Campaign campaign = laboratory.measure(plan);
+  const Diagnosis d = laboratory.diagnose(campaign, {"session_drift", "creep", "clearance"});
+  ASSERT_EQ(d.verdict, Verdict::named_effect);
+  EXPECT_EQ(d.found[0].candidate.name(), "session_drift at sensor");
+  EXPECT_THAT(d.weak.at(0), HasSubstr("infinite or zero"));
+}
+
+// A slip in a sign does so as well, and no effect is sought in what it leaves.
+TEST(Verdict, ASlipInASignIsNoMissingEffect) {
+  Laboratory laboratory(slide);
+  Campaign campaign = laboratory.measure(loops());
+  for (Reading& reading : campaign.readings) reading.displacement *= -1;
+  EXPECT_THROW((void)laboratory.diagnose(campaign, {"friction", "creep"}), files::NotIdentifiable);
+}
+
 // Nobody hangs a balancer on a joint that no drive moves; other laws may act there.
 TEST(Verdict, BalancersAreSoughtAtDrives) {
   Laboratory laboratory(
