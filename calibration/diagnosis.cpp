@@ -133,10 +133,10 @@ void doubt_friction(const Campaign& campaign, Diagnosis& d) {
   }
 }
 
-// Of all that was found over the free-form rival in its place: log evidence.
+// Of all that was found over the free-form rival in its place: log evidence. With independent
+// noise: what an effect leaves because it is the wrong one looks like correlated noise.
 double above_free_form(const BaseFit& without, const std::vector<BaseFit>& alone,
-                       const BaseFit& together, const FreeForm& free_form,
-                       const CorrelatedNoise& noise, const Diagnosis& d,
+                       const BaseFit& together, const FreeForm& free_form, const Diagnosis& d,
                        FreeFormEvidence& instead) {
   const double temper = std::max(common_temper(without, alone), temper_of(together));
   instead = free_form.evidence({-without.at.residual, without.at.jacobian}, temper);
@@ -146,8 +146,8 @@ double above_free_form(const BaseFit& without, const std::vector<BaseFit>& alone
     prior += found.log_prior;
     is_usual &= found.times_usual <= unusual;
   }
-  return evidence(together, temper, is_usual ? Sizes::usual : Sizes::any).log +
-         noise.gain(together) + prior - evidence(without, temper).log - instead.log;
+  return evidence(together, temper, is_usual ? Sizes::usual : Sizes::any).log + prior -
+         evidence(without, temper).log - instead.log;
 }
 
 // Whether there is something more beside all that was found: of the round that looked for it.
@@ -493,8 +493,8 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
                                   progress, options.journal);
   d.after = test_of(model.fit, noise.source);
   if (!d.found.empty()) {
-    d.above_free_form = above_free_form(model.without, model.alone, model.fit, search.free_form(),
-                                        search.correlated_noise(), d, d.free_form);
+    d.above_free_form =
+        above_free_form(model.without, model.alone, model.fit, search.free_form(), d, d.free_form);
     take_rest(d);
     d.or_something_else = d.above_free_form < doubtful_beside_free_form ||
                           (d.rest_p_value < level_of_rest && d.rest_of_laws.empty()) ||

@@ -191,6 +191,43 @@ TEST(Verdict, ZerosThatCyclesShareAreNoEffect) {
   }
 }
 
+// Errors that last, in three long load cycles.
+Campaign with_lasting_errors(Laboratory& laboratory, std::uint64_t seed) {
+  std::string plan = "id,cycle,step,time,fz\n";
+  int n = 0, time = 0;
+  for (int run = 1; run <= 3; ++run)
+    for (int k = 0; k < 40; ++k) {
+      time += 30;
+      plan += fmt::format("a{0},{1},{0},{2},{3}\n", ++n, run, time, k < 20 ? 300 : 900);
+    }
+  constexpr double noise = 2e-6, lasting = 0.6;
+  laboratory.options().translation_noise = 1e-9;
+  Campaign campaign = laboratory.measure(plan);
+  const VectorXd fresh = normal_numbers(n, seed);
+  double error = fresh[0];
+  for (Index i = 0; i < n; ++i) {
+    Reading& reading = campaign.readings[static_cast<std::size_t>(i)];
+    if (i > 0) error = lasting * error + std::sqrt(1 - lasting * lasting) * fresh[i];
+    reading.displacement[2] += noise * error;
+    reading.sigma[2] = noise;
+  }
+  return campaign;
+}
+
+// What is left of a creep beside a drift is no lasting noise that would speak for the drift.
+TEST(Verdict, LastingErrorsGiveTheWrongEffectNoName) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    Laboratory laboratory(slide);
+    laboratory.hide("creep", "q", "c=3e-8 m/N,tau=300 s");
+    const Diagnosis d = laboratory.diagnose(with_lasting_errors(laboratory, seed),
+                                            {"session_drift", "hardening", "clearance"});
+    ASSERT_EQ(d.found.size(), 1u) << seed;
+    EXPECT_EQ(d.found[0].candidate.effect.kind->name, "session_drift") << seed;
+    EXPECT_THAT(d.correlated_noise, HasSubstr("the one before it")) << seed;
+    EXPECT_EQ(d.verdict, Verdict::none_of_the_above) << seed;
+  }
+}
+
 TEST(Verdict, AnEffectIsFoundBesideZerosThatCyclesShare) {
   Laboratory laboratory(slide);
   laboratory.hide("friction", "q", "force=10 N,presliding=2 um");
