@@ -194,6 +194,10 @@ std::vector<std::string> notes(const Evidence& evidence) {
         "Repeated readings are equal to the last digit: they tell nothing about the noise, so "
         "there "
         "is no lack-of-fit test.");
+  if (evidence.noise.only_unloaded)
+    result.push_back(
+        "Only readings without load are repeated, and the noise under load may be larger: repeat "
+        "some of those, or state 'noise'.");
   if (evidence.noise.source == NoiseSource::replicates && mixes_kinds(evidence))
     result.push_back(
         "Translations and rotations are weighted by the scatter of their own replicates, so the F "

@@ -239,6 +239,12 @@ void judge(Diagnosis& d) {
     if (const std::string nearest = absurd_explanation(d); !nearest.empty()) {
       d.verdict = Verdict::none_of_the_above;
       d.missing.push_back(nearest);
+    } else if (d.is_left_open() && d.noise_without_load && !structure_left) {
+      d.verdict = Verdict::cannot_tell;
+      d.missing.push_back(fmt::format(
+          "how exact readings under load are: only readings without load are repeated, and the "
+          "misfit is {:.2g} times what those show; repeat some under load, or state 'noise'",
+          std::sqrt(d.after->reduced())));
     } else if (structure_left || d.is_left_open())
       d.verdict = Verdict::none_of_the_above;
     else if (d.instead_of_refit || d.steps.empty() || !can_show_anything(d.steps.front()))
@@ -438,6 +444,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   if (noise.source == NoiseSource::unknown) return cannot_tell_without_noise();
   Diagnosis d;
   d.noise = noise.source;
+  d.noise_without_load = noise.only_unloaded;
   const Rivals all(robot, given, noise, threads, progress, options.journal);
   Search whole_search(all, tried, options, threads, progress);
   BaseFit fit = with_hint_of_slip(all.predictor(), given, progress,

@@ -44,6 +44,7 @@ struct Diagnosis {
   std::vector<DiagnosisStep> steps;
   std::vector<std::string> weak;  // combinations that the base fit hardly knows
   NoiseSource noise = NoiseSource::unknown;
+  bool noise_without_load = false;  // only readings without load are repeated, and none is stated
   std::optional<ChiSquareTest> before, after;  // of the base fit, and with what was found
   /// Scatter of repeated readings against the stated noise, when both exist.
   std::optional<ChiSquareTest> noise_check;

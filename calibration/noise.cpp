@@ -28,6 +28,19 @@ void add_correlations(const Campaign& campaign, Noise& noise) {
     noise.correlation.push_back(reading.correlation ? distinct[*reading.correlation] : nullptr);
 }
 
+bool is_loaded(const Reading& reading) {
+  return !reading.load.force.isZero(0) || !reading.load.moment.isZero(0);
+}
+
+bool are_only_unloaded(const Campaign& campaign, const std::vector<ReplicateGroup>& groups) {
+  const bool any_loaded =
+      std::any_of(campaign.readings.begin(), campaign.readings.end(),
+                  [](const Reading& r) { return is_loaded(r) && !components_in_use(r).empty(); });
+  return any_loaded && std::none_of(groups.begin(), groups.end(), [&](const ReplicateGroup& group) {
+           return group.readings.size() > 1 && is_loaded(campaign.readings[group.readings[0]]);
+         });
+}
+
 }  // namespace
 
 void Noise::whiten(std::size_t reading, const std::vector<Eigen::Index>& used,
@@ -66,6 +79,7 @@ Noise noise_of(const Campaign& campaign, const std::vector<ReplicateGroup>& grou
   noise.comparable = complete || !(measures(campaign, false) && measures(campaign, true));
   if (!complete) return noise;
   noise.source = NoiseSource::replicates;
+  noise.only_unloaded = are_only_unloaded(campaign, groups);
   noise.degrees_of_freedom = freedom;
   noise.sigma.assign(n, pooled);
   return noise;

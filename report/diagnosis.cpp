@@ -62,8 +62,9 @@ std::string left_text(const char* what, const Diagnosis& d) {
 }
 
 std::string noise_words(const Diagnosis& d) {
-  return d.noise == calibration::NoiseSource::replicates ? "the noise that repeated readings show"
-                                                         : "the stated noise";
+  if (d.noise != calibration::NoiseSource::replicates) return "the stated noise";
+  return d.noise_without_load ? "the noise that repeated readings without load show"
+                              : "the noise that repeated readings show";
 }
 
 // Where something looked like an effect, or the misfit is large, though none is needed.

@@ -5,6 +5,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "kinetostat/calibration/compare.h"
+#include "kinetostat/calibration/normal.h"
+
 #include "calibration/laboratory.h"
 
 namespace kinetostat::calibration {
@@ -327,6 +330,36 @@ TEST(Verdict, ASlipInASignIsNoMissingEffect) {
   Campaign campaign = laboratory.measure(loops());
   for (Reading& reading : campaign.readings) reading.displacement *= -1;
   EXPECT_THROW((void)laboratory.diagnose(campaign, {"friction", "creep"}), files::NotIdentifiable);
+}
+
+// Quiet readings without load say little about those under load, which nobody repeated.
+TEST(Verdict, NoiseWithoutLoadRefutesNothingUnderLoad) {
+  for (const bool repeated : {false, true}) {
+    Laboratory laboratory(slide);
+    std::string plan = "id,cycle,step,time,fz\n";
+    for (int n = 0; n < 60; ++n) {
+      const int load =
+          n % 3 == 0 ? 0 : (n % 2 == 0 ? 10 : -10) * (30 + (repeated ? 15 * (n % 5) : n));
+      plan += fmt::format("a{0},{1},{0},{2},{3}\n", n, n / 3, 30 * n, load);
+    }
+    Campaign campaign = laboratory.measure(plan);
+    campaign.noise_stated = false;
+    Normal normal(5);
+    for (Reading& reading : campaign.readings)
+      if (!reading.load.force.isZero(0)) reading.displacement[2] += 5e-6 * normal();
+    const Diagnosis d = laboratory.diagnose(campaign, {"friction", "hardening", "clearance"});
+    if (repeated) {
+      EXPECT_EQ(d.verdict, Verdict::no_effect_needed);
+      EXPECT_FALSE(d.noise_without_load);
+      continue;
+    }
+    EXPECT_EQ(d.verdict, Verdict::cannot_tell);
+    ASSERT_FALSE(d.missing.empty());
+    EXPECT_THAT(d.missing[0], HasSubstr("only readings without load are repeated"));
+    files::Progress silent;
+    EXPECT_THAT(compare(laboratory.robot(), campaign, 1, silent).notes,
+                testing::Contains(HasSubstr("Only readings without load are repeated")));
+  }
 }
 
 // Nobody hangs a balancer on a joint that no drive moves; other laws may act there.
