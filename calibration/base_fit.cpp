@@ -333,7 +333,8 @@ void require_bounded(const Problem& problem, const LeastSquaresResult& result) {
     const bool up = result.hit[k] == BoundHit::upper;
     throw files::NotIdentifiable(
         fmt::format("{} runs away to {}: these readings {}. Check units and signs of load and "
-                    "displacement, or take it out of 'uncertain' in the robot file.",
+                    "displacement, seek what is missing with 'diagnose', or take it out of "
+                    "'uncertain' in the robot file.",
                     parameter.phrase(), up ? "infinity" : "zero",
                     up ? "show no such compliance" : "are larger than any spring explains"));
   }
