@@ -190,11 +190,17 @@ bool believe_design(std::vector<Parameter>& parameters) {
   return any;
 }
 
-// As the unknowns of a fit that begins at another one, which has the first `count` of them.
+// The first `count` unknowns begin where another fit has them, which may know them by design.
 void begin_at(const BaseFit& start, std::size_t count, std::vector<Parameter>& unknowns) {
   for (std::size_t k = 0; k < count; ++k) {
-    unknowns[k] = start.parameters[k].parameter;
-    unknowns[k].start = start.parameters[k].value;
+    const auto& [there, value, error, hit] = start.parameters[k];
+    Parameter& p = unknowns[k];
+    p.start = value;
+    if (!there.prior || p.bounds_stated) continue;
+    p.prior = there.prior;
+    p.lower = there.lower;
+    p.upper = there.upper;
+    p.bounds_stated = true;
   }
 }
 
