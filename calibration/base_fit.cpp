@@ -370,18 +370,12 @@ void hold_undetermined_frames(Problem& problem, const VectorXd& start,
   if (unknowns.frames().empty()) return;
   const std::optional<Linearisation> there = problem.at(start, 0);
   if (!there) return;  // which the fit says better
-  MatrixXd told(there->jacobian.rows(), 0);
-  for (Index k = unknowns.frame_at(0); k < unknowns.size(); ++k) {
-    const VectorXd mark = there->jacobian.col(k);
-    VectorXd left = mark;
-    for (int twice = 0; twice < 2; ++twice) left -= told * (told.transpose() * left);
-    if (left.norm() > std::max(alike * mark.norm(), sensitivity_rounding * problem.scale())) {
-      told.conservativeResize(Eigen::NoChange, told.cols() + 1);
-      told.rightCols<1>() = left.normalized();
-    } else {
-      options.lower[k] = options.upper[k] = start[k];
-    }
-  }
+  const Index first = unknowns.frame_at(0);
+  const MatrixXd marks = there->jacobian.rightCols(unknowns.size() - first);
+  const VectorXd least =
+      (alike * marks.colwise().norm()).cwiseMax(sensitivity_rounding * problem.scale());
+  for (const Index k : made_up_by_those_before(marks, least))
+    options.lower[first + k] = options.upper[first + k] = start[first + k];
 }
 
 LeastSquaresResult solve(Problem& problem, const BaseFitOptions& options) {

@@ -102,39 +102,38 @@ MatrixXd CorrelatedNoise::decorrelated(std::size_t number, const MatrixXd& colum
   return result;
 }
 
-double CorrelatedNoise::log_evidence(std::size_t way, const BaseFit& fit) const {
+std::vector<double> CorrelatedNoise::log_evidences(const BaseFit& fit) const {
+  std::vector<double> logs(ways_.size(), 0);
   const ResidualSpace space(-fit.at.residual, fit.at.jacobian);
   const VectorXd residual = space.left_of(space.residual());
-  if (space.dimension() < 1 || residual.isZero(0)) return 0;
-  const MatrixXd basis = decorrelated(way, space.basis());
-  VectorXd left = decorrelated(way, residual);
-  double log = -0.5 * ways_[way].log_determinant;
-  if (basis.cols() > 0) {
-    const Eigen::HouseholderQR<MatrixXd> qr(basis);
-    log -= qr.matrixQR().diagonal().cwiseAbs().array().log().sum();
-    const MatrixXd q = qr.householderQ() * MatrixXd::Identity(basis.rows(), basis.cols());
-    left -= (q * (q.transpose() * left)).eval();
+  if (space.dimension() < 1 || residual.isZero(0)) return logs;
+  for (std::size_t way = 0; way < ways_.size(); ++way) {
+    const MatrixXd basis = decorrelated(way, space.basis());
+    VectorXd left = decorrelated(way, residual);
+    double log = -0.5 * ways_[way].log_determinant;
+    if (basis.cols() > 0) {
+      const Eigen::HouseholderQR<MatrixXd> qr(basis);
+      log -= qr.matrixQR().diagonal().cwiseAbs().array().log().sum();
+      const MatrixXd q = qr.householderQ() * MatrixXd::Identity(basis.rows(), basis.cols());
+      left -= (q * (q.transpose() * left)).eval();
+    }
+    logs[way] =
+        log - static_cast<double>(space.dimension()) * std::log(left.norm() / residual.norm());
   }
-  return log - static_cast<double>(space.dimension()) * std::log(left.norm() / residual.norm());
+  return logs;
 }
 
 double CorrelatedNoise::gain(const BaseFit& fit) const {
   if (ways_.empty()) return 0;
-  std::vector<double> logs;
-  for (std::size_t way = 0; way < ways_.size(); ++way) logs.push_back(log_evidence(way, fit));
-  const double correlated = log_mean_exp(logs);
+  const double correlated = log_mean_exp(log_evidences(fit));
   return std::max(0.0, correlated) + std::log1p(std::exp(-std::abs(correlated)));
 }
 
 std::optional<std::size_t> CorrelatedNoise::prevailing(const BaseFit& fit) const {
-  std::optional<std::size_t> best;
-  double most = out_of_question;
-  for (std::size_t way = 0; way < ways_.size(); ++way)
-    if (const double log = log_evidence(way, fit); log > most) {
-      most = log;
-      best = way;
-    }
-  return best;
+  const std::vector<double> logs = log_evidences(fit);
+  const auto most = std::max_element(logs.begin(), logs.end());
+  if (most == logs.end() || *most <= out_of_question) return std::nullopt;
+  return static_cast<std::size_t>(most - logs.begin());
 }
 
 }  // namespace kinetostat::calibration

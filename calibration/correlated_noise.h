@@ -31,10 +31,10 @@ class CorrelatedNoise {
   /// times the inverse of a root of its covariance.
   Eigen::MatrixXd decorrelated(std::size_t way, const Eigen::MatrixXd& columns) const;
 
-  /// Log evidence of that noise over independent noise, under a model with flat priors for all that
-  /// it fits (restricted likelihood: Harville, J. Am. Stat. Assoc. 72, 1977), linear about its fit.
-  /// Whatever the scale of the noise, which may be stated wrong.
-  double log_evidence(std::size_t way, const BaseFit& fit) const;
+  /// Log evidence of each such noise over independent noise, under a model with flat priors for all
+  /// that it fits (restricted likelihood: Harville, J. Am. Stat. Assoc. 72, 1977), linear about its
+  /// fit. Whatever the scale of the noise, which may be stated wrong.
+  std::vector<double> log_evidences(const BaseFit& fit) const;
 
   /// What the log evidence of a model grows by when its noise may be independent or, as likely, one
   /// of these.

@@ -239,15 +239,15 @@ void judge(Diagnosis& d) {
     if (const std::string nearest = absurd_explanation(d); !nearest.empty()) {
       d.verdict = Verdict::none_of_the_above;
       d.missing.push_back(nearest);
-    } else if (d.is_left_open() && d.noise_without_load && !structure_left) {
+    } else if (structure_left || (d.is_left_open() && !d.noise_without_load)) {
+      d.verdict = Verdict::none_of_the_above;
+    } else if (d.is_left_open()) {
       d.verdict = Verdict::cannot_tell;
       d.missing.push_back(fmt::format(
           "how exact readings under load are: only readings without load are repeated, and the "
           "misfit is {:.2g} times what those show; repeat some under load, or state 'noise'",
           std::sqrt(d.after->reduced())));
-    } else if (structure_left || d.is_left_open())
-      d.verdict = Verdict::none_of_the_above;
-    else if (d.instead_of_refit || d.steps.empty() || !can_show_anything(d.steps.front()))
+    } else if (d.instead_of_refit || d.steps.empty() || !can_show_anything(d.steps.front()))
       d.verdict = Verdict::cannot_tell;
     else
       d.verdict = Verdict::no_effect_needed;

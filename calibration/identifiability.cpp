@@ -81,6 +81,23 @@ std::string sentence(const std::vector<UnknownName>& names, const WeakCombinatio
 
 }  // namespace
 
+std::vector<Index> made_up_by_those_before(const Eigen::MatrixXd& columns,
+                                           const Eigen::VectorXd& least) {
+  std::vector<Index> made_up;
+  Eigen::MatrixXd known(columns.rows(), 0);
+  for (Index k = 0; k < columns.cols(); ++k) {
+    Eigen::VectorXd left = columns.col(k);
+    for (int twice = 0; twice < 2; ++twice) left -= known * (known.transpose() * left);
+    if (left.norm() > least[k]) {
+      known.conservativeResize(Eigen::NoChange, known.cols() + 1);
+      known.rightCols<1>() = left.normalized();
+    } else {
+      made_up.push_back(k);
+    }
+  }
+  return made_up;
+}
+
 void require_identifiable(const std::vector<UnknownName>& names, const Eigen::MatrixXd& jacobian,
                           const std::vector<Index>& free, double scale) {
   if (free.empty()) return;

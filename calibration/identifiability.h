@@ -20,6 +20,11 @@ struct UnknownName {
   double typical = 1;         // size of a change that is worth knowing, in SI (or of a logarithm)
 };
 
+/// Columns that those before them, as far as these are not such ones, make up to less than `least`
+/// (one entry a column).
+std::vector<Eigen::Index> made_up_by_those_before(const Eigen::MatrixXd& columns,
+                                                  const Eigen::VectorXd& least);
+
 /// Throws files::NotIdentifiable naming the unknowns among `free` that no residual depends on, or a
 /// combination of them that changes none. `scale`: norm of the readings, over their noise.
 void require_identifiable(const std::vector<UnknownName>& names, const Eigen::MatrixXd& jacobian,

@@ -5,6 +5,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "kinetostat/calibration/load_history.h"
+
 namespace kinetostat::calibration {
 namespace {
 
@@ -28,16 +30,13 @@ void add_correlations(const Campaign& campaign, Noise& noise) {
     noise.correlation.push_back(reading.correlation ? distinct[*reading.correlation] : nullptr);
 }
 
-bool is_loaded(const Reading& reading) {
-  return !reading.load.force.isZero(0) || !reading.load.moment.isZero(0);
-}
-
 bool are_only_unloaded(const Campaign& campaign, const std::vector<ReplicateGroup>& groups) {
   const bool any_loaded =
       std::any_of(campaign.readings.begin(), campaign.readings.end(),
-                  [](const Reading& r) { return is_loaded(r) && !components_in_use(r).empty(); });
+                  [](const Reading& r) { return is_used(r) && level_of(r.load) > 0; });
   return any_loaded && std::none_of(groups.begin(), groups.end(), [&](const ReplicateGroup& group) {
-           return group.readings.size() > 1 && is_loaded(campaign.readings[group.readings[0]]);
+           return group.readings.size() > 1 &&
+                  level_of(campaign.readings[group.readings[0]].load) > 0;
          });
 }
 

@@ -340,14 +340,11 @@ BaseFit Rivals::fit(const std::vector<Candidate>& added, const BaseFit* start,
     return fitted(effects, unknowns, start, progress);
   } catch (const files::NotIdentifiable&) {
     // What is missing may look like a spring without end; a slip in a sign does, too.
-    if (start != nullptr || !slip(progress).empty() || !believe_design(unknowns)) throw;
+    if (start != nullptr || !unit_slip(campaign_, predictor_, progress).empty() ||
+        !believe_design(unknowns))
+      throw;
     return fitted(effects, unknowns, start, progress);
   }
-}
-
-std::string Rivals::slip(files::Progress& progress) const {
-  const Predictions designed = predictor_.predict({}, {}, false, progress);
-  return designed.failure ? std::string() : unit_slip(campaign_, designed.displacement);
 }
 
 BaseFit Rivals::fit_held(const std::vector<Candidate>& added, const BaseFit& start,

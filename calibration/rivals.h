@@ -113,7 +113,6 @@ class Rivals {
                  files::Progress& progress) const;
 
   Candidate resolved(Candidate candidate) const;
-  std::string slip(files::Progress& progress) const;  // of units or signs (unit_slip.h)
 
   const vjm::Robot& robot_;
   const Campaign& campaign_;

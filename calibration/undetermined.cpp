@@ -44,21 +44,12 @@ std::vector<std::string> keep_undetermined(const Predictor& predictor, const Cam
   const MatrixXd marks = marks_of(there, values, noise, parameters);
   const double visible =
       std::max(unseen, sensitivity_rounding * norm_over_noise(values, campaign, noise));
-  MatrixXd known(marks.rows(), 0);
-  for (Index k = 0; k < marks.cols(); ++k) {
-    const VectorXd mark = marks.col(k);
-    VectorXd left = mark;
-    for (int twice = 0; twice < 2; ++twice) left -= known * (known.transpose() * left);
-    if (left.norm() > visible) {
-      known.conservativeResize(Eigen::NoChange, known.cols() + 1);
-      known.rightCols<1>() = left.normalized();
-      continue;
-    }
+  for (const Index k : made_up_by_those_before(marks, VectorXd::Constant(marks.cols(), visible))) {
     Parameter& parameter = parameters[static_cast<std::size_t>(k)];
     parameter.lower = parameter.upper = parameter.start;
     parameter.bounds_stated = true;
     kept.push_back(fmt::format("{} stays as designed: {}.", parameter.phrase(),
-                               mark.norm() > visible
+                               marks.col(k).norm() > visible
                                    ? "these readings do not tell it from what is refitted"
                                    : "no reading depends on it"));
   }

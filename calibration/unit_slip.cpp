@@ -100,4 +100,10 @@ std::string unit_slip(const Campaign& campaign, const std::vector<spatial::Vecto
   return {};
 }
 
+std::string unit_slip(const Campaign& campaign, const Predictor& as_designed,
+                      files::Progress& progress) {
+  const Predictions predictions = as_designed.predict({}, {}, false, progress);
+  return predictions.failure ? std::string() : unit_slip(campaign, predictions.displacement);
+}
+
 }  // namespace kinetostat::calibration

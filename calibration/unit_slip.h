@@ -17,6 +17,10 @@ namespace kinetostat::calibration {
 /// and frames move. `predicted`: by the model as designed, one a reading [m; rad].
 std::string unit_slip(const Campaign& campaign, const std::vector<spatial::Vector6>& predicted);
 
+/// Predicted by the robot as its file has it; empty, too, where that has no equilibrium.
+std::string unit_slip(const Campaign& campaign, const Predictor& as_designed,
+                      files::Progress& progress);
+
 /// What `fit` returns; where it finds no end, its error says as well what looks like a slip.
 /// `as_designed`: of the robot as its file has it, for the same campaign.
 template <class Fit>
@@ -25,9 +29,7 @@ auto with_hint_of_slip(const Predictor& as_designed, const Campaign& campaign,
   try {
     return fit();
   } catch (const files::NoConvergence& error) {
-    const Predictions predictions = as_designed.predict({}, {}, false, progress);
-    const std::string slip =
-        predictions.failure ? std::string() : unit_slip(campaign, predictions.displacement);
+    const std::string slip = unit_slip(campaign, as_designed, progress);
     if (slip.empty()) throw;
     throw files::NoConvergence(std::string(error.what()) + ". " + slip);
   }

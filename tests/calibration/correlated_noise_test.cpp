@@ -10,9 +10,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "kinetostat/calibration/normal.h"
-
 #include "calibration/laboratory.h"
+#include "calibration/random_matrix.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -21,6 +20,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using test::Laboratory;
+using test::random_matrix;
 using testing::HasSubstr;
 
 constexpr Index cycles = 5, length = 8, count = cycles * length;
@@ -71,13 +71,6 @@ MatrixXd covariance(std::size_t way) {
   return c;
 }
 
-VectorXd normal_numbers(Index n, std::uint64_t seed) {
-  Normal normal(seed);
-  VectorXd x(n);
-  for (double& v : x) v = normal();
-  return x;
-}
-
 MatrixXd something_fitted() {
   MatrixXd x(count, 3);
   for (Index i = 0; i < count; ++i)
@@ -109,7 +102,7 @@ TEST(CorrelatedNoise, EvidenceIsTheRestrictedLikelihood) {
   const MatrixXd x = something_fitted();
   const MatrixXd q = x.householderQr().householderQ() * MatrixXd::Identity(count, count);
   const MatrixXd rest = q.rightCols(count - x.cols());
-  const VectorXd y = 1.5 * normal_numbers(count, 3);
+  const VectorXd y = 1.5 * random_matrix(count, 1, 3);
   const VectorXd left = rest.transpose() * y;
   for (std::size_t way = 0; way < noise.size(); ++way) {
     const Eigen::LLT<MatrixXd> factor(rest.transpose() * covariance(way) * rest);
@@ -117,8 +110,8 @@ TEST(CorrelatedNoise, EvidenceIsTheRestrictedLikelihood) {
     const auto freedom = static_cast<double>(left.size());
     const double expected =
         -log_root - freedom / 2 * std::log(left.dot(factor.solve(left)) / left.squaredNorm());
-    EXPECT_NEAR(noise.log_evidence(way, fit_of(y)), expected, 1e-9) << way;
-    EXPECT_NEAR(noise.log_evidence(way, fit_of(0.3 * y)), expected, 1e-9) << way;
+    EXPECT_NEAR(noise.log_evidences(fit_of(y))[way], expected, 1e-9) << way;
+    EXPECT_NEAR(noise.log_evidences(fit_of(0.3 * y))[way], expected, 1e-9) << way;
   }
 }
 
@@ -126,7 +119,7 @@ TEST(CorrelatedNoise, PrevailsWhereItIsThereAndNotElsewhere) {
   const CorrelatedNoise noise = ways();
   int wrong = 0, seen = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-    const VectorXd independent = normal_numbers(count, 100 * seed);
+    const VectorXd independent = random_matrix(count, 1, 100 * seed);
     const BaseFit plain = fit_of(independent);
     wrong += noise.prevailing(plain) ? 1 : 0;
     EXPECT_LT(noise.gain(plain), 3) << seed;
@@ -146,8 +139,8 @@ TEST(CorrelatedNoise, IsOnlySoughtWhereItCanBe) {
   campaign.readings[7].time.reset();
   const CorrelatedNoise none(campaign, values_in_use(campaign), noise_of_each());
   EXPECT_EQ(none.size(), 0u);
-  EXPECT_EQ(none.gain(fit_of(normal_numbers(count, 1))), 0);
-  EXPECT_FALSE(none.prevailing(fit_of(normal_numbers(count, 1))));
+  EXPECT_EQ(none.gain(fit_of(random_matrix(count, 1, 1))), 0);
+  EXPECT_FALSE(none.prevailing(fit_of(random_matrix(count, 1, 1))));
 }
 
 const std::string slide =
@@ -167,7 +160,7 @@ Campaign from_noisy_zeros(Laboratory& laboratory, std::uint64_t seed) {
   constexpr double noise = 2e-6;
   laboratory.options().translation_noise = noise;
   Campaign campaign = laboratory.measure(plan);
-  const VectorXd zeros = normal_numbers(12, seed);
+  const VectorXd zeros = random_matrix(12, 1, seed);
   for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
     campaign.readings[i].displacement[2] -= noise * zeros[static_cast<Index>(i / 12)];
     campaign.readings[i].sigma[2] *= std::numbers::sqrt2;
@@ -203,7 +196,7 @@ Campaign with_lasting_errors(Laboratory& laboratory, std::uint64_t seed) {
   constexpr double noise = 2e-6, lasting = 0.6;
   laboratory.options().translation_noise = 1e-9;
   Campaign campaign = laboratory.measure(plan);
-  const VectorXd fresh = normal_numbers(n, seed);
+  const VectorXd fresh = random_matrix(n, 1, seed);
   double error = fresh[0];
   for (Index i = 0; i < n; ++i) {
     Reading& reading = campaign.readings[static_cast<std::size_t>(i)];

@@ -6,10 +6,10 @@
 #include <gtest/gtest.h>
 
 #include "kinetostat/calibration/gate.h"
-#include "kinetostat/calibration/normal.h"
 #include "kinetostat/calibration/pair_screen.h"
 
 #include "calibration/laboratory.h"
+#include "calibration/random_matrix.h"
 #include "support/two_arms.h"
 
 namespace kinetostat::calibration {
@@ -19,13 +19,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using test::Laboratory;
-
-MatrixXd random_matrix(Index rows, Index cols, std::uint64_t seed) {
-  Normal normal(seed);
-  MatrixXd m(rows, cols);
-  for (double& x : m.reshaped()) x = normal();
-  return m;
-}
+using test::random_matrix;
 
 // Twelve candidates; the last is nearly the first.
 std::vector<Signature> signatures(Index rows) {

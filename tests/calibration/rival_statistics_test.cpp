@@ -7,8 +7,9 @@
 #include "kinetostat/calibration/free_form.h"
 #include "kinetostat/calibration/gate.h"
 #include "kinetostat/calibration/held_out.h"
-#include "kinetostat/calibration/normal.h"
 #include "kinetostat/calibration/waterfall.h"
+
+#include "calibration/random_matrix.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -16,14 +17,7 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-MatrixXd random_matrix(Index rows, Index cols, std::uint64_t seed) {
-  Normal normal(seed);
-  MatrixXd m(rows, cols);
-  for (Index j = 0; j < cols; ++j)
-    for (Index i = 0; i < rows; ++i) m(i, j) = normal();
-  return m;
-}
+using test::random_matrix;
 
 // Eighteen candidates, some of several values, some nearly alike.
 std::vector<Signature> signatures(Index rows) {
