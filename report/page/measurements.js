@@ -83,6 +83,10 @@ function diagnosisVerdict(diagnosis) {
   lines.push(...(diagnosis.remarks ?? []).map((text) => element("p", {}, text)));
   lines.push(...diagnosis.missing.map((text) => element("p", {}, `Missing: ${text}.`)));
   const good = kind === "no effect needed" || kind === "named effect";
+  const lead =
+    kind === "none of the above"
+      ? "The nearest effect:"
+      : "Missing from the model:";
   return element(
     "div",
     { class: `verdict ${good ? "good" : "bad"}` },
@@ -91,7 +95,7 @@ function diagnosisVerdict(diagnosis) {
       {},
       "Verdict: ",
       element("strong", {}, kind),
-      names.length ? ". Missing from the model:" : ".",
+      names.length ? `. ${lead}` : ".",
     ),
     ...lines,
   );
