@@ -61,7 +61,7 @@ void add_from_equations(const Manipulator& manipulator, const Posture& posture,
                         const spatial::Frame& frame, UnloadedStiffness& result) {
   const auto symmetric = [](const Matrix6& m) { return Matrix6(0.5 * (m + m.transpose())); };
   EquilibriumSystem system(manipulator, posture);
-  system.set(system.relaxed_state(), {});
+  system.set(system.relaxed_state(), {.gravity = 0});
   if (!system.has_rigid_directions()) {
     system.linearise_by_chains();
     result.stiffness = Stiffness6(symmetric(system.platform_stiffness()), frame);

@@ -35,6 +35,45 @@ Matrix6 block_inverse(const Chain& chain, const ChainKinematics& kinematics) {
   return block.fullPivLu().inverse().topLeftCorner<6, 6>();
 }
 
+// The weight acts on the loaded robot only, whatever way its stiffness is computed.
+TEST(UnloadedStiffness, KnowsNoWeight) {
+  for (const char* file : {"heavy_arm.yaml", "orthoglide.yaml", "parallelogram.yaml"}) {
+    const Robot robot = read_robot(std::string(KINETOSTAT_SOURCE_DIR) + "/data/robots/" + file);
+    const auto stiffness_under = [&](const Vector3& gravity) {
+      const Manipulator robot_there = robot.manipulator.with_gravity(gravity);
+      const Posture posture = posture_from_joints(robot_there, {}).posture;
+      return unloaded_stiffness(robot_there, posture);
+    };
+    const UnloadedStiffness weightless = stiffness_under(Vector3::Zero());
+    const UnloadedStiffness heavy = stiffness_under({0, 0, -9.81});
+    ASSERT_EQ(weightless.stiffness.has_value(), heavy.stiffness.has_value()) << file;
+    if (heavy.stiffness) EXPECT_EQ(heavy.stiffness->matrix(), weightless.stiffness->matrix());
+    EXPECT_EQ(heavy.free.sentences, weightless.free.sentences) << file;
+  }
+}
+
+// An upright parallelogram of rigid bars with masses: nothing but its weight acts on its swing.
+TEST(UnloadedStiffness, AnUprightParallelogramWithMassesSwingsFreely) {
+  const auto bar = [](const char* name, double x) {
+    Chain chain(name, Pose::translation({x, 0, 0}));
+    chain.passive("lower", Motion::ry).mass("m", 5, {0, 0, 0.2});
+    chain.offset(Pose::translation({0, 0, 0.4})).passive("upper", Motion::ry);
+    chain.offset(Pose::translation({-x, 0, 0}));
+    return chain;
+  };
+  Chain leg = bar("a", -0.1), other = bar("b", 0.1);
+  Chain column("column");
+  column.actuator("z", Motion::tz, 1e6);
+  const Manipulator parallelogram =
+      Manipulator("parallelogram", {leg, other, column}, {{-1, 1}, {-1, 1}, {1, 0}}, {"crosspiece"})
+          .with_gravity({0, 0, -9.81});
+  const PostureResult posture = posture_from_joints(parallelogram, {});
+  ASSERT_TRUE(posture.reached) << posture.reason;
+  const UnloadedStiffness unloaded = unloaded_stiffness(parallelogram, posture.posture);
+  if (unloaded.stiffness) EXPECT_NEAR(unloaded.stiffness->matrix()(0, 0), 0, 1e-6);
+  EXPECT_EQ(unloaded.free.rank, 5);
+}
+
 TEST(UnloadedStiffness, EqualsTheBlockInverseOnRandomChains) {
   testing::RandomChains random(11);
   ChainKinematics kinematics;
