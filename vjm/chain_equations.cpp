@@ -1,5 +1,10 @@
 #include "kinetostat/vjm/chain_equations.h"
 
+#include <algorithm>
+#include <cmath>
+
+#include "kinetostat/vjm/redundant_passive.h"
+
 namespace kinetostat::vjm {
 
 using Eigen::Index;
@@ -89,9 +94,25 @@ MatrixXd ChainEquations::jacobian() const {
          unit_.cwiseInverse().asDiagonal();
 }
 
+double ChainEquations::scaled_hessian(Index k, Index l) const {
+  return hessian_(free_[static_cast<std::size_t>(k)], free_[static_cast<std::size_t>(l)]) /
+         (unit_[k] * unit_[l] * scale_.stiffness);
+}
+
 MatrixXd ChainEquations::energy_hessian() const {
-  const MatrixXd lower = matrix_.bottomRightCorner(size(), size());
-  return -0.5 * (lower + lower.transpose());
+  MatrixXd energy(size(), size());
+  for (Index l = 0; l < size(); ++l)
+    for (Index k = 0; k < size(); ++k)
+      energy(k, l) = -0.5 * (scaled_hessian(k, l) + scaled_hessian(l, k));
+  return energy;
+}
+
+VectorXd ChainEquations::energy_rounding() const {
+  constexpr double share = 1e-13;  // of a load, lost where its terms in the energy cancel
+  double loads = 0;
+  for_each_load(
+      [&](const PointWrench& load) { loads += scale_.wrench().cwiseProduct(load.wrench).norm(); });
+  return VectorXd::Constant(size(), std::sqrt(share * loads));
 }
 
 VectorXd ChainEquations::force_by_log_stiffness(const Spring& spring) const {
@@ -145,6 +166,17 @@ bool ChainEquations::bends(const VectorXd& from, VectorXd& to) const {
   return any;
 }
 
+void ChainEquations::hold_redundant() {
+  redundant_.clear();
+  for (const Index coordinate : redundant_passive(chain_, kinematics_))
+    redundant_.push_back(std::find(free_.begin(), free_.end(), coordinate) - free_.begin());
+}
+
+const std::vector<Index>& ChainEquations::held() const {
+  static const std::vector<Index> none;
+  return node_loads_.empty() ? redundant_ : none;
+}
+
 void ChainEquations::linearise(bool factorise) {
   const Index n = size();
   hessian_ = -chain_.stiffness();
@@ -162,9 +194,12 @@ void ChainEquations::linearise(bool factorise) {
     const Vector6 twist = to_scaled.cwiseProduct(kinematics_.jacobian.col(column)) / unit_[l];
     matrix_.col(6 + l).head<6>() = twist;
     matrix_.row(6 + l).head<6>() = twist.transpose();
-    for (Index k = 0; k < n; ++k)
-      matrix_(6 + k, 6 + l) = hessian_(free_[static_cast<std::size_t>(k)], column) /
-                              (unit_[k] * unit_[l] * scale_.stiffness);
+    for (Index k = 0; k < n; ++k) matrix_(6 + k, 6 + l) = scaled_hessian(k, l);
+  }
+  for (const Index k : held()) {
+    matrix_.row(6 + k).setZero();
+    matrix_.col(6 + k).setZero();
+    matrix_(6 + k, 6 + k) = -1;
   }
   if (factorise) factor_.compute(matrix_);
   if (origin_moves_) linearise_origin();

@@ -37,6 +37,13 @@ class ChainEquations {
   void add_node_load(std::size_t node, const spatial::Vector6& wrench);
   /// Builds the matrix at the last state set; factorises it when asked to.
   void linearise(bool factorise);
+  /// From now on redundant passive coordinates are not moved, found at the last state set: else the
+  /// matrix is singular where the chain is balanced and nearly so elsewhere, and Newton's method
+  /// goes astray along motions that mean nothing.
+  void hold_redundant();
+  /// Numbers of them among the free coordinates; none while nodes are loaded, which may turn them.
+  /// Their rows in matrix() say dx = 0.
+  const std::vector<Eigen::Index>& held() const;
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(free_.size()); }
   bool origin_moves() const { return origin_moves_; }
@@ -52,6 +59,8 @@ class ChainEquations {
   Eigen::MatrixXd jacobian() const;
   /// Second derivative of the energy, scaled: -(lower block + its transpose) / 2.
   Eigen::MatrixXd energy_hessian() const;
+  /// Of that, as EnergyHessian has it.
+  Eigen::VectorXd energy_rounding() const;
 
   /// With a moving origin, scaled: displacement of the end (6x6), derivative of the balance
   /// (size() x 6), of the wrench on the origin with respect to x (6 x size()) and to the origin
@@ -90,6 +99,7 @@ class ChainEquations {
  private:
   template <class Use>
   void for_each_load(const Use& use) const;
+  double scaled_hessian(Eigen::Index k, Eigen::Index l) const;
   void linearise_origin();
 
   const Chain& chain_;
@@ -97,6 +107,7 @@ class ChainEquations {
   Scale scale_;
   bool origin_moves_;
   std::vector<Eigen::Index> free_;
+  std::vector<Eigen::Index> redundant_;  // among the free ones
   std::vector<std::pair<std::size_t, spatial::Vector6>> node_loads_;
   spatial::Pose origin_;
   ChainKinematics kinematics_;

@@ -31,7 +31,7 @@ VectorXd Continuation::tangent(const VectorXd& forward) {
 Station Continuation::station(const PathState& at, const VectorXd& forward) {
   equations_.right_hand_side(at);
   Station station{at, tangent(forward), {}};
-  station.eigenvalues = equations_.eigenvalues();
+  station.spectrum = equations_.spectrum();
   return station;
 }
 
@@ -106,20 +106,6 @@ std::optional<Station> Continuation::at_parameter(const Station& from, const Sta
       correct(from.at, change, VectorXd::Unit(n, n - 1), change[n - 1], from.tangent);
   if (station) station->at.parameter = parameter;
   return station;
-}
-
-VectorXd without_neutral(const VectorXd& eigenvalues, int neutral) {
-  std::vector<double> values(eigenvalues.begin(), eigenvalues.end());
-  for (int i = 0; i < neutral && !values.empty(); ++i)
-    values.erase(std::min_element(values.begin(), values.end(),
-                                  [](double a, double b) { return std::abs(a) < std::abs(b); }));
-  return Eigen::Map<const VectorXd>(values.data(), static_cast<Index>(values.size()));
-}
-
-int count_neutral(const VectorXd& eigenvalues) {
-  if (eigenvalues.size() == 0) return 0;
-  const double zero = 1e-13 * std::max(1.0, eigenvalues.cwiseAbs().maxCoeff());
-  return static_cast<int>((eigenvalues.array().abs() <= zero).count());
 }
 
 }  // namespace kinetostat::vjm

@@ -12,7 +12,7 @@ namespace kinetostat::vjm {
 struct Station {
   PathState at;
   Eigen::VectorXd tangent;
-  Eigen::VectorXd eigenvalues;  // of the reduced energy, ascending
+  EnergySpectrum spectrum;  // on the motions that the task allows
 
   double parameter_rate() const { return tangent[tangent.size() - 1]; }
 };
@@ -49,10 +49,5 @@ class Continuation {
   PathEquations& equations_;
   int iterations_ = 0;
 };
-
-/// Eigenvalues that are not neutral: without the `neutral` smallest in magnitude, ascending.
-Eigen::VectorXd without_neutral(const Eigen::VectorXd& eigenvalues, int neutral);
-/// How many are zero to rounding.
-int count_neutral(const Eigen::VectorXd& eigenvalues);
 
 }  // namespace kinetostat::vjm

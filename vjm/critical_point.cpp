@@ -44,14 +44,11 @@ Located locate(Continuation& continuation, const Station& from, const Station& t
 
 int negative(const VectorXd& values) { return static_cast<int>((values.array() < 0).count()); }
 
-// Indices of the eigenvalues of smallest magnitude, the neutral ones left out.
-std::vector<Index> vanishing(const VectorXd& eigenvalues, int neutral, int count) {
-  std::vector<Index> order(static_cast<std::size_t>(eigenvalues.size()));
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<Index>(i);
-  std::sort(order.begin(), order.end(),
-            [&](Index a, Index b) { return std::abs(eigenvalues[a]) < std::abs(eigenvalues[b]); });
-  // Where a motion costs nothing all along, it is among the smallest: which one is which cannot be
-  // told from the value, and all of them are offered as directions.
+// Indices of the eigenvalues that are smallest against their resolution.
+std::vector<Index> vanishing(const EnergySpectrum& spectrum, int neutral, int count) {
+  std::vector<Index> order = spectrum.by_size();
+  // Where a motion costs nothing all along, it is among the smallest: the value does not say which
+  // one is which, and all of them are offered as directions.
   order.resize(std::min(order.size(), static_cast<std::size_t>(neutral + count)));
   return order;
 }
@@ -106,17 +103,17 @@ Located locate_or_approach(Continuation& continuation, const Station& from, cons
 CriticalStation crossing(Continuation& continuation, const Station& from, const Station& to,
                          int neutral, Index k) {
   const auto value = [neutral, k](const Station& s) {
-    return without_neutral(s.eigenvalues, neutral)[k];
+    return s.spectrum.without_neutral(neutral)[k];
   };
   const double size = std::abs(value(from)) + std::abs(value(to));
   const Located at = locate_or_approach(continuation, from, to, value);
   CriticalStation critical;
   critical.kind = kind_of(from, to, at, size);
   critical.station = at.station;
-  critical.modes = vanishing(at.station.eigenvalues, neutral, 1);
+  critical.modes = vanishing(at.station.spectrum, neutral, 1);
   // Rounding of the eigenvalue, seen along the path.
-  const double rounding =
-      std::numeric_limits<double>::epsilon() * at.station.eigenvalues.cwiseAbs().maxCoeff() / size;
+  const double rounding = std::numeric_limits<double>::epsilon() *
+                          at.station.spectrum.values.cwiseAbs().maxCoeff() / size;
   critical.uncertainty = (at.width + rounding) * std::abs(to.at.parameter - from.at.parameter);
   return critical;
 }
@@ -128,10 +125,10 @@ CriticalStation vertex(Continuation& continuation, const Station& from, const St
                                         [](const Station& s) { return s.parameter_rate(); });
   CriticalStation critical;
   critical.station = at.station;
-  critical.modes = vanishing(at.station.eigenvalues, neutral, 1);
+  critical.modes = vanishing(at.station.spectrum, neutral, 1);
   critical.uncertainty = at.width * std::abs(to.at.parameter - from.at.parameter);
-  const double least = without_neutral(at.station.eigenvalues, neutral).cwiseAbs().minCoeff();
-  const double nearby = without_neutral(from.eigenvalues, neutral).cwiseAbs().minCoeff();
+  const double least = at.station.spectrum.without_neutral(neutral).cwiseAbs().minCoeff();
+  const double nearby = from.spectrum.without_neutral(neutral).cwiseAbs().minCoeff();
   critical.kind = at.jump > 1e-3 ? CriticalKind::contact
                                  : (least < 1e-3 * nearby ? CriticalKind::bifurcation
                                                           : CriticalKind::limit_point);
@@ -147,7 +144,7 @@ std::vector<CriticalStation> merged(std::vector<CriticalStation> all, const Alon
     if (!apart.empty() && std::abs(along(c) - along(apart.back())) <= 1e-6 * std::abs(along(c))) {
       CriticalStation& same = apart.back();
       same.unstable_after = c.unstable_after;
-      same.modes = vanishing(same.station.eigenvalues, neutral,
+      same.modes = vanishing(same.station.spectrum, neutral,
                              std::abs(same.unstable_after - same.unstable_before));
     } else {
       apart.push_back(std::move(c));
@@ -161,9 +158,9 @@ std::vector<CriticalStation> merged(std::vector<CriticalStation> all, const Alon
 std::vector<CriticalStation> critical_between(Continuation& continuation, const Station& from,
                                               const Station& to) {
   std::vector<CriticalStation> found;
-  const int neutral = std::min(count_neutral(from.eigenvalues), count_neutral(to.eigenvalues));
-  const int before = negative(without_neutral(from.eigenvalues, neutral));
-  const int after = negative(without_neutral(to.eigenvalues, neutral));
+  const int neutral = std::min(from.spectrum.neutral(), to.spectrum.neutral());
+  const int before = negative(from.spectrum.without_neutral(neutral));
+  const int after = negative(to.spectrum.without_neutral(neutral));
   const bool turns = from.parameter_rate() * to.parameter_rate() < 0 &&
                      std::abs(from.parameter_rate()) > 1e-9 && std::abs(to.parameter_rate()) > 1e-9;
   for (int k = std::min(before, after); k < std::max(before, after); ++k)

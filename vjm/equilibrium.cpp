@@ -26,7 +26,7 @@ struct Task {
 
 struct NewtonResult {
   bool converged = false;
-  bool consistent = true;
+  bool consistent = true;  // could be solved for the first correction
   SystemState state;
   std::vector<double> corrections;
 };
@@ -50,6 +50,9 @@ NewtonResult newton(EquilibriumSystem& system, const SystemState& start, const L
   result.state = start;
   const double reach = system.scale().length;
   const double enough = options.tolerance * reach;
+  // What a free motion may leave: a share of the forces, or the rounding of the stiffest spring.
+  constexpr double unbalanced = 1e-8, rounding = 1e-12;
+  double forces = 0;
   // What follows allocates nothing from its second round on (tests/vjm/allocation_test.cpp).
   result.corrections.reserve(static_cast<std::size_t>(options.max_iterations));
   SystemVector right, correction, again;
@@ -65,7 +68,10 @@ NewtonResult newton(EquilibriumSystem& system, const SystemState& start, const L
     // The system stands at the state, with its right-hand side, as every round leaves them.
     system.linearise(platform_held);
     system.solve(right, correction);
-    result.consistent = system.consistent();
+    if (i == 0) {
+      result.consistent = system.consistent();
+      forces = right.norm();
+    }
     double size = correction.norm();
     result.corrections.push_back(size / reach);
     if (!std::isfinite(size) || size > 1e6 * reach) return result;
@@ -106,7 +112,10 @@ NewtonResult newton(EquilibriumSystem& system, const SystemState& start, const L
       // not to a tolerance that a small reading of a large robot would feel.
       system.moved(result.state, again, 1, next);
       result.state = next;
-      result.converged = result.consistent;
+      const double left = right.norm();
+      result.converged = system.consistent() ||
+                         left <= unbalanced * std::max(forces, system.wrench_norm(next)) ||
+                         (result.consistent && left <= rounding * reach);
       return result;
     }
   }
@@ -178,6 +187,8 @@ FoundState follow(EquilibriumSystem& system, const Task& task, const Equilibrium
       found.reached = share;
       step *= 2;
     } else {
+      // What the first correction cannot balance, no shorter step will; later ones may only have
+      // come too far from equilibrium.
       consistent = result.consistent;
       step /= 2;
       if (step < 1e-6 || !consistent) break;

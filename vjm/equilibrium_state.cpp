@@ -5,23 +5,39 @@ namespace {
 
 using spatial::Matrix6;
 
+// Of the platform under its dead load, from the sum of the chains' stiffnesses. None where that is
+// too ill-conditioned for its signs to be sure.
+std::optional<Stability> platform_stability(const EquilibriumSystem& system, const Load& load,
+                                            const Equilibrium& equilibrium) {
+  const Matrix6 tangent = equilibrium.stiffness->matrix() - load.derivative(equilibrium.platform);
+  const Matrix6 scaled = system.scale().wrench().asDiagonal() * tangent *
+                         system.scale().twist().cwiseInverse().asDiagonal();
+  const EnergySpectrum spectrum =
+      energy_spectrum({0.5 * (scaled + scaled.transpose()), Eigen::MatrixXd::Identity(6, 6)});
+  const Eigen::VectorXd sizes = spectrum.values.cwiseAbs();
+  constexpr double safe = 1e-9;
+  if (sizes.minCoeff() < safe * std::max(1.0, sizes.maxCoeff())) return std::nullopt;
+  return stability_of(spectrum);
+}
+
 // Signs for the platform held and left free. For chains of finite stiffness that all run from the
 // base, the inertia is that of the held chains plus that of the sum of their stiffnesses
 // (Haynsworth), which is quick; otherwise that of the whole energy.
 void describe_stability(const EquilibriumSystem& system, const Manipulator& manipulator,
                         const Load& load, Equilibrium& equilibrium) {
+  const auto of_whole = [&system](bool held) {
+    return stability_of(energy_spectrum(system.energy_hessian(held)));
+  };
   if (!equilibrium.stiffness || !manipulator.is_parallel()) {
-    equilibrium.held = stability_of(system.reduced_energy(true).hessian);
-    equilibrium.free = stability_of(system.reduced_energy(false).hessian);
+    equilibrium.held = of_whole(true);
+    equilibrium.free = of_whole(false);
     return;
   }
   equilibrium.held = equilibrium.chains[0].held;
   for (std::size_t c = 1; c < equilibrium.chains.size(); ++c)
     equilibrium.held = combined(equilibrium.held, equilibrium.chains[c].held);
-  const Matrix6 tangent = equilibrium.stiffness->matrix() - load.derivative(equilibrium.platform);
-  const Matrix6 scaled = system.scale().wrench().asDiagonal() * tangent *
-                         system.scale().twist().cwiseInverse().asDiagonal();
-  equilibrium.free = combined(equilibrium.held, stability_of(0.5 * (scaled + scaled.transpose())));
+  const auto platform = platform_stability(system, load, equilibrium);
+  equilibrium.free = platform ? combined(equilibrium.held, *platform) : of_whole(false);
 }
 
 void describe_chain(const EquilibriumSystem& system, std::size_t c, const SystemState& state,
@@ -30,7 +46,7 @@ void describe_chain(const EquilibriumSystem& system, std::size_t c, const System
   ChainEquilibrium chain;
   chain.coordinates = state.coordinates[c];
   chain.wrench = spatial::Wrench::from_coordinates(state.wrenches[c], frame);
-  chain.held = stability_of(system.chain_energy_hessian(c));
+  chain.held = stability_of(energy_spectrum(system.chain_energy_hessian(c)));
   if (!system.has_rigid_directions()) {
     chain.stiffness = spatial::Stiffness6(system.chain_stiffness(c), frame);
     chain.motion = system.chain_motion(c);

@@ -54,6 +54,7 @@ EquilibriumSystem::EquilibriumSystem(const Manipulator& manipulator, const Postu
     const int from = manipulator.span(c).from;
     chains_.emplace_back(chain, posture.commands(chain, c), scale_, from != Span::base);
     chains_.back().set(posture.body(from), posture.coordinates_of(chain, c), Vector6::Zero());
+    chains_.back().hold_redundant();
     rigid_ |= !has_full_row_rank(chains_.back().jacobian());
   }
   by_end_.resize(chains_.size());
@@ -166,6 +167,7 @@ void EquilibriumSystem::factorise_by_chains() {
     if (chain.origin_moves()) {
       unit_[c].topRows<6>() = -chain.end_by_origin();
       unit_[c].bottomRows(chain.size()) = -chain.balance_by_origin();
+      for (const Index k : chain.held()) unit_[c].row(6 + k).setZero();
       chain.factor().solve(unit_[c], by_origin_[c], nullptr);
     }
     add_chain_to_bodies(c, newton_matrix_, to, from);
@@ -204,6 +206,7 @@ void EquilibriumSystem::build_dense(MatrixXd& matrix) {
       matrix.block<6, 6>(from, from) -= chain.origin_by_origin();
       matrix.block(at, from, 6, 6) = chain.end_by_origin();
       matrix.block(at + 6, from, n, 6) = chain.balance_by_origin();
+      for (const Index k : chain.held()) matrix.row(at + 6 + k).segment<6>(from).setZero();
     }
     at += 6 + n;
   }
@@ -249,6 +252,7 @@ void EquilibriumSystem::newton_right_hand_side(SystemVector& right) const {
         chains_[c].end(), state_.bodies[static_cast<std::size_t>(span.to)]));
     chains_[c].unbalanced(right.coordinates[c]);
     right.coordinates[c] *= -1;
+    for (const Index k : chains_[c].held()) right.coordinates[c][k] = 0;
   }
   const Vector6 force = scale_.wrench();
   for (Index b = 0; b < right.bodies.size(); b += 6)
@@ -320,6 +324,11 @@ void EquilibriumSystem::from_flat(const VectorXd& z, SystemVector& vector) const
 
 void EquilibriumSystem::solve_dense(const SystemVector& right, SystemVector& solution) const {
   flat(right, flat_right_);
+  Index at = 6 * free_bodies();
+  for (const ChainEquations& chain : chains_) {
+    for (const Index k : chain.held()) flat_right_[at + 6 + k] = 0;
+    at += 6 + chain.size();
+  }
   flat_solution_.resize(flat_right_.size());
   factor_.solve(flat_right_, flat_solution_, &consistent_);
   from_flat(flat_solution_, solution);
@@ -341,6 +350,7 @@ void EquilibriumSystem::solve_chain(std::size_t c, const SystemVector& right,
     r.head<6>() -= chain.end_by_origin() * origin;
     r.tail(n).noalias() -= chain.balance_by_origin() * origin;
   }
+  for (const Index k : chain.held()) r[6 + k] = 0;
   if (r.isZero(0)) {  // most chains, when one parameter of one of them changes
     chain_solution_[c].setZero(6 + n);
   } else {
@@ -404,6 +414,13 @@ bool EquilibriumSystem::bends(const SystemState& from, SystemState& to) const {
   return any;
 }
 
+double EquilibriumSystem::wrench_norm(const SystemState& state) const {
+  double sum = 0;
+  for (const Vector6& wrench : state.wrenches)
+    sum += scale_.wrench().cwiseProduct(wrench).squaredNorm();
+  return std::sqrt(sum);
+}
+
 SystemVector EquilibriumSystem::difference(const SystemState& from, const SystemState& to) const {
   SystemVector change = zero();
   for (std::size_t b = 0; b < from.bodies.size(); ++b)
@@ -462,9 +479,9 @@ Matrix6 EquilibriumSystem::platform_compliance() const {
   return compliance;
 }
 
-MatrixXd EquilibriumSystem::chain_energy_hessian(std::size_t c) const {
-  const MatrixXd basis = null_space(chains_[c].jacobian());
-  return basis.transpose() * chains_[c].energy_hessian() * basis;
+EnergyHessian EquilibriumSystem::chain_energy_hessian(std::size_t c) const {
+  return {chains_[c].energy_hessian(), null_space(chains_[c].jacobian()),
+          chains_[c].energy_rounding()};
 }
 
 namespace {
@@ -473,6 +490,7 @@ namespace {
 // [bodies; coordinates of all chains].
 struct ConstrainedEnergy {
   MatrixXd constraint, hessian;
+  VectorXd rounding;
 };
 
 ConstrainedEnergy constrained_energy(const Manipulator& manipulator,
@@ -481,7 +499,7 @@ ConstrainedEnergy constrained_energy(const Manipulator& manipulator,
   Index size = bodies;
   for (const ChainEquations& chain : chains) size += chain.size();
   ConstrainedEnergy e{MatrixXd::Zero(static_cast<Index>(6 * chains.size()), size),
-                      MatrixXd::Zero(size, size)};
+                      MatrixXd::Zero(size, size), VectorXd::Zero(size)};
   Index at = bodies;
   for (std::size_t c = 0; c < chains.size(); ++c) {
     const auto row = static_cast<Index>(6 * c);
@@ -490,6 +508,7 @@ ConstrainedEnergy constrained_energy(const Manipulator& manipulator,
     e.constraint.block<6, 6>(row, first_row(span.to)) = -Matrix6::Identity();
     e.constraint.block(row, at, 6, n) = chains[c].jacobian();
     e.hessian.block(at, at, n, n) = chains[c].energy_hessian();
+    e.rounding.segment(at, n) = chains[c].energy_rounding();
     if (span.from != Span::base) {
       e.constraint.block<6, 6>(row, first_row(span.from)) = chains[c].end_by_origin();
       e.hessian.block(at, first_row(span.from), n, 6) -= chains[c].balance_by_origin();
@@ -504,16 +523,13 @@ ConstrainedEnergy constrained_energy(const Manipulator& manipulator,
 
 }  // namespace
 
-ReducedEnergy EquilibriumSystem::reduced_energy(bool platform_held) const {
+EnergyHessian EquilibriumSystem::energy_hessian(bool platform_held) const {
   ConstrainedEnergy e = constrained_energy(manipulator_, chains_);
   e.hessian.topLeftCorner<6, 6>() -= load_matrix();
   const Index first = platform_held ? 6 : 0, size = e.hessian.rows() - first;
-  ReducedEnergy reduced;
-  reduced.basis = null_space(e.constraint.rightCols(size));
-  const MatrixXd hessian =
-      reduced.basis.transpose() * e.hessian.bottomRightCorner(size, size) * reduced.basis;
-  reduced.hessian = 0.5 * (hessian + hessian.transpose());
-  return reduced;
+  const MatrixXd hessian = e.hessian.bottomRightCorner(size, size);
+  return {0.5 * (hessian + hessian.transpose()), null_space(e.constraint.rightCols(size)),
+          e.rounding.tail(size)};
 }
 
 SystemVector EquilibriumSystem::motion(const VectorXd& bodies_and_coordinates) const {

@@ -16,6 +16,7 @@
 #include "kinetostat/vjm/load.h"
 #include "kinetostat/vjm/manipulator.h"
 #include "kinetostat/vjm/robust_factor.h"
+#include "kinetostat/vjm/stability.h"
 #include "kinetostat/vjm/system_state.h"
 
 namespace kinetostat::vjm {
@@ -27,13 +28,6 @@ struct SystemVector {
   std::vector<Eigen::VectorXd> coordinates;
 
   double norm() const;
-};
-
-/// Second derivative of the energy, scaled, on all motions that keep the chains together. Rows of
-/// the basis, which is orthonormal: bodies (without the platform when it is held), then the
-/// coordinates of all chains.
-struct ReducedEnergy {
-  Eigen::MatrixXd basis, hessian;
 };
 
 class EquilibriumSystem {
@@ -82,6 +76,8 @@ class EquilibriumSystem {
   /// Whether a law bends between two states; the step to `to` is made shorter as CoordinateLaw has
   /// it.
   bool bends(const SystemState& from, SystemState& to) const;
+  /// Size of the wrenches between chains and bodies in a state, scaled.
+  double wrench_norm(const SystemState& state) const;
   /// The correction that leads from one state to another nearby.
   SystemVector difference(const SystemState& from, const SystemState& to) const;
 
@@ -99,12 +95,14 @@ class EquilibriumSystem {
   spatial::Matrix6 platform_compliance() const;
   /// True when some chain has directions in which neither a spring nor a passive joint gives way.
   bool has_rigid_directions() const { return rigid_; }
-  /// With the platform held (MMT11 eq. 23), or free under its dead load.
-  ReducedEnergy reduced_energy(bool platform_held) const;
-  /// A combination of the rows of ReducedEnergy's basis as a vector of the system.
+  /// Scaled, on all motions that keep the chains together, with the platform held (MMT11 eq. 23) or
+  /// free under its dead load. Rows: bodies (without the platform when it is held), then the
+  /// coordinates of all chains.
+  EnergyHessian energy_hessian(bool platform_held) const;
+  /// Values for those rows as a vector of the system.
   SystemVector motion(const Eigen::VectorXd& bodies_and_coordinates) const;
   /// The same for one chain with both its ends held.
-  Eigen::MatrixXd chain_energy_hessian(std::size_t chain) const;
+  EnergyHessian chain_energy_hessian(std::size_t chain) const;
   /// Motions [6 x any] of the platform that cost no energy at the state that is set.
   Matrix6X motions_without_energy() const;
 

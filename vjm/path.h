@@ -104,6 +104,10 @@ struct Path {
   std::vector<TargetPoint> at_target;
 };
 
+/// The equilibrium at a parameter, sought from the relaxed posture and not along the path.
+Equilibrium equilibrium_at(const Manipulator& manipulator, const Posture& posture,
+                           const PathTask& task, double parameter);
+
 /// Whether Along speaks of a rotation and a moment.
 bool turns(const PathTask& task);
 

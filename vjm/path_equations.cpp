@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
-
 #include "kinetostat/vjm/equilibrium_state.h"
 
 namespace kinetostat::vjm {
@@ -42,6 +40,14 @@ Vector6 leading(const PathTask& task) {
 
 }  // namespace
 
+Equilibrium equilibrium_at(const Manipulator& manipulator, const Posture& posture,
+                           const PathTask& task, double parameter) {
+  const Load load = task.load(parameter);
+  if (!task.platform_held) return equilibrium_under_load(manipulator, posture, load);
+  const Pose pose = spatial::displaced(posture.platform, parameter * task.displacement);
+  return equilibrium_at_pose(manipulator, posture, pose, {}, load.nodes);
+}
+
 bool turns(const PathTask& task) { return driven(task).head<3>().isZero(0); }
 
 PathEquations::PathEquations(const Manipulator& manipulator, const Posture& posture,
@@ -62,11 +68,7 @@ EquilibriumStatus PathEquations::start(double parameter, PathState& state, std::
     state.state = system_.relaxed_state();
     return EquilibriumStatus::converged;
   }
-  const Pose pose = spatial::displaced(posture_.platform, parameter * task_.displacement);
-  const Load load = task_.load(parameter);
-  const Equilibrium found = task_.platform_held
-                                ? equilibrium_at_pose(manipulator_, posture_, pose, {}, load.nodes)
-                                : equilibrium_under_load(manipulator_, posture_, load);
+  const Equilibrium found = equilibrium_at(manipulator_, posture_, task_, parameter);
   reason = found.reason;
   state.state.bodies = {found.platform};
   state.state.bodies.insert(state.state.bodies.end(), found.inner_bodies.begin(),
@@ -139,18 +141,14 @@ VectorXd PathEquations::difference(const PathState& from, const PathState& to) c
   return all;
 }
 
-VectorXd PathEquations::eigenvalues() const {
-  const ReducedEnergy energy = system_.reduced_energy(task_.platform_held);
-  return Eigen::SelfAdjointEigenSolver<MatrixXd>(energy.hessian, Eigen::EigenvaluesOnly)
-      .eigenvalues();
+EnergySpectrum PathEquations::spectrum() const {
+  return energy_spectrum(system_.energy_hessian(task_.platform_held));
 }
 
 // The wrenches follow from the balance of all rows, in the sense of least squares where they are
 // statically indeterminate.
 VectorXd PathEquations::eigenmotion(Index index) {
-  const ReducedEnergy energy = system_.reduced_energy(task_.platform_held);
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(energy.hessian);
-  const SystemVector motion = system_.motion(energy.basis * eigen.eigenvectors().col(index));
+  const SystemVector motion = system_.motion(spectrum().motions.col(index));
   VectorXd flat = system_.flat(motion);
   SystemVector wrenches = system_.zero();
   for (spatial::Vector6& wrench : wrenches.wrenches) wrench.setOnes();

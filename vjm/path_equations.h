@@ -37,9 +37,9 @@ class PathEquations {
   /// The change that leads from one state to another nearby.
   Eigen::VectorXd difference(const PathState& from, const PathState& to) const;
 
-  /// Eigenvalues of the reduced energy, ascending; at the state of the last right_hand_side(),
-  /// after derivative().
-  Eigen::VectorXd eigenvalues() const;
+  /// Of the energy on the motions that the task allows; at the state of the last
+  /// right_hand_side(), after derivative().
+  EnergySpectrum spectrum() const;
   /// The motion of one of them, completed by the change of the wrenches. Not of unit length.
   Eigen::VectorXd eigenmotion(Eigen::Index index);
 

@@ -1,9 +1,43 @@
 // Is an equilibrium stable?
 #pragma once
 
+#include <cmath>
+#include <vector>
+
 #include <Eigen/Core>
 
 namespace kinetostat::vjm {
+
+/// Second derivative H of the energy in some coordinates, dimensionless, and an orthonormal basis B
+/// of the motions that are allowed: dx = B y.
+struct EnergyHessian {
+  Eigen::MatrixXd hessian;  // n x n, symmetric
+  Eigen::MatrixXd basis;    // n x m
+  /// n, or none: loads that turn with a coordinate leave errors of v'Hv below (|v|'rounding)^2.
+  Eigen::VectorXd rounding = {};
+
+  /// B' H B, m x m.
+  Eigen::MatrixXd reduced() const;
+};
+
+/// Eigenvalues of B' H B, ascending. Springs may differ by 20 orders of magnitude: each eigenvalue
+/// is as exact as its own terms allow, not only to the rounding of the stiffest spring.
+struct EnergySpectrum {
+  Eigen::VectorXd values;
+  /// Magnitude below which a value is rounding: 1e-10 of the terms |v|'|H||v| that add up to it,
+  /// and what the loads leave.
+  Eigen::VectorXd resolution;
+  Eigen::MatrixXd motions;  // n x m, orthonormal
+
+  bool is_neutral(Eigen::Index i) const { return std::abs(values[i]) <= resolution[i]; }
+  int neutral() const;
+  /// Indices, the smallest value against its resolution first.
+  std::vector<Eigen::Index> by_size() const;
+  /// Values but for the first `neutral` ones of by_size(), ascending.
+  Eigen::VectorXd without_neutral(int neutral) const;
+};
+
+EnergySpectrum energy_spectrum(const EnergyHessian& energy);
 
 /// Signs of the second derivative of the energy on the motions that are allowed (MMT11 eq. 18-23).
 struct Stability {
@@ -16,9 +50,7 @@ struct Stability {
   bool stable() const { return unstable == 0; }
 };
 
-/// Counts the signs of the eigenvalues of a symmetric matrix that has been made dimensionless so
-/// that the stiffest spring is 1; those below `tolerance` in magnitude are neutral.
-Stability stability_of(const Eigen::MatrixXd& energy_hessian, double tolerance = 1e-13);
+Stability stability_of(const EnergySpectrum& spectrum);
 
 /// The worst of two, counts added.
 Stability combined(const Stability& a, const Stability& b);

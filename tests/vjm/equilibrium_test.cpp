@@ -263,6 +263,58 @@ TEST(Equilibrium, ExtraPassiveJointsThatRepeatALegsSpinChangeNothing) {
   EXPECT_TRUE(spinning.free.stable());
 }
 
+// Hexapods in general postures; with `spin`, every leg has a spherical joint at both ends and may
+// turn about its own axis, which changes nothing else.
+Manipulator hexapod(unsigned seed, bool spin) {
+  testing::RandomChains random(seed);
+  std::vector<Chain> legs;
+  for (int i = 0; i < 6; ++i) {
+    const double a = random.uniform(0, 2 * M_PI), b = random.uniform(0, 2 * M_PI);
+    const Vector3 foot(0.5 * std::cos(a), 0.5 * std::sin(a), random.uniform(-0.05, 0.05));
+    const Vector3 top(0.3 * std::cos(b), 0.3 * std::sin(b), random.uniform(-0.05, 0.05));
+    const Vector3 axis = Vector3(0.02, -0.03, 0.65) + top - foot;
+    const double length = axis.norm();
+    const double ry = std::atan2(axis.x(), axis.z()), rx = -std::asin(axis.y() / length);
+    Chain leg("leg" + std::to_string(i), Pose::translation(foot));
+    leg.passive("lower.Ry", Motion::ry, ry).passive("lower.Rx", Motion::rx, rx);
+    if (spin) leg.passive("lower.Rz", Motion::rz);
+    leg.actuator("length", Motion::tz, random.uniform(1e7, 3e7), length / 2);
+    leg.link("rod", Pose::translation({0, 0, length / 2}), random.compliance());
+    leg.passive("upper.Rz", Motion::rz);
+    leg.passive("upper.Rx", Motion::rx, -rx).passive("upper.Ry", Motion::ry, -ry);
+    leg.offset(Pose::translation(-top));
+    legs.push_back(leg);
+  }
+  return Manipulator("hexapod", legs);
+}
+
+Equilibrium hexapod_under(const Manipulator& hexapod, const Load& load) {
+  const PostureResult posture = posture_at(hexapod, Pose::translation({0.02, -0.03, 0.65}));
+  EXPECT_TRUE(posture.reached) << posture.reason;
+  return equilibrium_under_load(hexapod, posture.posture, load);
+}
+
+TEST(Equilibrium, LegsThatSpinBetweenSphericalJointsCarryAsThoseThatDoNot) {
+  int compared = 0;
+  for (unsigned seed = 1; seed <= 30; ++seed) {
+    testing::RandomChains random(1000 + seed);
+    const Vector3 force = random.vector(1), moment = random.vector(0.1);
+    for (const double size : {1e1, 1e3, 3e4}) {
+      const Load load{.force = size * force, .moment = size * moment};
+      const Equilibrium plain = hexapod_under(hexapod(seed, false), load);
+      const Equilibrium spinning = hexapod_under(hexapod(seed, true), load);
+      if (plain.status != EquilibriumStatus::converged) continue;  // beyond what the legs carry
+      ++compared;
+      ASSERT_EQ(spinning.status, EquilibriumStatus::converged) << seed << " " << size;
+      EXPECT_LT(spatial::pose_difference(plain.platform, spinning.platform).norm(), 1e-10)
+          << seed << " " << size;
+      EXPECT_EQ(plain.free.unstable, spinning.free.unstable) << seed << " " << size;
+      EXPECT_EQ(spinning.free.neutral, 6) << seed << " " << size;
+    }
+  }
+  EXPECT_GE(compared, 75);
+}
+
 TEST(Equilibrium, SaysThatNothingResistsALoadOnAFreeMotion) {
   const Robot robot =
       read_robot(std::string(KINETOSTAT_SOURCE_DIR) + "/data/robots/stewart_gough_a.yaml");

@@ -4,6 +4,7 @@
 #include <functional>
 #include <limits>
 
+#include <Eigen/QR>
 #include <gtest/gtest.h>
 
 #include "kinetostat/vjm/beam.h"
@@ -18,13 +19,35 @@ using spatial::Frame;
 using spatial::Pose;
 using spatial::Vector6;
 
+Stability stability_of_all_motions(const Eigen::MatrixXd& hessian) {
+  return stability_of(
+      energy_spectrum({hessian, Eigen::MatrixXd::Identity(hessian.rows(), hessian.cols())}));
+}
+
+// A direction costs nothing where the terms of its energy cancel, not where its spring is soft.
 TEST(Stability, CountsSignsAndNeutralDirections) {
-  const Eigen::VectorXd values = Eigen::Vector4d(-2, 1e-18, 3, 5);
-  const Stability s = stability_of(values.asDiagonal());
+  Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(5, 5);
+  hessian.diagonal() << -2, 1e-18, 5, 7, 7;
+  hessian(3, 4) = hessian(4, 3) = 7;
+  const Stability s = stability_of_all_motions(hessian);
   EXPECT_EQ(s.unstable, 1);
   EXPECT_EQ(s.neutral, 1);
   EXPECT_EQ(s.margin, -2);
-  EXPECT_TRUE(stability_of(Eigen::MatrixXd(0, 0)).stable());
+  EXPECT_TRUE(stability_of_all_motions(Eigen::MatrixXd(0, 0)).stable());
+}
+
+// Rigid motions that rotate coordinates into one another hide nothing: D and Q'DQ with Q orthogonal
+// among the allowed motions have the same spectrum, down to 1e-16 of the largest.
+TEST(Stability, SoftDirectionsKeepTheirDigitsBesideStiffOnes) {
+  const Eigen::VectorXd values = Eigen::Vector4d(-1e-17, 1e-16, 3e-9, 5);
+  const Eigen::MatrixXd mixed =
+      Eigen::HouseholderQR<Eigen::MatrixXd>(
+          (Eigen::Matrix4d() << 3, 1, 2, 1, 1, -1, 4, 2, 0, 2, 5, 1, 1, 7, -2, 1).finished())
+          .householderQ();
+  const EnergySpectrum spectrum = energy_spectrum({values.asDiagonal(), mixed});
+  for (Eigen::Index i = 0; i < 4; ++i)
+    EXPECT_NEAR(spectrum.values[i], values[i], 1e-9 * std::abs(values[i]));
+  EXPECT_EQ(spectrum.neutral(), 0);
 }
 
 // A straight chain along x between pinned ends, pushed together by `shortening`.
@@ -111,6 +134,22 @@ TEST(Stability, AnUprightRodUnderADeadLoadFallsAboveKOverL) {
     ASSERT_EQ(e.status, EquilibriumStatus::converged) << e.reason;
     EXPECT_EQ(e.free.stable(), share < 1) << share;
     EXPECT_TRUE(e.held.stable());
+  }
+}
+
+// A rod on a soft hinge beside a drive that is 1e18 times as stiff.
+TEST(Stability, ASoftHingeBesideAStiffDriveBucklesAtKOverL) {
+  const double length = 0.5, k = 1e-3;
+  Chain chain("rod");
+  chain.actuator("x", Motion::tx, 1e15).actuator("q", Motion::rz, k);
+  chain.offset(Pose::translation({length, 0, 0}));
+  const Manipulator rod("rod", {chain});
+  const Posture posture = posture_from_joints(rod, {}).posture;
+  for (const double share : {0.1, 0.99, 1.01, 10.0}) {
+    const Equilibrium e = equilibrium_under_load(rod, posture, {{-share * k / length, 0, 0}});
+    ASSERT_EQ(e.status, EquilibriumStatus::converged) << e.reason;
+    EXPECT_EQ(e.free.stable(), share < 1) << share;
+    EXPECT_EQ(e.free.neutral, 0) << share;
   }
 }
 
