@@ -50,21 +50,21 @@ files::Json deflect(const Request& request, Run& run) {
         "Give --wrench Fx,Fy,Fz[,Mx,My,Mz], --node-load, or --move for a displacement");
   const vjm::Posture posture = request.posture.posture(robot);
   if (request.method == "fixed-point") return by_fixed_point(request, robot, posture, run);
-  const vjm::Equilibrium equilibrium = request.load.solve(robot, posture);
+  vjm::Equilibrium equilibrium = request.load.solve(robot, posture);
+  const SegmentCheck segments = check_segments(robot, request.posture, request.load, equilibrium);
   run.print(fmt::format("{}\n", robot.name) + report::text(robot, posture) +
             report::text(robot, equilibrium));
-  const std::optional<double> lumping =
-      lumping_error(robot, request.posture, request.load, equilibrium);
-  run.print(lumping_text(robot, lumping));
+  run.print(segments.text(robot));
   run.draw(
       {{"skeletons",
         {report::named_skeleton("unloaded", report::skeleton(robot.manipulator, posture)),
          report::named_skeleton("loaded", report::skeleton(robot.manipulator, equilibrium))}}});
   stop_short_unless_stable(request.load, robot, equilibrium, run);
-  return {{"inputs", report::provenance(robot)},
-          {"posture", report::to_json(robot, posture)},
-          {"equilibrium", report::to_json(robot, equilibrium)},
-          {"lumping_error", lumping ? files::Json(*lumping) : files::Json()}};
+  files::Json json{{"inputs", report::provenance(robot)},
+                   {"posture", report::to_json(robot, posture)},
+                   {"equilibrium", report::to_json(robot, equilibrium)}};
+  segments.add_to(json);
+  return json;
 }
 
 }  // namespace

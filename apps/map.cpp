@@ -376,6 +376,15 @@ files::Json picture(const vjm::Robot& robot, const PoseList& list,
             {"indices", std::move(values)}}}};
 }
 
+// With the beams in two and in four times the segments.
+std::vector<vjm::Manipulator> finer_models(const vjm::Robot& robot) {
+  std::vector<vjm::Manipulator> finer;
+  if (!robot.has_beams) return finer;
+  for (const int multiple : {2, 4})
+    finer.push_back(vjm::read_robot(robot.file, {.segment_multiple = multiple}).manipulator);
+  return finer;
+}
+
 files::Json map(const MapRequest& request, Run& run) {
   const vjm::Robot robot = vjm::read_robot(request.robot_file);
   const PoseList list = read_poses(request, robot);
@@ -388,7 +397,7 @@ files::Json map(const MapRequest& request, Run& run) {
   if (saves) checkpoint.request = request_hash(robot, list, named);
   const std::vector<MapPoint> points =
       workspace_map(robot.manipulator, list.poses, indices, run.threads(), run.progress(),
-                    saves ? &checkpoint : nullptr);
+                    saves ? &checkpoint : nullptr, finer_models(robot));
   if (run.out()) files::write_atomically(*run.out(), table_text(robot, list, named, points));
   if (!request.vtu.empty()) write_vtu(request.vtu, list, named, points);
   if (run.wants_page()) run.draw(picture(robot, list, named, points));

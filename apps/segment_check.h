@@ -1,18 +1,29 @@
-// Whether one spring per beam is enough for a loaded equilibrium.
+// Whether the segments of the beams are enough for a loaded equilibrium.
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "kinetostat/apps/robot_request.h"
 #include "kinetostat/files/json.h"
 
 namespace kinetostat::apps {
 
-/// Solves again with every beam in twice the segments: vjm::lumping_error(). Nothing without beams.
-std::optional<double> lumping_error(const vjm::Robot& robot, const PostureRequest& posture,
-                                    const LoadRequest& load, const vjm::Equilibrium& found);
+/// Of a loaded equilibrium of a robot with beams; nothing without beams or equilibrium.
+struct SegmentCheck {
+  static constexpr int stability_multiple = 4;  // segments by which stability is judged
 
-/// A warning above 1 %; below, the error is stated when the robot has weight, which is lumped too.
-std::string lumping_text(const vjm::Robot& robot, const std::optional<double>& error);
+  std::optional<double> lumping_error;  // vjm::lumping_error() against twice the segments
+  bool hidden_buckling = false;         // stable as given, unstable with the finer beams
+
+  /// Sentences, each on a line of its own.
+  std::string text(const vjm::Robot& robot) const;
+  void add_to(files::Json& json) const;
+};
+
+/// Solves again with every beam in two and four times the segments. `found` takes over the
+/// stability of the finer beams where that is less (vjm::take_stability()).
+SegmentCheck check_segments(const vjm::Robot& robot, const PostureRequest& posture,
+                            const LoadRequest& load, vjm::Equilibrium& found);
 
 }  // namespace kinetostat::apps

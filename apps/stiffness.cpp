@@ -32,11 +32,11 @@ files::Json stiffness(const Request& request, Run& run) {
   run.draw({{"skeletons", skeletons}});
   if (!request.load.given() && robot.manipulator.is_relaxed_when_unloaded()) return json;
 
-  const vjm::Equilibrium loaded = request.load.solve(robot, posture);
+  vjm::Equilibrium loaded = request.load.solve(robot, posture);
+  const SegmentCheck segments = check_segments(robot, request.posture, request.load, loaded);
   run.print("\nLoaded\n------\n" + report::text(robot, loaded));
-  const std::optional<double> lumping = lumping_error(robot, request.posture, request.load, loaded);
-  run.print(lumping_text(robot, lumping));
-  json["lumping_error"] = lumping ? files::Json(*lumping) : files::Json();
+  run.print(segments.text(robot));
+  segments.add_to(json);
   json["loaded"] = report::to_json(robot, loaded);
   skeletons.push_back(
       report::named_skeleton("loaded", report::skeleton(robot.manipulator, loaded)));

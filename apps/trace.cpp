@@ -6,10 +6,12 @@
 #include "kinetostat/apps/command.h"
 #include "kinetostat/apps/commands.h"
 #include "kinetostat/apps/robot_request.h"
+#include "kinetostat/apps/segment_check.h"
 #include "kinetostat/files/text_file.h"
 #include "kinetostat/report/manipulator.h"
 #include "kinetostat/report/path.h"
 #include "kinetostat/report/skeleton.h"
+#include "kinetostat/vjm/segments.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -47,6 +49,24 @@ std::optional<double> first_critical_force(const Request& request, int multiple,
   return along ? std::optional(along->force) : std::nullopt;
 }
 
+// Whether finer beams may have critical points: the path shows one, or the equilibria at its ends,
+// as the path has them, would not last.
+bool may_buckle(const Request& request, const vjm::PathTask& task, const vjm::Path& path) {
+  if (!path.critical.empty()) return true;
+  const vjm::Robot finer = vjm::read_robot(request.posture.robot_file,
+                                           {.segment_multiple = SegmentCheck::stability_multiple});
+  const vjm::Posture posture = request.posture.posture(finer);
+  for (const vjm::Branch& branch : path.branches) {
+    if (branch.points.empty()) continue;
+    const double parameter = branch.points.back().parameter;
+    vjm::Equilibrium given = branch.points.back().equilibrium;
+    if (take_stability(equilibrium_at(finer.manipulator, posture, task, parameter),
+                       task.platform_held, given))
+      return true;
+  }
+  return false;
+}
+
 // The posture at every point, branch by branch.
 files::Json picture(const vjm::Robot& robot, const vjm::PathTask& task, const vjm::Path& path) {
   files::Json branches = files::Json::array();
@@ -78,7 +98,7 @@ files::Json trace(const Request& request, Run& run) {
             report::text(robot, task, path));
   files::Json json{{"inputs", report::provenance(robot)},
                    {"path", report::to_json(robot, task, path)}};
-  if (robot.has_beams && !path.critical.empty()) {
+  if (robot.has_beams && may_buckle(request, task, path)) {
     const vjm::SegmentStudy study = vjm::study_segments(request.segments, [&](int multiple) {
       return first_critical_force(request, multiple, run);
     });

@@ -308,6 +308,8 @@ std::string text(const Robot& robot, const PathTask& task, const vjm::SegmentStu
   if (study.values.size() < 2) return "";
   const AlongUnits units(robot, task);
   Table table({"springs per beam", "critical force " + units.force_name, "against the estimate"});
+  for (const int multiple : study.without)
+    table.add_row({fmt::format("x {}", multiple), "none", "-"});
   for (std::size_t i = 0; i < study.values.size(); ++i)
     table.add_row({fmt::format("x {}", study.multiples[i]),
                    number(study.values[i] / units.force, 7),
@@ -318,6 +320,10 @@ std::string text(const Robot& robot, const PathTask& task, const vjm::SegmentStu
                      study.observed_order()
                          ? fmt::format(" (observed order {:.2f})", *study.observed_order())
                          : "");
+  if (!study.without.empty())
+    return out +
+           "warning: with so few segments no critical point is seen, and the path above is called "
+           "stable beyond it; give the beams more 'segments'\n";
   if (std::abs(study.error(0)) > 0.01)
     out += fmt::format(
         "warning: with the segments of the robot file the first critical force is {:.2g} % {}; "
@@ -329,11 +335,12 @@ std::string text(const Robot& robot, const PathTask& task, const vjm::SegmentStu
 
 Json to_json(const vjm::SegmentStudy& study) {
   if (study.values.size() < 2) return nullptr;
-  return {{"multiples", study.multiples},
+  return {{"multiples_without_critical_point", study.without},
+          {"multiples", study.multiples},
           {"critical_force", study.values},
           {"estimate", study.extrapolated()},
           {"observed_order", study.observed_order() ? Json(*study.observed_order()) : Json()},
-          {"error_as_given", study.error(0)}};
+          {"error_as_given", study.without.empty() ? Json(study.error(0)) : Json()}};
 }
 
 }  // namespace kinetostat::report

@@ -1,5 +1,6 @@
 #include "kinetostat/vjm/segments.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -27,11 +28,23 @@ SegmentStudy study_segments(const std::vector<int>& multiples,
   SegmentStudy study;
   for (const int multiple : multiples) {
     const std::optional<double> value = result(multiple);
-    if (!value) break;
+    if (!value && study.values.empty()) study.without.push_back(multiple);
+    if (!value && !study.values.empty()) break;
+    if (!value) continue;
     study.multiples.push_back(multiple);
     study.values.push_back(*value);
   }
   return study;
+}
+
+bool take_stability(const Equilibrium& finer, bool platform_held, Equilibrium& given) {
+  Stability& own = platform_held ? given.held : given.free;
+  Stability seen = platform_held ? finer.held : finer.free;
+  // Beyond a limit point, the finer model stands at the last equilibrium before it.
+  if (finer.status != EquilibriumStatus::converged) seen = {std::max(1, seen.unstable), 0, 0.0};
+  if (seen.unstable <= own.unstable) return false;
+  own = seen;
+  return true;
 }
 
 std::optional<double> lumping_error(const Equilibrium& given, const Equilibrium& twice,

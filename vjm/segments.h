@@ -12,8 +12,9 @@ namespace kinetostat::vjm {
 /// A result for several numbers of segments. A chain of lumped springs converges to the beam with
 /// the square of the length of a segment.
 struct SegmentStudy {
-  std::vector<int> multiples;  // of the segments that the robot file gives, ascending
-  std::vector<double> values;  // of the result
+  std::vector<int> multiples;     // of the segments that the robot file gives, ascending
+  std::vector<double> values;     // of the result
+  std::vector<int> without = {};  // multiples below those, for which there is no result
 
   /// Richardson's estimate of the limit from the last two. Throws std::logic_error with fewer.
   double extrapolated() const;
@@ -24,7 +25,8 @@ struct SegmentStudy {
   std::optional<double> observed_order() const;
 };
 
-/// Stops at the first multiple for which there is no result.
+/// Passes over multiples without a result up to the first that has one (a single spring hides the
+/// buckling of its own beam), and stops at the next without.
 SegmentStudy study_segments(const std::vector<int>& multiples,
                             const std::function<std::optional<double>(int)>& result);
 
@@ -36,5 +38,10 @@ SegmentStudy study_segments(const std::vector<int>& multiples,
 /// moves.
 std::optional<double> lumping_error(const Equilibrium& given, const Equilibrium& twice,
                                     bool platform_held);
+
+/// The stability of an equilibrium as the same one with finer beams shows it: a single spring does
+/// not feel a compression bend its own beam. Where the finer model is less stable, or has no
+/// equilibrium at all, `given` takes that over; says whether it did.
+bool take_stability(const Equilibrium& finer, bool platform_held, Equilibrium& given);
 
 }  // namespace kinetostat::vjm

@@ -137,8 +137,8 @@ double value_of(const MapIndex& index, const Flexibility& flexibility, const Vec
   return not_a_number;
 }
 
-double critical_force(const Manipulator& manipulator, const Posture& posture,
-                      const std::vector<NodeLoad>& constant, const MapIndex& index) {
+double lumped_critical_force(const Manipulator& manipulator, const Posture& posture,
+                             const std::vector<NodeLoad>& constant, const MapIndex& index) {
   PathTask task;
   task.platform_held = false;
   task.growing.force = index.up_to * index.direction;
@@ -154,6 +154,31 @@ double critical_force(const Manipulator& manipulator, const Posture& posture,
   const bool came_to_the_end =
       end == BranchEnd::target || end == BranchEnd::range || end == BranchEnd::locked;
   return came_to_the_end ? infinity : not_a_number;
+}
+
+// Of the distributed beams, which the first of `finer` has in twice the segments of the one before.
+double critical_force(const Manipulator& manipulator, const TargetPose& target,
+                      const Posture& posture, const MapIndex& index,
+                      const std::vector<Manipulator>& finer) {
+  double coarse = lumped_critical_force(manipulator, posture, target.load.nodes, index);
+  for (const Manipulator& twice : finer) {
+    const PostureResult same = posture_at(twice, target.platform);
+    if (!same.reached) return not_a_number;
+    const double fine = lumped_critical_force(twice, same.posture, target.load.nodes, index);
+    if (!std::isfinite(fine)) return fine;
+    if (std::isfinite(coarse)) return fine + (fine - coarse) / 3;
+    coarse = fine;
+  }
+  return coarse;
+}
+
+// Whether the equilibrium lasts when the beams have twice the segments.
+bool lasts_with(const std::vector<Manipulator>& finer, const TargetPose& target) {
+  if (finer.empty()) return true;
+  const PostureResult posture = posture_at(finer[0], target.platform);
+  if (!posture.reached) return false;
+  const Equilibrium loaded = equilibrium_under_load(finer[0], posture.posture, target.load);
+  return loaded.status == EquilibriumStatus::converged && loaded.free.stable();
 }
 
 bool is_unloaded(const Load& load) {
@@ -231,7 +256,7 @@ std::string to_string(MapState state) {
 }
 
 MapPoint map_point(const Manipulator& manipulator, const TargetPose& target,
-                   const std::vector<MapIndex>& indices) {
+                   const std::vector<MapIndex>& indices, const std::vector<Manipulator>& finer) {
   refuse_critical_force_beside_a_wrench(target.load, indices);
   MapPoint point{.values = std::vector<double>(indices.size(), not_a_number)};
   const PostureResult posture = posture_at(manipulator, target.platform);
@@ -245,23 +270,23 @@ MapPoint map_point(const Manipulator& manipulator, const TargetPose& target,
     point.state = MapState::no_equilibrium;
     if (loaded.status != EquilibriumStatus::converged) return point;
     point.state = MapState::unstable;
-    if (!loaded.free.stable()) return point;
+    if (!loaded.free.stable() || !lasts_with(finer, target)) return point;
     flexibility = loaded_flexibility(loaded, size_of(posture.posture));
     deflection = loaded.displacement.coordinates();
   }
   point.state = flexibility.has_free_motion() ? MapState::free_motion : MapState::reached;
   for (std::size_t i = 0; i < indices.size(); ++i)
-    point.values[i] =
-        indices[i].kind == MapIndex::Kind::critical_force
-            ? critical_force(manipulator, posture.posture, target.load.nodes, indices[i])
-            : value_of(indices[i], flexibility, deflection);
+    point.values[i] = indices[i].kind == MapIndex::Kind::critical_force
+                          ? critical_force(manipulator, target, posture.posture, indices[i], finer)
+                          : value_of(indices[i], flexibility, deflection);
   return point;
 }
 
 std::vector<MapPoint> workspace_map(const Manipulator& manipulator,
                                     const std::vector<TargetPose>& targets,
                                     const std::vector<MapIndex>& indices, int threads,
-                                    files::Progress& progress, MapCheckpoint* checkpoint) {
+                                    files::Progress& progress, MapCheckpoint* checkpoint,
+                                    const std::vector<Manipulator>& finer) {
   using Clock = std::chrono::steady_clock;
   const auto seconds_since = [](Clock::time_point t) {
     return std::chrono::duration<double>(Clock::now() - t).count();
@@ -286,7 +311,7 @@ std::vector<MapPoint> workspace_map(const Manipulator& manipulator,
     const Clock::time_point began = Clock::now();
     points.resize(first + count);
     files::parallel_for(count, threads, "poses", silent, [&](std::size_t i) {
-      points[first + i] = map_point(manipulator, targets[first + i], indices);
+      points[first + i] = map_point(manipulator, targets[first + i], indices, finer);
     });
     const double took = seconds_since(began);
     if (took < 0.25) block *= 2;

@@ -65,8 +65,14 @@ struct MapPoint {
 /// nodes, until the equilibrium under it is no longer stable: the first critical point of trace().
 /// Infinite when none is met on the way; NaN when the path is lost. Throws std::invalid_argument
 /// when it is asked for beside a wrench on the platform.
+///
+/// `finer` is the same robot with its beams in two and in four times the segments, or nothing when
+/// it has no beams. One spring does not feel its own beam buckle: stability is judged by the first
+/// of them, and critical forces are Richardson's estimate for the distributed beams, from the given
+/// segments and their double (from two and four times them where the given ones show none).
 MapPoint map_point(const Manipulator& manipulator, const TargetPose& target,
-                   const std::vector<MapIndex>& indices);
+                   const std::vector<MapIndex>& indices,
+                   const std::vector<Manipulator>& finer = {});
 
 /// Where an interrupted map goes on from. The file is rewritten atomically and removed when the map
 /// is complete.
@@ -83,7 +89,8 @@ struct MapCheckpoint {
 std::vector<MapPoint> workspace_map(const Manipulator& manipulator,
                                     const std::vector<TargetPose>& targets,
                                     const std::vector<MapIndex>& indices, int threads,
-                                    files::Progress& progress, MapCheckpoint* checkpoint = nullptr);
+                                    files::Progress& progress, MapCheckpoint* checkpoint = nullptr,
+                                    const std::vector<Manipulator>& finer = {});
 
 /// Range of one index over the poses that have a finite value.
 struct MapRange {

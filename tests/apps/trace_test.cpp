@@ -52,6 +52,46 @@ TEST(TraceCommand, FindsTheTwoWaysInWhichTheStraightChainGivesWay) {
   EXPECT_EQ(ends, 2);
 }
 
+// A steel cantilever of 1 m, 20 x 10 mm: Euler's load is pi^2 E I / 4 L^2 = 863.6 N. One spring per
+// beam does not feel it.
+class SlenderBeam : public ::testing::Test {
+ protected:
+  SlenderBeam() {
+    std::ofstream(working_folder() / "beam.yaml") << R"(kinetostat: 1
+name: slender beam
+units: {length: mm, force: N, angle: deg}
+materials:
+  steel: {E: 210 GPa, nu: 0.3}
+links:
+  rod: {beam: {length: 1000, section: {rectangle: {y: 20, z: 10}}, material: steel}}
+chain_types:
+  rod: [{link: rod}]
+manipulator: {chain: rod}
+)";
+  }
+  const double euler = M_PI * M_PI / 4 * 210e9 * (20e-3 * 1e-9 * 1e3 / 12);
+};
+
+TEST_F(SlenderBeam, IsUnstableUnderSixTimesEulersLoad) {
+  ASSERT_NEAR(6 * euler, 5181, 1);
+  const Outcome over = kinetostat("deflect beam.yaml --wrench=-5181,0,0 --json over.json");
+  EXPECT_EQ(over.code, 4);
+  EXPECT_THAT(over.out, HasSubstr("a beam buckles that one spring keeps straight"));
+  const files::Json json = files::Json::parse(files::read_text(working_folder() / "over.json"));
+  EXPECT_TRUE(json["hidden_buckling"].get<bool>());
+  EXPECT_FALSE(json["equilibrium"]["stability"]["platform_free"]["stable"].get<bool>());
+  const Outcome under = kinetostat("deflect beam.yaml --wrench=-800,0,0");
+  EXPECT_EQ(under.code, 0);
+  EXPECT_THAT(under.out, testing::Not(HasSubstr("buckles")));
+}
+
+TEST_F(SlenderBeam, BucklesOnItsPathAtEulersLoad) {
+  const files::Json result = json_of("trace beam.yaml --wrench=-5181,0,0");
+  EXPECT_TRUE(result["path"]["critical_points"].empty());
+  EXPECT_EQ(result["segments"]["multiples_without_critical_point"], files::Json::array({1}));
+  EXPECT_NEAR(result["segments"]["estimate"].get<double>(), euler, 0.02 * euler);
+}
+
 TEST(TraceCommand, SaysWhatOneSpringPerBeamIsWorth) {
   const Outcome outcome =
       kinetostat("trace data/robots/urrs_c.yaml --along -3,0,0 --segments 4,8 --json trace.json");

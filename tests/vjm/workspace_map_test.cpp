@@ -8,6 +8,7 @@
 
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/text_file.h"
+#include "kinetostat/vjm/beam.h"
 #include "kinetostat/vjm/equilibrium.h"
 #include "kinetostat/vjm/posture.h"
 #include "kinetostat/vjm/robot_file.h"
@@ -172,6 +173,40 @@ TEST(WorkspaceMap, CriticalForceOfAPropIsItsSpringOverItsLength) {
               1e-8 * 750);
   EXPECT_THROW(map_point({"prop", {chain}}, {upright.platform, {.force = {1, 0, 0}}}, {push}),
                std::invalid_argument);
+}
+
+// One cantilever spring does not feel its own beam buckle under a dead load at its end: Euler's
+// pi^2 E I / 4 L^2 is found with finer segments only.
+TEST(WorkspaceMap, ASlenderBeamBucklesAtEulersLoad) {
+  constexpr double length = 1;
+  Section section;
+  section.area = 2e-4;
+  section.second_moment_y = section.second_moment_z = 1.6667e-9;
+  section.torsion_constant = 2e-9;
+  const Material steel{210e9, 80e9, std::nullopt};
+  const double euler = M_PI * M_PI / 4 * 210e9 * section.second_moment_z / (length * length);
+  const auto beam = [&](int segments) {
+    Chain chain("beam");
+    const spatial::Compliance6 piece(
+        beam_compliance(length / segments, section, steel, BeamTheory::euler_bernoulli).matrix());
+    for (int i = 0; i < segments; ++i)
+      chain.link("l" + std::to_string(i), Pose::translation({length / segments, 0, 0}), piece);
+    return Manipulator("beam", {chain});
+  };
+  const std::vector<Manipulator> finer{beam(2), beam(4)};
+  const TargetPose end{Pose::translation({length, 0, 0})};
+  const MapIndex push{
+      .kind = Kind::critical_force, .direction = -Vector3::UnitX(), .up_to = 10 * euler};
+  EXPECT_TRUE(std::isinf(map_point(beam(1), end, {push}).values[0]));
+  // Richardson from two and four segments is left with their higher orders.
+  EXPECT_NEAR(map_point(beam(1), end, {push}, finer).values[0], euler, 0.02 * euler);
+  const auto state = [&](double share) {
+    return map_point(beam(1), {end.platform, {.force = {-share * euler, 0, 0}}},
+                     {{.kind = Kind::deflection}}, finer)
+        .state;
+  };
+  EXPECT_EQ(state(0.9), MapState::reached);
+  EXPECT_EQ(state(1.5), MapState::unstable);
 }
 
 TEST(WorkspaceMap, ResultDoesNotDependOnTheNumberOfThreads) {
