@@ -94,17 +94,18 @@ files::Json trace(const Request& request, Run& run) {
   const vjm::Path path = trace(request, robot, request.path, run);
   if (path.status != vjm::EquilibriumStatus::converged)
     throw files::NoConvergence("there is no equilibrium to start from: " + path.reason);
-  run.print(fmt::format("{}\n", robot.name) + report::text(robot, request.posture.posture(robot)) +
-            report::text(robot, task, path));
   files::Json json{{"inputs", report::provenance(robot)},
                    {"path", report::to_json(robot, task, path)}};
+  vjm::SegmentStudy study;
   if (robot.has_beams && may_buckle(request, task, path)) {
-    const vjm::SegmentStudy study = vjm::study_segments(request.segments, [&](int multiple) {
+    study = vjm::study_segments(request.segments, [&](int multiple) {
       return first_critical_force(request, multiple, run);
     });
-    run.print(report::text(robot, task, study));
     json["segments"] = report::to_json(study);
   }
+  run.print(fmt::format("{}\n", robot.name) + report::warning(robot, task, study) +
+            report::text(robot, request.posture.posture(robot)) + report::text(robot, task, path) +
+            report::text(robot, task, study));
   if (run.wants_page()) run.draw(picture(robot, task, path));
   if (run.out()) files::write_atomically(*run.out(), report::csv(robot, task, path));
   if (path.branches[0].end == vjm::BranchEnd::lost) run.stop_short(path.branches[0].reason);

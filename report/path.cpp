@@ -320,17 +320,24 @@ std::string text(const Robot& robot, const PathTask& task, const vjm::SegmentStu
                      study.observed_order()
                          ? fmt::format(" (observed order {:.2f})", *study.observed_order())
                          : "");
-  if (!study.without.empty())
-    return out +
-           "warning: with so few segments no critical point is seen, and the path above is called "
-           "stable beyond it; give the beams more 'segments'\n";
-  if (std::abs(study.error(0)) > 0.01)
+  if (study.without.empty() && std::abs(study.error(0)) > 0.01)
     out += fmt::format(
         "warning: with the segments of the robot file the first critical force is {:.2g} % {}; "
         "give "
         "the beams more 'segments'\n",
         100 * std::abs(study.error(0)), study.error(0) > 0 ? "too high" : "too low");
   return out;
+}
+
+std::string warning(const Robot& robot, const PathTask& task, const vjm::SegmentStudy& study) {
+  if (study.without.empty() || study.values.empty()) return "";
+  const AlongUnits units(robot, task);
+  const double force = study.values.size() > 1 ? study.extrapolated() : study.values.front();
+  return fmt::format(
+      "warning: a beam buckles at about {} {}, which the path below does not show: one spring "
+      "keeps "
+      "it straight. Give the beams more 'segments'\n",
+      number(force / units.force, 4), units.force_name);
 }
 
 Json to_json(const vjm::SegmentStudy& study) {

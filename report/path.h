@@ -19,6 +19,10 @@ files::Json to_json(const vjm::Robot& robot, const vjm::PathTask& task, const vj
 /// One row a point, in the units of the robot file; critical points are rows of their own.
 std::string csv(const vjm::Robot& robot, const vjm::PathTask& task, const vjm::Path& path);
 
+/// That a beam buckles where the given segments show nothing; empty when they show it.
+std::string warning(const vjm::Robot& robot, const vjm::PathTask& task,
+                    const vjm::SegmentStudy& study);
+
 /// The force at the first critical point of the first branch over the number of segments.
 std::string text(const vjm::Robot& robot, const vjm::PathTask& task,
                  const vjm::SegmentStudy& study);
