@@ -141,6 +141,7 @@ VectorXd PathEquations::difference(const PathState& from, const PathState& to) c
 
 VectorXd PathEquations::eigenvalues() const {
   const ReducedEnergy energy = system_.reduced_energy(task_.platform_held);
+  if (energy.hessian.size() == 0) return {};
   return Eigen::SelfAdjointEigenSolver<MatrixXd>(energy.hessian, Eigen::EigenvaluesOnly)
       .eigenvalues();
 }
