@@ -7,6 +7,8 @@
 
 #include <boost/math/tools/toms748_solve.hpp>
 
+#include "kinetostat/vjm/branch_point.h"
+
 namespace kinetostat::vjm {
 namespace {
 
@@ -17,14 +19,16 @@ struct NoStation : std::runtime_error {
   NoStation() : std::runtime_error("no equilibrium here") {}
 };
 
+// Where a function of the station changes its sign on a step.
 struct Located {
-  double share = 0;  // of the step
-  Station station;
-  double width = 0;  // of the last bracket
-  double jump = 0;   // of the function over it
+  double share = 0;       // of the step
+  Station station;        // there
+  Station before, after;  // ends of the last bracket
+  double width = 0;       // of it, with the rounding of the function
+  int change = 0;         // of the number of unstable directions
+  bool turn = false;      // the parameter turns back
 };
 
-// Zero of a function of the station that differs in sign at the two ends.
 template <class Function>
 Located locate(Continuation& continuation, const Station& from, const Station& to,
                const Function& function) {
@@ -38,31 +42,7 @@ Located locate(Continuation& continuation, const Station& from, const Station& t
       [&](double share) { return function(station_at(share)); }, 0.0, 1.0, function(from),
       function(to), boost::math::tools::eps_tolerance<double>(46), iterations);
   const double share = 0.5 * (low + high);
-  return {share, station_at(share), high - low,
-          low < high ? std::abs(function(station_at(high)) - function(station_at(low))) : 0.0};
-}
-
-int negative(const VectorXd& values) { return static_cast<int>((values.array() < 0).count()); }
-
-// Indices of the eigenvalues of smallest magnitude, the neutral ones left out.
-std::vector<Index> vanishing(const VectorXd& eigenvalues, int neutral, int count) {
-  std::vector<Index> order(static_cast<std::size_t>(eigenvalues.size()));
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = static_cast<Index>(i);
-  std::sort(order.begin(), order.end(),
-            [&](Index a, Index b) { return std::abs(eigenvalues[a]) < std::abs(eigenvalues[b]); });
-  // Where a motion costs nothing all along, it is among the smallest: which one is which cannot be
-  // told from the value, and all of them are offered as directions.
-  order.resize(std::min(order.size(), static_cast<std::size_t>(neutral + count)));
-  return order;
-}
-
-CriticalKind kind_of(const Station& from, const Station& to, const Located& at,
-                     double size_of_function) {
-  if (at.jump > 1e-3 * size_of_function) return CriticalKind::contact;
-  constexpr double level = 1e-9;  // below, the parameter does not move at all
-  const double before = from.parameter_rate(), after = to.parameter_rate();
-  const bool turns = before * after < 0 && std::min(std::abs(before), std::abs(after)) > level;
-  return turns ? CriticalKind::limit_point : CriticalKind::bifurcation;
+  return {share, station_at(share), station_at(low), station_at(high), high - low};
 }
 
 // Where a small imperfection opens a bifurcation, no path leads through it and the equations have
@@ -71,7 +51,7 @@ template <class Function>
 Located approach(Continuation& continuation, const Station& from, const Station& to,
                  const Function& function) {
   double low = 0, high = 1;
-  Station nearest = from;
+  Station before = from, after = to;
   const bool sign = function(from) > 0;
   for (bool narrowed = true; narrowed && high - low > 1e-12;) {
     narrowed = false;
@@ -80,16 +60,13 @@ Located approach(Continuation& continuation, const Station& from, const Station&
       const std::optional<Station> station = continuation.between(from, to, share);
       if (!station) continue;
       narrowed = true;
-      if ((function(*station) > 0) == sign) {
-        low = share;
-        nearest = *station;
-      } else {
-        high = share;
-      }
+      const bool is_before = (function(*station) > 0) == sign;
+      (is_before ? low : high) = share;
+      (is_before ? before : after) = *station;
       break;
     }
   }
-  return {low, nearest, high - low, 0};
+  return {low, before, before, after, high - low};
 }
 
 template <class Function>
@@ -102,86 +79,125 @@ Located locate_or_approach(Continuation& continuation, const Station& from, cons
   }
 }
 
-// The k-th eigenvalue that is not neutral passes through zero.
-CriticalStation crossing(Continuation& continuation, const Station& from, const Station& to,
-                         int neutral, Index k) {
-  const auto value = [neutral, k](const Station& s) {
-    return without_neutral(s.eigenvalues, neutral)[k];
-  };
-  const double size = std::abs(value(from)) + std::abs(value(to));
-  const Located at = locate_or_approach(continuation, from, to, value);
-  CriticalStation critical;
-  critical.kind = kind_of(from, to, at, size);
-  critical.station = at.station;
-  critical.modes = vanishing(at.station.eigenvalues, neutral, 1);
-  // Rounding of the eigenvalue, seen along the path.
-  const double rounding =
-      std::numeric_limits<double>::epsilon() * at.station.eigenvalues.cwiseAbs().maxCoeff() / size;
-  critical.uncertainty = (at.width + rounding) * std::abs(to.at.parameter - from.at.parameter);
-  return critical;
+int negative(const VectorXd& values) { return static_cast<int>((values.array() < 0).count()); }
+
+// The k-th eigenvalue that is not neutral. Where the loops leave fewer motions, those that they
+// take away are as good as stiff.
+double eigenvalue(const Station& station, int neutral, Index k) {
+  const VectorXd values = without_neutral(station.eigenvalues, neutral);
+  return k < values.size() ? values[k] : 1.0;
 }
 
-// On a branch through the vertex of a pitchfork the eigenvalue touches zero only.
-CriticalStation vertex(Continuation& continuation, const Station& from, const Station& to,
-                       int neutral) {
-  const Located at = locate_or_approach(continuation, from, to,
-                                        [](const Station& s) { return s.parameter_rate(); });
-  CriticalStation critical;
-  critical.station = at.station;
-  critical.modes = vanishing(at.station.eigenvalues, neutral, 1);
-  critical.uncertainty = at.width * std::abs(to.at.parameter - from.at.parameter);
-  const double least = without_neutral(at.station.eigenvalues, neutral).cwiseAbs().minCoeff();
-  const double nearby = without_neutral(from.eigenvalues, neutral).cwiseAbs().minCoeff();
-  critical.kind = at.jump > 1e-3 ? CriticalKind::contact
-                                 : (least < 1e-3 * nearby ? CriticalKind::bifurcation
-                                                          : CriticalKind::limit_point);
-  return critical;
+// Every place where an eigenvalue passes through zero or the parameter turns back.
+std::vector<Located> all_places(Continuation& continuation, const Station& from, const Station& to,
+                                int neutral) {
+  constexpr double level = 1e-9;  // rate below which the parameter does not move at all
+  std::vector<Located> places;
+  const int before = negative(without_neutral(from.eigenvalues, neutral));
+  const int after = negative(without_neutral(to.eigenvalues, neutral));
+  for (int k = std::min(before, after); k < std::max(before, after); ++k) {
+    const auto value = [neutral, k](const Station& s) { return eigenvalue(s, neutral, k); };
+    Located place = locate_or_approach(continuation, from, to, value);
+    const double largest = from.eigenvalues.size() > 0 ? from.eigenvalues.cwiseAbs().maxCoeff() : 1;
+    place.width += std::numeric_limits<double>::epsilon() * largest /
+                   (std::abs(value(from)) + std::abs(value(to)));
+    place.change = after > before ? 1 : -1;
+    places.push_back(std::move(place));
+  }
+  const double leaves = from.parameter_rate(), arrives = to.parameter_rate();
+  if (leaves * arrives < 0 && std::min(std::abs(leaves), std::abs(arrives)) > level) {
+    places.push_back(locate_or_approach(continuation, from, to,
+                                        [](const Station& s) { return s.parameter_rate(); }));
+    places.back().turn = true;
+  }
+  std::stable_sort(places.begin(), places.end(),
+                   [](const Located& a, const Located& b) { return a.share < b.share; });
+  return places;
 }
 
-// Several motions may become free at one point, as in a column of square section.
-template <class Along>
-std::vector<CriticalStation> merged(std::vector<CriticalStation> all, const Along& along,
-                                    int neutral) {
-  std::vector<CriticalStation> apart;
-  for (CriticalStation& c : all) {
-    if (!apart.empty() && std::abs(along(c) - along(apart.back())) <= 1e-6 * std::abs(along(c))) {
-      CriticalStation& same = apart.back();
-      same.unstable_after = c.unstable_after;
-      same.modes = vanishing(same.station.eigenvalues, neutral,
-                             std::abs(same.unstable_after - same.unstable_before));
-    } else {
-      apart.push_back(std::move(c));
+// Several motions may become free at one point, as in a column of square section; and at a limit
+// point an eigenvalue passes through zero where the parameter turns.
+std::vector<Located> merged(std::vector<Located> places) {
+  std::vector<Located> apart;
+  for (Located& place : places) {
+    const double resolved = apart.empty() ? 0 : place.width + apart.back().width;
+    if (apart.empty() || place.share - apart.back().share > 1e-9 + 1e-6 * place.share + resolved) {
+      apart.push_back(std::move(place));
+      continue;
     }
+    apart.back().change += place.change;
+    apart.back().turn |= place.turn;
   }
   return apart;
+}
+
+std::optional<Station> station_at(Continuation& continuation, const Station& from,
+                                  const Station& to, double share) {
+  if (share <= 0) return from;
+  return share >= 1 ? to : continuation.between(from, to, share);
+}
+
+// Whether a place where the parameter turns is a branch point. There the distance to it falls in
+// proportion from both sides, which also tells the place better than the turn does. Nearly so, with
+// an imperfection, it stops falling. Short steps keep other branches away from the guesses.
+bool move_to_branch_point(Continuation& continuation, Station from, Station to, int idle,
+                          Located& place) {
+  constexpr double apart = 1e-2;  // of the step, which becomes shorter each time
+  double share = place.share;
+  for (int level = 0; level < 2; ++level) {
+    const auto before = station_at(continuation, from, to, share - apart);
+    const auto behind = station_at(continuation, from, to, share + apart);
+    if (!before || !behind) return place.width > 1e-6;  // no path leads through
+    from = *before;
+    to = *behind;
+    const double a = distance_to_branch_point(continuation, from, idle);
+    const double b = distance_to_branch_point(continuation, to, idle);
+    share = a / (a + b);
+    const std::optional<Station> at = station_at(continuation, from, to, share);
+    if (!at || !(distance_to_branch_point(continuation, *at, idle) < 0.1 * std::min(a, b)))
+      return false;
+    place.station = *at;
+    place.before = from;
+  }
+  return true;
+}
+
+CriticalKind kind_of(Continuation& continuation, const Station& from, const Station& to, int idle,
+                     Located& place) {
+  // A smooth law changes in proportion to the width.
+  const double jump = 1e-3 + 10 * place.width;
+  if (continuation.equations().law_differs(place.before.at, place.after.at, jump))
+    return CriticalKind::contact;
+  place.before =
+      station_at(continuation, from, to, place.share - place.width - 1e-4).value_or(from);
+  if (place.turn && !move_to_branch_point(continuation, from, to, idle, place))
+    return CriticalKind::limit_point;
+  return CriticalKind::bifurcation;
 }
 
 }  // namespace
 
 std::vector<CriticalStation> critical_between(Continuation& continuation, const Station& from,
                                               const Station& to) {
-  std::vector<CriticalStation> found;
   const int neutral = std::min(count_neutral(from.eigenvalues), count_neutral(to.eigenvalues));
-  const int before = negative(without_neutral(from.eigenvalues, neutral));
-  const int after = negative(without_neutral(to.eigenvalues, neutral));
-  const bool turns = from.parameter_rate() * to.parameter_rate() < 0 &&
-                     std::abs(from.parameter_rate()) > 1e-9 && std::abs(to.parameter_rate()) > 1e-9;
-  for (int k = std::min(before, after); k < std::max(before, after); ++k)
-    found.push_back(crossing(continuation, from, to, neutral, k));
-  if (before == after && turns) found.push_back(vertex(continuation, from, to, neutral));
-  const auto along = [&](const CriticalStation& c) {
-    return from.tangent.dot(continuation.difference(from, c.station));
-  };
-  std::stable_sort(found.begin(), found.end(),
-                   [&](const auto& a, const auto& b) { return along(a) < along(b); });
-  int unstable = before;
-  const int direction = before == after ? 0 : (after > before ? 1 : -1);
-  for (CriticalStation& c : found) {
-    c.unstable_before = unstable;
-    unstable += direction;
-    c.unstable_after = unstable;
+  std::vector<Located> places = merged(all_places(continuation, from, to, neutral));
+  if (places.empty()) return {};
+  std::vector<CriticalStation> found;
+  const int idle = idle_directions(continuation, from, to);
+  int unstable = negative(without_neutral(from.eigenvalues, neutral));
+  for (Located& place : places) {
+    CriticalStation critical;
+    critical.kind = kind_of(continuation, from, to, idle, place);
+    critical.before = std::move(place.before);
+    critical.idle = idle;
+    critical.multiplicity = std::max(1, std::abs(place.change));
+    critical.uncertainty = place.width * std::abs(to.at.parameter - from.at.parameter);
+    critical.unstable_before = unstable;
+    critical.unstable_after = unstable += place.change;
+    critical.station = std::move(place.station);
+    found.push_back(std::move(critical));
   }
-  return merged(std::move(found), along, neutral);
+  return found;
 }
 
 }  // namespace kinetostat::vjm
