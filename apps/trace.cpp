@@ -1,4 +1,5 @@
 // kinetostat trace: force against deflection, past limit points and through bifurcations.
+#include <cmath>
 #include <memory>
 
 #include <fmt/format.h>
@@ -79,7 +80,7 @@ files::Json picture(const vjm::Robot& robot, const vjm::PathTask& task, const vj
   return {{"path", {{"turns", turns(task)}, {"lines", std::move(branches)}}}};
 }
 
-files::Json trace(const Request& request, Run& run) {
+void check(const Request& request) {
   if (!request.load.given())
     throw UsageError("--along", "nothing is given that grows along the path",
                      "Give --along dx,dy,dz for a displacement, or --wrench Fx,Fy,Fz or "
@@ -87,10 +88,36 @@ files::Json trace(const Request& request, Run& run) {
   if (request.hold && !request.load.wrench.empty())
     throw UsageError("--hold", "a platform that is held feels no --wrench",
                      "Load the chains with --node-load, or leave --hold out");
-  if (!(request.path.lowest <= 0 && request.path.highest > 0))
-    throw UsageError("--from", "the range must hold the start, parameter 0");
+  const vjm::PathOptions& path = request.path;
+  if (!std::isfinite(path.lowest) || !std::isfinite(path.highest))
+    throw UsageError(std::isfinite(path.lowest) ? "--to" : "--from", "the range must be finite");
+  if (!(path.lowest <= 0 && path.highest > 0))
+    throw UsageError(path.lowest <= 0 ? "--to" : "--from",
+                     fmt::format("the range {:g} to {:g} must hold the start, parameter 0",
+                                 path.lowest, path.highest),
+                     "Give --from 0 or less and --to more than 0");
+}
+
+// Where everything stays as it is, there is no path.
+void check_that_something_grows(const Request& request, const vjm::PathTask& task) {
+  if (task.platform_held && !task.displacement.isZero(0)) return;
+  const vjm::Load& load = task.growing;
+  bool grows = !task.platform_held && !(load.force.isZero(0) && load.moment.isZero(0));
+  for (const vjm::NodeLoad& node : load.nodes)
+    grows |= !(node.force.isZero(0) && node.moment.isZero(0));
+  if (grows) return;
+  const char* const option = !request.load.move.empty()     ? "--along"
+                             : !request.load.wrench.empty() ? "--wrench"
+                                                            : "--node-load";
+  throw UsageError(option, "it is zero: nothing grows along the path",
+                   "Give the displacement or load at the end of the path");
+}
+
+files::Json trace(const Request& request, Run& run) {
+  check(request);
   const vjm::Robot robot = request.posture.read();
   const vjm::PathTask task = request.task(robot);
+  check_that_something_grows(request, task);
   const vjm::Path path = trace(request, robot, request.path, run);
   if (path.status != vjm::EquilibriumStatus::converged)
     throw files::NoConvergence("there is no equilibrium to start from: " + path.reason);

@@ -65,8 +65,12 @@ std::string ending(const Path& path, const Branch& branch) {
       return "at the end of the range";
     case BranchEnd::junction:
       return fmt::format("at critical point {}", *branch.to + 1);
+    case BranchEnd::joined:
+      return fmt::format("on branch {}, already followed", *branch.onto + 1);
     case BranchEnd::closed:
       return "where it began";
+    case BranchEnd::free:
+      return "free: more than one motion costs nothing";
     case BranchEnd::locked:
       return "locked: the force grows without displacement";
     case BranchEnd::critical:
@@ -102,6 +106,11 @@ std::optional<double> stiffness_after(const PathTask& task, const Path& path,
   return stiffness_at(path.branches[point.branch], point.after + 1);
 }
 
+// Where it does not move, rounding remains of it.
+double shown_parameter(const PathPoint& point) {
+  return std::abs(point.parameter) < 1e-15 ? 0 : point.parameter;
+}
+
 std::string critical_table(const Robot& robot, const PathTask& task, const Path& path) {
   const AlongUnits units(robot, task);
   Table table({"critical point", "branch", "parameter", "deflection " + units.deflection_name,
@@ -113,7 +122,7 @@ std::string critical_table(const Robot& robot, const PathTask& task, const Path&
         {fmt::format(
              "{} {}{}", c + 1, name(point.kind),
              point.multiplicity > 1 ? fmt::format(" ({} motions)", point.multiplicity) : ""),
-         std::to_string(point.branch + 1), number(point.point.parameter, 8),
+         std::to_string(point.branch + 1), number(shown_parameter(point.point), 8),
          at ? number(at->deflection / units.deflection, 7) : "-",
          at ? number(at->force / units.force, 7) : "-",
          fmt::format("{} -> {}", point.unstable_before, point.unstable_after),
@@ -143,11 +152,25 @@ std::string branch_table(const PathTask& task, const Path& path) {
     table.add_row({std::to_string(b + 1),
                    branch.from ? fmt::format("critical point {}", *branch.from + 1) : "start",
                    std::to_string(branch.points.size()),
-                   fmt::format("{} to {}", number(branch.points.front().parameter, 5),
-                               number(branch.points.back().parameter, 5)),
+                   fmt::format("{} to {}", number(shown_parameter(branch.points.front()), 5),
+                               number(shown_parameter(branch.points.back()), 5)),
                    stability_along(task, branch), ending(path, branch)});
   }
-  return table.text();
+  std::string out = table.text();
+  if (path.not_tried > 0)
+    out += fmt::format("  no more than {} branches are followed: {} directions were not tried\n",
+                       path.branches.size(), path.not_tried);
+  return out;
+}
+
+// Why there is no equilibrium at parameter 1.
+std::string no_target(const Path& path) {
+  for (const Branch& branch : path.branches) {
+    if (branch.end != BranchEnd::range || branch.points.back().parameter <= 0) continue;
+    return fmt::format("The range ends at parameter {}, before the target at 1.\n",
+                       number(branch.points.back().parameter, 5));
+  }
+  return "No branch that was followed comes to parameter 1.\n";
 }
 
 std::string target_table(const Robot& robot, const PathTask& task, const Path& path) {
@@ -251,7 +274,7 @@ std::string text(const Robot& robot, const PathTask& task, const Path& path) {
   }
   out += "\n" + branch_table(task, path);
   if (path.at_target.empty()) {
-    out += "\nNo branch that was followed comes to parameter 1.\n";
+    out += "\n" + no_target(path);
   } else {
     out +=
         "\nEquilibria at parameter 1, the most stable first:\n" + target_table(robot, task, path);

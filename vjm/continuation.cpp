@@ -28,9 +28,10 @@ VectorXd Continuation::tangent(const VectorXd& forward) {
   return factor.solve(VectorXd::Unit(forward.size(), forward.size() - 1)).col(0).normalized();
 }
 
-Station Continuation::station(const PathState& at, const VectorXd& forward) {
+std::optional<Station> Continuation::station(const PathState& at, const VectorXd& forward) {
   equations_.right_hand_side(at);
   Station station{at, tangent(forward), {}};
+  if (!(station.tangent.norm() > 0.5)) return std::nullopt;  // zero, or not a number
   station.spectrum = equations_.spectrum();
   return station;
 }
@@ -98,14 +99,40 @@ std::optional<Station> Continuation::between(const Station& from, const Station&
 
 std::optional<Station> Continuation::at_parameter(const Station& from, const Station& to,
                                                   double parameter) {
-  const double span = to.at.parameter - from.at.parameter;
-  const VectorXd change =
-      (parameter - from.at.parameter) / span * equations_.difference(from.at, to.at);
-  const Index n = change.size();
-  std::optional<Station> station =
-      correct(from.at, change, VectorXd::Unit(n, n - 1), change[n - 1], from.tangent);
+  const VectorXd chord = equations_.difference(from.at, to.at);
+  const Index n = chord.size();
+  const double share = (parameter - from.at.parameter) / (to.at.parameter - from.at.parameter);
+  std::optional<Station> station;
+  if (std::isfinite(share))
+    station = correct(from.at, share * chord, VectorXd::Unit(n, n - 1), share * chord[n - 1],
+                      from.tangent);
+  // Beside a limit point the parameter hardly leads anywhere, or onto the other side.
+  const auto is_near = [&](const Station& found) {
+    return (equations_.difference(from.at, found.at) - share * chord).norm() <= 0.5 * chord.norm();
+  };
+  if (!station || !is_near(*station)) station = halved_to(from, to, parameter);
   if (station) station->at.parameter = parameter;
   return station;
+}
+
+std::optional<Station> Continuation::halved_to(const Station& from, const Station& to,
+                                               double parameter) {
+  const bool rises = to.at.parameter > from.at.parameter;
+  double low = 0, high = 1;
+  Station nearest = to;
+  while (high - low > 1e-14) {
+    const double middle = 0.5 * (low + high);
+    std::optional<Station> station = between(from, to, middle);
+    if (!station) return std::nullopt;
+    ((station->at.parameter < parameter) == rises ? low : high) = middle;
+    nearest = std::move(*station);
+  }
+  return nearest;
+}
+
+MatrixXd Continuation::derivative(const Station& station) {
+  equations_.right_hand_side(station.at);
+  return equations_.derivative();
 }
 
 }  // namespace kinetostat::vjm

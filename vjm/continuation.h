@@ -33,17 +33,23 @@ class Continuation {
   std::optional<Station> step(const Station& from, double length);
   /// Between two stations of a path, at the share 0..1 of the step.
   std::optional<Station> between(const Station& from, const Station& to, double share);
-  /// Between two stations that have the parameter between them.
+  /// Between two stations that have the parameter between them, ends included.
   std::optional<Station> at_parameter(const Station& from, const Station& to, double parameter);
 
   Eigen::VectorXd difference(const Station& from, const Station& to) const {
     return equations_.difference(from.at, to.at);
   }
+  /// n x (n + 1), as PathEquations has it.
+  Eigen::MatrixXd derivative(const Station& station);
+  PathEquations& equations() { return equations_; }
 
   int iterations() const { return iterations_; }  // of the last correction
 
  private:
-  Station station(const PathState& at, const Eigen::VectorXd& forward);
+  /// Nothing where the path has no direction.
+  std::optional<Station> station(const PathState& at, const Eigen::VectorXd& forward);
+  /// Where `between` finds the parameter, by halving.
+  std::optional<Station> halved_to(const Station& from, const Station& to, double parameter);
   Eigen::VectorXd tangent(const Eigen::VectorXd& forward);
 
   PathEquations& equations_;

@@ -7,6 +7,8 @@
 
 #include <boost/math/tools/toms748_solve.hpp>
 
+#include "kinetostat/vjm/branch_point.h"
+
 namespace kinetostat::vjm {
 namespace {
 
@@ -17,17 +19,20 @@ struct NoStation : std::runtime_error {
   NoStation() : std::runtime_error("no equilibrium here") {}
 };
 
+// Where a function of the station changes its sign on a step.
 struct Located {
-  double share = 0;  // of the step
-  Station station;
-  double width = 0;  // of the last bracket
-  double jump = 0;   // of the function over it
+  double share = 0;       // of the step
+  Station station;        // there
+  Station before, after;  // ends of the last bracket
+  double width = 0;       // of it, with the rounding of the function
+  int change = 0;         // of the number of unstable directions
+  bool turn = false;      // the parameter turns back
 };
 
-// Zero of a function of the station that differs in sign at the two ends.
+// The signs at the ends are given: there the function may be rounding.
 template <class Function>
 Located locate(Continuation& continuation, const Station& from, const Station& to,
-               const Function& function) {
+               const Function& function, double at_from, double at_to) {
   const auto station_at = [&](double share) {
     std::optional<Station> station = continuation.between(from, to, share);
     if (!station) throw NoStation();
@@ -35,41 +40,19 @@ Located locate(Continuation& continuation, const Station& from, const Station& t
   };
   std::uintmax_t iterations = 100;
   const auto [low, high] = boost::math::tools::toms748_solve(
-      [&](double share) { return function(station_at(share)); }, 0.0, 1.0, function(from),
-      function(to), boost::math::tools::eps_tolerance<double>(46), iterations);
+      [&](double share) { return function(station_at(share)); }, 0.0, 1.0, at_from,
+      at_to, boost::math::tools::eps_tolerance<double>(46), iterations);
   const double share = 0.5 * (low + high);
-  return {share, station_at(share), high - low,
-          low < high ? std::abs(function(station_at(high)) - function(station_at(low))) : 0.0};
-}
-
-int negative(const VectorXd& values) { return static_cast<int>((values.array() < 0).count()); }
-
-// Indices of the eigenvalues that are smallest against their resolution.
-std::vector<Index> vanishing(const EnergySpectrum& spectrum, int neutral, int count) {
-  std::vector<Index> order = spectrum.by_size();
-  // Where a motion costs nothing all along, it is among the smallest: the value does not say which
-  // one is which, and all of them are offered as directions.
-  order.resize(std::min(order.size(), static_cast<std::size_t>(neutral + count)));
-  return order;
-}
-
-CriticalKind kind_of(const Station& from, const Station& to, const Located& at,
-                     double size_of_function) {
-  if (at.jump > 1e-3 * size_of_function) return CriticalKind::contact;
-  constexpr double level = 1e-9;  // below, the parameter does not move at all
-  const double before = from.parameter_rate(), after = to.parameter_rate();
-  const bool turns = before * after < 0 && std::min(std::abs(before), std::abs(after)) > level;
-  return turns ? CriticalKind::limit_point : CriticalKind::bifurcation;
+  return {share, station_at(share), station_at(low), station_at(high), high - low};
 }
 
 // Where a small imperfection opens a bifurcation, no path leads through it and the equations have
 // no solution nearby: as close as one comes from both sides.
 template <class Function>
 Located approach(Continuation& continuation, const Station& from, const Station& to,
-                 const Function& function) {
+                 const Function& function, double at_from) {
   double low = 0, high = 1;
-  Station nearest = from;
-  const bool sign = function(from) > 0;
+  Station before = from, after = to;
   for (bool narrowed = true; narrowed && high - low > 1e-12;) {
     narrowed = false;
     for (const double place : {0.5, 0.35, 0.65, 0.2, 0.8, 0.1, 0.9}) {
@@ -77,108 +60,172 @@ Located approach(Continuation& continuation, const Station& from, const Station&
       const std::optional<Station> station = continuation.between(from, to, share);
       if (!station) continue;
       narrowed = true;
-      if ((function(*station) > 0) == sign) {
-        low = share;
-        nearest = *station;
-      } else {
-        high = share;
-      }
+      const bool is_before = (function(*station) > 0) == (at_from > 0);
+      (is_before ? low : high) = share;
+      (is_before ? before : after) = *station;
       break;
     }
   }
-  return {low, nearest, high - low, 0};
+  return {low, before, before, after, high - low};
 }
 
 template <class Function>
 Located locate_or_approach(Continuation& continuation, const Station& from, const Station& to,
-                           const Function& function) {
+                           const Function& function, double at_from, double at_to) {
   try {
-    return locate(continuation, from, to, function);
+    return locate(continuation, from, to, function, at_from, at_to);
   } catch (const NoStation&) {
-    return approach(continuation, from, to, function);
+    return approach(continuation, from, to, function, at_from);
   }
 }
 
-// The k-th eigenvalue that is not neutral passes through zero.
-CriticalStation crossing(Continuation& continuation, const Station& from, const Station& to,
-                         int neutral, Index k) {
-  const auto value = [neutral, k](const Station& s) {
-    return s.spectrum.without_neutral(neutral)[k];
-  };
-  const double size = std::abs(value(from)) + std::abs(value(to));
-  const Located at = locate_or_approach(continuation, from, to, value);
-  CriticalStation critical;
-  critical.kind = kind_of(from, to, at, size);
-  critical.station = at.station;
-  critical.modes = vanishing(at.station.spectrum, neutral, 1);
-  // Rounding of the eigenvalue, seen along the path.
-  const double rounding = std::numeric_limits<double>::epsilon() *
-                          at.station.spectrum.values.cwiseAbs().maxCoeff() / size;
-  critical.uncertainty = (at.width + rounding) * std::abs(to.at.parameter - from.at.parameter);
-  return critical;
+int count_negative(const EnergySpectrum& spectrum) {
+  int count = 0;
+  for (Index i = 0; i < spectrum.values.size(); ++i)
+    count += spectrum.values[i] < 0 && !spectrum.is_neutral(i);
+  return count;
 }
 
-// On a branch through the vertex of a pitchfork the eigenvalue touches zero only.
-CriticalStation vertex(Continuation& continuation, const Station& from, const Station& to,
-                       int neutral) {
-  const Located at = locate_or_approach(continuation, from, to,
-                                        [](const Station& s) { return s.parameter_rate(); });
-  CriticalStation critical;
-  critical.station = at.station;
-  critical.modes = vanishing(at.station.spectrum, neutral, 1);
-  critical.uncertainty = at.width * std::abs(to.at.parameter - from.at.parameter);
-  const double least = at.station.spectrum.without_neutral(neutral).cwiseAbs().minCoeff();
-  const double nearby = from.spectrum.without_neutral(neutral).cwiseAbs().minCoeff();
-  critical.kind = at.jump > 1e-3 ? CriticalKind::contact
-                                 : (least < 1e-3 * nearby ? CriticalKind::bifurcation
-                                                          : CriticalKind::limit_point);
-  return critical;
+// The k-th eigenvalue beside those that are neutral all along. Where the loops leave fewer motions,
+// those that they take away are as good as stiff.
+double eigenvalue(const Station& station, int neutral, Index k) {
+  const VectorXd values = station.spectrum.without_neutral(neutral);
+  return k < values.size() ? values[k] : 1.0;
 }
 
-// Several motions may become free at one point, as in a column of square section.
-template <class Along>
-std::vector<CriticalStation> merged(std::vector<CriticalStation> all, const Along& along,
-                                    int neutral) {
-  std::vector<CriticalStation> apart;
-  for (CriticalStation& c : all) {
-    if (!apart.empty() && std::abs(along(c) - along(apart.back())) <= 1e-6 * std::abs(along(c))) {
-      CriticalStation& same = apart.back();
-      same.unstable_after = c.unstable_after;
-      same.modes = vanishing(same.station.spectrum, neutral,
-                             std::abs(same.unstable_after - same.unstable_before));
-    } else {
-      apart.push_back(std::move(c));
+double largest(const VectorXd& values) {
+  return values.size() > 0 ? values.cwiseAbs().maxCoeff() : 0;
+}
+
+// Where the k-th eigenvalue passes through zero, from below or from above.
+Located crossing(Continuation& continuation, const Station& from, const Station& to, int neutral,
+                 Index k, bool rises) {
+  constexpr double least = std::numeric_limits<double>::min();
+  const auto value = [neutral, k](const Station& s) { return eigenvalue(s, neutral, k); };
+  // Zero to rounding is not negative.
+  const double at_from = rises ? value(from) : std::max(value(from), least);
+  const double at_to = rises ? std::max(value(to), least) : value(to);
+  Located place = locate_or_approach(continuation, from, to, value, at_from, at_to);
+  place.width += std::numeric_limits<double>::epsilon() * largest(place.station.spectrum.values) /
+                 std::abs(at_to - at_from);
+  place.change = rises ? -1 : 1;
+  return place;
+}
+
+// Every place where an eigenvalue passes through zero or the parameter turns back.
+std::vector<Located> all_places(Continuation& continuation, const Station& from,
+                                const Station& to) {
+  constexpr double level = 1e-9;  // rate below which the parameter does not move at all
+  std::vector<Located> places;
+  const int neutral = std::min(from.spectrum.neutral(), to.spectrum.neutral());
+  const int before = count_negative(from.spectrum), after = count_negative(to.spectrum);
+  for (int k = std::min(before, after); k < std::max(before, after); ++k)
+    places.push_back(crossing(continuation, from, to, neutral, k, after < before));
+  const double leaves = from.parameter_rate(), arrives = to.parameter_rate();
+  if (leaves * arrives < 0 && std::min(std::abs(leaves), std::abs(arrives)) > level) {
+    places.push_back(locate_or_approach(
+        continuation, from, to, [](const Station& s) { return s.parameter_rate(); }, leaves,
+        arrives));
+    places.back().turn = true;
+  }
+  std::stable_sort(places.begin(), places.end(),
+                   [](const Located& a, const Located& b) { return a.share < b.share; });
+  return places;
+}
+
+// Several motions may become free at one point, as in a column of square section; and at a limit
+// point an eigenvalue passes through zero where the parameter turns.
+std::vector<Located> merged(std::vector<Located> places) {
+  std::vector<Located> apart;
+  for (Located& place : places) {
+    const double resolved = apart.empty() ? 0 : place.width + apart.back().width;
+    if (apart.empty() || place.share - apart.back().share > 1e-9 + 1e-6 * place.share + resolved) {
+      apart.push_back(std::move(place));
+      continue;
     }
+    apart.back().change += place.change;
+    apart.back().turn |= place.turn;
   }
   return apart;
+}
+
+std::optional<Station> station_at(Continuation& continuation, const Station& from,
+                                  const Station& to, double share) {
+  if (share <= 0) return from;
+  return share >= 1 ? to : continuation.between(from, to, share);
+}
+
+// Whether a place where the parameter turns is a branch point. There the distance to it falls in
+// proportion from both sides, which also tells the place better than the turn does. Nearly so, with
+// an imperfection, it stops falling. Short steps keep other branches away from the guesses.
+bool move_to_branch_point(Continuation& continuation, Station from, Station to, int idle,
+                          Located& place) {
+  constexpr double apart = 1e-2;  // of the step, which becomes shorter each time
+  double share = place.share;
+  for (int level = 0; level < 2; ++level) {
+    const auto before = station_at(continuation, from, to, share - apart);
+    const auto behind = station_at(continuation, from, to, share + apart);
+    if (!before || !behind) return place.width > 1e-6;  // no path leads through
+    from = *before;
+    to = *behind;
+    const double a = distance_to_branch_point(continuation, from, idle);
+    const double b = distance_to_branch_point(continuation, to, idle);
+    share = a / (a + b);
+    const std::optional<Station> at = station_at(continuation, from, to, share);
+    if (!at || !(distance_to_branch_point(continuation, *at, idle) < 0.1 * std::min(a, b)))
+      return false;
+    place.station = *at;
+    place.before = from;
+  }
+  return true;
+}
+
+CriticalKind kind_of(Continuation& continuation, const Station& from, const Station& to, int idle,
+                     Located& place) {
+  // A smooth law changes in proportion to the width.
+  const double jump = 1e-3 + 10 * place.width;
+  if (continuation.equations().law_differs(place.before.at, place.after.at, jump))
+    return CriticalKind::contact;
+  if (place.turn && !move_to_branch_point(continuation, from, to, idle, place))
+    return CriticalKind::limit_point;
+  return CriticalKind::bifurcation;
+}
+
+// A station just before or behind a place, whichever is further from another branch point.
+Station station_beside(Continuation& continuation, const Station& from, const Station& to, int idle,
+                       const Located& place) {
+  const double apart = 1e-4 + place.width;
+  const Station before =
+      station_at(continuation, from, to, place.share - apart).value_or(from);
+  const Station behind = station_at(continuation, from, to, place.share + apart).value_or(to);
+  const double a = distance_to_branch_point(continuation, before, idle);
+  return distance_to_branch_point(continuation, behind, idle) > 2 * a ? behind : before;
 }
 
 }  // namespace
 
 std::vector<CriticalStation> critical_between(Continuation& continuation, const Station& from,
                                               const Station& to) {
+  std::vector<Located> places = merged(all_places(continuation, from, to));
+  if (places.empty()) return {};
   std::vector<CriticalStation> found;
-  const int neutral = std::min(from.spectrum.neutral(), to.spectrum.neutral());
-  const int before = negative(from.spectrum.without_neutral(neutral));
-  const int after = negative(to.spectrum.without_neutral(neutral));
-  const bool turns = from.parameter_rate() * to.parameter_rate() < 0 &&
-                     std::abs(from.parameter_rate()) > 1e-9 && std::abs(to.parameter_rate()) > 1e-9;
-  for (int k = std::min(before, after); k < std::max(before, after); ++k)
-    found.push_back(crossing(continuation, from, to, neutral, k));
-  if (before == after && turns) found.push_back(vertex(continuation, from, to, neutral));
-  const auto along = [&](const CriticalStation& c) {
-    return from.tangent.dot(continuation.difference(from, c.station));
-  };
-  std::stable_sort(found.begin(), found.end(),
-                   [&](const auto& a, const auto& b) { return along(a) < along(b); });
-  int unstable = before;
-  const int direction = before == after ? 0 : (after > before ? 1 : -1);
-  for (CriticalStation& c : found) {
-    c.unstable_before = unstable;
-    unstable += direction;
-    c.unstable_after = unstable;
+  const int idle =
+      std::min(idle_directions(continuation, from), idle_directions(continuation, to));
+  int unstable = count_negative(from.spectrum);
+  for (Located& place : places) {
+    CriticalStation critical;
+    critical.kind = kind_of(continuation, from, to, idle, place);
+    critical.beside = place.turn ? std::move(place.before)
+                                 : station_beside(continuation, from, to, idle, place);
+    critical.idle = idle;
+    critical.multiplicity = std::max(1, std::abs(place.change));
+    critical.uncertainty = place.width * std::abs(to.at.parameter - from.at.parameter);
+    critical.unstable_before = unstable;
+    critical.unstable_after = unstable += place.change;
+    critical.station = std::move(place.station);
+    found.push_back(std::move(critical));
   }
-  return merged(std::move(found), along, neutral);
+  return found;
 }
 
 }  // namespace kinetostat::vjm

@@ -10,8 +10,10 @@ namespace kinetostat::vjm {
 struct CriticalStation {
   CriticalKind kind = CriticalKind::bifurcation;
   Station station;
-  std::vector<Eigen::Index> modes;  // of the eigenvalues that vanish, in station.eigenvalues
-  double uncertainty = 0;           // of the parameter
+  Station beside;          // on the path, where the tangent is defined
+  int idle = 0;            // as branch_point.h has it
+  int multiplicity = 1;    // motions that become free
+  double uncertainty = 0;  // of the parameter
   int unstable_before = 0, unstable_after = 0;
 };
 

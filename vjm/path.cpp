@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/vjm/branch_point.h"
 #include "kinetostat/vjm/critical_point.h"
 
 namespace kinetostat::vjm {
@@ -15,7 +16,14 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double slowest = 1e-9;  // rate of a parameter that does not move
+constexpr double slowest = 1e-9;  // rate of what does not move
+
+// A step of a branch that was followed. The path has a tangent at `from`, not always at `to`.
+struct Segment {
+  std::size_t branch;
+  Station from;
+  PathState to;
+};
 
 class Tracer {
  public:
@@ -29,27 +37,36 @@ class Tracer {
   Path run() &&;
 
  private:
+  struct Known {
+    PathState at;
+    int idle;  // as branch_point.h has it
+  };
   // A direction in which a branch leaves a critical point, to be followed later.
   struct Departure {
     std::size_t critical;
     VectorXd direction;
   };
-  struct Known {
-    Station station;
-    std::vector<VectorXd> taken;  // directions in which branches that were followed leave
-  };
 
   double reach() const { return equations_.scale().length; }
-  double longest_step(const Station& at) const;
+  double longest_step(const VectorXd& tangent) const;
   void follow(std::size_t branch, Station station);
+  bool ends(std::size_t branch, const Station& from, const Station& to);
+  void end(std::size_t branch, BranchEnd end) { path_.branches[branch].end = end; }
+  void lose(std::size_t branch, const Station& last);
   bool visit_critical_points(std::size_t branch, const Station& from, const Station& to);
-  bool leave_range(std::size_t branch, const Station& from, const Station& to);
+  /// Nothing when the step does not come to the end of the range.
+  std::optional<Station> at_end_of_range(const Station& from, const Station& to);
   void meet_target(std::size_t branch, const Station& from, const Station& to);
-  std::optional<std::size_t> known(std::size_t branch, const Station& station) const;
-  void add_critical(std::size_t branch, const CriticalStation& critical, const Station& from);
+  bool meet_followed(std::size_t branch, const Station& station);
+  bool is_outside(const PathState& state) const;
+  double margin(double limit) const { return 1e-12 * std::abs(limit); }
+  const Segment* followed(const Station& station, std::size_t newest);
+  std::optional<std::size_t> known(std::size_t branch, const PathState& state,
+                                   double nearness) const;
+  void add_critical(std::size_t branch, const CriticalStation& critical);
   void sort_at_target();
   void follow_departure(const Departure& departure);
-  std::optional<Station> switched(const Known& at, const VectorXd& direction);
+  std::optional<Station> switched(const PathState& at, const VectorXd& direction);
   void add_point(std::size_t branch, const Station& station) {
     path_.branches[branch].points.push_back(equations_.describe(station.at, &station.tangent));
   }
@@ -59,102 +76,104 @@ class Tracer {
   PathOptions options_;
   files::Progress& progress_;
   Path path_;
-  std::vector<Known> known_;  // one per critical point
+  std::vector<Known> known_;          // one per critical point
+  std::vector<PathState> at_target_;  // one per point there
+  std::vector<Segment> segments_;     // of all branches
   std::deque<Departure> departures_;
 };
 
-double Tracer::longest_step(const Station& at) const {
-  const double rate = std::abs(at.parameter_rate());
-  if (rate < slowest) return 10 * reach();
-  const double by_parameter =
-      equations_.weight() / options_.points / std::max(rate, std::numeric_limits<double>::min());
-  return std::min(by_parameter, 0.1 * reach());
+double Tracer::longest_step(const VectorXd& tangent) const {
+  // Forces may grow without bound where hardly anything moves.
+  const double by_motion = std::min(10.0, 0.1 / std::max(equations_.motion(tangent), slowest));
+  const double rate = std::abs(tangent[tangent.size() - 1]);
+  if (rate < slowest) return by_motion * reach();
+  return std::min(by_motion * reach(), equations_.weight() / options_.points / rate);
 }
 
 void Tracer::follow(std::size_t b, Station station) {
   add_point(b, station);
-  const Station start = station;
   const double shortest = 1e-12 * reach();
-  double length = std::min(longest_step(station), 0.02 * reach());
+  double length = std::min(longest_step(station.tangent), 0.02 * reach());
   int locked = 0;  // points in a row
   while (path_.branches[b].points.size() < static_cast<std::size_t>(options_.most_points)) {
     progress_.report(fmt::format("branch {}", b + 1),
                      std::clamp(std::abs(station.at.parameter), 0.0, 1.0));
-    length = std::min(length, longest_step(station));
+    length = std::min(length, longest_step(station.tangent));
     const std::optional<Station> next = continuation_.step(station, length);
     if (!next) {
       length /= 2;
-      if (length > shortest) continue;
-      path_.branches[b].end = BranchEnd::lost;
-      path_.branches[b].reason = fmt::format(
-          "beyond parameter {:.6g} no equilibrium follows continuously: the model has no "
-          "resistance "
-          "there, or is rigid",
-          station.at.parameter);
-      return;
+      if (!(length > shortest)) return lose(b, station);
+      continue;
     }
     const int iterations = continuation_.iterations();
-    if (visit_critical_points(b, station, *next)) return;
-    meet_target(b, station, *next);
-    if (leave_range(b, station, *next)) return;
-    add_point(b, *next);
-    const bool back = continuation_.difference(start, *next).norm() < 0.5 * length &&
-                      next->tangent.dot(start.tangent) > 0.9;
-    if (back && path_.branches[b].points.size() > 5) {
-      path_.branches[b].end = BranchEnd::closed;
-      return;
-    }
+    if (ends(b, station, *next)) return;
     station = *next;
-    locked = std::abs(station.parameter_rate()) < slowest ? locked + 1 : 0;
-    if (locked > options_.points) {
-      path_.branches[b].end = BranchEnd::locked;
-      return;
-    }
+    const bool still =
+        std::abs(station.parameter_rate()) < slowest && equations_.motion(station.tangent) < 1e-3;
+    locked = still ? locked + 1 : 0;
+    if (locked > options_.points) return end(b, BranchEnd::locked);
     if (iterations <= 4) length *= 1.5;
   }
-  path_.branches[b].end = BranchEnd::limit;
+  end(b, BranchEnd::limit);
 }
 
-// A bifurcation, found before the step on which the branch is, at the same place.
-std::optional<std::size_t> Tracer::known(std::size_t branch, const Station& station) const {
+void Tracer::lose(std::size_t b, const Station& last) {
+  end(b, BranchEnd::lost);
+  path_.branches[b].reason = fmt::format(
+      "beyond parameter {:.6g} no equilibrium follows continuously: the model has no resistance "
+      "there, or is rigid",
+      last.at.parameter);
+}
+
+// Takes a step into the branch, or what of it lies in the range.
+bool Tracer::ends(std::size_t b, const Station& from, const Station& to) {
+  const std::optional<Station> last = at_end_of_range(from, to);
+  const Station& next = last ? *last : to;
+  if (visit_critical_points(b, from, next)) return true;
+  meet_target(b, from, next);
+  add_point(b, next);
+  segments_.push_back({b, from, next.at});
+  if (!last) return meet_followed(b, next);
+  const bool target = next.at.parameter == options_.highest && options_.highest == 1;
+  end(b, target ? BranchEnd::target : BranchEnd::range);
+  return true;
+}
+
+// A critical point found before the step on which the branch is, at the same place.
+std::optional<std::size_t> Tracer::known(std::size_t branch, const PathState& state,
+                                         double nearness) const {
+  std::optional<std::size_t> nearest;
   for (std::size_t c = 0; c < known_.size(); ++c) {
     const CriticalPoint& critical = path_.critical[c];
-    const bool of_this_step =
-        critical.branch == branch && critical.after + 1 == path_.branches[branch].points.size();
-    if (critical.kind == CriticalKind::bifurcation && !of_this_step &&
-        equations_.difference(known_[c].station.at, station.at).norm() < 1e-6 * reach())
-      return c;
+    if (critical.branch == branch && critical.after + 1 == path_.branches[branch].points.size())
+      continue;
+    if (std::abs(known_[c].at.parameter - state.parameter) > 1e-5 * (1 + std::abs(state.parameter)))
+      continue;
+    const double distance = equations_.separation(known_[c].at, state).norm();
+    if (distance >= nearness) continue;
+    nearest = c;
+    nearness = distance;
   }
-  return std::nullopt;
+  return nearest;
 }
 
-void Tracer::add_critical(std::size_t branch, const CriticalStation& critical,
-                          const Station& from) {
+void Tracer::add_critical(std::size_t branch, const CriticalStation& critical) {
   CriticalPoint point;
   point.kind = critical.kind;
   point.branch = branch;
   point.after = path_.branches[branch].points.size() - 1;
   point.point = equations_.describe(critical.station.at);
-  point.multiplicity =
-      std::max<int>(1, std::abs(critical.unstable_after - critical.unstable_before));
+  point.multiplicity = critical.multiplicity;
   point.uncertainty = critical.uncertainty;
   point.unstable_before = critical.unstable_before;
   point.unstable_after = critical.unstable_after;
   const std::size_t number = path_.critical.size();
   path_.critical.push_back(std::move(point));
-
-  // The tangent at the critical point itself is not defined; that just before is.
-  VectorXd through = continuation_.difference(from, critical.station);
-  through = through.norm() > 1e-9 * reach() ? through.normalized() : from.tangent;
-  known_.push_back({critical.station, {through, -through}});
+  known_.push_back({critical.station.at, critical.idle});
   if (!options_.branches || critical.kind != CriticalKind::bifurcation) return;
-  equations_.right_hand_side(critical.station.at);
-  equations_.derivative();
-  for (const Index mode : critical.modes) {
-    VectorXd direction = equations_.eigenmotion(mode).normalized();
-    direction -= direction.dot(through) * through;
-    if (direction.norm() < 1e-3) continue;
-    direction.normalize();
+  for (const VectorXd& direction :
+       leaving_directions(continuation_, critical.beside, critical.station, critical.idle,
+                          critical.multiplicity)) {
     departures_.push_back({number, direction});
     departures_.push_back({number, -direction});
   }
@@ -162,67 +181,109 @@ void Tracer::add_critical(std::size_t branch, const CriticalStation& critical,
 
 // True when the branch ends here, at a bifurcation that another branch has passed.
 bool Tracer::visit_critical_points(std::size_t b, const Station& from, const Station& to) {
+  const double chord = continuation_.difference(from, to).norm();
+  const double nearness = std::clamp(1e-3 * chord, 1e-11 * reach(), 1e-6 * reach());
   for (const CriticalStation& critical : critical_between(continuation_, from, to)) {
-    if (const auto met = known(b, critical.station)) {
-      const VectorXd arrival = continuation_.difference(known_[*met].station, from).normalized();
-      known_[*met].taken.push_back(arrival);
+    if (const auto met = known(b, critical.station.at, nearness)) {
+      if (path_.critical[*met].kind != CriticalKind::bifurcation) continue;
+      segments_.push_back({b, from, critical.station.at});
       path_.branches[b].points.push_back(path_.critical[*met].point);
-      path_.branches[b].end = BranchEnd::junction;
       path_.branches[b].to = *met;
+      end(b, BranchEnd::junction);
       return true;
     }
-    add_critical(b, critical, from);
+    add_critical(b, critical);
     if (!options_.until_critical) continue;
-    path_.branches[b].end = BranchEnd::critical;
+    end(b, BranchEnd::critical);
     return true;
   }
   return false;
 }
 
+// The last of equal steps may miss the target by rounding only.
 void Tracer::meet_target(std::size_t b, const Station& from, const Station& to) {
   const double before = from.at.parameter - 1, after = to.at.parameter - 1;
-  if (before == 0 || before * after > 0) return;
+  if (before * after > 0 && std::abs(after) > margin(1)) return;
   const std::optional<Station> at = continuation_.at_parameter(from, to, 1);
   if (!at) return;
+  for (const PathState& other : at_target_)
+    if (equations_.separation(other, at->at).norm() < 1e-7 * reach()) return;
+  at_target_.push_back(at->at);
   path_.at_target.push_back({b, equations_.describe(at->at, &at->tangent)});
 }
 
-bool Tracer::leave_range(std::size_t b, const Station& from, const Station& to) {
-  const double limit = std::clamp(to.at.parameter, options_.lowest, options_.highest);
-  const double margin = 1e-12 * (options_.highest - options_.lowest);
-  if (std::abs(to.at.parameter - limit) <= margin &&
-      std::abs(to.at.parameter - options_.highest) > margin)
-    return false;
-  if (const std::optional<Station> last = continuation_.at_parameter(from, to, limit))
-    add_point(b, *last);
-  path_.branches[b].end =
-      limit == options_.highest && limit == 1 ? BranchEnd::target : BranchEnd::range;
+bool Tracer::is_outside(const PathState& state) const {
+  return state.parameter > options_.highest + margin(options_.highest) ||
+         state.parameter < options_.lowest - margin(options_.lowest);
+}
+
+std::optional<Station> Tracer::at_end_of_range(const Station& from, const Station& to) {
+  const double p = to.at.parameter, highest = options_.highest, lowest = options_.lowest;
+  const bool above = p > from.at.parameter && p >= highest - margin(highest);
+  const bool below = p < from.at.parameter && p <= lowest + margin(lowest);
+  if (!above && !below) return std::nullopt;
+  return continuation_.at_parameter(from, to, above ? highest : lowest).value_or(to);
+}
+
+// The step of a branch on which a station lies. Of the newest branch the last steps do not count.
+const Segment* Tracer::followed(const Station& station, std::size_t newest) {
+  std::size_t own = 0;
+  for (std::size_t i = segments_.size(); i-- > 0;) {
+    const Segment& segment = segments_[i];
+    if (segment.branch == newest && ++own <= 3) continue;
+    const double low = std::min(segment.from.at.parameter, segment.to.parameter);
+    const double high = std::max(segment.from.at.parameter, segment.to.parameter);
+    const double aside = 0.2 * (high - low) + margin(high);
+    if (station.at.parameter < low - aside || station.at.parameter > high + aside) continue;
+    // Branches that cross share a state, too, but no tangent.
+    const VectorXd& along = segment.from.tangent;
+    if (std::abs(along.dot(station.tangent)) < 0.9) continue;
+    const VectorXd chord = equations_.difference(segment.from.at, segment.to);
+    const VectorXd change = equations_.separation(segment.from.at, station.at);
+    const double share = along.dot(change) / along.dot(chord);
+    if (!(share >= 0 && share <= 1) || (change - share * chord).norm() > 0.2 * chord.norm())
+      continue;
+    const std::optional<Station> there =
+        continuation_.correct(segment.from.at, share * chord, along, along.dot(change), along);
+    const double nearness = 1e-5 * chord.norm() + 1e-11 * reach();
+    if (there && equations_.separation(there->at, station.at).norm() < nearness) return &segment;
+  }
+  return nullptr;
+}
+
+bool Tracer::meet_followed(std::size_t b, const Station& station) {
+  const Segment* const segment = followed(station, b);
+  if (!segment) return false;
+  end(b, segment->branch == b ? BranchEnd::closed : BranchEnd::joined);
+  if (segment->branch != b) path_.branches[b].onto = segment->branch;
   return true;
 }
 
 // A point beside the bifurcation, off the branch that led to it.
-std::optional<Station> Tracer::switched(const Known& at, const VectorXd& direction) {
-  for (const double share : {1e-3, 1e-2, 1e-4, 3e-2}) {
-    const double offset = share * reach();
+std::optional<Station> Tracer::switched(const PathState& at, const VectorXd& direction) {
+  const double usual = std::min(longest_step(direction), 0.1 * reach());
+  for (const double share : {1e-2, 1e-1, 1e-3, 0.3, 1e-4, 1e-5}) {
+    const double offset = share * usual;
     const std::optional<Station> station =
-        continuation_.correct(at.station.at, offset * direction, direction, offset, direction);
-    if (station && equations_.difference(at.station.at, station->at).norm() < 5 * offset)
+        continuation_.correct(at, offset * direction, direction, offset, direction);
+    if (station && !is_outside(station->at) &&
+        equations_.difference(at, station->at).norm() < 5 * offset)
       return station;
   }
   return std::nullopt;
 }
 
 void Tracer::follow_departure(const Departure& departure) {
-  const std::optional<Station> station = switched(known_[departure.critical], departure.direction);
-  if (!station) return;
-  const VectorXd leaving =
-      continuation_.difference(known_[departure.critical].station, *station).normalized();
-  for (const VectorXd& taken : known_[departure.critical].taken)
-    if (taken.dot(leaving) > 0.9) return;
-  known_[departure.critical].taken.push_back(leaving);
+  const auto& [at, idle] = known_[departure.critical];
+  const std::size_t b = path_.branches.size();
+  const std::optional<Station> station = switched(at, departure.direction);
+  if (!station || followed(*station, b)) return;
   path_.branches.emplace_back().from = departure.critical;
-  path_.branches.back().points.push_back(path_.critical[departure.critical].point);
-  follow(path_.branches.size() - 1, *station);
+  path_.branches[b].points.push_back(path_.critical[departure.critical].point);
+  segments_.push_back({b, *station, at});
+  if (idle_directions(continuation_, *station) <= idle) return follow(b, *station);
+  add_point(b, *station);
+  end(b, BranchEnd::free);
 }
 
 // The most stable first, then the lowest in energy.
@@ -252,8 +313,7 @@ Path Tracer::run() && {
     path_.branches[0].points.push_back(equations_.describe(start));
     path_.branches[0].reason =
         "the path does not leave its start: the load works on a motion that nothing resists, or "
-        "the "
-        "displacement meets one that is rigid";
+        "the displacement meets one that is rigid";
   }
   while (!departures_.empty() &&
          path_.branches.size() < static_cast<std::size_t>(options_.most_branches)) {
@@ -261,6 +321,7 @@ Path Tracer::run() && {
     departures_.pop_front();
     follow_departure(next);
   }
+  path_.not_tried = departures_.size();
   sort_at_target();
   return std::move(path_);
 }

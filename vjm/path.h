@@ -57,7 +57,7 @@ struct PathPoint {
 enum class CriticalKind {
   limit_point,  // the parameter turns back
   bifurcation,  // other branches pass through
-  contact,      // stability changes with a jump of the stiffness, at a stop
+  contact,      // stability changes where the tangent of a law has a jump: a joint meets a stop
 };
 
 /// Where stability changes, or branches meet.
@@ -75,7 +75,9 @@ enum class BranchEnd {
   range,     // the parameter left the range
   target,    // the parameter came to 1, the highest allowed
   junction,  // at a bifurcation that is already known
-  closed,    // back where the branch began
+  joined,    // on a branch that was followed before, which it would only repeat
+  closed,    // back on itself: a loop. Full turns of joints without springs and laws do not count
+  free,      // more than one motion costs nothing: the equilibria form a surface, not a curve
   locked,    // the force grows without displacement
   limit,     // most_points
   critical,  // at the first critical point, which was all that was asked for
@@ -85,6 +87,7 @@ enum class BranchEnd {
 struct Branch {
   std::optional<std::size_t> from;  // critical point where it leaves another branch
   std::optional<std::size_t> to;    // where it meets one, for BranchEnd::junction
+  std::optional<std::size_t> onto;  // branch, for BranchEnd::joined
   std::vector<PathPoint> points;
   BranchEnd end = BranchEnd::lost;
   std::string reason;  // in words, for `lost`
@@ -100,8 +103,10 @@ struct Path {
   std::string reason;
   std::vector<Branch> branches;  // the first starts at parameter 0
   std::vector<CriticalPoint> critical;
-  /// All equilibria that were met at parameter 1, stable ones first, then by potential.
+  /// All equilibria that were met at parameter 1, each once, stable ones first, then by potential.
   std::vector<TargetPoint> at_target;
+  /// Directions that leave bifurcations and were not tried for PathOptions::most_branches.
+  std::size_t not_tried = 0;
 };
 
 /// The equilibrium at a parameter, sought from the relaxed posture and not along the path.
@@ -113,9 +118,10 @@ bool turns(const PathTask& task);
 
 /// Follows equilibria from parameter 0 by pseudo-arclength continuation (Keller), the exact
 /// Hessian in each Newton step. Critical points are where the inertia of the reduced Hessian
-/// (MMT11 eq. 23) changes; they are located on the eigenvalue that passes through zero. Branches
-/// are left along its motion, without perturbing the model. A branch that meets no other is not
-/// found. `posture` is where the springs are relaxed.
+/// (MMT11 eq. 23) changes or the parameter turns back, and are located there. Branches leave
+/// bifurcations along the null space of the equations' derivative, without perturbing the model;
+/// each is followed once. A branch that meets no other is not found. `posture` is where the springs
+/// are relaxed.
 Path trace(const Manipulator& manipulator, const Posture& posture, const PathTask& task,
            const PathOptions& options, files::Progress& progress);
 

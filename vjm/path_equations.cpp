@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "kinetostat/vjm/equilibrium_state.h"
 
@@ -38,6 +39,18 @@ Vector6 leading(const PathTask& task) {
   return part;
 }
 
+// Where a full turn of a coordinate leads back to the same state: no spring and no law knows the
+// difference, and every joint that it drives makes whole turns.
+bool turns_freely(const Chain& chain, Index k) {
+  if (!is_rotation(chain.coordinates()[static_cast<std::size_t>(k)].motion)) return false;
+  if (!chain.stiffness().row(k).isZero(0)) return false;
+  for (const auto& [coordinate, law] : chain.laws())
+    if (coordinate == k) return false;
+  for (const Joint& joint : chain.joints())
+    if (joint.coordinate == k && joint.factor != std::round(joint.factor)) return false;
+  return true;
+}
+
 }  // namespace
 
 Equilibrium equilibrium_at(const Manipulator& manipulator, const Posture& posture,
@@ -60,6 +73,11 @@ PathEquations::PathEquations(const Manipulator& manipulator, const Posture& post
   const double size = system_.scale().twist().cwiseProduct(task.displacement).norm();
   if (task.platform_held && size > 0) weight_ = size;
   system_.hold_platform(task.platform_held);
+  for (const Chain& chain : manipulator.chains()) {
+    turning_.emplace_back();
+    for (const Index k : chain.free_coordinates())
+      if (turns_freely(chain, k)) turning_.back().push_back(k);
+  }
 }
 
 EquilibriumStatus PathEquations::start(double parameter, PathState& state, std::string& reason) {
@@ -141,27 +159,48 @@ VectorXd PathEquations::difference(const PathState& from, const PathState& to) c
   return all;
 }
 
-EnergySpectrum PathEquations::spectrum() const {
-  return energy_spectrum(system_.energy_hessian(task_.platform_held));
+VectorXd PathEquations::separation(const PathState& from, const PathState& to) const {
+  constexpr double turn = 2 * std::numbers::pi;
+  PathState nearest = to;
+  for (std::size_t c = 0; c < turning_.size(); ++c)
+    for (const Index k : turning_[c]) {
+      double& x = nearest.state.coordinates[c][k];
+      x -= turn * std::round((x - from.state.coordinates[c][k]) / turn);
+    }
+  return difference(from, nearest);
 }
 
-// The wrenches follow from the balance of all rows, in the sense of least squares where they are
-// statically indeterminate.
-VectorXd PathEquations::eigenmotion(Index index) {
-  const SystemVector motion = system_.motion(spectrum().motions.col(index));
-  VectorXd flat = system_.flat(motion);
-  SystemVector wrenches = system_.zero();
-  for (spatial::Vector6& wrench : wrenches.wrenches) wrench.setOnes();
-  const VectorXd is_wrench = system_.flat(wrenches);
-  std::vector<Index> columns;
-  for (Index k = 0; k < is_wrench.size(); ++k)
-    if (is_wrench[k] != 0) columns.push_back(k);
-  const MatrixXd matrix = system_.dense_matrix();
-  flat(columns) = -Eigen::CompleteOrthogonalDecomposition<MatrixXd>(matrix(Eigen::all, columns))
-                       .solve(matrix * flat);
-  VectorXd all(flat.size() + 1);
-  all << flat, 0;
-  return all;
+double PathEquations::motion(const VectorXd& change) const {
+  SystemVector moves = system_.from_flat(change.head(change.size() - 1));
+  for (Vector6& wrench : moves.wrenches) wrench.setZero();
+  return moves.norm();
+}
+
+bool PathEquations::law_differs(const PathState& a, const PathState& b, double share) {
+  const std::vector<double> at_a = law_tangents(a), at_b = law_tangents(b);
+  for (std::size_t i = 0; i < at_a.size(); ++i)
+    if (std::abs(at_a[i] - at_b[i]) > share * std::max(std::abs(at_a[i]), std::abs(at_b[i])))
+      return true;
+  return false;
+}
+
+std::vector<double> PathEquations::law_tangents(const PathState& at) {
+  right_hand_side(at);
+  std::vector<double> tangents;
+  for (std::size_t c = 0; c < manipulator_.size(); ++c) {
+    const Chain& chain = manipulator_.chains()[c];
+    const ChainEquations& equations = system_.chains()[c];
+    for (const auto& [coordinate, law] : chain.laws())
+      tangents.push_back(chain
+                             .value_of(coordinate, *law, equations.coordinates(),
+                                       equations.deflection(), equations.travel())
+                             .tangent);
+  }
+  return tangents;
+}
+
+EnergySpectrum PathEquations::spectrum() const {
+  return energy_spectrum(system_.energy_hessian(task_.platform_held));
 }
 
 VectorXd PathEquations::push() const {

@@ -36,12 +36,18 @@ class PathEquations {
   PathState moved(const PathState& from, const Eigen::VectorXd& change) const;
   /// The change that leads from one state to another nearby.
   Eigen::VectorXd difference(const PathState& from, const PathState& to) const;
+  /// The same without full turns of the joints that have neither spring nor law: a chain stands
+  /// after them as it stood before.
+  Eigen::VectorXd separation(const PathState& from, const PathState& to) const;
+  /// Norm of the part of a vector that moves bodies and coordinates.
+  double motion(const Eigen::VectorXd& change) const;
+  /// Whether the tangent of some law (CoordinateLaw) differs between two states by more than
+  /// `share` of itself: between neighbours it has a jump there.
+  bool law_differs(const PathState& a, const PathState& b, double share);
 
   /// Of the energy on the motions that the task allows; at the state of the last
-  /// right_hand_side(), after derivative().
+  /// right_hand_side(), after derivative(). Empty where no motion is left.
   EnergySpectrum spectrum() const;
-  /// The motion of one of them, completed by the change of the wrenches. Not of unit length.
-  Eigen::VectorXd eigenmotion(Eigen::Index index);
 
   /// A direction in which the wrench that the held platform exerts along its displacement grows.
   Eigen::VectorXd push() const;
@@ -51,6 +57,7 @@ class PathEquations {
 
  private:
   Eigen::VectorXd right_hand_side_by_parameter();
+  std::vector<double> law_tangents(const PathState& at);
   std::optional<Along> along(const Equilibrium& equilibrium, const Eigen::VectorXd* tangent) const;
   spatial::Vector6 platform_wrench_rate(const SystemVector& rate) const;
   /// Elastic energy less the work of dead forces since the posture [J]; none when a moment acts,
@@ -61,6 +68,7 @@ class PathEquations {
   const Posture& posture_;
   PathTask task_;
   EquilibriumSystem system_;
+  std::vector<std::vector<Eigen::Index>> turning_;  // coordinates of each chain, for separation()
   PathState at_;
   double weight_;
 };

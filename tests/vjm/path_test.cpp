@@ -264,7 +264,7 @@ TEST(Path, EndsWithTheReasonWhereThePosturesEnd) {
   PathOptions options;
   options.most_points = 200;
   const Path path = trace(robot, bent, task, options, progress);
-  EXPECT_TRUE(path.branches[0].end == BranchEnd::lost || path.branches[0].end == BranchEnd::limit);
+  EXPECT_EQ(path.branches[0].end, BranchEnd::locked);
   EXPECT_LT(path.branches[0].points.back().parameter, 1);
   EXPECT_TRUE(path.at_target.empty());
 }
