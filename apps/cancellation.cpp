@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <csignal>
+#include <unistd.h>
 
 namespace kinetostat::apps {
 namespace {
@@ -10,16 +11,31 @@ namespace {
 std::atomic<int> received = 0;
 static_assert(std::atomic<int>::is_always_lock_free);
 
-void remember(int signal) { received = signal; }
+constexpr unsigned grace = 10;  // [s]
+
+void end_at_once(int) { _exit(128 + received); }
+
+// Whoever types Ctrl-C can type it again; who sends SIGTERM has gone.
+void remember(int signal) {
+  received = signal;
+  if (signal == SIGTERM) alarm(grace);
+}
+
+void handle(int signal, void (*handler)(int), int flags) {
+  struct sigaction action = {};
+  action.sa_handler = handler;
+  action.sa_flags = flags;
+  sigaction(signal, &action, nullptr);
+}
 
 }  // namespace
 
 void catch_signals() {
-  struct sigaction action = {};
-  action.sa_handler = remember;
-  action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+  constexpr int once = static_cast<int>(SA_RESETHAND | SA_RESTART);
+  handle(SIGINT, remember, once);
+  handle(SIGTERM, remember, once);
+  handle(SIGALRM, end_at_once, 0);
+  handle(SIGXFSZ, SIG_IGN, 0);  // writing fails and says so, instead
 }
 
 int cancelling_signal() { return received; }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <sstream>
+#include <system_error>
 #include <thread>
 
 #include <fmt/format.h>
@@ -11,6 +12,9 @@
 #include "kinetostat/apps/progress_bar.h"
 #include "kinetostat/apps/version.h"
 #include "kinetostat/files/error.h"
+#include "kinetostat/files/file_kind.h"
+#include "kinetostat/files/out_of_memory.h"
+#include "kinetostat/files/printable.h"
 #include "kinetostat/files/text_file.h"
 #include "kinetostat/spatial/spelling.h"
 
@@ -19,6 +23,9 @@ namespace {
 
 constexpr char common_group[] = "Options of every command";
 constexpr int most_threads = 1024;
+constexpr char no_memory[] =
+    "kinetostat: there is not enough memory for this computation. Close other programs, ask for "
+    "less (a coarser mesh, fewer poses, --threads 1), or raise the limit (ulimit -v).\n";
 
 int processor_count() {
   return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, most_threads);
@@ -47,7 +54,7 @@ std::string echo(const CommandInfo& info, const CLI::App& app) {
   for (const auto& [name, value] : options) width = std::max(width, name.size());
   std::string text = fmt::format("kinetostat {}\n", info.name);
   for (const auto& [name, value] : options)
-    text += fmt::format("  {:<{}}  {}\n", name, width, value);
+    text += fmt::format("  {:<{}}  {}\n", name, width, files::printable(value));
   return text + "\n";
 }
 
@@ -63,6 +70,12 @@ files::Json provenance(const CommandInfo& info, const CLI::App& app) {
   json["command"] = info.name;
   json["options"] = options_json(app);
   return json;
+}
+
+std::string fault(const std::exception& error) {
+  return fmt::format(
+      "this is a fault of the program, please report it with the files that caused it: {}",
+      error.what());
 }
 
 // Marks the options that name a file to write.
@@ -115,12 +128,15 @@ std::string page_about(const files::InputError& error) {
   const std::filesystem::path& file = error.details().file;
   const bool table = file.extension() == ".csv";
   if (!table && file.extension() != ".yaml" && file.extension() != ".yml") return {};
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) return {};  // a pipe is read once
   std::string text = "\n";
   try {
-    text += files::read_text(file);
+    text += files::read_start(file, std::size_t{1} << 20);
   } catch (const files::InputError&) {
-    return {};  // it is not there
+    return {};  // it may not be read
   }
+  if (!files::kind_of_bytes(std::string_view(text).substr(1)).empty()) return {};
   // Readings have loads or displacements; tables of poses have neither, and a page for each use.
   const std::string page = table ? page_of(text.substr(0, 4096), {{"dx", "campaign-file.md"},
                                                                   {"dy", "campaign-file.md"},
@@ -233,13 +249,17 @@ const Program::Command* Program::chosen() const {
 
 int Program::run(int argc, const char* const* argv) {
   const auto complain = [this](ExitCode code, const std::string& what) {
-    fmt::print(streams_.err, "kinetostat: {}\n", what);
+    say(fmt::format("kinetostat: {}\n", what));
     return code;
+  };
+  const auto run_out = [this] {
+    std::fputs(no_memory, streams_.err);  // which takes none itself
+    return out_of_memory;
   };
   try {
     return parse_and_run(argc, argv);
   } catch (const files::Cancelled&) {
-    fmt::print(streams_.err, "kinetostat: stopped; no result was written.\n");
+    say("kinetostat: stopped; no result was written.\n");
     return 128 + cancelling_signal();
   } catch (const UsageError& error) {
     return complain(bad_usage, error.what());
@@ -253,12 +273,18 @@ int Program::run(int argc, const char* const* argv) {
     return complain(bad_input, files::InputError(error.path1(), error.code().message(),
                                                  "Check the path and that you may use it")
                                    .what());
+  } catch (const files::OutOfMemory& error) {
+    return complain(out_of_memory, error.what());
   } catch (const std::bad_alloc&) {
-    return complain(failure, "there is not enough memory for this computation.");
+    return run_out();
+  } catch (const std::system_error& error) {
+    // Neither threads nor processes can be started: their stacks find no room.
+    if (error.code() == std::errc::not_enough_memory ||
+        error.code() == std::errc::resource_unavailable_try_again)
+      return run_out();
+    return complain(failure, fault(error));
   } catch (const std::exception& error) {
-    return complain(failure, fmt::format("this is a fault of the program, please report it with "
-                                         "the files that caused it: {}",
-                                         error.what()));
+    return complain(failure, fault(error));
   }
 }
 
@@ -285,8 +311,8 @@ int Program::parse_and_run(int argc, const char* const* argv) {
 int Program::usage_error(const std::string& what, const std::vector<std::string>& arguments) {
   const Command* command = chosen();
   const std::string name = command == nullptr ? "" : " " + command->info.name;
-  fmt::print(streams_.err, "kinetostat{}: {}.{}\nSee 'kinetostat{} --help'.\n", name, what,
-             hint(arguments), name);
+  say(fmt::format("kinetostat{}: {}.{}\nSee 'kinetostat{} --help'.\n", name, what, hint(arguments),
+                  name));
   return bad_usage;
 }
 
@@ -313,6 +339,8 @@ std::string Program::hint(const std::vector<std::string>& arguments) const {
 
 void Program::run_action(const Command& command) {
   const files::Outputs outputs(outputs_of(*command.app));
+  if (command.info.out_is_folder && !options_.out.empty())
+    files::require_writable(std::filesystem::path(options_.out) / "file");
   if (!options_.html.empty()) report::require_pages();
   const bool text = options_.json != "-";
   if (text && !options_.quiet) write(echo(command.info, *command.app));
@@ -323,7 +351,7 @@ void Program::run_action(const Command& command) {
       [this](std::string_view said) { write(said); },
       [this, &progress](std::string_view said) {
         progress.wipe();
-        fmt::print(streams_.err, "kinetostat: {}\n", said);
+        say(fmt::format("kinetostat: {}\n", said));
       });
   const files::Json result = command.action(run);
   progress.wipe();
@@ -359,12 +387,20 @@ void Program::deliver(const Command& command, const Run& run, const files::Json&
   write(run.report());
 }
 
-// A full disk or a closed pipe behind standard output must not pass for success.
+// What others wrote into files must not command the terminal. A full disk or a closed pipe behind
+// standard output must not pass for success.
 void Program::write(std::string_view text) {
-  std::fwrite(text.data(), 1, text.size(), streams_.out);
+  const std::string shown = files::printable(text, "\n\t");
+  std::fwrite(shown.data(), 1, shown.size(), streams_.out);
   if (std::fflush(streams_.out) != 0 || std::ferror(streams_.out) != 0)
     throw files::InputError("standard output", "cannot be written to",
                             "Check that the disk behind it is not full");
+}
+
+// Nobody is left to be told when standard error is full or closed.
+void Program::say(std::string_view text) const {
+  std::fputs(files::printable(text, "\n\t").c_str(), streams_.err);
+  std::fflush(streams_.err);
 }
 
 }  // namespace kinetostat::apps

@@ -31,6 +31,7 @@ enum ExitCode : int {
   bad_input = 3,
   no_convergence = 4,
   not_identifiable = 5,
+  out_of_memory = 6,
 };
 
 /// An option whose value is not understood, when only the command itself can tell. Reads "--at:
@@ -173,6 +174,7 @@ class Program {
   void write_page(const Command& command, const Run& run, const files::Json& result);
   void deliver(const Command& command, const Run& run, const files::Json& result);
   void write(std::string_view text);
+  void say(std::string_view text) const;
 
   Streams streams_;
   CommonOptions options_;

@@ -1,8 +1,10 @@
 #include "kinetostat/apps/cancellation.h"
 #include "kinetostat/apps/command.h"
 #include "kinetostat/apps/commands.h"
+#include "kinetostat/apps/process.h"
 
 int main(int argc, char** argv) {
+  kinetostat::apps::prepare_process(argv);
   kinetostat::apps::catch_signals();
   kinetostat::apps::Program program;
   kinetostat::apps::add_new(program);

@@ -394,7 +394,10 @@ files::Json map(const MapRequest& request, Run& run) {
   vjm::MapCheckpoint checkpoint{.file = request.checkpoint, .request = {}};
   if (request.checkpoint.empty() && run.out()) checkpoint.file = run.out()->string() + ".part";
   const bool saves = !checkpoint.file.empty();
-  if (saves) checkpoint.request = request_hash(robot, list, named);
+  if (saves) {
+    files::require_writable(checkpoint.file);  // before hours are spent
+    checkpoint.request = request_hash(robot, list, named);
+  }
   const std::vector<MapPoint> points =
       workspace_map(robot.manipulator, list.poses, indices, run.threads(), run.progress(),
                     saves ? &checkpoint : nullptr, finer_models(robot));

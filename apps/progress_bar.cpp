@@ -76,18 +76,19 @@ void ProgressBar::show(std::string_view phase, double fraction) {
 
 void ProgressBar::draw_bar(double fraction) {
   const int filled = static_cast<int>(std::lround(std::clamp(fraction, 0.0, 1.0) * bar_width));
-  fmt::print(stream_, "\r\x1b[K{:<28.28} [{:#<{}}{:.<{}}] {:3.0f} %{}", phase_, "", filled, "",
-             bar_width - filled, 100 * fraction, time_left());
-  std::fflush(stream_);
+  put(fmt::format("\r\x1b[K{:<28.28} [{:#<{}}{:.<{}}] {:3.0f} %{}", phase_, "", filled, "",
+                  bar_width - filled, 100 * fraction, time_left()));
   drawn_ = true;
 }
 
 void ProgressBar::print_line(double fraction) {
-  if (fraction > 0) {
-    fmt::print(stream_, "{}: {:.0f} %{}\n", phase_, 100 * fraction, time_left());
-  } else {
-    fmt::print(stream_, "{}\n", phase_);
-  }
+  put(fraction > 0 ? fmt::format("{}: {:.0f} %{}\n", phase_, 100 * fraction, time_left())
+                   : fmt::format("{}\n", phase_));
+}
+
+// A computation goes on whether anybody can see how far it is or not.
+void ProgressBar::put(const std::string& text) {
+  std::fputs(text.c_str(), stream_);
   std::fflush(stream_);
 }
 

@@ -52,6 +52,7 @@ class ProgressBar : public files::Progress {
   void show(std::string_view phase, double fraction) override;
   void draw_bar(double fraction);
   void print_line(double fraction);
+  void put(const std::string& text);
   std::string time_left() const;
 
   std::FILE* stream_;

@@ -29,7 +29,9 @@ std::optional<ResultCache::Entry> ResultCache::find() const {
   const std::optional<std::string> text = cache_.find(key_);
   if (!text) return std::nullopt;
   files::Json json = files::Json::parse(*text, nullptr, false);
-  if (json.is_discarded()) return std::nullopt;
+  if (!json.is_object() || !json["report"].is_string() || !json["result"].is_object() ||
+      !json["result"]["inputs"].is_object())
+    return std::nullopt;  // sealed by hand
   Entry entry{json["report"].get<std::string>(), std::move(json["result"])};
   // Another file may say the same in other words.
   entry.result["inputs"]["link_sha256"] = link_sha256_;

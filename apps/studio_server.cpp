@@ -99,7 +99,12 @@ class Server : public httplib::Server {
       StudioConnection connection(socket, limits, [this](std::chrono::milliseconds taken) {
         return svr_sock_ == INVALID_SOCKET || (waiting_ > 0 && taken > slow);
       });
-      answered = process_request(connection, true, closed, nullptr);
+      answered = process_request(connection, true, closed, [](httplib::Request& request) {
+        // A server may answer with all of it (RFC 9110, section 14.2); thousands of parts of a page
+        // would be as many copies.
+        request.ranges.clear();
+        request.headers.erase("Range");
+      });
       connection.finish();
     }
     close(socket);

@@ -184,14 +184,14 @@ Json StudioSession::save(const Json& request) {
   const auto name = found->get<std::string>();
   const std::filesystem::path file = folder_ / name;
   const bool ours = std::find(saved_.begin(), saved_.end(), name) != saved_.end();
-  if (!ours && std::filesystem::exists(std::filesystem::symlink_status(file)))
-    throw files::InputError("file", fmt::format("'{}' is there already", name),
-                            "Choose another name");
   std::string text = files::read_text(robot_.file);
   for (const Candidate& effect : last_)
     text = calibration::adopted(text, adoption_of(effect, robot_, campaign_));
-  write_robot(file, text);
-  saved_.push_back(name);
+  // Whoever may write to the folder may have put a link there since: nothing outside is written.
+  if (!write_robot_in_place_of(ours ? files::Replace::entry : files::Replace::nothing, file, text))
+    throw files::InputError("file", fmt::format("'{}' is there already", name),
+                            "Choose another name");
+  if (!ours) saved_.push_back(name);
   return {{"file", file.string()}};
 }
 

@@ -5,22 +5,29 @@
 #include "kinetostat/vjm/robot_file.h"
 
 namespace kinetostat::apps {
+namespace {
 
-void write_robot(const std::filesystem::path& file, const std::string& text) {
-  const std::filesystem::path trial = file.string() + ".trial.yaml";
-  std::error_code ignored;
-  files::write_atomically(trial, text);
+void require_that_it_reads_back(const std::filesystem::path& file, const std::string& text) {
   try {
-    (void)vjm::read_robot(trial);
+    (void)vjm::parse_robot(text, file);
   } catch (const files::InputError& error) {
-    std::filesystem::remove(trial, ignored);
     files::InputError::Details details = error.details();
-    if (details.file == trial) details.file = file;
     details.what = "as it would be written, it does not read back: " + details.what;
     throw files::InputError(details);
   }
-  std::filesystem::remove(trial, ignored);
+}
+
+}  // namespace
+
+void write_robot(const std::filesystem::path& file, const std::string& text) {
+  require_that_it_reads_back(file, text);
   files::write_atomically(file, text);  // through a link, and not in the place of a device
+}
+
+bool write_robot_in_place_of(files::Replace replace, const std::filesystem::path& file,
+                             const std::string& text) {
+  require_that_it_reads_back(file, text);
+  return files::write_in_place_of(replace, file, text);
 }
 
 }  // namespace kinetostat::apps

@@ -6,6 +6,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "kinetostat/files/printable.h"
+#include "kinetostat/files/yaml.h"
+
 namespace kinetostat::calibration {
 namespace {
 
@@ -19,15 +22,16 @@ std::string quantity(double value, const std::string& unit) {
 
 std::string block_of(const Adoption& adoption, bool adds_heading) {
   std::string text = fmt::format("{}{}\n", begins, adds_heading ? heading_added : "");
-  for (const std::string& reason : adoption.reasons) text += "  # " + reason + "\n";
+  for (const std::string& reason : adoption.reasons)
+    text += "  # " + files::printable(reason) + "\n";
   std::vector<std::string> values;
   for (const Adoption::Value& v : adoption.values)
     values.push_back(std::isnan(v.deviation)
                          ? fmt::format("{}: {}", v.name, quantity(v.value, v.unit))
                          : fmt::format("{}: {{value: {}, sd: {}}}", v.name,
                                        quantity(v.value, v.unit), quantity(v.deviation, v.unit)));
-  text += fmt::format("  - {{effect: {}, at: {}, {}}}\n", adoption.effect, adoption.at,
-                      fmt::join(values, ", "));
+  text += fmt::format("  - {{effect: {}, at: {}, {}}}\n", files::yaml_scalar(adoption.effect),
+                      files::yaml_scalar(adoption.at), fmt::join(values, ", "));
   return text + ends + "\n";
 }
 

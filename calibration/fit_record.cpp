@@ -59,6 +59,12 @@ class Members {
   void one(T& value) requires(std::is_arithmetic_v<T> || std::is_enum_v<T>) {
     stream_.raw(&value, sizeof value);
   }
+  void one(bool& value) {
+    std::uint8_t byte = value ? 1 : 0;
+    one(byte);
+    if (byte > 1) throw std::out_of_range("a record says neither yes nor no");
+    value = byte == 1;
+  }
   template <class List>
   void sized(List& list) {
     std::size_t size = list.size();
@@ -84,9 +90,18 @@ class Members {
     one(*value);
   }
   template <class Matrix>
+  static bool is_size_of(Index rows, Index cols) {
+    constexpr Index most = Index{1} << 28;  // the product of both and of 8 is a number, too
+    const auto fits = [](Index size, Index fixed) {
+      return size >= 0 && size < most && (fixed == Eigen::Dynamic || size == fixed);
+    };
+    return fits(rows, Matrix::RowsAtCompileTime) && fits(cols, Matrix::ColsAtCompileTime);
+  }
+  template <class Matrix>
   void one(Eigen::PlainObjectBase<Matrix>& matrix) {
     Index rows = matrix.rows(), cols = matrix.cols();
     (*this)(rows, cols);
+    if (!is_size_of<Matrix>(rows, cols)) throw std::out_of_range("a record of another matrix");
     const std::size_t size = sizeof(double) * static_cast<std::size_t>(rows * cols);
     stream_.require(size);
     matrix.resize(rows, cols);

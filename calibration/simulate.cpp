@@ -11,6 +11,7 @@
 #include "kinetostat/files/csv.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/text_file.h"
+#include "kinetostat/files/yaml.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -107,15 +108,16 @@ std::string yaml_text(const vjm::Robot& robot, const std::string& robot_name,
       "itself: that a fit of\n"
       "# this model to them succeeds proves nothing about any machine.\n"
       "kinetostat: 1\n"
-      "campaign: synthetic readings of {}\n"
+      "campaign: {}\n"
       "origin: synthetic, seed {}\n"
-      "robot: \"{}\"\n"
+      "robot: {}\n"
       "units: {{length: {}, force: {}, angle: {}, time: {}}}\n"
       "displacement: {}\n"
       "wrench_point: reference\n{}{}"
       "readings: readings.csv\n",
-      options.seed, files::csv_cell(robot.name), options.seed, robot_name, robot.units.length,
-      robot.units.force, robot.units.angle, robot.units.time,
+      options.seed, files::yaml_scalar("synthetic readings of " + robot.name), options.seed,
+      files::yaml_scalar(robot_name), robot.units.length, robot.units.force, robot.units.angle,
+      robot.units.time,
       options.displacement == DisplacementKind::absolute ? "absolute" : "difference",
       noise_text(options), wrench_noise_text(options));
 }

@@ -21,6 +21,7 @@ BlasInfo blas_info();
 /// With several threads the order of its sums, and so the last digits, depend on their number.
 class OneBlasThread {
  public:
+  /// Throws std::bad_alloc where OpenBLAS would wait for memory for ever.
   OneBlasThread();
   ~OneBlasThread();
   OneBlasThread(const OneBlasThread&) = delete;

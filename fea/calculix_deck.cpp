@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/fea/mean_motion.h"
+#include "kinetostat/files/printable.h"
 
 namespace kinetostat::fea {
 namespace {
@@ -50,10 +51,12 @@ class Deck {
   int rotation_node(std::size_t i) const { return translation_node(i) + 1; }
 
   void heading(const std::string& title) {
-    add("*HEADING\n{}\n** SI units: m, N, Pa. Interfaces:\n", title);
+    // CalculiX takes a line that begins with '*' for a keyword, *INCLUDE among them, and cuts long
+    // lines in two.
+    add("*HEADING\nLink {}\n** SI units: m, N, Pa. Interfaces:\n", files::plain_name(title));
     for (std::size_t i = 0; i < interfaces_.size(); ++i)
-      add("**   {} {}: {} coupling, {}\n", i == 0 ? "fixed" : "loaded", interfaces_[i].name,
-          name(interfaces_[i].coupling),
+      add("**   {} {}: {} coupling, {}\n", i == 0 ? "fixed" : "loaded",
+          files::plain_name(interfaces_[i].name), name(interfaces_[i].coupling),
           i == 0 ? std::string("held")
                  : fmt::format("translation of its point at node {}, rotation at node {}",
                                translation_node(i), rotation_node(i)));

@@ -100,17 +100,55 @@ class Child {
   pid_t pid_;
 };
 
+// A list of texts as system calls take it.
+class PointerList {
+ public:
+  explicit PointerList(std::vector<std::string> texts) : texts_(std::move(texts)) {
+    for (std::string& text : texts_) pointers_.push_back(text.data());
+    pointers_.push_back(nullptr);
+  }
+  PointerList(const PointerList&) = delete;
+  PointerList& operator=(const PointerList&) = delete;
+  char* const* get() const { return pointers_.data(); }
+
+ private:
+  std::vector<std::string> texts_;
+  std::vector<char*> pointers_;
+};
+
+// The environment of this process, with what a call gives instead.
+std::vector<std::string> environment_of(const ChildCall& call) {
+  std::vector<std::string> all = call.environment;
+  const auto is_given = [&call](std::string_view variable) {
+    const std::string_view name = variable.substr(0, variable.find('=') + 1);
+    return std::any_of(call.environment.begin(), call.environment.end(),
+                       [name](const std::string& given) { return given.starts_with(name); });
+  };
+  for (char** variable = environ; *variable != nullptr; ++variable)
+    if (!is_given(*variable)) all.emplace_back(*variable);
+  return all;
+}
+
+// What a child needs between fork and exec, made before the fork.
+struct Exec {
+  const char* program;
+  char* const* arguments;
+  char* const* environment;
+  const char* folder;  // nullptr: that of the parent
+  std::array<int, rearranged> descriptors;
+  std::size_t memory_limit;
+};
+
 // Between fork and exec only calls that are safe when other threads held locks at the fork.
-[[noreturn]] void become(const char* program, char* const* arguments,
-                         const std::array<int, rearranged>& descriptors, std::size_t memory_limit,
-                         pid_t parent) {
+[[noreturn]] void become(const Exec& exec, pid_t parent) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(127);  // the parent died before the line above
+  if (exec.folder != nullptr && chdir(exec.folder) != 0) _exit(127);
   for (int target = 0; target < rearranged; ++target)
-    if (dup2(descriptors[static_cast<std::size_t>(target)], target) < 0) _exit(127);
-  const rlimit memory{memory_limit, memory_limit};
-  if (memory_limit > 0) setrlimit(RLIMIT_AS, &memory);
-  execv(program, arguments);
+    if (dup2(exec.descriptors[static_cast<std::size_t>(target)], target) < 0) _exit(127);
+  const rlimit memory{exec.memory_limit, exec.memory_limit};
+  if (exec.memory_limit > 0) setrlimit(RLIMIT_AS, &memory);
+  execve(exec.program, exec.arguments, exec.environment);
   _exit(127);
 }
 
@@ -191,7 +229,7 @@ std::filesystem::path find_program(const std::string& name) {
 }
 
 ChildResult run_child(const ChildCall& call, const std::string& phase, files::Progress& progress) {
-  const std::string program = call.program.string();
+  const std::string program = std::filesystem::absolute(call.program).string();
   if (access(program.c_str(), X_OK) != 0) fail(program.c_str());
   const MemoryFile input("request"), second("second request"), answer("answer"), words("words");
   input.write_all(call.input);
@@ -201,17 +239,18 @@ ChildResult run_child(const ChildCall& call, const std::string& phase, files::Pr
     copies.push_back(argument == ChildCall::input_path    ? input.path()
                      : argument == ChildCall::answer_path ? answer.path()
                                                           : argument);
-  std::vector<char*> arguments;
-  for (std::string& argument : copies) arguments.push_back(argument.data());
-  arguments.push_back(nullptr);
-  const std::array<int, rearranged> descriptors{input.descriptor(), words.descriptor(),
-                                                words.descriptor(), answer.descriptor(),
-                                                second.descriptor()};
-
+  const PointerList arguments(std::move(copies)), environment(environment_of(call));
+  const Exec exec{.program = program.c_str(),
+                  .arguments = arguments.get(),
+                  .environment = environment.get(),
+                  .folder = call.folder.empty() ? nullptr : call.folder.c_str(),
+                  .descriptors = {input.descriptor(), words.descriptor(), words.descriptor(),
+                                  answer.descriptor(), second.descriptor()},
+                  .memory_limit = call.memory_limit};
   const pid_t parent = getpid();
   const pid_t pid = fork();
   if (pid < 0) fail("fork");
-  if (pid == 0) become(program.c_str(), arguments.data(), descriptors, call.memory_limit, parent);
+  if (pid == 0) become(exec, parent);
   return finish(pid, answer, words, call.time_limit, [&] { progress.report(phase, 0); });
 }
 

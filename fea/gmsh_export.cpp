@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/files/printable.h"
+
 namespace kinetostat::fea {
 namespace {
 
@@ -26,7 +28,8 @@ std::string gmsh_mesh(const TetMesh& mesh, const std::vector<CoupledInterface>& 
   const int materials = material_count(mesh), faces = static_cast<int>(interfaces.size());
   fmt::format_to(out, "{}\n", materials + faces);
   for (int i = 0; i < faces; ++i)
-    fmt::format_to(out, "2 {} \"{}\"\n", i + 1, interfaces[static_cast<std::size_t>(i)].name);
+    fmt::format_to(out, "2 {} \"{}\"\n", i + 1,
+                   files::plain_name(interfaces[static_cast<std::size_t>(i)].name, "\""));
   for (int m = 0; m < materials; ++m)
     fmt::format_to(out, "3 {} \"{}\"\n", faces + m + 1,
                    m == 0 ? std::string("link") : fmt::format("body {}", m));

@@ -1,12 +1,14 @@
 #include "kinetostat/fea/gmsh_program.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <sstream>
 
 #include <fmt/format.h>
 
 #include "kinetostat/fea/volume_mesh.h"
 #include "kinetostat/files/error.h"
+#include "kinetostat/files/text_file.h"
 
 namespace kinetostat::fea {
 namespace {
@@ -26,8 +28,42 @@ std::string complaint(const std::string& words) {
   return "no reason given";
 }
 
+// A folder that nobody else may look into, gone with all that is in it at the end of its scope.
+class PrivateFolder {
+ public:
+  PrivateFolder() {
+    std::error_code error;
+    std::string name = std::filesystem::temp_directory_path(error) / "kinetostat-XXXXXX";
+    if (error || mkdtemp(name.data()) == nullptr)
+      throw GmshError("no temporary folder can be made for it (see TMPDIR)");
+    path_ = name;
+  }
+  ~PrivateFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  PrivateFolder(const PrivateFolder&) = delete;
+  PrivateFolder& operator=(const PrivateFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+// As the home of gmsh; Python, which gmsh may be installed in, still finds what belongs to the
+// user.
+std::vector<std::string> at_home_in(const PrivateFolder& folder) {
+  std::vector<std::string> environment{"HOME=" + folder.path().string()};
+  const char* const home = std::getenv("HOME");
+  if (home != nullptr && std::getenv("PYTHONUSERBASE") == nullptr)
+    environment.push_back(fmt::format("PYTHONUSERBASE={}/.local", home));
+  return environment;
+}
+
 std::string run_gmsh(std::vector<std::string> arguments, std::string script, std::string mesh,
-                     const GmshLimits& limits, files::Progress& progress) {
+                     const PrivateFolder& folder, const GmshLimits& limits,
+                     files::Progress& progress) {
   const std::filesystem::path gmsh = find_gmsh();
   if (gmsh.empty()) throw GmshError("the program gmsh is not installed");
   // One thread, so that the same input gives the same mesh.
@@ -37,7 +73,9 @@ std::string run_gmsh(std::vector<std::string> arguments, std::string script, std
                                         .input = std::move(script),
                                         .time_limit = limits.time,
                                         .second_input = std::move(mesh),
-                                        .memory_limit = limits.memory},
+                                        .memory_limit = limits.memory,
+                                        .folder = folder.path(),
+                                        .environment = at_home_in(folder)},
                                        "gmsh", progress);
   if (result.end == ChildResult::End::timed_out)
     throw GmshError(fmt::format("gmsh was stopped after {:.0f} s", limits.time));
@@ -69,11 +107,18 @@ std::string msh_of(const SurfaceMesh& surface, const std::vector<int>& tags) {
 
 std::filesystem::path find_gmsh() { return find_program("gmsh"); }
 
-std::string step_surface(const std::filesystem::path& file, const GmshLimits& limits,
+std::string step_surface(const std::string& step, const GmshLimits& limits,
                          files::Progress& progress) {
-  return run_gmsh({std::filesystem::absolute(file).string(), "-2", "-format", "msh41", "-clcurv",
-                   "32", "-setstring", "Geometry.OCCTargetUnit", "MM", "-save_all"},
-                  "", "", limits, progress);
+  const PrivateFolder folder;
+  const std::filesystem::path copy = folder.path() / "link.step";
+  try {
+    files::write_atomically(copy, step, files::Flush::no);
+  } catch (const files::InputError& error) {
+    throw GmshError(error.what());
+  }
+  return run_gmsh({copy.string(), "-2", "-format", "msh41", "-clcurv", "32", "-setstring",
+                   "Geometry.OCCTargetUnit", "MM", "-save_all"},
+                  "", "", folder, limits, progress);
 }
 
 TetMesh gmsh_tetrahedra(const SurfaceMesh& surface, const std::vector<int>& tags,
@@ -86,11 +131,12 @@ TetMesh gmsh_tetrahedra(const SurfaceMesh& surface, const std::vector<int>& tags
   const std::string script = fmt::format(
       "Merge \"{}\";\nSurface Loop(1) = {{{}}};\nVolume(1) = {{1}};\nPhysical Volume(1) = {{1}};\n",
       second_input, list);
+  const PrivateFolder folder;
   std::vector<std::string> arguments{input, "-3", "-format", "msh22"};
   if (edge_length > 0)
     arguments.insert(arguments.end(), {"-clmax", fmt::format("{:.17g}", edge_length)});
   const std::string bytes =
-      run_gmsh(std::move(arguments), script, msh_of(surface, tags), limits, progress);
+      run_gmsh(std::move(arguments), script, msh_of(surface, tags), folder, limits, progress);
   try {
     return tagged_volume(parse_msh("the mesh of gmsh", bytes));
   } catch (const files::InputError& error) {

@@ -29,9 +29,13 @@ struct GmshLimits {
   std::size_t memory = std::size_t{8} << 30;  // [bytes]
 };
 
-/// The surface of the solids of a STEP file as a .msh text, in mm whatever the unit of the file;
-/// circles get 32 sides. Throws GmshError.
-std::string step_surface(const std::filesystem::path& file, const GmshLimits& limits,
+/// The surface of the solids of a STEP file with these bytes as a .msh text, in mm whatever the
+/// unit of the file; circles get 32 sides. Throws GmshError.
+///
+/// gmsh obeys what lies beside the file that it opens (FILE.opt, which may start programs) and in
+/// the home folder (.gmshrc, .gmsh-options). So it never sees either: it works on a copy, alone in
+/// a folder that is thrown away, and takes that for its home.
+std::string step_surface(const std::string& step, const GmshLimits& limits,
                          files::Progress& progress);
 
 /// Fills a closed surface with tetrahedra of edges of about `edge_length` [m], 0: any. Facets stay

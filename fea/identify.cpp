@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/fea/stiff_body.h"
+#include "kinetostat/files/out_of_memory.h"
 
 namespace kinetostat::fea {
 namespace {
@@ -77,9 +78,10 @@ auto solved(const LinkSpec& spec, const TetMesh& mesh, Work work) {
   } catch (const PetscFailure& error) {
     throw InputError(spec.file, error.what(), "Use another solver (--solver)");
   } catch (const std::bad_alloc&) {
-    throw InputError(spec.file,
-                     fmt::format("{} nodes need more memory than there is", mesh.nodes.size()),
-                     "Use a larger element size, or ask for less accuracy");
+    throw files::OutOfMemory(fmt::format(
+        "{}: {} nodes need more memory than there is. Use a larger element size, or ask for less "
+        "accuracy.",
+        spec.file.string(), mesh.nodes.size()));
   }
 }
 

@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "kinetostat/files/csv.h"
+#include "kinetostat/files/printable.h"
 
 namespace kinetostat::fea {
 namespace {
@@ -33,11 +34,11 @@ std::vector<double> row(const Eigen::MatrixXd& matrix, Eigen::Index i) {
   return {values.begin(), values.end()};
 }
 
-// A text in MATLAB's single quotes.
+// A text in MATLAB's single quotes, which end with the line.
 std::string quoted(std::string text) {
+  text = files::printable(text);
   for (std::size_t at = 0; (at = text.find('\'', at)) != std::string::npos; at += 2)
     text.insert(at, 1, '\'');
-  std::replace(text.begin(), text.end(), '\n', ' ');
   return "'" + text + "'";
 }
 

@@ -333,13 +333,21 @@ SurfaceMesh mesh_of(const Soup& soup) {
 
 bool is_step(const std::string& kind) { return kind == "step" || kind == "stp"; }
 
-SurfaceMesh import_step(const std::filesystem::path& file) {
+// gmsh takes other files for models too; only STEP models go to it.
+void check_step(const std::filesystem::path& file, const std::string& bytes) {
+  if (bytes.substr(0, 1000).find("ISO-10303-21") == std::string::npos)
+    throw InputError(file, "not a STEP file: it does not begin with 'ISO-10303-21'",
+                     "Export the link again, as STEP AP214 or as STL");
+}
+
+SurfaceMesh import_step(const std::filesystem::path& file, const std::string& bytes) {
+  check_step(file, bytes);
   if (find_gmsh().empty())
     throw InputError(file, "STEP files are read through the program gmsh, which is not installed",
                      "Install it (Debian: gmsh), or export the link as STL");
   files::Progress progress;
   try {
-    SurfaceMesh mesh = triangles_of(parse_msh(file, step_surface(file, {}, progress)));
+    SurfaceMesh mesh = triangles_of(parse_msh(file, step_surface(bytes, {}, progress)));
     mesh.groups.clear();  // numbers that only gmsh knows
     if (!mesh.triangles.empty()) return mesh;
   } catch (const GmshError& error) {
@@ -351,6 +359,12 @@ SurfaceMesh import_step(const std::filesystem::path& file) {
 
 SurfaceMesh import_triangles(const std::filesystem::path& file, std::string bytes) {
   const std::string kind = lower_extension(file);
+  if (kind == "geo")
+    throw InputError(
+        file, "a script of gmsh is no surface, and may do anything that a program may",
+        fmt::format("If you trust it, run 'gmsh -2 {0}.geo -o {0}.stl' and name the STL "
+                    "file",
+                    file.stem().string()));
   if (!is_step(kind) && kind != "stl" && kind != "obj" && kind != "ply" && kind != "msh")
     throw InputError(file,
                      kind.empty()
@@ -359,7 +373,7 @@ SurfaceMesh import_triangles(const std::filesystem::path& file, std::string byte
                      "Export the link as STL, OBJ, PLY or STEP");
   if (bytes.empty()) throw InputError(file, "the file is empty", "Export the mesh again");
   refuse_placeholder(file, bytes);
-  if (is_step(kind)) return import_step(file);
+  if (is_step(kind)) return import_step(file, bytes);
   if (kind == "msh") {
     SurfaceMesh mesh = triangles_of(parse_msh(file, bytes));
     if (mesh.triangles.empty())

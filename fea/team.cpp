@@ -1,11 +1,16 @@
 #include "kinetostat/fea/team.h"
 
 #include <algorithm>
+#include <system_error>
+#include <utility>
 
 namespace kinetostat::fea {
 
 Team::Team(int threads) {
-  for (int t = 1; t < threads; ++t) others_.emplace_back([this] { serve(); });
+  try {
+    for (int t = 1; t < threads; ++t) others_.emplace_back([this] { serve(); });
+  } catch (const std::system_error&) {  // those that there are suffice
+  }
 }
 
 Team::~Team() {
@@ -24,6 +29,7 @@ void Team::for_each(int count, const std::function<void(int)>& work) {
   call_.notify_all();
   take_items();
   for (int busy = busy_; busy > 0; busy = busy_) busy_.wait(busy);
+  if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
 }
 
 void Team::for_each_piece(std::size_t count, std::size_t size,
@@ -45,7 +51,13 @@ void Team::serve() {
 }
 
 void Team::take_items() {
-  for (int i = next_++; i < count_; i = next_++) (*work_)(i);
+  try {
+    for (int i = next_++; i < count_; i = next_++) (*work_)(i);
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    if (!error_) error_ = std::current_exception();
+    next_ = count_;
+  }
 }
 
 }  // namespace kinetostat::fea

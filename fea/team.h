@@ -3,7 +3,9 @@
 
 #include <atomic>
 #include <cstddef>
+#include <exception>
 #include <functional>
+#include <mutex>
 #include <thread>
 #include <vector>
 
@@ -13,7 +15,7 @@ namespace kinetostat::fea {
 /// short to start threads for each, and a machine may have other work.
 class Team {
  public:
-  /// The caller is one of the threads.
+  /// The caller is one of the threads. Where the system has no more of them, fewer do the work.
   explicit Team(int threads);
   ~Team();
   Team(const Team&) = delete;
@@ -22,7 +24,8 @@ class Team {
   int threads() const { return static_cast<int>(others_.size()) + 1; }
 
   /// Calls work(i) for every i below `count`, each once, by whoever is free; returns when all are
-  /// done. The calls must not depend on each other nor throw.
+  /// done. The calls must not depend on each other. When some throw, one of the exceptions is
+  /// passed on, and not all of the others are made.
   void for_each(int count, const std::function<void(int)>& work);
 
   /// Calls work(i, begin, end) for the i-th of the pieces of at most `size` numbers that make up
@@ -44,6 +47,8 @@ class Team {
   std::atomic<int> busy_ = 0;       // other threads that have not finished this call
   std::atomic<unsigned> call_ = 0;  // its number
   std::atomic<bool> stop_ = false;
+  std::mutex mutex_;  // of the error
+  std::exception_ptr error_;
 };
 
 }  // namespace kinetostat::fea

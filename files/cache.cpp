@@ -11,17 +11,24 @@
 namespace kinetostat::files {
 namespace {
 
-const std::string magic = "kinetostat cache 1\n";
+const std::string magic = "kinetostat cache 2\n";
 constexpr std::size_t digest_size = 64;
 constexpr const char* extension = ".entry";
 
-std::string sealed(const std::string& content) { return magic + sha256(content) + content; }
+// Of content and key: the name of the file alone says little, it may have been copied.
+std::string seal(const std::string& key, const std::string& content) {
+  return sha256(sha256(key) + sha256(content));
+}
 
-std::optional<std::string> opened(const std::string& bytes) {
+std::string sealed(const std::string& key, const std::string& content) {
+  return magic + seal(key, content) + content;
+}
+
+std::optional<std::string> opened(const std::string& key, const std::string& bytes) {
   const std::size_t head = magic.size() + digest_size;
   if (bytes.size() < head || !bytes.starts_with(magic)) return std::nullopt;
   std::string content = bytes.substr(head);
-  if (sha256(content) != bytes.substr(magic.size(), digest_size)) return std::nullopt;
+  if (seal(key, content) != bytes.substr(magic.size(), digest_size)) return std::nullopt;
   return content;
 }
 
@@ -64,7 +71,7 @@ std::optional<std::string> Cache::find(const std::string& key) const {
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) return std::nullopt;
   try {
-    std::optional<std::string> content = opened(read_text(file));
+    std::optional<std::string> content = opened(key, read_text(file));
     if (!content) {
       std::filesystem::remove(file, error);
       return std::nullopt;
@@ -79,7 +86,7 @@ std::optional<std::string> Cache::find(const std::string& key) const {
 
 bool Cache::keep(const std::string& key, const std::string& content) const {
   if (folder_.empty() || content.size() > limit_ / 4) return false;
-  if (!write(entry(key), sealed(content))) return false;
+  if (!write(entry(key), sealed(key, content))) return false;
   // Looking through a large folder takes longer than keeping a small entry.
   since_room_was_made_ = since_room_was_made_.value_or(limit_) + content.size();
   if (*since_room_was_made_ > slack()) {

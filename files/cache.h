@@ -8,10 +8,10 @@
 
 namespace kinetostat::files {
 
-/// Entries are files named after the SHA-256 of their key, each with the SHA-256 of its content:
-/// one that was damaged or cut short is never taken for good. Any number of processes may use the
-/// folder at once, each thread with an object of its own. A cache never fails: what it cannot keep
-/// is computed again.
+/// Entries are files named after the SHA-256 of their key, each with a SHA-256 of key and content:
+/// one that was damaged, cut short or renamed is never taken for good. Any number of processes may
+/// use the folder at once, each thread with an object of its own. A cache never fails: what it
+/// cannot keep is computed again.
 class Cache {
  public:
   /// Finds nothing and keeps nothing.

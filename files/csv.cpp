@@ -8,11 +8,15 @@
 #include <fmt/format.h>
 
 #include "kinetostat/files/error.h"
+#include "kinetostat/files/file_kind.h"
 #include "kinetostat/files/largest_number.h"
+#include "kinetostat/files/printable.h"
 #include "kinetostat/files/text_file.h"
 
 namespace kinetostat::files {
 namespace {
+
+constexpr std::size_t most_columns = 10'000;
 
 bool is_blank(char c) { return c == ' ' || c == '\t'; }
 
@@ -27,12 +31,30 @@ std::string number_cure(std::string_view text) {
   return "Write a number such as -12.5 or 3e-4";
 }
 
+bool is_number(std::string_view text) {
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+// Spreadsheets compute what begins so, and what they compute may start programs.
+bool begins_formula(char c) { return c == '=' || c == '+' || c == '-' || c == '@'; }
+
+// A text that a spreadsheet would take for a formula, but for the quotes before it.
+bool is_formula_behind_quotes(std::string_view text) {
+  const std::size_t first = text.find_first_not_of('\'');
+  return first != std::string_view::npos && first + 1 < text.size() &&
+         begins_formula(text[first]) && !is_number(text.substr(first));
+}
+
 }  // namespace
 
 CsvTable::CsvTable(std::string content, std::filesystem::path file)
     : file_(std::move(file)), buffer_(std::move(content)) {
   if (buffer_.starts_with("\xff\xfe") || buffer_.starts_with("\xfe\xff"))
     throw InputError(file_, "is UTF-16 text", "Save it as 'CSV UTF-8'");
+  refuse_other_kinds(file_, buffer_, "a table (CSV)", "Save the table as 'CSV UTF-8'");
   if (buffer_.size() >= std::numeric_limits<std::uint32_t>::max())
     throw InputError(file_, "is larger than 4 GiB", "Split it into several campaigns");
   if (buffer_.starts_with("\xef\xbb\xbf")) position_ = 3;
@@ -70,8 +92,15 @@ void CsvTable::read_header() {
     if (header.find(candidate) != std::string_view::npos) separator_ = candidate;
   std::vector<Cell> cells;
   read_cells(cells);
+  if (cells.size() > most_columns)
+    fail_at(cells.front().begin,
+            fmt::format("the header names {} columns, of at most {}", cells.size(), most_columns),
+            "Give one line a reading, not one column");
   for (const Cell& cell : cells) {
     const std::string name(text(cell));
+    if (has_control_characters(name))
+      fail_at(cell.begin, fmt::format("the column name '{}' has a control character", name),
+              "Name every column on one line");
     if (name.empty())
       fail_at(cell.begin, fmt::format("column {} has no name", columns_.size() + 1),
               "Name every column in the header line");
@@ -182,8 +211,11 @@ std::optional<std::size_t> CsvTable::find(std::string_view column) const {
 }
 
 std::string_view CsvTable::text(const Cell& cell) const {
-  if (cell.unescaped >= 0) return unescaped_[static_cast<std::size_t>(cell.unescaped)];
-  return {buffer_.data() + cell.begin, cell.length};
+  std::string_view text(buffer_.data() + cell.begin, cell.length);
+  if (cell.unescaped >= 0) text = unescaped_[static_cast<std::size_t>(cell.unescaped)];
+  // The quote that csv_cell() puts before a formula.
+  if (text.starts_with('\'') && is_formula_behind_quotes(text)) text.remove_prefix(1);
+  return text;
 }
 
 std::string_view CsvTable::cell(std::size_t row, std::size_t column) const {
@@ -254,13 +286,29 @@ int CsvTable::column_in_line(std::size_t position) const {
 CsvTable read_csv(const std::filesystem::path& file) { return {read_text(file), file}; }
 
 std::string csv_cell(std::string_view text) {
-  if (text.find_first_of(",;\"\r\n\t#") == std::string_view::npos) return std::string(text);
+  const std::string shown = (is_formula_behind_quotes(text) ? "'" : "") + printable(text, "\n");
+  if (shown.find_first_of(",;\"#\n") == std::string::npos) return shown;
   std::string quoted = "\"";
-  for (const char c : text) {
+  for (const char c : shown) {
     if (c == '"') quoted += '"';
     quoted += c;
   }
   return quoted + '"';
+}
+
+std::string csv_comment(std::string_view text) {
+  std::string line = "# ";
+  const std::string shown = printable(text);
+  for (std::string_view rest = shown; !rest.empty();) {
+    const std::size_t end = std::min(rest.find_first_of(",;"), rest.size());
+    const std::size_t begin = std::min(rest.find_first_not_of(' '), end);
+    const std::string_view cell = rest.substr(begin, end - begin);
+    line.append(rest.substr(0, begin));
+    if (is_formula_behind_quotes(cell) && !is_number(cell.substr(0, cell.find(' ')))) line += '\'';
+    line.append(rest.substr(begin, std::min(end + 1, rest.size()) - begin));
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  return line + "\n";
 }
 
 }  // namespace kinetostat::files

@@ -80,7 +80,13 @@ class CsvTable {
 
 CsvTable read_csv(const std::filesystem::path& file);
 
-/// A cell as it must be written: quoted when it holds a separator, a quote or a line end.
+/// A text as a cell must be written: in double quotes when it holds a separator, a quote or a line
+/// end, with '?' for other control characters, and with a single quote before what a spreadsheet
+/// would compute
+/// (=, +, - or @ at the beginning of what is no number), which CsvTable takes away again.
 std::string csv_cell(std::string_view text);
+
+/// A comment line, "# text" and a line end, that a spreadsheet finds no formula in either.
+std::string csv_comment(std::string_view text);
 
 }  // namespace kinetostat::files

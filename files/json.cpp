@@ -8,7 +8,9 @@
 #include <fmt/format.h>
 
 #include "kinetostat/files/error.h"
-#include "kinetostat/files/json_depth.h"
+#include "kinetostat/files/file_kind.h"
+#include "kinetostat/files/json_size.h"
+#include "kinetostat/files/printable.h"
 #include "kinetostat/files/text_file.h"
 #include "kinetostat/spatial/rotation.h"
 
@@ -39,10 +41,29 @@ bool is_flat(const Json& list) {
   return std::none_of(list.begin(), list.end(), [](const Json& v) { return v.is_structured(); });
 }
 
+// The control characters that JSON need not escape, U+007F to U+009F: a terminal obeys them.
+std::string without_controls(const std::string& text) {
+  std::string result;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto c = static_cast<unsigned char>(text[i]);
+    const auto next = i + 1 < text.size() ? static_cast<unsigned char>(text[i + 1]) : 0U;
+    if (c == 0x7f) {
+      result += "\\u007f";
+    } else if (c == 0xc2 && next < 0xa0) {
+      result += fmt::format("\\u{:04x}", next);
+      ++i;
+    } else {
+      result += text[i];
+    }
+  }
+  return result;
+}
+
 // Names and file names are whatever bytes the user's system has; JSON holds UTF-8 only. Bytes that
 // are not UTF-8 become the replacement character instead of losing the result.
 std::string scalar(const Json& value) {
-  return value.dump(-1, ' ', false, Json::error_handler_t::replace);
+  std::string text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
+  return has_control_characters(text) ? without_controls(text) : text;
 }
 
 void write_value(std::string& out, const Json& json, std::size_t indent) {
@@ -152,8 +173,13 @@ void require_two_interfaces(const std::filesystem::path& file, const Json& json)
 
 Json read_json(const std::filesystem::path& file) {
   const std::string text = read_text(file);
+  refuse_other_kinds(file, text, "a result of this program (JSON)",
+                     "Give the file that '--json FILE' wrote");
   if (is_nested_too_deeply(text))
     throw InputError(file, "is nested too deeply", "Write this file with kinetostat");
+  if (is_too_large(text))
+    throw InputError(file, "holds more values than any result of this program",
+                     "Write this file with kinetostat");
   try {
     return Json::parse(text);
   } catch (const Json::parse_error& error) {

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/files/base64.h"
+#include "kinetostat/files/printable.h"
 #include "kinetostat/files/text_file.h"
 
 namespace kinetostat::files {
@@ -29,7 +30,7 @@ std::string data_array(const char* type, const std::string& name, int components
 
 std::string escaped(const std::string& text) {
   std::string result;
-  for (const char c : text) {
+  for (const char c : printable(text)) {  // XML has no control characters, and is UTF-8
     if (c == '&')
       result += "&amp;";
     else if (c == '<')

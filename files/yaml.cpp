@@ -1,15 +1,20 @@
 #include "kinetostat/files/yaml.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <map>
 #include <set>
+#include <sstream>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <yaml-cpp/eventhandler.h>
 
 #include "kinetostat/files/error.h"
+#include "kinetostat/files/file_kind.h"
 #include "kinetostat/files/largest_number.h"
+#include "kinetostat/files/printable.h"
 #include "kinetostat/files/text_file.h"
 #include "kinetostat/spatial/rotation.h"
 #include "kinetostat/spatial/spelling.h"
@@ -143,6 +148,7 @@ std::vector<std::pair<std::string, YamlNode>> YamlNode::members() const {
   std::vector<std::pair<std::string, YamlNode>> result;
   for (const auto& member : node_) {
     const std::string key = key_text(member.first);
+    if (has_control_characters(key)) child(member.first, key).refuse_control_characters();
     result.emplace_back(key, child(member.second, key));
   }
   return result;
@@ -163,10 +169,22 @@ std::vector<YamlNode> YamlNode::items(std::size_t size) const {
   return result;
 }
 
-std::string YamlNode::text() const {
+std::string YamlNode::prose() const {
   if (!is_scalar() || node_.Scalar().empty())
     fail(fmt::format("a text is expected here, not {}", kind_of(node_)));
   return node_.Scalar();
+}
+
+std::string YamlNode::text() const {
+  std::string line = prose();
+  if (has_control_characters(line)) refuse_control_characters();
+  return line;
+}
+
+void YamlNode::refuse_control_characters() const {
+  fail(fmt::format("'{}' has a line end or another control character in it",
+                   printable(node_.Scalar())),
+       "Write it on one line ('>-' instead of '>' leaves the last line end away)");
 }
 
 bool YamlNode::boolean() const {
@@ -274,37 +292,144 @@ std::string meaning(const YamlNode& node) {
   }
   if (!node.is_scalar()) return "nothing ";
   std::error_code ignored;
-  const std::filesystem::path path = node.file().parent_path() / node.text();
+  const std::filesystem::path path = node.file().parent_path() / node.prose();
   if (std::filesystem::is_regular_file(path, ignored)) text = sha256(read_text(path));
-  return fmt::format("value {}{}", sized(node.text()), sized(text));
+  return fmt::format("value {}{}", sized(node.prose()), sized(text));
 }
 
-YamlNode parse_yaml(const std::string& text, const std::filesystem::path& name) {
-  const auto file = std::make_shared<const std::filesystem::path>(name);
+namespace {
+
+constexpr std::size_t largest_yaml = std::size_t{16} << 20;  // [bytes]
+constexpr int most_values = 1'000'000;
+constexpr int deepest = 100;
+
+InputError error_at(const std::filesystem::path& file, const YAML::Mark& mark,
+                    const std::string& what, const std::string& cure) {
+  return InputError(
+      {.file = file, .line = mark.line + 1, .column = mark.column + 1, .what = what, .cure = cure});
+}
+
+// Counts what a file holds before anything is kept of it. The parser itself has no bounds: a text
+// that it cannot place, such as a comma at the beginning, is one empty document after the other.
+class Census : public YAML::EventHandler {
+ public:
+  explicit Census(const std::filesystem::path& file) : file_(file) {}
+
+  void OnDocumentStart(const YAML::Mark& mark) override {
+    if (++documents_ > most_documents)
+      throw error_at(file_, mark, "text follows that belongs to no value",
+                     "Check indentation, brackets and commas near this place");
+  }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t) override { count(mark); }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override { count_content(mark); }
+  void OnScalar(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                const std::string&) override {
+    count_content(mark);
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {
+    open(mark);
+  }
+  void OnSequenceEnd() override { --depth_; }
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {
+    open(mark);
+  }
+  void OnMapEnd() override { --depth_; }
+
+ private:
+  static constexpr int most_documents = 10;
+
+  void count(const YAML::Mark& mark) {
+    if (++values_ > most_values)
+      throw error_at(file_, mark, fmt::format("the file holds more than {} values", most_values),
+                     "Readings belong into a CSV file");
+  }
+  void count_content(const YAML::Mark& mark) {
+    count(mark);
+    if (documents_ > 1)
+      throw error_at(file_, mark, fmt::format("the file holds {} documents", documents_),
+                     "Keep one; '---' begins another");
+  }
+  void open(const YAML::Mark& mark) {
+    count_content(mark);
+    if (++depth_ > deepest)
+      throw error_at(file_, mark, "the file is nested too deeply",
+                     "Check brackets and indentation");
+  }
+
+  const std::filesystem::path& file_;
+  int documents_ = 0, values_ = 0, depth_ = 0;
+};
+
+YAML::Node bounded_root(const std::string& text, const std::filesystem::path& file) {
+  if (text.size() > largest_yaml)
+    throw InputError(file, fmt::format("is larger than {} MiB", largest_yaml >> 20),
+                     "Readings belong into a CSV file, surfaces into a mesh file");
+  Census census(file);
+  std::istringstream stream(text);
+  YAML::Parser parser(stream);
+  while (parser.HandleNextDocument(census)) {
+  }
+  YAML::Node root = YAML::Load(text);
+  if (!root.IsMap())
+    throw InputError(file, fmt::format("the file holds {}, not a map of keys", kind_of(root)),
+                     "A kinetostat file begins with 'kinetostat: 1'");
+  if (int left = most_values; !is_small(root, 0, left))
+    throw InputError(file, "a value holds itself, or more than can be read",
+                     "Write it out where an alias (*name) stands for it");
+  return root;
+}
+
+YAML::Node checked_root(const std::string& text, const std::filesystem::path& file) {
+  const bool is_utf16 = text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff");
+  if (!is_utf16)
+    refuse_other_kinds(file, text, "a YAML file",
+                       "Name the YAML file; meshes and tables are named inside it");
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    const auto is_more = [](const YAML::Node& other) { return !other.IsNull(); };
-    if (documents.size() > 1 && std::any_of(documents.begin() + 1, documents.end(), is_more))
-      throw InputError(name, fmt::format("the file holds {} documents", documents.size()),
-                       "Keep one; '---' begins another");
-    const YAML::Node root = documents.empty() ? YAML::Node() : documents.front();
-    if (!root.IsMap())
-      throw InputError(name, fmt::format("the file holds {}, not a map of keys", kind_of(root)),
-                       "A kinetostat file begins with 'kinetostat: 1'");
-    if (int left = 1'000'000; !is_small(root, 0, left))
-      throw InputError(name, "a value holds itself, or more than can be read",
-                       "Write it out where an alias (*name) stands for it");
-    return {root, file, ""};
-  } catch (const YAML::Exception& error) {
-    throw InputError({.file = name,
-                      .line = error.mark.line + 1,
-                      .column = error.mark.column + 1,
-                      .what = "not valid YAML: " + error.msg,
-                      .cure = "Check indentation, brackets and quotes near this place"});
+    return bounded_root(text, file);
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception&) {
+    if (is_utf16 || !looks_like_table(text)) throw;
+    throw InputError(file, "this looks like a table (CSV), not a YAML file",
+                     "Name the YAML file; a campaign file names its table with 'readings:'");
   }
 }
 
-YamlNode read_yaml(const std::filesystem::path& file) { return parse_yaml(read_text(file), file); }
+}  // namespace
+
+YamlNode parse_yaml(const std::string& text, const std::filesystem::path& name) {
+  try {
+    return {checked_root(text, name), std::make_shared<const std::filesystem::path>(name), ""};
+  } catch (const YAML::Exception& error) {
+    throw error_at(name, error.mark, "not valid YAML: " + error.msg,
+                   "Check indentation, brackets and quotes near this place");
+  }
+}
+
+// One byte more than is read tells that there is more.
+YamlNode read_yaml(const std::filesystem::path& file) {
+  return parse_yaml(read_start(file, largest_yaml + 1), file);
+}
+
+std::string yaml_scalar(const std::string& text) {
+  const auto is_plain = [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '_' || c == '.' || c == '-' || c == '/' || c == ' ';
+  };
+  const std::string_view words[] = {"true", "false", "null", "yes", "no", "on", "off"};
+  if (!text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) != 0 &&
+      text.back() != ' ' && std::all_of(text.begin(), text.end(), is_plain) &&
+      std::find(std::begin(words), std::end(words), text) == std::end(words))
+    return text;
+  std::string quoted = "\"";
+  for (const char c : printable(text)) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
+  }
+  return quoted + "\"";
+}
 
 void check_format_version(const YamlNode& top) {
   if (!top.has("kinetostat"))

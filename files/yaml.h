@@ -41,14 +41,18 @@ class YamlNode {
   /// The one key among `keys` that is there; none or several is an error. For "one of these kinds".
   std::pair<std::string, YamlNode> one_of(const std::vector<std::string>& keys) const;
 
-  /// The members of a map, in the order of the file.
+  /// The members of a map, in the order of the file; keys are texts of one line.
   std::vector<std::pair<std::string, YamlNode>> members() const;
   /// The items of a sequence.
   std::vector<YamlNode> items() const;
   /// The items of a sequence of exactly `size`.
   std::vector<YamlNode> items(std::size_t size) const;
 
+  /// One line without control characters: names go into tables, and into decks and scripts for
+  /// other programs.
   std::string text() const;
+  /// A text of any number of lines.
+  std::string prose() const;
   bool boolean() const;
   /// A finite plain number.
   double number() const;
@@ -80,6 +84,7 @@ class YamlNode {
   /// The keys of a map with nodes of their own, whose line is the key's, not the value's.
   std::vector<std::pair<std::string, YamlNode>> key_places() const;
   YamlNode child(const YAML::Node& node, const std::string& path) const;
+  [[noreturn]] void refuse_control_characters() const;
   void require_sensible(double si, const std::string& value) const;
   template <class Read>
   auto decorated(Read read) const;
@@ -93,10 +98,16 @@ class YamlNode {
 /// file that it names: two files with the same meaning give the same results.
 std::string meaning(const YamlNode& node);
 
-/// Reads a file whose top level is a map. Throws InputError when it is missing, not YAML or empty.
+/// Reads a file whose top level is a map. Throws InputError when it is missing, not YAML, empty or
+/// another kind of file, or exceeds 16 MiB, a million values (aliases counted as what they stand
+/// for) or a depth of 100.
 YamlNode read_yaml(const std::filesystem::path& file);
 /// The same from text; `name` stands for the file in messages and for relative paths.
 YamlNode parse_yaml(const std::string& text, const std::filesystem::path& name);
+
+/// A text as a value on one line of a YAML file: as it is where that can mean nothing else, else in
+/// double quotes, with '?' for control characters.
+std::string yaml_scalar(const std::string& text);
 
 /// Checks `kinetostat: 1`, the version of the file formats that this program reads.
 void check_format_version(const YamlNode& top);

@@ -623,9 +623,10 @@ Json to_json(const Campaign& campaign, const Comparison& comparison) {
 }
 
 std::string residual_table(const Campaign& campaign, const Comparison& comparison) {
-  std::string text = fmt::format("# {}, translations in {}, rotations in {}\n", campaign.name,
-                                 campaign.units.length, campaign.units.angle) +
-                     "id,session,masked,mask_reason";
+  std::string text =
+      files::csv_comment(fmt::format("{}, translations in {}, rotations in {}", campaign.name,
+                                     campaign.units.length, campaign.units.angle)) +
+      "id,session,masked,mask_reason";
   const std::vector<Eigen::Index> components = measured_components(comparison);
   const std::vector<Named> all = models(comparison);
   for (const Eigen::Index k : components) {

@@ -5,9 +5,11 @@
 #include <string_view>
 #include <zlib.h>
 
+#include <fmt/format.h>
+
 #include "kinetostat/files/base64.h"
 #include "kinetostat/files/error.h"
-#include "kinetostat/files/json_depth.h"
+#include "kinetostat/files/json_size.h"
 #include "kinetostat/files/text_file.h"
 
 // The page that bundle.mjs made, placed there by the assembler; empty when there is none.
@@ -32,7 +34,7 @@ using files::Json;
 constexpr std::string_view results_begin =
     "<script type=\"application/octet-stream\" id=\"results\">";
 constexpr std::string_view results_end = "</script>";
-constexpr std::size_t most_bytes = std::size_t{1} << 30;  // of inflated results
+constexpr std::size_t most_bytes = std::size_t{128} << 20;  // of inflated results
 
 std::string_view shell() {
   return {kinetostat_page_begin,
@@ -49,19 +51,27 @@ std::string deflated(const std::string& text) {
   return bytes;
 }
 
-// Nothing when the bytes are not what deflated() made.
-std::optional<std::string> inflated(const std::string& bytes) {
-  for (std::size_t room = 16 * bytes.size() + 1024; room <= most_bytes; room *= 4) {
-    std::string text(room, '\0');
-    uLongf size = room;
-    const int code = uncompress(reinterpret_cast<Bytef*>(text.data()), &size,
-                                reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
-    if (code == Z_BUF_ERROR) continue;
-    if (code != Z_OK) return std::nullopt;
-    text.resize(size);
-    return text;
+// Nothing when the bytes are not what deflated() made. Takes memory as the text grows: bytes may
+// stand for a thousand times as many. Throws TooLarge beyond `most_bytes`.
+struct TooLarge {};
+std::optional<std::string> inflated(std::string_view bytes) {
+  z_stream stream{};
+  if (inflateInit(&stream) != Z_OK) throw std::bad_alloc();
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  std::string text;
+  std::array<char, 1 << 16> block{};
+  int code = Z_OK;
+  while (code == Z_OK && text.size() <= most_bytes) {
+    stream.next_out = reinterpret_cast<Bytef*>(block.data());
+    stream.avail_out = static_cast<uInt>(block.size());
+    code = inflate(&stream, Z_NO_FLUSH);
+    text.append(block.data(), block.size() - stream.avail_out);
   }
-  return std::nullopt;
+  inflateEnd(&stream);
+  if (text.size() > most_bytes) throw TooLarge();
+  if (code != Z_STREAM_END) return std::nullopt;
+  return text;
 }
 
 std::string escaped(std::string_view text) {
@@ -105,16 +115,32 @@ files::InputError not_a_result(const std::filesystem::path& file) {
           "Give files that 'kinetostat COMMAND --json FILE' or '--html FILE' wrote"};
 }
 
+files::InputError too_large(const std::filesystem::path& file) {
+  return {file, fmt::format("its results are more than is read back ({} MiB)", most_bytes >> 20),
+          "Make a page of fewer results"};
+}
+
+Json parsed(const std::filesystem::path& file, const std::string& json) {
+  if (files::is_nested_too_deeply(json)) throw not_a_result(file);
+  if (files::is_too_large(json)) throw too_large(file);
+  return Json::parse(json, nullptr, false);
+}
+
 Json results_in_page(const std::filesystem::path& file, std::string_view text) {
   const std::size_t begin = text.find(results_begin);
   if (begin == std::string_view::npos) throw not_a_result(file);
   text.remove_prefix(begin + results_begin.size());
   const auto bytes = files::from_base64(text.substr(0, text.find(results_end)));
-  const auto json = bytes ? inflated(*bytes) : std::nullopt;
-  if (!json || files::is_nested_too_deeply(*json)) throw not_a_result(file);
-  Json results = Json::parse(*json, nullptr, false);
-  if (!results.is_array()) throw not_a_result(file);
-  return results;
+  if (!bytes) throw not_a_result(file);
+  try {
+    const auto json = inflated(*bytes);
+    if (!json) throw not_a_result(file);
+    Json results = parsed(file, *json);
+    if (!results.is_array()) throw not_a_result(file);
+    return results;
+  } catch (const TooLarge&) {
+    throw too_large(file);
+  }
 }
 
 std::string string_at(const Json& json, const std::vector<const char*>& path) {
@@ -194,8 +220,7 @@ std::vector<PageResult> read_page_results(const std::filesystem::path& file) {
   const std::string text = files::read_text(file);
   std::vector<PageResult> results;
   if (text.find(results_begin) == std::string::npos) {
-    if (files::is_nested_too_deeply(text)) throw not_a_result(file);
-    Json result = Json::parse(text, nullptr, false);
+    Json result = parsed(file, text);
     if (!result.is_object()) throw not_a_result(file);
     results.push_back({.result = std::move(result), .picture = {}, .text = {}});
     return results;

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "kinetostat/files/csv.h"
 #include "kinetostat/report/manipulator.h"
 #include "kinetostat/report/text.h"
 
@@ -308,10 +309,10 @@ std::string csv(const Robot& robot, const PathTask& task, const Path& path) {
   const std::string& l = robot.units.length;
   const std::string& a = robot.units.angle;
   const std::string& f = robot.units.force;
-  std::string out = fmt::format(
-      "# {}: deflection [{}], force [{}], stiffness [{}] along the path; "
-      "dx dy dz [{}], rx ry rz [{}], fx fy fz [{}], mx my mz [{} {}], J\n",
-      robot.name, units.deflection_name, units.force_name, units.stiffness_name(), l, a, f, f, l);
+  std::string out = files::csv_comment(fmt::format(
+      "{}: deflection [{}], force [{}], stiffness [{}] along the path; "
+      "dx dy dz [{}], rx ry rz [{}], fx fy fz [{}], mx my mz [{} {}], J",
+      robot.name, units.deflection_name, units.force_name, units.stiffness_name(), l, a, f, f, l));
   out +=
       "branch,kind,parameter,deflection,force,stiffness,dx,dy,dz,rx,ry,rz,fx,fy,fz,mx,my,mz,"
       "stable,unstable_directions,elastic_energy,potential\n";

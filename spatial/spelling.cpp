@@ -40,7 +40,9 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 }  // namespace
 
 std::string nearest_spelling(const std::string& word, const std::vector<std::string>& candidates) {
+  constexpr std::size_t longest = 200;  // no word: comparing takes the product of two lengths
   std::string best;
+  if (word.size() > longest) return best;
   std::size_t best_distance = (std::max<std::size_t>(1, word.size() / 3) + 1) * edit;
   for (const std::string& candidate : candidates) {
     const std::size_t longer = std::max(word.size(), candidate.size());

@@ -120,10 +120,10 @@ std::shared_ptr<const EffectKind> read_user_kind(const std::string& name, const 
                                                        parameters[p].lower, parameters[p].upper);
   try {
     const auto kind =
-        effects::user_effect(law, formula.text(), covariates, std::move(parameters), typical);
+        effects::user_effect(law, formula.prose(), covariates, std::move(parameters), typical);
     const auto text = [&node](const char* key, const char* otherwise) {
       const auto given = node.find(key);
-      return given ? given->text() : std::string(otherwise);
+      return given ? given->prose() : std::string(otherwise);
     };
     kind->name = name;
     kind->summary = text("summary", "a formula of the robot file");
@@ -132,7 +132,7 @@ std::shared_ptr<const EffectKind> read_user_kind(const std::string& name, const 
     return kind;
   } catch (const ExpressionError& error) {
     formula.fail(fmt::format("column {} of the formula: {}", error.column, error.what()),
-                 fmt::format("{}\n{}^", formula.text(),
+                 fmt::format("{}\n{}^", formula.prose(),
                              std::string(static_cast<std::size_t>(error.column - 1), ' ')));
   }
 }

@@ -11,7 +11,13 @@
 namespace kinetostat::vjm {
 namespace {
 
-constexpr std::string_view heading = "kinetostat map checkpoint 1";
+constexpr std::string_view older = "kinetostat map checkpoint 1";
+constexpr std::string_view heading = "kinetostat map checkpoint 2";
+
+// Of all that follows it, and of the request before it.
+std::string seal_of(std::string_view request, std::string_view points) {
+  return files::sha256(fmt::format("{}\n{}", request, points));
+}
 
 // One line a pose: its state as a number, then its values with the digits that read back the same.
 class CheckpointReader {
@@ -28,6 +34,12 @@ class CheckpointReader {
     return taken;
   }
   bool at_end() const { return rest_.empty(); }
+
+  // One flipped digit would be another map, and nobody would see it.
+  void require_seal(std::string_view request) {
+    const std::string_view seal = line();
+    if (seal != seal_of(request, rest_)) fail("was damaged: its content does not fit its checksum");
+  }
 
   MapPoint point(std::size_t indices) {
     std::string_view text = line();
@@ -77,9 +89,13 @@ std::vector<MapPoint> read_map_checkpoint(const MapCheckpoint& checkpoint, std::
   if (!std::filesystem::exists(checkpoint.file)) return points;
   const std::string text = files::read_text(checkpoint.file);
   CheckpointReader reader(checkpoint.file, text);
-  if (reader.line() != heading) reader.fail("does not begin as one");
-  if (reader.line() != request_line(checkpoint, poses))
+  const std::string_view first = reader.line();
+  if (first == older) reader.fail("was written by an older version of this program");
+  if (first != heading) reader.fail("does not begin as one");
+  const std::string request = request_line(checkpoint, poses);
+  if (reader.line() != request)
     reader.fail("belongs to another robot, other poses or other indices");
+  reader.require_seal(request);
   while (!reader.at_end()) {
     if (points.size() == poses) reader.fail("has more poses than the map");
     points.push_back(reader.point(indices));
@@ -91,13 +107,14 @@ void write_map_checkpoint(const MapCheckpoint& checkpoint, const std::vector<Map
                           std::size_t poses) {
   fmt::memory_buffer text;
   const auto out = std::back_inserter(text);
-  fmt::format_to(out, "{}\n{}\n", heading, request_line(checkpoint, poses));
   for (const MapPoint& point : points) {
     fmt::format_to(out, "{}", static_cast<int>(point.state));
     for (const double value : point.values) fmt::format_to(out, " {}", value);
     fmt::format_to(out, "\n");
   }
-  files::write_atomically(checkpoint.file, fmt::to_string(text));
+  const std::string lines = fmt::to_string(text), request = request_line(checkpoint, poses);
+  files::write_atomically(checkpoint.file, fmt::format("{}\n{}\n{}\n{}", heading, request,
+                                                       seal_of(request, lines), lines));
 }
 
 }  // namespace kinetostat::vjm

@@ -445,8 +445,9 @@ EffectKinds Robot::kinds() const {
   return all;
 }
 
-Robot read_robot(const std::filesystem::path& file, const LinkOptions& options) {
-  const YamlNode top = files::read_yaml(file);
+namespace {
+
+Robot robot_of(const YamlNode& top, const std::filesystem::path& file, const LinkOptions& options) {
   files::check_format_version(top);
   top.allow_only({"kinetostat", "name", "origin", "units", "gravity", "materials", "links",
                   "chain_types", "manipulator", "uncertain", "effects", "effect_kinds"});
@@ -490,6 +491,17 @@ Robot read_robot(const std::filesystem::path& file, const LinkOptions& options) 
   } catch (const std::invalid_argument& error) {
     top.at("manipulator").fail(error.what());
   }
+}
+
+}  // namespace
+
+Robot read_robot(const std::filesystem::path& file, const LinkOptions& options) {
+  return robot_of(files::read_yaml(file), file, options);
+}
+
+Robot parse_robot(const std::string& text, const std::filesystem::path& file,
+                  const LinkOptions& options) {
+  return robot_of(files::parse_yaml(text, file), file, options);
 }
 
 Manipulator with_scaled(const Manipulator& manipulator, const UncertainStiffness& parameter,

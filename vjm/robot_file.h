@@ -52,6 +52,9 @@ struct Robot {
 /// Throws files::InputError naming file, line, key, what was expected and the nearest thing that
 /// would work.
 Robot read_robot(const std::filesystem::path& file, const LinkOptions& options = {});
+/// The same from the text that the file has, or will have.
+Robot parse_robot(const std::string& text, const std::filesystem::path& file,
+                  const LinkOptions& options = {});
 
 /// The same manipulator with the springs of a parameter multiplied by `factor`.
 Manipulator with_scaled(const Manipulator& manipulator, const UncertainStiffness& parameter,

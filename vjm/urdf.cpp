@@ -10,6 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "kinetostat/files/error.h"
+#include "kinetostat/files/largest_number.h"
 #include "kinetostat/files/text_file.h"
 #include "kinetostat/spatial/rotation.h"
 #include "kinetostat/spatial/spelling.h"
@@ -86,7 +87,7 @@ class UrdfReader {
       if (*at == '+') ++at;
       double value = 0;
       const auto [after, error] = std::from_chars(at, end, value);
-      if (error != std::errc() || !std::isfinite(value) || found == count)
+      if (error != std::errc() || !(std::abs(value) <= files::largest_number) || found == count)
         refuse_numbers(element, attribute, text, count);
       values[found++] = value;
       at = after;

@@ -7,6 +7,8 @@
 #include <fmt/ranges.h>
 
 #include "kinetostat/files/error.h"
+#include "kinetostat/files/printable.h"
+#include "kinetostat/files/yaml.h"
 #include "kinetostat/spatial/rotation.h"
 #include "kinetostat/vjm/urdf.h"
 
@@ -24,23 +26,6 @@ double rounded(double value, double negligible = 1e-15) {
 
 std::string vector_text(const Vector3& v) {
   return fmt::format("[{:.15g}, {:.15g}, {:.15g}]", rounded(v.x()), rounded(v.y()), rounded(v.z()));
-}
-
-// Names and paths inside comments.
-std::string one_line(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
-  return text;
-}
-
-// A double-quoted YAML scalar: names of URDF may hold anything.
-std::string yaml_text(const std::string& name) {
-  std::string text = "\"";
-  for (const char c : one_line(name)) {
-    if (c == '"' || c == '\\') text += '\\';
-    text += c;
-  }
-  return text + "\"";
 }
 
 std::string pose_text(const Pose& pose) {
@@ -146,7 +131,7 @@ class Importer {
       if (lower > 0 || upper < 0) home = 0.5 * (lower + upper);
       comment = fmt::format("   # limits {} to {}", lower, upper);
     }
-    const std::string name = yaml_text(joint.name);
+    const std::string name = files::yaml_scalar(joint.name);
     elements_ += fmt::format("    - actuator: {{name: {}, axis: {}{}}}{}\n", name, axis,
                              home == 0 ? "" : fmt::format(", home: {:.6g}", home), comment);
     elements_ += fmt::format("      # MISSING: 'stiffness: ... {}' of drive and transmission\n",
@@ -172,9 +157,9 @@ class Importer {
           turns(joint) ? Pose::rotation(spatial::exp_rotation(along)) : Pose::translation(along);
       elements_ += fmt::format("    - offset: {}\n", pose_text(shift));
     }
-    elements_ +=
-        fmt::format("    - coupled: {{to: {}, axis: {}, factor: {}}}   # {}\n",
-                    yaml_text(joint.mimics), axis, joint.mimic_factor, one_line(joint.name));
+    elements_ += fmt::format("    - coupled: {{to: {}, axis: {}, factor: {}}}   # {}\n",
+                             files::yaml_scalar(joint.mimics), axis, joint.mimic_factor,
+                             files::printable(joint.name));
   }
 
   // Ends the body before the next joint, whose frame is `turned` in that of the URDF joint.
@@ -184,10 +169,11 @@ class Importer {
       base_ = end;
       return;
     }
-    const std::string name = yaml_text(body_.name);
+    const std::string name = files::yaml_scalar(body_.name);
     for (const std::string& mesh : body_.meshes)
-      links_ += one_line(fmt::format("  # mesh of {}: {}", body_.name, mesh)) + "\n";
-    for (const std::string& comment : body_.comments) links_ += one_line("  # " + comment) + "\n";
+      links_ += files::printable(fmt::format("  # mesh of {}: {}", body_.name, mesh)) + "\n";
+    for (const std::string& comment : body_.comments)
+      links_ += files::printable("  # " + comment) + "\n";
     links_ += fmt::format("  {}:   # MISSING: its compliance, rigid until then\n", name);
     links_ += fmt::format("    rigid: {}\n", pose_text(end));
     if (body_.mass > 0)
@@ -209,8 +195,8 @@ class Importer {
         "name: {}\n"
         "units: {{length: m, force: N, angle: rad}}\n"
         "gravity: {{direction: [0, 0, -1]}}   # URDF's convention: z of the root is up\n\n",
-        one_line(model_.file.filename().string()), one_line(chain_.base), one_line(chain_.tip),
-        yaml_text(model_.name));
+        files::printable(model_.file.filename().string()), files::printable(chain_.base),
+        files::printable(chain_.tip), files::yaml_scalar(model_.name));
     out +=
         fmt::format("links:\n{}\nchain_types:\n  arm:\n{}\nmanipulator: {{chain: arm, base: {}}}\n",
                     links_, elements_, pose_text(base_));

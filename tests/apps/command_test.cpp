@@ -1,7 +1,11 @@
 #include "kinetostat/apps/command.h"
 
+#include <cerrno>
 #include <csignal>
 #include <fstream>
+#include <new>
+#include <system_error>
+#include <unistd.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -228,6 +232,56 @@ TEST(Program, FullDiskBehindStandardOutputIsAnError) {
   EXPECT_EQ(program.run(2, arguments), 3);
   EXPECT_THAT(standard_error.text(), HasSubstr("standard output"));
   std::fclose(full);
+}
+
+TEST(Program, RunningOutOfMemoryHasAnExitCodeOfItsOwn) {
+  for (const Outcome& outcome :
+       {run_throwing([] { throw std::bad_alloc(); }), run_throwing([] {
+          throw std::system_error(EAGAIN, std::generic_category());  // no room for a thread's stack
+        })}) {
+    EXPECT_EQ(outcome.code, out_of_memory);
+    EXPECT_THAT(outcome.err, HasSubstr("not enough memory"));
+  }
+  EXPECT_EQ(run_throwing([] { throw std::system_error(EBADF, std::generic_category()); }).code,
+            failure);
+}
+
+TEST(Program, WhatOthersWroteCommandsNoTerminal) {
+  const Outcome outcome = run({"weigh", "thing\x1b[2J"}, [](apps::Run& run) {
+    run.print("\x1b]0;title\x07 7 kg\n");
+    run.warn("\x9b and \xc2\x9b");
+    return files::Json{};
+  });
+  EXPECT_THAT(outcome.out, HasSubstr("?]0;title? 7 kg\n"));
+  EXPECT_THAT(outcome.out, HasSubstr("thing?[2J"));
+  EXPECT_THAT(outcome.err, HasSubstr("? and ?\n"));
+}
+
+TEST(Program, FullDiskBehindStandardErrorChangesNoExitCode) {
+  std::FILE* full = std::fopen("/dev/full", "w");
+  ASSERT_NE(full, nullptr);
+  Memory standard_output;
+  const char* unknown[] = {"kinetostat", "--unknown"};
+  EXPECT_EQ(Program({standard_output.stream(), full}).run(2, unknown), bad_usage);
+  Program program({standard_output.stream(), full});
+  program.add({"weigh", "Weigh a thing", "kinetostat weigh"}, [](apps::Run& run) -> files::Json {
+    run.warn("heavy");
+    run.progress().report("weighing", 0.5);
+    throw files::InputError("thing", "is odd");
+  });
+  const char* arguments[] = {"kinetostat", "weigh"};
+  EXPECT_EQ(program.run(2, arguments), bad_input);
+  std::fclose(full);
+}
+
+// As in a loop of a library that asks nobody. Ten seconds later it has ended all the same.
+TEST(ProgramDeathTest, TerminationEndsWhatDoesNotListen) {
+  const auto deaf = [] {
+    catch_signals();
+    std::raise(SIGTERM);
+    while (true) pause();
+  };
+  EXPECT_EXIT(deaf(), testing::ExitedWithCode(128 + SIGTERM), "");
 }
 
 // The signal stays received for the rest of the process, so this runs in a child.

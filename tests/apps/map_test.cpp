@@ -88,7 +88,7 @@ TEST_P(MapMistakes, AreNamed) {
   files::write_atomically(working_folder() / "no_pose.csv", "fx\n1\n");
   files::write_atomically(working_folder() / "loaded.csv", "x,fx\n1,2\n");
   files::write_atomically(working_folder() / "weights.csv", "x [kg]\n1\n");
-  files::write_atomically(working_folder() / "old.part", "kinetostat map checkpoint 1\nabc\n");
+  files::write_atomically(working_folder() / "old.part", "kinetostat map checkpoint 2\nabc\n");
   const Outcome outcome = kinetostat(orthoglide + GetParam().arguments);
   EXPECT_EQ(outcome.code, GetParam().code) << outcome.err;
   EXPECT_THAT(outcome.err, HasSubstr(GetParam().message));

@@ -4,7 +4,7 @@
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { once } from "node:events";
-import { existsSync, readFileSync } from "node:fs";
+import { existsSync, readFileSync, symlinkSync, unlinkSync, writeFileSync } from "node:fs";
 import http from "node:http";
 import net from "node:net";
 import { accessibilityFaults } from "./accessibility.mjs";
@@ -156,6 +156,45 @@ async function refusals(address) {
     assert.ok([400, 422].includes(await status(`${token}fit`, { ...json, body })), body);
 }
 
+/** However many parts of the page are asked for, the page is sent once. */
+async function ranges(address) {
+  const whole = await request(address, address.pathname);
+  for (const parts of [1, 3, 1000, 2600]) {
+    const headers = { Range: `bytes=${Array(parts).fill("0-").join(",")}` };
+    const answer = await request(address, address.pathname, { headers });
+    // A header that the library cannot take apart is refused.
+    assert.ok([200, 400, 416].includes(answer.status), `${parts} parts: ${answer.status}`);
+    assert.ok(answer.text.length <= whole.text.length, `${parts} parts: ${answer.text.length}`);
+  }
+  assert.equal((await request(address, address.pathname)).status, 200, "it no longer answers");
+}
+
+/** Whoever may write to the folder may put links there: nothing is written through them. */
+async function links(address) {
+  const post = async (what, body) =>
+    (
+      await request(address, `${address.pathname}${what}`, {
+        method: "POST",
+        body: JSON.stringify(body),
+        headers: { "Content-Type": "application/json" },
+      })
+    ).status;
+  const victim = `${shop.folder}/victim`;
+  const kept = () => assert.equal(readFileSync(victim, "utf8"), "kept");
+  writeFileSync(victim, "kept");
+  assert.equal(await post("fit", { effects: ["clearance at arm.drive"] }), 200);
+  symlinkSync("victim", `${shop.folder}/linked.yaml`);
+  assert.equal(await post("save", { file: "linked.yaml" }), 422);
+  symlinkSync("victim", `${shop.folder}/fresh.yaml.trial.yaml`);
+  assert.equal(await post("save", { file: "fresh.yaml" }), 200);
+  kept();
+  unlinkSync(`${shop.folder}/fresh.yaml`);
+  symlinkSync("victim", `${shop.folder}/fresh.yaml`);
+  assert.equal(await post("save", { file: "fresh.yaml" }), 200);
+  kept();
+  assert.ok(readFileSync(`${shop.folder}/fresh.yaml`, "utf8").includes("clearance"));
+}
+
 /** A thousand requests of noise, of halves of requests, and of requests with something wrong in them. */
 async function malformed(address) {
   let state = 1;
@@ -291,6 +330,8 @@ const { studio, address } = await start("campaign");
 try {
   await refusals(address);
   await malformed(address);
+  await ranges(address);
+  await links(address);
   await slowClients(address);
   await inBrowser(address);
   await loadCellsHaveNoise();

@@ -1,6 +1,8 @@
 // Searches that are interrupted and go on: the shipped load cell, which lacks an effect.
 #include "kinetostat/calibration/fit_journal.h"
 
+#include <cstdint>
+#include <cstring>
 #include <map>
 
 #include <gtest/gtest.h>
@@ -125,6 +127,21 @@ TEST_F(FitJournalTest, RecordsThatAreNoneAreComputedAnew) {
   }
   EXPECT_EQ(diagnosed(&memory), right);
   EXPECT_EQ(memory.computed, 2 * computed);
+}
+
+// Sizes of lists and matrices among them, also of those that can have one size only.
+TEST(FitRecord, NumbersOfAnySizeAreNoRecord) {
+  BaseFit fit;
+  fit.predicted.resize(2, spatial::Vector6::Ones());
+  fit.weak = {"a"};
+  const std::string sound = record_of(fit);
+  for (std::size_t at = 0; at + sizeof(std::int64_t) <= sound.size(); ++at)
+    for (const std::int64_t number :
+         {std::int64_t{7}, std::int64_t{1} << 31, std::int64_t{1} << 61, std::int64_t{-1}}) {
+      std::string other = sound;
+      std::memcpy(other.data() + at, &number, sizeof number);
+      EXPECT_NO_THROW((void)recorded_fit(other, {})) << at << " " << number;
+    }
 }
 
 TEST_F(FitJournalTest, RecordsHoldEveryBit) {

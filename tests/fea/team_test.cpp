@@ -8,6 +8,16 @@
 namespace kinetostat::fea {
 namespace {
 
+TEST(Team, PassesOnAnExceptionAndGoesOn) {
+  Team team(3);
+  for (int call = 0; call < 20; ++call) {
+    EXPECT_THROW(team.for_each(100, [](int) { throw std::bad_alloc(); }), std::bad_alloc);
+    std::atomic<int> done = 0;
+    team.for_each(100, [&done](int) { ++done; });
+    EXPECT_EQ(done, 100);
+  }
+}
+
 TEST(Team, DoesEveryItemOnceInEveryCall) {
   for (const int threads : {1, 2, 5}) {
     Team team(threads);

@@ -250,6 +250,39 @@ TEST(Step, IsReadInMillimetresWhateverIsSaid) {
   }
 }
 
+// gmsh obeys FILE.opt beside a model, and two files in the home folder; each may start programs.
+TEST(Step, RunsNoCommands) {
+  if (find_gmsh().empty()) GTEST_SKIP() << "gmsh is not installed";
+  const TemporaryFolder folder;
+  const auto script =
+      folder.file("box.geo", "SetFactory(\"OpenCASCADE\");\nBox(1) = {0, 0, 0, 30, 20, 10};\n");
+  const auto file = folder.path() / "box.step", mark = folder.path() / "ran";
+  ASSERT_EQ(
+      std::system(fmt::format("gmsh {} -0 -format step -o {} -v 0", script.string(), file.string())
+                      .c_str()),
+      0);
+  const std::string command = fmt::format("SystemCall \"touch {}\";\n", mark.string());
+  for (const char* name : {"box.step.opt", ".gmshrc", ".gmsh-options"}) folder.file(name, command);
+  const std::string home = std::getenv("HOME") == nullptr ? "" : std::getenv("HOME");
+  setenv("HOME", folder.path().c_str(), 1);
+  const ImportedSurface box = read_surface(file, "mm");
+  files::Progress silent;
+  (void)gmsh_tetrahedra(box_surface({0, 0, 0}, {1, 1, 1}), std::vector<int>(12, 0), 0.5, {},
+                        silent);
+  setenv("HOME", home.c_str(), 1);
+  EXPECT_FALSE(std::filesystem::exists(mark));
+  EXPECT_NEAR(check_surface(box.mesh, box.weld.tolerance).volume, 6e-6, 1e-14);
+}
+
+TEST(Step, ScriptsOfGmshAreNotRead) {
+  const TemporaryFolder folder;
+  const auto mark = folder.path() / "ran";
+  const std::string script = fmt::format("SystemCall \"touch {}\";\n", mark.string());
+  for (const char* name : {"link.geo", "link.step", "link.stp", "link.msh"})
+    EXPECT_THROW(read_surface(folder.file(name, script), "mm"), files::InputError) << name;
+  EXPECT_FALSE(std::filesystem::exists(mark));
+}
+
 TEST(GmshTetrahedra, FillABoxWithACavityAndKeepTheTags) {
   if (find_gmsh().empty()) GTEST_SKIP() << "gmsh is not installed";
   SurfaceMesh surface = box_surface({0, 0, 0}, {3, 2, 1});

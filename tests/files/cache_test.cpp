@@ -56,6 +56,18 @@ TEST_F(CacheTest, DamagedEntriesAreIgnoredAndRemoved) {
   }
 }
 
+TEST_F(CacheTest, EntriesOfAnotherKeyAreNoticed) {
+  cache_.keep("one", "first");
+  const std::filesystem::path one = entries().front();
+  cache_.keep("two", "second");
+  const std::filesystem::path two = entries()[0] == one ? entries()[1] : entries()[0];
+  std::filesystem::rename(one, folder_.path() / "aside");
+  std::filesystem::rename(two, one);
+  std::filesystem::rename(folder_.path() / "aside", two);
+  EXPECT_FALSE(cache_.find("one"));
+  EXPECT_FALSE(cache_.find("two"));
+}
+
 TEST_F(CacheTest, KeepsWhatWasUsedLastWithinItsLimit) {
   const Cache small(folder_.path(), 5000);
   const std::string content(1000, 'x');

@@ -79,6 +79,33 @@ TEST(Csv, WhatIsWrittenReadsBack) {
   EXPECT_EQ(CsvTable("x,y\n" + csv_cell(text) + ",1\n", "t.csv").cell(0, 0), text);
 }
 
+TEST(Csv, SpreadsheetsFindNoFormulas) {
+  for (const std::string text : {"=cmd|' /C calc'!A0", "+1+2", "-x", "@SUM(A1)", "'=1+1", "''-a"}) {
+    const std::string cell = csv_cell(text);
+    EXPECT_TRUE(cell.starts_with("'") || cell.starts_with("\"'")) << cell;
+    EXPECT_EQ(CsvTable("x,y\n" + cell + ",1\n", "t.csv").cell(0, 0), text);
+  }
+  for (const std::string text : {"-5", "+1e3", "-", "x=1", "'a", "-0.25"})
+    EXPECT_EQ(csv_cell(text), text);
+}
+
+TEST(Csv, CellsAndCommentsStayOnTheirLine) {
+  EXPECT_EQ(csv_cell("a\n=cmd\r\x1b[2J"), "\"a\n=cmd??[2J\"");
+  EXPECT_EQ(csv_comment("a\nb, =cmd;@x, -5 N, +1+2"), "# a?b, '=cmd;'@x, -5 N, '+1+2\n");
+}
+
+TEST(Csv, OtherKindsOfFilesAreNamed) {
+  EXPECT_THAT(message("PK\x03\x04 and so on"), HasSubstr("a zip archive (as Excel"));
+  EXPECT_THAT(message(std::string("a,b\0c\n1,2\n", 10)), HasSubstr("binary data"));
+  EXPECT_THAT(message("\"a\nb\",c\n1,2\n"), HasSubstr("control character"));
+}
+
+TEST(Csv, OneLineOfAMillionColumnsIsRefusedAtOnce) {
+  std::string header;
+  for (int i = 0; i < 1'000'000; ++i) header += "c" + std::to_string(i) + ",";
+  EXPECT_THAT(message(header + "x\n"), HasSubstr("1000001 columns"));
+}
+
 struct Broken {
   const char* content;
   const char* message;

@@ -38,6 +38,14 @@ std::string complaint(const std::string& content) {
   return {};
 }
 
+TEST(Json, ControlCharactersAreEscaped) {
+  const Json json{{"a\x1b\x7f\xc2\x9b", "\xc2\xb5m \xc2\x80"}};
+  const std::string text = to_text(json);
+  EXPECT_EQ(Json::parse(text), json);
+  for (const char* control : {"\x1b", "\x7f", "\xc2\x9b", "\xc2\x80"})
+    EXPECT_EQ(text.find(control), std::string::npos);
+}
+
 TEST(Json, ComplianceReadsBackToTheLastBit) {
   test::Random random(2);
   const test::TemporaryFolder folder;

@@ -1,15 +1,18 @@
 #include "kinetostat/files/text_file.h"
 
+#include <chrono>
 #include <csignal>
 #include <fstream>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <thread>
 #include <unistd.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "kinetostat/files/error.h"
+#include "kinetostat/files/progress.h"
 
 #include "support/temporary_folder.h"
 
@@ -115,6 +118,104 @@ TEST_F(TextFile, OutputsThatCannotBeWrittenAreRefusedBeforehand) {
     EXPECT_THROW(Outputs({folder_ / "sub" / "result"}), InputError);
     std::filesystem::permissions(folder_ / "sub", std::filesystem::perms::owner_all);
   }
+}
+
+mode_t mode_of(const std::filesystem::path& file) {
+  struct stat status {};
+  EXPECT_EQ(::stat(file.c_str(), &status), 0);
+  return status.st_mode & 0777;
+}
+
+TEST_F(TextFile, WhatIsReplacedPassesOnItsPermissions) {
+  const std::filesystem::path file = folder_ / "a";
+  write_atomically(file, "new");
+  const mode_t usual = mode_of(file);
+  for (const mode_t mode : {0600, 0640, 0755, 0400}) {
+    ASSERT_EQ(::chmod(file.c_str(), mode), 0);
+    write_atomically(file, "newer");
+    EXPECT_EQ(mode_of(file), mode);
+  }
+  write_atomically(folder_ / "b", "other");
+  EXPECT_EQ(mode_of(folder_ / "b"), usual);
+}
+
+// Whoever may write to the folder could otherwise have any file of the user overwritten.
+TEST_F(TextFile, TemporaryFilesFollowNoLinks) {
+  write_atomically(folder_ / "victim", "kept");
+  std::filesystem::create_directory(folder_ / "shared");
+  const std::string process = std::to_string(::getpid());
+  std::filesystem::create_symlink(folder_ / "victim",
+                                  folder_ / "shared" / (".a." + process + ".tmp"));
+  for (int i = 0; i < 1000; ++i)
+    std::filesystem::create_symlink(
+        folder_ / "victim",
+        folder_ / "shared" / (".kinetostat-" + process + "-" + std::to_string(i) + ".tmp"));
+  write_atomically(folder_ / "shared" / "a", "written");
+  EXPECT_EQ(read_text(folder_ / "victim"), "kept");
+  EXPECT_EQ(read_text(folder_ / "shared" / "a"), "written");
+  EXPECT_FALSE(std::filesystem::is_symlink(folder_ / "shared" / "a"));
+}
+
+TEST_F(TextFile, TheLongestNamesAreWrittenAndLongerOnesRefusedBeforehand) {
+  const std::string longest(255, 'x');
+  EXPECT_NO_THROW(Outputs({folder_ / longest}));
+  write_atomically(folder_ / longest, "a");
+  EXPECT_EQ(read_text(folder_ / longest), "a");
+  EXPECT_THROW(Outputs({folder_ / (longest + "x")}), InputError);
+  EXPECT_THROW(Outputs({folder_ / "new" / (longest + "x") / "a"}), InputError);
+}
+
+TEST_F(TextFile, NamesThatOthersChoseAreNotFollowed) {
+  write_atomically(folder_ / "victim", "kept");
+  std::filesystem::create_symlink("victim", folder_ / "link");
+  std::filesystem::create_symlink("nowhere", folder_ / "dangling");
+  for (const char* taken : {"victim", "link", "dangling"})
+    EXPECT_FALSE(write_in_place_of(Replace::nothing, folder_ / taken, "new")) << taken;
+  EXPECT_TRUE(write_in_place_of(Replace::nothing, folder_ / "fresh", "new"));
+  EXPECT_EQ(read_text(folder_ / "fresh"), "new");
+  EXPECT_TRUE(write_in_place_of(Replace::entry, folder_ / "link", "new"));
+  EXPECT_FALSE(std::filesystem::is_symlink(folder_ / "link"));
+  EXPECT_EQ(read_text(folder_ / "victim"), "kept");
+  EXPECT_EQ(number_of_files(), 4u);
+}
+
+TEST_F(TextFile, PipesAreReadToTheirEndAndDevicesToALimit) {
+  const std::filesystem::path pipe = folder_ / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  std::thread writer([&pipe] {
+    std::ofstream stream(pipe);
+    for (int i = 0; i < 1000; ++i) stream << std::string(1000, 'x');
+  });
+  EXPECT_EQ(read_text(pipe), std::string(1000000, 'x'));
+  writer.join();
+  EXPECT_EQ(read_text("/dev/null"), "");
+  EXPECT_THROW(read_text("/dev/zero"), InputError);
+  EXPECT_EQ(read_start("/dev/zero", 10), std::string(10, '\0'));
+}
+
+TEST_F(TextFile, FilesWithoutEndAreRefusedBeforeTheyAreRead) {
+  std::ofstream(folder_ / "sparse").put('x');
+  std::filesystem::resize_file(folder_ / "sparse", std::uintmax_t{1} << 42);
+  EXPECT_THROW(read_text(folder_ / "sparse"), InputError);
+  EXPECT_EQ(read_start(folder_ / "sparse", 2), std::string("x\0", 2));
+}
+
+// As the program sets its handlers, which restart whatever else waits.
+TEST_F(TextFile, ASignalEndsTheWaitForAPipe) {
+  const std::filesystem::path pipe = folder_ / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  struct sigaction action {};
+  action.sa_handler = [](int) {};
+  action.sa_flags = SA_RESTART;
+  sigaction(SIGUSR1, &action, nullptr);
+  const pthread_t reader = pthread_self();
+  std::jthread sender([reader](const std::stop_token& over) {
+    while (!over.stop_requested()) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      pthread_kill(reader, SIGUSR1);
+    }
+  });
+  EXPECT_THROW(read_text(pipe), Cancelled);
 }
 
 // FIPS 180-2, appendix B.

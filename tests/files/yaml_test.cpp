@@ -160,6 +160,74 @@ TEST(Yaml, ASecondDocumentIsNotPassedOver) {
   EXPECT_EQ(complaint("---\na: 1\n---\n", nothing), "");
 }
 
+// The parser itself makes empty documents of these without end.
+TEST(Yaml, TextThatBelongsToNoValueEnds) {
+  const auto nothing = [](const YamlNode&) {};
+  EXPECT_THAT(complaint(",id,fx\n0,a,1\n", nothing), HasSubstr("looks like a table (CSV)"));
+  for (const char* text : {",", "]", "}", ",,", "a: 1\n, b: 2\n", "]]]: {", "a: 1\n...\n,"})
+    EXPECT_NE(complaint(text, nothing), "") << text;
+}
+
+TEST(Yaml, WhatAFileHoldsIsBounded) {
+  const auto nothing = [](const YamlNode&) {};
+  const auto repeated = [](const char* text, int count) {
+    std::string all;
+    for (int i = 0; i < count; ++i) all += text;
+    return all;
+  };
+  EXPECT_THAT(complaint("a: [" + repeated(",1", 1'100'000) + "]\n", nothing),
+              HasSubstr("more than 1000000 values"));
+  EXPECT_THAT(complaint("a: " + repeated("[", 200) + repeated("]", 200) + "\n", nothing),
+              HasSubstr("nested too deeply"));
+  EXPECT_THAT(complaint("a: " + repeated("- ", 100'000) + "\n", nothing), HasSubstr("robot.yaml"));
+  EXPECT_THAT(complaint("a: 1\n#" + std::string(std::size_t{17} << 20, ' '), nothing),
+              HasSubstr("larger than 16 MiB"));
+}
+
+TEST(Yaml, OtherKindsOfFilesAreNamed) {
+  const auto of = [](const std::string& bytes) { return complaint(bytes, [](const YamlNode&) {}); };
+  std::string stl(84 + 50, '\0');
+  stl[80] = 1;
+  EXPECT_THAT(of(stl), HasSubstr("a mesh (binary STL), not a YAML file"));
+  EXPECT_THAT(of("solid foot\n facet normal 0 0 1\n"), HasSubstr("a mesh (ASCII STL)"));
+  EXPECT_THAT(of("\x89PNG\r\n\x1a\n...."), HasSubstr("a PNG picture"));
+  EXPECT_THAT(of("PK\x03\x04...."), HasSubstr("a zip archive"));
+  EXPECT_THAT(of("\x7f"
+                 "ELF...."),
+              HasSubstr("a program (ELF)"));
+  EXPECT_THAT(of("\x1f\x8b...."), HasSubstr("gzip-compressed data"));
+  EXPECT_THAT(of("ISO-10303-21;\nHEADER;"), HasSubstr("a CAD model (STEP)"));
+  EXPECT_THAT(of("<?xml version=\"1.0\"?>\n<robot/>"), HasSubstr("XML"));
+  EXPECT_THAT(of("id,fx,fy\n1,2,3\n"), HasSubstr("looks like a table (CSV)"));
+  EXPECT_THAT(of("x;y\n1;2\n"), HasSubstr("looks like a table (CSV)"));
+  EXPECT_EQ(of("{\"kinetostat\": 1}"), "");  // JSON is YAML
+}
+
+// Names go into decks, scripts, tables and terminals.
+TEST(Yaml, NamesAreTextsOnOneLine) {
+  const auto name = [](const YamlNode& top) { (void)top.at("name").text(); };
+  for (const char* text : {"\"a\\n*INCLUDE, INPUT=x\"", "\"a\\e[2J\"", "|\n  a\n  b", "\"a\\x7f\"",
+                           "\"a\\u2028b\"", "\"a\\x9bb\""})
+    EXPECT_THAT(complaint(std::string("name: ") + text + "\n", name),
+                HasSubstr("control character"))
+        << text;
+  EXPECT_EQ(complaint("name: \"\\u00b5m 'x' = -5\"\n", name), "");
+  EXPECT_THAT(complaint("\"a\\nb\": 1\n", [](const YamlNode& top) { (void)top.members(); }),
+              HasSubstr("control character"));
+  EXPECT_EQ(parse_yaml("law: |\n  a +\n  b\n", "x.yaml").at("law").prose(), "a +\nb\n");
+}
+
+TEST(Yaml, ScalarsReadBack) {
+  for (const std::string text : {"x.rho", "a: b", "a #b", "{", "\"", "a\\", "true", "'", "-5", "",
+                                 " x ", "it's", "a, b: c}", "caf\xc3\xa9"}) {
+    const YamlNode top = parse_yaml("a: [" + yaml_scalar(text) + ", 1]\n", "x.yaml");
+    if (text.empty()) continue;
+    EXPECT_EQ(top.at("a").items(2)[0].text(), text);
+  }
+  EXPECT_EQ(yaml_scalar("x.rho"), "x.rho");
+  EXPECT_EQ(yaml_scalar("a\nb"), "\"a?b\"");
+}
+
 TEST(Yaml, FilesThatCannotBeLookedAtAreNamed) {
   const std::string name(5000, 'x');
   EXPECT_THAT(complaint("file: " + name + "\n",

@@ -1,8 +1,11 @@
 #include "kinetostat/report/page.h"
 
+#include <zlib.h>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "kinetostat/files/base64.h"
 #include "kinetostat/files/error.h"
 #include "kinetostat/files/text_file.h"
 
@@ -85,6 +88,35 @@ TEST_F(Page, RefusesWhatIsNoResult) {
   for (const std::string& text : {std::string("no JSON"), std::string("[1, 2]"), std::string(),
                                   spoiled, cut, whole.substr(0, data + 16)})
     EXPECT_THROW(read_page_results(written(text)), files::InputError) << text.substr(0, 40);
+}
+
+// A page of a hundred kilobytes that stands for gigabytes.
+std::string bomb(const std::string& results) {
+  uLongf size = compressBound(results.size());
+  std::string bytes(size, '\0');
+  EXPECT_EQ(compress(reinterpret_cast<Bytef*>(bytes.data()), &size,
+                     reinterpret_cast<const Bytef*>(results.data()), results.size()),
+            Z_OK);
+  bytes.resize(size);
+  return "<script type=\"application/octet-stream\" id=\"results\">" + files::base64(bytes) +
+         "</script>";
+}
+
+TEST_F(Page, TakesLittleMemoryWhateverItHolds) {
+  const auto expect_too_large = [this](const std::string& results) {
+    const std::string html = bomb(results);
+    EXPECT_LT(html.size(), 300'000u);
+    try {
+      (void)read_page_results(written(html));
+      FAIL() << "accepted";
+    } catch (const files::InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("more than is read back"));
+    }
+  };
+  expect_too_large("[" + std::string(std::size_t{140} << 20, ' ') + "]");
+  std::string lists;
+  while (lists.size() < (std::size_t{100} << 20)) lists += "[],[],[],[],[],[],[],[],[],[],";
+  expect_too_large("[" + lists + "[]]");
 }
 
 TEST(TitleOfResult, SaysCommandAndSubject) {

@@ -17,6 +17,8 @@ TEST(Spelling, FindsSlips) {
 TEST(Spelling, DoesNotReadEndlessWords) {
   const std::vector<std::string> keys(1000, "a key like those of a file");
   EXPECT_EQ(nearest_spelling(std::string(2'000'000, 'a'), keys), "");
+  const std::string text(500'000, 'a');
+  EXPECT_EQ(nearest_spelling(text + "b", {text, text + "c"}), "");
 }
 
 TEST(Spelling, DoesNotGuessWildly) {

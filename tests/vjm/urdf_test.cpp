@@ -194,6 +194,7 @@ TEST_F(Urdf, BrokenFilesAreNamedWithTheirLine) {
   expect_refused(two_links("revolute", "<origin xyz='1 2'/>"), "\"1 2\" is not 3 finite numbers");
   expect_refused(two_links("revolute", "<origin xyz='1 2 3 4'/>"), "is not 3 finite");
   expect_refused(two_links("revolute", "<origin xyz='1 2 nan'/>"), "is not 3 finite");
+  expect_refused(two_links("revolute", "<axis xyz='-1e308 1 0'/>"), "is not 3 finite");
   expect_refused(two_links("revolute", "<axis xyz='0 0 0'/>"), "the axis has no length");
   expect_refused(two_links("revolute", "<limit lower='2' upper='1'/>"), "lower is above upper");
   expect_refused(two_links("revolute", "<mimic joint='k'/>"), "it mimics 'k'");

@@ -271,13 +271,38 @@ TEST_F(MapCheckpoints, OfAnotherMapIsRefused) {
 
 TEST_F(MapCheckpoints, DamagedIsRefusedWithItsLine) {
   interrupt();
-  std::string text = files::read_text(file);
-  std::ofstream(file) << text.substr(0, text.size() - 4);
+  const std::string text = files::read_text(file);
+  const auto expect_noticed = [&](const std::string& damaged) {
+    std::ofstream(file) << damaged;
+    expect_refused(checkpoint(), "was damaged");
+  };
+  expect_noticed(text.substr(0, text.size() - 4));
+  expect_noticed(text + "0 1 x\n");
+  expect_noticed(text + text.substr(text.rfind('\n', text.size() - 2) + 1));
+  std::ofstream(file) << text.substr(0, 40);
   expect_refused(checkpoint(), "ends in the middle of a line");
-  std::ofstream(file) << text + "0 1 x\n";
-  expect_refused(checkpoint(), "not a number");
-  std::ofstream(file) << text + "9 1 1\n";
-  expect_refused(checkpoint(), "no such state");
+}
+
+// A checkpoint of sound numbers that are not those of this map would end as a wrong map.
+TEST_F(MapCheckpoints, EveryDigitCounts) {
+  interrupt();
+  const std::string text = files::read_text(file);
+  const std::size_t points = text.size() - text.size() / 2;
+  int flipped = 0;
+  for (std::size_t i = points; i < text.size() && flipped < 20; ++i) {
+    if (text[i] < '1' || text[i] > '8') continue;
+    std::string other = text;
+    ++other[i];
+    std::ofstream(file) << other;
+    expect_refused(checkpoint(), "was damaged");
+    ++flipped;
+  }
+  EXPECT_EQ(flipped, 20);
+}
+
+TEST_F(MapCheckpoints, OfAnOlderVersionIsRefused) {
+  std::ofstream(file) << "kinetostat map checkpoint 1\nabc 216 poses\n0 1 1\n";
+  expect_refused(checkpoint(), "older version");
 }
 
 TEST(WorkspaceMap, RangeLeavesOutWhatIsNotFinite) {
