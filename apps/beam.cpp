@@ -70,7 +70,8 @@ Reference from_file(Run& run, const fea::LinkSpec& spec, const fea::LinkGeometry
   fea::TetrahedralizeOptions meshing;
   meshing.edge_length = fea::default_size(geometry.report);
   meshing.cache = &cache;
-  Reference reference{.mesh = fea::fill(coarse, geometry, meshing, run.progress()),
+  fea::SolidMesher mesher(geometry.imported.mesh, geometry.tags);
+  Reference reference{.mesh = fea::fill(coarse, geometry, mesher, meshing, run.progress()),
                       .interfaces = {},
                       .compliance = compliance,
                       .source = file,

@@ -5,11 +5,14 @@
 #include <CGAL/Polygon_mesh_processing/border.h>
 #include <CGAL/Polygon_mesh_processing/connected_components.h>
 #include <CGAL/Polygon_mesh_processing/corefinement.h>
+#include <CGAL/Polygon_mesh_processing/detect_features.h>
 #include <CGAL/Polygon_mesh_processing/measure.h>
 #include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
 #include <CGAL/Polygon_mesh_processing/orientation.h>
 #include <CGAL/Polygon_mesh_processing/polygon_mesh_to_polygon_soup.h>
 #include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
+#include <CGAL/Polygon_mesh_processing/remesh.h>
+#include <CGAL/Polygon_mesh_processing/repair_degeneracies.h>
 #include <CGAL/Polygon_mesh_processing/repair_polygon_soup.h>
 #include <CGAL/Polygon_mesh_processing/repair_self_intersections.h>
 #include <CGAL/Polygon_mesh_processing/stitch_borders.h>
@@ -202,6 +205,86 @@ Answer wrap(const Request& request) {
   return answer_of(mesh);
 }
 
+// -- Remeshing ------------------------------------------------------------------------------------
+
+using Markers = Mesh::Property_map<Mesh::Face_index, int>;
+using EdgeFlags = Mesh::Property_map<Mesh::Edge_index, bool>;
+using VertexFlags = Mesh::Property_map<Mesh::Vertex_index, bool>;
+
+// The facets in their order, each with its marker.
+Mesh marked_mesh(const Request& request, Markers& markers) {
+  Soup soup = soup_of(request);
+  if (!pmp::is_polygon_soup_a_polygon_mesh(soup.facets) &&
+      !pmp::orient_polygon_soup(soup.points, soup.facets))
+    throw Impossible("the surface is not manifold");
+  Mesh mesh;
+  pmp::polygon_soup_to_polygon_mesh(soup.points, soup.facets, mesh);
+  markers = mesh.add_property_map<Mesh::Face_index, int>("f:marker", 0).first;
+  std::size_t i = 0;
+  for (const Mesh::Face_index f : mesh.faces()) markers[f] = request.markers[i++];
+  return mesh;
+}
+
+EdgeFlags marker_borders(Mesh& mesh, const Markers& markers) {
+  EdgeFlags kept = mesh.add_property_map<Mesh::Edge_index, bool>("e:kept", false).first;
+  for (const Mesh::Edge_index e : mesh.edges()) {
+    const Halfedge h = mesh.halfedge(e);
+    if (markers[mesh.face(h)] != markers[mesh.face(mesh.opposite(h))]) kept[e] = true;
+  }
+  return kept;
+}
+
+// Where kept edges end, branch or turn a corner.
+VertexFlags kept_corners(Mesh& mesh, const EdgeFlags& kept, double sharp_angle) {
+  VertexFlags corners = mesh.add_property_map<Mesh::Vertex_index, bool>("v:kept", false).first;
+  const double straight = -std::cos(sharp_angle * CGAL_PI / 180);
+  for (const Mesh::Vertex_index v : mesh.vertices()) {
+    std::vector<Kernel::Vector_3> arms;
+    for (const Halfedge h : CGAL::halfedges_around_target(v, mesh))
+      if (kept[mesh.edge(h)]) arms.push_back(mesh.point(mesh.source(h)) - mesh.point(v));
+    if (arms.empty()) continue;
+    const double lengths =
+        arms.size() == 2 ? std::sqrt(arms[0].squared_length() * arms[1].squared_length()) : 0;
+    corners[v] = arms.size() != 2 || arms[0] * arms[1] > straight * lengths;
+  }
+  return corners;
+}
+
+Answer remesh(const Request& request) {
+  if (request.numbers.size() != 2 || !(request.numbers[0] > 0) || !(request.numbers[1] > 0) ||
+      3 * request.markers.size() != request.triangles.size())
+    throw std::invalid_argument("remesh: length of edges, angle and a marker for each triangle");
+  Markers markers;
+  Mesh mesh = marked_mesh(request, markers);
+  const double length = request.numbers[0], sharp_angle = request.numbers[1];
+  const EdgeFlags kept = marker_borders(mesh, markers);
+  // Normals of needles and caps mean nothing.
+  pmp::experimental::remove_almost_degenerate_faces(
+      mesh, std::cos(178.5 * CGAL_PI / 180), 30, 0.2 * length,
+      CGAL::parameters::edge_is_constrained_map(kept));
+  pmp::detect_sharp_edges(mesh, sharp_angle, kept);
+  const VertexFlags corners = kept_corners(mesh, kept, sharp_angle);
+  pmp::isotropic_remeshing(mesh.faces(), length, mesh,
+                           CGAL::parameters::number_of_iterations(4)
+                               .face_patch_map(markers)
+                               .edge_is_constrained_map(kept)
+                               .vertex_is_constrained_map(corners));
+  mesh.collect_garbage();
+  Answer answer;
+  std::vector<std::int32_t> number(mesh.number_of_vertices());
+  for (const Mesh::Vertex_index v : mesh.vertices()) {
+    number[v] = static_cast<std::int32_t>(answer.points.size() / 3);
+    const Point& p = mesh.point(v);
+    answer.points.insert(answer.points.end(), {p.x(), p.y(), p.z()});
+  }
+  for (const Mesh::Face_index f : mesh.faces()) {
+    for (const Mesh::Vertex_index v : CGAL::vertices_around_face(mesh.halfedge(f), mesh))
+      answer.triangles.push_back(number[v]);
+    answer.markers.push_back(markers[f]);
+  }
+  return answer;
+}
+
 bool is_consistent(const Request& request) {
   const auto points = static_cast<std::int64_t>(request.points.size() / 3);
   return request.points.size() % 3 == 0 && request.triangles.size() % 3 == 0 &&
@@ -222,6 +305,8 @@ int run() {
     answer = unite(request);
   else if (request.operation == "wrap")
     answer = wrap(request);
+  else if (request.operation == "remesh")
+    answer = remesh(request);
   else
     return exit_bad_request;
   return write_all(answer_descriptor, encode(answer)) ? exit_done : EXIT_FAILURE;

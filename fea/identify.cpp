@@ -29,6 +29,20 @@ class Stopwatch {
   std::vector<std::pair<std::string, double>> laps_;
 };
 
+void add_meshing_warnings(LinkResult& result) {
+  const MeshingRecord& meshing = result.meshing;
+  if (meshing.failures.empty()) return;
+  const MeshingFailure& first = meshing.failures.front();
+  result.warnings.push_back(fmt::format("{} failed: {}. Meshed by attempt {}: {}", first.way,
+                                        first.reason, meshing.failures.size() + 1, meshing.way));
+  if (meshing.deviation)
+    result.warnings.push_back(fmt::format(
+        "the surface that was meshed is an approximation: at most {:.2g} m from the given one "
+        "({:.2g} m allowed), its volume differs by {:+.2g} %",
+        meshing.deviation->distance, meshing.deviation->allowed,
+        100 * meshing.deviation->volume_change));
+}
+
 void add_warnings(const LinkSpec& spec, const SurfaceReport& report, LinkResult& result) {
   if (spec.order == 1)
     result.warnings.push_back(
@@ -52,9 +66,7 @@ void add_warnings(const LinkSpec& spec, const SurfaceReport& report, LinkResult&
         fmt::format("the link buckles at {:.3g} times the preload when nothing holds its loaded "
                     "interface",
                     result.geometric_stiffness->buckling_free));
-  if (!result.mesh.made_by.empty() && result.mesh.made_by != "TetGen")
-    result.warnings.push_back(
-        fmt::format("TetGen failed on the surface as it is; meshed by {}", result.mesh.made_by));
+  add_meshing_warnings(result);
   if (result.quality.least_dihedral < 2)
     result.warnings.push_back(fmt::format("the flattest element has an angle of {:.2g} degrees",
                                           result.quality.least_dihedral));
@@ -86,10 +98,11 @@ auto solved(const LinkSpec& spec, const TetMesh& mesh, Work work) {
 }
 
 // One mesh of the link, and its response.
-LinkModel model_on(const LinkSpec& spec, const LinkGeometry& geometry,
+LinkModel model_on(const LinkSpec& spec, const LinkGeometry& geometry, SolidMesher& mesher,
                    const TetrahedralizeOptions& meshing, const SolverOptions& solver,
                    files::Progress& progress) {
-  LinkModel model{.mesh = fill(spec, geometry, meshing, progress), .materials = {spec.material}};
+  LinkModel model{.mesh = fill(spec, geometry, mesher, meshing, progress),
+                  .materials = {spec.material}};
   model.interfaces = interfaces_on(spec, model.mesh);
   model.response = solved(spec, model.mesh, [&] {
     return respond(model.mesh, model.materials, model.interfaces, solver, progress);
@@ -97,19 +110,19 @@ LinkModel model_on(const LinkSpec& spec, const LinkGeometry& geometry,
   return model;
 }
 
-RefinedModel model_as_asked(const LinkSpec& spec, const LinkGeometry& geometry,
+RefinedModel model_as_asked(const LinkSpec& spec, const LinkGeometry& geometry, SolidMesher& mesher,
                             const IdentifyOptions& options, files::Progress& progress) {
   TetrahedralizeOptions meshing = options.meshing;
   if (spec.size || geometry.volume) {
     meshing.edge_length = spec.size.value_or(0);
-    LinkModel model = model_on(spec, geometry, meshing, options.solver, progress);
+    LinkModel model = model_on(spec, geometry, mesher, meshing, options.solver, progress);
     progress.report("error estimate", 0);
     Accuracy accuracy = accuracy_of(model, options.solver.threads);
     return {.model = std::move(model), .accuracy = std::move(accuracy)};
   }
   const Solve solve = [&](const SizeField& sizes) {
     meshing.sizes = sizes;
-    return model_on(spec, geometry, meshing, options.solver, progress);
+    return model_on(spec, geometry, mesher, meshing, options.solver, progress);
   };
   RefinementOptions refinement = options.refinement;
   refinement.accuracy = spec.accuracy;
@@ -140,7 +153,9 @@ LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
   watch.lap("surface");
 
   LinkResult result(spec.name, spec.material);
-  RefinedModel refined = model_as_asked(spec, geometry, options, progress);
+  SolidMesher mesher(geometry.imported.mesh, geometry.tags);
+  RefinedModel refined = model_as_asked(spec, geometry, mesher, options, progress);
+  result.meshing = mesher.record();
   result.element_size = spec.size.value_or(0);
   result.mesh = std::move(refined.model.mesh);
   result.interfaces = std::move(refined.model.interfaces);

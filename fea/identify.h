@@ -14,6 +14,7 @@
 #include "kinetostat/fea/link_geometry.h"
 #include "kinetostat/fea/link_response.h"
 #include "kinetostat/fea/refinement.h"
+#include "kinetostat/fea/solid_mesh.h"
 #include "kinetostat/fea/surface_check.h"
 #include "kinetostat/fea/tetrahedralize.h"
 #include "kinetostat/files/json.h"
@@ -41,6 +42,7 @@ struct LinkResult {
   TetMesh mesh;
   MassProperties geometry;
   MeshQuality quality;
+  MeshingRecord meshing;      // of the mesh file: empty
   double element_size = 0;    // [m] asked for; 0 when accuracy was
   double surface_volume = 0;  // [m^3] enclosed by the input facets
   WeldReport weld;

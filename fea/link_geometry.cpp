@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/fea/solid_mesh.h"
 #include "kinetostat/fea/surface_faces.h"
 
 namespace kinetostat::fea {
@@ -101,7 +100,7 @@ void require_one_piece(const LinkSpec& spec, const TetMesh& mesh) {
 
 }  // namespace
 
-TetMesh fill(const LinkSpec& spec, const LinkGeometry& geometry,
+TetMesh fill(const LinkSpec& spec, const LinkGeometry& geometry, SolidMesher& mesher,
              const TetrahedralizeOptions& options, files::Progress& progress) {
   if (geometry.volume) {
     require_one_piece(spec, *geometry.volume);
@@ -109,7 +108,7 @@ TetMesh fill(const LinkSpec& spec, const LinkGeometry& geometry,
   }
   const SurfaceMesh& surface = geometry.imported.mesh;
   try {
-    const TetMesh linear = fill_solid(surface, geometry.tags, options, progress);
+    const TetMesh linear = mesher.fill(options, progress);
     require_one_piece(spec, linear);
     return spec.order == 2 ? with_mid_nodes(linear) : linear;
   } catch (const MeshingError& error) {

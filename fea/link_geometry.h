@@ -7,6 +7,7 @@
 
 #include "kinetostat/fea/link_file.h"
 #include "kinetostat/fea/link_mesh.h"
+#include "kinetostat/fea/solid_mesh.h"
 #include "kinetostat/fea/surface_check.h"
 #include "kinetostat/fea/tetrahedralize.h"
 #include "kinetostat/files/progress.h"
@@ -25,9 +26,9 @@ LinkGeometry read_geometry(const LinkSpec& spec, files::Progress& progress);
 double default_size(const SurfaceReport& report);
 
 /// Tetrahedra of the order of the link file, their boundary tagged as the facets: those of the mesh
-/// file when it is a volume mesh. Throws
-/// SurfaceError.
-TetMesh fill(const LinkSpec& spec, const LinkGeometry& geometry,
+/// file when it is a volume mesh, else made by `mesher`, which is one of the surface of `geometry`.
+/// Throws SurfaceError.
+TetMesh fill(const LinkSpec& spec, const LinkGeometry& geometry, SolidMesher& mesher,
              const TetrahedralizeOptions& options, files::Progress& progress);
 
 /// The interfaces of the link file on its mesh, in the same order.

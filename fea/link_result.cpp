@@ -92,9 +92,27 @@ Json material_json(const Material& material) {
   return json;
 }
 
+// The ways of meshing that failed before the one that did not.
+Json failures_json(const MeshingRecord& meshing) {
+  Json list = Json::array();
+  for (const MeshingFailure& failure : meshing.failures)
+    list.push_back({{"way", failure.way}, {"reason", failure.reason}});
+  return list;
+}
+
+// Of the surface that was meshed from the given one; null where it is that one.
+Json deviation_json(const MeshingRecord& meshing) {
+  if (!meshing.deviation) return {};
+  return {{"allowed", meshing.deviation->allowed},
+          {"distance", meshing.deviation->distance},
+          {"volume_change", meshing.deviation->volume_change}};
+}
+
 Json mesh_json(const LinkResult& result) {
   return {{"order", result.mesh.order},
           {"mesher", result.mesh.made_by.empty() ? "from the mesh file" : result.mesh.made_by},
+          {"failures", failures_json(result.meshing)},
+          {"surface_deviation", deviation_json(result.meshing)},
           {"size", result.element_size > 0 ? Json(result.element_size) : Json()},
           {"elements", result.mesh.element_count()},
           {"nodes", result.mesh.nodes.size()},

@@ -14,7 +14,11 @@ constexpr double thicknesses_per_element = 1.5;
 constexpr double elements_per_diagonal = 10;
 // Of the mean thickness: towards a sharp edge of the part the thickness falls to nothing.
 constexpr double least_part = 0.25;
+// Likewise of a radius: finer rounding is left to the refinement by errors.
+constexpr double least_radius_part = 0.1;
 constexpr double most_samples = 20000;
+// On the surface, to begin with: elements as small as a thin wall everywhere would be millions.
+constexpr double most_triangles = 40000;
 // Edges that turn by less belong to a curved face, not to two that meet in an edge of the part.
 constexpr double most_turn = 0.6;  // [rad]
 
@@ -60,10 +64,12 @@ class Thickness {
 };
 
 // For each facet the smallest radius of curvature towards its neighbours, or infinity: the normal
-// turns over the mean height of the two facets above their common side.
+// turns over the mean height of the two facets above their common side. Normals of facets that are
+// hardly higher than the rounding of their corners tell nothing.
 std::vector<double> curvature_radii(const SurfaceMesh& surface) {
   std::vector<double> radii(surface.triangles.size(), std::numeric_limits<double>::infinity());
   const std::vector<Triangle> neighbours = facet_neighbours(surface);
+  const double rounding = weld_tolerance(surface.points);
   for (std::size_t f = 0; f < radii.size(); ++f)
     for (std::size_t side = 0; side < 3; ++side) {
       if (neighbours[f][side] < 0) continue;
@@ -72,6 +78,8 @@ std::vector<double> curvature_radii(const SurfaceMesh& surface) {
       const double turn = std::atan2(a.cross(b).norm(), a.dot(b));
       if (turn < 1e-3 || turn > most_turn) continue;
       const double length = (surface.corner(f, (side + 1) % 3) - surface.corner(f, side)).norm();
+      const double least_height = 2 * std::min(a.norm(), b.norm()) / length;
+      if (turn * least_height < 4 * rounding) continue;
       radii[f] = std::min(radii[f], (a.norm() + b.norm()) / length / turn);
     }
   return radii;
@@ -90,6 +98,14 @@ std::vector<Vector3> spread(const SurfaceMesh& surface, std::size_t facet, doubl
       if (i + j + 1 < n) points.emplace_back(a + (i + 2.0 / 3) * u + (j + 2.0 / 3) * v);
     }
   return points;
+}
+
+// Triangles of these sizes on the whole surface, of `areas` [m^2].
+double triangle_count(const std::vector<double>& areas, const std::vector<double>& sizes) {
+  double count = 0;
+  for (std::size_t i = 0; i < areas.size(); ++i)
+    count += areas[i] / (std::sqrt(3.0) / 4 * sizes[i] * sizes[i]);
+  return count;
 }
 
 // The error of an element beside a singular edge falls as h^(2 lambda), whatever its order; at the
@@ -148,20 +164,26 @@ SizeField size_from_surface(const SurfaceMesh& surface) {
     area += surface.area_vector(f).norm();
     volume += surface.area_vector(f).dot(surface.centroid(f) - surface.points.front()) / 3;
   }
-  const double smallest = least_part * 2 * volume / area;
+  const double mean = 2 * volume / area, smallest = least_part * mean;
   const double spacing = std::max(std::sqrt(area / most_samples), 0.1 * largest);
   const Thickness thickness(surface);
   const std::vector<double> radii = curvature_radii(surface);
   SizeField field;
+  std::vector<double> areas;  // that the points stand for
   for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
-    if (surface.area_vector(f).norm() == 0) continue;
-    for (const Vector3& point : spread(surface, f, spacing)) {
+    const double own_area = surface.area_vector(f).norm();
+    if (own_area == 0) continue;
+    const std::vector<Vector3> points = spread(surface, f, spacing);
+    areas.insert(areas.end(), points.size(), own_area / static_cast<double>(points.size()));
+    for (const Vector3& point : points) {
       field.points.push_back(point);
       field.sizes.push_back(
-          std::min({std::max(thicknesses_per_element * thickness.at(f, point), smallest), radii[f],
-                    largest}));
+          std::min({std::max(thicknesses_per_element * thickness.at(f, point), smallest),
+                    std::max(radii[f], least_radius_part * mean), largest}));
     }
   }
+  const double growth = std::sqrt(triangle_count(areas, field.sizes) / most_triangles);
+  for (double& size : field.sizes) size = std::min(std::max(1.0, growth) * size, largest);
   return field;
 }
 

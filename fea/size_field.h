@@ -20,8 +20,8 @@ struct SizeField {
 };
 
 /// From the shape alone: about as large as the material is thick along the inward normal, as the
-/// radius of curvature, or a tenth of the diagonal, whichever is smallest. Requires a sound
-/// surface.
+/// radius of curvature, or a tenth of the diagonal, whichever is smallest; all larger by one factor
+/// where that would give more than 40000 triangles on the surface. Requires a sound surface.
 SizeField size_from_surface(const SurfaceMesh& surface);
 
 /// From an error on a mesh, `error_of[e]` >= 0 from element e. The mesh with the fewest elements

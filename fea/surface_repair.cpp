@@ -5,12 +5,10 @@
 #include <iterator>
 #include <limits>
 #include <numeric>
-#include <system_error>
 
 #include <fmt/format.h>
 
-#include "kinetostat/fea/cgal_protocol.h"
-#include "kinetostat/fea/child_process.h"
+#include "kinetostat/fea/cgal_program.h"
 #include "kinetostat/fea/surface_bodies.h"
 #include "kinetostat/fea/surface_cleaning.h"
 #include "kinetostat/fea/surface_distance.h"
@@ -69,30 +67,6 @@ std::string sheets_left_out(const std::vector<std::int64_t>& counts) {
   if (counts.empty() || counts.back() == 0) return {};
   return ", " + counted(static_cast<std::size_t>(counts.back()), "sheet without volume left out",
                         "sheets without volume left out");
-}
-
-cgal::Request request_for(const SurfaceMesh& mesh, const std::string& operation,
-                          std::vector<double> numbers) {
-  cgal::Request request{
-      .operation = operation, .numbers = std::move(numbers), .points = {}, .triangles = {}};
-  for (const Vector3& p : mesh.points)
-    request.points.insert(request.points.end(), p.data(), p.data() + 3);
-  for (const Triangle& t : mesh.triangles)
-    request.triangles.insert(request.triangles.end(), t.begin(), t.end());
-  return request;
-}
-
-bool take_mesh(const cgal::Answer& answer, SurfaceMesh& mesh) {
-  const auto points = static_cast<std::int32_t>(answer.points.size() / 3);
-  for (std::size_t i = 0; i + 2 < answer.points.size(); i += 3)
-    mesh.points.emplace_back(answer.points[i], answer.points[i + 1], answer.points[i + 2]);
-  for (std::size_t i = 0; i + 2 < answer.triangles.size(); i += 3) {
-    const Triangle t{answer.triangles[i], answer.triangles[i + 1], answer.triangles[i + 2]};
-    if (!std::all_of(t.begin(), t.end(), [points](int p) { return p >= 0 && p < points; }))
-      return false;
-    mesh.triangles.push_back(t);
-  }
-  return !mesh.triangles.empty();
 }
 
 // New facets belong to the groups of the old facets that they lie on.
@@ -197,44 +171,19 @@ class Repair {
   // The helper's mesh, or none with the reason logged.
   std::optional<SurfaceMesh> ask_helper(RepairStep step, std::vector<double> numbers,
                                         std::vector<std::int64_t>* counts = nullptr) {
-    const std::filesystem::path helper =
-        options_.helper.empty() ? find_helper("kinetostat-cgal") : options_.helper;
-    if (helper.empty()) {
-      log(step, false,
-          "the helper program kinetostat-cgal is not installed; it is built where CGAL is (Debian: "
-          "libcgal-dev)");
+    CgalResult result = ask_cgal(mesh_,
+                                 {.operation = name(step),
+                                  .numbers = std::move(numbers),
+                                  .time_limit = options_.time_limit,
+                                  .memory_limit = options_.memory_limit,
+                                  .helper = options_.helper},
+                                 phase, progress_);
+    if (!result.fault.empty()) {
+      log(step, false, result.fault);
       return {};
     }
-    ChildResult result;
-    try {
-      result = run_child({.program = helper,
-                          .arguments = {"--memory", std::to_string(options_.memory_limit)},
-                          .input = cgal::encode(request_for(mesh_, name(step), std::move(numbers))),
-                          .time_limit = options_.time_limit},
-                         phase, progress_);
-    } catch (const std::system_error& error) {
-      log(step, false, fmt::format("the helper program cannot be run: {}", error.what()));
-      return {};
-    }
-    cgal::Answer answer;
-    SurfaceMesh mesh;
-    if (result.end == ChildResult::End::exited && result.code == cgal::exit_done &&
-        cgal::decode(result.answer, answer) && take_mesh(answer, mesh)) {
-      if (counts != nullptr) *counts = answer.counts;
-      weld(mesh, 0);
-      return mesh;
-    }
-    log(step, false, why(result));
-    return {};
-  }
-  std::string why(const ChildResult& result) const {
-    if (result.end == ChildResult::End::timed_out)
-      return fmt::format("stopped after {:.0f} s", options_.time_limit);
-    if (result.end == ChildResult::End::exited && result.code == cgal::exit_out_of_memory)
-      return "not enough memory";
-    if (result.end == ChildResult::End::exited && result.code == cgal::exit_impossible)
-      return result.words.substr(0, result.words.find('\n'));
-    return "CGAL cannot work on this surface";
+    if (counts != nullptr) *counts = std::move(result.counts);
+    return std::move(result.mesh);
   }
 
   void fill() {

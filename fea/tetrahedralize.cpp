@@ -4,6 +4,7 @@
 #include <cmath>
 #include <csignal>
 #include <map>
+#include <numeric>
 #include <regex>
 #include <sstream>
 #include <system_error>
@@ -12,7 +13,9 @@
 #include <fmt/ranges.h>
 
 #include "kinetostat/fea/child_process.h"
+#include "kinetostat/fea/deadline.h"
 #include "kinetostat/fea/edge_division.h"
+#include "kinetostat/fea/flat_elements.h"
 #include "kinetostat/fea/surface_check.h"
 #include "kinetostat/fea/surface_faces.h"
 #include "kinetostat/fea/tetgen_protocol.h"
@@ -182,22 +185,38 @@ class Mesher {
   std::filesystem::path helper_;
 };
 
-struct Attempt {
-  std::string switches;
-  double share_of_time;
-};
+// TetGen may ignore edges within a face, unless the facets shall stay.
+DividedSurface divided_for(ElementShape shape, const SurfaceMesh& surface, const Markers& markers,
+                           const TetrahedralizeOptions& options) {
+  if (shape != ElementShape::kept && shape != ElementShape::any)
+    return divide_edges(surface, markers.of_facet, options.sizes);
+  std::vector<std::int32_t> faces(surface.triangles.size());
+  std::iota(faces.begin(), faces.end(), 0);
+  if (options.sizes.empty() && options.edge_length > 0)
+    return divide_edges(surface, faces,
+                        {.points = {surface.points.front()}, .sizes = {options.edge_length}});
+  return divide_edges(surface, faces, options.sizes);
+}
 
-// Everything that is asked for, then with less and less said about the shape of the elements: sharp
-// corners of the part can make the angle impossible, and TetGen then may never end.
-std::vector<Attempt> attempts(const TetrahedralizeOptions& options) {
+std::string switches(ElementShape shape, const TetrahedralizeOptions& options) {
   const std::string size =
       options.edge_length > 0
-          ? fmt::format("a{:.15f}", regular_tetrahedron_volume(options.edge_length))
+          ? fmt::format("a{:.40f}", regular_tetrahedron_volume(options.edge_length))
           : "";
   const double ratio = options.radius_edge_ratio;
-  return {{fmt::format("pq{:.3f}/{:.1f}{}", ratio, options.least_dihedral, size), 0.5},
-          {fmt::format("pq{:.3f}{}", ratio, size), 0.25},
-          {fmt::format("pq2{}", size), 0.25}};
+  switch (shape) {
+    case ElementShape::good:
+      return fmt::format("pq{:.3f}/{:.1f}{}", ratio, options.least_dihedral, size);
+    case ElementShape::fair:
+      return fmt::format("pq{:.3f}{}", ratio, size);
+    case ElementShape::rough:
+      return "pq2" + size;
+    case ElementShape::kept:
+      return "pYq2" + size;
+    case ElementShape::any:
+      return "p";
+  }
+  return {};
 }
 
 [[noreturn]] void explain(const ChildResult& result, const TetrahedralizeOptions& options,
@@ -309,19 +328,6 @@ TetMesh mesh_from(const ChildResult& result, const Markers& markers) {
   return mesh;
 }
 
-// A flat element would make the stiffness singular.
-bool has_flat_elements(const TetMesh& mesh) {
-  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
-    const std::array<Vector3, 4> p = mesh.corners(e);
-    double longest = 0;
-    for (const auto& [a, b] : tet_edges)
-      longest = std::max(longest,
-                         (p[static_cast<std::size_t>(a)] - p[static_cast<std::size_t>(b)]).norm());
-    if (volume(p) < 1e-9 * longest * longest * longest) return true;
-  }
-  return false;
-}
-
 }  // namespace
 
 MeshingError::MeshingError(Cause cause, const std::string& what, const std::string& cure,
@@ -333,30 +339,50 @@ TetMesh tetrahedralize(const SurfaceMesh& surface, const std::vector<int>& tags,
   if (tags.size() != surface.triangles.size())
     throw std::invalid_argument(fmt::format("tetrahedralize: {} tags for {} facets", tags.size(),
                                             surface.triangles.size()));
+  const Deadline deadline(options.time_limit);
   const SurfaceReport report = check_surface(surface, weld_tolerance(surface.points));
   refuse_too_many(report, options);
   const Markers markers = mark(surface, tags);
-  const DividedSurface divided = divide_edges(surface, markers.of_facet, options.sizes);
-  Mesher mesher(request_for(surface, divided, markers, report, options.sizes), options, progress);
-  ChildResult first_failure;
-  bool failed = false, flat = false;
-  for (const auto& [switches, share] : attempts(options)) {
-    const ChildResult result = mesher.run(switches, share * options.time_limit);
+  ChildResult first_failure{.end = ChildResult::End::timed_out, .answer = {}, .words = {}};
+  DividedSurface failed_on;
+  bool failed = false;
+  std::size_t flat = 0;
+  for (std::size_t i = 0; i < options.shapes.size() && deadline.left() > 0; ++i) {
+    const double share = i + 1 < options.shapes.size() ? 0.5 : 1;
+    const ElementShape shape = options.shapes[i];
+    DividedSurface divided = divided_for(shape, surface, markers, options);
+    Mesher mesher(request_for(surface, divided, markers, report, options.sizes), options, progress);
+    const ChildResult result = mesher.run(switches(shape, options), share * deadline.left());
     if (succeeded(result)) {
       TetMesh mesh = mesh_from(result, markers);
-      if (!has_flat_elements(mesh)) return reordered(mesh);
-      flat = true;
+      const std::size_t left = remove_flat_elements(mesh);
+      if (left == 0 || !has_flat_elements(mesh)) return reordered(mesh);
+      flat = left;
     } else if (!failed) {
       failed = true;
       first_failure = result;
+      failed_on = std::move(divided);
     }
   }
-  if (flat)
-    throw MeshingError(Cause::refused, "TetGen left flat elements on this surface",
+  if (flat > 0)
+    throw MeshingError(Cause::refused,
+                       fmt::format("TetGen left {} flat elements on this surface", flat),
                        "Export the mesh again with a finer tolerance, or change the element size");
-  // TetGen's own search for crossing facets names them even where meshing just crashes.
-  const ChildResult search = mesher.run("pd", std::min(options.time_limit, 20.0));
-  explain(first_failure, options, facets_named(first_failure.words + search.words, divided));
+  std::vector<int> facets = facets_named(first_failure.words, failed_on);
+  if (facets.empty() && options.name_facets)
+    facets = crossing_facets(surface, tags, options, deadline.left(), progress);
+  explain(first_failure, options, std::move(facets));
+}
+
+std::vector<int> crossing_facets(const SurfaceMesh& surface, const std::vector<int>& tags,
+                                 const TetrahedralizeOptions& options, double time,
+                                 files::Progress& progress) {
+  constexpr double search_time = 20, least_time = 0.5;  // [s]
+  if (time < least_time) return {};
+  const Markers markers = mark(surface, tags);
+  const DividedSurface divided = divide_edges(surface, markers.of_facet, options.sizes);
+  Mesher mesher(request_for(surface, divided, markers, {}, {}), options, progress);
+  return facets_named(mesher.run("pd", std::min(time, search_time)).words, divided);
 }
 
 }  // namespace kinetostat::fea

@@ -29,23 +29,44 @@ class MeshingError : public std::runtime_error {
   std::vector<int> facets_;
 };
 
+/// What is asked for of the shape of the elements. Sharp corners of the part can make an angle
+/// impossible, and TetGen then may never end; and good elements are no larger than a wall is thick.
+enum class ElementShape {
+  good,   // radius_edge_ratio and least_dihedral
+  fair,   // radius_edge_ratio
+  rough,  // a ratio of 2
+  kept,   // rough, and the facets, divided to the wished size, stay as they are
+  any,    // nothing: only the facets are divided to the wished size
+};
+
 struct TetrahedralizeOptions {
   double edge_length = 0;  // [m] no element larger than a regular tetrahedron of it; 0: any size
   SizeField sizes = {};    // no element larger than wished for where it lies
   double radius_edge_ratio = 1.4;  // >= 1.2: of circumscribed sphere to shortest edge
   double least_dihedral = 14;      // [deg] asked for, 0 to 18; given up when it cannot be had
-  double time_limit = 300;         // [s] for all attempts, > 0
+  std::vector<ElementShape> shapes = {ElementShape::good, ElementShape::fair, ElementShape::rough};
+  double time_limit = 300;  // [s] for all attempts together, > 0; each but the last has half of the
+                            // time that is left
+  bool name_facets = true;  // of a failure, by crossing_facets(), within the limit
   std::size_t memory_limit = std::size_t{8} << 30;  // [bytes] of the helper; 0: none
   std::size_t largest_element_count = 20'000'000;   // refused beforehand when more are expected
   std::filesystem::path helper = {};                // kinetostat-tetgen; empty: find_helper()
+  std::filesystem::path remesher = {};              // kinetostat-cgal; empty: find_helper()
   const files::Cache* cache = nullptr;  // of meshes made before; none: every mesh is made anew
 };
 
-/// Fills the surface, of order 1. `surface` must be sound (surface_check.h), cavities included.
-/// `tags` has one number per facet; each boundary face of the result carries the number of the
-/// facets it lies on, and no face crosses from one number to another. The same input gives the same
-/// mesh. Throws MeshingError.
+/// Fills the surface, of order 1, with the first of the shapes that TetGen manages. `surface` must
+/// be sound (surface_check.h), cavities included. `tags` has one number per facet; each boundary
+/// face of the result carries the number of the facets it lies on, and no face crosses from one
+/// number to another. The same input gives the same mesh. Elements that are flat are removed
+/// (flat_elements.h), or there is no mesh. Throws MeshingError.
 TetMesh tetrahedralize(const SurfaceMesh& surface, const std::vector<int>& tags,
                        const TetrahedralizeOptions& options, files::Progress& progress);
+
+/// The facets that cross others according to TetGen, whose search names them where its meshing just
+/// crashes; searches for up to `time` [s]. Empty when it finds none.
+std::vector<int> crossing_facets(const SurfaceMesh& surface, const std::vector<int>& tags,
+                                 const TetrahedralizeOptions& options, double time,
+                                 files::Progress& progress);
 
 }  // namespace kinetostat::fea
