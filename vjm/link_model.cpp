@@ -67,7 +67,7 @@ Section read_general_section(const YamlNode& node, const UnitSystem& units) {
   return section;
 }
 
-Section read_section(const YamlNode& node, const UnitSystem& units) {
+Section read_section(const YamlNode& node, const UnitSystem& units, double poisson_ratio) {
   const auto [kind, value] = node.one_of({"rectangle", "circle", "tube", "general"});
   node.allow_only({kind});
   const auto length = [&](const YamlNode& parent, const char* key) {
@@ -76,16 +76,16 @@ Section read_section(const YamlNode& node, const UnitSystem& units) {
   if (kind == "general") return read_general_section(value, units);
   if (kind == "rectangle") {
     value.allow_only({"y", "z"});
-    return Section::rectangle(length(value, "y"), length(value, "z"));
+    return Section::rectangle(length(value, "y"), length(value, "z"), poisson_ratio);
   }
   if (kind == "circle") {
     value.allow_only({"diameter"});
-    return Section::circle(length(value, "diameter"));
+    return Section::circle(length(value, "diameter"), poisson_ratio);
   }
   value.allow_only({"outer", "inner"});
   const double outer = length(value, "outer"), inner = length(value, "inner");
   if (inner >= outer) value.fail("the inner diameter of a tube must be below the outer one");
-  return Section::tube(outer, inner);
+  return Section::tube(outer, inner, poisson_ratio);
 }
 
 // Axes of the beam in the link's frame: x along the beam; y as given, or so that z is as near as
@@ -109,8 +109,8 @@ LinkModel read_beam(const YamlNode& node, const UnitSystem& units,
   const double length = node.at("length").positive(dimension::length, units);
   const auto direction_given = node.find("direction");
   const Vector3 direction = direction_given ? direction_given->direction() : Vector3::UnitX();
-  const Section section = read_section(node.at("section"), units);
   const Material material = read_material(node.at("material"), units, materials);
+  const Section section = read_section(node.at("section"), units, material.poisson_ratio());
   const auto theory_given = node.find("theory");
   const BeamTheory theory =
       !theory_given || theory_given->choice({"euler-bernoulli", "timoshenko"}) == "timoshenko"
