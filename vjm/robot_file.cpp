@@ -112,20 +112,23 @@ void add_coupled(Chain& chain, const YamlNode& node) {
                 factor ? factor->number() : 1.0);
 }
 
-void add_link(Chain& chain, const YamlNode& node, const Parts& parts) {
+// Returns the name of the link in the chain: where it is used again, "name#2" and so on.
+std::string add_link(Chain& chain, const YamlNode& node, const Parts& parts,
+                     const std::vector<std::string>& before) {
   std::vector<std::string> names;
   for (const auto& [name, link] : parts.links) names.push_back(name);
   if (names.empty()) node.fail("this file defines no links", "Add 'links:'");
-  std::string name = node.choice(names);
-  // The same link twice in a chain: its springs need names of their own.
+  const std::string name = node.choice(names);
   std::string unique = name;
-  const auto taken = [&chain](const std::string& candidate) {
-    return std::any_of(chain.springs().begin(), chain.springs().end(), [&](const Spring& s) {
-      return s.name == candidate || s.name.starts_with(candidate + ".");
-    });
+  const auto taken = [&](const std::string& candidate) {
+    return std::find(before.begin(), before.end(), candidate) != before.end() ||
+           std::any_of(chain.springs().begin(), chain.springs().end(), [&](const Spring& s) {
+             return s.name == candidate || s.name.starts_with(candidate + ".");
+           });
   };
   for (int i = 2; taken(unique); ++i) unique = fmt::format("{}#{}", name, i);
   parts.links.at(name).append_to(chain, unique);
+  return unique;
 }
 
 void add_mass(Chain& chain, const YamlNode& node, const UnitSystem& units) {
@@ -143,7 +146,10 @@ void add_node(Chain& chain, const YamlNode& node, const UnitSystem& units) {
                                         : spatial::Vector3(spatial::Vector3::Zero()));
 }
 
-void add_element(Chain& chain, const YamlNode& element, const Parts& parts) {
+// Returns the name by which an error can be placed after the element; empty where it has none.
+// `links`: the names of those before it, to which a link is added.
+std::string add_element(Chain& chain, const YamlNode& element, const Parts& parts,
+                        std::vector<std::string>& links) {
   const auto [kind, value] =
       element.one_of({"actuator", "passive", "coupled", "link", "offset", "tool", "mass", "node"});
   element.allow_only({kind});
@@ -151,19 +157,21 @@ void add_element(Chain& chain, const YamlNode& element, const Parts& parts) {
     if (kind == "actuator") add_actuator(chain, value, parts.units);
     if (kind == "passive") add_passive(chain, value, parts.units);
     if (kind == "coupled") add_coupled(chain, value);
-    if (kind == "link") add_link(chain, value, parts);
+    if (kind == "link") return links.emplace_back(add_link(chain, value, parts, links));
     if (kind == "mass") add_mass(chain, value, parts.units);
     if (kind == "node") add_node(chain, value, parts.units);
     if (kind == "offset" || kind == "tool") chain.offset(files::read_pose(value, parts.units));
   } catch (const std::invalid_argument& error) {
     value.fail(error.what());
   }
+  const bool has_name = kind == "actuator" || kind == "passive" || kind == "mass" || kind == "node";
+  return has_name ? value.at("name").text() : "";
 }
 
-// A geometric error of one chain: after the element `at` ("base", "end", or the name of a joint or
-// link of its type).
+// A geometric error of one chain: after the element `at` ("base", "end", or the name of a joint,
+// link, mass or node).
 struct ChainError {
-  std::string at;
+  YamlNode at;
   Pose pose;
 };
 
@@ -178,44 +186,28 @@ std::vector<ChainError> read_errors(const YamlNode& chain, const UnitSystem& uni
       displacement.head<3>() = point->vector3(dimension::length, units);
     if (const auto turn = item.find("rotation_vector"))
       displacement.tail<3>() = turn->vector3(dimension::angle, units);
-    errors.push_back({item.at("at").text(), spatial::displaced(Pose(), displacement)});
+    errors.push_back({item.at("at"), spatial::displaced(Pose(), displacement)});
   }
   return errors;
-}
-
-// The name by which an error can be placed after an element.
-std::string element_name(const YamlNode& element) {
-  for (const char* kind : {"actuator", "passive", "mass", "node"})
-    if (const auto value = element.find(kind)) return value->at("name").text();
-  const auto link = element.find("link");
-  return link ? link->text() : "";
 }
 
 Chain read_chain(const YamlNode& elements, const std::string& name, const Pose& base,
                  const std::vector<ChainError>& errors, const Parts& parts) {
   Chain chain(name, base);
-  const auto add_errors = [&](const std::string& place) {
+  std::vector<std::string> places, links;
+  const auto pass = [&](const std::string& place) {
+    places.push_back(place);
     for (const ChainError& error : errors)
-      if (error.at == place) chain.error(error.pose);
+      if (error.at.text() == place) chain.error(error.pose);
   };
-  add_errors("base");
-  for (const YamlNode& element : elements.items()) {
-    add_element(chain, element, parts);
-    const std::string place = element_name(element);
-    if (!place.empty()) add_errors(place);
-  }
-  if (chain.size() == 0) elements.fail("the chain has neither a joint nor a flexible link");
-  return chain;
-}
-
-// Refuses errors at places that the chain has not.
-void check_error_places(const YamlNode& chain, const YamlNode& elements) {
-  const auto list = chain.find("errors");
-  if (!list) return;
-  std::vector<std::string> places{"base", "end"};
+  pass("base");
   for (const YamlNode& element : elements.items())
-    if (const std::string place = element_name(element); !place.empty()) places.push_back(place);
-  for (const YamlNode& item : list->items()) item.at("at").choice(places);
+    if (const std::string place = add_element(chain, element, parts, links); !place.empty())
+      pass(place);
+  if (chain.size() == 0) elements.fail("the chain has neither a joint nor a flexible link");
+  places.push_back("end");
+  for (const ChainError& error : errors) error.at.choice(places);
+  return chain;
 }
 
 YamlNode chain_type(const YamlNode& top, const YamlNode& name) {
@@ -292,7 +284,6 @@ void add_chain(const YamlNode& top, const YamlNode& item, const Parts& parts, As
   item.allow_only(
       {"name", "type", "base", "platform", "platform_point", "from", "to", "errors", "pattern"});
   const YamlNode elements = chain_type(top, item.at("type"));
-  check_error_places(item, elements);
   const Span span{read_body(item, "from", Span::base, assembly.inner_bodies),
                   read_body(item, "to", Span::platform, assembly.inner_bodies)};
   const Pose base = pose_or_identity(item, "base", parts.units);
@@ -310,7 +301,7 @@ void add_chain(const YamlNode& top, const YamlNode& item, const Parts& parts, As
     // The platform turns with the base: its axes are the base's when it is at rest.
     chain.offset((turn * end).inverse());
     for (const ChainError& error : errors)
-      if (error.at == "end") chain.error(error.pose);
+      if (error.at.text() == "end") chain.error(error.pose);
     assembly.chains.push_back(std::move(chain));
     assembly.spans.push_back(span);
   }
@@ -325,11 +316,10 @@ Assembly read_assembly(const YamlNode& top, const Parts& parts) {
     if (node.has("bodies")) node.at("bodies").fail("a single chain has no inner bodies");
     const Pose base = pose_or_identity(node, "base", parts.units);
     const YamlNode elements = chain_type(top, value);
-    check_error_places(node, elements);
     const std::vector<ChainError> errors = read_errors(node, parts.units);
     assembly.chains.push_back(read_chain(elements, value.text(), base, errors, parts));
     for (const ChainError& error : errors)
-      if (error.at == "end") assembly.chains.back().error(error.pose);
+      if (error.at.text() == "end") assembly.chains.back().error(error.pose);
     assembly.spans.push_back({});
     return assembly;
   }
