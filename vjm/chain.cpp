@@ -66,11 +66,17 @@ Chain& Chain::node(const std::string& name, const spatial::Vector3& position) {
     if (other.name == name)
       throw std::invalid_argument(fmt::format("chain '{}' has two nodes named '{}'", name_, name));
   // Displacements of the end are those of the tool point, not of what is mounted beside it.
-  spatial::Pose tail = tail_;
+  spatial::Pose tail = tail_ * attachment_.inverse();
   for (const ChainDisplacement& place : displacements_)
     if (place.place == "end") tail = tail * spatial::displaced({}, place.value).inverse();
+  tail = tail * attachment_;
   add_node({name, static_cast<Eigen::Index>(joints_.size()), tail * position});
   return *this;
+}
+
+Chain& Chain::attach(const spatial::Pose& to_reference) {
+  attachment_ = attachment_ * to_reference;
+  return offset(to_reference);
 }
 
 Chain& Chain::mass(const std::string& name, double mass, const spatial::Vector3& position) {

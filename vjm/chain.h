@@ -179,6 +179,9 @@ class Chain {
   Chain& node(const std::string& name, const spatial::Vector3& position = spatial::Vector3::Zero());
   /// A mass here, at a position in the current frame.
   Chain& mass(const std::string& name, double mass, const spatial::Vector3& position);
+  /// The chain ends here; `to_reference` leads on to the reference point of the body that it ends
+  /// on. Errors and displacements of the "end" are those of the chain, in front of that.
+  Chain& attach(const spatial::Pose& to_reference);
 
   /// What effects change in a chain that is built. `element` is "base", "end", a joint or a link;
   /// all throw std::invalid_argument for another name.
@@ -203,7 +206,8 @@ class Chain {
   const std::vector<Coordinate>& coordinates() const { return coordinates_; }
   const std::vector<Joint>& joints() const { return joints_; }
   const std::vector<Spring>& springs() const { return springs_; }
-  const spatial::Pose& tail() const { return tail_; }  // after the last joint
+  const spatial::Pose& tail() const { return tail_; }  // after the last joint, to the reference
+  const spatial::Pose& attachment() const { return attachment_; }  // its part on the body
   const std::vector<Node>& nodes() const { return nodes_; }
   /// Their numbers, nearest the base first.
   const std::vector<std::size_t>& nodes_by_joints() const { return nodes_by_joints_; }
@@ -269,7 +273,7 @@ class Chain {
   std::vector<Coordinate> coordinates_;
   std::vector<Joint> joints_;
   std::vector<Spring> springs_;
-  spatial::Pose tail_, nominal_tail_;
+  spatial::Pose tail_, nominal_tail_, attachment_;
   bool has_errors_ = false;
   std::vector<ChainDisplacement> displacements_;
   std::vector<RestShift> rest_shifts_;

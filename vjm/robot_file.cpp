@@ -191,6 +191,7 @@ std::vector<ChainError> read_errors(const YamlNode& chain, const UnitSystem& uni
   return errors;
 }
 
+// With its errors, up to where it ends.
 Chain read_chain(const YamlNode& elements, const std::string& name, const Pose& base,
                  const std::vector<ChainError>& errors, const Parts& parts) {
   Chain chain(name, base);
@@ -205,7 +206,7 @@ Chain read_chain(const YamlNode& elements, const std::string& name, const Pose& 
     if (const std::string place = add_element(chain, element, parts, links); !place.empty())
       pass(place);
   if (chain.size() == 0) elements.fail("the chain has neither a joint nor a flexible link");
-  places.push_back("end");
+  pass("end");
   for (const ChainError& error : errors) error.at.choice(places);
   return chain;
 }
@@ -299,9 +300,7 @@ void add_chain(const YamlNode& top, const YamlNode& item, const Parts& parts, As
         Pose::rotation(spatial::exp_rotation(static_cast<double>(i) * copies.angle * copies.axis));
     Chain chain = read_chain(elements, copies.names[i], turn * base, errors, parts);
     // The platform turns with the base: its axes are the base's when it is at rest.
-    chain.offset((turn * end).inverse());
-    for (const ChainError& error : errors)
-      if (error.at.text() == "end") chain.error(error.pose);
+    chain.attach((turn * end).inverse());
     assembly.chains.push_back(std::move(chain));
     assembly.spans.push_back(span);
   }
@@ -318,8 +317,6 @@ Assembly read_assembly(const YamlNode& top, const Parts& parts) {
     const YamlNode elements = chain_type(top, value);
     const std::vector<ChainError> errors = read_errors(node, parts.units);
     assembly.chains.push_back(read_chain(elements, value.text(), base, errors, parts));
-    for (const ChainError& error : errors)
-      if (error.at.text() == "end") assembly.chains.back().error(error.pose);
     assembly.spans.push_back({});
     return assembly;
   }
