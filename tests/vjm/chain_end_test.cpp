@@ -7,6 +7,7 @@
 #include "kinetostat/vjm/equilibrium.h"
 #include "kinetostat/vjm/kinematics.h"
 #include "kinetostat/vjm/posture.h"
+#include "kinetostat/vjm/stiffness.h"
 
 #include "support/matrix_near.h"
 #include "vjm/robot_text.h"
@@ -89,6 +90,37 @@ TEST(ChainEnd, AssemblyFollowsThePointOfAttachment) {
   ASSERT_EQ(e.status, EquilibriumStatus::converged);
   EXPECT_TRUE(matrix_near(e.displacement.coordinates(), Vector6(Vector6::Zero()), 1e-12));
   EXPECT_NEAR(e.energy, 0, 1e-15);
+}
+
+// A robot with errors has the unloaded stiffness of its nominal self, at the closed posture.
+TEST(ChainEnd, UnloadedStiffnessIsThatOfTheNominalRobot) {
+  const Robot nominal = robot_from(table_with(""));
+  const Robot built = robot_from(
+      table_with(", errors: [{at: lift, point: [0, 20, 0], rotation_vector: [0.1, 0.2, 0]}]"));
+  const Posture posture = posture_at(nominal.manipulator, Pose()).posture;
+  const auto stiffness = [&](const Robot& robot) {
+    return unloaded_stiffness(robot.manipulator, posture).stiffness->matrix();
+  };
+  EXPECT_TRUE(matrix_near(stiffness(built), stiffness(nominal), 1e-9));
+  EXPECT_TRUE(matrix_near(unloaded_stiffness_matrix(built.manipulator, posture)->matrix(),
+                          stiffness(nominal), 1e-9));
+}
+
+// Without over-constraint errors do not strain, and the assembled stiffness is that of the shifted
+// geometry: to first order in the error it differs from the nominal one.
+TEST(ChainEnd, AssembledStiffnessDiffersFromTheUnloadedOneByTheError) {
+  const auto difference = [](double error) {
+    const Robot robot = robot_from(
+        table_with(", errors: [{at: base, point: [" + std::to_string(error) + ", 0, 0]}]"));
+    const Posture posture = posture_at(robot.manipulator, Pose()).posture;
+    const Equilibrium e = equilibrium_under_load(robot.manipulator, posture, {});
+    const auto unloaded = unloaded_stiffness(robot.manipulator, posture).stiffness->matrix();
+    return (e.stiffness->matrix() - unloaded).norm() / unloaded.norm();
+  };
+  const double large = difference(10), small = difference(1);
+  EXPECT_GT(large, 1e-5);
+  EXPECT_NEAR(large / small, 10, 0.5);
+  EXPECT_LT(difference(1e-5), 1e-8);
 }
 
 // A payload sits on the platform wherever the chain that carries it ends.
