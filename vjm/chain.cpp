@@ -118,9 +118,6 @@ Chain& Chain::coupled(const std::string& name, Motion motion, double factor) {
   const Coordinate& coordinate = coordinates_[static_cast<std::size_t>(k)];
   if (coordinate.role == Role::elastic)
     throw std::invalid_argument(fmt::format("'{}' is a virtual spring, not a joint", name));
-  if (is_rotation(coordinate.motion) != is_rotation(motion))
-    throw std::invalid_argument(fmt::format(
-        "'{}' cannot drive a {} joint: one turns, the other slides", name, to_string(motion)));
   add_joint(motion, k, factor);
   return *this;
 }

@@ -136,7 +136,7 @@ struct Joint {
   bool before_is_identity = true;
   Motion motion = Motion::tx;
   Eigen::Index coordinate = 0;
-  double factor = 1;
+  double factor = 1;  // [1, or m/rad where a turn slides, rad/m where a slide turns]
 };
 
 /// Constant description of a chain, built from base to end in the order of JAMRIS09 eq. 1:
@@ -162,7 +162,8 @@ class Chain {
   Chain& passive(const std::string& name, Motion motion, double stiffness, double rest,
                  double home);
   /// A further joint that moves by `factor` times the coordinate of an earlier actuated or passive
-  /// one.
+  /// one. One may turn and the other slide, as in a screw or a rack: the factor is then in m/rad,
+  /// or in rad/m.
   Chain& coupled(const std::string& name, Motion motion, double factor);
   /// A flexible link: `offset` to its end, then the virtual joint Tx Ty Tz Rx Ry Rz there
   /// (JAMRIS09 eq. 1). The compliance is taken at the link's end in the axes of the end frame; its

@@ -235,7 +235,7 @@ LinkModel read_inline(const YamlNode& node, const YamlNode& value, const std::st
   return link;
 }
 
-// A passive joint along or about each axis, in a frame whose x axis it is.
+// A passive joint along or about each axis, or a screw, in a frame whose x axis it is.
 void append_free_motions(const LinkPart& part, Chain& chain, const std::string& name) {
   int number = 0;
   for (const ScrewMotion& motion : part.free_motions) {
@@ -243,8 +243,9 @@ void append_free_motions(const LinkPart& part, Chain& chain, const std::string& 
         Eigen::Quaterniond::FromTwoVectors(Vector3::UnitX(), motion.direction).toRotationMatrix(),
         motion.is_translation ? Vector3::Zero() : motion.point);
     chain.offset(axis);
-    chain.passive(fmt::format("{}.free{}", name, ++number),
-                  motion.is_translation ? Motion::tx : Motion::rx);
+    const std::string joint = fmt::format("{}.free{}", name, ++number);
+    chain.passive(joint, motion.is_translation ? Motion::tx : Motion::rx);
+    if (motion.pitch != 0) chain.coupled(joint, Motion::tx, motion.pitch);
     chain.offset(axis.inverse());
   }
 }

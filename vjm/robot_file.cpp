@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <map>
 #include <memory>
@@ -105,11 +106,65 @@ void add_passive(Chain& chain, const YamlNode& node, const UnitSystem& units) {
   if (stops) add_stops(chain, *stops, name, motion, units);
 }
 
-void add_coupled(Chain& chain, const YamlNode& node) {
-  node.allow_only({"to", "axis", "factor"});
+// A length per angle, as `factor`, or the other way round. "5 mm" may be meant per turn or per
+// radian, so that the angle must be named.
+double read_pitch_factor(const YamlNode& node, const spatial::Dimension& dimension) {
+  const char* cure = dimension.length > 0 ? "Write 'lead: 5 mm' per turn, 'radius: 20 mm' of a "
+                                            "pinion, or a factor such as '5 mm/turn'"
+                                          : "Write 'lead: 5 mm' per turn, 'radius: 20 mm' of a "
+                                            "pinion, or a factor such as '72 deg/mm'";
+  const std::string text = node.text();
+  char* unit = nullptr;
+  (void)std::strtod(text.c_str(), &unit);
+  try {
+    if (*unit != '\0' && spatial::parse_unit(unit).dimension == dimension)
+      return node.quantity_with_unit(dimension);
+  } catch (const std::invalid_argument&) {  // said below
+  }
+  node.fail("one turns and the other slides: the factor needs a unit of length and angle", cure);
+}
+
+// A plain length: "5 mm/turn" is none, though angles count as numbers elsewhere.
+double read_plain_length(const YamlNode& node, const UnitSystem& units) {
+  if (node.text().find('/') != std::string::npos)
+    node.fail("a length is expected", "Write '5 mm', or 'factor: 5 mm/turn'");
+  return node.quantity(dimension::length, units);
+}
+
+// What a joint that slides moves per radian of one that turns [m/rad], or the inverse. Negative:
+// against its axis, as with a left-handed thread.
+double read_pitch(const YamlNode& node, bool slides, const UnitSystem& units) {
+  const auto [key, value] = node.one_of({"factor", "lead", "radius"});
+  if (key == "factor") {
+    const spatial::Dimension per_angle{.length = 1, .angle = -1};
+    const double factor =
+        read_pitch_factor(value, slides ? per_angle : dimension::none / per_angle);
+    if (factor == 0) value.fail("it must not be zero");
+    return factor;
+  }
+  const double length = read_plain_length(value, units);
+  if (length == 0) value.fail("it must not be zero");
+  const double pitch = key == "lead" ? length / (2 * M_PI) : length;
+  return slides ? pitch : 1 / pitch;
+}
+
+void add_coupled(Chain& chain, const YamlNode& node, const UnitSystem& units) {
+  node.allow_only({"to", "axis", "factor", "lead", "radius"});
+  const std::string joint = node.at("to").text();
+  const Motion motion = read_motion(node.at("axis"));
+  const Motion leading =
+      chain.coordinates()[static_cast<std::size_t>(chain.index_of(joint))].motion;
+  if (is_rotation(leading) != is_rotation(motion)) {
+    chain.coupled(joint, motion, read_pitch(node, !is_rotation(motion), units));
+    return;
+  }
+  for (const char* key : {"lead", "radius"})
+    if (const auto given = node.find(key))
+      given->fail(
+          fmt::format("'{}' and this joint both {}", joint, is_rotation(motion) ? "turn" : "slide"),
+          "Write 'factor:' with a plain number");
   const auto factor = node.find("factor");
-  chain.coupled(node.at("to").text(), read_motion(node.at("axis")),
-                factor ? factor->number() : 1.0);
+  chain.coupled(joint, motion, factor ? factor->number() : 1.0);
 }
 
 // Returns the name of the link in the chain: where it is used again, "name#2" and so on.
@@ -156,7 +211,7 @@ std::string add_element(Chain& chain, const YamlNode& element, const Parts& part
   try {
     if (kind == "actuator") add_actuator(chain, value, parts.units);
     if (kind == "passive") add_passive(chain, value, parts.units);
-    if (kind == "coupled") add_coupled(chain, value);
+    if (kind == "coupled") add_coupled(chain, value, parts.units);
     if (kind == "link") return links.emplace_back(add_link(chain, value, parts, links));
     if (kind == "mass") add_mass(chain, value, parts.units);
     if (kind == "node") add_node(chain, value, parts.units);

@@ -299,7 +299,7 @@ TEST_F(RobotFile, EveryOptionalKeyOfTheSchemaIsRead) {
   EXPECT_NO_THROW(turned.node_index("hook"));
   double mass = 0;
   for (const PointMass& point : turned.masses()) mass += point.mass;
-  EXPECT_DOUBLE_EQ(mass, 2 + 3 + 1);
+  EXPECT_DOUBLE_EQ(mass, 2 + 2 + 3 + 1);
 }
 
 TEST_F(RobotFile, ALinkFileWithANonSymmetricMatrixIsRefused) {
