@@ -236,6 +236,29 @@ std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std
   return result;
 }
 
+std::vector<KindWithoutPlace> kinds_without_place(const vjm::Robot& robot,
+                                                  const std::vector<std::string>& kinds) {
+  const std::vector<Candidate> all = candidates(robot, kinds);
+  std::vector<KindWithoutPlace> result;
+  for (const auto& kind : robot.kinds()) {
+    const auto is_of_kind = [&](const vjm::Effect& effect) {
+      return effect.kind->name == kind->name;
+    };
+    const bool asked =
+        kinds.empty() || std::find(kinds.begin(), kinds.end(), kind->name) != kinds.end();
+    if (!asked || kind->parameters.empty() ||
+        std::any_of(robot.effects.begin(), robot.effects.end(), is_of_kind) ||
+        std::any_of(all.begin(), all.end(),
+                    [&](const Candidate& candidate) { return is_of_kind(candidate.effect); }))
+      continue;
+    result.push_back({kind->name, kind->place == vjm::EffectPlace::mass
+                                      ? "no link of the robot file yields or has a 'mass'"
+                                      : fmt::format("the robot has no {} on which it could act",
+                                                    vjm::to_string(kind->place))});
+  }
+  return result;
+}
+
 std::vector<FittedValues> fitted_values(const BaseFit& fit, const std::vector<Candidate>& added) {
   auto estimate = fit.parameters.end();
   for (const Candidate& candidate : added) estimate -= candidate.effect.values.size();

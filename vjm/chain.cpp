@@ -79,11 +79,12 @@ Chain& Chain::attach(const spatial::Pose& to_reference) {
   return offset(to_reference);
 }
 
-Chain& Chain::mass(const std::string& name, double mass, const spatial::Vector3& position) {
+Chain& Chain::mass(const std::string& name, double mass, const spatial::Vector3& position,
+                   const std::string& element) {
   if (!(mass >= 0) || !std::isfinite(mass))
     throw std::invalid_argument(fmt::format("the mass of '{}' must not be negative", name));
   node(name, position);
-  masses_.push_back({nodes_.size() - 1, mass});
+  masses_.push_back({nodes_.size() - 1, mass, element.empty() ? name : element});
   return *this;
 }
 

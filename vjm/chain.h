@@ -121,10 +121,11 @@ struct Node {
   spatial::Vector3 position = spatial::Vector3::Zero();
 };
 
-/// A mass [kg] at a node.
+/// A mass [kg] at a node, of a link or of a mass that stands alone; empty where an effect put it.
 struct PointMass {
   std::size_t node = 0;
   double mass = 0;
+  std::string element = {};
 };
 
 /// One elementary joint in the product of transformations: `before`, then `motion` by
@@ -178,8 +179,10 @@ class Chain {
   Chain& law(const std::string& name, std::shared_ptr<const CoordinateLaw> law);
   /// A named point here, for loads; throws when the name is taken.
   Chain& node(const std::string& name, const spatial::Vector3& position = spatial::Vector3::Zero());
-  /// A mass here, at a position in the current frame.
-  Chain& mass(const std::string& name, double mass, const spatial::Vector3& position);
+  /// A mass here, at a position in the current frame. `element`: the link that it is a part of;
+  /// empty: it stands alone, under its own name.
+  Chain& mass(const std::string& name, double mass, const spatial::Vector3& position,
+              const std::string& element = {});
   /// The chain ends here; `to_reference` leads on to the reference point of the body that it ends
   /// on. Errors and displacements of the "end" are those of the chain, in front of that.
   Chain& attach(const spatial::Pose& to_reference);

@@ -259,7 +259,7 @@ void LinkModel::append_to(Chain& chain, const std::string& name) const {
     const double share = mass ? 0.5 * mass->mass / static_cast<double>(parts.size()) : 0;
     const Vector3 center = mass ? mass->center : Vector3::Zero();
     const Vector3 third = offset.position() / 3;
-    if (share > 0) chain.mass(part_name + ".mass1", share, center - third);
+    if (share > 0) chain.mass(part_name + ".mass1", share, center - third, name);
     if (parts[i].compliance) {
       chain.link(part_name, offset, *parts[i].compliance);
     } else {
@@ -267,7 +267,7 @@ void LinkModel::append_to(Chain& chain, const std::string& name) const {
     }
     append_free_motions(parts[i], chain, part_name);
     if (share > 0)
-      chain.mass(part_name + ".mass2", share, offset.inverse() * Vector3(center + third));
+      chain.mass(part_name + ".mass2", share, offset.inverse() * Vector3(center + third), name);
   }
 }
 

@@ -109,5 +109,15 @@ TEST(RepeatedLink, AnErrorIsAtOneUse) {
   }
 }
 
+// Effects and uncertain stiffnesses name each use.
+TEST(RepeatedLink, EffectsActOnOneUse) {
+  const Robot robot =
+      robot_from(arm_with("{rigid: [500, 0, 0], mass: {mass: 12 kg, center: [200, 0, 0]}}") +
+                 "effects: [{effect: self_weight, at: boom#2, mass: 6 kg}]\n");
+  const Equilibrium e = under_weight(robot);
+  EXPECT_NEAR(e.chains[0].coordinates[0], (120 * (0.2 + 0.7) + 60 * 0.7) / 4e6, 1e-11);
+  EXPECT_NEAR(e.chains[0].coordinates[1], (120 + 60) * 0.2 / 2e6, 1e-11);
+}
+
 }  // namespace
 }  // namespace kinetostat::vjm
