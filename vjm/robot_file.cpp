@@ -453,7 +453,11 @@ Robot robot_of(const YamlNode& top, const std::filesystem::path& file, const Lin
                   "chain_types", "manipulator", "uncertain", "effects", "effect_kinds"});
   Parts parts{.units = files::read_units(top.at("units")), .links = {}};
   LinkOptions link_options = options;
-  link_options.within.push_back(std::filesystem::weakly_canonical(file));
+  std::error_code error;
+  link_options.within.push_back(std::filesystem::weakly_canonical(file, error));
+  if (error)
+    throw files::InputError(file, "is a pipe, and a robot file is read more than once",
+                            "Save it to a file and name that");
   std::vector<std::filesystem::path> link_files;
   bool has_beams = false;
   if (const auto links = top.find("links")) {
