@@ -26,8 +26,11 @@ vjm::Robot CampaignRequest::read_robot() const {
                "campaign"});
 }
 
-calibration::Campaign CampaignRequest::read_campaign(const vjm::Robot& robot) const {
-  return calibration::read_campaign(files.back(), robot.manipulator);
+calibration::Campaign CampaignRequest::read_campaign(const vjm::Robot& robot,
+                                                     const Run& run) const {
+  calibration::Campaign campaign = calibration::read_campaign(files.back(), robot.manipulator);
+  for (const std::string& sentence : campaign.warnings) run.warn(sentence);
+  return campaign;
 }
 
 void say_which_robot(const vjm::Robot& robot, const calibration::Campaign& campaign,

@@ -20,7 +20,8 @@ struct CampaignRequest {
   void add_options(CLI::App& app);
   /// Throws files::InputError when neither names a robot.
   vjm::Robot read_robot() const;
-  calibration::Campaign read_campaign(const vjm::Robot& robot) const;
+  /// Warns of columns that may be meant otherwise.
+  calibration::Campaign read_campaign(const vjm::Robot& robot, const Run& run) const;
 };
 
 /// Prints the robot's name, and that another one than the campaign's is used, when it is.

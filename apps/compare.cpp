@@ -35,8 +35,9 @@ files::Json compare_both(const CompareRequest& request, Run& run) {
   const vjm::Robot before = vjm::read_robot(request.before);
   const vjm::Robot after = vjm::read_robot(request.after);
   // The readings are those of either, as long as both have the joints that they name.
-  const calibration::Campaign campaign = request.campaign.read_campaign(before);
-  if (request.campaign.read_campaign(after).joint_columns != campaign.joint_columns)
+  const calibration::Campaign campaign = request.campaign.read_campaign(before, run);
+  if (calibration::read_campaign(request.campaign.files.back(), after.manipulator).joint_columns !=
+      campaign.joint_columns)
     throw files::InputError(
         {.file = after.file,
          .what = fmt::format("has other joints in these readings than {}", before.file.string()),
@@ -61,7 +62,7 @@ files::Json compare_both(const CompareRequest& request, Run& run) {
 files::Json compare(const CompareRequest& request, Run& run) {
   if (!request.before.empty()) return compare_both(request, run);
   const vjm::Robot robot = request.campaign.read_robot();
-  const calibration::Campaign campaign = request.campaign.read_campaign(robot);
+  const calibration::Campaign campaign = request.campaign.read_campaign(robot, run);
   const calibration::Comparison comparison =
       calibration::compare(robot, campaign, run.threads(), run.progress(), loss_of(request.robust));
   files::Json json{{"inputs", report::provenance(robot)}};

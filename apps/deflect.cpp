@@ -57,7 +57,8 @@ files::Json deflect(const Request& request, Run& run) {
   run.print(segments.text(robot));
   run.draw(
       {{"skeletons",
-        {report::named_skeleton("unloaded", report::skeleton(robot.manipulator, posture)),
+        {report::named_skeleton("unloaded",
+                                report::skeleton(robot.manipulator.without_errors(), posture)),
          report::named_skeleton("loaded", report::skeleton(robot.manipulator, equilibrium))}}});
   stop_short_unless_stable(request.load, robot, equilibrium, run);
   files::Json json{{"inputs", report::provenance(robot)},

@@ -72,7 +72,7 @@ files::Json diagnose(const DiagnoseRequest& request, Run& run) {
   const vjm::Robot robot = request.campaign.read_robot();
   calibration::DiagnosisOptions options = request.options;
   options.kinds = kinds_to_try(request, robot);
-  const calibration::Campaign campaign = request.campaign.read_campaign(robot);
+  const calibration::Campaign campaign = request.campaign.read_campaign(robot, run);
   if (request.profiles || run.wants_page()) options.profiles = most_profiles;
   const calibration::Diagnosis diagnosis =
       resumable_diagnosis(robot, campaign, options, request.no_cache, run);

@@ -21,7 +21,7 @@ std::string listed(const std::vector<calibration::Observability>& all, bool obse
 
 files::Json check(const CampaignRequest& request, Run& run) {
   const vjm::Robot robot = request.read_robot();
-  const calibration::Campaign campaign = request.read_campaign(robot);
+  const calibration::Campaign campaign = request.read_campaign(robot, run);
   const auto all = calibration::check_campaign(campaign, robot);
   files::Json json{{"inputs", report::provenance(robot)}};
   say_which_robot(robot, campaign, json, run);

@@ -81,7 +81,7 @@ calibration::PlanOptions options_of(const PlanRequest& request, const vjm::Robot
 
 files::Json plan(const PlanRequest& request, Run& run) {
   const vjm::Robot robot = request.campaign.read_robot();
-  const calibration::Campaign campaign = request.campaign.read_campaign(robot);
+  const calibration::Campaign campaign = request.campaign.read_campaign(robot, run);
   const calibration::PlanOptions options = options_of(request, robot);
   const files::Json diagnosis = diagnosis_of(request, robot, campaign, run);
   const calibration::PlanQuestion question = question_of(request, robot, diagnosis);

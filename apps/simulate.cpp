@@ -185,6 +185,7 @@ files::Json simulate(const SimulateRequest& request, Run& run) {
       std::filesystem::absolute(robot.file), std::filesystem::absolute(folder));
   const calibration::SimulatedCampaign made =
       calibration::simulate(robot, named.string(), request.plan, options, run.progress());
+  for (const std::string& sentence : made.warnings) run.warn(sentence);
   files::write_atomically(folder / "readings.csv", made.readings);
   files::write_atomically(folder / "campaign.yaml", made.yaml);
   for (const vjm::Effect& effect : options.hidden) run.print(effect_text(effect));

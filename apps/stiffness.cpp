@@ -24,11 +24,15 @@ files::Json stiffness(const Request& request, Run& run) {
   const vjm::UnloadedStiffness unloaded = unloaded_stiffness(robot.manipulator, posture);
   run.print(fmt::format("{}\n", robot.name) + report::text(robot, posture));
   run.print("Unloaded\n--------\n" + report::text(robot, unloaded));
+  if (robot.manipulator.has_errors())
+    run.print(
+        "That is the nominal robot: its chains do not close with their geometric errors, unless "
+        "they\nstrain each other. As it is assembled it stands under Loaded.\n");
   files::Json json{{"inputs", report::provenance(robot)},
                    {"posture", report::to_json(robot, posture)},
                    {"unloaded", report::to_json(robot, unloaded)}};
-  files::Json skeletons{
-      report::named_skeleton("unloaded", report::skeleton(robot.manipulator, posture))};
+  files::Json skeletons{report::named_skeleton(
+      "unloaded", report::skeleton(robot.manipulator.without_errors(), posture))};
   run.draw({{"skeletons", skeletons}});
   if (!request.load.given() && robot.manipulator.is_relaxed_when_unloaded()) return json;
 

@@ -40,7 +40,7 @@ class TimeLimit : public files::Progress {
 files::Json studio(const StudioRequest& request, Run& run) {
   report::require_pages();
   vjm::Robot robot = request.campaign.read_robot();
-  calibration::Campaign campaign = request.campaign.read_campaign(robot);
+  calibration::Campaign campaign = request.campaign.read_campaign(robot, run);
   const std::filesystem::path folder =
       request.folder.empty() ? robot.file.parent_path() : std::filesystem::path(request.folder);
   StudioSession session(std::move(robot), std::move(campaign), folder, run.threads(),

@@ -21,11 +21,27 @@ namespace dimension = spatial::dimension;
 YamlNode read_top(const std::filesystem::path& file) {
   YamlNode top = files::read_yaml(file);
   files::check_format_version(top);
-  top.allow_only({"kinetostat",   "campaign",           "origin",       "robot",
-                  "units",        "displacement",       "zero",         "session_frame",
-                  "frames",       "displacement_frame", "target_point", "wrench_frame",
-                  "wrench_point", "wrench_noise",       "known_loads",  "noise",
-                  "instruments",  "instrument",         "roles",        "readings"});
+  top.allow_only({"kinetostat",
+                  "campaign",
+                  "origin",
+                  "robot",
+                  "posture",
+                  "units",
+                  "displacement",
+                  "zero",
+                  "session_frame",
+                  "frames",
+                  "displacement_frame",
+                  "target_point",
+                  "wrench_frame",
+                  "wrench_point",
+                  "wrench_noise",
+                  "known_loads",
+                  "noise",
+                  "instruments",
+                  "instrument",
+                  "roles",
+                  "readings"});
   return top;
 }
 
@@ -206,6 +222,13 @@ std::map<std::string, Role> read_roles(const YamlNode& top) {
   return roles;
 }
 
+PostureColumns read_posture(const YamlNode& top) {
+  const auto given = top.find("posture");
+  if (!given) return PostureColumns::unstated;
+  return given->choice({"platform", "joints"}) == "joints" ? PostureColumns::joints
+                                                           : PostureColumns::platform;
+}
+
 // A session that no reading belongs to is a slip.
 void require_session(const YamlNode& node, const std::string& session, const Campaign& campaign) {
   if (std::binary_search(campaign.sessions.begin(), campaign.sessions.end(), session)) return;
@@ -301,6 +324,7 @@ Campaign read_campaign(const std::filesystem::path& file, const vjm::Manipulator
                                 .wrench = read_wrench_frame(top, frames, campaign.units),
                                 .wrench_noise = read_wrench_noise(top),
                                 .roles = read_roles(top),
+                                .posture = read_posture(top),
                                 .units_line = units.line(),
                                 .angle_stated = units.has("angle"),
                                 .time_stated = units.has("time")};

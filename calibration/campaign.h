@@ -114,7 +114,8 @@ struct Campaign {
   /// Covariance of the noise of each reading's wrench [force; moment], base axes, about its point
   /// [N, N m]; empty: wrenches are taken to be exact.
   std::vector<spatial::Matrix6> wrench_covariance;
-  std::vector<std::string> notes;  // what was assumed, in sentences
+  std::vector<std::string> notes;     // what was assumed, in sentences
+  std::vector<std::string> warnings;  // those of them that may well have been meant otherwise
 };
 
 /// Whether any reading has this role.

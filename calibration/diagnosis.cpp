@@ -433,6 +433,10 @@ std::vector<UnseenKind> unseen_kinds(const Diagnosis& diagnosis) {
   std::vector<UnseenKind> unseen;
   for (const auto& [name, kind] : kinds)
     if (kind.detectability < told_apart_from) unseen.push_back(kind);
+  for (const KindWithoutPlace& kind : diagnosis.without_place)
+    unseen.push_back({.name = kind.name, .reason = kind.reason});
+  std::sort(unseen.begin(), unseen.end(),
+            [](const UnseenKind& a, const UnseenKind& b) { return a.name < b.name; });
   return unseen;
 }
 
@@ -445,6 +449,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   Diagnosis d;
   d.noise = noise.source;
   d.noise_without_load = noise.only_unloaded;
+  d.without_place = kinds_without_place(robot, options.kinds);
   const Rivals all(robot, given, noise, threads, progress, options.journal);
   Search whole_search(all, tried, options, threads, progress);
   BaseFit fit = with_hint_of_slip(all.predictor(), given, progress,

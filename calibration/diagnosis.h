@@ -42,7 +42,8 @@ struct Diagnosis {
   /// Values that no candidate explains, where they are too many to be set aside.
   std::size_t far_values = 0;
   std::vector<DiagnosisStep> steps;
-  std::vector<std::string> weak;  // combinations that the base fit hardly knows
+  std::vector<KindWithoutPlace> without_place;  // kinds that could not be tried
+  std::vector<std::string> weak;                // combinations that the base fit hardly knows
   NoiseSource noise = NoiseSource::unknown;
   bool noise_without_load = false;  // only readings without load are repeated, and none is stated
   std::optional<ChiSquareTest> before, after;  // of the base fit, and with what was found
@@ -73,11 +74,12 @@ struct Diagnosis {
 };
 
 /// A kind of effect that would not show at its usual size, wherever it is (d' below that which
-/// names an effect).
+/// names an effect), or that has no place.
 struct UnseenKind {
   std::string name;
   double detectability = 0;  // d' at its best place
   bool absorbed = false;     // because what is refitted does the same
+  std::string reason = {};   // why it has no place; else empty
 };
 /// Of the first round; by name.
 std::vector<UnseenKind> unseen_kinds(const Diagnosis& diagnosis);

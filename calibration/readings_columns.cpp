@@ -1,9 +1,11 @@
 #include "kinetostat/calibration/readings_columns.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "kinetostat/calibration/joint_column.h"
 #include "kinetostat/files/error.h"
@@ -32,6 +34,17 @@ const std::vector<std::string>& reserved_names() {
   return all;
 }
 
+bool is_reserved(const std::string& name) {
+  const auto& reserved = reserved_names();
+  return std::find(reserved.begin(), reserved.end(), name) != reserved.end();
+}
+
+constexpr std::array pose_names = {"x", "y", "z", "roll", "pitch", "yaw"};
+
+bool is_of_pose(const std::string& name) {
+  return std::find(pose_names.begin(), pose_names.end(), name) != pose_names.end();
+}
+
 // "Fx [N]" -> "fx": what a column name comes down to when case, unit and blanks are taken off.
 std::string bare_name(const std::string& column) {
   std::string bare;
@@ -46,6 +59,9 @@ struct Joint {
   std::string alone;  // "joint" where no other chain has one of that name, else the same
   bool actuated = false;
   Dimension dimension;
+
+  // Its column unless the campaign says otherwise.
+  const std::string& column() const { return is_reserved(alone) ? name : alone; }
 };
 
 std::vector<Joint> joints_of(const vjm::Manipulator& manipulator) {
@@ -85,9 +101,14 @@ class ColumnFinder {
         if (const Column c = column("corr_" + correlation_name(i, j)))
           found_.correlations.push_back({{i, j}, *c});
     found_.point = together("px", "py", "pz");
-    found_.position = together("x", "y", "z");
-    found_.orientation = together("roll", "pitch", "yaw");
+    if (context_.posture == PostureColumns::joints) {
+      refuse_poses_without_joint();
+    } else {
+      found_.position = together("x", "y", "z");
+      found_.orientation = together("roll", "pitch", "yaw");
+    }
     find_joint_columns();
+    if (context_.posture == PostureColumns::unstated) warn_of_drives_named_like_columns();
     check_slips();
     check_columns();
     check_units();
@@ -121,23 +142,81 @@ class ColumnFinder {
       fail_header(names[missing],
                   fmt::format("the column '{}' is missing: {}, {} and {} go together",
                               names[missing], a, b, c),
-                  "Add it, with 0 in every row if need be");
+                  "Add it, with 0 in every row if need be" + hint_of_drives());
     return columns;
+  }
+
+  // The drives, without a column, that are named like a given one that `wanted` chooses.
+  std::vector<const Joint*> drives_named_like(bool (*wanted)(const std::string&)) const {
+    std::vector<const Joint*> result;
+    for (const Joint& joint : joints_) {
+      const std::string name = bare_name(joint.alone);
+      if (joint.actuated && is_reserved(name) && wanted(name) && table_.find(name) &&
+          !table_.find(joint.name))
+        result.push_back(&joint);
+    }
+    return result;
+  }
+
+  // For columns of a pose that may be coordinates of drives.
+  std::string hint_of_drives() const {
+    const std::vector<const Joint*> drives = drives_named_like(is_of_pose);
+    if (drives.empty()) return {};
+    return fmt::format(
+        "; where columns are coordinates of the drives of these names, say 'posture: joints' in "
+        "the campaign file, or name them like {}",
+        drives[0]->name);
+  }
+
+  void refuse_poses_without_joint() const {
+    for (const char* name : pose_names)
+      if (table_.find(name) &&
+          std::none_of(joints_.begin(), joints_.end(),
+                       [&](const Joint& joint) { return joint.alone == name; }))
+        fail_header(
+            name,
+            fmt::format("the campaign says 'posture: joints', and no joint is named '{}'", name),
+            "Write 'posture: platform', or name the column otherwise to keep it as a "
+            "covariate");
+  }
+
+  void warn_of_drives_named_like_columns() {
+    const auto warn = [this](std::string sentence) {
+      campaign_.notes.push_back(sentence);
+      campaign_.warnings.push_back(std::move(sentence));
+    };
+    std::vector<std::string> columns, whole;
+    for (const Joint* joint : drives_named_like(is_of_pose)) {
+      columns.push_back(bare_name(joint->alone));
+      whole.push_back(joint->name);
+    }
+    if (!columns.empty())
+      warn(fmt::format(
+          "Read as the platform's pose: {}; but drives have these names. If the pose is meant, say "
+          "'posture: platform' in the campaign file; if coordinates of the drives are, say "
+          "'posture: joints', or name the columns {}.",
+          fmt::join(columns, ", "), fmt::join(whole, ", ")));
+    if (found_.position[0] || !found_.joints.empty()) return;
+    for (const Joint* joint :
+         drives_named_like([](const std::string& name) { return !is_of_pose(name); }))
+      warn(
+          fmt::format("The column '{}' is not taken as the coordinate of the drive of this name, "
+                      "which would stand in a column '{}'.",
+                      bare_name(joint->alone), joint->name));
   }
 
   void find_joint_columns() {
     std::vector<std::string> missing;
     for (const Joint& joint : joints_) {
       Column found = column(joint.name);
-      const auto& reserved = reserved_names();
-      if (!found && std::find(reserved.begin(), reserved.end(), joint.alone) == reserved.end())
-        found = column(joint.alone);
+      const bool said = context_.posture == PostureColumns::joints && is_of_pose(joint.alone);
+      if (!found && (said || !is_reserved(joint.alone))) found = column(joint.alone);
       if (found) {
         found_.joints.push_back({*found, joint.name, joint.dimension});
         campaign_.joint_columns[joint.name] = {table_.columns()[*found],
                                                joint.dimension == dimension::angle};
       }
-      if (!found && joint.actuated) missing.push_back(joint.alone);
+      if (!found && joint.actuated) missing.push_back(said ? joint.alone : joint.column());
     }
     if (!found_.joints.empty() && !missing.empty()) {
       const std::string near = unknown_column_like(missing[0]);
@@ -246,11 +325,8 @@ class ColumnFinder {
 }  // namespace
 
 std::string joint_column(const vjm::Manipulator& manipulator, const std::string& name) {
-  const auto& reserved = reserved_names();
   for (const Joint& joint : joints_of(manipulator))
-    if (joint.name == name &&
-        std::find(reserved.begin(), reserved.end(), joint.alone) == reserved.end())
-      return joint.alone;
+    if (joint.name == name) return joint.column();
   return name;
 }
 

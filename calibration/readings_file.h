@@ -37,12 +37,16 @@ struct WrenchNoise {
   bool is_stated() const { return force > 0 || moment > 0 || share > 0; }
 };
 
+/// Whose the columns x, y, z, roll, pitch, yaw are where drives have these names.
+enum class PostureColumns { unstated, platform, joints };
+
 /// What the campaign file says about its readings.
 struct ReadingsContext {
   std::map<std::string, Instrument> instruments = {};  // by name; "": where a reading names none
   WrenchFrame wrench = {};
   WrenchNoise wrench_noise = {};
-  std::map<std::string, Role> roles = {};          // of sessions
+  std::map<std::string, Role> roles = {};  // of sessions
+  PostureColumns posture = PostureColumns::unstated;
   int units_line = 0;                              // of the campaign file
   bool angle_stated = false, time_stated = false;  // units that the campaign file names
 };

@@ -125,17 +125,18 @@ bool same_sites(const vjm::Effect& a, const vjm::Effect& b) {
 }
 
 // An axis along gravity that stays so, because all joints before it turn about such axes: no weight
-// can have a moment about it.
+// can have a moment about it. A screw along gravity lifts all the same.
 bool stays_vertical(const vjm::Chain& chain, Index coordinate, const spatial::Vector3& gravity) {
   vjm::ChainKinematics kinematics;
   vjm::evaluate(chain, chain.home(), kinematics);
   for (Index k = 0; k <= coordinate; ++k) {
     const vjm::Coordinate& c = chain.coordinates()[static_cast<std::size_t>(k)];
     const spatial::Vector3 axis = kinematics.jacobian.col(k).tail<3>();
-    if (c.role == vjm::Role::elastic || !vjm::is_rotation(c.motion)) continue;
+    if (c.role == vjm::Role::elastic || axis.isZero(0)) continue;
     if (axis.cross(gravity).norm() > 1e-6 * gravity.norm()) return false;
   }
-  return true;
+  const double rise = kinematics.jacobian.col(coordinate).head<3>().dot(gravity);
+  return std::abs(rise) <= 1e-6 * gravity.norm() * kinematics.reach;
 }
 
 // A drive of a joint that weight may turn, as far as gravity is known.
@@ -231,6 +232,29 @@ std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std
         continue;
       }
     }
+  }
+  return result;
+}
+
+std::vector<KindWithoutPlace> kinds_without_place(const vjm::Robot& robot,
+                                                  const std::vector<std::string>& kinds) {
+  const std::vector<Candidate> all = candidates(robot, kinds);
+  std::vector<KindWithoutPlace> result;
+  for (const auto& kind : robot.kinds()) {
+    const auto is_of_kind = [&](const vjm::Effect& effect) {
+      return effect.kind->name == kind->name;
+    };
+    const bool asked =
+        kinds.empty() || std::find(kinds.begin(), kinds.end(), kind->name) != kinds.end();
+    if (!asked || kind->parameters.empty() ||
+        std::any_of(robot.effects.begin(), robot.effects.end(), is_of_kind) ||
+        std::any_of(all.begin(), all.end(),
+                    [&](const Candidate& candidate) { return is_of_kind(candidate.effect); }))
+      continue;
+    result.push_back({kind->name, kind->place == vjm::EffectPlace::mass
+                                      ? "no link of the robot file yields or has a 'mass'"
+                                      : fmt::format("the robot has no {} on which it could act",
+                                                    vjm::to_string(kind->place))});
   }
   return result;
 }

@@ -27,6 +27,14 @@ struct Candidate {
 /// empty: all. A place that stands for several (a joint of each chain) is a candidate beside them.
 std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std::string>& kinds);
 
+/// A kind of effect that the robot has no place for, and why.
+struct KindWithoutPlace {
+  std::string name, reason;
+};
+/// Of the kinds that candidates() tries; those that the robot has already do not count.
+std::vector<KindWithoutPlace> kinds_without_place(const vjm::Robot& robot,
+                                                  const std::vector<std::string>& kinds);
+
 /// Those of the robot, then the added ones.
 std::vector<vjm::Effect> effects_with(const vjm::Robot& robot, const std::vector<Candidate>& added);
 

@@ -192,7 +192,7 @@ SimulatedCampaign simulate(const vjm::Robot& robot, const std::string& robot_nam
     return result;
   };
   SimulatedCampaign result{yaml_text(robot, robot_name, options),
-                           extended(text, table, header, cells)};
+                           extended(text, table, header, cells), campaign.warnings};
   if (!options.hidden.empty())
     add_trace(campaign, options, predicted({}).displacement, predictions.displacement, result);
   return result;

@@ -36,6 +36,7 @@ struct HiddenTrace {
 struct SimulatedCampaign {
   std::string yaml;                     // refers to readings.csv beside it
   std::string readings;                 // the plan with columns of displacement
+  std::vector<std::string> warnings;    // columns of the plan that may be meant otherwise
   std::vector<HiddenTrace> trace = {};  // one a component; empty without hidden effects
   /// Norm of all that they change over the noise, the d' of diagnosis; where there is noise.
   std::optional<double> detectability = {};

@@ -186,7 +186,7 @@ std::string unseen_text(const Diagnosis& d) {
   if (d.verdict != Verdict::no_effect_needed && d.verdict != Verdict::cannot_tell) return {};
   std::vector<std::string> weak, absorbed;
   for (const calibration::UnseenKind& kind : calibration::unseen_kinds(d))
-    (kind.absorbed ? absorbed : weak).push_back(kind.name);
+    if (kind.reason.empty()) (kind.absorbed ? absorbed : weak).push_back(kind.name);
   if (weak.empty() && absorbed.empty()) return {};
   std::string text;
   if (!weak.empty())
@@ -219,6 +219,17 @@ std::string verdict_text(const vjm::Robot& robot, const calibration::Campaign& c
     text += fmt::format("  {}\n", remark);
   for (const std::string& sentence : d.missing) text += "  Missing: " + sentence + ".\n";
   return text + unseen_text(d);
+}
+
+// Kinds of effects that the robot has no place for, by the reason.
+std::string without_place_text(const Diagnosis& d) {
+  std::map<std::string, std::vector<std::string>> kinds;
+  for (const calibration::KindWithoutPlace& kind : d.without_place)
+    kinds[kind.reason].push_back(kind.name);
+  std::string text;
+  for (const auto& [reason, names] : kinds)
+    text += fmt::format("  not observable, because {}: {}\n", reason, fmt::join(names, ", "));
+  return text;
 }
 
 std::string ranking_text(const vjm::Robot& robot, const calibration::Campaign& campaign,
@@ -353,7 +364,7 @@ std::string text(const vjm::Robot& robot, const calibration::Campaign& campaign,
                         number(d.before->reduced(), 4), number(d.after->reduced(), 4));
   text += waterfall_text(campaign, d.waterfall, d.held_out);
   for (std::size_t i = 0; i < d.steps.size(); ++i)
-    text += ranking_text(robot, campaign, d.steps[i], i);
+    text += ranking_text(robot, campaign, d.steps[i], i) + (i == 0 ? without_place_text(d) : "");
   for (const std::string& sentence : d.weak) text += "Weak: " + sentence + "\n";
   for (const std::string& sentence : d.set_aside) text += "Set aside: " + sentence + "\n";
   return text;
@@ -376,7 +387,8 @@ Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, con
   for (const calibration::UnseenKind& kind : calibration::unseen_kinds(d))
     unseen.push_back({{"effect", kind.name},
                       {"detectability", kind.detectability},
-                      {"absorbed", kind.absorbed}});
+                      {"absorbed", kind.absorbed},
+                      {"reason", kind.reason.empty() ? Json() : Json(kind.reason)}});
   Json instead;
   if (const auto& one = d.instead_of_refit) {
     instead = candidate_json(robot, one->candidate);

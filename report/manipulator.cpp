@@ -1,6 +1,7 @@
 #include "kinetostat/report/manipulator.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -70,6 +71,29 @@ Json coordinates_json(const Chain& chain, const Eigen::VectorXd& x) {
   for (Eigen::Index k = 0; k < chain.size(); ++k)
     json[chain.coordinates()[static_cast<std::size_t>(k)].name] = x[k];
   return json;
+}
+
+// K_q and K_theta (MMT11 eq. 29): how the coordinates of a chain change with the displacement of
+// its end, those of perfect passive joints and those with a spring (or held by a drive). Null when
+// some chain is rigid in some direction.
+Json motion_json(const Chain& chain, const vjm::ChainEquilibrium& state) {
+  if (state.motion.rows() == 0) return nullptr;
+  const spatial::Wrench& at = state.wrench;
+  Json passive = Json::object(), sprung = Json::object(), units = Json::object();
+  for (Eigen::Index k = 0; k < chain.size(); ++k) {
+    const vjm::Coordinate& c = chain.coordinates()[static_cast<std::size_t>(k)];
+    const bool is_free = c.role == vjm::Role::passive && chain.stiffness()(k, k) == 0;
+    std::array<double, 6> row{};
+    for (Eigen::Index j = 0; j < 6; ++j) row[static_cast<std::size_t>(j)] = state.motion(k, j);
+    (is_free ? passive : sprung)[c.name] = row;
+    units[c.name] = is_rotation(c.motion) ? "rad" : "m";
+  }
+  return {{"K_q", passive},
+          {"K_theta", sprung},
+          {"order", {"tx", "ty", "tz", "rx", "ry", "rz"}},
+          {"units", units},
+          {"point", files::to_json(at.frame.point)},
+          {"axes", files::rows(at.frame.axes.transpose())}};
 }
 
 Json pose_json(const spatial::Pose& pose) {
@@ -241,7 +265,8 @@ Json to_json(const Robot& robot, const Equilibrium& e) {
                               {"wrench", files::to_json(e.chains[c].wrench)},
                               {"stiffness", optional_json(e.chains[c].stiffness)},
                               {"stability", stability_json(e.chains[c].held)},
-                              {"coordinates", coordinates_json(chain, e.chains[c].coordinates)}});
+                              {"coordinates", coordinates_json(chain, e.chains[c].coordinates)},
+                              {"coordinates_by_displacement", motion_json(chain, e.chains[c])}});
   }
   return json;
 }

@@ -198,24 +198,10 @@ Json along_json(const std::optional<Along>& along) {
           {"stiffness", along->stiffness ? Json(*along->stiffness) : Json()}};
 }
 
-// K_q and K_theta (MMT11 eq. 29): change of every coordinate with the platform's displacement.
-Json motion_json(const vjm::Chain& chain, const Eigen::MatrixXd& motion) {
-  Json json = Json::object();
-  for (Eigen::Index k = 0; k < motion.rows(); ++k) {
-    std::array<double, 6> row{};
-    for (Eigen::Index j = 0; j < 6; ++j) row[static_cast<std::size_t>(j)] = motion(k, j);
-    json[chain.coordinates()[static_cast<std::size_t>(k)].name] = row;
-  }
-  return json;
-}
-
 Json point_json(const Robot& robot, const PathTask& task, const PathPoint& point) {
   Json equilibrium = to_json(robot, point.equilibrium);
   for (const char* key : {"status", "reason", "reached", "load_steps", "newton_corrections"})
     equilibrium.erase(key);
-  for (std::size_t c = 0; c < point.equilibrium.chains.size(); ++c)
-    equilibrium["chains"][c]["coordinates_by_displacement"] =
-        motion_json(robot.manipulator.chains()[c], point.equilibrium.chains[c].motion);
   return {{"parameter", point.parameter},
           {"stable", point.stability(task).stable()},
           {"along", along_json(point.along)},

@@ -40,12 +40,13 @@ class Polyline {
   Vector3 last_ = Vector3::Zero();
 };
 
-Json joint_json(const vjm::Coordinate& coordinate, const Pose& frame) {
+// A coupled joint may move otherwise than the coordinate that drives it.
+Json joint_json(const vjm::Coordinate& coordinate, vjm::Motion motion, const Pose& frame) {
   return {{"name", coordinate.name},
           {"role", word(coordinate.role)},
-          {"turns", is_rotation(coordinate.motion)},
+          {"turns", is_rotation(motion)},
           {"at", files::to_json(frame.position())},
-          {"axis", files::to_json(Vector3(frame.rotation().col(axis_index(coordinate.motion))))}};
+          {"axis", files::to_json(Vector3(frame.rotation().col(axis_index(motion))))}};
 }
 
 Json chain_json(const Chain& chain, const Eigen::VectorXd& x, const Pose& origin) {
@@ -60,7 +61,8 @@ Json chain_json(const Chain& chain, const Eigen::VectorXd& x, const Pose& origin
     line.add(behind.position());
     const vjm::Coordinate& coordinate =
         chain.coordinates()[static_cast<std::size_t>(joint.coordinate)];
-    if (coordinate.role != vjm::Role::elastic) joints.push_back(joint_json(coordinate, behind));
+    if (coordinate.role != vjm::Role::elastic)
+      joints.push_back(joint_json(coordinate, joint.motion, behind));
   }
   vjm::ChainKinematics kinematics;
   evaluate(chain, x, kinematics, origin);

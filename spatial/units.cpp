@@ -43,6 +43,8 @@ const NamedUnit named_units[] = {
     {"°", {pi / 180, dimension::angle}, false},
     {"arcmin", {pi / 180 / 60, dimension::angle}, false},
     {"arcsec", {pi / 180 / 3600, dimension::angle}, false},
+    {"turn", {2 * pi, dimension::angle}, false},
+    {"rev", {2 * pi, dimension::angle}, false},
     {"degC", {1, dimension::temperature}, false},
     {"°C", {1, dimension::temperature}, false},
     {"inch", {0.0254, dimension::length}, false},

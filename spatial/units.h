@@ -43,7 +43,8 @@ struct Unit {
 };
 
 /// Reads a unit expression of SI symbols with prefixes (mm, um or µm, kN, GPa, mrad), and min, h,
-/// deg, inch, in, lbf, lb, psi, ksi, percent (%), K, degC; with '*' or a blank or '.', '/', '^' or
+/// deg, turn, rev, inch, in, lbf, lb, psi, ksi, percent (%), K, degC; with '*' or a blank or '.',
+/// '/', '^' or
 /// '**' and parentheses. A '/' divides by all that follows up to the next '*', '/' or ')':
 /// "N/mm", "kg/m^3", "N*m/rad", "1/(N m)". Throws std::invalid_argument naming the piece that is
 /// not understood and the nearest unit that would be.

@@ -24,7 +24,8 @@ double shear_compliance(double length, const Section& s, const Material& m,
 
 }  // namespace
 
-Section Section::rectangle(double y, double z) {
+Section Section::rectangle(double y, double z, double poisson_ratio) {
+  const double nu = poisson_ratio, kappa = 10 * (1 + nu) / (12 + 11 * nu);
   const auto [b, a] = std::minmax(y, z);
   const double ratio = b / a;
   return {
@@ -32,25 +33,26 @@ Section Section::rectangle(double y, double z) {
       .second_moment_y = y * z * z * z / 12,
       .second_moment_z = z * y * y * y / 12,
       .torsion_constant = a * b * b * b * (1.0 / 3 - 0.21 * ratio * (1 - std::pow(ratio, 4) / 12)),
-      .shear_coefficient_y = 5.0 / 6,
-      .shear_coefficient_z = 5.0 / 6};
+      .shear_coefficient_y = kappa,
+      .shear_coefficient_z = kappa};
 }
 
-Section Section::circle(double diameter) {
+Section Section::circle(double diameter, double poisson_ratio) {
+  const double nu = poisson_ratio, kappa = 6 * (1 + nu) / (7 + 6 * nu);
   const double i = pi * std::pow(diameter, 4) / 64;
   return {.area = pi * diameter * diameter / 4,
           .second_moment_y = i,
           .second_moment_z = i,
           .torsion_constant = 2 * i,
-          .shear_coefficient_y = 0.9,
-          .shear_coefficient_z = 0.9};
+          .shear_coefficient_y = kappa,
+          .shear_coefficient_z = kappa};
 }
 
-Section Section::tube(double outer_diameter, double inner_diameter) {
+Section Section::tube(double outer_diameter, double inner_diameter, double poisson_ratio) {
   if (!(inner_diameter < outer_diameter))
     throw std::invalid_argument("the inner diameter of a tube must be below the outer one");
   const double i = pi * (std::pow(outer_diameter, 4) - std::pow(inner_diameter, 4)) / 64;
-  const double nu = 0.3, m = inner_diameter / outer_diameter;
+  const double nu = poisson_ratio, m = inner_diameter / outer_diameter;
   const double wide = (1 + m * m) * (1 + m * m);
   const double kappa = 6 * (1 + nu) * wide / ((7 + 6 * nu) * wide + (20 + 12 * nu) * m * m);
   return {.area = pi * (outer_diameter * outer_diameter - inner_diameter * inner_diameter) / 4,

@@ -12,6 +12,9 @@ struct Material {
   double young_modulus = 0;       // E [Pa]
   double shear_modulus = 0;       // G [Pa]
   std::optional<double> density;  // [kg/m^3]
+
+  /// nu = E / (2 G) - 1.
+  double poisson_ratio() const { return young_modulus / (2 * shear_modulus) - 1; }
 };
 
 /// A cross-section in its own axes: x along the beam, y and z through the centroid along the
@@ -25,13 +28,16 @@ struct Section {
   /// used with Euler-Bernoulli theory.
   std::optional<double> shear_coefficient_y, shear_coefficient_z;
 
+  /// The shear coefficients of the following are Cowper's (1966), for Poisson's ratio nu > -1.
+  ///
   /// Sides along y and z [m]. J = a b^3 (1/3 - 0.21 (b/a) (1 - b^4/(12 a^4))), a > b (Roark),
-  /// within 0.5 % of the exact series. Shear coefficients 5/6.
-  static Section rectangle(double y, double z);
-  /// Solid circle [m]; shear coefficients 9/10.
-  static Section circle(double diameter);
-  /// Circular tube [m]; shear coefficients of the thick tube for nu = 0.3 (Cowper 1966).
-  static Section tube(double outer_diameter, double inner_diameter);
+  /// within 0.5 % of the exact series. Shear coefficients 10 (1 + nu) / (12 + 11 nu).
+  static Section rectangle(double y, double z, double poisson_ratio);
+  /// Solid circle [m]; shear coefficients 6 (1 + nu) / (7 + 6 nu).
+  static Section circle(double diameter, double poisson_ratio);
+  /// Circular tube [m]; with m = inner over outer diameter, shear coefficients
+  /// 6 (1 + nu) (1 + m^2)^2 / ((7 + 6 nu) (1 + m^2)^2 + (20 + 12 nu) m^2).
+  static Section tube(double outer_diameter, double inner_diameter, double poisson_ratio);
 };
 
 enum class BeamTheory { euler_bernoulli, timoshenko };

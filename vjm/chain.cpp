@@ -66,18 +66,25 @@ Chain& Chain::node(const std::string& name, const spatial::Vector3& position) {
     if (other.name == name)
       throw std::invalid_argument(fmt::format("chain '{}' has two nodes named '{}'", name_, name));
   // Displacements of the end are those of the tool point, not of what is mounted beside it.
-  spatial::Pose tail = tail_;
+  spatial::Pose tail = tail_ * attachment_.inverse();
   for (const ChainDisplacement& place : displacements_)
     if (place.place == "end") tail = tail * spatial::displaced({}, place.value).inverse();
+  tail = tail * attachment_;
   add_node({name, static_cast<Eigen::Index>(joints_.size()), tail * position});
   return *this;
 }
 
-Chain& Chain::mass(const std::string& name, double mass, const spatial::Vector3& position) {
+Chain& Chain::attach(const spatial::Pose& to_reference) {
+  attachment_ = attachment_ * to_reference;
+  return offset(to_reference);
+}
+
+Chain& Chain::mass(const std::string& name, double mass, const spatial::Vector3& position,
+                   const std::string& element) {
   if (!(mass >= 0) || !std::isfinite(mass))
     throw std::invalid_argument(fmt::format("the mass of '{}' must not be negative", name));
   node(name, position);
-  masses_.push_back({nodes_.size() - 1, mass});
+  masses_.push_back({nodes_.size() - 1, mass, element.empty() ? name : element});
   return *this;
 }
 
@@ -112,9 +119,6 @@ Chain& Chain::coupled(const std::string& name, Motion motion, double factor) {
   const Coordinate& coordinate = coordinates_[static_cast<std::size_t>(k)];
   if (coordinate.role == Role::elastic)
     throw std::invalid_argument(fmt::format("'{}' is a virtual spring, not a joint", name));
-  if (is_rotation(coordinate.motion) != is_rotation(motion))
-    throw std::invalid_argument(fmt::format(
-        "'{}' cannot drive a {} joint: one turns, the other slides", name, to_string(motion)));
   add_joint(motion, k, factor);
   return *this;
 }

@@ -121,10 +121,11 @@ struct Node {
   spatial::Vector3 position = spatial::Vector3::Zero();
 };
 
-/// A mass [kg] at a node.
+/// A mass [kg] at a node, of a link or of a mass that stands alone; empty where an effect put it.
 struct PointMass {
   std::size_t node = 0;
   double mass = 0;
+  std::string element = {};
 };
 
 /// One elementary joint in the product of transformations: `before`, then `motion` by
@@ -136,7 +137,7 @@ struct Joint {
   bool before_is_identity = true;
   Motion motion = Motion::tx;
   Eigen::Index coordinate = 0;
-  double factor = 1;
+  double factor = 1;  // [1, or m/rad where a turn slides, rad/m where a slide turns]
 };
 
 /// Constant description of a chain, built from base to end in the order of JAMRIS09 eq. 1:
@@ -162,7 +163,8 @@ class Chain {
   Chain& passive(const std::string& name, Motion motion, double stiffness, double rest,
                  double home);
   /// A further joint that moves by `factor` times the coordinate of an earlier actuated or passive
-  /// one.
+  /// one. One may turn and the other slide, as in a screw or a rack: the factor is then in m/rad,
+  /// or in rad/m.
   Chain& coupled(const std::string& name, Motion motion, double factor);
   /// A flexible link: `offset` to its end, then the virtual joint Tx Ty Tz Rx Ry Rz there
   /// (JAMRIS09 eq. 1). The compliance is taken at the link's end in the axes of the end frame; its
@@ -177,8 +179,13 @@ class Chain {
   Chain& law(const std::string& name, std::shared_ptr<const CoordinateLaw> law);
   /// A named point here, for loads; throws when the name is taken.
   Chain& node(const std::string& name, const spatial::Vector3& position = spatial::Vector3::Zero());
-  /// A mass here, at a position in the current frame.
-  Chain& mass(const std::string& name, double mass, const spatial::Vector3& position);
+  /// A mass here, at a position in the current frame. `element`: the link that it is a part of;
+  /// empty: it stands alone, under its own name.
+  Chain& mass(const std::string& name, double mass, const spatial::Vector3& position,
+              const std::string& element = {});
+  /// The chain ends here; `to_reference` leads on to the reference point of the body that it ends
+  /// on. Errors and displacements of the "end" are those of the chain, in front of that.
+  Chain& attach(const spatial::Pose& to_reference);
 
   /// What effects change in a chain that is built. `element` is "base", "end", a joint or a link;
   /// all throw std::invalid_argument for another name.
@@ -203,7 +210,8 @@ class Chain {
   const std::vector<Coordinate>& coordinates() const { return coordinates_; }
   const std::vector<Joint>& joints() const { return joints_; }
   const std::vector<Spring>& springs() const { return springs_; }
-  const spatial::Pose& tail() const { return tail_; }  // after the last joint
+  const spatial::Pose& tail() const { return tail_; }  // after the last joint, to the reference
+  const spatial::Pose& attachment() const { return attachment_; }  // its part on the body
   const std::vector<Node>& nodes() const { return nodes_; }
   /// Their numbers, nearest the base first.
   const std::vector<std::size_t>& nodes_by_joints() const { return nodes_by_joints_; }
@@ -269,7 +277,7 @@ class Chain {
   std::vector<Coordinate> coordinates_;
   std::vector<Joint> joints_;
   std::vector<Spring> springs_;
-  spatial::Pose tail_, nominal_tail_;
+  spatial::Pose tail_, nominal_tail_, attachment_;
   bool has_errors_ = false;
   std::vector<ChainDisplacement> displacements_;
   std::vector<RestShift> rest_shifts_;

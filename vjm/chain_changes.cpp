@@ -137,9 +137,10 @@ void Chain::move_place(const ChainDisplacement& place, const Pose& change) {
   if (!last) joints_[static_cast<std::size_t>(place.joints)].before_is_identity = false;
   const Pose after = spatial::displaced(Pose(), place.value);
   if (place.in_front) {
-    // gap = rigid part, old displacement
+    // gap = rigid part, old displacement; of the end also what lies between it and the body.
     const Pose old = change.inverse() * after;
-    gap = gap * old.inverse() * after;
+    const Pose beyond = last ? attachment_ : Pose();
+    gap = gap * beyond.inverse() * old.inverse() * after * beyond;
     return;
   }
   const Pose lead = place.joints == 0 ? base_ : Pose();

@@ -54,6 +54,7 @@ PlaceFrame frame_of(const ChainState& state, const std::string& element, bool in
   place.pose = frame_behind(chain, state.x, place.joints, state.origin);
   if (in_front) {
     place.pose = place.pose * before(chain, place.joints);
+    if (element == "end") place.pose = place.pose * chain.attachment().inverse();
     const Vector6 value = value_at(chain, element, true);
     if (!value.isZero(0)) place.pose = place.pose * spatial::displaced(Pose(), value).inverse();
   } else if (place.joints == 0) {

@@ -111,7 +111,7 @@ std::shared_ptr<const EffectKind> effect_kind(const std::string& name, const Eff
 }
 
 std::string to_string(EffectPlace place) {
-  static constexpr std::array names = {"joint", "link",     "element", "base",
+  static constexpr std::array names = {"joint", "link",     "element", "link/mass", "base",
                                        "end",   "platform", "load",    "sensor"};
   return names[static_cast<std::size_t>(place)];
 }
@@ -132,14 +132,29 @@ Histories no_history(const std::vector<Effect>& effects) {
 
 namespace {
 
-// A link in segments has springs "leg.1", "leg.2", ...: the link is what is before the dot.
+// A link in segments has springs "leg.1", "leg.2", ...: the link is what is before the number.
+std::string link_of(const std::string& spring) {
+  const std::size_t dot = spring.rfind('.');
+  const bool is_segment = dot != std::string::npos && dot + 1 < spring.size() &&
+                          spring.find_first_not_of("0123456789", dot + 1) == std::string::npos;
+  return is_segment ? spring.substr(0, dot) : spring;
+}
+
 void add_links(const Chain& chain, std::vector<std::string>& elements) {
   for (const Spring& spring : chain.springs()) {
     if (spring.stiffness.rows() != 6) continue;
-    const std::string link = spring.name.substr(0, spring.name.find('.'));
+    const std::string link = link_of(spring.name);
     if (std::find(elements.begin(), elements.end(), link) == elements.end())
       elements.push_back(link);
   }
+}
+
+// Links that have a mass, and masses that stand alone.
+void add_masses(const Chain& chain, std::vector<std::string>& elements) {
+  for (const PointMass& mass : chain.masses())
+    if (!mass.element.empty() &&
+        std::find(elements.begin(), elements.end(), mass.element) == elements.end())
+      elements.push_back(mass.element);
 }
 
 void add_joints(const Chain& chain, std::vector<std::string>& elements) {
@@ -151,7 +166,9 @@ void add_joints(const Chain& chain, std::vector<std::string>& elements) {
 std::vector<std::string> elements_of(EffectPlace place, const Chain& chain) {
   std::vector<std::string> elements;
   if (place == EffectPlace::joint || place == EffectPlace::element) add_joints(chain, elements);
-  if (place == EffectPlace::link || place == EffectPlace::element) add_links(chain, elements);
+  if (place == EffectPlace::link || place == EffectPlace::element || place == EffectPlace::mass)
+    add_links(chain, elements);
+  if (place == EffectPlace::mass) add_masses(chain, elements);
   if (place == EffectPlace::base || place == EffectPlace::element) elements.push_back("base");
   if (place == EffectPlace::end || place == EffectPlace::element) elements.push_back("end");
   return elements;

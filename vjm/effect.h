@@ -14,9 +14,10 @@
 
 namespace kinetostat::vjm {
 
-/// What an effect acts on: an element of a chain, where it starts or ends, the platform, the wrench
-/// that is stated, or the instrument.
-enum class EffectPlace { joint, link, element, base, end, platform, load, sensor };
+/// What an effect acts on: an element of a chain (a flexible link, one of these or a joint, what
+/// has a mass or is a flexible link), where it starts or ends, the platform, the wrench that is
+/// stated, or the instrument.
+enum class EffectPlace { joint, link, element, mass, base, end, platform, load, sensor };
 std::string to_string(EffectPlace place);
 
 /// What a prior width is counted in.

@@ -67,7 +67,7 @@ Section read_general_section(const YamlNode& node, const UnitSystem& units) {
   return section;
 }
 
-Section read_section(const YamlNode& node, const UnitSystem& units) {
+Section read_section(const YamlNode& node, const UnitSystem& units, double poisson_ratio) {
   const auto [kind, value] = node.one_of({"rectangle", "circle", "tube", "general"});
   node.allow_only({kind});
   const auto length = [&](const YamlNode& parent, const char* key) {
@@ -76,16 +76,16 @@ Section read_section(const YamlNode& node, const UnitSystem& units) {
   if (kind == "general") return read_general_section(value, units);
   if (kind == "rectangle") {
     value.allow_only({"y", "z"});
-    return Section::rectangle(length(value, "y"), length(value, "z"));
+    return Section::rectangle(length(value, "y"), length(value, "z"), poisson_ratio);
   }
   if (kind == "circle") {
     value.allow_only({"diameter"});
-    return Section::circle(length(value, "diameter"));
+    return Section::circle(length(value, "diameter"), poisson_ratio);
   }
   value.allow_only({"outer", "inner"});
   const double outer = length(value, "outer"), inner = length(value, "inner");
   if (inner >= outer) value.fail("the inner diameter of a tube must be below the outer one");
-  return Section::tube(outer, inner);
+  return Section::tube(outer, inner, poisson_ratio);
 }
 
 // Axes of the beam in the link's frame: x along the beam; y as given, or so that z is as near as
@@ -109,8 +109,8 @@ LinkModel read_beam(const YamlNode& node, const UnitSystem& units,
   const double length = node.at("length").positive(dimension::length, units);
   const auto direction_given = node.find("direction");
   const Vector3 direction = direction_given ? direction_given->direction() : Vector3::UnitX();
-  const Section section = read_section(node.at("section"), units);
   const Material material = read_material(node.at("material"), units, materials);
+  const Section section = read_section(node.at("section"), units, material.poisson_ratio());
   const auto theory_given = node.find("theory");
   const BeamTheory theory =
       !theory_given || theory_given->choice({"euler-bernoulli", "timoshenko"}) == "timoshenko"
@@ -235,7 +235,7 @@ LinkModel read_inline(const YamlNode& node, const YamlNode& value, const std::st
   return link;
 }
 
-// A passive joint along or about each axis, in a frame whose x axis it is.
+// A passive joint along or about each axis, or a screw, in a frame whose x axis it is.
 void append_free_motions(const LinkPart& part, Chain& chain, const std::string& name) {
   int number = 0;
   for (const ScrewMotion& motion : part.free_motions) {
@@ -243,8 +243,9 @@ void append_free_motions(const LinkPart& part, Chain& chain, const std::string& 
         Eigen::Quaterniond::FromTwoVectors(Vector3::UnitX(), motion.direction).toRotationMatrix(),
         motion.is_translation ? Vector3::Zero() : motion.point);
     chain.offset(axis);
-    chain.passive(fmt::format("{}.free{}", name, ++number),
-                  motion.is_translation ? Motion::tx : Motion::rx);
+    const std::string joint = fmt::format("{}.free{}", name, ++number);
+    chain.passive(joint, motion.is_translation ? Motion::tx : Motion::rx);
+    if (motion.pitch != 0) chain.coupled(joint, Motion::tx, motion.pitch);
     chain.offset(axis.inverse());
   }
 }
@@ -258,7 +259,7 @@ void LinkModel::append_to(Chain& chain, const std::string& name) const {
     const double share = mass ? 0.5 * mass->mass / static_cast<double>(parts.size()) : 0;
     const Vector3 center = mass ? mass->center : Vector3::Zero();
     const Vector3 third = offset.position() / 3;
-    if (share > 0) chain.mass(part_name + ".mass1", share, center - third);
+    if (share > 0) chain.mass(part_name + ".mass1", share, center - third, name);
     if (parts[i].compliance) {
       chain.link(part_name, offset, *parts[i].compliance);
     } else {
@@ -266,7 +267,7 @@ void LinkModel::append_to(Chain& chain, const std::string& name) const {
     }
     append_free_motions(parts[i], chain, part_name);
     if (share > 0)
-      chain.mass(part_name + ".mass2", share, offset.inverse() * Vector3(center + third));
+      chain.mass(part_name + ".mass2", share, offset.inverse() * Vector3(center + third), name);
   }
 }
 

@@ -17,7 +17,7 @@ namespace kinetostat::vjm {
 struct LinkPart {
   spatial::Pose offset;                                 // start frame to end frame
   std::optional<spatial::Compliance6> compliance = {};  // at the end, in the axes of the end frame
-  std::vector<ScrewMotion> free_motions = {};  // rotations and translations there, without pitch
+  std::vector<ScrewMotion> free_motions = {};           // there
 };
 
 /// The mass of a link.

@@ -46,7 +46,7 @@ Manipulator Manipulator::with_reference_point(const spatial::Vector3& point_on_p
   Manipulator copy = *this;
   for (std::size_t c = 0; c < chains_.size(); ++c) {
     if (spans_[c].to == Span::platform)
-      copy.chains_[c].offset(spatial::Pose::translation(point_on_platform));
+      copy.chains_[c].attach(spatial::Pose::translation(point_on_platform));
     if (spans_[c].from == Span::platform)
       throw std::invalid_argument("the reference point cannot move while a chain starts on it");
   }

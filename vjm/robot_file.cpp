@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <map>
 #include <memory>
@@ -105,27 +106,84 @@ void add_passive(Chain& chain, const YamlNode& node, const UnitSystem& units) {
   if (stops) add_stops(chain, *stops, name, motion, units);
 }
 
-void add_coupled(Chain& chain, const YamlNode& node) {
-  node.allow_only({"to", "axis", "factor"});
-  const auto factor = node.find("factor");
-  chain.coupled(node.at("to").text(), read_motion(node.at("axis")),
-                factor ? factor->number() : 1.0);
+// A length per angle, as `factor`, or the other way round. "5 mm" may be meant per turn or per
+// radian, so that the angle must be named.
+double read_pitch_factor(const YamlNode& node, const spatial::Dimension& dimension) {
+  const char* cure = dimension.length > 0 ? "Write 'lead: 5 mm' per turn, 'radius: 20 mm' of a "
+                                            "pinion, or a factor such as '5 mm/turn'"
+                                          : "Write 'lead: 5 mm' per turn, 'radius: 20 mm' of a "
+                                            "pinion, or a factor such as '72 deg/mm'";
+  const std::string text = node.text();
+  char* unit = nullptr;
+  (void)std::strtod(text.c_str(), &unit);
+  try {
+    if (*unit != '\0' && spatial::parse_unit(unit).dimension == dimension)
+      return node.quantity_with_unit(dimension);
+  } catch (const std::invalid_argument&) {  // said below
+  }
+  node.fail("one turns and the other slides: the factor needs a unit of length and angle", cure);
 }
 
-void add_link(Chain& chain, const YamlNode& node, const Parts& parts) {
+// A plain length: "5 mm/turn" is none, though angles count as numbers elsewhere.
+double read_plain_length(const YamlNode& node, const UnitSystem& units) {
+  if (node.text().find('/') != std::string::npos)
+    node.fail("a length is expected", "Write '5 mm', or 'factor: 5 mm/turn'");
+  return node.quantity(dimension::length, units);
+}
+
+// What a joint that slides moves per radian of one that turns [m/rad], or the inverse. Negative:
+// against its axis, as with a left-handed thread.
+double read_pitch(const YamlNode& node, bool slides, const UnitSystem& units) {
+  const auto [key, value] = node.one_of({"factor", "lead", "radius"});
+  if (key == "factor") {
+    const spatial::Dimension per_angle{.length = 1, .angle = -1};
+    const double factor =
+        read_pitch_factor(value, slides ? per_angle : dimension::none / per_angle);
+    if (factor == 0) value.fail("it must not be zero");
+    return factor;
+  }
+  const double length = read_plain_length(value, units);
+  if (length == 0) value.fail("it must not be zero");
+  const double pitch = key == "lead" ? length / (2 * M_PI) : length;
+  return slides ? pitch : 1 / pitch;
+}
+
+void add_coupled(Chain& chain, const YamlNode& node, const UnitSystem& units) {
+  node.allow_only({"to", "axis", "factor", "lead", "radius"});
+  const std::string joint = node.at("to").text();
+  const Motion motion = read_motion(node.at("axis"));
+  const Motion leading =
+      chain.coordinates()[static_cast<std::size_t>(chain.index_of(joint))].motion;
+  if (is_rotation(leading) != is_rotation(motion)) {
+    chain.coupled(joint, motion, read_pitch(node, !is_rotation(motion), units));
+    return;
+  }
+  for (const char* key : {"lead", "radius"})
+    if (const auto given = node.find(key))
+      given->fail(
+          fmt::format("'{}' and this joint both {}", joint, is_rotation(motion) ? "turn" : "slide"),
+          "Write 'factor:' with a plain number");
+  const auto factor = node.find("factor");
+  chain.coupled(joint, motion, factor ? factor->number() : 1.0);
+}
+
+// Returns the name of the link in the chain: where it is used again, "name#2" and so on.
+std::string add_link(Chain& chain, const YamlNode& node, const Parts& parts,
+                     const std::vector<std::string>& before) {
   std::vector<std::string> names;
   for (const auto& [name, link] : parts.links) names.push_back(name);
   if (names.empty()) node.fail("this file defines no links", "Add 'links:'");
-  std::string name = node.choice(names);
-  // The same link twice in a chain: its springs need names of their own.
+  const std::string name = node.choice(names);
   std::string unique = name;
-  const auto taken = [&chain](const std::string& candidate) {
-    return std::any_of(chain.springs().begin(), chain.springs().end(), [&](const Spring& s) {
-      return s.name == candidate || s.name.starts_with(candidate + ".");
-    });
+  const auto taken = [&](const std::string& candidate) {
+    return std::find(before.begin(), before.end(), candidate) != before.end() ||
+           std::any_of(chain.springs().begin(), chain.springs().end(), [&](const Spring& s) {
+             return s.name == candidate || s.name.starts_with(candidate + ".");
+           });
   };
   for (int i = 2; taken(unique); ++i) unique = fmt::format("{}#{}", name, i);
   parts.links.at(name).append_to(chain, unique);
+  return unique;
 }
 
 void add_mass(Chain& chain, const YamlNode& node, const UnitSystem& units) {
@@ -143,27 +201,32 @@ void add_node(Chain& chain, const YamlNode& node, const UnitSystem& units) {
                                         : spatial::Vector3(spatial::Vector3::Zero()));
 }
 
-void add_element(Chain& chain, const YamlNode& element, const Parts& parts) {
+// Returns the name by which an error can be placed after the element; empty where it has none.
+// `links`: the names of those before it, to which a link is added.
+std::string add_element(Chain& chain, const YamlNode& element, const Parts& parts,
+                        std::vector<std::string>& links) {
   const auto [kind, value] =
       element.one_of({"actuator", "passive", "coupled", "link", "offset", "tool", "mass", "node"});
   element.allow_only({kind});
   try {
     if (kind == "actuator") add_actuator(chain, value, parts.units);
     if (kind == "passive") add_passive(chain, value, parts.units);
-    if (kind == "coupled") add_coupled(chain, value);
-    if (kind == "link") add_link(chain, value, parts);
+    if (kind == "coupled") add_coupled(chain, value, parts.units);
+    if (kind == "link") return links.emplace_back(add_link(chain, value, parts, links));
     if (kind == "mass") add_mass(chain, value, parts.units);
     if (kind == "node") add_node(chain, value, parts.units);
     if (kind == "offset" || kind == "tool") chain.offset(files::read_pose(value, parts.units));
   } catch (const std::invalid_argument& error) {
     value.fail(error.what());
   }
+  const bool has_name = kind == "actuator" || kind == "passive" || kind == "mass" || kind == "node";
+  return has_name ? value.at("name").text() : "";
 }
 
-// A geometric error of one chain: after the element `at` ("base", "end", or the name of a joint or
-// link of its type).
+// A geometric error of one chain: after the element `at` ("base", "end", or the name of a joint,
+// link, mass or node).
 struct ChainError {
-  std::string at;
+  YamlNode at;
   Pose pose;
 };
 
@@ -178,44 +241,29 @@ std::vector<ChainError> read_errors(const YamlNode& chain, const UnitSystem& uni
       displacement.head<3>() = point->vector3(dimension::length, units);
     if (const auto turn = item.find("rotation_vector"))
       displacement.tail<3>() = turn->vector3(dimension::angle, units);
-    errors.push_back({item.at("at").text(), spatial::displaced(Pose(), displacement)});
+    errors.push_back({item.at("at"), spatial::displaced(Pose(), displacement)});
   }
   return errors;
 }
 
-// The name by which an error can be placed after an element.
-std::string element_name(const YamlNode& element) {
-  for (const char* kind : {"actuator", "passive", "mass", "node"})
-    if (const auto value = element.find(kind)) return value->at("name").text();
-  const auto link = element.find("link");
-  return link ? link->text() : "";
-}
-
+// With its errors, up to where it ends.
 Chain read_chain(const YamlNode& elements, const std::string& name, const Pose& base,
                  const std::vector<ChainError>& errors, const Parts& parts) {
   Chain chain(name, base);
-  const auto add_errors = [&](const std::string& place) {
+  std::vector<std::string> places, links;
+  const auto pass = [&](const std::string& place) {
+    places.push_back(place);
     for (const ChainError& error : errors)
-      if (error.at == place) chain.error(error.pose);
+      if (error.at.text() == place) chain.error(error.pose);
   };
-  add_errors("base");
-  for (const YamlNode& element : elements.items()) {
-    add_element(chain, element, parts);
-    const std::string place = element_name(element);
-    if (!place.empty()) add_errors(place);
-  }
-  if (chain.size() == 0) elements.fail("the chain has neither a joint nor a flexible link");
-  return chain;
-}
-
-// Refuses errors at places that the chain has not.
-void check_error_places(const YamlNode& chain, const YamlNode& elements) {
-  const auto list = chain.find("errors");
-  if (!list) return;
-  std::vector<std::string> places{"base", "end"};
+  pass("base");
   for (const YamlNode& element : elements.items())
-    if (const std::string place = element_name(element); !place.empty()) places.push_back(place);
-  for (const YamlNode& item : list->items()) item.at("at").choice(places);
+    if (const std::string place = add_element(chain, element, parts, links); !place.empty())
+      pass(place);
+  if (chain.size() == 0) elements.fail("the chain has neither a joint nor a flexible link");
+  pass("end");
+  for (const ChainError& error : errors) error.at.choice(places);
+  return chain;
 }
 
 YamlNode chain_type(const YamlNode& top, const YamlNode& name) {
@@ -292,7 +340,6 @@ void add_chain(const YamlNode& top, const YamlNode& item, const Parts& parts, As
   item.allow_only(
       {"name", "type", "base", "platform", "platform_point", "from", "to", "errors", "pattern"});
   const YamlNode elements = chain_type(top, item.at("type"));
-  check_error_places(item, elements);
   const Span span{read_body(item, "from", Span::base, assembly.inner_bodies),
                   read_body(item, "to", Span::platform, assembly.inner_bodies)};
   const Pose base = pose_or_identity(item, "base", parts.units);
@@ -308,9 +355,7 @@ void add_chain(const YamlNode& top, const YamlNode& item, const Parts& parts, As
         Pose::rotation(spatial::exp_rotation(static_cast<double>(i) * copies.angle * copies.axis));
     Chain chain = read_chain(elements, copies.names[i], turn * base, errors, parts);
     // The platform turns with the base: its axes are the base's when it is at rest.
-    chain.offset((turn * end).inverse());
-    for (const ChainError& error : errors)
-      if (error.at == "end") chain.error(error.pose);
+    chain.attach((turn * end).inverse());
     assembly.chains.push_back(std::move(chain));
     assembly.spans.push_back(span);
   }
@@ -325,11 +370,8 @@ Assembly read_assembly(const YamlNode& top, const Parts& parts) {
     if (node.has("bodies")) node.at("bodies").fail("a single chain has no inner bodies");
     const Pose base = pose_or_identity(node, "base", parts.units);
     const YamlNode elements = chain_type(top, value);
-    check_error_places(node, elements);
     const std::vector<ChainError> errors = read_errors(node, parts.units);
     assembly.chains.push_back(read_chain(elements, value.text(), base, errors, parts));
-    for (const ChainError& error : errors)
-      if (error.at == "end") assembly.chains.back().error(error.pose);
     assembly.spans.push_back({});
     return assembly;
   }
@@ -453,7 +495,11 @@ Robot robot_of(const YamlNode& top, const std::filesystem::path& file, const Lin
                   "chain_types", "manipulator", "uncertain", "effects", "effect_kinds"});
   Parts parts{.units = files::read_units(top.at("units")), .links = {}};
   LinkOptions link_options = options;
-  link_options.within.push_back(std::filesystem::weakly_canonical(file));
+  std::error_code error;
+  link_options.within.push_back(std::filesystem::weakly_canonical(file, error));
+  if (error)
+    throw files::InputError(file, "is a pipe, and a robot file is read more than once",
+                            "Save it to a file and name that");
   std::vector<std::filesystem::path> link_files;
   bool has_beams = false;
   if (const auto links = top.find("links")) {

@@ -99,6 +99,8 @@ std::optional<Stiffness6> unloaded_stiffness(const Chain& chain,
 
 std::optional<Stiffness6> unloaded_stiffness_matrix(const Manipulator& manipulator,
                                                     const Posture& posture) {
+  if (manipulator.has_errors())
+    return unloaded_stiffness_matrix(manipulator.without_errors(), posture);
   if (!manipulator.is_parallel()) return unloaded_stiffness(manipulator, posture).stiffness;
   ChainKinematics kinematics;
   Matrix6 sum = Matrix6::Zero();
@@ -112,6 +114,7 @@ std::optional<Stiffness6> unloaded_stiffness_matrix(const Manipulator& manipulat
 }
 
 UnloadedStiffness unloaded_stiffness(const Manipulator& manipulator, const Posture& posture) {
+  if (manipulator.has_errors()) return unloaded_stiffness(manipulator.without_errors(), posture);
   const spatial::Frame frame{posture.platform.position()};
   UnloadedStiffness result;
   ChainKinematics kinematics;

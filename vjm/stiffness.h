@@ -24,12 +24,15 @@ std::optional<spatial::Stiffness6> unloaded_stiffness(const Chain& chain,
 
 /// The sum over the chains (IROS11 eq. 12; with inner bodies from the whole system of equations) at
 /// the platform reference point in base axes; nothing when a chain is rigid in some direction. The
-/// quick way, for maps.
+/// quick way, for maps; without geometric errors, as below.
 std::optional<spatial::Stiffness6> unloaded_stiffness_matrix(const Manipulator& manipulator,
                                                              const Posture& posture);
 
-/// A manipulator in a posture, springs relaxed. Motions may be free (no stiffness against them:
-/// then there is no compliance matrix) or rigid (no compliance: then there is no stiffness matrix).
+/// A manipulator in a posture, springs relaxed. Its geometric errors do not count: with them the
+/// chains of an over-constrained robot close only under internal loads, a state that
+/// equilibrium_under_load() and assemble() give, with its stiffness. Motions may be free (no
+/// stiffness against them: then there is no compliance matrix) or rigid (no compliance: then there
+/// is no stiffness matrix).
 struct UnloadedStiffness {
   std::optional<spatial::Stiffness6> stiffness;  // at the platform reference point, base axes
   std::optional<spatial::Compliance6>

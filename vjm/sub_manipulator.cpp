@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include <Eigen/Eigenvalues>
-#include <fmt/format.h>
 
 #include "kinetostat/vjm/posture.h"
 #include "kinetostat/vjm/robot_file.h"
@@ -86,10 +85,7 @@ LinkPart part_with_free_motions(const Pose& offset, const Matrix6& stiffness, do
   part.free_motions = free_motions(spatial::Stiffness6(stiffness), length, negligible).motions;
   for (ScrewMotion& motion : part.free_motions) {
     remove_pitch(motion, part.free_motions);
-    if (std::abs(motion.pitch) > 1e-6 * length)
-      throw std::invalid_argument(
-          fmt::format("a free motion is a screw with a pitch of {:.3g} m/rad, which no joint is",
-                      motion.pitch));
+    if (std::abs(motion.pitch) < 1e-6 * length) motion.pitch = 0;
   }
   Vector6 raised = eigen.eigenvalues();
   for (double& value : raised)

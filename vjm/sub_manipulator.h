@@ -12,8 +12,7 @@ namespace kinetostat::vjm {
 ///     K = K' - K'V (V'K'V)^-1 V'K',   K' = K + a U U'
 ///
 /// (IROS11 eq. 9 read backwards). `length` [m] makes rotations comparable with translations. Throws
-/// std::invalid_argument when the matrix is not positive semi-definite, or a free motion is a screw
-/// with a pitch, which no joint is.
+/// std::invalid_argument when the matrix is not positive semi-definite.
 LinkPart part_with_free_motions(const spatial::Pose& offset, const spatial::Matrix6& stiffness,
                                 double length);
 

@@ -157,9 +157,13 @@ class Importer {
           turns(joint) ? Pose::rotation(spatial::exp_rotation(along)) : Pose::translation(along);
       elements_ += fmt::format("    - offset: {}\n", pose_text(shift));
     }
-    elements_ += fmt::format("    - coupled: {{to: {}, axis: {}, factor: {}}}   # {}\n",
-                             files::yaml_scalar(joint.mimics), axis, joint.mimic_factor,
-                             files::printable(joint.name));
+    if (joint.mimic_factor == 0) return;  // it stands where the offset has it
+    const auto leading = std::find_if(model_.joints.begin(), model_.joints.end(),
+                                      [&](const UrdfJoint& j) { return j.name == joint.mimics; });
+    const char* unit = turns(*leading) == turns(joint) ? "" : turns(*leading) ? " m/rad" : " rad/m";
+    elements_ +=
+        fmt::format("    - coupled: {{to: {}, axis: {}, factor: {}{}}}   # {}\n",
+                    files::yaml_scalar(joint.mimics), axis, joint.mimic_factor, unit, files::printable(joint.name));
   }
 
   // Ends the body before the next joint, whose frame is `turned` in that of the URDF joint.

@@ -88,11 +88,10 @@ TEST(Devices, AreReadToALimit) {
   EXPECT_THAT(outcome.err, HasSubstr("/dev/zero"));
 }
 
-TEST(Pipes, AreReadLikeFiles) {
-  const Outcome outcome = kinetostat("stiffness /dev/stdin --at 0,0,0 -q <" + orthoglide);
-  EXPECT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_EQ(shell("cat " + orthoglide + " | $K stiffness /dev/stdin --at 0,0,0 -q >piped"), 0);
-  EXPECT_EQ(text_of("piped"), outcome.out);
+// What is read again for its checksum would be empty then.
+TEST(Pipes, AreNoRobotFiles) {
+  EXPECT_EQ(shell("cat " + orthoglide + " | $K stiffness /dev/stdin --at 0,0,0 2>piped"), 3);
+  EXPECT_THAT(text_of("piped"), HasSubstr("/dev/stdin: is a pipe"));
 }
 
 // Starts the program in the working folder.
@@ -154,17 +153,22 @@ TEST(StandardError, MayBeFullOrClosed) {
 TEST(StandardOutput, IsNoFileThatIsOpenedLater) {
   EXPECT_EQ(shell("$K stiffness " + orthoglide + " --at 0,0,0 --json closed.json >&-"), 3);
   std::error_code error;
-  if (std::filesystem::exists(working_folder() / "closed.json", error))
-    EXPECT_TRUE(files::read_json(working_folder() / "closed.json").contains("tool"));
+  if (!std::filesystem::exists(working_folder() / "closed.json", error)) return;
+  EXPECT_TRUE(files::read_json(working_folder() / "closed.json").contains("tool"));
 }
 
 #ifndef __SANITIZE_ADDRESS__  // which reserves terabytes of address space
 TEST(LittleMemory, EndsWithAnExitCodeOfItsOwn) {
+  std::string link = text_of("meshes/test_bar.yaml");
+  link.replace(link.find("size: 3"), 7, "size: 8");
+  link.replace(link.find("test_bar.stl"), 12, "meshes/test_bar.stl");
+  put("little.yaml", link);
   int ran_out = 0;
-  for (const int megabytes : {100, 150, 200, 250, 300, 400, 600, 900}) {
-    const int code = shell(fmt::format(
-        "ulimit -v {}; $K identify meshes/foot.yaml --no-cache --threads 2 -o foot.json 2>little",
-        1000 * megabytes));
+  for (const int megabytes : {100, 130, 160, 200, 250, 300, 400, 600}) {
+    const int code = shell(
+        fmt::format("ulimit -v {}; $K identify little.yaml --no-cache --threads 2 -o little.json "
+                    "2>little",
+                    1000 * megabytes));
     const std::string said = text_of("little");
     // 127: the system's loader found no room for the libraries.
     EXPECT_THAT(code, testing::AnyOf(0, 3, 6, 127)) << megabytes << said;

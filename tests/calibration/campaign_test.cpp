@@ -104,6 +104,80 @@ TEST(CampaignFile, TakesActuatorCoordinatesByJointName) {
   EXPECT_EQ(chains.joint_columns.at("z.rho").column, "z.rho");
 }
 
+// A gantry whose drives are called x, y and z, and its tool 100 mm below them.
+vjm::Manipulator gantry(const char* first = "x") {
+  vjm::Chain chain("arm");
+  chain.actuator(first, vjm::Motion::tx, 1e6).actuator("y", vjm::Motion::ty, 1e6);
+  chain.actuator("z", vjm::Motion::tz, 1e6).offset(spatial::Pose::translation({0, 0, -0.1}));
+  return vjm::Manipulator("gantry", {chain});
+}
+
+TEST(CampaignFile, SaysWhereDrivesAreNamedLikeThePose) {
+  const std::string csv = "x,y,z,fz,dz\n10,20,30,1,1\n";
+  const Campaign unstated = read(csv, "", gantry());
+  EXPECT_TRUE(unstated.configurations[0].target.has_value());  // as ever
+  EXPECT_TRUE(unstated.configurations[0].joints.empty());
+  ASSERT_EQ(unstated.warnings.size(), 1u);
+  EXPECT_THAT(unstated.warnings[0],
+              testing::AllOf(HasSubstr("platform's pose: x, y, z"), HasSubstr("posture: platform"),
+                             HasSubstr("posture: joints"), HasSubstr("arm.x, arm.y, arm.z")));
+  EXPECT_THAT(unstated.notes, testing::Contains(unstated.warnings[0]));
+
+  const Campaign platform = read(csv, "posture: platform\n", gantry());
+  EXPECT_TRUE(platform.configurations[0].target.has_value());
+  EXPECT_THAT(platform.warnings, testing::IsEmpty());
+
+  const Campaign joints = read(csv, "posture: joints\n", gantry());
+  EXPECT_FALSE(joints.configurations[0].target.has_value());
+  EXPECT_DOUBLE_EQ(joints.configurations[0].joints.at("arm.x"), 0.01);
+  EXPECT_DOUBLE_EQ(joints.configurations[0].joints.at("arm.z"), 0.03);
+  EXPECT_EQ(joints.joint_columns.at("arm.y").column, "y");
+  EXPECT_THAT(joints.warnings, testing::IsEmpty());
+
+  const Campaign whole = read("arm.x,arm.y,arm.z,fz,dz\n10,20,30,1,1\n", "", gantry());
+  EXPECT_DOUBLE_EQ(whole.configurations[0].joints.at("arm.x"), 0.01);
+  EXPECT_THAT(whole.warnings, testing::IsEmpty());
+}
+
+// Only the case of a letter, or some of the drives; and drives named otherwise are never meant.
+TEST(CampaignFile, KnowsADriveThatIsNearlyNamedLikeThePose) {
+  EXPECT_THAT(read("x,y,z,fz,dz\n1,2,3,1,1\n", "", gantry("X")).warnings,
+              ElementsAre(HasSubstr("pose: x, y, z")));
+  EXPECT_THAT(read("x,y,z,fz,dz\n1,2,3,1,1\n", "", gantry("along")).warnings,
+              ElementsAre(HasSubstr("pose: y, z;")));
+  EXPECT_THAT(read("x,y,z,fz,dz\n1,2,3,1,1\n", "", test::orthoglide().manipulator).warnings,
+              testing::IsEmpty());
+  const auto error_of = [](const std::string& csv, const std::string& more,
+                           const vjm::Manipulator& manipulator) {
+    try {
+      read(csv, more, manipulator);
+    } catch (const files::InputError& error) {
+      return std::string(error.what());
+    }
+    ADD_FAILURE() << "was read";
+    return std::string();
+  };
+  // A table of two drives: "z is missing" alone would lead the wrong way.
+  EXPECT_THAT(error_of("x,y,fz,dz\n1,2,1,1\n", "", gantry()), HasSubstr("posture: joints"));
+  EXPECT_THAT(error_of("x,y,fz,dz\n1,2,1,1\n", "posture: joints\n", gantry()),
+              HasSubstr("actuated joint 'z' has no column"));
+  EXPECT_THAT(
+      error_of("x,y,z,fz,dz\n1,2,3,1,1\n", "posture: joints\n", test::orthoglide().manipulator),
+      HasSubstr("no joint is named 'x'"));
+  EXPECT_THAT(error_of("x,y,z,fz,dz\n1,2,3,1,1\n", "posture: tool\n", gantry()),
+              HasSubstr("posture"));
+}
+
+// A drive that is named like any other column: its coordinate is asked for by its whole name.
+TEST(CampaignFile, SaysWhereADriveIsNamedLikeAColumn) {
+  vjm::Chain chain("arm");
+  chain.actuator("rz", vjm::Motion::rz, 1e4).offset(spatial::Pose::translation({0.3, 0, 0}));
+  const vjm::Manipulator arm("arm", {chain});
+  EXPECT_THAT(read("fz,dz,rz\n1,1,2\n", "", arm).warnings, ElementsAre(HasSubstr("'arm.rz'")));
+  EXPECT_THAT(read("arm.rz,fz,dz,rz\n30,1,1,2\n", "", arm).warnings, testing::IsEmpty());
+  EXPECT_THAT(read("x,y,z,fz,dz,rz\n300,0,0,1,1,2\n", "", arm).warnings, testing::IsEmpty());
+}
+
 TEST(CampaignFile, StatesNoiseForAllAxesOrEach) {
   const auto sigma = [](const std::string& noise) {
     return read("fz,dx,dz\n1,1,1\n", "noise: " + noise + "\n").readings[0].sigma;

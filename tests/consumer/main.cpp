@@ -16,7 +16,7 @@ int main() {
   const double load = file.at("load").positive(spatial::dimension::force, units);
 
   const vjm::Material steel{.young_modulus = 210e9, .shear_modulus = 80e9, .density = 7850};
-  const vjm::Section section = vjm::Section::rectangle(0.020, 0.012);
+  const vjm::Section section = vjm::Section::rectangle(0.020, 0.012, steel.poisson_ratio());
   const spatial::Compliance6 tip =
       vjm::beam_compliance(span, section, steel, vjm::BeamTheory::euler_bernoulli);
   const spatial::Wrench force{{0, load, 0}, {0, 0, 0}, tip.frame()};

@@ -66,5 +66,18 @@ TEST_F(Skeleton, FollowsTheEquilibrium) {
   }
 }
 
+// What a screw slides along is drawn as a slide, though a turn drives it.
+TEST(SkeletonOfAScrew, ShowsEachJointAsItMoves) {
+  vjm::Chain chain("arm");
+  chain.actuator("motor", vjm::Motion::rz, 1e4).coupled("motor", vjm::Motion::tx, 0.01);
+  const vjm::Manipulator screw("screw", {chain});
+  const Json joints =
+      skeleton(screw, vjm::posture_from_joints(screw, {}).posture)["chains"][0]["joints"];
+  ASSERT_EQ(joints.size(), 2u);
+  EXPECT_TRUE(joints[0]["turns"].get<bool>());
+  EXPECT_FALSE(joints[1]["turns"].get<bool>());
+  EXPECT_LT((vector(joints[1]["axis"]) - Vector3::UnitX()).norm(), 1e-15);
+}
+
 }  // namespace
 }  // namespace kinetostat::report

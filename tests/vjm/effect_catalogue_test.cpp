@@ -115,27 +115,41 @@ void expect_exact(const Bench& bench, const std::vector<Effect>& effects, int pa
   }
 }
 
+// The arm again, with effects at places of another sort than in the catalogue: a rigid link, a mass
+// that stands alone, the end of a chain that is not the origin of its body.
+Bench other_places() {
+  Bench bench = test::arm_bench();
+  bench.effects = {test::effect(bench.manipulator, "self_weight", "arm.elbow", {12}),
+                   test::effect(bench.manipulator, "self_weight", "arm.payload", {12}),
+                   test::effect(bench.manipulator, "geometric_error", "rod.end",
+                                {1e-3, -2e-3, 1e-3, 2e-3, -1e-3, 2e-3}),
+                   test::effect(bench.manipulator, "geometric_error", "arm.end",
+                                {1e-3, -2e-3, 1e-3, 2e-3, -1e-3, 2e-3})};
+  return bench;
+}
+
+const Bench& bench_number(int number) {
+  static const Bench benches[] = {test::parallel_bench(), test::arm_bench(), other_places()};
+  return benches[number];
+}
+
 class EveryEffect : public testing::TestWithParam<std::pair<int, std::size_t>> {
  protected:
-  const Bench& bench() const {
-    static const Bench benches[] = {test::parallel_bench(), test::arm_bench()};
-    return benches[GetParam().first];
-  }
+  const Bench& bench() const { return bench_number(GetParam().first); }
   const Effect& effect() const { return bench().effects[GetParam().second]; }
 };
 
 std::vector<std::pair<int, std::size_t>> every_effect() {
   std::vector<std::pair<int, std::size_t>> all;
-  for (std::size_t e = 0; e < test::parallel_bench().effects.size(); ++e) all.emplace_back(0, e);
-  for (std::size_t e = 0; e < test::arm_bench().effects.size(); ++e) all.emplace_back(1, e);
+  for (const int bench : {0, 1, 2})
+    for (std::size_t e = 0; e < bench_number(bench).effects.size(); ++e) all.emplace_back(bench, e);
   return all;
 }
 
 std::string name_of(const testing::TestParamInfo<std::pair<int, std::size_t>>& info) {
-  const bool arm = info.param.first == 1;
-  const Bench bench = arm ? test::arm_bench() : test::parallel_bench();
-  return bench.effects[info.param.second].kind->name + (arm ? "_arm_" : "_parallel_") +
-         std::to_string(info.param.second);
+  static constexpr const char* names[] = {"_parallel_", "_arm_", "_elsewhere_"};
+  return bench_number(info.param.first).effects[info.param.second].kind->name +
+         names[info.param.first] + std::to_string(info.param.second);
 }
 
 INSTANTIATE_TEST_SUITE_P(Catalogue, EveryEffect, testing::ValuesIn(every_effect()), name_of);

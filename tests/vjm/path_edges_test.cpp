@@ -51,7 +51,7 @@ Robot shipped(const std::string& name) {
 Manipulator beam() {
   Chain chain("beam");
   chain.link("beam", Pose::translation({1, 0, 0}),
-             beam_compliance(1, Section::rectangle(0.02, 0.01), {210e9, 80e9, std::nullopt},
+             beam_compliance(1, Section::rectangle(0.02, 0.01, 0.3), {210e9, 80e9, std::nullopt},
                              BeamTheory::euler_bernoulli));
   return {"beam", {chain}};
 }

@@ -91,11 +91,41 @@ TEST_F(RobotFile, IsReadWithItsUnits) {
 
 TEST_F(RobotFile, ABeamLinkHasTheBeamsStiffness) {
   const Robot robot = read(good);
-  const auto tip =
-      beam_compliance(0.4, Section::circle(0.03), {210e9, 210e9 / 2.6, {}}, BeamTheory::timoshenko);
+  const auto tip = beam_compliance(0.4, Section::circle(0.03, 0.3), {210e9, 210e9 / 2.6, {}},
+                                   BeamTheory::timoshenko);
   const Spring& spring = robot.manipulator.chains()[0].springs()[1];
   const spatial::Matrix6 product = spring.stiffness * tip.matrix();
   EXPECT_LT((product - spatial::Matrix6::Identity()).norm(), 1e-8);
+}
+
+// The shear of a beam knows the material: Cowper's coefficients with nu of the file, or of E and G.
+TEST_F(RobotFile, TheShearOfABeamIsThatOfItsMaterial) {
+  struct Case {
+    std::string material, section;
+    double shear_modulus, kappa, area;
+  };
+  const double m2 = 0.64, wide = (1 + m2) * (1 + m2), nu = 0.25;
+  const std::vector<Case> cases = {
+      {"{E: 200 GPa, nu: 0.25}", "circle: {diameter: 30}", 80e9, 7.5 / 8.5, M_PI * 0.015 * 0.015},
+      {"{E: 200 GPa, G: 80 GPa}", "circle: {diameter: 30}", 80e9, 7.5 / 8.5, M_PI * 0.015 * 0.015},
+      {"{E: 200 GPa, G: 100 GPa}", "circle: {diameter: 30}", 100e9, 6.0 / 7, M_PI * 0.015 * 0.015},
+      {"{E: 200 GPa, nu: 0.25}", "rectangle: {y: 30, z: 20}", 80e9, 12.5 / 14.75, 0.03 * 0.02},
+      {"{E: 200 GPa, nu: 0.25}", "tube: {outer: 30, inner: 24}", 80e9,
+       6 * (1 + nu) * wide / ((7 + 6 * nu) * wide + (20 + 12 * nu) * m2),
+       M_PI * (0.015 * 0.015 - 0.012 * 0.012)}};
+  const std::string written = "section: {circle: {diameter: 30}}, material: steel";
+  for (const Case& c : cases) {
+    const auto compliance = [&](const std::string& theory) {
+      const Robot robot = read(replaced(
+          good, written,
+          "section: {" + c.section + "}, material: " + c.material + ", theory: " + theory));
+      return spatial::Matrix6(
+          spatial::Matrix6(robot.manipulator.chains()[0].springs()[1].stiffness).inverse());
+    };
+    const double shear = compliance("timoshenko")(1, 1) - compliance("euler-bernoulli")(1, 1);
+    const double expected = 0.4 / (c.kappa * c.shear_modulus * c.area);
+    EXPECT_NEAR(shear, expected, 1e-6 * expected) << c.material << c.section;
+  }
 }
 
 // A beam along y with its section turned, against the same beam along x seen from a turned frame.
@@ -130,8 +160,8 @@ TEST_F(RobotFile, SegmentsInSeriesAreTheWholeLink) {
 }
 
 TEST_F(RobotFile, InlineMatricesAndIdentifiedLinksAreTheSameLink) {
-  const auto tip =
-      beam_compliance(0.4, Section::circle(0.03), {210e9, 210e9 / 2.6, {}}, BeamTheory::timoshenko);
+  const auto tip = beam_compliance(0.4, Section::circle(0.03, 0.3), {210e9, 210e9 / 2.6, {}},
+                                   BeamTheory::timoshenko);
   files::write_json(folder_ / "upper.link.json", files::to_json(tip));
   const std::string from_file =
       replaced(good, "{beam: {length: 400, section: {circle: {diameter: 30}}, material: steel}}",
@@ -162,7 +192,7 @@ TEST_F(RobotFile, InlineMatricesAndIdentifiedLinksAreTheSameLink) {
 TEST_F(RobotFile, TheMassOfAnIdentifiedLinkNeedsACentre) {
   const auto refusal = [&](const files::Json& mass, const files::Json& center) {
     files::Json link = files::to_json(beam_compliance(
-        0.4, Section::circle(0.03), {210e9, 210e9 / 2.6, {}}, BeamTheory::timoshenko));
+        0.4, Section::circle(0.03, 0.3), {210e9, 210e9 / 2.6, {}}, BeamTheory::timoshenko));
     link["mass"] = mass;
     if (!center.is_null()) link["center_of_mass"] = center;
     files::write_json(folder_ / "upper.link.json", link);
@@ -269,7 +299,7 @@ TEST_F(RobotFile, EveryOptionalKeyOfTheSchemaIsRead) {
   EXPECT_NO_THROW(turned.node_index("hook"));
   double mass = 0;
   for (const PointMass& point : turned.masses()) mass += point.mass;
-  EXPECT_DOUBLE_EQ(mass, 2 + 3 + 1);
+  EXPECT_DOUBLE_EQ(mass, 2 + 2 + 3 + 1);
 }
 
 TEST_F(RobotFile, ALinkFileWithANonSymmetricMatrixIsRefused) {

@@ -112,12 +112,7 @@ TEST(SubManipulator, AnyRankComesBackFromTheChain) {
   }
 }
 
-TEST(SubManipulator, WhatIsNoJointIsRefused) {
-  // Free along a screw of 0.1 m/rad about x.
-  Vector6 screw;
-  screw << 0.1, 0, 0, 1, 0, 0;
-  const Matrix6 stiffness = Matrix6::Identity() - screw * screw.transpose() / screw.squaredNorm();
-  EXPECT_THROW(part_with_free_motions(Pose(), stiffness, 1), std::invalid_argument);
+TEST(SubManipulator, WhatIsNoStiffnessIsRefused) {
   EXPECT_THROW(part_with_free_motions(Pose(), -Matrix6::Identity(), 1), std::invalid_argument);
 }
 

@@ -165,6 +165,28 @@ TEST_F(Urdf, SlidesMimicJointsAndObliqueAxes) {
   EXPECT_LT(spatial::pose_difference(result.posture.platform, motion.tip).norm(), 1e-12);
 }
 
+// A slide that a turn drives through a screw, and a turn that a slide drives.
+TEST_F(Urdf, AMimicMayTurnWhatSlides) {
+  const std::string text =
+      "<robot name='r'><link name='a'/><link name='b'/><link name='c'/><link name='d'/><link "
+      "name='e'/>"
+      "<joint name='turn' type='continuous'><parent link='a'/><child link='b'/><axis xyz='0 1 "
+      "0'/></joint>"
+      "<joint name='nut' type='prismatic'><parent link='b'/><child link='c'/><axis xyz='1 0 0'/>"
+      "<mimic joint='turn' multiplier='-0.03' offset='.1'/></joint>"
+      "<joint name='slide' type='prismatic'><parent link='c'/><child link='d'/><axis xyz='0 0 "
+      "1'/><limit lower='0' upper='2'/></joint>"
+      "<joint name='wheel' type='revolute'><parent link='d'/><child link='e'/><axis xyz='1 2 3'/>"
+      "<mimic joint='slide' multiplier='4'/></joint></robot>";
+  const UrdfModel model = read(text);
+  const UrdfChain chain = find_chain(model, "", "");
+  const Robot robot = imported(model, chain);
+  test::Random random(3);
+  const Motion6 motion = moved(model, chain, random);
+  const PostureResult result = posture_from_joints(robot.manipulator, motion.joints);
+  EXPECT_LT(spatial::pose_difference(result.posture.platform, motion.tip).norm(), 1e-12);
+}
+
 TEST_F(Urdf, WhatIsMissingIsListed) {
   const UrdfModel model = read(two_links("revolute"));
   const ImportedRobot robot = import_robot(model, find_chain(model, "", ""));

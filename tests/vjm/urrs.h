@@ -20,7 +20,7 @@ enum class Shape { straight, bent, zigzag };
 inline void add_link(Chain& chain, Springs springs, int number) {
   const std::string n = std::to_string(number);
   const spatial::Pose offset = spatial::Pose::translation({length, 0, 0});
-  Section section = Section::rectangle(0.015, 0.006);
+  Section section = Section::rectangle(0.015, 0.006, 0.3);
   const Material material{70e9, 70e9 / 2.66, std::nullopt};
   const double torsion = material.shear_modulus * section.torsion_constant / length;
   const double axial = 70e9 * section.area / length;

@@ -45,7 +45,8 @@ class Payload : public EffectKind {
                      const EffectInput& input) const override {
     const ChainState& state = columns.state();
     // Where mass() has put it: displacements of the end leave it alone.
-    const PlaceFrame platform = frame_of(state, "end", true);
+    PlaceFrame platform = frame_of(state, "end", true);
+    platform.pose = platform.pose * state.chain.attachment();
     const spatial::Vector3 point = platform.pose * center(input);
     const auto add = [&](Eigen::Index column, const spatial::Vector3& force,
                          const spatial::Vector3& moment) {
