@@ -11,7 +11,7 @@ namespace kinetostat::apps {
 
 /// Of a loaded equilibrium of a robot with beams; nothing without beams or equilibrium.
 struct SegmentCheck {
-  static constexpr int stability_multiple = 4;  // segments by which stability is judged
+  static constexpr int stability_multiple = 8;  // segments by which stability is judged
 
   std::optional<double> lumping_error;  // vjm::lumping_error() against twice the segments
   bool hidden_buckling = false;         // stable as given, unstable with the finer beams
@@ -21,7 +21,7 @@ struct SegmentCheck {
   void add_to(files::Json& json) const;
 };
 
-/// Solves again with every beam in two and four times the segments. `found` takes over the
+/// Solves again with every beam in two and eight times the segments. `found` takes over the
 /// stability of the finer beams where that is less (vjm::take_stability()).
 SegmentCheck check_segments(const vjm::Robot& robot, const PostureRequest& posture,
                             const LoadRequest& load, vjm::Equilibrium& found);
