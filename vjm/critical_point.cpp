@@ -40,8 +40,8 @@ Located locate(Continuation& continuation, const Station& from, const Station& t
   };
   std::uintmax_t iterations = 100;
   const auto [low, high] = boost::math::tools::toms748_solve(
-      [&](double share) { return function(station_at(share)); }, 0.0, 1.0, at_from,
-      at_to, boost::math::tools::eps_tolerance<double>(46), iterations);
+      [&](double share) { return function(station_at(share)); }, 0.0, 1.0, at_from, at_to,
+      boost::math::tools::eps_tolerance<double>(46), iterations);
   const double share = 0.5 * (low + high);
   return {share, station_at(share), station_at(low), station_at(high), high - low};
 }
@@ -195,8 +195,7 @@ CriticalKind kind_of(Continuation& continuation, const Station& from, const Stat
 Station station_beside(Continuation& continuation, const Station& from, const Station& to, int idle,
                        const Located& place) {
   const double apart = 1e-4 + place.width;
-  const Station before =
-      station_at(continuation, from, to, place.share - apart).value_or(from);
+  const Station before = station_at(continuation, from, to, place.share - apart).value_or(from);
   const Station behind = station_at(continuation, from, to, place.share + apart).value_or(to);
   const double a = distance_to_branch_point(continuation, before, idle);
   return distance_to_branch_point(continuation, behind, idle) > 2 * a ? behind : before;
@@ -209,14 +208,13 @@ std::vector<CriticalStation> critical_between(Continuation& continuation, const 
   std::vector<Located> places = merged(all_places(continuation, from, to));
   if (places.empty()) return {};
   std::vector<CriticalStation> found;
-  const int idle =
-      std::min(idle_directions(continuation, from), idle_directions(continuation, to));
+  const int idle = std::min(idle_directions(continuation, from), idle_directions(continuation, to));
   int unstable = count_negative(from.spectrum);
   for (Located& place : places) {
     CriticalStation critical;
     critical.kind = kind_of(continuation, from, to, idle, place);
-    critical.beside = place.turn ? std::move(place.before)
-                                 : station_beside(continuation, from, to, idle, place);
+    critical.beside =
+        place.turn ? std::move(place.before) : station_beside(continuation, from, to, idle, place);
     critical.idle = idle;
     critical.multiplicity = std::max(1, std::abs(place.change));
     critical.uncertainty = place.width * std::abs(to.at.parameter - from.at.parameter);

@@ -161,9 +161,9 @@ class Importer {
     const auto leading = std::find_if(model_.joints.begin(), model_.joints.end(),
                                       [&](const UrdfJoint& j) { return j.name == joint.mimics; });
     const char* unit = turns(*leading) == turns(joint) ? "" : turns(*leading) ? " m/rad" : " rad/m";
-    elements_ +=
-        fmt::format("    - coupled: {{to: {}, axis: {}, factor: {}{}}}   # {}\n",
-                    files::yaml_scalar(joint.mimics), axis, joint.mimic_factor, unit, files::printable(joint.name));
+    elements_ += fmt::format("    - coupled: {{to: {}, axis: {}, factor: {}{}}}   # {}\n",
+                             files::yaml_scalar(joint.mimics), axis, joint.mimic_factor, unit,
+                             files::printable(joint.name));
   }
 
   // Ends the body before the next joint, whose frame is `turned` in that of the URDF joint.
