@@ -47,7 +47,9 @@ TEST(UnloadedStiffness, KnowsNoWeight) {
     const UnloadedStiffness weightless = stiffness_under(Vector3::Zero());
     const UnloadedStiffness heavy = stiffness_under({0, 0, -9.81});
     ASSERT_EQ(weightless.stiffness.has_value(), heavy.stiffness.has_value()) << file;
-    if (heavy.stiffness) EXPECT_EQ(heavy.stiffness->matrix(), weightless.stiffness->matrix());
+    if (heavy.stiffness) {
+      EXPECT_EQ(heavy.stiffness->matrix(), weightless.stiffness->matrix());
+    }
     EXPECT_EQ(heavy.free.sentences, weightless.free.sentences) << file;
   }
 }
@@ -70,7 +72,9 @@ TEST(UnloadedStiffness, AnUprightParallelogramWithMassesSwingsFreely) {
   const PostureResult posture = posture_from_joints(parallelogram, {});
   ASSERT_TRUE(posture.reached) << posture.reason;
   const UnloadedStiffness unloaded = unloaded_stiffness(parallelogram, posture.posture);
-  if (unloaded.stiffness) EXPECT_NEAR(unloaded.stiffness->matrix()(0, 0), 0, 1e-6);
+  if (unloaded.stiffness) {
+    EXPECT_NEAR(unloaded.stiffness->matrix()(0, 0), 0, 1e-6);
+  }
   EXPECT_EQ(unloaded.free.rank, 5);
 }
 
