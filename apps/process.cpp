@@ -1,10 +1,15 @@
 #include "kinetostat/apps/process.h"
 
 #include <cstdlib>
+#include <exception>
 #include <fcntl.h>
 #include <fstream>
+#include <new>
+#include <string_view>
 #include <sys/resource.h>
 #include <unistd.h>
+
+#include "kinetostat/apps/command.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -27,11 +32,25 @@ bool promises_are_kept() {
   return policy == 2;
 }
 
+// Where memory runs out once more while that is being said, nothing can be built or caught.
+[[noreturn]] void end_without_memory() {
+  try {
+    if (const std::exception_ptr error = std::current_exception()) std::rethrow_exception(error);
+  } catch (const std::bad_alloc&) {
+    constexpr std::string_view words = "kinetostat: not enough memory\n";
+    (void)!write(STDERR_FILENO, words.data(), words.size());
+    _exit(out_of_memory);
+  } catch (...) {
+  }
+  std::abort();
+}
+
 }  // namespace
 
 void prepare_process(char** argv) {
   constexpr const char* threads = "OPENBLAS_NUM_THREADS";
   hold_standard_streams();
+  std::set_terminate(end_without_memory);
   const bool limited = is_limited(RLIMIT_AS) || is_limited(RLIMIT_DATA) || promises_are_kept();
   if (!limited || std::getenv(threads) != nullptr) return;
   setenv(threads, "1", 1);

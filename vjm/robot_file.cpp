@@ -534,8 +534,8 @@ Robot robot_of(const YamlNode& top, const std::filesystem::path& file, const Lin
     robot.uncertain_values = read_uncertain_values(top, robot.effects);
     robot.own_kinds = std::move(own_kinds);
     return robot;
-  } catch (const std::invalid_argument& error) {
-    top.at("manipulator").fail(error.what());
+  } catch (const std::invalid_argument& fault) {
+    top.at("manipulator").fail(fault.what());
   }
 }
 

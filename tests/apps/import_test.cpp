@@ -25,10 +25,10 @@ TEST(ImportCommand, WritesARobotFileAndListsWhatIsMissing) {
   EXPECT_EQ(kinetostat("stiffness imported.yaml").code, 0);
   // With one stiffness filled in the arm yields about that joint.
   std::string text = files::read_text(working_folder() / "imported.yaml");
-  const std::string joint = "{name: \"joint_1\", axis: Rz}";
+  const std::string joint = "{name: joint_1, axis: Rz}";
   const std::size_t at = text.find(joint);
   ASSERT_NE(at, std::string::npos);
-  text.replace(at, joint.size(), "{name: \"joint_1\", axis: Rz, stiffness: 1.0e5 N m/rad}");
+  text.replace(at, joint.size(), "{name: joint_1, axis: Rz, stiffness: 1.0e5 N m/rad}");
   files::write_atomically(working_folder() / "filled.yaml", text);
   const Outcome moved = kinetostat("deflect filled.yaml --wrench 0,0,0,0,0,100");
   EXPECT_EQ(moved.code, 0) << moved.err;

@@ -46,19 +46,18 @@ TEST(MapCommand, ItsTableAgreesWithTheStiffnessCommand) {
   EXPECT_NEAR(1 / table.number(0, 7), 2.82e-4, 0.005e-4);
 }
 
-TEST(MapCommand, CriticalForceIsTheFirstCriticalPointOfTheTrace) {
+TEST(MapCommand, CriticalForceIsWhatTheTraceEstimatesForItsBeams) {
   ASSERT_EQ(kinetostat(orthoglide + "--grid x=0,y=0,z=0 --index critical-force=-1,-1,-1 "
                                     "--up-to 20000 -o critical.csv")
                 .code,
             0);
   const double ours = files::read_csv(working_folder() / "critical.csv").number(0, 7);
   ASSERT_EQ(kinetostat("trace data/robots/orthoglide.yaml --at 0,0,0 --wrench -9000,-9000,-9000 "
-                       "--segments 1 --json critical.json")
+                       "--segments 1,2 --json critical.json")
                 .code,
             0);
   const files::Json trace = files::read_json(working_folder() / "critical.json");
-  EXPECT_NEAR(ours, trace["path"]["critical_points"][0]["point"]["along"]["force"].get<double>(),
-              1e-7 * ours);
+  EXPECT_NEAR(ours, trace["segments"]["estimate"].get<double>(), 1e-7 * ours);
 }
 
 TEST(MapCommand, PathMayHaveUnitsAndLoadsOfItsOwn) {

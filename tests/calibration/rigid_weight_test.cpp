@@ -60,7 +60,7 @@ TEST(RigidWeight, TwelveKilogramsTooMuchOnLinkFourAreFound) {
   EXPECT_THAT(d.without_place, testing::IsEmpty());
   ASSERT_FALSE(d.found.empty());
   const FoundEffect& found = d.found.front();
-  EXPECT_EQ(found.candidate.name(), "self_weight at link4");
+  EXPECT_EQ(found.candidate.name(), "self_weight at arm.link4");
   EXPECT_NEAR(found.candidate.effect.values[0], 12, 0.5);
   // It fits best of all that were fitted.
   for (const Rival& rival : d.steps.front().ranking)
