@@ -204,7 +204,9 @@ files::Json check_surface(Run& run, const Options& options, const Request& reque
   pick_body(run, options.mesh, options.body, request, surface.mesh);
   fea::RepairReport repair;
   if (!request.repair.steps.empty()) {
-    repair = fea::repair(surface.mesh, request.repair, run.progress());
+    fea::RepairOptions options_of_repair = request.repair;
+    if (run.out()) options_of_repair.stored_unit = request.length;
+    repair = fea::repair(surface.mesh, options_of_repair, run.progress());
     for (const std::string& line : fea::describe(repair, request.repair)) run.print(line + "\n");
   }
   run.progress().report("checking", 0);

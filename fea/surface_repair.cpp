@@ -113,9 +113,12 @@ class Repair {
     original_ = mesh_;
     locator_.emplace(original_);
     report_.volume_before = enclosed_volume(original_);
-    take(RepairStep::fill, &Repair::fill);
-    take(RepairStep::unite, &Repair::unite);
-    take(RepairStep::drop, &Repair::drop);
+    // Rounding to what a file holds may spoil what was just united.
+    for (int round = 0; round < (options_.stored_unit > 0 ? 3 : 1); ++round) {
+      take(RepairStep::fill, &Repair::fill);
+      take(RepairStep::unite, &Repair::unite);
+      take(RepairStep::drop, &Repair::drop);
+    }
     take(RepairStep::wrap, &Repair::wrap);
     report_.volume_after = enclosed_volume(mesh_).value_or(0);
     return std::move(report_);
@@ -128,6 +131,14 @@ class Repair {
     if (!allowed || is_one_solid(state_)) return;
     progress_.report(phase, 0);
     (this->*work)();
+    if (options_.stored_unit > 0) round_as_stored();
+  }
+  // As the file is read again.
+  void round_as_stored() {
+    for (Vector3& p : mesh_.points)
+      p = options_.stored_unit * (p / options_.stored_unit).cast<float>().cast<double>();
+    weld(mesh_, weld_tolerance(mesh_.points));
+    state_ = check_surface(mesh_, contact_);
   }
   void log(RepairStep step, bool done, std::string words) {
     report_.actions.push_back({step, done, std::move(words)});

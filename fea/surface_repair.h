@@ -36,8 +36,10 @@ struct RepairOptions {
   double limit = 0.01;  // the enclosed volume may change by this fraction, what is dropped
                         // included, and no point of the new surface be farther than this fraction
                         // of the diagonal from the old one
-  std::string unit = "m";                           // of the lengths in words
-  double time_limit = 120;                          // [s] of each run of the helper, > 0
+  std::string unit = "m";   // of the lengths in words
+  double stored_unit = 0;   // [m] of the STL file that the surface is for: every step is judged by
+                            // what the file holds in single precision; 0: it is not stored
+  double time_limit = 120;  // [s] of each run of the helper, > 0
   std::size_t memory_limit = std::size_t{6} << 30;  // [bytes] of the helper
   std::filesystem::path helper = {};                // kinetostat-cgal; empty: find_helper()
 };

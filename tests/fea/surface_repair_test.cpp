@@ -10,8 +10,10 @@
 #include "kinetostat/fea/surface_distance.h"
 #include "kinetostat/fea/surface_faces.h"
 #include "kinetostat/fea/surface_weld.h"
+#include "kinetostat/files/text_file.h"
 
 #include "fea/shapes.h"
+#include "support/temporary_folder.h"
 
 namespace kinetostat::fea {
 namespace {
@@ -255,6 +257,26 @@ TEST(RepairByCgal, UniteGivesTheExactUnion) {
   append(mesh, box_surface({0.5, 0.5, 0.25}, {1, 1, 0.75}));  // wholly within
   mend(mesh, {RepairStep::unite});
   expect_sound(mesh, 6 + 1, 1e-9);
+}
+
+// Steps of a union that are thinner than what a file is welded by: what the file gives back is what
+// was repaired, and was checked.
+TEST(RepairByCgal, WhatIsWrittenIsWhatWasChecked) {
+  const test::TemporaryFolder folder;
+  for (const double step : {0.0, 1e-7, 1e-6, 2e-6, 3e-6, 5e-6}) {
+    SurfaceMesh mesh = box;
+    append(mesh, box_surface({1, 0.5, 0.5}, {2.1, 1.3, 1 + step}));
+    files::Progress silent;
+    RepairOptions options{.steps = {RepairStep::unite}, .stored_unit = 1e-3};
+    options.helper = KINETOSTAT_CGAL;
+    repair(mesh, options, silent);
+    EXPECT_TRUE(check_surface(mesh, weld_tolerance(mesh.points)).sound()) << step;
+    files::write_atomically(folder.path() / "part.stl", stl_bytes(mesh, 1e-3));
+    const SurfaceMesh read = read_surface(folder.path() / "part.stl", "mm").mesh;
+    EXPECT_TRUE(check_surface(read, weld_tolerance(read.points)).sound()) << step;
+    EXPECT_EQ(read.triangles.size(), mesh.triangles.size()) << step;
+    EXPECT_EQ(read.points.size(), mesh.points.size()) << step;
+  }
 }
 
 TEST(RepairByCgal, UniteKeepsCavities) {
