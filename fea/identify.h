@@ -75,7 +75,7 @@ struct IdentifyOptions {
   BracketWanted bracket = BracketWanted::when_cheap;
 };
 
-/// Throws SurfaceError and InputError for what the user can mend, files::OutOfMemory, Cancelled.
+/// Throws SurfaceError and InputError for what the user can correct, files::OutOfMemory, Cancelled.
 LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
                     files::Progress& progress);
 

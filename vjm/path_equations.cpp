@@ -88,15 +88,7 @@ EquilibriumStatus PathEquations::start(double parameter, PathState& state, std::
   }
   const Equilibrium found = equilibrium_at(manipulator_, posture_, task_, parameter);
   reason = found.reason;
-  state.state.bodies = {found.platform};
-  state.state.bodies.insert(state.state.bodies.end(), found.inner_bodies.begin(),
-                            found.inner_bodies.end());
-  state.state.wrenches.clear();
-  state.state.coordinates.clear();
-  for (const ChainEquilibrium& chain : found.chains) {
-    state.state.wrenches.push_back(chain.wrench.coordinates());
-    state.state.coordinates.push_back(chain.coordinates);
-  }
+  state.state = state_of(found);
   return found.status;
 }
 
