@@ -281,7 +281,7 @@ void add_identify(Program& program) {
                  "given. A model that needs more is refused, never swapped")
       ->type_name("SIZE")
       ->transform(CLI::AsSizeValue(true));
-  app.add_option("--mesh-time", options->time_limit, "Seconds that meshing may take")
+  app.add_option("--mesh-time", options->time_limit, "Seconds that all meshing may take together")
       ->type_name("S")
       ->check(CLI::PositiveNumber);
 }

@@ -63,6 +63,7 @@ bool segment_meets(const FlatTriangle& t, const Vector3& p, const Vector3& q,
   if (p_in_plane && q_in_plane) return runs_inside(t, p, q, tolerance.contact);
   if (p_in_plane) return t.depth(p) > tolerance.contact;
   if (q_in_plane) return t.depth(q) > tolerance.contact;
+  if (std::min(std::abs(a), std::abs(b)) < tolerance.contact) return false;
   return t.depth(p + (q - p) * (a / (a - b))) > -flat;
 }
 

@@ -170,47 +170,27 @@ class SolidMesher::Attempt {
       : mesher_(mesher),
         options_(options),
         progress_(progress),
-        deadline_(options.time_limit),
+        deadline_(options.time_limit - mesher.time_used_),
         diagonal_(bounding_box(mesher.surface_.points).diagonal().norm()) {}
+  ~Attempt() { mesher_.time_used_ += deadline_.elapsed(); }
+  Attempt(const Attempt&) = delete;
+  Attempt& operator=(const Attempt&) = delete;
 
   // The mesh, or none with the reason in the record.
   std::optional<TetMesh> on(const Rung& rung) {
-    const bool is_later = !mesher_.record_.way.empty();
-    const double time =
-        std::max(rung.share, is_later ? share_of_later_meshes : 0) * deadline_.left();
-    const Deadline own(time);
-    const Prepared& prepared = surface(rung.surface, 0.5 * time);
-    if (!prepared.fault.empty()) {
-      fail(rung, prepared.fault);
-      return {};
-    }
-    if (!(own.left() > 0)) {
+    if (is_out_of_time()) {
       fail(rung, "no time is left");
       return {};
     }
-    if (const std::string waste = why_not(rung, prepared); !waste.empty()) {
-      fail(rung, waste);
-      return {};
-    }
-    const SurfaceMesh& mesh = prepared.surface ? prepared.surface->mesh : mesher_.surface_;
-    const std::vector<int>& tags = prepared.surface ? prepared.surface->tags : mesher_.tags_;
-    try {
-      TetMesh made = rung.program == Program::tetgen ? by_tetgen(rung, mesh, tags, own.left())
-                                                     : by_gmsh(mesh, tags, own.left());
-      const std::string wrong = fault(made, mesh);
-      if (wrong.empty()) {
-        made.made_by = words(rung);
-        return made;
-      }
-      fail(rung, wrong);
-    } catch (const MeshingError& error) {
-      if (error.cause() == Cause::no_helper || error.cause() == Cause::too_many_elements) throw;
-      if (!first_) first_ = error;
-      fail(rung, error.what());
-    } catch (const GmshError& error) {
-      fail(rung, error.what());
-    }
-    return {};
+    const Deadline own(time_for(rung));
+    const Prepared& prepared = surface(rung.surface, 0.5 * own.left());
+    std::string obstacle = prepared.fault;
+    if (obstacle.empty() && !(own.left() > 0)) obstacle = "its time went into the surface";
+    if (obstacle.empty()) obstacle = waste(rung, prepared);
+    std::optional<TetMesh> mesh;
+    if (obstacle.empty()) mesh = filled(rung, prepared, own.left(), obstacle);
+    if (!mesh) fail(rung, obstacle);
+    return mesh;
   }
 
   void keep(const Rung& rung) {
@@ -238,8 +218,36 @@ class SolidMesher::Attempt {
   }
 
  private:
-  // What would take long and could not be used.
-  std::string why_not(const Rung& rung, const Prepared& prepared) const {
+  // Shares of what is left never add up to all of it.
+  bool is_out_of_time() const { return deadline_.left() < 0.02 * options_.time_limit; }
+  double time_for(const Rung& rung) const {
+    const bool is_later = !mesher_.record_.way.empty();
+    return std::max(rung.share, is_later ? share_of_later_meshes : 0) * deadline_.left();
+  }
+
+  // None where `obstacle` says why.
+  std::optional<TetMesh> filled(const Rung& rung, const Prepared& prepared, double time,
+                                std::string& obstacle) {
+    const SurfaceMesh& mesh = prepared.surface ? prepared.surface->mesh : mesher_.surface_;
+    const std::vector<int>& tags = prepared.surface ? prepared.surface->tags : mesher_.tags_;
+    try {
+      TetMesh made = rung.program == Program::tetgen ? by_tetgen(rung, mesh, tags, time)
+                                                     : by_gmsh(mesh, tags, time);
+      made.made_by = words(rung);
+      obstacle = fault(made, mesh);
+      if (obstacle.empty()) return made;
+    } catch (const MeshingError& error) {
+      if (error.cause() == Cause::no_helper || error.cause() == Cause::too_many_elements) throw;
+      if (!first_) first_ = error;
+      obstacle = error.what();
+    } catch (const GmshError& error) {
+      obstacle = error.what();
+    }
+    return {};
+  }
+
+  // Why a mesh would take long and could not be used; empty when it could.
+  std::string waste(const Rung& rung, const Prepared& prepared) const {
     if (rung.program != Program::tetgen || options_.edge_length > 0) return {};
     if (rung.shape != ElementShape::good && rung.shape != ElementShape::rough) return {};
     if (prepared.good_elements < most_good_elements) return {};
@@ -318,6 +326,11 @@ class SolidMesher::Attempt {
 };
 
 TetMesh SolidMesher::fill(const TetrahedralizeOptions& options, files::Progress& progress) {
+  if (time_used_ >= options.time_limit)
+    throw MeshingError(
+        Cause::timed_out,
+        fmt::format("meshing has taken the {:g} s that it may take", options.time_limit),
+        "Allow more (--mesh-time)");
   Attempt attempt(*this, options, progress);
   std::optional<TetMesh> large;
   std::size_t rung_of_large = 0;

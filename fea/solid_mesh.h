@@ -43,9 +43,9 @@ class SolidMesher {
   SolidMesher(const SurfaceMesh& surface, const std::vector<int>& tags)
       : surface_(surface), tags_(tags) {}
 
-  /// As tetrahedralize(), whose time limit holds for all attempts together; `shapes` is left to the
-  /// ladder. `made_by` of the mesh says who did it. When all fail, the MeshingError is that of the
-  /// first attempt and says what else was tried.
+  /// As tetrahedralize(), whose time limit holds for all attempts and all meshes of this solid
+  /// together; `shapes` is left to the ladder. `made_by` of the mesh says who did it. When all
+  /// fail, the MeshingError is that of the first attempt and says what else was tried.
   TetMesh fill(const TetrahedralizeOptions& options, files::Progress& progress);
 
   const MeshingRecord& record() const { return record_; }
@@ -62,6 +62,7 @@ class SolidMesher {
   const SurfaceMesh& surface_;
   const std::vector<int>& tags_;
   std::size_t rung_ = 0;
+  double time_used_ = 0;              // [s] by all meshes so far
   std::map<int, Prepared> prepared_;  // by the kind of surface
   MeshingRecord record_;
 };

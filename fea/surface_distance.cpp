@@ -1,6 +1,7 @@
 #include "kinetostat/fea/surface_distance.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -28,17 +29,66 @@ Vector3 nearest_of_triangle(const Vector3& p, const Vector3& a, const Vector3& b
   return a + vb / sum * ab + vc / sum * ac;
 }
 
-// Calls visit(point) for points of the triangle at most `spacing` apart, centroid and corners among
-// them.
-template <class Visit>
-void sample(const Vector3& a, const Vector3& b, const Vector3& c, double spacing, Visit visit) {
-  const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
-  const int n = std::max(1, static_cast<int>(std::ceil(longest / spacing)));
-  for (int i = 0; i <= n; ++i)
-    for (int j = 0; i + j <= n; ++j)
-      visit(Vector3(a + (b - a) * (double(i) / n) + (c - a) * (double(j) / n)));
-  visit(Vector3((a + b + c) / 3));
-}
+// The farthest point of triangles from a surface. A triangle is halved until it can hold no point
+// farther than the farthest so far: the distance from one facet is convex, so that over a triangle
+// it is largest at a corner, and no point is farther from the surface than from any of its facets.
+class FarthestPoint {
+ public:
+  FarthestPoint(const SurfaceLocator& to, double spacing) : to_(to), spacing_(spacing) {}
+
+  void search(const Vector3& a, const Vector3& b, const Vector3& c) {
+    search({locate(a), locate(b), locate(c)});
+  }
+  double distance() const { return farthest_; }
+
+ private:
+  struct Corner {
+    Vector3 point;
+    SurfaceLocator::Place place;
+  };
+
+  Corner locate(const Vector3& point) {
+    const Corner corner{point, to_.nearest(point)};
+    farthest_ = std::max(farthest_, corner.place.distance);
+    return corner;
+  }
+
+  // Above the distance of every point of the triangle.
+  double bound(const std::array<Corner, 3>& corners) const {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Corner& nearest : corners) {
+      double largest = 0;
+      for (const Corner& corner : corners)
+        largest = std::max(largest, to_.distance(corner.point, nearest.place.facet));
+      least = std::min(least, largest);
+    }
+    return least;
+  }
+
+  void search(const std::array<Corner, 3>& corners) {
+    if (bound(corners) <= farthest_ + 1e-9 * spacing_) return;
+    std::size_t side = 0;
+    double longest = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double length = (corners[(k + 1) % 3].point - corners[k].point).norm();
+      if (length > longest) side = k;
+      longest = std::max(longest, length);
+    }
+    const Corner &from = corners[side], &to = corners[(side + 1) % 3],
+                 &tip = corners[(side + 2) % 3];
+    if (longest <= spacing_) {
+      locate((from.point + to.point + tip.point) / 3);
+      return;
+    }
+    const Corner middle = locate(0.5 * (from.point + to.point));
+    search({from, middle, tip});
+    search({middle, to, tip});
+  }
+
+  const SurfaceLocator& to_;
+  double spacing_;
+  double farthest_ = 0;
+};
 
 // Where rays along z cross the surface, for a square of columns.
 class Columns {
@@ -143,12 +193,18 @@ SurfaceLocator::Place SurfaceLocator::nearest(const Vector3& point) const {
   return best;
 }
 
+double SurfaceLocator::distance(const Vector3& point, int facet) const {
+  const auto f = static_cast<std::size_t>(facet);
+  return (nearest_of_triangle(point, mesh_.corner(f, 0), mesh_.corner(f, 1), mesh_.corner(f, 2)) -
+          point)
+      .norm();
+}
+
 double farthest_distance(const SurfaceMesh& from, const SurfaceLocator& to, double spacing) {
-  double farthest = 0;
+  FarthestPoint farthest(to, spacing);
   for (std::size_t f = 0; f < from.triangles.size(); ++f)
-    sample(from.corner(f, 0), from.corner(f, 1), from.corner(f, 2), spacing,
-           [&](const Vector3& p) { farthest = std::max(farthest, to.nearest(p).distance); });
-  return farthest;
+    farthest.search(from.corner(f, 0), from.corner(f, 1), from.corner(f, 2));
+  return farthest.distance();
 }
 
 std::optional<double> enclosed_volume(const SurfaceMesh& mesh, int columns) {

@@ -20,6 +20,8 @@ class SurfaceLocator {
   };
   /// Requires a surface with facets.
   Place nearest(const Vector3& point) const;
+  /// Of a point from one facet [m].
+  double distance(const Vector3& point, int facet) const;
 
  private:
   const SurfaceMesh& mesh_;
@@ -27,7 +29,7 @@ class SurfaceLocator {
 };
 
 /// The largest distance [m] of a point of `from` from the surface of `to`: one side of Hausdorff's
-/// distance, on samples at most `spacing` [m] apart.
+/// distance, exact where pieces of `from` longer than `spacing` [m] decide it.
 double farthest_distance(const SurfaceMesh& from, const SurfaceLocator& to, double spacing);
 
 /// The volume [m^3] of what the facets wind around, so that overlaps count once, by columns^2

@@ -221,6 +221,37 @@ TEST(SurfaceDistance, IsThatOfTheFarthestPoint) {
   EXPECT_NEAR(locator.nearest({4, 3, 2}).distance, std::sqrt(3.0), 1e-12);
 }
 
+// A large facet over a surface with a dent: no corner of it is far, its middle is.
+TEST(SurfaceDistance, FindsWhatIsFarBetweenTheCorners) {
+  SurfaceMesh facet{.points = {{0, 0, 0}, {10, 0, 0}, {0, 10, 0}}, .triangles = {{0, 1, 2}}};
+  SurfaceMesh dented;
+  constexpr int n = 20;
+  for (int j = 0; j <= n; ++j)
+    for (int i = 0; i <= n; ++i) {
+      const Vector3 p(0.5 * i, 0.5 * j, 0);
+      const double r = (p - Vector3(2.9, 3.3, 0)).norm();
+      dented.points.emplace_back(p.x(), p.y(), r < 2 ? -0.4 * (2 - r) : 0);
+    }
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < n; ++i) {
+      const int k = j * (n + 1) + i;
+      dented.triangles.push_back({k, k + 1, k + n + 2});
+      dented.triangles.push_back({k, k + n + 2, k + n + 1});
+    }
+  const SurfaceLocator locator(dented);
+  double sampled = 0;
+  constexpr int samples = 400;
+  for (int i = 0; i <= samples; ++i)
+    for (int j = 0; i + j <= samples; ++j)
+      sampled =
+          std::max(sampled, locator.nearest({10.0 * i / samples, 10.0 * j / samples, 0}).distance);
+  ASSERT_GT(sampled, 0.3);
+  const double found = farthest_distance(facet, locator, 0.01);
+  EXPECT_GE(found, sampled - 0.01);
+  EXPECT_LE(found, sampled + 0.025);  // half the distance of two samples
+  EXPECT_NEAR(farthest_distance(dented, SurfaceLocator(dented), 0.1), 0, 1e-14);
+}
+
 TEST(Bodies, AreNamedByTheFileOrNumbered) {
   SurfaceMesh mesh = box;
   append(mesh, inverted(box_surface({1, 0.5, 0.25}, {2, 1.5, 0.75})));
