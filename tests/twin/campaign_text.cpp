@@ -31,7 +31,12 @@ std::string posture_cells(const RobotSpec& robot, const Posture& posture) {
     for (int i = 0; i < 3; ++i) cells += fmt::format(",{:.6f}", posture.platform.x[i] * 1e3);
     return cells;
   }
-  for (const double q : posture.q[0]) cells += fmt::format(",{:.3f}", q / degree);
+  Eigen::Index k = 0;
+  for (const Item& item : robot.chains[0].items)
+    for (const int axis : item.axes) {
+      cells += fmt::format(",{:.3f}", posture.q[0][k] / (axis < 3 ? 1e-3 : degree));
+      ++k;
+    }
   return cells;
 }
 

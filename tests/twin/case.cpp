@@ -222,9 +222,13 @@ Readings disturbed(const Case& spec, const Plan& plan, const Responses& clear,
   return read;
 }
 
-// As the robot file calls it: the legs of the Orthoglide are links of their own.
-std::string place_in_file(const std::string& at) {
-  return at.ends_with(".leg") ? at + "_" + at.substr(0, 1) : at;
+// As the robot file calls it: each chain of a parallel robot has links of its own.
+std::string place_in_file(const RobotSpec& robot, const std::string& at) {
+  for (const ChainSpec& chain : robot.chains)
+    for (const Item& item : chain.items)
+      if (!robot.serial && item.kind == Item::link && robot.place(chain, item) == at)
+        return at + "_" + chain.name;
+  return at;
 }
 
 }  // namespace
@@ -251,7 +255,7 @@ void write_case(const Case& spec, const std::filesystem::path& folder,
     const Eigen::VectorXd mark = whitened.mark_of(respond(alone, plan, false));
     hidden += fmt::format(
         "{}\n    {{\"effect\": \"{}\", \"at\": \"{}\", \"size\": {:.6g}, \"d_prime\": {:.4g}}}",
-        hidden.empty() ? "" : ",", effect.name, place_in_file(effect.at), effect.size, mark.norm());
+        hidden.empty() ? "" : ",", effect.name, place_in_file(world.robot, effect.at), effect.size, mark.norm());
   }
   const Responses clear = real.effects.empty() ? base : respond(real, plan, false);
   std::filesystem::create_directories(folder);

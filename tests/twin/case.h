@@ -24,6 +24,7 @@ struct Case {
   std::vector<Target> targets = {};
   std::uint64_t seed = 1;
   int round = 1;
+  bool held_back = false;  // run once, when everything else is done
 };
 
 inline constexpr int rounds = 4;
@@ -31,6 +32,10 @@ inline constexpr int rounds = 4;
 /// The whole suite, round by round: each is a fair sample of the others, but that Orthoglides are
 /// in the first one only, and the largest effects (d' 50) and many more without any in the last.
 std::vector<Case> suite();
+
+/// Cases of the trial robots, measured as people do and with laws of other forms. Half of them, of
+/// every robot and kind of effect, are held back.
+std::vector<Case> trial_suite();
 
 /// Writes robot.yaml, campaign.yaml and readings.csv into `folder`, and what is hidden to `truth`,
 /// which the product never sees. Throws std::runtime_error.

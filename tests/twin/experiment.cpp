@@ -13,20 +13,21 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180;
 
-// Forces that bend each robot by about half a millimetre, the stiff Orthoglide less.
-double largest_force(const RobotSpec& robot) {
-  if (robot.name.starts_with("joint")) return 60;
-  if (robot.name.starts_with("three")) return 35;
-  return robot.name.starts_with("six") ? 500 : 250;
-}
-
 Posture random_posture(const RobotSpec& robot, Random& random) {
   if (!robot.serial)
-    return posture_at(robot, {random.uniform(-0.07, 0.07), random.uniform(-0.07, 0.07),
-                              random.uniform(-0.07, 0.07)});
+  {
+    Vector3 point = robot.centre;
+    for (int i = 0; i < 3; ++i)
+      if (robot.reach[i] > 0) point[i] += random.uniform(-robot.reach[i], robot.reach[i]);
+    return posture_at(robot, point);
+  }
   std::vector<double> q;
   for (const Item& item : robot.chains[0].items)
     if (item.kind == Item::actuator) {
+      if (item.axes[0] < 3) {
+        q.push_back(std::round((item.home + random.uniform(-0.2, 0.2)) * 1e6) / 1e6);
+        continue;
+      }
       const double way = q.size() < 3 ? 35 * degree : 60 * degree;
       q.push_back(item.home + (robot.springs().size() == 2 ? 0.5 : 1) * random.uniform(-way, way));
       // As it is written into the file.
@@ -38,6 +39,10 @@ Posture random_posture(const RobotSpec& robot, Random& random) {
 
 std::vector<Vector3> load_directions(const RobotSpec& robot, Random& random) {
   if (robot.springs().size() == 2) return {Vector3::UnitZ()};
+  if (robot.planar) {
+    const double angle = random.uniform(0, 2 * std::numbers::pi);
+    return {Vector3::UnitX(), Vector3::UnitY(), {std::cos(angle), std::sin(angle), 0}};
+  }
   return {Vector3::UnitX(), Vector3::UnitY(), Vector3::UnitZ(), random.direction()};
 }
 
@@ -79,7 +84,7 @@ Plan loads_plan(const RobotSpec& robot, Random& random, const std::vector<double
           Row row{
               .posture = p, .session = session, .cycle = cycle, .step = static_cast<int>(i) + 1};
           row.time = std::round(time);
-          row.force = rounded(levels[i] * largest_force(robot) * direction);
+          row.force = rounded(levels[i] * robot.largest_force * direction);
           row.unloading = i > 0 && std::abs(levels[i]) < std::abs(levels[i - 1]);
           row.starts = i == 0;
           day.tell(row);
@@ -103,6 +108,35 @@ Plan one_way_plan(const RobotSpec& robot, Random& random) {
   return loads_plan(robot, random, {0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 1});
 }
 
+Plan push_plan(const RobotSpec& robot, Random& random) {
+  return loads_plan(robot, random, {0.5, 1, 0.5, 0, -0.5, -1, 0});
+}
+
+Plan weight_plan(const RobotSpec& robot, Random& random) {
+  Plan plan;
+  plan.rotations = !robot.serial;
+  int cycle = 0;
+  Day day(random);
+  double time = 0;
+  for (int i = 0; i < 12; ++i) {
+    plan.postures.push_back(random_posture(robot, random));
+    ++cycle;
+    for (const double level : {0.5, 1.0, 0.5, 0.0}) {
+      time += random.uniform(40, 80);
+      Row row{.posture = i, .session = "monday", .cycle = cycle};
+      row.step = static_cast<int>(plan.rows.size() % 4) + 1;
+      row.time = std::round(time);
+      row.force = rounded(-level * robot.largest_force * Vector3::UnitZ());
+      row.starts = row.step == 1;
+      row.unloading = row.step > 2;
+      day.tell(row);
+      plan.rows.push_back(row);
+    }
+    time += random.uniform(200, 400);
+  }
+  return plan;
+}
+
 Plan pose_plan(const RobotSpec& robot, Random& random) {
   Plan plan;
   plan.absolute = true;
@@ -113,7 +147,8 @@ Plan pose_plan(const RobotSpec& robot, Random& random) {
     double time = 0;
     for (int i = 0; i < 24; ++i) {
       plan.postures.push_back(random_posture(robot, random));
-      const Vector3 direction = random.direction();
+      Vector3 direction = random.direction();
+      if (robot.planar) direction = Vector3(direction.x(), direction.y(), 0).normalized();
       ++cycle;
       for (int k = 0; k < 3; ++k) {
         time += k == 0 ? random.uniform(600, 1200) : random.uniform(20, 40);
@@ -123,7 +158,7 @@ Plan pose_plan(const RobotSpec& robot, Random& random) {
                 .step = k + 1};
         row.time = std::round(time);
         row.starts = k == 0;
-        if (k > 0) row.force = rounded((k == 1 ? 1 : -1) * largest_force(robot) * direction);
+        if (k > 0) row.force = rounded((k == 1 ? 1 : -1) * robot.largest_force * direction);
         row.unloading = k == 2;
         day.tell(row);
         plan.rows.push_back(row);
@@ -137,6 +172,8 @@ Plan plan_named(const std::string& name, const RobotSpec& robot, Random& random)
   if (name == "cycles") return cycle_plan(robot, random);
   if (name == "one_way") return one_way_plan(robot, random);
   if (name == "poses") return pose_plan(robot, random);
+  if (name == "push") return push_plan(robot, random);
+  if (name == "weights") return weight_plan(robot, random);
   throw std::invalid_argument("no plan " + name);
 }
 

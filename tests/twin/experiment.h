@@ -21,6 +21,10 @@ struct Plan {
 Plan cycle_plan(const RobotSpec& robot, Random& random);
 /// Only up, never back: what cannot show friction.
 Plan one_way_plan(const RobotSpec& robot, Random& random);
+/// A push and a release, then a pull, at a few postures along every axis. Differences.
+Plan push_plan(const RobotSpec& robot, Random& random);
+/// Two weights hung on and taken off at a dozen postures. Differences.
+Plan weight_plan(const RobotSpec& robot, Random& random);
 /// Poses at many postures under no load and two loads, over two days with their warmth. Absolute.
 Plan pose_plan(const RobotSpec& robot, Random& random);
 Plan plan_named(const std::string& name, const RobotSpec& robot, Random& random);

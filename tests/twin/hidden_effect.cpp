@@ -56,6 +56,8 @@ double usual_size(const RobotSpec& robot, const HiddenEffect& effect) {
       {"piecewise_stiffness", 0.4},
       {"creep", 0.1},
       {"friction", joint.stiffness * deflection / 20},
+      {"dahl_friction", joint.stiffness * deflection / 20},
+      {"arctangent_stiffness", 0.4},
       {"servo_droop", 0.1},
       {"preload", joint.stiffness * deflection / 2},
       {"eccentricity", deflection / 2},
@@ -83,7 +85,7 @@ double usual_size(const RobotSpec& robot, const HiddenEffect& effect) {
 }
 
 bool remembers_loads(const HiddenEffect& effect) {
-  return effect.name == "friction" || effect.name == "creep";
+  return effect.name == "friction" || effect.name == "dahl_friction" || effect.name == "creep";
 }
 
 std::vector<std::vector<HiddenEffect>> looks_of(const RobotSpec& robot,
@@ -127,6 +129,8 @@ JointLawPointer law_of(const HiddenEffect& effect, double k, double deflection) 
   if (effect.name == "clearance") return clearance_law(k, effect.size);
   if (effect.name == "piecewise_stiffness")
     return two_slope_law(k, 1 + effect.size, further(effect) * deflection / 2);
+  if (effect.name == "arctangent_stiffness")
+    return arctangent_law(k, 1 + effect.size, deflection / 3);
   if (effect.name == "creep") return creep_law(k, effect.size / k, further(effect) * 300);
   if (effect.name == "servo_droop") return servo_droop_law(k, effect.size, deflection);
   return nullptr;
@@ -202,6 +206,8 @@ void apply_to_structure(const HiddenEffect& effect, const RobotSpec& robot, cons
     if (const JointLawPointer law = law_of(effect, k, deflection)) coupling.law = law;
     if (effect.name == "friction")
       coupling.law = friction_law(coupling.law, effect.size, further(effect) * deflection / 30);
+    if (effect.name == "dahl_friction")
+      coupling.law = dahl_law(coupling.law, effect.size, deflection / 25);
     if (effect.name == "preload") coupling.rest[coupling.axis] += effect.size / k;
     if (effect.name == "eccentricity")
       coupling.rest[coupling.axis] += effect.size * periodic(effect.form, joint.command);

@@ -110,6 +110,40 @@ class Friction : public JointLaw {
   double force_, s_, z_ = 0, d_ = 0;
 };
 
+class Dahl : public JointLaw {
+ public:
+  Dahl(JointLawPointer beside, double force, double s)
+      : beside_(std::move(beside)), force_(force), s_(s) {}
+  Reaction at(double d) const override {
+    const Reaction other = beside_->at(d);
+    const double way = d - d_, sign = way >= 0 ? 1 : -1;
+    const double left = (1 - z_ * sign) * std::exp(-std::abs(way) / s_);
+    return {other.force + force_ * sign * (1 - left), other.tangent + force_ / s_ * left};
+  }
+  void accept(double d, double seconds) override {
+    beside_->accept(d, seconds);
+    const double way = d - d_, sign = way >= 0 ? 1 : -1;
+    z_ = sign * (1 - (1 - z_ * sign) * std::exp(-std::abs(way) / s_));
+    d_ = d;
+  }
+
+ private:
+  JointLawPointer beside_;
+  double force_, s_, z_ = 0, d_ = 0;
+};
+
+class Arctangent : public JointLaw {
+ public:
+  Arctangent(double k, double ratio, double d0) : k_(k), more_(k * (ratio - 1)), d0_(d0) {}
+  Reaction at(double d) const override {
+    const double u = d / d0_;
+    return {k_ * d + more_ * (d - d0_ * std::atan(u)), k_ + more_ * u * u / (1 + u * u)};
+  }
+
+ private:
+  double k_, more_, d0_;
+};
+
 class ServoDroop : public JointLaw {
  public:
   ServoDroop(double k, double droop, double d0)
@@ -143,6 +177,12 @@ JointLawPointer creep_law(double k, double c, double tau) {
 }
 JointLawPointer friction_law(JointLawPointer beside, double force, double s) {
   return std::make_shared<Friction>(std::move(beside), force, s);
+}
+JointLawPointer dahl_law(JointLawPointer beside, double force, double s) {
+  return std::make_shared<Dahl>(std::move(beside), force, s);
+}
+JointLawPointer arctangent_law(double k, double ratio, double d0) {
+  return std::make_shared<Arctangent>(k, ratio, d0);
 }
 JointLawPointer servo_droop_law(double k, double droop, double d0) {
   return std::make_shared<ServoDroop>(k, droop, d0);

@@ -37,6 +37,10 @@ JointLawPointer two_slope_law(double k, double ratio, double d1);
 JointLawPointer creep_law(double k, double c, double tau);
 /// Bouc-Wen friction beside another law: F z with dz/dd = [1 - |z|^1.5 (0.6 sgn(z dd) + 0.4)] / s.
 JointLawPointer friction_law(JointLawPointer beside, double force, double s);
+/// Dahl's friction beside another law: F z with dz/dd = (1 - z sgn(dd)) / s.
+JointLawPointer dahl_law(JointLawPointer beside, double force, double s);
+/// A strain-wave gear: k [d + (ratio - 1) (d - d0 atan(d / d0))], softest in the middle.
+JointLawPointer arctangent_law(double k, double ratio, double d0);
 /// A position loop without integrator whose droop grows with the root of the load: the deflection d
 /// is e + droop sqrt(d0) e / (e^2 + (d0/20)^2)^(1/4), force k e. In no catalogue of the product.
 JointLawPointer servo_droop_law(double k, double droop, double d0);

@@ -110,13 +110,16 @@ class ChainBuilder {
     return s.add(coupling);
   }
 
+  // -1: its stiffness is known.
   int group_of(const Item& item) const {
+    if (!robot_.scatters(item)) return -1;
     const std::vector<std::string> springs = robot_.springs();
     const auto found = std::find(springs.begin(), springs.end(), robot_.place(chain_, item));
     return static_cast<int>(found - springs.begin());
   }
   double factor(int group) const {
-    return options_.factors.empty() ? 1 : options_.factors[static_cast<std::size_t>(group)];
+    if (group < 0 || options_.factors.empty()) return 1;
+    return options_.factors[static_cast<std::size_t>(group)];
   }
 
   void add_joint(const Item& item, int axis, double q) {
@@ -182,8 +185,7 @@ std::vector<std::string> RobotSpec::springs() const {
   std::vector<std::string> names;
   for (const ChainSpec& chain : chains)
     for (const Item& item : chain.items)
-      if (item.kind == Item::actuator || item.kind == Item::link)
-        names.push_back(place(chain, item));
+      if (scatters(item)) names.push_back(place(chain, item));
   return names;
 }
 
@@ -264,7 +266,9 @@ RobotSpec bench() {
             {},
             {},
             {actuator("q1", 4, 2.0e4, 0),
-             link("lever", steel_tube(0.5, 0.05, 0.036, Vector3::UnitX()))}}}};
+             link("lever", steel_tube(0.5, 0.05, 0.036, Vector3::UnitX()))}}},
+          true,
+          60};
 }
 
 RobotSpec arm_3r() {
@@ -278,7 +282,9 @@ RobotSpec arm_3r() {
          actuator("q2", 4, 5.0e4, -40 * degree),
          link("upper", aluminium_tube(0.5, 0.08, 0.068, Vector3::UnitX())),
          actuator("q3", 4, 2.5e4, 70 * degree),
-         link("fore", aluminium_tube(0.42, 0.06, 0.050, Vector3::UnitX())), reach({0.05, 0, 0})}}}};
+         link("fore", aluminium_tube(0.42, 0.06, 0.050, Vector3::UnitX())), reach({0.05, 0, 0})}}},
+      true,
+      35};
 }
 
 RobotSpec arm_6r() {
@@ -293,7 +299,9 @@ RobotSpec arm_6r() {
          actuator("q3", 4, 1.6e6, 30 * degree), reach({0.25, 0, -0.041}),
          actuator("q4", 3, 3.3e5, 0), link("fore", steel_tube(0.95, 0.16, 0.145, Vector3::UnitX())),
          actuator("q5", 4, 2.6e5, 40 * degree), actuator("q6", 3, 2.4e5, 0),
-         reach({0.24, 0, -0.12})}}}};
+         reach({0.24, 0, -0.12})}}},
+      true,
+      500};
 }
 
 RobotSpec orthoglide() {
@@ -324,13 +332,139 @@ RobotSpec orthoglide() {
                               passive("u2", {4, 5}),
                               reach({0.03, 0, 0})};
   const Vector3 x = Vector3::UnitX(), y = Vector3::UnitY(), z = Vector3::UnitZ();
-  RobotSpec robot{"Orthoglide", {}, false};
+  RobotSpec robot{"Orthoglide", {}, false, 250};
   const auto add = [&](const char* name, const Vector3& point, const Matrix3& axes) {
     robot.chains.push_back({name, {point, axes}, {Vector3::Zero(), axes}, puu});
   };
   add("x", -b * y, columns(x, y));
   add("y", -b * z, columns(y, z));
   add("z", -b * x, columns(z, x));
+  return robot;
+}
+
+RobotSpec scara() {
+  return {
+      "four-axis SCARA",
+      {{"chain",
+        {},
+        {},
+        {reach({0, 0, 0.4}), actuator("q1", 5, 4.0e4, 20 * degree),
+         link("upper", aluminium_tube(0.35, 0.11, 0.095, Vector3::UnitX())),
+         actuator("q2", 5, 2.2e4, -50 * degree),
+         link("fore", aluminium_tube(0.3, 0.09, 0.078, Vector3::UnitX())),
+         actuator("slide", 2, 6.0e6, -0.15), reach({0.04, 0, -0.1})}}},
+      true,
+      60};
+}
+
+RobotSpec arm_7r() {
+  return {"seven-axis arm",
+          {{"chain",
+            {},
+            {},
+            {reach({0, 0, 0.15}), actuator("a1", 5, 2.0e4, 0), reach({0, 0, 0.19}),
+             actuator("a2", 4, 2.0e4, 30 * degree),
+             link("upper", aluminium_tube(0.4, 0.13, 0.12, Vector3::UnitZ())),
+             actuator("a3", 5, 1.5e4, 15 * degree), actuator("a4", 4, 1.5e4, 75 * degree),
+             link("fore", aluminium_tube(0.39, 0.11, 0.1, Vector3::UnitZ())),
+             actuator("a5", 5, 9.0e3, 0), actuator("a6", 4, 8.0e3, 55 * degree),
+             reach({0.03, 0, 0.08}), actuator("a7", 5, 7.0e3, 0), reach({0, 0.02, 0.08})}}},
+          true,
+          40};
+}
+
+RobotSpec gantry() {
+  return {"gantry",
+          {{"chain",
+            {},
+            {},
+            {actuator("gx", 0, 4.0e7, 0.4),
+             link("bridge", steel_tube(0.9, 0.16, 0.145, Vector3::UnitY())),
+             actuator("gy", 1, 3.0e7, -0.3), reach({0.08, 0, 0}), actuator("gz", 2, 2.5e7, 0.1),
+             link("ram", steel_tube(0.5, 0.1, 0.085, -Vector3::UnitZ())), reach({0, 0, -0.05})}}},
+          true,
+          600};
+}
+
+namespace {
+
+Pose turned_about_z(double angle) {
+  return {Vector3::Zero(), rotation_of(Vector3(0, 0, angle))};
+}
+
+Item passive_at(std::string name, int axis, double home) {
+  Item item = passive(std::move(name), {axis});
+  item.home = home;
+  return item;
+}
+
+}  // namespace
+
+RobotSpec planar_3rrr() {
+  RobotSpec robot{"planar 3-RRR", {}, false, 80};
+  robot.reach = {0.05, 0.05, 0};
+  robot.planar = robot.links_known = true;
+  const char* names[] = {"a", "b", "c"};
+  for (int i = 0; i < 3; ++i) {
+    const Pose turn = turned_about_z(i * 120 * degree);
+    // From 0.32 m out, a dog leg to 0.07 m from the middle.
+    ChainSpec chain{names[i], turn * Pose{{0.32, 0, 0}, Matrix3::Identity()},
+                    turn * Pose{{0.07, 0, 0}, Matrix3::Identity()},
+                    {}};
+    chain.items = {actuator("q", 5, 1.5e4, 128 * degree),
+                   link("crank", aluminium_tube(0.2, 0.05, 0.042, Vector3::UnitX())),
+                   passive_at("u", 5, 103 * degree),
+                   link("rod", aluminium_tube(0.2, 0.04, 0.034, Vector3::UnitX())),
+                   passive_at("v", 5, -231 * degree)};
+    robot.chains.push_back(chain);
+  }
+  return robot;
+}
+
+RobotSpec hexapod() {
+  RobotSpec robot{"hexapod", {}, false, 900};
+  robot.links_known = true;
+  robot.centre = {0, 0, 0.6};
+  robot.reach = {0.08, 0.08, 0.06};
+  const char* names[] = {"a", "b", "c", "d", "e", "f"};
+  for (int i = 0; i < 6; ++i) {
+    const double side = i % 2 == 0 ? 1 : -1, third = (i / 2) * 120 * degree;
+    const Vector3 foot = turned_about_z(third + side * 15 * degree) * Vector3(0.4, 0, 0);
+    const Vector3 head = turned_about_z(third + side * 42 * degree) * Vector3(0.18, 0, 0);
+    const double length = (head + robot.centre - foot).norm();
+    // z of the foot points along the leg at home.
+    const Vector3 z = (head + robot.centre - foot) / length;
+    const Vector3 x = Vector3::UnitY().cross(z).normalized();
+    const Matrix3 axes = columns(x, z.cross(x));
+    ChainSpec chain{names[i], {foot, axes}, {head, axes}, {}};
+    chain.items = {passive("u", {3, 4}), actuator("rho", 2, 3.0e7, length - 0.3),
+                   link("strut", steel_tube(0.3, 0.03, 0.02, Vector3::UnitZ())),
+                   passive("s", {3, 4, 5})};
+    robot.chains.push_back(chain);
+  }
+  return robot;
+}
+
+RobotSpec delta() {
+  RobotSpec robot{"delta", {}, false, 60};
+  robot.centre = {0, 0, -0.52};
+  robot.reach = {0.12, 0.12, 0.06};
+  const char* names[] = {"a", "b", "c"};
+  for (int i = 0; i < 3; ++i) {
+    const Pose turn = turned_about_z(i * 120 * degree);
+    ChainSpec chain{names[i], turn * Pose{{0.18, 0, 0}, Matrix3::Identity()},
+                    turn * Pose{{0.05, 0, 0}, Matrix3::Identity()},
+                    {}};
+    // The rod turns in the plane of the arm, then out of it, and back again.
+    chain.items = {actuator("q", 4, 1.2e4, 10 * degree),
+                   link("arm", aluminium_tube(0.25, 0.045, 0.037, Vector3::UnitX())),
+                   passive_at("u", 4, 120 * degree),
+                   passive("v", {5}),
+                   link("rod", steel_tube(0.6, 0.016, 0.012, Vector3::UnitX())),
+                   passive("w", {5}),
+                   passive_at("t", 4, -130 * degree)};
+    robot.chains.push_back(chain);
+  }
   return robot;
 }
 
@@ -350,9 +484,12 @@ std::string item_lines(const Item& item, const std::string& link_name, double fa
           "    - actuator: {{name: {}, axis: {}, stiffness: {:.10g} {}, home: {:.10g}}}\n",
           item.name, axis_names[item.axes[0]], item.stiffness * factor, turns ? "N m/rad" : "N/m",
           turns ? item.home / degree : item.home * 1e3);
-    case Item::passive:
-      return fmt::format("    - passive: {{name: {}, axes: [{}, {}]}}\n", item.name,
-                         axis_names[item.axes[0]], axis_names[item.axes[1]]);
+    case Item::passive: {
+      std::string axes, home;
+      for (const int axis : item.axes) axes += (axes.empty() ? "" : ", ") + std::string(axis_names[axis]);
+      if (item.home != 0) home = fmt::format(", home: [{:.10g}]", item.home / degree);
+      return fmt::format("    - passive: {{name: {}, axes: [{}]{}}}\n", item.name, axes, home);
+    }
     case Item::link:
       return fmt::format("    - link: {}\n", link_name);
     case Item::offset:
@@ -373,13 +510,28 @@ std::string beam_lines(const std::string& name, const Beam& b, double factor) {
 
 }  // namespace
 
+namespace {
+
+std::string frame_text(const Pose& pose) {
+  return fmt::format("{{point: {}, x: {}, y: {}}}", numbers(pose.x, 1e-3),
+                     numbers(pose.R.col(0), 1), numbers(pose.R.col(1), 1));
+}
+
+// The platform's reference point, in the axes of the chain's base, needs no words.
+std::string platform_text(const ChainSpec& chain) {
+  if (chain.on_platform.x.isZero() && chain.on_platform.R.isApprox(chain.base.R)) return {};
+  return ", platform: " + frame_text(chain.on_platform);
+}
+
+}  // namespace
+
 std::string robot_file(const RobotSpec& robot, const std::vector<double>& believed) {
   std::string links, types, chains, uncertain;
   std::size_t spring = 0;
   for (const ChainSpec& chain : robot.chains) {
     types += fmt::format("  {}:\n", robot.serial ? "arm" : "puu_" + chain.name);
     for (const Item& item : chain.items) {
-      const bool scatters = item.kind == Item::actuator || item.kind == Item::link;
+      const bool scatters = robot.scatters(item);
       const double factor = scatters && !believed.empty() ? believed[spring] : 1;
       const std::string link_name = robot.serial ? item.name : item.name + "_" + chain.name;
       types += item_lines(item, link_name, factor);
@@ -390,9 +542,8 @@ std::string robot_file(const RobotSpec& robot, const std::vector<double>& believ
       ++spring;
     }
     if (!robot.serial)
-      chains += fmt::format("    - {{name: {}, type: puu_{}, base: {{point: {}, x: {}, y: {}}}}}\n",
-                            chain.name, chain.name, numbers(chain.base.x, 1e-3),
-                            numbers(chain.base.R.col(0), 1), numbers(chain.base.R.col(1), 1));
+      chains += fmt::format("    - {{name: {}, type: puu_{}, base: {}{}}}\n", chain.name, chain.name,
+                            frame_text(chain.base), platform_text(chain));
   }
   return fmt::format(
       "kinetostat: 1\nname: {}\nunits: {{length: mm, force: N, angle: deg, mass: kg, temperature: "
@@ -408,6 +559,12 @@ RobotSpec robot_named(const std::string& name) {
   if (name == "arm_3r") return arm_3r();
   if (name == "arm_6r") return arm_6r();
   if (name == "orthoglide") return orthoglide();
+  if (name == "scara") return scara();
+  if (name == "arm_7r") return arm_7r();
+  if (name == "gantry") return gantry();
+  if (name == "planar_3rrr") return planar_3rrr();
+  if (name == "hexapod") return hexapod();
+  if (name == "delta") return delta();
   throw std::invalid_argument("no robot " + name);
 }
 

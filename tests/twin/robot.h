@@ -43,18 +43,34 @@ struct RobotSpec {
   std::string name;
   std::vector<ChainSpec> chains;
   bool serial = true;
+  double largest_force = 0;  // [N] bends it by about half a millimetre
+  // Of a parallel robot: where its platform is at home, and how far it goes to either side [m].
+  Vector3 centre = Vector3::Zero(), reach = Vector3::Constant(0.07);
+  bool links_known = false;  // the stiffness of drives scatters only
+  bool planar = false;       // moves and is loaded in the plane of x and y
 
-  /// Places of the stiffnesses that scatter, in order: actuators and links, "x.rho" or "q1".
+  /// Places of the stiffnesses that scatter, in order: actuators and, unless known, links, "x.rho" or "q1".
   std::vector<std::string> springs() const;
   std::string place(const ChainSpec& chain, const Item& item) const;
   /// Number of joint coordinates of a chain.
   static int coordinates(const ChainSpec& chain);
+  bool scatters(const Item& item) const {
+    return item.kind == Item::actuator || (item.kind == Item::link && !links_known);
+  }
 };
 
 RobotSpec bench();
 RobotSpec arm_3r();
 RobotSpec arm_6r();
 RobotSpec orthoglide();
+// Trial robots: nothing in the product was tuned on them.
+RobotSpec scara();
+RobotSpec arm_7r();
+RobotSpec gantry();  // three slides, the bridge a beam
+RobotSpec planar_3rrr();
+RobotSpec hexapod();  // six legs, universal joint, drive, spherical joint
+RobotSpec delta();    // arms that turn, each with one rod between universal joints
+
 /// Throws std::invalid_argument when there is none.
 RobotSpec robot_named(const std::string& name);
 

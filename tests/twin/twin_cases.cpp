@@ -15,6 +15,7 @@ namespace {
 
 constexpr const char* usage =
     "usage: twin_cases --list                         names, classes and rounds\n"
+    "       twin_cases --trial                        the same of the trial robots; round 0: held back\n"
     "       twin_cases --case NAME FOLDER TRUTH.json  writes one case\n"
     "       twin_cases --confuser NAME SIZE ENOUGH CONFUSER.json\n"
     "                      what looks like that which is hidden in it, up to a cosine\n"
@@ -22,14 +23,20 @@ constexpr const char* usage =
     "stiffnesses\n";
 
 twin::Case case_named(const std::string& name) {
-  for (const twin::Case& c : twin::suite())
-    if (c.name == name) return c;
+  for (const std::vector<twin::Case>& cases : {twin::suite(), twin::trial_suite()})
+    for (const twin::Case& c : cases)
+      if (c.name == name) return c;
   throw std::runtime_error("no case " + name);
 }
 
 int run(const std::vector<std::string>& words) {
   if (words == std::vector<std::string>{"--list"}) {
     for (const twin::Case& c : twin::suite()) fmt::print("{} {} {}\n", c.name, c.kind, c.round);
+    return 0;
+  }
+  if (words == std::vector<std::string>{"--trial"}) {
+    for (const twin::Case& c : twin::trial_suite())
+      fmt::print("{} {} {}\n", c.name, c.kind, c.held_back ? 0 : c.round);
     return 0;
   }
   if (words.size() == 4 && words[0] == "--agreement") {

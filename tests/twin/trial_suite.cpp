@@ -1,0 +1,113 @@
+#include <fmt/format.h>
+
+#include "case.h"
+
+namespace twin {
+namespace {
+
+/// What can be hidden in a trial robot so that a plan can show it.
+struct Trial {
+  std::string robot, plan;
+  std::vector<HiddenEffect> effects, outside;
+};
+
+const std::vector<Trial>& trials() {
+  static const std::vector<Trial> all{
+      {"scara",
+       "push",
+       {{"friction", "q1"},
+        {"clearance", "q2"},
+        {"arctangent_stiffness", "q1"},
+        {"base_compliance", "base"},
+        {"application_point", "load"},
+        {"bearing_compliance", "q2"}},
+       {{"cross_coupling", "q1"}}},
+      {"scara",
+       "poses",
+       {{"thermal_expansion", "fore"}, {"eccentricity", "q2"}, {"geometric_error", "q2"}},
+       {{"cable_drag", "platform"}}},
+      {"arm_7r",
+       "push",
+       {{"dahl_friction", "a2"},
+        {"clearance", "a4"},
+        {"hardening", "a2"},
+        {"creep", "a4"},
+        {"base_compliance", "base"},
+        {"target_lever_arm", "sensor"}},
+       {{"servo_droop", "a2"}}},
+      {"arm_7r",
+       "poses",
+       {{"payload", "platform"}, {"eccentricity", "a4"}, {"thermal_expansion", "upper"}},
+       {{"cable_drag", "platform"}}},
+      {"arm_7r", "weights", {{"clearance", "a2"}, {"dahl_friction", "a4"}}, {}},
+      {"gantry",
+       "push",
+       {{"clearance", "gy"},
+        {"dahl_friction", "gx"},
+        {"bearing_compliance", "gx"},
+        {"hardening", "gz"},
+        {"wrench_misalignment", "load"}},
+       {{"servo_droop", "gy"}}},
+      {"gantry",
+       "poses",
+       {{"geometric_error", "gy"}, {"thermal_expansion", "bridge"}, {"payload", "platform"}},
+       {}},
+      {"planar_3rrr",
+       "push",
+       {{"clearance", "a.q"},
+        {"friction", "b.q"},
+        {"arctangent_stiffness", "c.q"},
+        {"session_drift", "sensor"}},
+       {{"servo_droop", "a.q"}}},
+      {"hexapod",
+       "push",
+       {{"clearance", "a.rho"},
+        {"dahl_friction", "d.rho"},
+        {"hardening", "b.rho"},
+        {"application_point", "load"}},
+       {{"servo_droop", "c.rho"}}},
+      {"hexapod", "poses", {{"thermal_expansion", "a.strut"}, {"payload", "platform"}}, {}},
+      {"delta",
+       "push",
+       {{"clearance", "a.q"}, {"dahl_friction", "b.q"}, {"creep", "c.q"}},
+       {{"cable_drag", "platform"}}},
+      {"delta", "weights", {{"friction", "b.q"}, {"arctangent_stiffness", "a.q"}}, {}}};
+  return all;
+}
+
+}  // namespace
+
+std::vector<Case> trial_suite() {
+  std::vector<Case> cases;
+  bool held_back = false;
+  const auto add = [&](const std::string& kind, const Trial& trial, const std::string& what,
+                       std::vector<Target> targets) {
+    Case c{.name = fmt::format("t{:03}_{}_{}_{}_{}", cases.size() + 1, trial.robot, kind,
+                               trial.plan, what),
+           .kind = kind,
+           .robot = trial.robot,
+           .plan = trial.plan,
+           .targets = std::move(targets)};
+    c.seed = 50'000 + cases.size();
+    c.held_back = held_back;
+    cases.push_back(std::move(c));
+  };
+  for (const Trial& trial : trials()) {
+    for (std::size_t i = 0; i < trial.effects.size(); ++i)
+      for (const double d : {8., 25.}) {
+        held_back = (i % 2 == 0) == (d > 10);
+        add("single", trial, fmt::format("{}_d{:g}", trial.effects[i].name, d),
+            {{trial.effects[i], d}});
+      }
+    for (const bool second : {false, true}) {
+      held_back = second;
+      add("clean", trial, second ? "b" : "a", {});
+      for (const HiddenEffect& effect : trial.outside)
+        add("outside", trial, fmt::format("{}_d{:g}", effect.name, second ? 25. : 15.),
+            {{effect, second ? 25. : 15.}});
+    }
+  }
+  return cases;
+}
+
+}  // namespace twin
