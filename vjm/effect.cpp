@@ -110,6 +110,34 @@ std::shared_ptr<const EffectKind> effect_kind(const std::string& name, const Eff
                   near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
 }
 
+std::string to_string(EffectClass effect_class) {
+  switch (effect_class) {
+    case EffectClass::backlash:
+      return "backlash";
+    case EffectClass::stiffening:
+      return "stiffens or softens under load";
+    case EffectClass::friction:
+      return "friction or hysteresis";
+    case EffectClass::compliance:
+      return "more compliance than the model has";
+    case EffectClass::geometry:
+      return "geometry";
+    case EffectClass::weight:
+      return "weight";
+    case EffectClass::temperature:
+      return "temperature";
+    case EffectClass::time:
+      return "creep or drift";
+    case EffectClass::load:
+      return "the load is not as stated";
+    case EffectClass::instrument:
+      return "the instrument";
+    case EffectClass::other:
+      break;
+  }
+  return "another effect";
+}
+
 std::string to_string(EffectPlace place) {
   static constexpr std::array names = {"joint", "link",     "element", "link/mass", "base",
                                        "end",   "platform", "load",    "sensor"};

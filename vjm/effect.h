@@ -20,6 +20,23 @@ namespace kinetostat::vjm {
 enum class EffectPlace { joint, link, element, mass, base, end, platform, load, sensor };
 std::string to_string(EffectPlace place);
 
+/// Effects that call for the same action. The kinds of one class are laws of it.
+enum class EffectClass {
+  backlash,
+  stiffening,  // or softening, under load
+  friction,    // or hysteresis
+  compliance,  // more than the model has
+  geometry,
+  weight,
+  temperature,
+  time,  // creep, drift
+  load,  // is not the one stated
+  instrument,
+  other  // of a user: each kind is a class of its own
+};
+/// "backlash", "stiffens or softens under load".
+std::string to_string(EffectClass effect_class);
+
 /// What a prior width is counted in.
 enum class PriorUnit {
   absolute,        // SI
@@ -137,6 +154,7 @@ class EffectKind {
   std::string source;     // where it comes from
   std::string signature;  // how it shows in measurements
   std::string confuser;   // the effect that looks most like it
+  EffectClass effect_class = EffectClass::other;
   EffectPlace place = EffectPlace::joint;
   std::vector<EffectParameter> parameters;  // the first says how large it is
   bool varies = false;                      // with the conditions of a reading

@@ -25,6 +25,7 @@ class BearingCompliance : public EffectKind {
                              .required = false};
     };
     name = "bearing_compliance";
+    effect_class = EffectClass::compliance;
     summary = "a joint yields across its motion: radially, along its axis, and in tilt";
     law =
         "u = c F for the two radial displacements (radial), that along the axis (axial, where the "

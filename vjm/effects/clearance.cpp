@@ -29,6 +29,7 @@ class Clearance : public EffectKind {
  public:
   Clearance() {
     name = "clearance";
+    effect_class = EffectClass::backlash;
     summary = "play in series with the spring of a joint";
     law =
         "F = k dead(d, gap): 0 for |d| < gap, k (d -+ gap) beyond; the corners are rounded over "

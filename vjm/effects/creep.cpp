@@ -31,6 +31,7 @@ class Creep : public EffectKind {
  public:
   Creep() {
     name = "creep";
+    effect_class = EffectClass::time;
     summary = "a joint goes on yielding under a load that stays";
     law =
         "the rest value moves by q, tau dq/dt + q = c F with the drive's force F; the load of a "

@@ -24,6 +24,7 @@ class Eccentricity : public EffectKind {
                              .required = false};
     };
     name = "eccentricity";
+    effect_class = EffectClass::geometry;
     summary = "a drive with a periodic error: an eccentric gear, a screw with a drunken thread";
     law = "rest value = u + cosine cos(order u) + sine sin(order u) for the command u";
     source = "kinematic transmission error: ISO 1328-2; VDI/VDE 2608";

@@ -73,6 +73,7 @@ class Friction : public EffectKind {
  public:
   Friction() {
     name = "friction";
+    effect_class = EffectClass::friction;
     summary = "dry friction in a joint, with the hysteresis of a load cycle";
     law =
         "F = force s(z), z = z' + (x - x') / presliding with z' and x' after the reading before, "

@@ -8,6 +8,7 @@ class GeometricError : public EffectKind {
  public:
   GeometricError() {
     name = "geometric_error";
+    effect_class = EffectClass::geometry;
     summary = "everything behind an element is displaced, as built";
     law =
         "the frame behind the element is moved by [x, y, z] and turned by the rotation vector "

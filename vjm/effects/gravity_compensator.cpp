@@ -60,6 +60,7 @@ class GravityCompensator : public EffectKind {
                              .is_shape = true};
     };
     name = "gravity_compensator";
+    effect_class = EffectClass::weight;
     summary = "a spring balancer about a joint that turns";
     law =
         "M = stiffness (1 - free_length/s) arm distance sin(angle - q), "

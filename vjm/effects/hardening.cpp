@@ -21,6 +21,7 @@ class Hardening : public EffectKind {
  public:
   Hardening() {
     name = "hardening";
+    effect_class = EffectClass::stiffening;
     summary = "a joint's spring grows stiffer with its deflection";
     law = "F = k d + k3 d^3, d = deflection from rest";
     source = "cubic (Duffing) spring; Nayfeh and Mook, Nonlinear Oscillations, 1979, ch. 2";

@@ -8,6 +8,7 @@ class JointCompliance : public EffectKind {
  public:
   JointCompliance() {
     name = "joint_compliance";
+    effect_class = EffectClass::compliance;
     summary = "further compliance in series with the spring of a joint";
     law = "1/k = 1/k0 + c";
     source = "springs in series; MMT11 section 3";

@@ -25,6 +25,7 @@ class LinkCompliance : public EffectKind {
  public:
   LinkCompliance() {
     name = "link_compliance";
+    effect_class = EffectClass::compliance;
     summary = "all compliances of a link times one factor";
     law = "C = factor C0";
     source = "JAMRIS09 eq. 1: the compliance of a link is inversely proportional to its modulus";

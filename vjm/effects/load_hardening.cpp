@@ -54,6 +54,7 @@ class LoadHardening : public EffectKind {
  public:
   LoadHardening() {
     name = "load_hardening";
+    effect_class = EffectClass::stiffening;
     summary = "a joint's compliance falls with its load";
     law =
         "d = F/k - b F |F|; where the compliance has fallen to a tenth, the spring stays as stiff "

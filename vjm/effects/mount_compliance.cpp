@@ -52,6 +52,7 @@ class MountCompliance : public EffectKind {
 Kind base_compliance() {
   auto kind = std::make_shared<MountCompliance>("base");
   kind->name = "base_compliance";
+  kind->effect_class = EffectClass::compliance;
   kind->summary = "what a chain stands on yields, the same in all directions";
   kind->law = "u = translation F, turn = rotation M, at the base frame of the chain";
   kind->source = "a six-dimensional spring at the start of the chain: MMT11 section 2";
@@ -65,6 +66,7 @@ Kind base_compliance() {
 Kind platform_compliance() {
   auto kind = std::make_shared<MountCompliance>("end");
   kind->name = "platform_compliance";
+  kind->effect_class = EffectClass::compliance;
   kind->summary = "flange, platform or tool yields where a chain ends, the same in all directions";
   kind->law = "u = translation F, turn = rotation M, behind the last joint or link of the chain";
   kind->source = "a six-dimensional spring at the end of the chain: MMT11 section 2";

@@ -58,6 +58,7 @@ class PiecewiseStiffness : public EffectKind {
  public:
   PiecewiseStiffness() {
     name = "piecewise_stiffness";
+    effect_class = EffectClass::stiffening;
     summary = "a transmission whose stiffness changes in steps with its load: K1, K2, K3";
     law =
         "dF/dd = k below force1, ratio2 k between force1 and force2, ratio3 k beyond; the corners "

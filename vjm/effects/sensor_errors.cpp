@@ -50,6 +50,7 @@ class SessionDrift : public EffectKind {
 Kind sensor_frame() {
   auto kind = std::make_shared<SensorFrame>();
   kind->name = "sensor_frame";
+  kind->effect_class = EffectClass::instrument;
   kind->summary = "the frame in which displacements are read is displaced";
   kind->law = "read pose = [exp(r), t] pose with t = [x, y, z], r = [rx, ry, rz], base axes";
   kind->source = "registration of a measuring frame: ISO 9283";
@@ -66,6 +67,7 @@ Kind sensor_frame() {
 Kind session_drift() {
   auto kind = std::make_shared<SessionDrift>();
   kind->name = "session_drift";
+  kind->effect_class = EffectClass::time;
   kind->summary = "readings drift with the time since they were zeroed";
   kind->law =
       "read pose = [exp(r t), v t] pose, v = [x, y, z], r = [rx, ry, rz] per time; t since the "

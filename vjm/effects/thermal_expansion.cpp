@@ -43,6 +43,7 @@ class ThermalExpansion : public EffectKind {
  public:
   ThermalExpansion() {
     name = "thermal_expansion";
+    effect_class = EffectClass::temperature;
     summary = "the part that leads to a joint, or a link, grows with the temperature";
     law = "its length vector times 1 + alpha (T - reference), T the temperature of the reading";
     source = "linear expansion; ISO 230-3, thermal effects on machine tools";

@@ -8,6 +8,7 @@ class WrenchGain : public EffectKind {
  public:
   WrenchGain() {
     name = "wrench_gain";
+    effect_class = EffectClass::load;
     summary = "the wrench that acts is a multiple of the one stated";
     law = "[F; M] = gain [F; M] stated";
     source = "gain error of a force transducer: ISO 376";
@@ -57,6 +58,7 @@ class VectorError : public EffectKind {
 Kind wrench_misalignment() {
   auto kind = std::make_shared<VectorError>(&ReadingErrors::wrench_rotation);
   kind->name = "wrench_misalignment";
+  kind->effect_class = EffectClass::load;
   kind->summary = "the wrench that acts is turned against the one stated";
   kind->law = "F and M turned by the rotation vector [rx, ry, rz], base axes";
   kind->source = "alignment of a force transducer: ISO 376; Rodrigues' formula";
@@ -71,6 +73,7 @@ Kind wrench_misalignment() {
 Kind application_point() {
   auto kind = std::make_shared<VectorError>(&ReadingErrors::wrench_point);
   kind->name = "application_point";
+  kind->effect_class = EffectClass::load;
   kind->summary = "the wrench acts beside the point that is stated";
   kind->law = "point = stated point + [x, y, z], platform axes: a moment [x, y, z] x F more";
   kind->source = "a force at another point: the moment of its displacement";
@@ -86,6 +89,7 @@ Kind application_point() {
 Kind target_lever_arm() {
   auto kind = std::make_shared<VectorError>(&ReadingErrors::target);
   kind->name = "target_lever_arm";
+  kind->effect_class = EffectClass::instrument;
   kind->summary = "what is read is another point of the platform than stated";
   kind->law = "read position = position of the point [x, y, z] of the platform";
   kind->source = "Abbe's principle: an offset times the rotation; ISO 230-1";
