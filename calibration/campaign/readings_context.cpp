@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include <Eigen/Cholesky>
+#include <fmt/format.h>
 
 namespace kinetostat::calibration {
 

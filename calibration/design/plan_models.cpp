@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 
+#include "kinetostat/calibration/diagnosis/rivals.h"
 #include "kinetostat/calibration/regression/session_frame.h"
 
 namespace kinetostat::calibration {

@@ -11,6 +11,7 @@
 
 namespace kinetostat::calibration {
 
+inline constexpr double outlying = 5;         // standard deviations, of an outlier
 inline constexpr double told_apart_from = 4;  // d' that names an effect against a rival
 inline constexpr double doubtful = 4.6;       // difference of log evidence below which both remain
 /// The same for an effect and the free-form rival, which is all that the catalogue lacks: 1 : 20.

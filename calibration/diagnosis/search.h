@@ -11,8 +11,6 @@
 
 namespace kinetostat::calibration {
 
-inline constexpr double outlying = 5;  // standard deviations, of an outlier
-
 /// Rounds on the same readings with the same candidates. Keeps references.
 class Search {
  public:

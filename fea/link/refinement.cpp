@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/common/error.h"
 #include "kinetostat/fea/elasticity/error_estimate.h"
 #include "kinetostat/fea/mesh/tetrahedralize.h"
 

@@ -9,6 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "kinetostat/calibration/campaign/replicates.h"
 #include "kinetostat/calibration/design/plan_score.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/text_file.h"

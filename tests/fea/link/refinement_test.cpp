@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "kinetostat/common/error.h"
+
 #include "fea/reference_bar.h"
 
 namespace kinetostat::fea {
