@@ -7,6 +7,7 @@
 
 namespace {
 
+using namespace kinetostat;
 using namespace kinetostat::fea;
 
 const Material steel(210e9, 0.3);
@@ -55,7 +56,7 @@ BENCHMARK(element_stiffness);
 void assembly(benchmark::State& state) {
   const Cantilever beam(static_cast<int>(state.range(0)));
   const DofMap unknowns(beam.mesh, beam.root, {});
-  kinetostat::common::Progress silent;
+  common::Progress silent;
   common::ThreadPool pool(2);
   for (auto _ : state)
     benchmark::DoNotOptimize(assemble(beam.mesh, {steel}, unknowns, pool, silent));
@@ -68,7 +69,7 @@ BENCHMARK(assembly)->Arg(6)->Arg(11)->Unit(benchmark::kMillisecond);
 void factorisation(benchmark::State& state) {
   const Cantilever beam(static_cast<int>(state.range(0)));
   const DofMap unknowns(beam.mesh, beam.root, {});
-  kinetostat::common::Progress silent;
+  common::Progress silent;
   common::ThreadPool pool(2);
   const BlockMatrix equations = assemble(beam.mesh, {steel}, unknowns, pool, silent);
   double operations = 0;

@@ -18,6 +18,7 @@
 
 namespace {
 
+using namespace kinetostat;
 using namespace kinetostat::fea;
 
 constexpr int most_iterations = 200;
@@ -142,7 +143,7 @@ void in_parts(const Share& own, const Work& work) {
 // The stiffness matrix; every process computes its own rows.
 Mat stiffness_of(const TetMesh& mesh, const std::vector<Material>& materials,
                  const DofMap& unknowns, MatType type) {
-  kinetostat::common::Progress silent;
+  common::Progress silent;
   common::ThreadPool alone(1);
   const Share own(unknowns.blocks());
   std::vector<PetscInt> within, beyond;

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/calibration/diagnosis/usual_values.h"
 #include "kinetostat/vjm/chain/kinematics.h"
 
 namespace kinetostat::calibration {
@@ -17,13 +18,6 @@ using Eigen::VectorXd;
 
 double within(const vjm::EffectParameter& parameter, double value) {
   return std::clamp(value, parameter.lower, parameter.upper);
-}
-
-// What design fixes about a value of an effect; empty when readings must tell it.
-const std::vector<double>& usual_values(const vjm::Effect& effect, Index value,
-                                        const vjm::Manipulator& bare) {
-  const vjm::EffectParameter& p = effect.kind->parameters[static_cast<std::size_t>(value)];
-  return vjm::turns(effect, bare) ? p.usual_angular : p.usual_linear;
 }
 
 bool has(const vjm::Robot& robot, const vjm::Effect& wanted) {

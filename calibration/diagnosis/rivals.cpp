@@ -10,6 +10,7 @@
 #include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/calibration/comparison/unit_slip.h"
 #include "kinetostat/calibration/diagnosis/fit_record.h"
+#include "kinetostat/calibration/diagnosis/usual_values.h"
 #include "kinetostat/calibration/regression/evidence.h"
 #include "kinetostat/calibration/regression/undetermined.h"
 #include "kinetostat/common/error.h"
