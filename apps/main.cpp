@@ -1,7 +1,7 @@
-#include "kinetostat/apps/cancellation.h"
-#include "kinetostat/apps/command.h"
-#include "kinetostat/apps/commands.h"
-#include "kinetostat/apps/process.h"
+#include "kinetostat/apps/cli/cancellation.h"
+#include "kinetostat/apps/cli/command.h"
+#include "kinetostat/apps/cli/process.h"
+#include "kinetostat/apps/commands/commands.h"
 
 int main(int argc, char** argv) {
   kinetostat::apps::prepare_process(argv);

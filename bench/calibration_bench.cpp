@@ -5,10 +5,12 @@
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
-#include "kinetostat/calibration/campaign_check.h"
-#include "kinetostat/calibration/compare.h"
-#include "kinetostat/calibration/simulate.h"
-#include "kinetostat/files/text_file.h"
+#include "kinetostat/calibration/campaign/campaign_check.h"
+#include "kinetostat/calibration/campaign/campaign_file.h"
+#include "kinetostat/calibration/campaign/noise_estimate.h"
+#include "kinetostat/calibration/comparison/compare.h"
+#include "kinetostat/calibration/regression/simulate.h"
+#include "kinetostat/io/text_file.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -35,20 +37,20 @@ std::filesystem::path campaign(int readings, const std::array<bool, 6>& componen
                                                  true, true, true, true, true, true}) {
   const auto folder = std::filesystem::temp_directory_path() /
                       fmt::format("kinetostat_calibration_bench_{}", readings);
-  files::Progress silent;
-  files::write_atomically(folder / "plan.csv", plan(readings));
+  common::Progress silent;
+  io::write_atomically(folder / "plan.csv", plan(readings));
   const SimulatedCampaign made = simulate(
       orthoglide(), orthoglide().file.string(), folder / "plan.csv",
       {.translation_noise = 5e-6, .rotation_noise = 2e-5, .components = components}, silent);
-  files::write_atomically(folder / "readings.csv", made.readings);
-  files::write_atomically(folder / "campaign.yaml", made.yaml);
+  io::write_atomically(folder / "readings.csv", made.readings);
+  io::write_atomically(folder / "campaign.yaml", made.yaml);
   return folder / "campaign.yaml";
 }
 
 void compare_readings(benchmark::State& state) {
   const auto file = campaign(static_cast<int>(state.range(0)));
   const Campaign read = read_campaign(file, orthoglide().manipulator);
-  files::Progress silent;
+  common::Progress silent;
   for (auto _ : state) benchmark::DoNotOptimize(compare(orthoglide(), read, 1, silent));
   state.SetItemsProcessed(state.iterations() * state.range(0));
 }
@@ -73,11 +75,11 @@ vjm::Robot uncertain_orthoglide() {
 
 void fit_readings(benchmark::State& state) {
   const auto file = campaign(static_cast<int>(state.range(0)), {true, true, true});
-  files::write_atomically(file, files::read_text(file) + "zero: estimate\n");
+  io::write_atomically(file, io::read_text(file) + "zero: estimate\n");
   const vjm::Robot robot = uncertain_orthoglide();
   const Campaign read = read_campaign(file, robot.manipulator);
   const Noise noise = noise_of(read, {});
-  files::Progress silent;
+  common::Progress silent;
   int evaluations = 0;
   for (auto _ : state) {
     const Predictor predictor(robot.manipulator, read, 1, silent);

@@ -1,12 +1,13 @@
 // Rates of the finite element room: elements, assembly, factorisation.
 #include <benchmark/benchmark.h>
 
-#include "kinetostat/fea/assembly.h"
-#include "kinetostat/fea/factorisation.h"
-#include "kinetostat/fea/tet_mesh.h"
+#include "kinetostat/fea/elasticity/assembly.h"
+#include "kinetostat/fea/linear_algebra/factorisation.h"
+#include "kinetostat/fea/mesh/tet_mesh.h"
 
 namespace {
 
+using namespace kinetostat;
 using namespace kinetostat::fea;
 
 const Material steel(210e9, 0.3);
@@ -54,11 +55,11 @@ BENCHMARK(element_stiffness);
 
 void assembly(benchmark::State& state) {
   const Cantilever beam(static_cast<int>(state.range(0)));
-  const Unknowns unknowns(beam.mesh, beam.root, {});
-  kinetostat::files::Progress silent;
-  Team team(2);
+  const DofMap unknowns(beam.mesh, beam.root, {});
+  common::Progress silent;
+  common::ThreadPool pool(2);
   for (auto _ : state)
-    benchmark::DoNotOptimize(assemble(beam.mesh, {steel}, unknowns, team, silent));
+    benchmark::DoNotOptimize(assemble(beam.mesh, {steel}, unknowns, pool, silent));
   state.SetItemsProcessed(state.iterations() *
                           static_cast<std::int64_t>(beam.mesh.element_count()));
   state.counters["unknowns"] = 3.0 * unknowns.blocks();
@@ -67,10 +68,10 @@ BENCHMARK(assembly)->Arg(6)->Arg(11)->Unit(benchmark::kMillisecond);
 
 void factorisation(benchmark::State& state) {
   const Cantilever beam(static_cast<int>(state.range(0)));
-  const Unknowns unknowns(beam.mesh, beam.root, {});
-  kinetostat::files::Progress silent;
-  Team team(2);
-  const BlockMatrix equations = assemble(beam.mesh, {steel}, unknowns, team, silent);
+  const DofMap unknowns(beam.mesh, beam.root, {});
+  common::Progress silent;
+  common::ThreadPool pool(2);
+  const BlockMatrix equations = assemble(beam.mesh, {steel}, unknowns, pool, silent);
   double operations = 0;
   for (auto _ : state) {
     const Factorisation factor(equations, 0);

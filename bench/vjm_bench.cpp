@@ -2,11 +2,11 @@
 // stability, postures.
 #include <benchmark/benchmark.h>
 
-#include "kinetostat/vjm/equilibrium.h"
-#include "kinetostat/vjm/posture.h"
-#include "kinetostat/vjm/robot_file.h"
-#include "kinetostat/vjm/stiffness.h"
-#include "kinetostat/vjm/workspace_map.h"
+#include "kinetostat/vjm/io/robot_file.h"
+#include "kinetostat/vjm/manipulator/posture.h"
+#include "kinetostat/vjm/statics/equilibrium.h"
+#include "kinetostat/vjm/statics/stiffness.h"
+#include "kinetostat/vjm/workspace/workspace_map.h"
 
 namespace kinetostat::vjm {
 namespace {
@@ -84,7 +84,7 @@ void map(benchmark::State& state) {
       for (int k = 0; k < 40; ++k)
         targets.push_back({spatial::Pose::translation(
             {-0.06 + 0.003 * i, -0.06 + 0.003 * j, -0.06 + 0.0037 * k})});
-  files::Progress progress;
+  common::Progress progress;
   for (auto _ : state)
     benchmark::DoNotOptimize(workspace_map(orthoglide().manipulator, targets,
                                            {{.kind = MapIndex::Kind::weakest_translation}},

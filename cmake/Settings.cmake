@@ -16,7 +16,7 @@ if(CCACHE_PROGRAM)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
 endif()
 
-# One spelling of every header, in this tree and when installed: #include "kinetostat/<room>/<idea>.h".
+# One spelling of every header, in this tree and when installed: #include "kinetostat/<module>/<sub-module>/<idea>.h".
 set(KINETOSTAT_INCLUDE_DIR ${PROJECT_BINARY_DIR}/include)
 file(MAKE_DIRECTORY ${KINETOSTAT_INCLUDE_DIR})
 file(CREATE_LINK ${PROJECT_SOURCE_DIR} ${KINETOSTAT_INCLUDE_DIR}/kinetostat SYMBOLIC)

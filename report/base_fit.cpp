@@ -14,7 +14,7 @@ using calibration::BaseFit;
 using calibration::BoundHit;
 using calibration::Campaign;
 using calibration::ParameterEstimate;
-using files::Json;
+using io::Json;
 
 // Below this weight a reading is named as one that hardly counted.
 constexpr double low_weight = 0.5;

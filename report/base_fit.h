@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "kinetostat/calibration/base_fit.h"
-#include "kinetostat/files/json.h"
+#include "kinetostat/calibration/regression/base_fit.h"
+#include "kinetostat/io/json.h"
 
 namespace kinetostat::report {
 
@@ -13,8 +13,8 @@ namespace kinetostat::report {
 std::string text(const calibration::Campaign& campaign, const calibration::BaseFit& fit);
 
 /// Name, value and standard error of one parameter; a stiffness by its factor, too. SI.
-files::Json to_json(const calibration::ParameterEstimate& estimate);
+io::Json to_json(const calibration::ParameterEstimate& estimate);
 /// Every figure, in SI units.
-files::Json to_json(const calibration::Campaign& campaign, const calibration::BaseFit& fit);
+io::Json to_json(const calibration::Campaign& campaign, const calibration::BaseFit& fit);
 
 }  // namespace kinetostat::report

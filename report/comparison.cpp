@@ -6,8 +6,9 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/files/csv.h"
-#include "kinetostat/files/text_file.h"
+#include "kinetostat/calibration/campaign/pure_error.h"
+#include "kinetostat/io/csv.h"
+#include "kinetostat/io/text_file.h"
 #include "kinetostat/report/base_fit.h"
 #include "kinetostat/report/text.h"
 
@@ -22,7 +23,7 @@ using calibration::Comparison;
 using calibration::LackOfFitTest;
 using calibration::NoiseSource;
 using calibration::ResidualStatistics;
-using files::Json;
+using io::Json;
 
 // A model as it is called in sentences.
 struct Named {
@@ -508,8 +509,8 @@ Json readings_json(const Campaign& campaign, const Comparison& comparison) {
               {"direction", direction_json(reading.direction)},
               {"configuration", reading.configuration},
               {"load",
-               {{"force", files::to_json(reading.load.force)},
-                {"moment", files::to_json(reading.load.moment)}}},
+               {{"force", io::to_json(reading.load.force)},
+                {"moment", io::to_json(reading.load.moment)}}},
               {"role", role_name(reading.role)},
               {"masked", reading.masked},
               {"measured", numbers(reading.displacement)},
@@ -530,7 +531,7 @@ Json readings_json(const Campaign& campaign, const Comparison& comparison) {
 }
 
 Json file_json(const std::filesystem::path& file) {
-  return {{"file", file.string()}, {"sha256", files::sha256(files::read_text(file))}};
+  return {{"file", file.string()}, {"sha256", io::sha256(io::read_text(file))}};
 }
 
 std::size_t masked(const Campaign& campaign) {
@@ -624,8 +625,8 @@ Json to_json(const Campaign& campaign, const Comparison& comparison) {
 
 std::string residual_table(const Campaign& campaign, const Comparison& comparison) {
   std::string text =
-      files::csv_comment(fmt::format("{}, translations in {}, rotations in {}", campaign.name,
-                                     campaign.units.length, campaign.units.angle)) +
+      io::csv_comment(fmt::format("{}, translations in {}, rotations in {}", campaign.name,
+                                  campaign.units.length, campaign.units.angle)) +
       "id,session,masked,mask_reason";
   const std::vector<Eigen::Index> components = measured_components(comparison);
   const std::vector<Named> all = models(comparison);
@@ -639,9 +640,9 @@ std::string residual_table(const Campaign& campaign, const Comparison& compariso
   text += "\n";
   for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
     const calibration::Reading& reading = campaign.readings[i];
-    text += fmt::format("{},{},{},{}", files::csv_cell(reading.id),
-                        files::csv_cell(campaign.sessions[reading.session]), reading.masked ? 1 : 0,
-                        files::csv_cell(reading.mask_reason));
+    text += fmt::format("{},{},{},{}", io::csv_cell(reading.id),
+                        io::csv_cell(campaign.sessions[reading.session]), reading.masked ? 1 : 0,
+                        io::csv_cell(reading.mask_reason));
     for (const Eigen::Index k : components) {
       text += cell(campaign, k, reading.displacement[k]);
       for (const Named& model : all)

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "kinetostat/calibration/compare.h"
-#include "kinetostat/files/json.h"
+#include "kinetostat/calibration/comparison/compare.h"
+#include "kinetostat/io/json.h"
 
 namespace kinetostat::report {
 
@@ -18,8 +18,7 @@ std::vector<std::string> findings(const calibration::Campaign& campaign,
 std::string text(const calibration::Campaign& campaign, const calibration::Comparison& comparison);
 
 /// Every figure, in SI units, and every reading.
-files::Json to_json(const calibration::Campaign& campaign,
-                    const calibration::Comparison& comparison);
+io::Json to_json(const calibration::Campaign& campaign, const calibration::Comparison& comparison);
 
 /// One row a reading: measured, predicted, residual and whitened residual of each measured
 /// component, as designed and refitted, in the units of the campaign.

@@ -20,7 +20,7 @@ using calibration::Diagnosis;
 using calibration::DiagnosisStep;
 using calibration::Rival;
 using calibration::Verdict;
-using files::Json;
+using io::Json;
 
 constexpr std::size_t shown_rivals = 12, most_places = 6;
 
@@ -333,7 +333,7 @@ Json step_json(const vjm::Robot& robot, const DiagnosisStep& step) {
            {{"log_evidence", step.free_form.log},
             {"depends_on", step.free_form.depends_on},
             {"probability", step.free_form_probability}}},
-          {"confusion", {{"candidates", step.confused}, {"cosines", files::rows(step.confusion)}}},
+          {"confusion", {{"candidates", step.confused}, {"cosines", io::rows(step.confusion)}}},
           {"ranking", ranking}};
 }
 

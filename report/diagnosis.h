@@ -3,15 +3,15 @@
 
 #include <string>
 
-#include "kinetostat/calibration/diagnosis.h"
-#include "kinetostat/files/json.h"
+#include "kinetostat/calibration/diagnosis/diagnosis.h"
+#include "kinetostat/io/json.h"
 
 namespace kinetostat::report {
 
 std::string text(const vjm::Robot& robot, const calibration::Campaign& campaign,
                  const calibration::Diagnosis& diagnosis);
 /// Every figure, SI.
-files::Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign,
-                    const calibration::Diagnosis& diagnosis);
+io::Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                 const calibration::Diagnosis& diagnosis);
 
 }  // namespace kinetostat::report

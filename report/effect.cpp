@@ -65,8 +65,8 @@ std::string places_text(const vjm::EffectKind& kind, const vjm::Robot& robot) {
   return fmt::format("In '{}' it can act at: {}.\n", robot.name, fmt::join(places, ", "));
 }
 
-files::Json to_json(const vjm::EffectKind& kind) {
-  files::Json parameters = files::Json::array();
+io::Json to_json(const vjm::EffectKind& kind) {
+  io::Json parameters = io::Json::array();
   for (const vjm::EffectParameter& p : kind.parameters)
     parameters.push_back({{"name", p.name},
                           {"unit_linear", spatial::to_string(p.linear)},

@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "kinetostat/files/json.h"
-#include "kinetostat/vjm/robot_file.h"
+#include "kinetostat/io/json.h"
+#include "kinetostat/vjm/io/robot_file.h"
 
 namespace kinetostat::report {
 
@@ -18,6 +18,6 @@ std::string unit_of(const vjm::EffectParameter& parameter, bool angular);
 /// Where it can act in a robot; a sentence.
 std::string places_text(const vjm::EffectKind& kind, const vjm::Robot& robot);
 
-files::Json to_json(const vjm::EffectKind& kind);
+io::Json to_json(const vjm::EffectKind& kind);
 
 }  // namespace kinetostat::report

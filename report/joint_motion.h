@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "kinetostat/vjm/robot_file.h"
+#include "kinetostat/vjm/io/robot_file.h"
 
 namespace kinetostat::report {
 

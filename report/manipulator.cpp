@@ -7,14 +7,14 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "kinetostat/files/text_file.h"
+#include "kinetostat/io/text_file.h"
 #include "kinetostat/report/text.h"
 #include "kinetostat/spatial/rotation.h"
 
 namespace kinetostat::report {
 namespace {
 
-using files::Json;
+using io::Json;
 using spatial::Vector3;
 using vjm::Chain;
 using vjm::Equilibrium;
@@ -45,7 +45,7 @@ std::vector<std::string> joint_values(const Robot& robot, const Chain& chain,
 
 template <class Matrix>
 Json matrix_json(const Matrix& matrix, const char* key) {
-  const Json keyed = files::to_json(matrix);
+  const Json keyed = io::to_json(matrix);
   Json json{{"matrix", nullptr}};
   for (const auto& [name, value] : keyed.items()) json[name == key ? "matrix" : name] = value;
   return json;
@@ -92,13 +92,13 @@ Json motion_json(const Chain& chain, const vjm::ChainEquilibrium& state) {
           {"K_theta", sprung},
           {"order", {"tx", "ty", "tz", "rx", "ry", "rz"}},
           {"units", units},
-          {"point", files::to_json(at.frame.point)},
-          {"axes", files::rows(at.frame.axes.transpose())}};
+          {"point", io::to_json(at.frame.point)},
+          {"axes", io::rows(at.frame.axes.transpose())}};
 }
 
 Json pose_json(const spatial::Pose& pose) {
-  return {{"position", files::to_json(pose.position())},
-          {"rotation_vector", files::to_json(spatial::log_rotation(pose.rotation()))}};
+  return {{"position", io::to_json(pose.position())},
+          {"rotation_vector", io::to_json(spatial::log_rotation(pose.rotation()))}};
 }
 
 Json stability_json(const Stability& s) {
@@ -249,8 +249,8 @@ Json to_json(const Robot& robot, const Equilibrium& e) {
       {"reason", e.reason},
       {"reached", e.reached},
       {"platform", pose_json(e.platform)},
-      {"displacement", files::to_json(e.displacement)},
-      {"wrench", files::to_json(e.wrench)},
+      {"displacement", io::to_json(e.displacement)},
+      {"wrench", io::to_json(e.wrench)},
       {"stiffness", optional_json(e.stiffness)},
       {"compliance", optional_json(e.compliance)},
       {"stability",
@@ -262,7 +262,7 @@ Json to_json(const Robot& robot, const Equilibrium& e) {
   for (std::size_t c = 0; c < e.chains.size(); ++c) {
     const Chain& chain = robot.manipulator.chains()[c];
     json["chains"].push_back({{"name", chain.name()},
-                              {"wrench", files::to_json(e.chains[c].wrench)},
+                              {"wrench", io::to_json(e.chains[c].wrench)},
                               {"stiffness", optional_json(e.chains[c].stiffness)},
                               {"stability", stability_json(e.chains[c].held)},
                               {"coordinates", coordinates_json(chain, e.chains[c].coordinates)},
@@ -296,8 +296,8 @@ Json to_json(const Robot& robot, const vjm::Posture& posture, const vjm::FixedPo
             {"reason", f.reason},
             {"reached", f.reached},
             {"platform", pose_json(f.platform)},
-            {"displacement", files::to_json(displacement_of(posture, f))},
-            {"wrench", files::to_json(f.wrench)},
+            {"displacement", io::to_json(displacement_of(posture, f))},
+            {"wrench", io::to_json(f.wrench)},
             {"iterations", f.iterations},
             {"changes", f.changes},
             {"chains", Json::array()}};
@@ -322,17 +322,17 @@ std::string text(const Robot& robot, const vjm::Assembly& a) {
 }
 
 Json to_json(const Robot& robot, const vjm::Assembly& a) {
-  Json json{{"linear_shift", files::to_json(a.linear_shift)}, {"linear_wrenches", Json::array()}};
+  Json json{{"linear_shift", io::to_json(a.linear_shift)}, {"linear_wrenches", Json::array()}};
   for (std::size_t c = 0; c < a.linear_wrenches.size(); ++c)
     json["linear_wrenches"].push_back({{"name", robot.manipulator.chains()[c].name()},
-                                       {"wrench", files::to_json(a.linear_wrenches[c])}});
+                                       {"wrench", io::to_json(a.linear_wrenches[c])}});
   json["assembled"] = to_json(robot, a.assembled);
   return json;
 }
 
 Json provenance(const Robot& robot) {
   const auto entry = [](const std::filesystem::path& file) {
-    return Json{{"file", file.string()}, {"sha256", files::sha256(files::read_text(file))}};
+    return Json{{"file", file.string()}, {"sha256", io::sha256(io::read_text(file))}};
   };
   Json json{{"name", robot.name}, {"robot", entry(robot.file)}, {"links", Json::array()}};
   for (const auto& file : robot.link_files) json["links"].push_back(entry(file));

@@ -7,10 +7,10 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/files/base64.h"
-#include "kinetostat/files/error.h"
-#include "kinetostat/files/json_size.h"
-#include "kinetostat/files/text_file.h"
+#include "kinetostat/common/error.h"
+#include "kinetostat/io/base64.h"
+#include "kinetostat/io/json_size.h"
+#include "kinetostat/io/text_file.h"
 
 // The page that bundle.mjs made, placed there by the assembler; empty when there is none.
 extern "C" const char kinetostat_page_begin[];
@@ -29,7 +29,7 @@ kinetostat_page_end:
 namespace kinetostat::report {
 namespace {
 
-using files::Json;
+using io::Json;
 
 constexpr std::string_view results_begin =
     "<script type=\"application/octet-stream\" id=\"results\">";
@@ -110,19 +110,19 @@ std::string filled(const std::vector<std::pair<std::string_view, std::string>>& 
   }
 }
 
-files::InputError not_a_result(const std::filesystem::path& file) {
+common::InputError not_a_result(const std::filesystem::path& file) {
   return {file, "is neither a result nor a page of results",
           "Give files that 'kinetostat COMMAND --json FILE' or '--html FILE' wrote"};
 }
 
-files::InputError too_large(const std::filesystem::path& file) {
+common::InputError too_large(const std::filesystem::path& file) {
   return {file, fmt::format("its results are more than is read back ({} MiB)", most_bytes >> 20),
           "Make a page of fewer results"};
 }
 
 Json parsed(const std::filesystem::path& file, const std::string& json) {
-  if (files::is_nested_too_deeply(json)) throw not_a_result(file);
-  if (files::is_too_large(json)) throw too_large(file);
+  if (io::is_nested_too_deeply(json)) throw not_a_result(file);
+  if (io::is_too_large(json)) throw too_large(file);
   return Json::parse(json, nullptr, false);
 }
 
@@ -130,7 +130,7 @@ Json results_in_page(const std::filesystem::path& file, std::string_view text) {
   const std::size_t begin = text.find(results_begin);
   if (begin == std::string_view::npos) throw not_a_result(file);
   text.remove_prefix(begin + results_begin.size());
-  const auto bytes = files::from_base64(text.substr(0, text.find(results_end)));
+  const auto bytes = io::from_base64(text.substr(0, text.find(results_end)));
   if (!bytes) throw not_a_result(file);
   try {
     const auto json = inflated(*bytes);
@@ -186,7 +186,7 @@ bool has_pages() { return !shell().empty(); }
 
 void require_pages() {
   if (!has_pages())
-    throw files::InputError(
+    throw common::InputError(
         "--html", "this program was built without pages: npm or Plotly was missing",
         "Run 'scripts/install-packages build', then configure and build again; --json works");
 }
@@ -203,7 +203,7 @@ std::string page(const std::string& title, const std::vector<PageResult>& result
   return filled({{"@TITLE@", escaped(title)},
                  {"@CONNECT@", host == PageHost::studio ? "'self'" : "'none'"},
                  {"@TEXT@", text},
-                 {"@RESULTS@", files::base64(deflated(data))}});
+                 {"@RESULTS@", io::base64(deflated(data))}});
 }
 
 std::string title_of(const Json& result) {
@@ -217,7 +217,7 @@ std::string title_of(const Json& result) {
 }
 
 std::vector<PageResult> read_page_results(const std::filesystem::path& file) {
-  const std::string text = files::read_text(file);
+  const std::string text = io::read_text(file);
   std::vector<PageResult> results;
   if (text.find(results_begin) == std::string::npos) {
     Json result = parsed(file, text);

@@ -5,15 +5,15 @@
 #include <string>
 #include <vector>
 
-#include "kinetostat/files/json.h"
+#include "kinetostat/io/json.h"
 
 namespace kinetostat::report {
 
 /// One result as a page shows it.
-struct PageResult {     // NOLINT(bugprone-exception-escape): moves as nlohmann::ordered_json does
-  files::Json result;   // as --json writes it: with tool, command and options
-  files::Json picture;  // what its charts need beside; may be null
-  std::string text;     // the report for people; may be empty
+struct PageResult {  // NOLINT(bugprone-exception-escape): moves as nlohmann::ordered_json does
+  io::Json result;   // as --json writes it: with tool, command and options
+  io::Json picture;  // what its charts need beside; may be null
+  std::string text;  // the report for people; may be empty
 };
 
 /// Where a page may send requests.
@@ -23,7 +23,7 @@ enum class PageHost {
 };
 
 /// The whole page. Its sections are those that the results have something to show for. Results are
-/// data, never markup: no text in them is taken for HTML or script. Throws files::InputError when
+/// data, never markup: no text in them is taken for HTML or script. Throws common::InputError when
 /// the program was built without pages (no npm, or no Plotly from it).
 std::string page(const std::string& title, const std::vector<PageResult>& results,
                  PageHost host = PageHost::nowhere);
@@ -32,10 +32,10 @@ void require_pages();
 bool has_pages();
 
 /// What a result is about: "diagnose: load cell on a bench".
-std::string title_of(const files::Json& result);
+std::string title_of(const io::Json& result);
 
 /// The results of a file: one that --json wrote, or all of a page that --html wrote. Throws
-/// files::InputError when it is neither.
+/// common::InputError when it is neither.
 std::vector<PageResult> read_page_results(const std::filesystem::path& file);
 
 }  // namespace kinetostat::report

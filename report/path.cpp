@@ -7,14 +7,14 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "kinetostat/files/csv.h"
+#include "kinetostat/io/csv.h"
 #include "kinetostat/report/manipulator.h"
 #include "kinetostat/report/text.h"
 
 namespace kinetostat::report {
 namespace {
 
-using files::Json;
+using io::Json;
 using vjm::Along;
 using vjm::Branch;
 using vjm::BranchEnd;
@@ -295,7 +295,7 @@ std::string csv(const Robot& robot, const PathTask& task, const Path& path) {
   const std::string& l = robot.units.length;
   const std::string& a = robot.units.angle;
   const std::string& f = robot.units.force;
-  std::string out = files::csv_comment(fmt::format(
+  std::string out = io::csv_comment(fmt::format(
       "{}: deflection [{}], force [{}], stiffness [{}] along the path; "
       "dx dy dz [{}], rx ry rz [{}], fx fy fz [{}], mx my mz [{} {}], J",
       robot.name, units.deflection_name, units.force_name, units.stiffness_name(), l, a, f, f, l));

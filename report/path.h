@@ -4,10 +4,10 @@
 #include <optional>
 #include <string>
 
-#include "kinetostat/files/json.h"
-#include "kinetostat/vjm/path.h"
-#include "kinetostat/vjm/robot_file.h"
-#include "kinetostat/vjm/segments.h"
+#include "kinetostat/io/json.h"
+#include "kinetostat/vjm/continuation/path.h"
+#include "kinetostat/vjm/io/robot_file.h"
+#include "kinetostat/vjm/statics/segments.h"
 
 namespace kinetostat::report {
 
@@ -15,7 +15,7 @@ namespace kinetostat::report {
 /// branches and how they end, the equilibria at the target.
 std::string text(const vjm::Robot& robot, const vjm::PathTask& task, const vjm::Path& path);
 /// Everything, with the full equilibrium at every point.
-files::Json to_json(const vjm::Robot& robot, const vjm::PathTask& task, const vjm::Path& path);
+io::Json to_json(const vjm::Robot& robot, const vjm::PathTask& task, const vjm::Path& path);
 /// One row a point, in the units of the robot file; critical points are rows of their own.
 std::string csv(const vjm::Robot& robot, const vjm::PathTask& task, const vjm::Path& path);
 
@@ -26,6 +26,6 @@ std::string warning(const vjm::Robot& robot, const vjm::PathTask& task,
 /// The force at the first critical point of the first branch over the number of segments.
 std::string text(const vjm::Robot& robot, const vjm::PathTask& task,
                  const vjm::SegmentStudy& study);
-files::Json to_json(const vjm::SegmentStudy& study);
+io::Json to_json(const vjm::SegmentStudy& study);
 
 }  // namespace kinetostat::report

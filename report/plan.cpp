@@ -5,8 +5,8 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include "kinetostat/calibration/joint_column.h"
-#include "kinetostat/files/csv.h"
+#include "kinetostat/calibration/campaign/joint_column.h"
+#include "kinetostat/io/csv.h"
 #include "kinetostat/report/joint_motion.h"
 #include "kinetostat/report/text.h"
 
@@ -20,7 +20,7 @@ using calibration::PlanBlock;
 using calibration::PlannedSharpening;
 using calibration::PlannedSplit;
 using calibration::Reading;
-using files::Json;
+using io::Json;
 
 // Figures of the units of a robot file.
 struct Units {
@@ -89,9 +89,9 @@ class PostureColumns {
     if (turned_) text += ",roll,pitch,yaw";
     for (const auto& [name, turns] : joints_) {
       const auto given = plan_.joint_columns.find(name);
-      text += "," + files::csv_cell(given != plan_.joint_columns.end()
-                                        ? given->second.column
-                                        : calibration::joint_column(robot_.manipulator, name));
+      text += "," + io::csv_cell(given != plan_.joint_columns.end()
+                                     ? given->second.column
+                                     : calibration::joint_column(robot_.manipulator, name));
     }
     return text;
   }
@@ -213,11 +213,11 @@ std::string plan_table(const vjm::Robot& robot, const Plan& plan) {
   const bool moments = has_moments(plan),
              repeats = !plan.readings.readings.front().replicate.empty();
   const std::string kind = kind_text(plan);
-  std::string text = files::csv_comment(fmt::format(
+  std::string text = io::csv_comment(fmt::format(
       "Readings to take, in the units of {}: {}, {}, {}, {}; about {} min. {}",
       robot.file.filename().string(), robot.units.length, robot.units.force, robot.units.angle,
       robot.units.time, number(plan.minutes, 3), kind.substr(0, kind.find('\n'))));
-  text += files::csv_comment(
+  text += io::csv_comment(
       fmt::format("'kinetostat simulate ROBOT --plan' takes this file as it is{}.",
                   plan.displacement == DisplacementKind::absolute ? ", with --absolute" : ""));
   text += "id,session,cycle,step,time" + std::string(repeats ? ",replicate" : "") +
@@ -227,17 +227,17 @@ std::string plan_table(const vjm::Robot& robot, const Plan& plan) {
   for (const Reading& r : plan.readings.readings) {
     if (r.cycle != cycle) {
       const PlanBlock& now = plan.blocks[block];
-      text += files::csv_comment(
+      text += io::csv_comment(
           fmt::format("{}: {} at {}, {}; {}", r.cycle, load_text(robot, now),
                       posture_text(robot, plan.readings.configurations[now.configuration]),
                       now.pattern->name, plan.why[block]));
       cycle = r.cycle;
       ++block;
     }
-    text += fmt::format("{},{},{},{},{}", files::csv_cell(r.id),
-                        files::csv_cell(plan.readings.sessions[r.session]),
-                        files::csv_cell(r.cycle), figure(*r.step), figure(units.time(*r.time)));
-    if (repeats) text += "," + files::csv_cell(r.replicate);
+    text += fmt::format("{},{},{},{},{}", io::csv_cell(r.id),
+                        io::csv_cell(plan.readings.sessions[r.session]), io::csv_cell(r.cycle),
+                        figure(*r.step), figure(units.time(*r.time)));
+    if (repeats) text += "," + io::csv_cell(r.replicate);
     text += postures.cells(r);
     for (const double f : r.load.force) text += "," + figure(units.force(f));
     if (moments)

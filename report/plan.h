@@ -3,9 +3,9 @@
 
 #include <string>
 
-#include "kinetostat/calibration/plan.h"
-#include "kinetostat/calibration/plan_score.h"
-#include "kinetostat/files/json.h"
+#include "kinetostat/calibration/design/plan.h"
+#include "kinetostat/calibration/design/plan_score.h"
+#include "kinetostat/io/json.h"
 
 namespace kinetostat::report {
 
@@ -17,10 +17,10 @@ std::string text(const vjm::Robot& robot, const calibration::Campaign& campaign,
 /// say what each cycle is for.
 std::string plan_table(const vjm::Robot& robot, const calibration::Plan& plan);
 
-files::Json to_json(const calibration::PlanQuestion& question,
-                    const calibration::PlanOptions& options, const calibration::Plan& plan);
+io::Json to_json(const calibration::PlanQuestion& question, const calibration::PlanOptions& options,
+                 const calibration::Plan& plan);
 
 std::string text(const calibration::PlanScore& score);
-files::Json to_json(const calibration::PlanScore& score);
+io::Json to_json(const calibration::PlanScore& score);
 
 }  // namespace kinetostat::report

@@ -10,7 +10,7 @@
 #include "kinetostat/report/skeleton.h"
 #include "kinetostat/report/text.h"
 #include "kinetostat/spatial/rotation.h"
-#include "kinetostat/vjm/posture.h"
+#include "kinetostat/vjm/manipulator/posture.h"
 
 namespace kinetostat::report {
 namespace {
@@ -18,7 +18,7 @@ namespace {
 using calibration::Campaign;
 using calibration::Configuration;
 using calibration::Reading;
-using files::Json;
+using io::Json;
 using spatial::Vector6;
 
 // Six digits are more than a screen shows and a third of the bytes.
@@ -156,7 +156,7 @@ Json configurations(const vjm::Robot& robot, const Campaign& campaign) {
   for (const Configuration& configuration : campaign.configurations) {
     const vjm::PostureResult found = posture_of(manipulator, configuration);
     list.push_back({{"label", label(robot, configuration, found)},
-                    {"position", files::to_json(found.posture.platform.position())}});
+                    {"position", io::to_json(found.posture.platform.position())}});
   }
   return list;
 }

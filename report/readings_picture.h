@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "kinetostat/calibration/compare.h"
-#include "kinetostat/calibration/diagnosis.h"
-#include "kinetostat/files/json.h"
+#include "kinetostat/calibration/comparison/compare.h"
+#include "kinetostat/calibration/diagnosis/diagnosis.h"
+#include "kinetostat/io/json.h"
 
 namespace kinetostat::report {
 
@@ -21,13 +21,13 @@ std::vector<ReadingsModel> readings_models(const calibration::Comparison& compar
 
 /// Postures as charts name them: one entry a configuration of the campaign, {"label", "position"}:
 /// what the robot was told, and the platform's place in base axes [m].
-files::Json configurations(const vjm::Robot& robot, const calibration::Campaign& campaign);
+io::Json configurations(const vjm::Robot& robot, const calibration::Campaign& campaign);
 
 /// One entry a reading in every column; SI, six significant digits; null where nothing was
 /// measured. `noise`: of these readings.
-files::Json readings_picture(const vjm::Robot& robot, const calibration::Campaign& campaign,
-                             const calibration::Noise& noise,
-                             const std::vector<ReadingsModel>& models);
+io::Json readings_picture(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                          const calibration::Noise& noise,
+                          const std::vector<ReadingsModel>& models);
 
 /// The robot with the effects that a diagnosis found, at their fitted values.
 vjm::Robot with_found(const vjm::Robot& robot, const calibration::Diagnosis& diagnosis);

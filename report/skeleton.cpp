@@ -2,12 +2,12 @@
 
 #include <cmath>
 
-#include "kinetostat/vjm/kinematics.h"
+#include "kinetostat/vjm/chain/kinematics.h"
 
 namespace kinetostat::report {
 namespace {
 
-using files::Json;
+using io::Json;
 using spatial::Pose;
 using spatial::Vector3;
 using vjm::Chain;
@@ -30,7 +30,7 @@ class Polyline {
  public:
   void add(const Vector3& point) {
     if (!points_.empty() && (point - last_).norm() < same_point) return;
-    points_.push_back(files::to_json(point));
+    points_.push_back(io::to_json(point));
     last_ = point;
   }
   Json json() && { return std::move(points_); }
@@ -45,8 +45,8 @@ Json joint_json(const vjm::Coordinate& coordinate, vjm::Motion motion, const Pos
   return {{"name", coordinate.name},
           {"role", word(coordinate.role)},
           {"turns", is_rotation(motion)},
-          {"at", files::to_json(frame.position())},
-          {"axis", files::to_json(Vector3(frame.rotation().col(axis_index(motion))))}};
+          {"at", io::to_json(frame.position())},
+          {"axis", io::to_json(Vector3(frame.rotation().col(axis_index(motion))))}};
 }
 
 Json chain_json(const Chain& chain, const Eigen::VectorXd& x, const Pose& origin) {
@@ -72,8 +72,8 @@ Json chain_json(const Chain& chain, const Eigen::VectorXd& x, const Pose& origin
 
 Json body_json(const std::string& name, const Pose& pose) {
   return {{"name", name},
-          {"position", files::to_json(pose.position())},
-          {"axes", files::rows(pose.rotation().transpose())}};
+          {"position", io::to_json(pose.position())},
+          {"axes", io::rows(pose.rotation().transpose())}};
 }
 
 // `bodies`: platform first.

@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/files/printable.h"
+#include "kinetostat/common/printable.h"
 
 namespace kinetostat::report {
 namespace {
@@ -112,7 +112,7 @@ void Table::add_row(std::vector<std::string> cells) {
   if (cells.size() != rows_.front().size())
     throw std::invalid_argument(fmt::format("a row of {} cells in a table of {} columns",
                                             cells.size(), rows_.front().size()));
-  for (std::string& cell : cells) cell = files::printable(cell);  // a row is one line
+  for (std::string& cell : cells) cell = common::printable(cell);  // a row is one line
   rows_.push_back(std::move(cells));
 }
 

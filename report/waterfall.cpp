@@ -13,7 +13,7 @@ namespace kinetostat::report {
 namespace {
 
 using calibration::WaterfallStage;
-using files::Json;
+using io::Json;
 
 std::string in_unit(double si, const std::string& unit) {
   return std::isnan(si) ? "-" : number(si / spatial::parse_unit(unit).factor, 4);

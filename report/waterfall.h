@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "kinetostat/calibration/before_after.h"
-#include "kinetostat/calibration/campaign.h"
-#include "kinetostat/files/json.h"
+#include "kinetostat/calibration/campaign/campaign.h"
+#include "kinetostat/calibration/comparison/before_after.h"
+#include "kinetostat/io/json.h"
 
 namespace kinetostat::report {
 
@@ -15,10 +15,10 @@ std::string waterfall_text(const calibration::Campaign& campaign,
                            const std::vector<calibration::WaterfallStage>& stages,
                            const std::string& held_out);
 /// SI.
-files::Json to_json(const calibration::WaterfallStage& stage);
+io::Json to_json(const calibration::WaterfallStage& stage);
 
 std::string text(const calibration::Campaign& campaign, const calibration::BeforeAfter& both);
 /// Both comparisons whole, and the stages.
-files::Json to_json(const calibration::Campaign& campaign, const calibration::BeforeAfter& both);
+io::Json to_json(const calibration::Campaign& campaign, const calibration::BeforeAfter& both);
 
 }  // namespace kinetostat::report

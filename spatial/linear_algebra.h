@@ -20,4 +20,12 @@ inline Matrix3 skew(const Vector3& a) {
   return s;
 }
 
+/// Displacement of a point that follows a rigid body: u = [I, -skew(arm)] [translation; rotation],
+/// with the arm from the reference point of the motion to the point [m].
+inline Eigen::Matrix<double, 3, 6> rigid_motion(const Vector3& arm) {
+  Eigen::Matrix<double, 3, 6> motion;
+  motion << Matrix3::Identity(), -skew(arm);
+  return motion;
+}
+
 }  // namespace kinetostat::spatial

@@ -10,7 +10,7 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/spatial/spelling.h"
+#include "kinetostat/common/spelling.h"
 
 namespace kinetostat::spatial {
 namespace {
@@ -96,7 +96,7 @@ std::string nearest_unit(const std::string& symbol) {
     for (const Prefix& prefix : prefixes)
       candidates.push_back(std::string(prefix.symbol) + std::string(named.symbol));
   }
-  return nearest_spelling(symbol, candidates);
+  return common::nearest_spelling(symbol, candidates);
 }
 
 // expression := factor (('*' | '.' | blank) factor | '/' quotient)*, quotient := factor (blank

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/files/text_file.h"
+#include "kinetostat/io/text_file.h"
 
 #include "support/temporary_folder.h"
 
@@ -44,7 +44,7 @@ Outcome kinetostat(const std::string& arguments) {
     out.append(buffer.data(), n);
   const int status = pclose(pipe);
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, out,
-          files::read_text(working_folder() / "stderr")};
+          io::read_text(working_folder() / "stderr")};
 }
 
 }  // namespace kinetostat::test

@@ -4,12 +4,13 @@
 #include <string>
 #include <vector>
 
-#include "kinetostat/calibration/diagnosis.h"
-#include "kinetostat/calibration/simulate.h"
-#include "kinetostat/files/csv.h"
-#include "kinetostat/files/text_file.h"
+#include "kinetostat/calibration/campaign/campaign_file.h"
+#include "kinetostat/calibration/diagnosis/diagnosis.h"
+#include "kinetostat/calibration/regression/simulate.h"
+#include "kinetostat/io/csv.h"
+#include "kinetostat/io/text_file.h"
 #include "kinetostat/report/diagnosis.h"
-#include "kinetostat/vjm/effect_file.h"
+#include "kinetostat/vjm/io/effect_file.h"
 
 #include "support/temporary_folder.h"
 
@@ -31,40 +32,40 @@ class Laboratory {
 
   /// Takes the readings of a plan, beside those that were taken before; noise as in options().
   Campaign measure(const std::string& plan, const std::string& more = "") {
-    files::write_atomically(folder_.path() / "plan.csv", plan);
-    files::Progress silent;
+    io::write_atomically(folder_.path() / "plan.csv", plan);
+    common::Progress silent;
     ++options_.seed;
     const SimulatedCampaign made =
         simulate(robot_, "robot.yaml", folder_.path() / "plan.csv", options_, silent);
     readings_ = readings_.empty() ? made.readings : joined(readings_, made.readings);
-    files::write_atomically(folder_.path() / "readings.csv", readings_);
-    files::write_atomically(folder_.path() / "campaign.yaml", made.yaml + more);
+    io::write_atomically(folder_.path() / "readings.csv", readings_);
+    io::write_atomically(folder_.path() / "campaign.yaml", made.yaml + more);
     return read_campaign(folder_.path() / "campaign.yaml", robot_.manipulator);
   }
 
   Diagnosis diagnose(const Campaign& campaign, const std::vector<std::string>& kinds) const {
-    files::Progress silent;
+    common::Progress silent;
     return calibration::diagnose(robot_, campaign, {.kinds = kinds, .draws = 199}, 2, silent);
   }
-  files::Json json(const Campaign& campaign, const Diagnosis& diagnosis) const {
+  io::Json json(const Campaign& campaign, const Diagnosis& diagnosis) const {
     return report::to_json(robot_, campaign, diagnosis);
   }
 
  private:
   static std::filesystem::path written(const std::filesystem::path& file, const std::string& text) {
-    files::write_atomically(file, text);
+    io::write_atomically(file, text);
     return file;
   }
 
   // Two tables with the columns of both.
   static std::string joined(const std::string& a, const std::string& b) {
-    const files::CsvTable first(a, "first"), second(b, "second");
+    const io::CsvTable first(a, "first"), second(b, "second");
     std::vector<std::string> columns = first.columns();
     for (const std::string& name : second.columns())
       if (!first.find(name)) columns.push_back(name);
     std::string text;
     for (const std::string& name : columns) text += (text.empty() ? "" : ",") + name;
-    for (const files::CsvTable* table : {&first, &second})
+    for (const io::CsvTable* table : {&first, &second})
       for (std::size_t row = 0; row < table->rows(); ++row) {
         text += "\n";
         for (std::size_t c = 0; c < columns.size(); ++c) {

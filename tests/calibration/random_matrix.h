@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "kinetostat/calibration/normal.h"
+#include "kinetostat/calibration/statistics/normal.h"
 
 namespace kinetostat::calibration::test {
 

@@ -11,10 +11,11 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "kinetostat/calibration/compare.h"
-#include "kinetostat/files/text_file.h"
+#include "kinetostat/calibration/campaign/campaign_file.h"
+#include "kinetostat/calibration/comparison/compare.h"
+#include "kinetostat/io/text_file.h"
 #include "kinetostat/spatial/rotation.h"
-#include "kinetostat/vjm/posture.h"
+#include "kinetostat/vjm/manipulator/posture.h"
 
 #include "support/random.h"
 #include "support/temporary_folder.h"
@@ -26,8 +27,8 @@ inline std::filesystem::path write_campaign(const std::string& yaml, const std::
   static const kinetostat::test::TemporaryFolder temporary;
   static int count = 0;
   const std::filesystem::path folder = temporary.path() / std::to_string(++count);
-  files::write_atomically(folder / "readings.csv", csv);
-  files::write_atomically(folder / "campaign.yaml", yaml);
+  io::write_atomically(folder / "readings.csv", csv);
+  io::write_atomically(folder / "campaign.yaml", yaml);
   return folder / "campaign.yaml";
 }
 
@@ -135,7 +136,7 @@ inline std::filesystem::path write(const std::vector<Planned>& plan, const Writi
 
 inline Comparison compare_files(const vjm::Robot& robot, const std::filesystem::path& campaign,
                                 int threads = 1) {
-  files::Progress silent;
+  common::Progress silent;
   return compare(robot, read_campaign(campaign, robot.manipulator), threads, silent);
 }
 

@@ -1,17 +1,17 @@
 // Uses something of every room, so that every library and its dependencies must link.
 #include <cmath>
 #include <cstdio>
-#include <kinetostat/calibration/goodness_of_fit.h>
-#include <kinetostat/fea/elasticity.h>
-#include <kinetostat/files/yaml.h>
-#include <kinetostat/vjm/beam.h>
+#include <kinetostat/calibration/statistics/goodness_of_fit.h>
+#include <kinetostat/fea/elasticity/elasticity.h>
+#include <kinetostat/io/yaml.h>
+#include <kinetostat/vjm/chain/beam.h>
 
 // The tip deflection of a clamped bar, once from its 6x6 compliance and once by hand.
 int main() {
   using namespace kinetostat;
-  const files::YamlNode file =
-      files::parse_yaml("units: {length: mm, force: N}\nspan: 310\nload: 2\n", "example.yaml");
-  const spatial::UnitSystem units = files::read_units(file.at("units"));
+  const io::YamlNode file =
+      io::parse_yaml("units: {length: mm, force: N}\nspan: 310\nload: 2\n", "example.yaml");
+  const spatial::UnitSystem units = io::read_units(file.at("units"));
   const double span = file.at("span").positive(spatial::dimension::length, units);
   const double load = file.at("load").positive(spatial::dimension::force, units);
 

@@ -1,8 +1,8 @@
 // The bar of the acceptance test: 310 x 20 x 12 mm of steel along x, root held, tip rigid.
 #pragma once
 
-#include "kinetostat/fea/link_response.h"
-#include "kinetostat/fea/tetrahedralize.h"
+#include "kinetostat/fea/link/link_response.h"
+#include "kinetostat/fea/mesh/tetrahedralize.h"
 
 #include "fea/shapes.h"
 
@@ -23,12 +23,12 @@ struct ReferenceBar {
     TetrahedralizeOptions options;
     options.edge_length = size;
     options.helper = KINETOSTAT_TETGEN;
-    files::Progress silent;
+    common::Progress silent;
     mesh = with_mid_nodes(tetrahedralize(surface, tags, options, silent));
   }
 
   Matrix6 compliance() const {
-    files::Progress silent;
+    common::Progress silent;
     std::vector<CoupledInterface> ends = coupled_ends(mesh);
     ends[1].point = tip;
     return respond(mesh, {steel}, ends, {}, silent).compliance();

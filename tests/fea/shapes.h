@@ -11,10 +11,12 @@
 #include <string>
 #include <unistd.h>
 
-#include "kinetostat/fea/assembly.h"
-#include "kinetostat/fea/coupling.h"
-#include "kinetostat/fea/surface_check.h"
-#include "kinetostat/fea/tet_mesh.h"
+#include "kinetostat/fea/elasticity/assembly.h"
+#include "kinetostat/fea/interface/coupling.h"
+#include "kinetostat/fea/mesh/tet_mesh.h"
+#include "kinetostat/fea/surface/surface_check.h"
+
+#include "support/temporary_folder.h"
 
 namespace kinetostat::fea {
 
@@ -128,33 +130,14 @@ inline std::vector<CoupledInterface> coupled_ends(const TetMesh& mesh,
 }
 
 /// The unknowns that give these displacements of all nodes. Requires every node to be free.
-inline Eigen::VectorXd values_of(const Unknowns& unknowns, const Eigen::Matrix3Xd& displacements) {
+inline Eigen::VectorXd values_of(const DofMap& unknowns, const Eigen::Matrix3Xd& displacements) {
   Eigen::VectorXd values(displacements.size());
   for (Eigen::Index n = 0; n < displacements.cols(); ++n)
     values.segment<3>(3 * unknowns.block_of(static_cast<int>(n))) = displacements.col(n);
   return values;
 }
 
-/// A folder that lives as long as the object.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "kinetostat-XXXXXX").string();
-    path_ = mkdtemp(name.data());
-  }
-  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
-  std::filesystem::path file(const std::string& name, const std::string& content) const {
-    std::ofstream(path_ / name, std::ios::binary) << content;
-    return path_ / name;
-  }
-
- private:
-  std::filesystem::path path_;
-};
+using test::TemporaryFolder;
 
 /// ASCII STL of a surface, coordinates times `scale`.
 inline std::string ascii_stl(const SurfaceMesh& mesh, double scale) {

@@ -20,8 +20,8 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/files/error.h"
-#include "kinetostat/files/text_file.h"
+#include "kinetostat/common/error.h"
+#include "kinetostat/io/text_file.h"
 
 #include "fuzz/mutation.h"
 #include "fuzz/readers.h"
@@ -78,9 +78,9 @@ std::string fault_of(const Reader& reader, const std::string& input, bool& accep
     reader.read(input);
     accepted = true;
     return {};
-  } catch (const files::InputError&) {
-  } catch (const files::NoConvergence&) {
-  } catch (const files::NotIdentifiable&) {
+  } catch (const common::InputError&) {
+  } catch (const common::NoConvergence&) {
+  } catch (const common::NotIdentifiable&) {
   } catch (const std::bad_alloc&) {
     return "takes all memory";
   } catch (const std::exception& error) {
@@ -131,7 +131,7 @@ std::size_t fuzz(const Reader& reader, const Options& options) {
     ++faults;
     const std::filesystem::path file =
         options.out / fmt::format("{}-{}-{}", reader.name, options.seed, shared.run.load());
-    files::write_atomically(file, input_of(reader, options, shared.run));
+    io::write_atomically(file, input_of(reader, options, shared.run));
     std::cerr << fmt::format("{}: run {}: {}; its file is {}\n", reader.name, shared.run.load(),
                              end_in_words(status), file.string());
   }
@@ -147,7 +147,7 @@ std::size_t fuzz(const Reader& reader, const Options& options) {
 
 int replay(const Reader& reader, const std::string& file) {
   bool accepted = false;
-  const std::string fault = fault_of(reader, files::read_text(file), accepted);
+  const std::string fault = fault_of(reader, io::read_text(file), accepted);
   std::cout << (!fault.empty() ? fault : accepted ? "accepted" : "refused") << "\n";
   return fault.empty() ? 0 : 1;
 }

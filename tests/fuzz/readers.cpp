@@ -5,31 +5,34 @@
 #include <memory>
 #include <zlib.h>
 
-#include "kinetostat/apps/command.h"
-#include "kinetostat/apps/commands.h"
-#include "kinetostat/calibration/campaign.h"
-#include "kinetostat/calibration/fit_record.h"
-#include "kinetostat/calibration/plan_score.h"
-#include "kinetostat/fea/link_file.h"
-#include "kinetostat/fea/surface_check.h"
-#include "kinetostat/fea/surface_mesh.h"
-#include "kinetostat/fea/volume_mesh.h"
-#include "kinetostat/files/base64.h"
-#include "kinetostat/files/cache.h"
-#include "kinetostat/files/csv.h"
-#include "kinetostat/files/text_file.h"
-#include "kinetostat/files/yaml.h"
+#include "kinetostat/apps/cli/command.h"
+#include "kinetostat/apps/commands/commands.h"
+#include "kinetostat/calibration/campaign/campaign.h"
+#include "kinetostat/calibration/campaign/campaign_file.h"
+#include "kinetostat/calibration/design/plan_score.h"
+#include "kinetostat/calibration/diagnosis/fit_record.h"
+#include "kinetostat/calibration/diagnosis/rivals.h"
+#include "kinetostat/fea/link/link_file.h"
+#include "kinetostat/fea/mesh/surface_import.h"
+#include "kinetostat/fea/mesh/volume_mesh.h"
+#include "kinetostat/fea/surface/surface_check.h"
+#include "kinetostat/fea/surface/surface_mesh.h"
+#include "kinetostat/io/base64.h"
+#include "kinetostat/io/cache.h"
+#include "kinetostat/io/csv.h"
+#include "kinetostat/io/text_file.h"
+#include "kinetostat/io/yaml.h"
 #include "kinetostat/report/page.h"
-#include "kinetostat/vjm/expression.h"
-#include "kinetostat/vjm/map_checkpoint.h"
-#include "kinetostat/vjm/robot_file.h"
-#include "kinetostat/vjm/urdf.h"
+#include "kinetostat/vjm/effects/kinds/expression.h"
+#include "kinetostat/vjm/io/robot_file.h"
+#include "kinetostat/vjm/io/urdf.h"
+#include "kinetostat/vjm/workspace/map_checkpoint.h"
 
 namespace kinetostat::fuzz {
 namespace {
 
-using files::InputError;
-using files::read_text;
+using common::InputError;
+using io::read_text;
 using std::filesystem::path;
 
 const path source = KINETOSTAT_SOURCE_DIR;
@@ -52,15 +55,15 @@ std::vector<std::string> joined(std::vector<std::string> a, const std::vector<st
 
 // Files of this test come and go thousands of times: without waiting for the disk.
 void put(const path& file, const std::string& bytes) {
-  files::write_atomically(file, bytes, files::Flush::no);
+  io::write_atomically(file, bytes, io::Flush::no);
 }
 
 // Every value of a YAML file, in every way that it can be asked for.
-void walk(const files::YamlNode& node) {
+void walk(const io::YamlNode& node) {
   if (node.is_map())
     for (const auto& [key, value] : node.members()) walk(value);
   if (node.is_sequence())
-    for (const files::YamlNode& item : node.items()) walk(item);
+    for (const io::YamlNode& item : node.items()) walk(item);
   if (!node.is_scalar()) return;
   try {
     if (!std::isfinite(node.number())) throw Wrong("a number that is none");
@@ -74,9 +77,9 @@ Reader yaml_reader(const path& folder) {
       .sound = joined(texts(source / "data/robots", ".yaml"), texts(source / "meshes", ".yaml")),
       .others = {"a: &a [1, 2]\nb: *a\n? [c]\n: !!str d\n--- {e: |\n  f}\n"},
       .read = [file = folder / "any.yaml"](const std::string& bytes) {
-        const files::YamlNode top = files::parse_yaml(bytes, file);
+        const io::YamlNode top = io::parse_yaml(bytes, file);
         walk(top);
-        (void)files::meaning(top);
+        (void)io::meaning(top);
       }};
 }
 
@@ -119,7 +122,7 @@ Reader table_reader(const path& folder) {
                           texts(source / "data/measurements/plans", ".csv")),
           .others = {"\xef\xbb\xbf\"a\";\"b \"\"c\"\"\"\r\n\"1\n2\";'=x\r\n"},
           .read = [file = folder / "any.csv"](const std::string& bytes) {
-            const files::CsvTable table(bytes, file);
+            const io::CsvTable table(bytes, file);
             for (std::size_t row = 0; row < table.rows(); ++row)
               for (std::size_t column = 0; column < table.columns().size(); ++column)
                 if (!table.empty(row, column) && !std::isfinite(table.number(row, column)))
@@ -132,8 +135,8 @@ Reader compliance_reader(const path& folder) {
           .sound = texts(source / "data/links", ".json"),
           .read = [file = folder / "any.json"](const std::string& bytes) {
             put(file, bytes);
-            (void)files::to_text(files::read_json(file));
-            if (!files::read_compliance(file).matrix().allFinite())
+            (void)io::to_text(io::read_json(file));
+            if (!io::read_compliance(file).matrix().allFinite())
               throw Wrong("a compliance that is not finite");
           }};
 }
@@ -158,7 +161,7 @@ std::string deflated(const std::string& text) {
 
 std::string page_of(const std::string& results) {
   return "<!doctype html>\n<script type=\"application/octet-stream\" id=\"results\">" +
-         files::base64(deflated(results)) + "</script>\n";
+         io::base64(deflated(results)) + "</script>\n";
 }
 
 Reader page_reader(const path& folder) {
@@ -194,14 +197,14 @@ Reader checkpoint_reader(const path& folder) {
               },
           .sealed =
               [head, request](const std::string& content) {
-                return head + files::sha256(request + "\n" + content) + "\n" + content;
+                return head + io::sha256(request + "\n" + content) + "\n" + content;
               },
           .contents = {sound.substr(sound.find('\n', begin) + 1)}};
 }
 
 // What is found is what was kept, or nothing.
 Reader cache_reader(const path& folder) {
-  const auto cache = std::make_shared<files::Cache>(folder / "cache");
+  const auto cache = std::make_shared<io::Cache>(folder / "cache");
   const std::string content = "what was kept\n";
   cache->keep("key", content);
   const path entry = std::filesystem::directory_iterator(folder / "cache")->path();
@@ -219,7 +222,7 @@ Reader record_reader() {
   return {
       .name = "fit_record",
       .sound = {calibration::record_of(fit), calibration::record_of(calibration::Rivals::Marks{})},
-      .others = {calibration::record_of(files::NotIdentifiable("cannot be told"))},
+      .others = {calibration::record_of(common::NotIdentifiable("cannot be told"))},
       .read = [](const std::string& bytes) {
         (void)calibration::recorded_fit(bytes, {});
         (void)calibration::recorded_marks(bytes, {});
@@ -236,10 +239,10 @@ void run_quietly(apps::Program& program, const std::vector<const char*>& argumen
 
 Reader diagnosis_reader(const path& folder) {
   const path robot = folder / "data/robots/bench.yaml";
-  files::Json sound = files::read_json(corpus / "diagnosis.json");
-  sound["inputs"]["robot"]["sha256"] = files::sha256(read_text(robot));
+  io::Json sound = io::read_json(corpus / "diagnosis.json");
+  sound["inputs"]["robot"]["sha256"] = io::sha256(read_text(robot));
   return {.name = "diagnosis",
-          .sound = {files::to_text(sound)},
+          .sound = {io::to_text(sound)},
           .read = [robot, file = folder / "diagnosis.json",
                    out = folder / "data/robots/adopted.yaml"](const std::string& bytes) {
             put(file, bytes);
@@ -261,9 +264,9 @@ Reader plan_reader(const path& folder) {
           .read = [file = folder / "plan.json"](const std::string& bytes) {
             put(file, bytes);
             const vjm::Robot robot = vjm::read_robot(source / "data/robots/bench.yaml");
-            files::Json plan = files::read_json(file);
-            if (plan.is_object()) plan["sharpened"] = files::Json::array();  // needs a fit
-            files::Progress silent;
+            io::Json plan = io::read_json(file);
+            if (plan.is_object()) plan["sharpened"] = io::Json::array();  // needs a fit
+            common::Progress silent;
             (void)calibration::score_plan(plan, file, robot, {}, {}, 1, silent);
           }};
 }
@@ -296,7 +299,7 @@ Reader urdf_reader(const path& folder) {
             const vjm::ImportedRobot robot =
                 vjm::import_robot(model, vjm::find_chain(model, "", "flange"));
             try {
-              (void)files::parse_yaml(robot.text, "imported.yaml");
+              (void)io::parse_yaml(robot.text, "imported.yaml");
             } catch (const InputError& error) {
               throw Wrong(std::string("an imported robot that is no YAML: ") + error.what());
             }

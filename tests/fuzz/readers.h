@@ -18,7 +18,7 @@ struct Reader {
   std::string name;
   std::vector<std::string> sound;        // files that it reads without a complaint
   std::vector<std::string> others = {};  // more to take parts from
-  /// Throws files::InputError, NoConvergence or NotIdentifiable for what it refuses; anything else
+  /// Throws common::InputError, NoConvergence or NotIdentifiable for what it refuses; anything else
   /// is a fault.
   std::function<void(const std::string& bytes)> read;
   /// Makes a file of what a sound file has under its checksum, or in compressed form; empty: there

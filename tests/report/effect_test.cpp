@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "kinetostat/files/text_file.h"
+#include "kinetostat/io/text_file.h"
 
 namespace kinetostat::report {
 namespace {
@@ -11,7 +11,7 @@ namespace {
 // The page of the theory of effects tells of each what the program prints.
 TEST(EffectText, IsThatOfThePage) {
   const std::string page =
-      files::read_text(std::string(KINETOSTAT_SOURCE_DIR) + "/docs/theory/effects.md");
+      io::read_text(std::string(KINETOSTAT_SOURCE_DIR) + "/docs/theory/effects.md");
   for (const auto& kind : vjm::effect_kinds()) {
     for (const std::string* part :
          {&kind->summary, &kind->law, &kind->source, &kind->signature, &kind->confuser})

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "kinetostat/vjm/posture.h"
+#include "kinetostat/vjm/manipulator/posture.h"
 
 namespace kinetostat::report {
 namespace {
@@ -21,7 +21,7 @@ TEST(MotionOfCoordinates, IsTheDerivativeByTheDisplacement) {
   const vjm::Load load{.force = {200, -100, 300}, .moment = {5, 10, -5}};
   const vjm::Equilibrium e = vjm::equilibrium_under_load(robot.manipulator, posture, load);
   ASSERT_EQ(e.status, vjm::EquilibriumStatus::converged);
-  const files::Json chains = to_json(robot, e)["chains"];
+  const io::Json chains = to_json(robot, e)["chains"];
   const double h = 1e-7;
   std::size_t compared = 0;
   for (Eigen::Index k = 0; k < 6; ++k) {
@@ -29,9 +29,9 @@ TEST(MotionOfCoordinates, IsTheDerivativeByTheDisplacement) {
       const Pose pose = spatial::displaced(e.platform, step * Vector6::Unit(k));
       return to_json(robot, equilibrium_at_pose(robot.manipulator, posture, pose))["chains"];
     };
-    const files::Json after = coordinates(h), before = coordinates(-h);
+    const io::Json after = coordinates(h), before = coordinates(-h);
     for (std::size_t c = 0; c < chains.size(); ++c) {
-      const files::Json& motion = chains[c]["coordinates_by_displacement"];
+      const io::Json& motion = chains[c]["coordinates_by_displacement"];
       for (const char* part : {"K_q", "K_theta"})
         for (const auto& [name, row] : motion[part].items()) {
           const double slope = (after[c]["coordinates"][name].get<double>() -
@@ -55,7 +55,7 @@ TEST(MotionOfCoordinates, NamesEachCoordinateWithItsUnit) {
   const vjm::Posture posture = vjm::posture_at(robot.manipulator, Pose()).posture;
   const vjm::Equilibrium e =
       vjm::equilibrium_under_load(robot.manipulator, posture, {.force = {100, 0, 0}});
-  const files::Json motion = to_json(robot, e)["chains"][0]["coordinates_by_displacement"];
+  const io::Json motion = to_json(robot, e)["chains"][0]["coordinates_by_displacement"];
   EXPECT_TRUE(motion["K_q"].contains("u1.Rz"));
   EXPECT_TRUE(motion["K_theta"].contains("rho"));
   EXPECT_FALSE(motion["K_q"].contains("rho"));

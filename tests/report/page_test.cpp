@@ -5,16 +5,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "kinetostat/files/base64.h"
-#include "kinetostat/files/error.h"
-#include "kinetostat/files/text_file.h"
+#include "kinetostat/common/error.h"
+#include "kinetostat/io/base64.h"
+#include "kinetostat/io/text_file.h"
 
 #include "support/temporary_folder.h"
 
 namespace kinetostat::report {
 namespace {
 
-using files::Json;
+using io::Json;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -33,7 +33,7 @@ class Page : public ::testing::Test {
     if (!has_pages()) GTEST_SKIP() << "built without pages";
   }
   std::filesystem::path written(const std::string& text) const {
-    files::write_atomically(folder_.path() / "file", text);
+    io::write_atomically(folder_.path() / "file", text);
     return folder_.path() / "file";
   }
   test::TemporaryFolder folder_;
@@ -87,7 +87,7 @@ TEST_F(Page, RefusesWhatIsNoResult) {
   cut.erase(data + 8, 4);
   for (const std::string& text : {std::string("no JSON"), std::string("[1, 2]"), std::string(),
                                   spoiled, cut, whole.substr(0, data + 16)})
-    EXPECT_THROW(read_page_results(written(text)), files::InputError) << text.substr(0, 40);
+    EXPECT_THROW(read_page_results(written(text)), common::InputError) << text.substr(0, 40);
 }
 
 // A page of a hundred kilobytes that stands for gigabytes.
@@ -98,7 +98,7 @@ std::string bomb(const std::string& results) {
                      reinterpret_cast<const Bytef*>(results.data()), results.size()),
             Z_OK);
   bytes.resize(size);
-  return "<script type=\"application/octet-stream\" id=\"results\">" + files::base64(bytes) +
+  return "<script type=\"application/octet-stream\" id=\"results\">" + io::base64(bytes) +
          "</script>";
 }
 
@@ -109,7 +109,7 @@ TEST_F(Page, TakesLittleMemoryWhateverItHolds) {
     try {
       (void)read_page_results(written(html));
       FAIL() << "accepted";
-    } catch (const files::InputError& error) {
+    } catch (const common::InputError& error) {
       EXPECT_THAT(error.what(), HasSubstr("more than is read back"));
     }
   };

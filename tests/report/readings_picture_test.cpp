@@ -3,7 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "kinetostat/files/text_file.h"
+#include "kinetostat/calibration/campaign/campaign_file.h"
+#include "kinetostat/io/text_file.h"
 #include "kinetostat/report/comparison.h"
 
 #include "support/temporary_folder.h"
@@ -11,7 +12,7 @@
 namespace kinetostat::report {
 namespace {
 
-using files::Json;
+using io::Json;
 using ::testing::ElementsAre;
 
 // A spring of 1 N/um along z, two postures, read by a gauge of 4 um under loads known to 3 N.
@@ -30,7 +31,7 @@ class ReadingsPicture : public ::testing::Test {
     return vjm::read_robot(folder_.path() / "robot.yaml");
   }
   void write(const std::string& name, const std::string& text) const {
-    files::write_atomically(folder_.path() / name, text);
+    io::write_atomically(folder_.path() / name, text);
   }
   calibration::Campaign campaign(const std::string& noise) const {
     write("campaign.yaml",
@@ -41,7 +42,7 @@ class ReadingsPicture : public ::testing::Test {
   }
   Json picture(const std::string& noise) const {
     const calibration::Campaign read = campaign(noise);
-    files::Progress silent;
+    common::Progress silent;
     const calibration::Comparison comparison = calibration::compare(robot_, read, 1, silent);
     return readings_picture(robot_, read, comparison.noise, readings_models(comparison));
   }
@@ -78,7 +79,7 @@ TEST_F(ReadingsPicture, NothingIsSaidOfANoiseThatNobodyKnows) {
 TEST_F(ReadingsPicture, ResultsHoldLoadsPosturesAndNoiseOfTheReadings) {
   const calibration::Campaign read =
       campaign("noise: {translation: 4 um}\nwrench_noise: {force: 3 N}\n");
-  files::Progress silent;
+  common::Progress silent;
   const Json reading = to_json(read, calibration::compare(robot_, read, 1, silent))["readings"][2];
   EXPECT_EQ(reading["configuration"], 1);
   EXPECT_NEAR(reading["sigma"][0].get<double>(), 4e-6, 1e-11);

@@ -4,13 +4,13 @@
 
 #include <gtest/gtest.h>
 
-#include "kinetostat/vjm/posture.h"
-#include "kinetostat/vjm/robot_file.h"
+#include "kinetostat/vjm/io/robot_file.h"
+#include "kinetostat/vjm/manipulator/posture.h"
 
 namespace kinetostat::report {
 namespace {
 
-using files::Json;
+using io::Json;
 using spatial::Vector3;
 
 Vector3 vector(const Json& json) {

@@ -4,8 +4,8 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/vjm/path.h"
-#include "kinetostat/vjm/posture.h"
+#include "kinetostat/vjm/continuation/path.h"
+#include "kinetostat/vjm/manipulator/posture.h"
 
 #include "tables.h"
 #include "vjm/urrs.h"
@@ -28,7 +28,7 @@ std::optional<vjm::PathPoint> first_critical(const vjm::Manipulator& robot,
   vjm::PathOptions options;
   options.until_critical = true;
   options.points = points;
-  files::Progress progress;
+  common::Progress progress;
   const vjm::Path path = trace(robot, posture, task, options, progress);
   if (path.critical.empty()) return std::nullopt;
   return path.critical[0].point;

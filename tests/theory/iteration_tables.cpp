@@ -3,9 +3,9 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/vjm/equilibrium.h"
-#include "kinetostat/vjm/fixed_point.h"
-#include "kinetostat/vjm/posture.h"
+#include "kinetostat/vjm/manipulator/posture.h"
+#include "kinetostat/vjm/statics/equilibrium.h"
+#include "kinetostat/vjm/statics/fixed_point.h"
 
 #include "tables.h"
 

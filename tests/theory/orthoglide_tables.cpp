@@ -4,11 +4,11 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/files/text_file.h"
-#include "kinetostat/vjm/assembly.h"
-#include "kinetostat/vjm/equilibrium.h"
-#include "kinetostat/vjm/posture.h"
-#include "kinetostat/vjm/stiffness.h"
+#include "kinetostat/io/text_file.h"
+#include "kinetostat/vjm/manipulator/posture.h"
+#include "kinetostat/vjm/statics/assembly.h"
+#include "kinetostat/vjm/statics/equilibrium.h"
+#include "kinetostat/vjm/statics/stiffness.h"
 
 #include "support/temporary_folder.h"
 #include "tables.h"
@@ -116,12 +116,12 @@ namespace {
 
 // A shipped robot with a piece of its text replaced everywhere.
 vjm::Robot variant(const std::string& name, const std::string& from, const std::string& to) {
-  std::string text = files::read_text(std::string(KINETOSTAT_SOURCE_DIR) + "/data/robots/" + name);
+  std::string text = io::read_text(std::string(KINETOSTAT_SOURCE_DIR) + "/data/robots/" + name);
   for (std::size_t at = text.find(from); at != std::string::npos;
        at = text.find(from, at + to.size()))
     text.replace(at, from.size(), to);
   const test::TemporaryFolder folder;
-  files::write_atomically(folder.path() / name, text);
+  io::write_atomically(folder.path() / name, text);
   return vjm::read_robot(folder.path() / name);
 }
 

@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/vjm/posture.h"
-#include "kinetostat/vjm/stiffness.h"
+#include "kinetostat/vjm/manipulator/posture.h"
+#include "kinetostat/vjm/statics/stiffness.h"
 
 #include "tables.h"
 

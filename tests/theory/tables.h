@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "kinetostat/vjm/robot_file.h"
+#include "kinetostat/vjm/io/robot_file.h"
 
 namespace kinetostat::theory {
 

@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "kinetostat/files/text_file.h"
+#include "kinetostat/io/text_file.h"
 
 #include "tables.h"
 
@@ -68,11 +68,11 @@ std::string renewed(const std::string& page, const std::filesystem::path& file) 
 }
 
 bool check(const std::filesystem::path& file, bool write) {
-  const std::string page = files::read_text(file);
+  const std::string page = io::read_text(file);
   const std::string fresh = renewed(page, file);
   if (fresh == page) return true;
   if (write) {
-    files::write_atomically(file, fresh);
+    io::write_atomically(file, fresh);
     return true;
   }
   const auto [a, b] = std::mismatch(page.begin(), page.end(), fresh.begin(), fresh.end());

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "kinetostat/spatial/rotation.h"
-#include "kinetostat/vjm/equilibrium.h"
+#include "kinetostat/vjm/statics/equilibrium.h"
 
 #include "structure.h"
 #include "vjm/random_chain.h"

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "kinetostat/vjm/effect_model.h"
-#include "kinetostat/vjm/posture.h"
-#include "kinetostat/vjm/robot_file.h"
+#include "kinetostat/vjm/effects/effect_model.h"
+#include "kinetostat/vjm/io/robot_file.h"
+#include "kinetostat/vjm/manipulator/posture.h"
 
 namespace kinetostat::vjm::test {
 

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "kinetostat/spatial/rotation.h"
-#include "kinetostat/vjm/chain.h"
+#include "kinetostat/vjm/chain/chain.h"
 
 namespace kinetostat::vjm::testing {
 

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <string>
 
-#include "kinetostat/vjm/robot_file.h"
+#include "kinetostat/vjm/io/robot_file.h"
 
 #include "support/temporary_folder.h"
 

@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "kinetostat/vjm/beam.h"
-#include "kinetostat/vjm/posture.h"
+#include "kinetostat/vjm/chain/beam.h"
+#include "kinetostat/vjm/manipulator/posture.h"
 
 namespace kinetostat::vjm::testing {
 

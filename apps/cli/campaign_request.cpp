@@ -1,0 +1,51 @@
+#include "kinetostat/apps/cli/campaign_request.h"
+
+#include <fmt/format.h>
+
+#include "kinetostat/calibration/campaign/campaign_file.h"
+#include "kinetostat/common/error.h"
+
+namespace kinetostat::apps {
+
+void CampaignRequest::add_options(CLI::App& app) {
+  app.add_option("files", files,
+                 "Robot file (may be left out when the campaign names it) and campaign file")
+      ->type_name("[ROBOT] CAMPAIGN")
+      ->required()
+      ->expected(1, 2);
+}
+
+vjm::Robot CampaignRequest::read_robot() const {
+  if (files.size() == 2) return vjm::read_robot(files.front());
+  const std::filesystem::path campaign = files.back();
+  if (const auto robot = calibration::robot_named_in(campaign)) return vjm::read_robot(*robot);
+  throw kinetostat::common::InputError(
+      {.file = campaign,
+       .key = "robot",
+       .what = "the campaign names no robot file",
+       .cure = "Add 'robot: FILE', or name it on the command line before the "
+               "campaign"});
+}
+
+calibration::Campaign CampaignRequest::read_campaign(const vjm::Robot& robot,
+                                                     const Run& run) const {
+  calibration::Campaign campaign = calibration::read_campaign(files.back(), robot.manipulator);
+  for (const std::string& sentence : campaign.warnings) run.warn(sentence);
+  return campaign;
+}
+
+void say_which_robot(const vjm::Robot& robot, const calibration::Campaign& campaign, io::Json& json,
+                     Run& run) {
+  run.print(fmt::format("Robot '{}'\n", robot.name));
+  if (!campaign.robot) return;
+  const std::filesystem::path named = campaign.file.parent_path() / *campaign.robot;
+  std::error_code error;
+  if (std::filesystem::equivalent(named, robot.file, error) && !error) return;
+  const std::string sentence =
+      fmt::format("The campaign names the robot '{}'; '{}' of the command line is used instead.",
+                  campaign.robot->string(), robot.file.string());
+  run.print(sentence + "\n");
+  json["robot_replaced"] = sentence;
+}
+
+}  // namespace kinetostat::apps

@@ -1,0 +1,32 @@
+// The robot and the campaign that a command is about.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "kinetostat/apps/cli/command.h"
+#include "kinetostat/calibration/campaign/campaign.h"
+#include "kinetostat/calibration/campaign/campaign_file.h"
+#include "kinetostat/vjm/io/robot_file.h"
+
+namespace kinetostat::apps {
+
+/// [ROBOT] CAMPAIGN: the robot of the command line wins over the one that the campaign names, and
+/// that is said.
+struct CampaignRequest {
+  std::vector<std::string> files;
+
+  void add_options(CLI::App& app);
+  /// Throws common::InputError when neither names a robot.
+  vjm::Robot read_robot() const;
+  /// Warns of columns that may be meant otherwise.
+  calibration::Campaign read_campaign(const vjm::Robot& robot, const Run& run) const;
+};
+
+/// Prints the robot's name, and that another one than the campaign's is used, when it is.
+void say_which_robot(const vjm::Robot& robot, const calibration::Campaign& campaign, io::Json& json,
+                     Run& run);
+
+}  // namespace kinetostat::apps

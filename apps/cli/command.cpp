@@ -1,0 +1,406 @@
+#include "kinetostat/apps/cli/command.h"
+
+#include <algorithm>
+#include <sstream>
+#include <system_error>
+#include <thread>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "kinetostat/apps/cli/cancellation.h"
+#include "kinetostat/apps/cli/progress_bar.h"
+#include "kinetostat/apps/cli/version.h"
+#include "kinetostat/common/error.h"
+#include "kinetostat/common/out_of_memory.h"
+#include "kinetostat/common/printable.h"
+#include "kinetostat/common/spelling.h"
+#include "kinetostat/io/file_kind.h"
+#include "kinetostat/io/text_file.h"
+
+namespace kinetostat::apps {
+namespace {
+
+constexpr char common_group[] = "Options of every command";
+constexpr int most_threads = 1024;
+constexpr char no_memory[] =
+    "kinetostat: there is not enough memory for this computation. Close other programs, ask for "
+    "less (a coarser mesh, fewer poses, --threads 1), or raise the limit (ulimit -v).\n";
+
+int processor_count() {
+  return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, most_threads);
+}
+
+// The options that decide the result, as (name, value) with defaults filled in. The common ones
+// (threads, files, quiet) and --no-cache change no figure, so they are left out: the same input
+// gives the same bytes on any machine.
+std::vector<std::pair<std::string, std::string>> options_in_effect(const CLI::App& app) {
+  std::vector<std::pair<std::string, std::string>> result;
+  for (const CLI::Option* option : app.get_options()) {
+    if (option->get_group() == common_group || option == app.get_help_ptr()) continue;
+    if (option->get_single_name() == "no-cache") continue;
+    const std::string value = option->count() > 0
+                                  ? fmt::format("{}", fmt::join(option->results(), " "))
+                                  : option->get_default_str();
+    if (value.empty()) continue;
+    result.emplace_back(option->get_single_name(), value);
+  }
+  return result;
+}
+
+std::string echo(const CommandInfo& info, const CLI::App& app) {
+  const auto options = options_in_effect(app);
+  std::size_t width = 0;
+  for (const auto& [name, value] : options) width = std::max(width, name.size());
+  std::string text = fmt::format("kinetostat {}\n", info.name);
+  for (const auto& [name, value] : options)
+    text += fmt::format("  {:<{}}  {}\n", name, width, common::printable(value));
+  return text + "\n";
+}
+
+io::Json options_json(const CLI::App& app) {
+  io::Json options = io::Json::object();
+  for (const auto& [name, value] : options_in_effect(app)) options[name] = value;
+  return options;
+}
+
+io::Json provenance(const CommandInfo& info, const CLI::App& app) {
+  io::Json json;
+  json["tool"] = fmt::format("kinetostat {}", version());
+  json["command"] = info.name;
+  json["options"] = options_json(app);
+  return json;
+}
+
+std::string fault(const std::exception& error) {
+  return fmt::format(
+      "this is a fault of the program, please report it with the files that caused it: {}",
+      error.what());
+}
+
+// Marks the options that name a file to write.
+constexpr char output_mark[] = "output";
+
+bool is_output(CLI::Option& option) {
+  try {
+    option.get_validator(output_mark);
+    return true;
+  } catch (const CLI::OptionNotFound&) {
+    return false;
+  }
+}
+
+// The files that this run writes, but for standard output. Throws UsageError when two are one.
+std::vector<std::filesystem::path> outputs_of(CLI::App& app) {
+  std::vector<std::filesystem::path> files;
+  std::vector<const CLI::Option*> named_by;
+  const auto same = [](const std::filesystem::path& a, const std::filesystem::path& b) {
+    namespace fs = std::filesystem;
+    return fs::weakly_canonical(fs::absolute(a)) == fs::weakly_canonical(fs::absolute(b));
+  };
+  for (CLI::Option* option : app.get_options({})) {
+    if (option->count() == 0 || !is_output(*option)) continue;
+    const std::string& file = option->results().front();
+    if (file == "-") continue;
+    for (std::size_t i = 0; i < files.size(); ++i)
+      if (same(files[i], file))
+        throw UsageError(
+            "--" + option->get_single_name(),
+            fmt::format("'{}' is named by --{} too", file, named_by[i]->get_single_name()),
+            "Name two different files");
+    files.emplace_back(file);
+    named_by.push_back(option);
+  }
+  return files;
+}
+
+// The first page of those whose mark is in the text.
+std::string page_of(const std::string& text,
+                    std::initializer_list<std::pair<const char*, const char*>> marks) {
+  for (const auto& [mark, page] : marks)
+    if (text.find(mark) != std::string::npos) return page;
+  return {};
+}
+
+// The page of the reference that describes a file with a mistake in it, by what the file says that
+// it is; empty where none does.
+std::string page_about(const common::InputError& error) {
+  const std::filesystem::path& file = error.details().file;
+  const bool table = file.extension() == ".csv";
+  if (!table && file.extension() != ".yaml" && file.extension() != ".yml") return {};
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) return {};  // a pipe is read once
+  std::string text = "\n";
+  try {
+    text += io::read_start(file, std::size_t{1} << 20);
+  } catch (const common::InputError&) {
+    return {};  // it may not be read
+  }
+  if (!io::kind_of_bytes(std::string_view(text).substr(1)).empty()) return {};
+  // Readings have loads or displacements; tables of poses have neither, and a page for each use.
+  const std::string page = table ? page_of(text.substr(0, 4096), {{"dx", "campaign-file.md"},
+                                                                  {"dy", "campaign-file.md"},
+                                                                  {"dz", "campaign-file.md"},
+                                                                  {"fx", "campaign-file.md"},
+                                                                  {"fy", "campaign-file.md"},
+                                                                  {"fz", "campaign-file.md"}})
+                                 : page_of(text, {{"\nlink:", "link-file.md"},
+                                                  {"\ncampaign:", "campaign-file.md"},
+                                                  {"\nmanipulator:", "robot-file.md"},
+                                                  {"\nchain_types:", "robot-file.md"},
+                                                  {"\nname:", "robot-file.md"}});
+  if (page.empty()) return {};
+  if (table) return fmt::format("\nIts columns are described in docs/reference/{}.", page);
+  const std::string sort = page.substr(0, page.find('-'));
+  return fmt::format("\nBy its keys this is a {} file, described in docs/reference/{}.", sort,
+                     page);
+}
+
+}  // namespace
+
+UsageError::UsageError(const std::string& option, const std::string& what, const std::string& cure)
+    : std::runtime_error(common::InputError(option, what, cure).what()) {}
+
+CLI::Option* add_output(CLI::App& app, const std::string& name, std::string& file,
+                        const std::string& description) {
+  const auto is_no_option = [name](const std::string& value) {
+    return value.size() > 1 && value.starts_with('-')
+               ? fmt::format(
+                     "{} names no file: '{}' is an option. Give './{}' if the file is "
+                     "called so",
+                     name, value, value)
+               : std::string();
+  };
+  return app.add_option(name, file, description)
+      ->type_name("FILE")
+      ->check(CLI::Validator(is_no_option, "", output_mark));
+}
+
+std::optional<std::filesystem::path> Run::out() const {
+  if (options_.out.empty()) return std::nullopt;
+  return options_.out;
+}
+
+Program::Program(Streams streams)
+    : streams_(streams),
+      app_("Stiffness of robots and machine tools, from the CAD mesh of a link to measurements.",
+           "kinetostat") {
+  app_.get_formatter()->label("TEXT", "");
+  app_.set_help_flag("-h,--help", "Print this help and exit");
+  app_.add_flag("--version")->description("Print the version, what is linked and its licences");
+  app_.option_defaults()->always_capture_default();
+  app_.footer([this] { return help_footer(); });
+}
+
+CLI::App& Program::add(const CommandInfo& info, Action action) {
+  const std::string name = info.name.substr(info.name.rfind(' ') + 1);
+  CLI::App* app = group_of(info.name).add_subcommand(name, info.summary);
+  app->set_help_flag("-h,--help", "Print this help and exit");
+  app->footer(fmt::format("Example:\n  {}", info.example));
+  commands_.push_back(std::make_unique<Command>(Command{info, app, std::move(action)}));
+  return *app;
+}
+
+// The app that holds a command: "mesh" for "mesh check", the program itself for "stiffness".
+CLI::App& Program::group_of(const std::string& name) {
+  const std::size_t blank = name.rfind(' ');
+  if (blank == std::string::npos) return app_;
+  const std::string group = name.substr(0, blank);
+  for (CLI::App* known : app_.get_subcommands({}))
+    if (known->get_name() == group) return *known;
+  CLI::App* app =
+      app_.add_subcommand(group, fmt::format("The commands that begin with '{}'", group));
+  app->require_subcommand(1);
+  return *app;
+}
+
+void Program::add_common_options(CLI::App& app, const CommandInfo& info) {
+  const auto add = [&app](const char* name, std::string& file, const std::string& description) {
+    add_output(app, name, file, description)->group(common_group);
+  };
+  add("--json", options_.json, "Write the result as JSON; '-' is standard output");
+  add("--html", options_.html,
+      "Write the result as a page to look at, one file that needs no other");
+  const char* out = "-o,--out";
+  if (info.out_is_folder)
+    app.add_option(out, options_.out, info.out)->type_name("DIR")->group(common_group);
+  else
+    add(out, options_.out, info.out.empty() ? "Write the report to a file as well" : info.out);
+  app.add_option("--threads", options_.threads, "Threads to use; all processors unless given")
+      ->group(common_group)
+      ->type_name("N")
+      ->default_str("")
+      ->check(CLI::Range(1, most_threads).description(""));
+  app.add_flag("-q,--quiet", options_.quiet, "No echo of options and no progress")
+      ->group(common_group);
+}
+
+std::string Program::help_footer() const {
+  std::string text = "Examples:\n";
+  for (const auto& command : commands_) text += fmt::format("  {}\n", command->info.example);
+  return text + "\n'kinetostat COMMAND --help' describes one command.";
+}
+
+const Program::Command* Program::chosen() const {
+  for (const auto& command : commands_)
+    if (command->app->parsed()) return command.get();
+  return nullptr;
+}
+
+int Program::run(int argc, const char* const* argv) {
+  const auto complain = [this](ExitCode code, const std::string& what) {
+    say(fmt::format("kinetostat: {}\n", what));
+    return code;
+  };
+  const auto run_out = [this] {
+    std::fputs(no_memory, streams_.err);  // which takes none itself
+    return out_of_memory;
+  };
+  try {
+    return parse_and_run(argc, argv);
+  } catch (const common::Cancelled&) {
+    say("kinetostat: stopped; no result was written.\n");
+    return 128 + cancelling_signal();
+  } catch (const UsageError& error) {
+    return complain(bad_usage, error.what());
+  } catch (const common::InputError& error) {
+    return complain(bad_input, error.what() + page_about(error));
+  } catch (const common::NoConvergence& error) {
+    return complain(no_convergence, error.what());
+  } catch (const common::NotIdentifiable& error) {
+    return complain(not_identifiable, error.what());
+  } catch (const std::filesystem::filesystem_error& error) {
+    return complain(bad_input, common::InputError(error.path1(), error.code().message(),
+                                                  "Check the path and that you may use it")
+                                   .what());
+  } catch (const common::OutOfMemory& error) {
+    return complain(out_of_memory, error.what());
+  } catch (const std::bad_alloc&) {
+    return run_out();
+  } catch (const std::system_error& error) {
+    // Neither threads nor processes can be started: their stacks find no room.
+    if (error.code() == std::errc::not_enough_memory ||
+        error.code() == std::errc::resource_unavailable_try_again)
+      return run_out();
+    return complain(failure, fault(error));
+  } catch (const std::exception& error) {
+    return complain(failure, fault(error));
+  }
+}
+
+int Program::parse_and_run(int argc, const char* const* argv) {
+  options_.threads = processor_count();
+  // Last, so that the help of a command begins with its own options.
+  for (const auto& command : commands_) add_common_options(*command->app, command->info);
+  try {
+    app_.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    write(app_.help());
+    return done;
+  } catch (const CLI::ParseError& error) {
+    return usage_error(error.what(), {argv + std::min(argc, 1), argv + argc});
+  }
+  if (const Command* command = chosen()) {
+    run_action(*command);
+  } else {
+    write(app_["--version"]->count() > 0 ? version_report() : app_.help());
+  }
+  return done;
+}
+
+int Program::usage_error(const std::string& what, const std::vector<std::string>& arguments) {
+  const Command* command = chosen();
+  const std::string name = command == nullptr ? "" : " " + command->info.name;
+  say(fmt::format("kinetostat{}: {}.{}\nSee 'kinetostat{} --help'.\n", name, what, hint(arguments),
+                  name));
+  return bad_usage;
+}
+
+// "Did you mean" for the first argument that looks like a slip in a command or an option.
+std::string Program::hint(const std::vector<std::string>& arguments) const {
+  const Command* command = chosen();
+  std::vector<std::string> known;
+  if (command == nullptr) {
+    known = {"--help", "--version"};
+    for (const CLI::App* app : app_.get_subcommands({})) known.push_back(app->get_name());
+  } else {
+    for (const CLI::Option* option : command->app->get_options())
+      for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  }
+  for (const std::string& argument : arguments) {
+    const std::string word = argument.substr(0, argument.find('='));
+    if (command != nullptr && !word.starts_with("--")) continue;
+    if (std::find(known.begin(), known.end(), word) != known.end()) continue;
+    const std::string near = common::nearest_spelling(word, known);
+    if (!near.empty()) return fmt::format(" Did you mean '{}'?", near);
+  }
+  return {};
+}
+
+void Program::run_action(const Command& command) {
+  const io::Outputs outputs(outputs_of(*command.app));
+  if (command.info.out_is_folder && !options_.out.empty())
+    io::require_writable(std::filesystem::path(options_.out) / "file");
+  if (!options_.html.empty()) report::require_pages();
+  const bool text = options_.json != "-";
+  if (text && !options_.quiet) write(echo(command.info, *command.app));
+  ProgressBar progress(streams_.err, options_.quiet ? ProgressBar::Style::none
+                                                    : ProgressBar::style_for(streams_.err));
+  Run run(
+      options_, options_json(*command.app), progress,
+      [this](std::string_view said) { write(said); },
+      [this, &progress](std::string_view said) {
+        progress.wipe();
+        say(fmt::format("kinetostat: {}\n", said));
+      });
+  const io::Json result = command.action(run);
+  progress.wipe();
+  // What an action gives although it was stopped is worth having.
+  if (progress.cancelled() && run.shortfall().empty() && !command.info.runs_until_stopped)
+    throw common::Cancelled();
+  deliver(command, run, result);
+  if (run.refusal()) throw *run.refusal();
+  if (!run.shortfall().empty()) throw common::NoConvergence(run.shortfall());
+  if (!run.unidentified().empty()) throw common::NotIdentifiable(run.unidentified());
+}
+
+void Program::write_page(const Command& command, const Run& run, const io::Json& result) {
+  io::Json json = provenance(command.info, *command.app);
+  json.update(result);
+  std::vector<report::PageResult> results = run.page();
+  results.insert(results.begin(), {json, run.picture(), run.report()});
+  io::write_atomically(options_.html, report::page(report::title_of(json), results));
+}
+
+void Program::deliver(const Command& command, const Run& run, const io::Json& result) {
+  if (run.out() && command.info.out.empty()) io::write_atomically(*run.out(), run.report());
+  if (!options_.html.empty()) write_page(command, run, result);
+  if (!options_.json.empty()) {
+    io::Json json = provenance(command.info, *command.app);
+    json.update(result);
+    if (options_.json == "-") {
+      write(io::to_text(json));
+      return;
+    }
+    io::write_json(options_.json, json);
+  }
+  write(run.report());
+}
+
+// What others wrote into files must not command the terminal. A full disk or a closed pipe behind
+// standard output must not pass for success.
+void Program::write(std::string_view text) {
+  const std::string shown = common::printable(text, "\n\t");
+  std::fwrite(shown.data(), 1, shown.size(), streams_.out);
+  if (std::fflush(streams_.out) != 0 || std::ferror(streams_.out) != 0)
+    throw common::InputError("standard output", "cannot be written to",
+                             "Check that the disk behind it is not full");
+}
+
+// Nobody is left to be told when standard error is full or closed.
+void Program::say(std::string_view text) const {
+  std::fputs(common::printable(text, "\n\t").c_str(), streams_.err);
+  std::fflush(streams_.err);
+}
+
+}  // namespace kinetostat::apps

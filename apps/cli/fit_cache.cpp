@@ -1,0 +1,64 @@
+#include "kinetostat/apps/cli/fit_cache.h"
+
+#include <fmt/format.h>
+
+#include "kinetostat/apps/cli/this_program.h"
+#include "kinetostat/io/text_file.h"
+
+namespace kinetostat::apps {
+namespace {
+
+std::string scope_of(const vjm::Robot& robot, const calibration::Campaign& campaign) {
+  std::string scope = "fit " + this_program();
+  const auto add = [&scope](const std::filesystem::path& file) {
+    scope += " " + io::sha256(io::read_text(file));
+  };
+  add(robot.file);
+  for (const std::filesystem::path& file : robot.link_files) add(file);
+  add(campaign.file);
+  add(campaign.readings_file);
+  return scope;
+}
+
+}  // namespace
+
+FitCache::FitCache(io::Cache cache, const vjm::Robot& robot, const calibration::Campaign& campaign,
+                   Run& run)
+    : cache_(std::move(cache)),
+      run_(run),
+      scope_(cache_.enabled() ? scope_of(robot, campaign) : "") {}
+
+std::optional<std::string> FitCache::find(const std::string& key) {
+  ++asked_;
+  std::optional<std::string> content = cache_.find(scope_ + key);
+  // A search may ask for the same twice.
+  found_ += content && !own_.contains(key) ? 1 : 0;
+  return content;
+}
+
+void FitCache::keep(const std::string& key, const std::string& content) {
+  if (!writable_ || !cache_.enabled()) return;
+  writable_ = cache_.keep(scope_ + key, content);
+  if (writable_) {
+    own_.insert(key);
+    return;
+  }
+  run_.warn(
+      fmt::format("the cache folder {} cannot be written to, or its disk is full: if this "
+                  "run is interrupted, the next one cannot go on from there",
+                  cache_.folder().string()));
+}
+
+void FitCache::say_what_was_found() const {
+  if (found_ > 0)
+    run_.remark(fmt::format("{} of {} fits and marks from the cache", found_, asked_));
+}
+
+void FitCache::say_what_is_left() const {
+  const std::size_t there = own_.size() + static_cast<std::size_t>(found_);
+  if (there > 0)
+    run_.remark(fmt::format(
+        "{} fits and marks are in the cache: ask again, and it goes on from there", there));
+}
+
+}  // namespace kinetostat::apps

@@ -1,0 +1,190 @@
+#include "kinetostat/apps/cli/pose_list.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "kinetostat/apps/cli/command.h"
+#include "kinetostat/apps/cli/option_values.h"
+#include "kinetostat/common/error.h"
+#include "kinetostat/common/spelling.h"
+#include "kinetostat/spatial/rotation.h"
+
+namespace kinetostat::apps {
+
+const std::array<std::string, 6> pose_columns = {"x", "y", "z", "rx", "ry", "rz"};
+const std::array<std::string, 6> wrench_columns = {"fx", "fy", "fz", "mx", "my", "mz"};
+
+namespace {
+
+namespace dimension = spatial::dimension;
+
+constexpr std::size_t most_poses = 20'000'000;
+
+spatial::Pose pose_of(const spatial::Vector6& coordinates) {
+  return {spatial::exp_rotation(coordinates.tail<3>()), coordinates.head<3>()};
+}
+
+// "-70:120:20" or "0".
+std::vector<double> read_axis(const std::string& name, const std::string& text,
+                              const spatial::UnitSystem& units) {
+  const spatial::Dimension what = name.size() == 1 ? dimension::length : dimension::angle;
+  const std::vector<std::string> parts = split(text, ':');
+  if (parts.size() == 1) return {quantity("--grid", text, what, units)};
+  if (parts.size() != 3)
+    throw UsageError("--grid", fmt::format("'{}={}' is not from:to:points", name, text),
+                     fmt::format("Write {}=-50:50:11, or {}=10 for one value", name, name));
+  const double from = quantity("--grid", parts[0], what, units);
+  const double to = quantity("--grid", parts[1], what, units);
+  const double count = quantity("--grid", parts[2], dimension::none, units);
+  if (!(count >= 2 && count <= most_poses) || count != std::floor(count))
+    throw UsageError("--grid", fmt::format("'{}' is not a number of points from 2", parts[2]));
+  std::vector<double> values(static_cast<std::size_t>(count));
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = from + (to - from) * static_cast<double>(i) / (count - 1);
+  return values;
+}
+
+std::array<std::vector<double>, 6> read_axes(const std::string& grid,
+                                             const spatial::UnitSystem& units) {
+  std::array<std::vector<double>, 6> axes;
+  for (const std::string& part : split(grid)) {
+    const std::size_t equals = part.find('=');
+    const std::string name = part.substr(0, equals);
+    const auto* const at = std::find(pose_columns.begin(), pose_columns.end(), name);
+    if (equals == std::string::npos || at == pose_columns.end())
+      throw UsageError("--grid",
+                       fmt::format("'{}' does not begin with x=, y=, z=, rx=, ry= or rz=", part),
+                       "Write --grid x=-50:50:11,y=-50:50:11,z=0");
+    std::vector<double>& axis = axes[static_cast<std::size_t>(at - pose_columns.begin())];
+    if (!axis.empty()) throw UsageError("--grid", fmt::format("'{}' is given twice", name));
+    axis = read_axis(name, part.substr(equals + 1), units);
+  }
+  for (std::vector<double>& axis : axes)
+    if (axis.empty()) axis = {0};
+  return axes;
+}
+
+// Where a column of the file goes: a coordinate (0 to 5) or a component of the wrench (6 to 11),
+// and what its numbers are worth in SI.
+struct Column {
+  std::size_t place = 0;
+  double factor = 1;
+};
+
+spatial::Dimension dimension_of_place(std::size_t place) {
+  static const std::array<spatial::Dimension, 4> dimensions = {dimension::length, dimension::angle,
+                                                               dimension::force, dimension::moment};
+  return dimensions[place / 3];
+}
+
+[[noreturn]] void refuse_column(const io::CsvTable& table, const std::string& column,
+                                const std::string& what, const std::string& cure) {
+  throw common::InputError({.file = table.file(),
+                            .line = table.header_line(),
+                            .key = column,
+                            .what = what,
+                            .cure = cure});
+}
+
+// "x", or "x [m]" with a unit of its own.
+Column read_column(const io::CsvTable& table, const std::string& column,
+                   const spatial::UnitSystem& units) {
+  std::vector<std::string> known(pose_columns.begin(), pose_columns.end());
+  known.insert(known.end(), wrench_columns.begin(), wrench_columns.end());
+  const std::size_t bracket = column.find('[');
+  std::string name = column.substr(0, bracket);
+  name.erase(name.find_last_not_of(' ') + 1);
+  const auto at = std::find(known.begin(), known.end(), name);
+  if (at == known.end()) {
+    const std::string near = common::nearest_spelling(name, known);
+    refuse_column(table, column, "this column is not known in a path",
+                  near.empty() ? fmt::format("Known are {}", fmt::join(known, ", "))
+                               : fmt::format("Did you mean '{}'?", near));
+  }
+  const auto place = static_cast<std::size_t>(at - known.begin());
+  const spatial::Dimension what = dimension_of_place(place);
+  if (bracket == std::string::npos)
+    return {place, spatial::parse_quantity("1", what, units.unit_for(what))};
+  if (!column.ends_with(']'))
+    refuse_column(table, column, "the unit is not closed", "Write 'x [mm]'");
+  const std::string unit = column.substr(bracket + 1, column.size() - bracket - 2);
+  try {
+    return {place, spatial::parse_quantity("1 " + unit, what)};
+  } catch (const std::invalid_argument& error) {
+    refuse_column(table, column, error.what(), "");
+  }
+}
+
+std::vector<Column> read_columns(const io::CsvTable& table, const spatial::UnitSystem& units) {
+  std::vector<Column> columns;
+  std::set<std::size_t> places;
+  for (const std::string& name : table.columns()) {
+    columns.push_back(read_column(table, name, units));
+    if (!places.insert(columns.back().place).second)
+      refuse_column(table, name, "another column means the same", "Keep one of them");
+  }
+  if (*places.begin() >= 6)
+    throw common::InputError({.file = table.file(),
+                              .line = table.header_line(),
+                              .what = "no column tells the pose",
+                              .cure = "Give at least one of x, y, z, rx, ry, rz"});
+  return columns;
+}
+
+}  // namespace
+
+PoseList read_grid(const std::string& grid, const vjm::Robot& robot, const vjm::Load& load) {
+  const std::array<std::vector<double>, 6> axes = read_axes(grid, robot.units);
+  PoseList list;
+  double count = 1;
+  for (std::size_t i = 0; i < 6; ++i) {
+    list.shape[i] = axes[i].size();
+    count *= static_cast<double>(axes[i].size());
+  }
+  if (count > most_poses)
+    throw UsageError("--grid", fmt::format("it has {:.3g} poses, more than {}", count, most_poses));
+  list.poses.reserve(static_cast<std::size_t>(count));
+  for (std::size_t n = 0; n < static_cast<std::size_t>(count); ++n) {
+    spatial::Vector6 coordinates;
+    std::size_t rest = n;
+    for (std::size_t i = 6; i-- > 0; rest /= axes[i].size())
+      coordinates[static_cast<Eigen::Index>(i)] = axes[i][rest % axes[i].size()];
+    list.poses.push_back({pose_of(coordinates), load});
+  }
+  return list;
+}
+
+PoseList read_path(const std::string& file, const vjm::Robot& robot, const vjm::Load& load) {
+  const io::CsvTable table = io::read_csv(file);
+  const std::vector<Column> columns = read_columns(table, robot.units);
+  const bool has_wrench = std::any_of(columns.begin(), columns.end(),
+                                      [](const Column& column) { return column.place >= 6; });
+  if (has_wrench && !(load.force.isZero(0) && load.moment.isZero(0)))
+    throw UsageError("--wrench", fmt::format("'{}' has loads of its own", file),
+                     "Leave --wrench out, or the columns fx to mz");
+  PoseList list;
+  list.shape[0] = table.rows();
+  for (std::size_t row = 0; row < table.rows(); ++row) {
+    spatial::Vector6 coordinates = spatial::Vector6::Zero(), wrench = spatial::Vector6::Zero();
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      const double value = columns[c].factor * table.number(row, c);
+      const auto i = static_cast<Eigen::Index>(columns[c].place % 6);
+      (columns[c].place < 6 ? coordinates : wrench)[i] = value;
+    }
+    vjm::TargetPose target{pose_of(coordinates), load};
+    if (has_wrench) {
+      target.load.force = wrench.head<3>();
+      target.load.moment = wrench.tail<3>();
+    }
+    list.poses.push_back(std::move(target));
+  }
+  return list;
+}
+
+}  // namespace kinetostat::apps

@@ -1,0 +1,45 @@
+#include "kinetostat/apps/cli/result_cache.h"
+
+#include <fmt/format.h>
+
+#include "kinetostat/apps/cli/this_program.h"
+
+namespace kinetostat::apps {
+namespace {
+
+// Options that change no figure.
+constexpr const char* outputs[] = {"link", "vtu", "deck", "msh", "csv", "matlab"};
+
+std::string options_that_decide(const Run& run) {
+  io::Json options = run.options();
+  for (const char* name : outputs) options.erase(name);
+  return options.dump();
+}
+
+}  // namespace
+
+ResultCache::ResultCache(const io::Cache& cache, const Run& run, const fea::LinkSpec& spec)
+    : cache_(cache),
+      key_(cache.enabled() ? fmt::format("identify {} {} {} {}", this_program(), run.threads(),
+                                         options_that_decide(run), spec.meaning)
+                           : ""),
+      link_sha256_(spec.sha256) {}
+
+std::optional<ResultCache::Entry> ResultCache::find() const {
+  const std::optional<std::string> text = cache_.find(key_);
+  if (!text) return std::nullopt;
+  io::Json json = io::Json::parse(*text, nullptr, false);
+  if (!json.is_object() || !json["report"].is_string() || !json["result"].is_object() ||
+      !json["result"]["inputs"].is_object())
+    return std::nullopt;  // sealed by hand
+  Entry entry{json["report"].get<std::string>(), std::move(json["result"])};
+  // Another file may say the same in other words.
+  entry.result["inputs"]["link_sha256"] = link_sha256_;
+  return entry;
+}
+
+void ResultCache::keep(const Entry& entry) const {
+  cache_.keep(key_, io::to_text(io::Json{{"report", entry.report}, {"result", entry.result}}));
+}
+
+}  // namespace kinetostat::apps

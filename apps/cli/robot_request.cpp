@@ -1,0 +1,191 @@
+#include "kinetostat/apps/cli/robot_request.h"
+
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "kinetostat/apps/cli/command.h"
+#include "kinetostat/apps/cli/option_values.h"
+#include "kinetostat/common/error.h"
+#include "kinetostat/common/spelling.h"
+#include "kinetostat/spatial/rotation.h"
+
+namespace kinetostat::apps {
+namespace {
+
+using spatial::Dimension;
+namespace dimension = spatial::dimension;
+
+// The unit of a joint value depends on whether the joint turns.
+Dimension joint_dimension(const vjm::Robot& robot, const std::string& name) {
+  for (const vjm::Chain& chain : robot.manipulator.chains())
+    for (const vjm::Coordinate& c : chain.coordinates())
+      if (name == c.name || name == chain.name() + "." + c.name)
+        return is_rotation(c.motion) ? dimension::angle : dimension::length;
+  return dimension::none;  // unknown: posture_from_joints says so, with did-you-mean
+}
+
+vjm::PostureResult from_joints(const vjm::Robot& robot, const std::string& text) {
+  std::map<std::string, double> values;
+  for (const std::string& part : split(text)) {
+    const std::size_t equals = part.find('=');
+    if (equals == std::string::npos)
+      throw UsageError("--joints", fmt::format("'{}' is not of the form name=value", part),
+                       "Write --joints q1=30,q2=-45");
+    const std::string name = part.substr(0, equals);
+    const Dimension dimension = joint_dimension(robot, name);
+    const std::string value = part.substr(equals + 1);
+    if (!values
+             .emplace(name, dimension == dimension::none
+                                ? 0
+                                : quantity("--joints", value, dimension, robot.units))
+             .second)
+      throw UsageError("--joints", fmt::format("'{}' is given twice", name));
+  }
+  try {
+    return posture_from_joints(robot.manipulator, values);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError("--joints", error.what());
+  }
+}
+
+// "node" or "chain.node" of a robot; node names may hold dots themselves.
+vjm::NodeLoad find_node(const vjm::Robot& robot, const std::string& name) {
+  std::vector<vjm::NodeLoad> found;
+  std::vector<std::string> known, words;
+  const auto& chains = robot.manipulator.chains();
+  for (std::size_t c = 0; c < chains.size(); ++c)
+    for (std::size_t n = 0; n < chains[c].nodes().size(); ++n) {
+      const std::string& node = chains[c].nodes()[n].name;
+      known.push_back(chains.size() == 1 ? node : chains[c].name() + "." + node);
+      words.insert(words.end(), {node, known.back()});
+      if (name == node || name == chains[c].name() + "." + node)
+        found.push_back({.chain = c, .node = n});
+    }
+  if (found.size() == 1) return found[0];
+  if (found.size() > 1)
+    throw UsageError("--node-load", fmt::format("the node '{}' is in several chains", name),
+                     fmt::format("Write <chain>.{}", name));
+  if (known.empty())
+    throw UsageError("--node-load", "the robot has no nodes",
+                     "Name points of its chains with '- node: {name: ..., at: ...}'");
+  const std::string near = common::nearest_spelling(name, words);
+  throw UsageError("--node-load", fmt::format("there is no node '{}'", name),
+                   near.empty() ? fmt::format("Known are: {}", fmt::join(known, ", "))
+                                : fmt::format("Did you mean '{}'?", near));
+}
+
+vjm::NodeLoad read_node_load(const vjm::Robot& robot, const std::string& text) {
+  const std::size_t equals = text.rfind('=');
+  if (equals == std::string::npos)
+    throw UsageError("--node-load", fmt::format("'{}' is not of the form node=Fx,Fy,Fz", text),
+                     "Write --node-load elbow=0,0,-500");
+  vjm::NodeLoad load = find_node(robot, text.substr(0, equals));
+  const spatial::Vector6 values = six_values("--node-load", text.substr(equals + 1),
+                                             dimension::force, dimension::moment, robot.units);
+  load.force = values.head<3>();
+  load.moment = values.tail<3>();
+  return load;
+}
+
+}  // namespace
+
+void PostureRequest::add_options(CLI::App& app) {
+  app.add_option("ROBOT", robot_file, "Robot file (YAML)")->required();
+  auto* at_option = app.add_option(
+      "--at", at,
+      "Pose of the platform, x,y,z or x,y,z,rx,ry,rz (rotation vector), in the units of the file");
+  app.add_option("--joints", joints, "Joint values instead, name=value,...")->excludes(at_option);
+}
+
+vjm::Robot PostureRequest::read() const { return vjm::read_robot(robot_file); }
+
+vjm::Posture PostureRequest::posture(const vjm::Robot& robot) const {
+  vjm::PostureResult result;
+  if (!at.empty()) {
+    const spatial::Vector6 values =
+        six_values("--at", at, dimension::length, dimension::angle, robot.units);
+    result =
+        posture_at(robot.manipulator, {spatial::exp_rotation(values.tail<3>()), values.head<3>()});
+  } else if (!joints.empty()) {
+    result = from_joints(robot, joints);
+  } else {
+    result = posture_from_joints(robot.manipulator, {});
+  }
+  if (!result.reached) throw common::NoConvergence(result.reason);
+  return result.posture;
+}
+
+void LoadRequest::add_options(CLI::App& app) {
+  add_load_options(app);
+  app.add_option("--move,--along", move,
+                 "Displacement to hold instead, dx,dy,dz or dx,dy,dz,rx,ry,rz, base axes")
+      ->excludes("--wrench");
+}
+
+void LoadRequest::add_load_options(CLI::App& app) {
+  auto* wrench_option = app.add_option(
+      "--wrench", wrench,
+      "Load on the platform, Fx,Fy,Fz or Fx,Fy,Fz,Mx,My,Mz, base axes, in the units of the file");
+  app.add_option("--point", point, "Where it acts, x,y,z on the platform (default: its origin)")
+      ->needs(wrench_option);
+  app.add_option("--node-load", node_loads,
+                 "Load at a node of a chain, base axes, node=Fx,Fy,Fz[,Mx,My,Mz] with "
+                 "chain.node where several chains have the node; may be repeated")
+      ->type_name("LOAD")
+      ->default_str("")
+      ->allow_extra_args(false);
+}
+
+vjm::Load LoadRequest::load(const vjm::Robot& robot) const {
+  vjm::Load load;
+  if (!wrench.empty()) {
+    const spatial::Vector6 values =
+        six_values("--wrench", wrench, dimension::force, dimension::moment, robot.units);
+    load.force = values.head<3>();
+    load.moment = values.tail<3>();
+  }
+  if (!point.empty())
+    load.point_on_platform = three_values("--point", point, dimension::length, robot.units);
+  for (const std::string& text : node_loads) load.nodes.push_back(read_node_load(robot, text));
+  return load;
+}
+
+vjm::PathTask LoadRequest::task(const vjm::Robot& robot) const {
+  vjm::PathTask task;
+  task.platform_held = !move.empty();
+  if (!task.platform_held) {
+    task.growing = load(robot);
+    return task;
+  }
+  task.displacement = six_values("--move", move, dimension::length, dimension::angle, robot.units);
+  task.constant = load(robot).nodes;
+  return task;
+}
+
+vjm::Equilibrium LoadRequest::solve(const vjm::Robot& robot, const vjm::Posture& posture) const {
+  const vjm::Load acting = load(robot);
+  if (move.empty()) return equilibrium_under_load(robot.manipulator, posture, acting);
+  const spatial::Vector6 displacement =
+      six_values("--move", move, dimension::length, dimension::angle, robot.units);
+  return equilibrium_at_pose(robot.manipulator, posture,
+                             spatial::displaced(posture.platform, displacement), {}, acting.nodes);
+}
+
+void stop_short_unless_stable(const LoadRequest& request, const vjm::Robot& robot,
+                              const vjm::Equilibrium& equilibrium, Run& run) {
+  if (equilibrium.status != vjm::EquilibriumStatus::converged) {
+    run.stop_short(equilibrium.reason);
+    return;
+  }
+  const bool held = request.task(robot).platform_held;
+  if ((held ? equilibrium.held : equilibrium.free).stable()) return;
+  run.stop_short(
+      fmt::format("this equilibrium is unstable, the manipulator would leave it; 'kinetostat trace "
+                  "{} ...' with "
+                  "the same load shows where the stable path ends",
+                  robot.file.string()));
+}
+
+}  // namespace kinetostat::apps

@@ -1,0 +1,50 @@
+// The options by which commands are told a robot, a posture, and a load or displacement.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "kinetostat/vjm/continuation/path.h"
+#include "kinetostat/vjm/io/robot_file.h"
+#include "kinetostat/vjm/manipulator/posture.h"
+#include "kinetostat/vjm/statics/equilibrium.h"
+
+namespace kinetostat::apps {
+
+/// ROBOT.yaml with --at or --joints.
+struct PostureRequest {
+  std::string robot_file, at, joints;
+
+  void add_options(CLI::App& app);
+  vjm::Robot read() const;
+  /// Throws UsageError for a malformed option, common::NoConvergence for an unreachable pose.
+  vjm::Posture posture(const vjm::Robot& robot) const;
+};
+
+/// --wrench with --point and --node-load, or --move.
+struct LoadRequest {
+  std::string wrench, point, move;
+  std::vector<std::string> node_loads;
+
+  void add_options(CLI::App& app);
+  /// Only those that say what acts: not --move.
+  void add_load_options(CLI::App& app);
+  bool given() const { return !wrench.empty() || !move.empty() || !node_loads.empty(); }
+  /// The same as a path: what grows from nothing to what is given. Loads at nodes grow unless a
+  /// displacement does.
+  vjm::PathTask task(const vjm::Robot& robot) const;
+  /// Throws UsageError.
+  vjm::Load load(const vjm::Robot& robot) const;
+  vjm::Equilibrium solve(const vjm::Robot& robot, const vjm::Posture& posture) const;
+};
+
+class Run;
+
+/// An equilibrium that was not found, or that would not last, is only part of what was asked for.
+void stop_short_unless_stable(const LoadRequest& request, const vjm::Robot& robot,
+                              const vjm::Equilibrium& equilibrium, Run& run);
+
+}  // namespace kinetostat::apps

@@ -1,0 +1,50 @@
+// kinetostat assemble: shift, internal loads and joint deflections of imperfect chains.
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "kinetostat/apps/cli/command.h"
+#include "kinetostat/apps/cli/robot_request.h"
+#include "kinetostat/apps/commands/commands.h"
+#include "kinetostat/common/error.h"
+#include "kinetostat/report/manipulator.h"
+#include "kinetostat/report/skeleton.h"
+#include "kinetostat/vjm/statics/assembly.h"
+
+namespace kinetostat::apps {
+namespace {
+
+io::Json assemble(const PostureRequest& request, Run& run) {
+  const vjm::Robot robot = request.read();
+  if (!robot.manipulator.has_errors())
+    throw common::InputError(robot.file, "no chain has a geometric error",
+                             "Give a chain 'errors: [{at: JOINT, point: [1, 0, 0]}]'");
+  const vjm::Posture posture = request.posture(robot);
+  const vjm::Assembly assembly = vjm::assemble(robot.manipulator, posture);
+  run.print(fmt::format("{}\n", robot.name) + report::text(robot, posture) +
+            report::text(robot, assembly));
+  const vjm::Manipulator nominal = robot.manipulator.without_errors();
+  run.draw({{"skeletons",
+             {report::named_skeleton("nominal", report::skeleton(nominal, posture)),
+              report::named_skeleton("assembled",
+                                     report::skeleton(robot.manipulator, assembly.assembled))}}});
+  if (assembly.assembled.status != vjm::EquilibriumStatus::converged)
+    run.stop_short(assembly.assembled.reason);
+  return {{"inputs", report::provenance(robot)},
+          {"posture", report::to_json(robot, posture)},
+          {"assembly", report::to_json(robot, assembly)}};
+}
+
+}  // namespace
+
+void add_assemble(Program& program) {
+  const auto request = std::make_shared<PostureRequest>();
+  CLI::App& app =
+      program.add({.name = "assemble",
+                   .summary = "Shift and internal loads of a manipulator with geometric errors",
+                   .example = "kinetostat assemble data/robots/orthoglide_errors.yaml --at 0,0,0"},
+                  [request](Run& run) { return assemble(*request, run); });
+  request->add_options(app);
+}
+
+}  // namespace kinetostat::apps

@@ -1,0 +1,108 @@
+// kinetostat compare: a model against measurements.
+#include "kinetostat/calibration/comparison/compare.h"
+
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "kinetostat/apps/cli/campaign_request.h"
+#include "kinetostat/apps/cli/command.h"
+#include "kinetostat/apps/commands/commands.h"
+#include "kinetostat/calibration/campaign/campaign_file.h"
+#include "kinetostat/io/text_file.h"
+#include "kinetostat/report/comparison.h"
+#include "kinetostat/report/manipulator.h"
+#include "kinetostat/report/readings_picture.h"
+#include "kinetostat/report/waterfall.h"
+
+namespace kinetostat::apps {
+namespace {
+
+struct CompareRequest {
+  CampaignRequest campaign;
+  std::string csv, robust, before, after;
+};
+
+calibration::Loss loss_of(const std::string& name) {
+  if (name == "huber") return calibration::Loss::huber;
+  return name == "cauchy" ? calibration::Loss::cauchy : calibration::Loss::squares;
+}
+
+// Two robot files, read anew, against the same readings.
+io::Json compare_both(const CompareRequest& request, Run& run) {
+  if (request.campaign.files.size() > 1)
+    throw UsageError("--before", "a third robot file is named beside it",
+                     "Name the campaign file alone.");
+  const vjm::Robot before = vjm::read_robot(request.before);
+  const vjm::Robot after = vjm::read_robot(request.after);
+  // The readings are those of either, as long as both have the joints that they name.
+  const calibration::Campaign campaign = request.campaign.read_campaign(before, run);
+  if (calibration::read_campaign(request.campaign.files.back(), after.manipulator).joint_columns !=
+      campaign.joint_columns)
+    throw common::InputError(
+        {.file = after.file,
+         .what = fmt::format("has other joints in these readings than {}", before.file.string()),
+         .cure = "Name two versions of the robot that was measured"});
+  const calibration::BeforeAfter both = calibration::compare_before_after(
+      before, after, campaign, run.threads(), run.progress(), loss_of(request.robust));
+  run.print(report::text(campaign, both));
+  io::Json json{
+      {"inputs", {{"before", report::provenance(before)}, {"after", report::provenance(after)}}}};
+  json.update(report::to_json(campaign, both));
+  json["configurations"] = report::configurations(before, campaign);
+  if (run.wants_page())
+    run.draw({{"readings", report::readings_picture(after, campaign, both.before.noise,
+                                                    {{"before", both.before.best().residual},
+                                                     {"after", both.after.best().residual}})}});
+  const std::string& failure =
+      both.before.refit_failure.empty() ? both.after.refit_failure : both.before.refit_failure;
+  if (!failure.empty()) run.leave_unidentified(failure);
+  return json;
+}
+
+io::Json compare(const CompareRequest& request, Run& run) {
+  if (!request.before.empty()) return compare_both(request, run);
+  const vjm::Robot robot = request.campaign.read_robot();
+  const calibration::Campaign campaign = request.campaign.read_campaign(robot, run);
+  const calibration::Comparison comparison =
+      calibration::compare(robot, campaign, run.threads(), run.progress(), loss_of(request.robust));
+  io::Json json{{"inputs", report::provenance(robot)}};
+  say_which_robot(robot, campaign, json, run);
+  run.print(report::text(campaign, comparison));
+  json.update(report::to_json(campaign, comparison));
+  json["configurations"] = report::configurations(robot, campaign);
+  if (!request.csv.empty())
+    io::write_atomically(request.csv, report::residual_table(campaign, comparison));
+  if (run.wants_page())
+    run.draw({{"readings", report::readings_picture(robot, campaign, comparison.noise,
+                                                    report::readings_models(comparison))}});
+  if (!comparison.refit_failure.empty()) run.leave_unidentified(comparison.refit_failure);
+  return json;
+}
+
+}  // namespace
+
+void add_compare(Program& program) {
+  const auto request = std::make_shared<CompareRequest>();
+  CLI::App& app =
+      program.add({.name = "compare",
+                   .summary = "Compare a manipulator with measurements: where does the model fail",
+                   .example = "kinetostat compare data/robots/bench.yaml "
+                              "data/measurements/nist_load_cell/campaign.yaml"},
+                  [request](Run& run) { return compare(*request, run); });
+  request->campaign.add_options(app);
+  add_output(app, "--csv", request->csv, "Write measured, predicted and residual of every reading");
+  CLI::Option* before =
+      app.add_option("--before", request->before,
+                     "Compare this robot file, and that of --after, with the readings");
+  CLI::Option* after = app.add_option("--after", request->after, "See --before");
+  before->type_name("ROBOT")->needs(after);
+  after->type_name("ROBOT")->needs(before);
+  app.add_option("--robust", request->robust,
+                 "Fit with a loss that outliers move less: huber (95 % efficient, one minimum) or "
+                 "cauchy (far outliers hardly count)")
+      ->type_name("LOSS")
+      ->check(CLI::IsMember({"huber", "cauchy"}));
+}
+
+}  // namespace kinetostat::apps

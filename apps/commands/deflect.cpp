@@ -1,0 +1,87 @@
+// kinetostat deflect: the loaded equilibrium, for a given wrench or a given displacement.
+#include <memory>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "kinetostat/apps/cli/command.h"
+#include "kinetostat/apps/cli/robot_request.h"
+#include "kinetostat/apps/cli/segment_check.h"
+#include "kinetostat/apps/commands/commands.h"
+#include "kinetostat/report/manipulator.h"
+#include "kinetostat/report/skeleton.h"
+#include "kinetostat/vjm/statics/fixed_point.h"
+
+namespace kinetostat::apps {
+namespace {
+
+struct Request {
+  PostureRequest posture;
+  LoadRequest load;
+  std::string method = "newton";
+};
+
+// The papers' iteration; its state, how it came there, and why it stopped.
+io::Json by_fixed_point(const Request& request, const vjm::Robot& robot,
+                        const vjm::Posture& posture, Run& run) {
+  const vjm::PathTask task = request.load.task(robot);
+  vjm::FixedPoint found;
+  try {
+    found = task.platform_held
+                ? fixed_point_at_pose(robot.manipulator, posture,
+                                      spatial::displaced(posture.platform, task.displacement))
+                : fixed_point_under_load(robot.manipulator, posture, request.load.load(robot));
+  } catch (const std::invalid_argument& error) {
+    throw UsageError("--method", error.what(), "Use --method newton");
+  }
+  run.print(fmt::format("{}\n", robot.name) + report::text(robot, posture) +
+            report::text(robot, posture, found));
+  if (!found.converged) run.stop_short(found.reason);
+  return {{"inputs", report::provenance(robot)},
+          {"posture", report::to_json(robot, posture)},
+          {"fixed_point", report::to_json(robot, posture, found)}};
+}
+
+io::Json deflect(const Request& request, Run& run) {
+  const vjm::Robot robot = request.posture.read();
+  if (!request.load.given() && robot.manipulator.is_relaxed_when_unloaded())
+    throw UsageError(
+        "--wrench", "no load is given, and the robot has no weight",
+        "Give --wrench Fx,Fy,Fz[,Mx,My,Mz], --node-load, or --move for a displacement");
+  const vjm::Posture posture = request.posture.posture(robot);
+  if (request.method == "fixed-point") return by_fixed_point(request, robot, posture, run);
+  vjm::Equilibrium equilibrium = request.load.solve(robot, posture);
+  const SegmentCheck segments = check_segments(robot, request.posture, request.load, equilibrium);
+  run.print(fmt::format("{}\n", robot.name) + report::text(robot, posture) +
+            report::text(robot, equilibrium));
+  run.print(segments.text(robot));
+  run.draw(
+      {{"skeletons",
+        {report::named_skeleton("unloaded",
+                                report::skeleton(robot.manipulator.without_errors(), posture)),
+         report::named_skeleton("loaded", report::skeleton(robot.manipulator, equilibrium))}}});
+  stop_short_unless_stable(request.load, robot, equilibrium, run);
+  io::Json json{{"inputs", report::provenance(robot)},
+                {"posture", report::to_json(robot, posture)},
+                {"equilibrium", report::to_json(robot, equilibrium)}};
+  segments.add_to(json);
+  return json;
+}
+
+}  // namespace
+
+void add_deflect(Program& program) {
+  const auto request = std::make_shared<Request>();
+  CLI::App& app = program.add(
+      {.name = "deflect",
+       .summary = "Where a manipulator goes under a wrench, or what wrench holds a displacement",
+       .example = "kinetostat deflect data/robots/orthoglide.yaml --at 0,0,0 --wrench 100,0,0"},
+      [request](Run& run) { return deflect(*request, run); });
+  request->posture.add_options(app);
+  request->load.add_options(app);
+  app.add_option("--method", request->method,
+                 "newton, or fixed-point: the papers' iteration (MMT11 eq. 10-11), for comparison")
+      ->check(CLI::IsMember({"newton", "fixed-point"}).description(""));
+}
+
+}  // namespace kinetostat::apps

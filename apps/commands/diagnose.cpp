@@ -1,0 +1,175 @@
+// kinetostat diagnose: which physical effect is missing from a model?
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "kinetostat/apps/cli/campaign_request.h"
+#include "kinetostat/apps/cli/command.h"
+#include "kinetostat/apps/cli/fit_cache.h"
+#include "kinetostat/apps/cli/option_values.h"
+#include "kinetostat/apps/commands/commands.h"
+#include "kinetostat/apps/commands/diagnosis_steps.h"
+#include "kinetostat/calibration/campaign/campaign_file.h"
+#include "kinetostat/calibration/diagnosis/diagnosis.h"
+#include "kinetostat/common/error.h"
+#include "kinetostat/io/text_file.h"
+#include "kinetostat/report/comparison.h"
+#include "kinetostat/report/diagnosis.h"
+#include "kinetostat/report/manipulator.h"
+#include "kinetostat/report/plan.h"
+#include "kinetostat/report/readings_picture.h"
+
+namespace kinetostat::apps {
+namespace {
+
+struct DiagnoseRequest {
+  CampaignRequest campaign;
+  calibration::DiagnosisOptions options;
+  std::vector<std::string> without;
+  std::string plan;
+  bool profiles = false, no_cache = false;
+};
+
+void require_known_kinds(const char* option, const std::vector<std::string>& kinds,
+                         const vjm::Robot& robot) {
+  for (const std::string& kind : kinds) {
+    try {
+      (void)vjm::effect_kind(kind, robot.kinds());
+    } catch (const std::invalid_argument& error) {
+      throw UsageError(option, error.what(), "'kinetostat effect list ROBOT.yaml' names them");
+    }
+  }
+}
+
+// Kinds to try; none stands for all of them.
+std::vector<std::string> kinds_to_try(const DiagnoseRequest& request, const vjm::Robot& robot) {
+  require_known_kinds("--effects", request.options.kinds, robot);
+  require_known_kinds("--without", request.without, robot);
+  if (request.without.empty()) return request.options.kinds;
+  std::vector<std::string> kinds;
+  for (const auto& kind : robot.kinds())
+    if (std::find(request.without.begin(), request.without.end(), kind->name) ==
+        request.without.end())
+      kinds.push_back(kind->name);
+  return kinds;
+}
+
+// The comparisons that the charts show, each made once.
+void draw(const vjm::Robot& robot, const calibration::Campaign& campaign,
+          const calibration::Diagnosis& diagnosis, Run& run) {
+  const auto compared = [&](const vjm::Robot& model) {
+    return calibration::compare(model, campaign, run.threads(), run.progress());
+  };
+  const calibration::Comparison before = compared(robot);
+  std::optional<calibration::Comparison> after;
+  if (!diagnosis.found.empty()) after = compared(report::with_found(robot, diagnosis));
+  run.draw(diagnosis_picture(robot, campaign, before, after ? &*after : nullptr));
+  io::Json comparison = report::to_json(campaign, before);
+  comparison.erase("readings");  // they are in the picture
+  run.add_to_page({.result = std::move(comparison), .picture = {}, .text = {}});
+}
+
+io::Json diagnose(const DiagnoseRequest& request, Run& run) {
+  const vjm::Robot robot = request.campaign.read_robot();
+  calibration::DiagnosisOptions options = request.options;
+  options.kinds = kinds_to_try(request, robot);
+  const calibration::Campaign campaign = request.campaign.read_campaign(robot, run);
+  if (request.profiles || run.wants_page()) options.profiles = most_profiles;
+  const calibration::Diagnosis diagnosis =
+      resumable_diagnosis(robot, campaign, options, request.no_cache, run);
+  io::Json json = diagnosis_result(robot, campaign, request.options, diagnosis);
+  say_which_robot(robot, campaign, json, run);
+  run.print(report::text(robot, campaign, diagnosis));
+  if (run.wants_page()) draw(robot, campaign, diagnosis, run);
+  if (!request.plan.empty()) {
+    const auto score = calibration::score_plan(io::read_json(request.plan), request.plan, robot,
+                                               campaign, diagnosis, run.threads(), run.progress());
+    run.print(report::text(score));
+    json["plan"] = report::to_json(score);
+  }
+  if (run.out()) io::write_json(*run.out(), json);
+  if (diagnosis.verdict == calibration::Verdict::cannot_tell)
+    run.leave_unidentified("these data cannot tell which effect is missing");
+  return json;
+}
+
+}  // namespace
+
+calibration::Diagnosis resumable_diagnosis(const vjm::Robot& robot,
+                                           const calibration::Campaign& campaign,
+                                           calibration::DiagnosisOptions options, bool no_cache,
+                                           Run& run) {
+  const io::Cache folder = no_cache ? io::Cache() : io::Cache::of_user();
+  FitCache cache(folder, robot, campaign, run);
+  if (folder.enabled()) options.journal = &cache;
+  try {
+    calibration::Diagnosis diagnosis =
+        calibration::diagnose(robot, campaign, options, run.threads(), run.progress());
+    cache.say_what_was_found();
+    return diagnosis;
+  } catch (const common::Cancelled&) {
+    cache.say_what_is_left();
+    throw;
+  }
+}
+
+void add_no_cache_option(CLI::App& app, bool& no_cache) {
+  app.add_flag("--no-cache", no_cache, "Make all fits anew, and keep none to go on from");
+}
+
+io::Json diagnosis_result(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                          const calibration::DiagnosisOptions& options,
+                          const calibration::Diagnosis& diagnosis) {
+  io::Json json{{"inputs", report::provenance(robot)},
+                {"readings", io::sha256(io::read_text(campaign.readings_file))},
+                {"seed", options.seed},
+                {"draws", options.draws}};
+  json.update(report::to_json(robot, campaign, diagnosis));
+  return json;
+}
+
+io::Json diagnosis_picture(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                           const calibration::Comparison& before,
+                           const calibration::Comparison* after) {
+  std::vector<report::ReadingsModel> models = report::readings_models(before);
+  if (after != nullptr) models.push_back({"with the effect", after->best().residual});
+  return {{"readings", report::readings_picture(robot, campaign, before.noise, models)}};
+}
+
+void add_diagnose(Program& program) {
+  const auto request = std::make_shared<DiagnoseRequest>();
+  CLI::App& app =
+      program.add({.name = "diagnose",
+                   .summary = "Which physical effect is missing from a model",
+                   .example = "kinetostat diagnose data/robots/bench.yaml "
+                              "data/measurements/nist_load_cell/campaign.yaml -o diagnosis.json",
+                   .out = "Write the diagnosis, for 'adopt', to a JSON file"},
+                  [request](Run& run) { return diagnose(*request, run); });
+  request->campaign.add_options(app);
+  app.add_option("--effects", request->options.kinds,
+                 "Effects to try (default: the whole catalogue; see 'effect list')")
+      ->delimiter(',')
+      ->type_name("NAMES");
+  app.add_option("--without", request->without, "Effects not to try")
+      ->delimiter(',')
+      ->type_name("NAMES")
+      ->excludes("--effects");
+  app.add_option("--plan", request->plan,
+                 "Score the plan (from 'plan --json') that some of the readings follow")
+      ->type_name("PLAN.json");
+  app.add_flag("--profiles", request->profiles,
+               "Likelihood profiles of the fitted values, for --json; pages have them anyway");
+  add_no_cache_option(app, request->no_cache);
+  app.add_option("--draws", request->options.draws, "Simulated campaigns of the bootstraps")
+      ->capture_default_str()
+      ->check(CLI::Range(99, 100000));
+  app.add_option("--seed", request->options.seed, "Seed of the bootstraps")
+      ->check(seed_range())
+      ->capture_default_str();
+  app.add_option("--most-effects", request->options.most_effects,
+                 "Most effects that are named one after the other")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 10));
+}
+
+}  // namespace kinetostat::apps

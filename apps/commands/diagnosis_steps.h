@@ -1,0 +1,47 @@
+// What several commands do with a diagnosis.
+#pragma once
+
+#include <filesystem>
+
+#include <CLI/CLI.hpp>
+
+#include "kinetostat/apps/cli/command.h"
+#include "kinetostat/calibration/comparison/compare.h"
+#include "kinetostat/calibration/diagnosis/diagnosis.h"
+#include "kinetostat/vjm/io/robot_file.h"
+
+namespace kinetostat::apps {
+
+/// Likelihood profiles that a page shows.
+inline constexpr std::size_t most_profiles = 12;
+
+/// calibration::diagnose() with what interrupted runs left in the user's cache, unless `no_cache`.
+calibration::Diagnosis resumable_diagnosis(const vjm::Robot& robot,
+                                           const calibration::Campaign& campaign,
+                                           calibration::DiagnosisOptions options, bool no_cache,
+                                           Run& run);
+void add_no_cache_option(CLI::App& app, bool& no_cache);
+
+/// The result of `diagnose`, as `adopt` reads it.
+io::Json diagnosis_result(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                          const calibration::DiagnosisOptions& options,
+                          const calibration::Diagnosis& diagnosis);
+/// The readings under the model as designed, refitted, and (where something was found) with that.
+io::Json diagnosis_picture(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                           const calibration::Comparison& before,
+                           const calibration::Comparison* after);
+
+/// A diagnosis (as `file` has it) is of one state of one robot file: throws common::InputError when
+/// `robot` has another.
+void require_same_robot(const io::Json& diagnosis, const std::filesystem::path& file,
+                        const std::filesystem::path& robot);
+
+/// Writes `robot` with an effect that `diagnosis` found to `out`, and says so. Of several the one
+/// named by `effect` ("clearance at x.rho"), else the first. Throws common::NotIdentifiable when
+/// there is none, or (unless `force`) when the held-out error does not fall or the verdict is that
+/// none of the catalogue explains the readings.
+io::Json adopt_effect(const std::filesystem::path& robot, const std::filesystem::path& diagnosis,
+                      const std::string& effect, bool force, const std::filesystem::path& out,
+                      Run& run);
+
+}  // namespace kinetostat::apps

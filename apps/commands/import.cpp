@@ -1,0 +1,61 @@
+// kinetostat import: a robot described in URDF, as a robot file to be completed.
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "kinetostat/apps/cli/command.h"
+#include "kinetostat/apps/commands/commands.h"
+#include "kinetostat/io/text_file.h"
+#include "kinetostat/report/text.h"
+#include "kinetostat/vjm/io/urdf.h"
+
+namespace kinetostat::apps {
+namespace {
+
+struct ImportRequest {
+  std::string urdf, base, tip;
+};
+
+io::Json import(const ImportRequest& request, Run& run) {
+  const vjm::UrdfModel model = vjm::read_urdf(request.urdf);
+  const vjm::UrdfChain chain = vjm::find_chain(model, request.base, request.tip);
+  const vjm::ImportedRobot robot = vjm::import_robot(model, chain);
+  if (run.out()) {
+    io::write_atomically(*run.out(), robot.text);
+    run.print(fmt::format("{}: '{}' to '{}', {} joints, written to {}\n", model.name, chain.base,
+                          chain.tip, chain.joints.size(), run.out()->string()));
+  } else {
+    run.print(robot.text + "\n");
+  }
+  run.print("URDF knows no stiffness. Missing in the robot file:\n");
+  report::Table table({"where", "what"});
+  io::Json missing = io::Json::array();
+  for (const vjm::MissingStiffness& item : robot.missing) {
+    table.add_row({item.key, item.what});
+    missing.push_back({{"where", item.key}, {"what", item.what}});
+  }
+  run.print(table.text());
+  return {{"inputs", {{"urdf", request.urdf}, {"sha256", io::sha256(io::read_text(request.urdf))}}},
+          {"base", chain.base},
+          {"tip", chain.tip},
+          {"robot_file", robot.text},
+          {"missing", missing}};
+}
+
+}  // namespace
+
+void add_import(Program& program) {
+  const auto request = std::make_shared<ImportRequest>();
+  CLI::App& app =
+      program.add({.name = "import",
+                   .summary = "A robot file from a URDF, with a list of what is missing",
+                   .example = "kinetostat import data/urdf/six_axis.urdf --tip flange",
+                   .out = "Write the robot file (YAML)"},
+                  [request](Run& run) { return import(*request, run); });
+  app.add_option("URDF", request->urdf, "URDF file (expanded, no xacro)")->required();
+  app.add_option("--base", request->base, "Link that does not move (default: the root)");
+  app.add_option("--tip", request->tip,
+                 "Link that carries the tool (default: the only one without children)");
+}
+
+}  // namespace kinetostat::apps

@@ -1,0 +1,21 @@
+// Files of an identified link for other programs.
+#pragma once
+
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "kinetostat/fea/link/identify.h"
+
+namespace kinetostat::apps {
+
+/// Paths; empty when not asked for.
+struct LinkExports {
+  std::string deck, msh, csv, matlab;
+
+  void add_options(CLI::App& app);
+  bool any() const { return !(deck.empty() && msh.empty() && csv.empty() && matlab.empty()); }
+  void write(const fea::LinkResult& result) const;
+};
+
+}  // namespace kinetostat::apps

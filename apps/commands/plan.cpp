@@ -1,0 +1,161 @@
+// kinetostat plan: what to measure next.
+#include "kinetostat/calibration/design/plan.h"
+
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "kinetostat/apps/cli/campaign_request.h"
+#include "kinetostat/apps/cli/command.h"
+#include "kinetostat/apps/cli/option_values.h"
+#include "kinetostat/apps/cli/pose_list.h"
+#include "kinetostat/apps/commands/commands.h"
+#include "kinetostat/apps/commands/diagnosis_steps.h"
+#include "kinetostat/calibration/campaign/campaign_file.h"
+#include "kinetostat/common/error.h"
+#include "kinetostat/io/text_file.h"
+#include "kinetostat/report/diagnosis.h"
+#include "kinetostat/report/manipulator.h"
+#include "kinetostat/report/plan.h"
+
+namespace kinetostat::apps {
+namespace {
+
+struct PlanRequest {
+  CampaignRequest campaign;
+  std::string diagnosis, work_at, most_force, most_moment;
+  std::vector<std::string> show;
+  calibration::PlanOptions options;
+  calibration::DiagnosisOptions diagnose;
+  bool no_cache = false;
+};
+
+// A diagnosis is of one robot file and one table of readings.
+io::Json read_diagnosis(const PlanRequest& request, const vjm::Robot& robot,
+                        const calibration::Campaign& campaign) {
+  io::Json diagnosis = io::read_json(request.diagnosis);
+  require_same_robot(diagnosis, request.diagnosis, robot.file);
+  if (diagnosis.value("readings", io::Json()) != io::sha256(io::read_text(campaign.readings_file)))
+    throw common::InputError({.file = request.diagnosis,
+                              .key = "readings",
+                              .what = "the diagnosis is of other readings than these",
+                              .cure = "Run 'kinetostat diagnose -o' again on this campaign"});
+  return diagnosis;
+}
+
+io::Json diagnosis_of(const PlanRequest& request, const vjm::Robot& robot,
+                      const calibration::Campaign& campaign, Run& run) {
+  if (!request.diagnosis.empty()) return read_diagnosis(request, robot, campaign);
+  return report::to_json(
+      robot, campaign,
+      resumable_diagnosis(robot, campaign, request.diagnose, request.no_cache, run));
+}
+
+calibration::PlanQuestion question_of(const PlanRequest& request, const vjm::Robot& robot,
+                                      const io::Json& diagnosis) {
+  try {
+    return calibration::question_of(robot, diagnosis, request.diagnosis, request.show);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError("--show", error.what(), "'kinetostat effect list ROBOT.yaml' names effects");
+  }
+}
+
+calibration::PlanOptions options_of(const PlanRequest& request, const vjm::Robot& robot) {
+  calibration::PlanOptions options = request.options;
+  const auto positive = [&](const char* name, const std::string& text,
+                            const spatial::Dimension& dimension) {
+    if (text.empty()) return 0.0;
+    const double value = quantity(name, text, dimension, robot.units);
+    if (!(value > 0)) throw UsageError(name, fmt::format("'{}' is not positive", text));
+    return value;
+  };
+  options.measuring.most_force =
+      positive("--most-force", request.most_force, spatial::dimension::force);
+  options.measuring.most_moment =
+      positive("--most-moment", request.most_moment, spatial::dimension::moment);
+  if (!request.work_at.empty())
+    for (const vjm::TargetPose& pose : read_path(request.work_at, robot, {}).poses)
+      options.work_at.push_back(pose.platform);
+  return options;
+}
+
+io::Json plan(const PlanRequest& request, Run& run) {
+  const vjm::Robot robot = request.campaign.read_robot();
+  const calibration::Campaign campaign = request.campaign.read_campaign(robot, run);
+  const calibration::PlanOptions options = options_of(request, robot);
+  const io::Json diagnosis = diagnosis_of(request, robot, campaign, run);
+  const calibration::PlanQuestion question = question_of(request, robot, diagnosis);
+  const calibration::Plan plan =
+      calibration::plan(robot, campaign, question, options, run.threads(), run.progress());
+  io::Json json{{"inputs", report::provenance(robot)},
+                {"readings_so_far", io::sha256(io::read_text(campaign.readings_file))}};
+  say_which_robot(robot, campaign, json, run);
+  run.print(report::text(robot, campaign, question, options, plan));
+  json.update(report::to_json(question, options, plan));
+  if (run.out() && !plan.blocks.empty()) {
+    io::write_atomically(*run.out(), report::plan_table(robot, plan));
+    run.print(fmt::format("Wrote {}\n", run.out()->string()));
+  }
+  if (plan.blocks.empty())
+    run.leave_unidentified("no readings of this kind would change what is known");
+  return json;
+}
+
+void add_cost_options(CLI::App& app, calibration::PlanOptions& options) {
+  const auto minutes = [&app](const char* name, double& value, const char* what) {
+    app.add_option(name, value, what)->capture_default_str()->check(CLI::Range(0.0, 1e5));
+  };
+  minutes("--minutes", options.minutes, "That the readings may take");
+  minutes("--minutes-per-pose", options.measuring.minutes_per_pose, "Of changing the posture");
+  minutes("--minutes-per-load", options.measuring.minutes_per_load, "Of changing the load");
+  minutes("--minutes-per-reading", options.measuring.minutes_per_reading, "Of one reading");
+  minutes("--hold", options.measuring.hold, "That a load is held where time matters");
+  app.add_option("--margin", options.measuring.margin,
+                 "The robot must stand, stably, under so many times the load")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0, 100.0));
+  app.add_option("--wanted", options.wanted, "d' from which two models count as told apart")
+      ->capture_default_str()
+      ->check(CLI::Range(0.1, 1e3));
+}
+
+}  // namespace
+
+void add_plan(Program& program) {
+  const auto request = std::make_shared<PlanRequest>();
+  CLI::App& app = program.add(
+      {.name = "plan",
+       .summary = "What to measure next, to tell effects apart or sharpen the model",
+       .example = "kinetostat plan data/robots/bench.yaml "
+                  "data/measurements/nist_load_cell/campaign.yaml -o plan.csv",
+       .out = "Write the readings to take, for 'simulate' and for people, to a CSV file"},
+      [request](Run& run) { return plan(*request, run); });
+  request->campaign.add_options(app);
+  app.add_option("--diagnosis", request->diagnosis,
+                 "Diagnosis of these readings (default: it is made first)")
+      ->type_name("DIAGNOSIS.json");
+  app.add_option("--show", request->show,
+                 "Effects, or \"EFFECT at PLACE\", that the readings shall show if they are there")
+      ->delimiter(',')
+      ->type_name("NAMES");
+  app.add_option(
+         "--work-at", request->work_at,
+         "Where the model is used: columns x y z rx ry rz (default: the campaign's postures)")
+      ->type_name("POSES.csv");
+  app.add_option("--most-force", request->most_force,
+                 "Largest force (default: the largest of the campaign)");
+  app.add_option("--most-moment", request->most_moment, "Largest moment (the same)");
+  add_cost_options(app, request->options);
+  app.add_option("--effects", request->diagnose.kinds, "As in 'diagnose', where that is made first")
+      ->delimiter(',')
+      ->type_name("NAMES");
+  app.add_option("--draws", request->diagnose.draws, "The same")
+      ->capture_default_str()
+      ->check(CLI::Range(99, 100000));
+  app.add_option("--seed", request->diagnose.seed, "The same")
+      ->check(seed_range())
+      ->capture_default_str();
+  add_no_cache_option(app, request->no_cache);
+}
+
+}  // namespace kinetostat::apps

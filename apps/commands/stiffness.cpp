@@ -1,0 +1,65 @@
+// kinetostat stiffness: the Cartesian stiffness matrix in a posture, without or under load.
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "kinetostat/apps/cli/command.h"
+#include "kinetostat/apps/cli/robot_request.h"
+#include "kinetostat/apps/cli/segment_check.h"
+#include "kinetostat/apps/commands/commands.h"
+#include "kinetostat/report/manipulator.h"
+#include "kinetostat/report/skeleton.h"
+
+namespace kinetostat::apps {
+namespace {
+
+struct Request {
+  PostureRequest posture;
+  LoadRequest load;
+};
+
+io::Json stiffness(const Request& request, Run& run) {
+  const vjm::Robot robot = request.posture.read();
+  const vjm::Posture posture = request.posture.posture(robot);
+  const vjm::UnloadedStiffness unloaded = unloaded_stiffness(robot.manipulator, posture);
+  run.print(fmt::format("{}\n", robot.name) + report::text(robot, posture));
+  run.print("Unloaded\n--------\n" + report::text(robot, unloaded));
+  if (robot.manipulator.has_errors())
+    run.print(
+        "That is the nominal robot: its chains do not close with their geometric errors, unless "
+        "they\nstrain each other. As it is assembled it stands under Loaded.\n");
+  io::Json json{{"inputs", report::provenance(robot)},
+                {"posture", report::to_json(robot, posture)},
+                {"unloaded", report::to_json(robot, unloaded)}};
+  io::Json skeletons{report::named_skeleton(
+      "unloaded", report::skeleton(robot.manipulator.without_errors(), posture))};
+  run.draw({{"skeletons", skeletons}});
+  if (!request.load.given() && robot.manipulator.is_relaxed_when_unloaded()) return json;
+
+  vjm::Equilibrium loaded = request.load.solve(robot, posture);
+  const SegmentCheck segments = check_segments(robot, request.posture, request.load, loaded);
+  run.print("\nLoaded\n------\n" + report::text(robot, loaded));
+  run.print(segments.text(robot));
+  segments.add_to(json);
+  json["loaded"] = report::to_json(robot, loaded);
+  skeletons.push_back(
+      report::named_skeleton("loaded", report::skeleton(robot.manipulator, loaded)));
+  run.draw({{"skeletons", skeletons}});
+  stop_short_unless_stable(request.load, robot, loaded, run);
+  return json;
+}
+
+}  // namespace
+
+void add_stiffness(Program& program) {
+  const auto request = std::make_shared<Request>();
+  CLI::App& app = program.add(
+      {.name = "stiffness",
+       .summary = "Cartesian stiffness of a manipulator in a posture, unloaded and under load",
+       .example = "kinetostat stiffness data/robots/orthoglide.yaml --at 0,0,0"},
+      [request](Run& run) { return stiffness(*request, run); });
+  request->posture.add_options(app);
+  request->load.add_options(app);
+}
+
+}  // namespace kinetostat::apps

@@ -1,0 +1,218 @@
+#include "kinetostat/apps/studio/studio_server.h"
+
+#include <atomic>
+#include <chrono>
+#include <mutex>
+#include <random>
+#include <thread>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include "kinetostat/apps/studio/studio_connection.h"
+#include "kinetostat/common/error.h"
+#include "kinetostat/common/progress.h"
+
+namespace kinetostat::apps {
+namespace {
+
+using io::Json;
+
+constexpr char loopback[] = "127.0.0.1";
+constexpr std::size_t request_threads = 16;  // one browser needs six
+constexpr std::size_t most_waiting = 64;     // connections that no thread has yet
+// While others wait: a browser on the same machine needs a few milliseconds.
+constexpr std::chrono::milliseconds slow{500};
+constexpr ConnectionLimits limits{
+    .request = std::chrono::seconds(studio_request_seconds),
+    .response = std::chrono::seconds(studio_response_seconds),
+    .bytes = 2 * studio_largest_request,  // a body that is too large is answered, not cut off
+};
+
+// 128 bits of the system's own randomness: this is no figure that must come out the same.
+std::string random_token() {
+  std::random_device device;
+  std::string token;
+  for (int k = 0; k < 4; ++k) token += fmt::format("{:08x}", device());
+  return token;
+}
+
+// In a time that does not depend on where they differ.
+bool equal(std::string_view a, std::string_view b) {
+  if (a.size() != b.size()) return false;
+  unsigned difference = 0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    difference |= static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i]);
+  return difference == 0;
+}
+
+// "/TOKEN/fit" -> "TOKEN".
+std::string_view token_in(std::string_view path) {
+  if (!path.starts_with('/')) return {};
+  path.remove_prefix(1);
+  const std::size_t end = path.find('/');
+  return end == std::string_view::npos ? std::string_view() : path.substr(0, end);
+}
+
+void answer(httplib::Response& response, int status, const Json& json) {
+  response.status = status;
+  response.set_content(json.dump(-1, ' ', false, Json::error_handler_t::replace),
+                       "application/json");
+}
+
+void refuse(httplib::Response& response, int status, const std::string& why) {
+  answer(response, status, {{"error", why}});
+}
+
+// Threads that know how many connections wait for one.
+class Queue : public httplib::TaskQueue {
+ public:
+  explicit Queue(std::atomic<std::size_t>& waiting) : waiting_(waiting), pool_(request_threads) {}
+  void enqueue(std::function<void()> task) override {
+    ++waiting_;
+    pool_.enqueue([this, task = std::move(task)] {
+      --waiting_;
+      task();
+    });
+  }
+  void shutdown() override { pool_.shutdown(); }
+
+ private:
+  std::atomic<std::size_t>& waiting_;
+  httplib::ThreadPool pool_;
+};
+
+// One request a connection, within its limits; whoever is slow makes room when others wait.
+class Server : public httplib::Server {
+ public:
+  Server() {
+    new_task_queue = [this] { return new Queue(waiting_); };
+  }
+  // As many may knock at once as may wait; the library lets in five, and others try again after a
+  // second. To be called once bound.
+  void widen() { ::listen(svr_sock_, static_cast<int>(most_waiting)); }
+
+ private:
+  bool process_and_close_socket(socket_t socket) override {
+    bool closed = false, answered = false;
+    if (waiting_ <= most_waiting) {
+      StudioConnection connection(socket, limits, [this](std::chrono::milliseconds taken) {
+        return svr_sock_ == INVALID_SOCKET || (waiting_ > 0 && taken > slow);
+      });
+      answered = process_request(connection, true, closed, [](httplib::Request& request) {
+        // A server may answer with all of it (RFC 9110, section 14.2); thousands of parts of a page
+        // would be as many copies.
+        request.ranges.clear();
+        request.headers.erase("Range");
+      });
+      connection.finish();
+    }
+    close(socket);
+    return answered;
+  }
+
+  std::atomic<std::size_t> waiting_ = 0;
+};
+
+class Door {
+ public:
+  Door(const StudioRooms& rooms, int port) : rooms_(rooms), token_(random_token()) {
+    server_.set_payload_max_length(studio_largest_request);
+    server_.set_socket_options([](auto) {});  // a port that somebody listens on is not shared
+    server_.set_pre_routing_handler([this](const auto& request, auto& response) {
+      return admit(request, response) ? httplib::Server::HandlerResponse::Unhandled
+                                      : httplib::Server::HandlerResponse::Handled;
+    });
+    server_.set_exception_handler([](const auto&, auto& response, const std::exception_ptr&) {
+      refuse(response, 500, "the request could not be answered");
+    });
+    server_.set_error_handler([](const auto&, auto& response) {
+      if (response.body.empty()) refuse(response, response.status, "there is nothing here");
+    });
+    server_.Get("/" + token_ + "/", [this](const auto&, auto& response) {
+      response.set_content(rooms_.page, "text/html; charset=utf-8");
+    });
+    for (const auto& [name, action] : rooms_.actions)
+      server_.Post("/" + token_ + "/" + name,
+                   [this, &action = action](const auto& request, auto& response) {
+                     act(action, request, response);
+                   });
+    server_.set_default_headers({{"X-Content-Type-Options", "nosniff"},
+                                 {"X-Frame-Options", "DENY"},
+                                 {"Referrer-Policy", "no-referrer"},
+                                 {"Cache-Control", "no-store"}});
+    port_ = port == 0 ? server_.bind_to_any_port(loopback)
+                      : (server_.bind_to_port(loopback, port) ? port : -1);
+    if (port_ <= 0)
+      throw common::InputError("--port", fmt::format("{} cannot be listened on", port),
+                               "Leave it out, then a free one is taken");
+    server_.widen();
+  }
+
+  std::string origin() const { return fmt::format("http://{}:{}", loopback, port_); }
+  std::string address() const { return fmt::format("{}/{}/", origin(), token_); }
+  void listen() { server_.listen_after_bind(); }
+  void stop() { server_.stop(); }
+  bool runs() const { return server_.is_running(); }
+
+ private:
+  // Another host name: a name that was made to lead here. Another origin: another page's script.
+  bool admit(const httplib::Request& request, httplib::Response& response) const {
+    const std::string host = request.get_header_value("Host");
+    const bool from_here =
+        !request.has_header("Origin") || request.get_header_value("Origin") == origin();
+    if (host != fmt::format("{}:{}", loopback, port_) || !from_here ||
+        request.get_header_value("Sec-Fetch-Site") == "cross-site") {
+      refuse(response, 403, "only the page of this server may ask");
+      return false;
+    }
+    if (!equal(token_in(request.path), token_)) {
+      refuse(response, 403, "the address does not hold the token of this session");
+      return false;
+    }
+    // Its size would be known only when it is too late.
+    if (request.has_header("Transfer-Encoding")) {
+      response.set_header("Connection", "close");
+      refuse(response, 411, "a request must say its length");
+      return false;
+    }
+    return true;
+  }
+
+  void act(const std::function<Json(const Json&)>& action, const httplib::Request& request,
+           httplib::Response& response) {
+    const Json json = Json::parse(request.body, nullptr, false);
+    if (!json.is_object()) return refuse(response, 400, "the request is not a JSON object");
+    const std::unique_lock lock(busy_, std::try_to_lock);
+    if (!lock) return refuse(response, 503, "another fit is under way");
+    try {
+      answer(response, 200, action(json));
+    } catch (const common::Cancelled&) {
+      refuse(response, 408, "that took too long, and was stopped");
+    } catch (const std::exception& error) {
+      refuse(response, 422, error.what());
+    }
+  }
+
+  const StudioRooms& rooms_;
+  std::string token_;
+  Server server_;
+  std::mutex busy_;
+  int port_ = -1;
+};
+
+}  // namespace
+
+void serve_studio(const StudioRooms& rooms, const StudioOptions& options) {
+  Door door(rooms, options.port);
+  options.opened(door.address());
+  std::jthread watch([&](const std::stop_token& over) {
+    while (!over.stop_requested()) {
+      if (options.stopped()) door.stop();
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    }
+  });
+  if (!options.stopped()) door.listen();
+}
+
+}  // namespace kinetostat::apps

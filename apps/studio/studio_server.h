@@ -1,0 +1,38 @@
+// The door of a studio: loopback only, a token in every address, limits on every request.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+
+#include "kinetostat/io/json.h"
+
+namespace kinetostat::apps {
+
+/// What the server answers with.
+struct StudioRooms {
+  std::string page;  // HTML
+  /// Name -> what a POST of a JSON object to it does. One call at a time. Exceptions that derive
+  /// from std::exception become an answer that says what was wrong.
+  std::map<std::string, std::function<io::Json(const io::Json&)>> actions;
+};
+
+struct StudioOptions {
+  int port = 0;  // 0: any that is free
+  /// Called once, before the first request, with the address to open.
+  std::function<void(const std::string&)> opened;
+  /// Looked at ten times a second; the server ends when it is true.
+  std::function<bool()> stopped;
+};
+
+inline constexpr std::size_t studio_largest_request = 65536;  // [bytes]
+inline constexpr int studio_request_seconds = 5;              // until a request is there, all of it
+inline constexpr int studio_response_seconds = 30;            // until its answer is gone
+
+/// Serves until stopped. Requests are refused that come under another host name or from another
+/// origin, that do not know the token, are too large or too slow, or ask for anything else than the
+/// page and the actions; nothing of the disk is served. Throws common::InputError when the port is
+/// taken.
+void serve_studio(const StudioRooms& rooms, const StudioOptions& options);
+
+}  // namespace kinetostat::apps

@@ -1,0 +1,126 @@
+// A measurement campaign: what was done to a robot, and what was read.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <initializer_list>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kinetostat/calibration/campaign/observation.h"
+#include "kinetostat/spatial/pose.h"
+#include "kinetostat/spatial/units.h"
+#include "kinetostat/vjm/statics/equilibrium.h"
+
+namespace kinetostat::calibration {
+
+/// The six components of a displacement, in the order of every Vector6 of this room:
+/// [translation; rotation vector] of the platform's reference point, base axes.
+inline constexpr std::array<const char*, 6> component_names = {"dx", "dy", "dz", "rx", "ry", "rz"};
+inline constexpr bool is_rotation(Eigen::Index component) { return component >= 3; }
+
+/// What a displacement is counted from.
+enum class DisplacementKind {
+  difference,  // the unloaded posture: gravity, geometry and thermal offsets cancel
+  absolute     // the base frame: the pose of the platform itself
+};
+
+enum class ZeroReading {
+  known,     // the readings are counted from the unloaded state
+  estimated  // they are off by one unknown constant per session and component
+};
+
+enum class SessionFrame {
+  known,     // displacements are given in the frame that the campaign states
+  estimated  // each session was measured in an unknown rigid frame of its own
+};
+
+enum class LoadDirection { unstated, loading, unloading };
+
+/// What a reading is for. Only readings to fit by are fitted; the others are predicted.
+enum class Role {
+  fit,
+  select,  // to choose between models
+  confirm  // kept back until the model stands, to judge it
+};
+inline constexpr std::array<const char*, 3> role_names = {"fit", "select", "confirm"};
+
+/// What the controller was told: a platform pose, or joint coordinates (home values where not
+/// given).
+struct Configuration {
+  std::optional<spatial::Pose> target;   // base axes
+  std::map<std::string, double> joints;  // "chain.joint" [m or rad]
+};
+
+/// One reading; one row of the table.
+struct Reading {
+  std::string id;
+  int line = 0;             // in the file of readings
+  std::size_t session = 0;  // in Campaign::sessions
+  std::string cycle, setting, replicate;
+  std::optional<double> step, time, temperature;  // [-], [s], [K]
+  LoadDirection direction = LoadDirection::unstated;
+  std::size_t configuration = 0;  // in Campaign::configurations
+  vjm::Load load;
+  bool known_load = false;        // by weights, not by what a load cell says
+  spatial::Vector6 displacement;  // [m; rad]; NaN where not measured
+  spatial::Vector6 sigma;         // standard deviation of the noise [m; rad]; NaN where not stated
+  /// Of the noise between components: in Campaign::correlations; none: independent.
+  std::optional<std::size_t> correlation;
+  Role role = Role::fit;
+  std::string instrument;  // its name; empty: the one that the campaign has
+  bool masked = false;     // kept and shown, but not used
+  std::string mask_reason;
+
+  bool uses(Eigen::Index component) const;  // measured and not masked
+};
+
+/// Its components in use, ascending.
+std::vector<Eigen::Index> components_in_use(const Reading& reading);
+
+/// A column that the format does not know, kept as it stands, one text a reading.
+struct Covariate {
+  std::string name;
+  std::vector<std::string> values;
+};
+
+/// What the table calls the coordinate of a joint.
+struct JointInTable {
+  std::string column;
+  bool turns = false;  // else it slides
+  bool operator==(const JointInTable&) const = default;
+};
+
+struct Campaign {
+  std::filesystem::path file, readings_file;
+  std::string name;
+  std::optional<std::filesystem::path> robot;  // as named in the file, relative to its folder
+  spatial::UnitSystem units;
+  Observation observation;
+  DisplacementKind displacement = DisplacementKind::difference;
+  ZeroReading zero = ZeroReading::known;
+  SessionFrame session_frame = SessionFrame::known;
+  /// Every value that is used has a standard deviation, or none has.
+  bool noise_stated = false;
+
+  std::vector<Reading> readings;              // in the order of the file
+  std::vector<Configuration> configurations;  // the distinct ones
+  std::vector<std::string> sessions;          // sorted; {""} when there is no such column
+  std::vector<Covariate> covariates;
+  std::map<std::string, JointInTable> joint_columns;  // by their whole names, "chain.joint"
+  std::vector<spatial::Matrix6> correlations;         // the distinct ones; positive definite
+  /// Covariance of the noise of each reading's wrench [force; moment], base axes, about its point
+  /// [N, N m]; empty: wrenches are taken to be exact.
+  std::vector<spatial::Matrix6> wrench_covariance;
+  std::vector<std::string> notes;     // what was assumed, in sentences
+  std::vector<std::string> warnings;  // those of them that may well have been meant otherwise
+};
+
+/// Whether any reading has this role.
+bool has_role(const Campaign& campaign, Role role);
+/// The campaign with every reading masked that has another role than these.
+Campaign only(Campaign campaign, std::initializer_list<Role> roles);
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,336 @@
+#include "kinetostat/calibration/campaign/campaign_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <Eigen/SVD>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "kinetostat/calibration/campaign/load_history.h"
+#include "kinetostat/calibration/campaign/replicates.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+// Words for a count: "1 posture", "3 postures".
+std::string counted(std::size_t count, const std::string& noun) {
+  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
+std::string levels_text(std::size_t count) { return counted(count, "level") + " of load"; }
+
+class Check {
+ public:
+  Check(const Campaign& campaign, const vjm::Robot& robot) : campaign_(campaign), robot_(robot) {
+    for (std::size_t i = 0; i < campaign.readings.size(); ++i)
+      if (is_used(campaign.readings[i])) used_.push_back(i);
+  }
+
+  std::vector<Observability> all() const {
+    std::vector<Observability> result = {
+        noise(),       wrench_noise(), offsets(),  components(),    load_directions(),
+        poses(),       levels(),       reversal(), branches_seen(), clearance_or_friction(),
+        zero_return(), sessions(),     time(),     temperature(),   roles(),
+        parameters()};
+    if (campaign_.session_frame == SessionFrame::estimated) result.push_back(frames());
+    return result;
+  }
+
+ private:
+  const Reading& reading(std::size_t used) const { return campaign_.readings[used]; }
+
+  Observability noise() const {
+    const std::vector<ReplicateGroup> groups = replicate_groups(campaign_);
+    std::size_t repeated = 0, freedom = 0;
+    for (const ReplicateGroup& group : groups) {
+      repeated += group.readings.size() > 1;
+      freedom += group.readings.size() - 1;
+    }
+    if (repeated > 0)
+      return {"noise", true,
+              fmt::format("Adequacy: {} values are repeated ({} degrees of freedom){}.", repeated,
+                          freedom,
+                          campaign_.noise_stated
+                              ? ", and the noise is stated: the two are checked against each other"
+                              : "; the noise is taken from their scatter")};
+    if (campaign_.noise_stated)
+      return {"noise", true,
+              "Adequacy: the noise is stated, but nothing is repeated, so that nothing checks it. "
+              "Repeat some readings."};
+    return {"noise", false,
+            "Adequacy is not evaluated: no noise is stated and no reading is repeated. State "
+            "'noise' in the campaign file, or repeat readings."};
+  }
+
+  // Deflections over their noise, where the table tells deflections.
+  double largest_deflection_over_noise() const {
+    double largest = 0;
+    if (campaign_.displacement == DisplacementKind::absolute || !campaign_.noise_stated)
+      return largest;
+    for (const std::size_t i : used_)
+      for (Eigen::Index k = 0; k < 6; ++k)
+        if (reading(i).uses(k))
+          largest = std::max(largest, std::abs(reading(i).displacement[k]) / reading(i).sigma[k]);
+    return largest;
+  }
+
+  Observability wrench_noise() const {
+    if (!campaign_.wrench_covariance.empty())
+      return {"wrench_noise", true,
+              "The noise of the wrenches is stated: it is carried to the displacements."};
+    std::string sentence = "The noise of the wrenches is not stated: loads count as exact.";
+    if (const double ratio = 0.005 * largest_deflection_over_noise(); ratio > 0.3)
+      sentence += fmt::format(
+          " A load cell that is off by 0.5 % moves the largest deflection by {:.2g} times its "
+          "noise: "
+          "state 'wrench_noise'.",
+          ratio);
+    return {"wrench_noise", false, sentence};
+  }
+
+  Observability offsets() const {
+    if (campaign_.displacement == DisplacementKind::absolute)
+      return {"offsets", true,
+              "Gravity, geometric errors and thermal offsets show: displacements are absolute."};
+    return {"offsets", false,
+            "Gravity, geometric errors and thermal offsets do not show: displacements are "
+            "differences to a reference state, in which they cancel. Measure absolute poses."};
+  }
+
+  Observability components() const {
+    std::vector<std::string> missing;
+    for (Eigen::Index k = 0; k < 6; ++k)
+      if (std::none_of(used_.begin(), used_.end(),
+                       [&](std::size_t i) { return reading(i).uses(k); }))
+        missing.emplace_back(component_names[static_cast<std::size_t>(k)]);
+    if (missing.empty()) return {"components", true, "All six components are measured."};
+    return {"components", false,
+            fmt::format("Not measured: {}. What moves the platform only that way does not show.",
+                        fmt::join(missing, ", "))};
+  }
+
+  // Independent directions, with rotations made comparable by the scale of each kind.
+  Observability load_directions() const {
+    Eigen::MatrixXd wrenches = Eigen::MatrixXd::Zero(6, static_cast<Eigen::Index>(used_.size()));
+    for (std::size_t i = 0; i < used_.size(); ++i) {
+      const vjm::Load& load = reading(used_[i]).load;
+      wrenches.col(static_cast<Eigen::Index>(i)) = load.at_reference_point(spatial::Pose());
+    }
+    for (const Eigen::Index first : {0, 3}) {
+      const double largest = wrenches.middleRows<3>(first).cwiseAbs().maxCoeff();
+      if (largest > 0) wrenches.middleRows<3>(first) /= largest;
+    }
+    const spatial::Matrix6 gram = wrenches * wrenches.transpose();
+    const Eigen::JacobiSVD<spatial::Matrix6> svd(gram);
+    const double largest = svd.singularValues()[0];
+    // What a load cell reads across the load is no load in another direction.
+    const auto rank = (svd.singularValues().array() > same_load * same_load * largest).count();
+    if (rank == 6) return {"load_directions", true, "Loads act in all six independent directions."};
+    return {"load_directions", false,
+            fmt::format("Loads span {} of 6 independent directions: compliance in the others does "
+                        "not show.",
+                        largest > 0 ? rank : 0)};
+  }
+
+  Observability poses() const {
+    std::set<std::size_t> configurations;
+    for (const std::size_t i : used_) configurations.insert(reading(i).configuration);
+    if (configurations.size() > 1)
+      return {"poses", true,
+              fmt::format("What depends on the posture shows: {}.",
+                          counted(configurations.size(), "posture"))};
+    return {"poses", false,
+            "One posture: errors that depend on the posture do not show, and springs in series "
+            "cannot be told apart. Measure in other postures."};
+  }
+
+  // The most levels along one line of load in one posture.
+  Observability levels() const {
+    using Line = std::pair<spatial::Vector6, std::vector<double>>;  // direction, levels
+    std::map<std::size_t, std::vector<Line>> lines;
+    for (const std::size_t i : used_) {
+      const spatial::Vector6 u = direction_of(reading(i).load);
+      if (u.isZero(0)) continue;
+      auto& known = lines[reading(i).configuration];
+      auto line = std::find_if(known.begin(), known.end(), [&u](const auto& other) {
+        return (other.first - u).norm() <= same_load;
+      });
+      if (line == known.end()) line = known.insert(known.end(), {u, {}});
+      line->second.push_back(level_of(reading(i).load));
+    }
+    std::size_t most = 0;
+    for (const auto& [configuration, known] : lines)
+      for (const auto& [direction, values] : known)
+        most = std::max(most, distinct_values(values, same_load).size());
+    if (most >= 3)
+      return {"nonlinearity", true,
+              fmt::format("Nonlinearity shows: up to {} along one direction.", levels_text(most))};
+    return {"nonlinearity", false,
+            fmt::format("Nonlinearity does not show: at most {} along one direction in one "
+                        "posture. Load in three steps or more.",
+                        levels_text(most))};
+  }
+
+  Observability reversal() const {
+    const std::size_t pairs = reversed_pairs(campaign_).size();
+    if (pairs > 0)
+      return {"reversal", true,
+              fmt::format("Odd and even parts of the error show: {} of equal and opposite load.",
+                          counted(pairs, "pair"))};
+    return {"reversal", false,
+            "No load is reversed: clearance, preload and one-sided stiffness do not show. Repeat "
+            "loads with the opposite sign."};
+  }
+
+  bool both_branches() const {
+    return has_branch(campaign_, LoadDirection::loading) &&
+           has_branch(campaign_, LoadDirection::unloading);
+  }
+
+  Observability branches_seen() const {
+    if (both_branches())
+      return {"hysteresis", true, "Hysteresis shows: there is loading and unloading."};
+    return {"hysteresis", false,
+            "Hysteresis does not show: no reading was taken while unloading, or nothing says "
+            "which. Unload in steps, with the columns cycle and step, or direction."};
+  }
+
+  Observability clearance_or_friction() const {
+    const bool reversed = !reversed_pairs(campaign_).empty(), both = both_branches();
+    if (reversed && both)
+      return {"clearance_or_friction", true,
+              "Clearance and friction can be told apart: loads are reversed and unloaded."};
+    return {"clearance_or_friction", false,
+            fmt::format("Clearance and friction cannot be told apart: {}.",
+                        reversed ? "there is no unloading"
+                        : both   ? "no load is reversed"
+                                 : "there is neither reversal nor unloading")};
+  }
+
+  Observability zero_return() const {
+    std::size_t returns = 0;
+    for (const Cycle& cycle : load_cycles(campaign_)) {
+      bool loaded = false;
+      double size = 0;
+      for (const std::size_t i : cycle) size = std::max(size, level_of(reading(i).load));
+      for (const std::size_t i : cycle) {
+        const bool zero = level_of(reading(i).load) <= same_load * size;
+        returns += zero && loaded;
+        loaded = loaded || !zero;
+      }
+    }
+    if (returns > 0)
+      return {"return_to_zero", true,
+              fmt::format("Return to zero shows: {} without load after loading.",
+                          counted(returns, "reading"))};
+    return {"return_to_zero", false,
+            "Return to zero does not show: no cycle reads the unloaded state after a load."};
+  }
+
+  Observability sessions() const {
+    std::set<std::size_t> sessions;
+    for (const std::size_t i : used_) sessions.insert(reading(i).session);
+    if (sessions.size() > 1)
+      return {"sessions", true,
+              fmt::format("Differences between sessions show: {}.",
+                          counted(sessions.size(), "session"))};
+    return {"sessions", false,
+            "One session: drift from session to session and errors of setting up do not show."};
+  }
+
+  // Of a number that readings may carry.
+  template <class Get>
+  std::size_t distinct(Get get) const {
+    std::vector<double> values;
+    for (const std::size_t i : used_)
+      if (const std::optional<double> value = get(reading(i))) values.push_back(*value);
+    return distinct_values(std::move(values)).size();
+  }
+
+  Observability time() const {
+    if (distinct([](const Reading& r) { return r.time; }) > 1)
+      return {"time", true, "Drift and creep show: readings carry their time."};
+    return {"time", false, "Drift and creep do not show: no column 'time' tells readings apart."};
+  }
+
+  Observability temperature() const {
+    const std::size_t count = distinct([](const Reading& r) { return r.temperature; });
+    if (count > 1)
+      return {"temperature", true, "Thermal effects show: readings carry their temperature."};
+    return {"temperature", false,
+            count == 0 ? "Thermal effects do not show: there is no column 'temperature'."
+                       : "Thermal effects do not show: the temperature is the same throughout."};
+  }
+
+  Observability roles() const {
+    const auto kept =
+        static_cast<std::size_t>(std::count_if(used_.begin(), used_.end(), [this](std::size_t i) {
+          return reading(i).role != Role::fit;
+        }));
+    if (kept > 0)
+      return {"roles", true,
+              fmt::format("How the model does on readings it has not seen shows: {} kept out of "
+                          "the fit.",
+                          counted(kept, "reading") + (kept == 1 ? " is" : " are"))};
+    return {"roles", false,
+            "How the model does on readings it has not seen does not show: all are fitted. Keep a "
+            "session or some poses back with 'roles' or the column role."};
+  }
+
+  Observability frames() const {
+    const bool difference = campaign_.displacement == DisplacementKind::difference;
+    return {"session_frames", false,
+            difference ? "The position of the measuring frame does not show, since it cancels in "
+                         "differences; only its rotation is estimated, session by session."
+                       : "Where the robot stands in the measuring frame does not show: every "
+                         "session has an unknown frame of its own, which takes that up."};
+  }
+
+  // Zeros and frames that are estimated as well.
+  std::size_t session_unknowns() const {
+    std::set<std::pair<std::size_t, Eigen::Index>> zeros;
+    std::set<std::size_t> frames;
+    for (const std::size_t i : used_) {
+      frames.insert(reading(i).session);
+      for (Eigen::Index k = 0; k < 6; ++k)
+        if (reading(i).uses(k)) zeros.emplace(reading(i).session, k);
+    }
+    const std::size_t of_frame = campaign_.displacement == DisplacementKind::absolute ? 6 : 3;
+    return (campaign_.zero == ZeroReading::estimated ? zeros.size() : 0) +
+           (campaign_.session_frame == SessionFrame::estimated ? of_frame * frames.size() : 0);
+  }
+
+  Observability parameters() const {
+    std::size_t values = 0;
+    for (const std::size_t i : used_)
+      for (Eigen::Index k = 0; k < 6; ++k) values += reading(i).uses(k);
+    const std::size_t uncertain = robot_.uncertain.size() + robot_.uncertain_values.size();
+    if (uncertain == 0)
+      return {"parameters", true,
+              fmt::format("{}; the robot file declares nothing uncertain, so nothing is refitted.",
+                          counted(values, "value"))};
+    const std::size_t sessions = session_unknowns();
+    const std::string besides = sessions > 0 ? fmt::format(" and {} of sessions (zeros, frames)",
+                                                           counted(sessions, "unknown"))
+                                             : "";
+    const bool enough = values > uncertain + sessions;
+    return {"parameters", enough,
+            fmt::format("{} for {}{}{}.", counted(values, "value"),
+                        counted(uncertain, "uncertain parameter"), besides,
+                        enough ? "" : ": too few to fit them")};
+  }
+
+  const Campaign& campaign_;
+  const vjm::Robot& robot_;
+  std::vector<std::size_t> used_;
+};
+
+}  // namespace
+
+std::vector<Observability> check_campaign(const Campaign& campaign, const vjm::Robot& robot) {
+  return Check(campaign, robot).all();
+}
+
+}  // namespace kinetostat::calibration

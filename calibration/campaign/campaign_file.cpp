@@ -1,0 +1,312 @@
+#include "kinetostat/calibration/campaign/campaign_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "kinetostat/calibration/campaign/readings_file.h"
+#include "kinetostat/common/error.h"
+#include "kinetostat/common/spelling.h"
+#include "kinetostat/io/yaml.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using io::YamlNode;
+using spatial::Dimension;
+namespace dimension = spatial::dimension;
+
+YamlNode read_top(const std::filesystem::path& file) {
+  YamlNode top = io::read_yaml(file);
+  io::check_format_version(top);
+  top.allow_only({"kinetostat",
+                  "campaign",
+                  "origin",
+                  "robot",
+                  "posture",
+                  "units",
+                  "displacement",
+                  "zero",
+                  "session_frame",
+                  "frames",
+                  "displacement_frame",
+                  "target_point",
+                  "wrench_frame",
+                  "wrench_point",
+                  "wrench_noise",
+                  "known_loads",
+                  "noise",
+                  "instruments",
+                  "instrument",
+                  "roles",
+                  "readings"});
+  return top;
+}
+
+double read_deviation(const YamlNode& node, const Dimension& dimension) {
+  const double value = node.quantity_with_unit(dimension);
+  if (!(value > 0))
+    node.fail("'" + node.text() + "' is not positive",
+              "Give the standard deviation of one reading, or remove the key when it is not known");
+  return value;
+}
+
+// One standard deviation for all three axes, or a list of three.
+void read_deviations(const YamlNode& node, const Dimension& dimension,
+                     Eigen::Ref<spatial::Vector3> noise) {
+  if (node.is_scalar()) {
+    noise.setConstant(read_deviation(node, dimension));
+    return;
+  }
+  Eigen::Index i = 0;
+  for (const YamlNode& item : node.items(3)) noise[i++] = read_deviation(item, dimension);
+}
+
+constexpr double not_stated = std::numeric_limits<double>::quiet_NaN();
+
+// `correlation: {dx_dz: 0.3}` between components.
+spatial::Matrix6 read_correlation(const YamlNode& node) {
+  spatial::Matrix6 matrix = spatial::Matrix6::Identity();
+  std::vector<std::string> names;
+  for (Eigen::Index i = 0; i < 6; ++i)
+    for (Eigen::Index j = i + 1; j < 6; ++j) names.push_back(correlation_name(i, j));
+  node.allow_only(names);
+  for (Eigen::Index i = 0; i < 6; ++i)
+    for (Eigen::Index j = i + 1; j < 6; ++j)
+      if (const auto given = node.find(correlation_name(i, j)))
+        matrix(i, j) = matrix(j, i) = given->number();
+  if (!is_correlation(matrix))
+    node.fail("these correlations are not possible together",
+              "Each lies between -1 and 1, and their matrix is positive definite");
+  return matrix;
+}
+
+Instrument read_instrument(const YamlNode& node) {
+  node.allow_only({"translation", "rotation", "correlation"});
+  Instrument instrument;
+  if (const auto given = node.find("translation"))
+    read_deviations(*given, dimension::length, instrument.sigma.head<3>());
+  if (const auto given = node.find("rotation"))
+    read_deviations(*given, dimension::angle, instrument.sigma.tail<3>());
+  if (const auto given = node.find("correlation"))
+    instrument.correlation = read_correlation(*given);
+  return instrument;
+}
+
+std::map<std::string, Instrument> read_instruments(const YamlNode& top) {
+  std::map<std::string, Instrument> instruments;
+  if (const auto given = top.find("instruments"))
+    for (const auto& [name, node] : given->members())
+      instruments.emplace(name, read_instrument(node));
+  if (const auto given = top.find("noise")) instruments[""] = read_instrument(*given);
+  if (const auto given = top.find("instrument")) {
+    if (top.has("noise"))
+      given->fail("'noise' and 'instrument' both say how exact the readings are", "Keep one");
+    std::vector<std::string> names;
+    for (const auto& [name, instrument] : instruments) names.push_back(name);
+    if (names.empty())
+      given->fail("no instrument is described", "Add 'instruments: {NAME: {translation: ...}}'");
+    instruments[""] = instruments.at(given->choice(names));
+  }
+  return instruments;
+}
+
+// A frame that the campaign file names: where it stands, on what.
+struct NamedFrame {
+  bool on_platform = false;
+  spatial::Pose pose;
+};
+
+std::map<std::string, NamedFrame> read_frames(const YamlNode& top,
+                                              const spatial::UnitSystem& units) {
+  std::map<std::string, NamedFrame> frames = {{"base", {}}, {"platform", {true, {}}}};
+  if (const auto given = top.find("frames"))
+    for (const auto& [name, node] : given->members()) {
+      if (frames.count(name) > 0)
+        node.fail(fmt::format("the frame '{}' needs no description", name), "Choose another name");
+      node.allow_only({"on", "pose"});
+      frames[name] = {node.at("on").choice({"base", "platform"}) == "platform",
+                      io::read_pose(node.at("pose"), units)};
+    }
+  return frames;
+}
+
+std::optional<NamedFrame> read_frame(const YamlNode& top, const std::string& key,
+                                     const std::map<std::string, NamedFrame>& frames) {
+  const auto given = top.find(key);
+  if (!given) return std::nullopt;
+  std::vector<std::string> names;
+  for (const auto& [name, frame] : frames) names.push_back(name);
+  return frames.at(given->choice(names));
+}
+
+Observation read_observation(const YamlNode& top, const std::map<std::string, NamedFrame>& frames,
+                             const Campaign& campaign) {
+  Observation observation;
+  if (const auto frame = read_frame(top, "displacement_frame", frames)) {
+    const YamlNode node = top.at("displacement_frame");
+    if (frame->on_platform && campaign.displacement == DisplacementKind::absolute)
+      node.fail("absolute poses cannot be given in a frame that moves with the platform",
+                "Name a frame on the base, or measure differences");
+    if (frame->on_platform && frame->pose.rotation() != spatial::Matrix3::Identity())
+      node.fail("differences can be given in the platform's own axes, not in turned ones",
+                "Write 'displacement_frame: platform', or turn the readings");
+    observation.platform_axes = frame->on_platform;
+    if (!frame->on_platform) observation.frame = frame->pose;
+  }
+  if (const auto target = top.find("target_point"))
+    observation.target = target->vector3(dimension::length, campaign.units);
+  return observation;
+}
+
+// What the wrenches of the readings are given in.
+WrenchFrame read_wrench_frame(const YamlNode& top, const std::map<std::string, NamedFrame>& frames,
+                              const spatial::UnitSystem& units) {
+  WrenchFrame result;
+  if (const auto frame = read_frame(top, "wrench_frame", frames)) {
+    result.on_platform = frame->on_platform;
+    result.axes = frame->pose.rotation();
+    const std::string name = top.at("wrench_frame").text();
+    if (name != "base" && name != "platform") result.origin = frame->pose.position();
+  }
+  const auto point = top.find("wrench_point");
+  if (!point) return result;
+  result.origin.reset();
+  result.point = spatial::Vector3(spatial::Vector3::Zero());
+  if (point->is_scalar())
+    point->choice({"reference"});
+  else
+    result.point = point->vector3(dimension::length, units);
+  return result;
+}
+
+// `wrench_noise: {force: 2 N, moment: 0.1 N m, share: 0.5 %}`.
+WrenchNoise read_wrench_noise(const YamlNode& top) {
+  WrenchNoise noise;
+  const auto given = top.find("wrench_noise");
+  if (!given) return noise;
+  given->allow_only({"force", "moment", "share"});
+  if (const auto force = given->find("force"))
+    noise.force = read_deviation(*force, dimension::force);
+  if (const auto moment = given->find("moment"))
+    noise.moment = read_deviation(*moment, dimension::moment);
+  if (const auto share = given->find("share")) {
+    noise.share = read_deviation(*share, dimension::none);
+    if (noise.share > 0.5)
+      share->fail(fmt::format("'{}' is more than half of what the load cell reads", share->text()),
+                  "Give the standard deviation as a share of the reading: 0.5 %");
+  }
+  if (!noise.is_stated())
+    given->fail("nothing is stated",
+                "Give the standard deviation of a component: 'force: 2 N', 'moment: 0.1 N m', or "
+                "'share: 0.5 %' of what it reads");
+  return noise;
+}
+
+// Noise of the wrench adds to that of the displacement, which must then be known by itself.
+void check_wrench_noise(const YamlNode& top, const Campaign& campaign) {
+  if (campaign.wrench_covariance.empty() || campaign.noise_stated) return;
+  top.at("wrench_noise")
+      .fail("the noise of the wrenches adds to that of the displacements, which is not stated",
+            "State 'noise: {translation: ...}' as well, or remove 'wrench_noise': the scatter of "
+            "repeated readings holds both");
+}
+
+std::map<std::string, Role> read_roles(const YamlNode& top) {
+  std::map<std::string, Role> roles;
+  if (const auto given = top.find("roles"))
+    for (const auto& [session, node] : given->members())
+      roles[session] = role_named(node.choice({role_names.begin(), role_names.end()}));
+  return roles;
+}
+
+PostureColumns read_posture(const YamlNode& top) {
+  const auto given = top.find("posture");
+  if (!given) return PostureColumns::unstated;
+  return given->choice({"platform", "joints"}) == "joints" ? PostureColumns::joints
+                                                           : PostureColumns::platform;
+}
+
+// A session that no reading belongs to is a slip.
+void require_session(const YamlNode& node, const std::string& session, const Campaign& campaign) {
+  if (std::binary_search(campaign.sessions.begin(), campaign.sessions.end(), session)) return;
+  const std::string near = common::nearest_spelling(session, campaign.sessions);
+  node.fail(fmt::format("no reading belongs to a session '{}'", session),
+            near.empty() ? "Write a name of the column 'session'"
+                         : fmt::format("Did you mean '{}'?", near));
+}
+
+void check_roles(const YamlNode& top, const std::map<std::string, Role>& roles,
+                 const Campaign& campaign) {
+  for (const auto& [session, role] : roles)
+    require_session(top.at("roles").at(session), session, campaign);
+  if (!has_role(campaign, Role::fit))
+    throw common::InputError(
+        {.file = campaign.file,
+         .line = top.has("roles") ? top.at("roles").line() : 0,
+         .key = "roles",
+         .what = "no reading is left to fit by: all are masked, to select or to confirm",
+         .cure = "Give at least one session or pose the role 'fit'"});
+}
+
+// Sessions whose loads were weights: exact, and no load cell has a part in them.
+void read_known_loads(const YamlNode& top, Campaign& campaign) {
+  const auto given = top.find("known_loads");
+  if (!given) return;
+  for (const YamlNode& node : given->items()) {
+    const std::string session = node.text();
+    require_session(node, session, campaign);
+    for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+      Reading& reading = campaign.readings[i];
+      if (campaign.sessions[reading.session] != session) continue;
+      reading.known_load = true;
+      if (!campaign.wrench_covariance.empty()) campaign.wrench_covariance[i].setZero();
+    }
+  }
+}
+
+}  // namespace
+
+std::optional<std::filesystem::path> robot_named_in(const std::filesystem::path& campaign) {
+  const YamlNode top = read_top(campaign);
+  const auto robot = top.find("robot");
+  if (!robot) return std::nullopt;
+  return robot->existing_file();
+}
+
+Campaign read_campaign(const std::filesystem::path& file, const vjm::Manipulator& manipulator) {
+  const YamlNode top = read_top(file);
+  const YamlNode units = top.at("units");
+  Campaign campaign;
+  campaign.file = file;
+  campaign.name = top.at("campaign").text();
+  if (const auto robot = top.find("robot")) campaign.robot = robot->text();
+  campaign.units = io::read_units(units);
+  if (top.at("displacement").choice({"difference", "absolute"}) == "absolute")
+    campaign.displacement = DisplacementKind::absolute;
+  if (const auto zero = top.find("zero"); zero && zero->choice({"known", "estimate"}) == "estimate")
+    campaign.zero = ZeroReading::estimated;
+  if (const auto frame = top.find("session_frame");
+      frame && frame->choice({"known", "estimate"}) == "estimate")
+    campaign.session_frame = SessionFrame::estimated;
+  campaign.readings_file = top.at("readings").existing_file();
+  const auto frames = read_frames(top, campaign.units);
+  campaign.observation = read_observation(top, frames, campaign);
+  const ReadingsContext context{.instruments = read_instruments(top),
+                                .wrench = read_wrench_frame(top, frames, campaign.units),
+                                .wrench_noise = read_wrench_noise(top),
+                                .roles = read_roles(top),
+                                .posture = read_posture(top),
+                                .units_line = units.line(),
+                                .angle_stated = units.has("angle"),
+                                .time_stated = units.has("time")};
+  read_readings(io::read_csv(campaign.readings_file), context, manipulator, campaign);
+  check_roles(top, context.roles, campaign);
+  check_wrench_noise(top, campaign);
+  read_known_loads(top, campaign);
+  return campaign;
+}
+
+}  // namespace kinetostat::calibration

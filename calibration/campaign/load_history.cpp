@@ -1,0 +1,137 @@
+#include "kinetostat/calibration/campaign/load_history.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+namespace kinetostat::calibration {
+namespace {
+
+// A load that differs by less from the one before it is held, as a load cell reads it.
+constexpr double held = 0.005;
+
+spatial::Vector3 moment_about_reference(const vjm::Load& load) {
+  return load.at_reference_point(spatial::Pose()).tail<3>();
+}
+
+// Equal and opposite, as nearly as loads are that a cell has read. A wrench may be stated about
+// another point: then the moments agree about the reference point.
+bool opposite(const vjm::Load& a, const vjm::Load& b) {
+  const double size = level_of(a);
+  const spatial::Vector3 moment_a = moment_about_reference(a), moment_b = moment_about_reference(b);
+  const double arm = std::max(a.point_on_platform.norm(), b.point_on_platform.norm());
+  const double moment = std::max({moment_a.norm(), moment_b.norm(), arm * a.force.norm()});
+  return size > 0 && (a.force + b.force).norm() <= same_load * size &&
+         (moment_a + moment_b).norm() <= same_load * moment;
+}
+
+}  // namespace
+
+double level_of(const vjm::Load& load) {
+  return load.force.isZero(0) ? load.moment.norm() : load.force.norm();
+}
+
+spatial::Vector6 direction_of(const vjm::Load& load) {
+  spatial::Vector6 direction = spatial::Vector6::Zero();
+  if (!load.force.isZero(0))
+    direction.head<3>() = load.force.normalized();
+  else if (!load.moment.isZero(0))
+    direction.tail<3>() = load.moment.normalized();
+  return direction;
+}
+
+bool is_used(const Reading& reading) {
+  return !reading.masked && !reading.displacement.array().isNaN().all();
+}
+
+std::vector<Cycle> cycles_as_run(const Campaign& campaign) {
+  std::map<std::pair<std::size_t, std::string>, Cycle> found;
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i)
+    if (const Reading& r = campaign.readings[i]; !r.cycle.empty())
+      found[{r.session, r.cycle}].push_back(i);
+  std::vector<Cycle> cycles;
+  for (auto& [key, members] : found) {
+    std::stable_sort(members.begin(), members.end(), [&campaign](std::size_t a, std::size_t b) {
+      const Reading &x = campaign.readings[a], &y = campaign.readings[b];
+      return std::tuple(x.step, x.time) < std::tuple(y.step, y.time);
+    });
+    cycles.push_back(std::move(members));
+  }
+  return cycles;
+}
+
+std::vector<Cycle> load_cycles(const Campaign& campaign) {
+  std::vector<Cycle> cycles = cycles_as_run(campaign);
+  for (Cycle& cycle : cycles)
+    std::erase_if(cycle, [&](std::size_t i) { return !is_used(campaign.readings[i]); });
+  std::erase_if(cycles, [](const Cycle& cycle) { return cycle.empty(); });
+  return cycles;
+}
+
+std::vector<LoadDirection> branches(const Campaign& campaign) {
+  std::vector<LoadDirection> result;
+  for (const Reading& reading : campaign.readings) result.push_back(reading.direction);
+  for (const Cycle& cycle : load_cycles(campaign))
+    for (std::size_t k = 1; k < cycle.size(); ++k) {
+      const Reading &now = campaign.readings[cycle[k]], &before = campaign.readings[cycle[k - 1]];
+      if (now.direction != LoadDirection::unstated || now.configuration != before.configuration)
+        continue;
+      const double a = level_of(before.load), b = level_of(now.load);
+      if (std::abs(a - b) > held * std::max(a, b))
+        result[cycle[k]] = b > a ? LoadDirection::loading : LoadDirection::unloading;
+    }
+  return result;
+}
+
+bool has_branch(const Campaign& campaign, LoadDirection branch) {
+  const std::vector<LoadDirection> all = branches(campaign);
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (all[i] == branch && is_used(campaign.readings[i])) return true;
+  return false;
+}
+
+std::vector<std::pair<std::size_t, std::size_t>> reversed_pairs(const Campaign& campaign) {
+  // In the order of ids, so that it does not depend on that of the rows.
+  std::map<std::size_t, std::vector<std::size_t>> by_configuration;
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i)
+    if (is_used(campaign.readings[i]))
+      by_configuration[campaign.readings[i].configuration].push_back(i);
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  std::vector<bool> taken(campaign.readings.size());
+  for (auto& [configuration, members] : by_configuration) {
+    const auto key = [&campaign](std::size_t i) {
+      const Reading& r = campaign.readings[i];
+      return std::tuple(level_of(r.load), std::string_view(r.id));
+    };
+    std::sort(members.begin(), members.end(),
+              [&key](std::size_t a, std::size_t b) { return key(a) < key(b); });
+    for (std::size_t a = 0; a < members.size(); ++a) {
+      const double level = level_of(campaign.readings[members[a]].load);
+      for (std::size_t b = a + 1; b < members.size() && !taken[members[a]]; ++b) {
+        const vjm::Load& other = campaign.readings[members[b]].load;
+        if (level_of(other) > level * (1 + same_load)) break;
+        if (taken[members[b]] || !opposite(campaign.readings[members[a]].load, other)) continue;
+        taken[members[a]] = taken[members[b]] = true;
+        pairs.emplace_back(members[a], members[b]);
+      }
+    }
+  }
+  return pairs;
+}
+
+bool takes_loads_back(const Campaign& campaign) {
+  return has_branch(campaign, LoadDirection::unloading) || !reversed_pairs(campaign).empty();
+}
+
+std::vector<double> distinct_values(std::vector<double> values, double tolerance) {
+  std::sort(values.begin(), values.end());
+  double size = 0;
+  for (const double v : values) size = std::max(size, std::abs(v));
+  std::vector<double> result;
+  for (const double v : values)
+    if (result.empty() || v - result.back() > tolerance * size) result.push_back(v);
+  return result;
+}
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,77 @@
+#include "kinetostat/calibration/campaign/noise_estimate.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kinetostat/calibration/campaign/load_history.h"
+#include "kinetostat/calibration/campaign/pure_error.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using spatial::Vector6;
+
+bool measures(const Campaign& campaign, bool rotation) {
+  return std::any_of(campaign.readings.begin(), campaign.readings.end(),
+                     [rotation](const Reading& r) {
+                       for (Eigen::Index k = 0; k < 6; ++k)
+                         if (is_rotation(k) == rotation && r.uses(k)) return true;
+                       return false;
+                     });
+}
+
+void add_correlations(const Campaign& campaign, Noise& noise) {
+  if (campaign.correlations.empty()) return;
+  std::vector<std::shared_ptr<const spatial::Matrix6>> distinct;
+  for (const spatial::Matrix6& correlation : campaign.correlations)
+    distinct.push_back(std::make_shared<const spatial::Matrix6>(correlation));
+  for (const Reading& reading : campaign.readings)
+    noise.correlation.push_back(reading.correlation ? distinct[*reading.correlation] : nullptr);
+}
+
+bool are_only_unloaded(const Campaign& campaign, const std::vector<ReplicateGroup>& groups) {
+  const bool any_loaded =
+      std::any_of(campaign.readings.begin(), campaign.readings.end(),
+                  [](const Reading& r) { return is_used(r) && level_of(r.load) > 0; });
+  return any_loaded && std::none_of(groups.begin(), groups.end(), [&](const ReplicateGroup& group) {
+           return group.readings.size() > 1 &&
+                  level_of(campaign.readings[group.readings[0]].load) > 0;
+         });
+}
+
+}  // namespace
+
+Noise noise_of(const Campaign& campaign, const std::vector<ReplicateGroup>& groups) {
+  const std::size_t n = campaign.readings.size();
+  Noise noise;
+  if (campaign.noise_stated) {
+    noise.source = NoiseSource::stated;
+    for (const Reading& reading : campaign.readings) noise.sigma.push_back(reading.sigma);
+    add_correlations(campaign, noise);
+    return noise;
+  }
+  noise.sigma.assign(n, Vector6::Ones());
+  Vector6 pooled = Vector6::Ones();
+  bool complete = true;
+  Eigen::Index freedom = 0;
+  for (const bool rotation : {false, true}) {
+    if (!measures(campaign, rotation)) continue;
+    const Eigen::Index first = rotation ? 3 : 0;
+    const PureError scatter = pure_error(campaign, groups, noise, first, 3);
+    const bool usable = scatter.degrees_of_freedom > 0 && scatter.sum > 0;
+    complete = complete && usable;
+    if (usable) freedom += scatter.degrees_of_freedom;
+    if (usable)
+      pooled.segment<3>(first).setConstant(
+          std::sqrt(scatter.sum / static_cast<double>(scatter.degrees_of_freedom)));
+  }
+  noise.comparable = complete || !(measures(campaign, false) && measures(campaign, true));
+  if (!complete) return noise;
+  noise.source = NoiseSource::replicates;
+  noise.only_unloaded = are_only_unloaded(campaign, groups);
+  noise.degrees_of_freedom = freedom;
+  noise.sigma.assign(n, pooled);
+  return noise;
+}
+
+}  // namespace kinetostat::calibration

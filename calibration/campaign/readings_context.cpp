@@ -1,0 +1,26 @@
+#include "kinetostat/calibration/campaign/readings_context.h"
+
+#include <algorithm>
+
+#include <Eigen/Cholesky>
+#include <fmt/format.h>
+
+namespace kinetostat::calibration {
+
+std::string correlation_name(Eigen::Index i, Eigen::Index j) {
+  return fmt::format("{}_{}", component_names[static_cast<std::size_t>(i)],
+                     component_names[static_cast<std::size_t>(j)]);
+}
+
+bool is_correlation(const spatial::Matrix6& matrix) {
+  const Eigen::LLT<spatial::Matrix6> factor(matrix);
+  return factor.info() == Eigen::Success &&
+         factor.matrixLLT().diagonal().minCoeff() > 1e-6;  // else nearly singular
+}
+
+Role role_named(std::string_view name) {
+  const auto found = std::find(role_names.begin(), role_names.end(), name);
+  return static_cast<Role>(found - role_names.begin());
+}
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,60 @@
+// What a campaign file says about its readings. Internal to this room.
+#pragma once
+
+#include <limits>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "kinetostat/calibration/campaign/campaign.h"
+
+namespace kinetostat::calibration {
+
+/// How exact an instrument is.
+struct Instrument {
+  /// Standard deviations [m; rad]; NaN where not stated.
+  spatial::Vector6 sigma = spatial::Vector6::Constant(std::numeric_limits<double>::quiet_NaN());
+  std::optional<spatial::Matrix6> correlation = {};
+};
+
+/// In what the wrenches of the readings are given.
+struct WrenchFrame {
+  bool on_platform = false;  // it turns with the posture; else it stands on the base
+  spatial::Matrix3 axes = spatial::Matrix3::Identity();
+  std::optional<spatial::Vector3> origin =
+      {};  // point that wrenches are about, on the same body [m]
+  std::optional<spatial::Vector3> point = {};  // the same on the platform, when stated on its own
+};
+
+/// How exact the stated wrenches are: standard deviation of each component, independent of all
+/// others, in the axes and about the point that it is given in.
+struct WrenchNoise {
+  double force = 0, moment = 0;  // [N], [N m]
+  double share = 0;              // of what the component reads; adds to the above in square
+
+  bool is_stated() const { return force > 0 || moment > 0 || share > 0; }
+};
+
+/// Whose the columns x, y, z, roll, pitch, yaw are where drives have these names.
+enum class PostureColumns { unstated, platform, joints };
+
+/// What the campaign file says about its readings.
+struct ReadingsContext {
+  std::map<std::string, Instrument> instruments = {};  // by name; "": where a reading names none
+  WrenchFrame wrench = {};
+  WrenchNoise wrench_noise = {};
+  std::map<std::string, Role> roles = {};  // of sessions
+  PostureColumns posture = PostureColumns::unstated;
+  int units_line = 0;                              // of the campaign file
+  bool angle_stated = false, time_stated = false;  // units that the campaign file names
+};
+
+/// "dx_dz": the correlation of two components, in the order of component_names.
+std::string correlation_name(Eigen::Index i, Eigen::Index j);
+/// Symmetric with unit diagonal as given; positive definite?
+bool is_correlation(const spatial::Matrix6& matrix);
+/// Of one of role_names.
+Role role_named(std::string_view name);
+
+}  // namespace kinetostat::calibration

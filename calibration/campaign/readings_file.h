@@ -1,0 +1,14 @@
+// The table of readings of a campaign. Internal to this room: campaign_file.h is what others use.
+#pragma once
+
+#include "kinetostat/calibration/campaign/readings_context.h"
+#include "kinetostat/io/csv.h"
+
+namespace kinetostat::calibration {
+
+/// Fills readings, configurations, sessions, covariates, noise_stated and notes of `campaign`,
+/// whose other members are set. Throws common::InputError.
+void read_readings(const io::CsvTable& table, const ReadingsContext& context,
+                   const vjm::Manipulator& manipulator, Campaign& campaign);
+
+}  // namespace kinetostat::calibration

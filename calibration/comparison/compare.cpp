@@ -1,0 +1,258 @@
+#include "kinetostat/calibration/comparison/compare.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "kinetostat/calibration/campaign/noise_estimate.h"
+#include "kinetostat/calibration/campaign/pure_error.h"
+#include "kinetostat/calibration/comparison/unit_slip.h"
+#include "kinetostat/calibration/regression/wrench_noise.h"
+#include "kinetostat/common/error.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using spatial::Vector6;
+
+// What all assessments of one campaign share.
+struct Evidence {
+  const Campaign& campaign;  // with readings of other roles masked
+  std::vector<ReplicateGroup> groups;
+  Noise noise;
+  PureError pure;  // whitened by `noise`
+};
+
+ResidualStatistics statistics(const Evidence& evidence, const Assessment& assessment,
+                              Eigen::Index component, std::optional<std::size_t> session) {
+  ResidualStatistics s{.component = component, .session = session};
+  double squares = 0, whitened = 0;
+  for (std::size_t i = 0; i < evidence.campaign.readings.size(); ++i) {
+    const Reading& reading = evidence.campaign.readings[i];
+    if (!reading.uses(component) || (session && reading.session != *session)) continue;
+    const double r = assessment.residual[i][component];
+    ++s.count;
+    s.bias += r;
+    squares += r * r;
+    whitened += std::pow(assessment.whitened[i][component], 2);
+    if (s.count == 1 || std::abs(r) > s.max) {
+      s.max = std::abs(r);
+      s.worst_reading = i;
+    }
+  }
+  if (s.count == 0) return s;
+  s.bias /= static_cast<double>(s.count);
+  s.rms = std::sqrt(squares / static_cast<double>(s.count));
+  const double total = assessment.fit.squared_error;
+  s.share = total > 0 ? whitened / total : 0;
+  return s;
+}
+
+void add_statistics(const Evidence& evidence, Assessment& assessment) {
+  const std::size_t sessions = evidence.campaign.sessions.size();
+  for (Eigen::Index k = 0; k < 6; ++k) {
+    const ResidualStatistics all = statistics(evidence, assessment, k, std::nullopt);
+    if (all.count == 0) continue;
+    assessment.by_component.push_back(all);
+    for (std::size_t session = 0; sessions > 1 && session < sessions; ++session)
+      if (const auto s = statistics(evidence, assessment, k, session); s.count > 0)
+        assessment.by_session.push_back(s);
+  }
+}
+
+void add_residuals(const Evidence& evidence, Assessment& assessment) {
+  for (std::size_t i = 0; i < evidence.campaign.readings.size(); ++i) {
+    const Reading& reading = evidence.campaign.readings[i];
+    const Vector6 residual = reading.displacement - assessment.fit.predicted[i];
+    assessment.residual.push_back(residual);
+    Vector6 whitened = residual.cwiseQuotient(evidence.noise.sigma[i]);
+    if (const auto used = components_in_use(reading); !used.empty()) {
+      Eigen::MatrixXd column = residual(used);
+      evidence.noise.whiten(i, used, column);
+      whitened(used) = column;
+    }
+    assessment.whitened.push_back(whitened);
+  }
+}
+
+bool is_exact(const Evidence& evidence, const Assessment& assessment) {
+  double size = 0;
+  for (const Value& value : values_in_use(evidence.campaign))
+    size += std::pow(evidence.campaign.readings[value.reading].displacement[value.component] /
+                         evidence.noise.sigma[value.reading][value.component],
+                     2);
+  return !(assessment.fit.squared_error > 1e-18 * size);
+}
+
+// Only a sum over quantities of one kind has a unit.
+std::optional<double> residual_deviation(const Assessment& assessment) {
+  if (assessment.fit.degrees_of_freedom() <= 0) return std::nullopt;
+  double squares = 0;
+  for (const ResidualStatistics& s : assessment.by_component) {
+    if (is_rotation(s.component) != is_rotation(assessment.by_component[0].component))
+      return std::nullopt;
+    squares += static_cast<double>(s.count) * s.rms * s.rms;
+  }
+  return std::sqrt(squares / static_cast<double>(assessment.fit.degrees_of_freedom()));
+}
+
+// The noise comes from `evidence`, which has not seen any residual.
+void add_tests(const Evidence& evidence, Assessment& assessment) {
+  const BaseFit& fit = assessment.fit;
+  const auto lack = static_cast<Eigen::Index>(evidence.groups.size()) - fit.estimated;
+  const bool by_stated_noise =
+      evidence.noise.source == NoiseSource::stated && fit.degrees_of_freedom() > 0;
+  const bool by_replicates = evidence.noise.comparable && evidence.pure.degrees_of_freedom > 0 &&
+                             evidence.pure.sum > 0 && lack > 0;
+  if (!by_stated_noise && !by_replicates) return;
+  const double level = significance_level / (by_stated_noise + by_replicates);
+  bool fails = false;
+  if (by_stated_noise) {
+    assessment.chi_square = chi_square_test(fit.squared_error, fit.degrees_of_freedom(), level);
+    fails = assessment.chi_square->p_value < level;
+  }
+  if (by_replicates) {
+    assessment.lack_of_fit =
+        lack_of_fit_test(std::max(0.0, fit.squared_error - evidence.pure.sum), lack,
+                         evidence.pure.sum, evidence.pure.degrees_of_freedom, level);
+    fails = fails || assessment.lack_of_fit->p_value < level;
+  }
+  assessment.adequacy = fails ? Adequacy::inadequate : Adequacy::adequate;
+}
+
+// What a model says of readings that were kept out of its fit. Their predictions take the place of
+// those that were made without the zeros and frames of their sessions.
+HeldOutReadings predict_held_out(const Predictor& predictor, const Campaign& others, Role role,
+                                 const Evidence& evidence, common::Progress& progress,
+                                 Assessment& assessment) {
+  HeldOutReadings result;
+  result.role = role;
+  const Evidence own{others, {}, evidence.noise, {}};
+  Assessment alone;
+  try {
+    alone.fit = predict_others(predictor, others, evidence.noise, assessment.fit, progress);
+  } catch (const common::NotIdentifiable& error) {
+    result.values = static_cast<Eigen::Index>(values_in_use(others).size());
+    result.failure = error.what();
+    return result;
+  }
+  result.values = alone.fit.values;
+  result.estimated = alone.fit.estimated;
+  result.squared_error = alone.fit.squared_error;
+  add_residuals(own, alone);
+  for (Eigen::Index k = 0; k < 6; ++k)
+    if (const auto s = statistics(own, alone, k, std::nullopt); s.count > 0)
+      result.by_component.push_back(s);
+  if (evidence.noise.source != NoiseSource::unknown && alone.fit.degrees_of_freedom() > 0)
+    result.chi_square = chi_square_test(alone.fit.squared_error, alone.fit.degrees_of_freedom());
+  for (std::size_t i = 0; i < others.readings.size(); ++i)
+    if (!others.readings[i].masked) {
+      assessment.fit.predicted[i] = alone.fit.predicted[i];
+      assessment.fit.work[i] = alone.fit.work[i];
+    }
+  return result;
+}
+
+void add_held_out(const Predictor& predictor, const Campaign& whole, const Evidence& evidence,
+                  common::Progress& progress, Assessment& assessment) {
+  for (const Role role : {Role::select, Role::confirm})
+    if (has_role(whole, role))
+      assessment.held_out.push_back(
+          predict_held_out(predictor, only(whole, {role}), role, evidence, progress, assessment));
+}
+
+Assessment assess(const Predictor& predictor, const Campaign& whole, const Evidence& evidence,
+                  BaseFit fit, common::Progress& progress) {
+  Assessment assessment;
+  assessment.fit = std::move(fit);
+  add_held_out(predictor, whole, evidence, progress, assessment);
+  add_residuals(evidence, assessment);
+  add_statistics(evidence, assessment);
+  assessment.residual_deviation = residual_deviation(assessment);
+  assessment.is_exact = is_exact(evidence, assessment);
+  add_tests(evidence, assessment);
+  assessment.patterns = find_patterns(
+      evidence.campaign, assessment.residual, assessment.whitened, assessment.fit.work,
+      static_cast<Eigen::Index>(assessment.fit.parameters.size()), evidence.noise);
+  return assessment;
+}
+
+bool mixes_kinds(const Evidence& evidence) {
+  const auto rotation = [](const ReplicateGroup& group) { return is_rotation(group.component); };
+  return std::any_of(evidence.groups.begin(), evidence.groups.end(), rotation) &&
+         !std::all_of(evidence.groups.begin(), evidence.groups.end(), rotation);
+}
+
+std::vector<std::string> notes(const Evidence& evidence) {
+  std::vector<std::string> result;
+  const bool stated = evidence.noise.source == NoiseSource::stated;
+  if (!stated) result.push_back("No noise is stated, so there is no chi-square test.");
+  if (evidence.pure.degrees_of_freedom == 0)
+    result.push_back("No reading is repeated, so there is no lack-of-fit test.");
+  else if (!(evidence.pure.sum > 0))
+    result.push_back(
+        "Repeated readings are equal to the last digit: they tell nothing about the noise, so "
+        "there "
+        "is no lack-of-fit test.");
+  if (evidence.noise.only_unloaded)
+    result.push_back(
+        "Only readings without load are repeated, and the noise under load may be larger: repeat "
+        "some of those, or state 'noise'.");
+  if (evidence.noise.source == NoiseSource::replicates && mixes_kinds(evidence))
+    result.push_back(
+        "Translations and rotations are weighted by the scatter of their own replicates, so the F "
+        "distribution of the lack-of-fit test is approximate. State 'noise' for an exact test.");
+  if (!stated && evidence.noise.source == NoiseSource::unknown)
+    result.push_back(
+        "Adequacy is not evaluated: nothing but the residual tells how large the noise is. State "
+        "'noise' in the campaign file, or repeat readings.");
+  return result;
+}
+
+}  // namespace
+
+Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int threads,
+                   common::Progress& progress, Loss loss) {
+  const Campaign to_fit = only(campaign, {Role::fit});
+  const Noise stated = noise_of(campaign, replicate_groups(campaign));
+  const Predictor predictor(robot.without_effects(), robot.effects, campaign, threads, progress);
+  Evidence evidence{to_fit, replicate_groups(to_fit), {}, {}};
+  const auto know = [&](const std::vector<Parameter>& parameters, const Eigen::VectorXd& values) {
+    evidence.noise = with_wrench_noise(stated, campaign, predictor, parameters, values, progress);
+    evidence.pure = pure_error(to_fit, evidence.groups, evidence.noise);
+  };
+  const auto fit = [&](const std::vector<Parameter>& parameters) {
+    const auto once = [&] {
+      return with_hint_of_slip(predictor, to_fit, progress, [&] {
+        return fit_base(predictor, to_fit, evidence.noise, parameters, progress, {.loss = loss});
+      });
+    };
+    BaseFit result = once();
+    // What the noise of the wrenches does depends on the compliance that was fitted.
+    if (!parameters.empty() && !campaign.wrench_covariance.empty()) {
+      know(parameters, values_of(result));
+      result = once();
+    }
+    return assess(predictor, campaign, evidence, std::move(result), progress);
+  };
+  know({}, {});
+  Comparison result;
+  result.groups = static_cast<Eigen::Index>(evidence.groups.size());
+  result.as_designed = fit({});
+  result.unit_slip = unit_slip(to_fit, result.as_designed.fit.predicted);
+  try {
+    if (const std::vector<Parameter> uncertain = uncertain_parameters(robot); !uncertain.empty())
+      result.refitted = fit(uncertain);
+  } catch (const common::NotIdentifiable& error) {
+    result.refit_failure = error.what();
+  }
+  result.noise = evidence.noise;
+  if (evidence.pure.degrees_of_freedom > 0) result.replicates = evidence.pure;
+  result.noise_check = test_of_stated_noise(evidence.pure, evidence.noise);
+  result.notes = notes(evidence);
+  return result;
+}
+
+}  // namespace kinetostat::calibration

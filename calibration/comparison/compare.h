@@ -1,0 +1,89 @@
+// Compares a model with measurements: where does it fail, and is that more than noise?
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kinetostat/calibration/campaign/pure_error.h"
+#include "kinetostat/calibration/comparison/patterns.h"
+#include "kinetostat/calibration/regression/base_fit.h"
+#include "kinetostat/calibration/statistics/goodness_of_fit.h"
+
+namespace kinetostat::calibration {
+
+/// Residuals (measured - predicted) of one component [m or rad].
+struct ResidualStatistics {
+  Eigen::Index component = 0;
+  std::optional<std::size_t> session;  // none: over all sessions
+  Eigen::Index count = 0;
+  double rms = 0;
+  double max = 0;                 // largest magnitude
+  std::size_t worst_reading = 0;  // where that is
+  double bias = 0;                // mean
+  double share = 0;               // of the whole whitened sum of squares
+};
+
+enum class Adequacy {
+  adequate,      // no test finds more than noise
+  inadequate,    // a test does, at 5 % shared by the tests that were made
+  not_evaluated  // nothing but the residual itself tells the noise
+};
+
+/// Readings of another role, predicted by a model that was fitted without them.
+struct HeldOutReadings {
+  Role role = Role::confirm;
+  Eigen::Index values = 0;
+  Eigen::Index estimated = 0;  // zeros and frames of sessions that only they belong to
+  double squared_error = 0;    // whitened
+  std::vector<ResidualStatistics> by_component;
+  /// Of the noise alone; what the fitted parameters leave unsure is not in it. Only with a known
+  /// noise.
+  std::optional<ChiSquareTest> chi_square;
+  std::string failure;  // why there is nothing but the number of values; else empty
+};
+
+/// A model, with its zeros and (when refitted) its parameters at their best values, against the
+/// readings.
+struct Assessment {
+  BaseFit fit;
+  std::vector<spatial::Vector6> residual;  // one a reading [m; rad]; NaN where not measured
+  std::vector<spatial::Vector6> whitened;  // over the noise
+  std::vector<ResidualStatistics> by_component;
+  std::vector<ResidualStatistics> by_session;  // empty with one session
+  std::vector<HeldOutReadings> held_out;       // one a role that some readings have, but `fit`
+  Patterns patterns;                           // what the residual depends on
+  bool is_exact = false;  // the residual is nothing but rounding of the equilibrium
+  /// sqrt(sum of squares / degrees of freedom) [m or rad], when only translations or only rotations
+  /// are measured. A description of the misfit, not an estimate of the noise.
+  std::optional<double> residual_deviation;
+  std::optional<ChiSquareTest> chi_square;   // only with a stated noise
+  std::optional<LackOfFitTest> lack_of_fit;  // only with replicates
+  Adequacy adequacy = Adequacy::not_evaluated;
+};
+
+struct Comparison {
+  /// Of all readings, what the noise of the wrenches does to them included: by what best() was
+  /// judged.
+  Noise noise;
+  Eigen::Index groups = 0;  // distinct states times components
+  /// Scatter of the replicates, over the stated noise if there is one, else raw; when they exist.
+  std::optional<PureError> replicates;
+  /// Does the scatter of the replicates agree with the stated noise? When both exist.
+  std::optional<ChiSquareTest> noise_check;
+  std::string unit_slip;  // what looks like a slip in a unit or a sign; else empty
+  Assessment as_designed;
+  std::optional<Assessment> refitted;  // when the robot file declares something uncertain
+  std::string refit_failure;           // which of it the data cannot determine, and why; else empty
+  std::vector<std::string> notes;      // why a test was not made
+
+  /// The refitted model where there is one.
+  const Assessment& best() const { return refitted ? *refitted : as_designed; }
+};
+
+/// Throws what Predictor and fit_base throw, but for a refit that the data cannot determine: that
+/// is told in `refit_failure`, beside the assessment as designed.
+Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int threads,
+                   common::Progress& progress, Loss loss = Loss::squares);
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,18 @@
+// What a batch of readings may cost, and what it is for.
+#pragma once
+
+#include <vector>
+
+#include "kinetostat/calibration/design/plan_blocks.h"
+
+namespace kinetostat::calibration {
+
+struct PlanOptions {
+  MeasuringOptions measuring = {};
+  double minutes = 120;  // that the batch may take
+  double wanted = 6;     // d' from which two models count as told apart
+  std::vector<spatial::Pose> work_at =
+      {};  // where the model is used; none: at the campaign's postures
+};
+
+}  // namespace kinetostat::calibration

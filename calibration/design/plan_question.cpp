@@ -1,0 +1,184 @@
+#include "kinetostat/calibration/design/plan_question.h"
+
+#include <algorithm>
+#include <set>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "kinetostat/calibration/diagnosis/diagnosis.h"
+#include "kinetostat/common/error.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using io::Json;
+
+constexpr std::size_t most_suspects = 10;
+constexpr double visible = 4;  // d' from which readings show an effect
+
+std::string name_of(const Json& entry) {
+  return fmt::format("{} at {}", entry.at("effect").get<std::string>(),
+                     entry.at("at").get<std::string>());
+}
+
+class Questioner {
+ public:
+  Questioner(const vjm::Robot& robot, const Json& diagnosis, const std::filesystem::path& file)
+      : diagnosis_(diagnosis), file_(file), all_(candidates(robot, {})) {}
+
+  PlanQuestion ask(const std::vector<std::string>& show) const {
+    PlanQuestion question;
+    question.verdict = diagnosis_.at("verdict").get<std::string>();
+    const auto is = [&](Verdict verdict) { return question.verdict == to_string(verdict); };
+    for (const Json& found : diagnosis_.at("found"))
+      question.present.push_back(with_values(find(name_of(found)), found.at("values")));
+    if (!show.empty()) {
+      add_shown(show, question);
+    } else if (is(Verdict::ambiguous)) {
+      if (!question.present.empty()) question.present.pop_back();  // it is one of the suspects
+      for (const Json& name : diagnosis_.at("ambiguous"))
+        question.suspects.push_back(suspect(name.get<std::string>(), question));
+      question.perhaps_nothing = question.suspects.size() == 1;
+    } else if (is(Verdict::none_of_the_above)) {
+      if (!question.present.empty()) question.present.pop_back();
+      add_nearest(question);
+    } else if (is(Verdict::cannot_tell)) {
+      const Json instead = diagnosis_.value("instead_of_refit", Json());
+      if (instead.is_object())
+        add_shown({name_of(instead)}, question);
+      else
+        add_unseen(question);
+    }
+    if (question.suspects.size() > most_suspects) question.suspects.resize(most_suspects);
+    return question;
+  }
+
+ private:
+  Candidate find(const std::string& name) const {
+    for (const Candidate& candidate : all_)
+      if (candidate.name() == name) return candidate;
+    throw common::InputError({.file = file_,
+                              .key = "found",
+                              .what = fmt::format("this robot cannot have '{}'", name),
+                              .cure = "Run 'kinetostat diagnose' again on this robot file"});
+  }
+
+  static Candidate with_values(Candidate candidate, const Json& values) {
+    for (std::size_t k = 0; k < values.size() && k < candidate.deviations.size(); ++k)
+      if (values[k].is_number())
+        candidate.effect.values[static_cast<Eigen::Index>(k)] = values[k].get<double>();
+    return candidate;
+  }
+
+  static const Json& none() {
+    static const Json empty = Json::array();
+    return empty;
+  }
+
+  // Of the round that looked for what comes beside all that is present.
+  const Json& ranking(const PlanQuestion& question) const {
+    std::vector<std::string> present;
+    for (const Candidate& candidate : question.present) present.push_back(candidate.name());
+    const Json& steps = diagnosis_.at("steps");
+    for (auto step = steps.rbegin(); step != steps.rend(); ++step) {
+      const auto beside = step->at("beside").get<std::vector<std::string>>();
+      if (std::is_permutation(beside.begin(), beside.end(), present.begin(), present.end()))
+        return step->at("ranking");
+    }
+    return steps.empty() ? none() : steps.back().at("ranking");
+  }
+
+  Suspect suspect_of(const Json& entry) const {
+    Suspect suspect{.candidate = find(name_of(entry)), .log_evidence = {}};
+    if (!entry.contains("fit")) return suspect;
+    const Json& fit = entry.at("fit");
+    suspect.candidate = with_values(suspect.candidate, fit.at("values"));
+    suspect.is_fitted = true;
+    suspect.probability = fit.at("probability").get<double>();
+    suspect.log_evidence = fit.at("log_evidence").get<double>();
+    return suspect;
+  }
+
+  // As it was fitted in that round; else in the last one where it was.
+  Suspect suspect(const std::string& name, const PlanQuestion& question) const {
+    std::vector<const Json*> rankings{&ranking(question)};
+    const Json& steps = diagnosis_.at("steps");
+    for (auto step = steps.rbegin(); step != steps.rend(); ++step)
+      rankings.push_back(&step->at("ranking"));
+    for (const Json* entries : rankings)
+      for (const Json& entry : *entries)
+        if (name_of(entry) == name && entry.contains("fit")) return suspect_of(entry);
+    return {.candidate = find(name), .log_evidence = {}};
+  }
+
+  // Those that came nearest, though they do not explain the readings.
+  void add_nearest(PlanQuestion& question) const {
+    for (const Json& entry : ranking(question))
+      if (entry.contains("fit") && question.suspects.size() < 4)
+        question.suspects.push_back(suspect_of(entry));
+  }
+
+  // The best place of every kind that the readings could not show.
+  void add_unseen(PlanQuestion& question) const {
+    question.perhaps_nothing = true;
+    std::map<std::string, const Json*> best;
+    std::vector<std::string> order;
+    for (const Json& entry : ranking(question)) {
+      const auto kind = entry.at("effect").get<std::string>();
+      const auto [found, fresh] = best.emplace(kind, &entry);
+      if (fresh) order.push_back(kind);
+      const auto seen = [](const Json& e) { return e.at("detectability").get<double>(); };
+      if (!fresh && seen(entry) > seen(*found->second)) found->second = &entry;
+    }
+    for (const std::string& kind : order)
+      if (best[kind]->at("detectability").get<double>() < visible)
+        question.suspects.push_back(suspect_of(*best[kind]));
+  }
+
+  void add_shown(const std::vector<std::string>& show, PlanQuestion& question) const {
+    question.perhaps_nothing = true;
+    for (const std::string& wanted : show) {
+      const std::size_t before = question.suspects.size();
+      for (const Candidate& candidate : all_)
+        if ((candidate.name() == wanted || candidate.effect.kind->name == wanted) &&
+            question.suspects.size() < most_suspects)
+          question.suspects.push_back(suspect(candidate.name(), question));
+      if (question.suspects.size() == before)
+        throw std::invalid_argument(
+            fmt::format("this robot has no place for '{}', or has it already", wanted));
+    }
+    add_unseen_beside(question);
+  }
+
+  // What acts as refitted parameters do, these will take up again.
+  void add_unseen_beside(PlanQuestion& question) const {
+    for (const Json& entry : ranking(question)) {
+      const std::string name = name_of(entry);
+      const auto is_it = [&](const Suspect& s) { return s.candidate.name() == name; };
+      if (entry.at("most_detectability").get<double>() < visible &&
+          entry.value("reason", "") != absorbed &&
+          std::none_of(question.suspects.begin(), question.suspects.end(), is_it))
+        question.unseen.push_back(find(name));
+    }
+  }
+
+  const Json& diagnosis_;
+  const std::filesystem::path& file_;
+  std::vector<Candidate> all_;
+};
+
+}  // namespace
+
+PlanQuestion question_of(const vjm::Robot& robot, const Json& diagnosis,
+                         const std::filesystem::path& file, const std::vector<std::string>& show) {
+  try {
+    return Questioner(robot, diagnosis, file).ask(show);
+  } catch (const Json::exception& error) {
+    throw common::InputError({.file = file,
+                              .what = fmt::format("this is no diagnosis: {}", error.what()),
+                              .cure = "Give the file that 'kinetostat diagnose -o' wrote"});
+  }
+}
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,44 @@
+// What a plan promised, and what its readings gave.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kinetostat/calibration/campaign/campaign.h"
+#include "kinetostat/common/progress.h"
+#include "kinetostat/io/json.h"
+#include "kinetostat/vjm/io/robot_file.h"
+
+namespace kinetostat::calibration {
+
+struct Diagnosis;  // diagnosis.h
+
+/// Two models that were to be told apart.
+struct SplitScore {
+  std::string a, b;
+  double expected = 0;             // gain of log evidence of the one over the other [nats]
+  std::optional<double> realised;  // none where one of them has no fit any more, or had none
+  std::string why_not;             // then
+};
+
+/// A number that was to be known better.
+struct SharpeningScore {
+  std::string name;
+  double before = 0, expected = 0;  // standard deviations
+  std::optional<double> realised;
+};
+
+struct PlanScore {
+  std::vector<SplitScore> splits;
+  std::vector<SharpeningScore> sharpened;
+};
+
+/// Of a plan as `plan --json` writes it, by a diagnosis of the readings so far with those of the
+/// plan. `file` is for messages. Throws common::InputError when it is no plan.
+PlanScore score_plan(const io::Json& plan, const std::filesystem::path& file,
+                     const vjm::Robot& robot, const Campaign& campaign, const Diagnosis& diagnosis,
+                     int threads, common::Progress& progress);
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,68 @@
+// What could be missing from a model.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "kinetostat/calibration/regression/base_fit.h"
+#include "kinetostat/calibration/statistics/residual_space.h"
+
+namespace kinetostat::calibration {
+
+/// An effect of the catalogue (or of the user) at a place where the robot has none of its kind yet.
+struct Candidate {
+  /// Usual values: one prior standard deviation from where there is no effect, within the physical
+  /// range, for the leading value and those that must be given; the others where there is none.
+  vjm::Effect effect;
+  std::vector<double> deviations;  // prior standard deviations of its values [SI]
+  std::size_t designs = 1;         // in how many ways values that design fixes may be fixed
+
+  std::string name() const;  // "clearance at x.rho"
+};
+
+/// All of them, in the order of the catalogue, then of the places. `kinds`: of these kinds only;
+/// empty: all. A place that stands for several (a joint of each chain) is a candidate beside them.
+std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std::string>& kinds);
+
+/// A kind of effect that the robot has no place for, and why.
+struct KindWithoutPlace {
+  std::string name, reason;
+};
+/// Of the kinds that candidates() tries; those that the robot has already do not count.
+std::vector<KindWithoutPlace> kinds_without_place(const vjm::Robot& robot,
+                                                  const std::vector<std::string>& kinds);
+
+/// Those of the robot, then the added ones.
+std::vector<vjm::Effect> effects_with(const vjm::Robot& robot, const std::vector<Candidate>& added);
+
+/// Of an effect that was added to a model.
+struct FittedValues {
+  Eigen::VectorXd values, deviations;  // NaN where a bound holds a value
+};
+/// Of each of the added effects: their values are the last parameters of the fit.
+std::vector<FittedValues> fitted_values(const BaseFit& fit, const std::vector<Candidate>& added);
+
+/// Whether stiffnesses are known by design in such a fit, because readings alone drive one to
+/// infinity or zero.
+bool is_held_near_design(const BaseFit& fit);
+
+/// The candidate with its leading value at `leading` times its usual distance from nothing, and
+/// what else must be given at `others` times.
+Candidate at_size(const Candidate& candidate, double leading, double others);
+
+/// Sizes (leading, others) at which the shape of a mark is looked at: gaps, breakaway forces and
+/// corners show another shape when they are small beside what the readings do to them.
+std::vector<std::pair<double, double>> sizes_of(const vjm::EffectKind& kind);
+
+/// The candidate with each of the values that design may have fixed.
+std::vector<Candidate> designs_of(const Candidate& candidate, const vjm::Manipulator& bare);
+
+/// Marks of one candidate, of its usual size and of others where its shape depends on that.
+struct CandidateMarks {
+  std::vector<Signature> signatures;
+  std::vector<Candidate> starts;  // the candidate at the size of each signature
+  std::string failure;            // why there are none
+};
+
+}  // namespace kinetostat::calibration

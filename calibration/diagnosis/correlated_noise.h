@@ -1,0 +1,66 @@
+// Errors of readings that are not independent: the noise of a zero that many readings share, errors
+// that last from one reading to the next.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kinetostat/calibration/regression/base_fit.h"
+
+namespace kinetostat::calibration {
+
+/// Ways in which the noise of readings may be correlated, and how probable each is beside
+/// independent noise. Effects, errors without a form and noise must be told apart: whoever takes
+/// correlated noise for independent finds effects in it.
+///
+/// Differences: a reading of the unloaded state that all of a load cycle (without cycles: of a
+/// configuration in a session) is counted from, as noisy as the best of the others. All readings
+/// whose time is known: errors of which 0.3, 0.6 or 0.85 last from one reading of a session to the
+/// next.
+class CorrelatedNoise {
+ public:
+  /// `values`: of the campaign, in use.
+  CorrelatedNoise(const Campaign& campaign, const std::vector<Value>& values, const Noise& noise);
+
+  std::size_t size() const { return ways_.size(); }
+  /// Part of a sentence: "readings of one cycle are off together, ...".
+  const std::string& what(std::size_t way) const { return ways_.at(way).what; }
+
+  /// What makes such noise independent and of unit variance: whitened columns, one row a value,
+  /// times the inverse of a root of its covariance.
+  Eigen::MatrixXd decorrelated(std::size_t way, const Eigen::MatrixXd& columns) const;
+
+  /// Log evidence of each such noise over independent noise, under a model with flat priors for all
+  /// that it fits (restricted likelihood: Harville, J. Am. Stat. Assoc. 72, 1977), linear about its
+  /// fit. Whatever the scale of the noise, which may be stated wrong.
+  std::vector<double> log_evidences(const BaseFit& fit) const;
+
+  /// What the log evidence of a model grows by when its noise may be independent or, as likely, one
+  /// of these.
+  double gain(const BaseFit& fit) const;
+
+  /// The most probable one, where independent noise is out of question beside it.
+  std::optional<std::size_t> prevailing(const BaseFit& fit) const;
+
+ private:
+  using Rows = std::vector<Eigen::Index>;
+  // Values of one block: either they share a zero, each with the covariance 1 + zero zero', or each
+  // is `fading` times the one before it and something new.
+  struct Block {
+    Rows rows;
+    Eigen::VectorXd zero = {};
+  };
+  struct Way {
+    std::string what;
+    double fading = 0;
+    std::vector<Block> blocks = {};
+    double log_determinant = 0;  // of the covariance
+  };
+  void add_zeros(const Campaign& campaign, const std::vector<Value>& values, const Noise& noise);
+  void add_fading(const Campaign& campaign, const std::vector<Value>& values);
+
+  std::vector<Way> ways_;
+};
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,223 @@
+#include "kinetostat/calibration/diagnosis/decision.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace kinetostat::calibration {
+namespace {
+
+// Classes that are counted together: the curve of load over deflection.
+std::string family_of(const vjm::EffectKind& kind) {
+  switch (kind.effect_class) {
+    case vjm::EffectClass::backlash:
+    case vjm::EffectClass::stiffening:
+      return "load-deflection curve";
+    case vjm::EffectClass::other:
+      return kind.name;
+    default:
+      return to_string(kind.effect_class);
+  }
+}
+
+std::string class_of(const vjm::EffectKind& kind) {
+  return kind.effect_class == vjm::EffectClass::other ? kind.name : to_string(kind.effect_class);
+}
+
+// Something that may be so, and its log weight.
+struct Hypothesis {
+  std::string family, place;
+  double log_weight = 0;
+  const Rival* rival = nullptr;  // none: nothing is missing, or the smooth discrepancy
+  std::size_t candidate = 0;
+  double probability = 0;
+};
+
+const char* const nothing = "nothing";
+const char* const unexplained = "unexplained";
+
+bool ends_with_name(const std::string& drive, const std::string& at) {
+  return drive == at || drive.ends_with("." + at) || at.ends_with("." + drive);
+}
+
+class Posterior {
+ public:
+  Posterior(const DiagnosisStep& step, const DecisionRules& rules) : step_(step), rules_(rules) {
+    add_fitted();
+    if (!hypotheses_.empty()) add_imitators();
+    hypotheses_.push_back(
+        {.family = nothing,
+         .place = "",
+         .log_weight = rules.exponent *
+                       (step.log_evidence_without + std::log(rules.odds_of_nothing))});
+    add_discrepancy();
+    normalise();
+  }
+
+  Decision decision() const {
+    Decision decision;
+    decision.nothing = probability_of(nothing);
+    decision.unexplained = probability_of(unexplained);
+    decision.depends_on = step_.free_form.depends_on;
+    std::vector<Answer> all = answers();
+    double sum = 0;
+    bool only_answers = true;
+    for (Answer& answer : all) {
+      if (sum >= rules_.level) break;
+      sum += answer.probability;
+      only_answers &= !answer.laws.empty();
+      if (!answer.laws.empty()) decision.answers.push_back(std::move(answer));
+    }
+    decision.is_identified = only_answers && decision.answers.size() == 1;
+    decision.is_narrowed_down = !decision.is_identified && !decision.answers.empty() &&
+                                decision.answers.size() <= rules_.most_answers;
+    return decision;
+  }
+
+ private:
+  void add_fitted() {
+    for (std::size_t c = 0; c < step_.ranking.size(); ++c) {
+      const Rival& rival = step_.ranking[c];
+      if (!rival.fit) continue;
+      hypotheses_.push_back({.family = family_of(*rival.candidate.effect.kind),
+                             .place = rival.candidate.effect.at,
+                             .log_weight = rules_.exponent * rival.fit->log_evidence,
+                             .rival = &rival,
+                             .candidate = c});
+    }
+  }
+
+  // They explain what the best does.
+  void add_imitators() {
+    const Hypothesis best = hypotheses_.front();
+    for (std::size_t c = 0; c < step_.ranking.size(); ++c) {
+      const Rival& rival = step_.ranking[c];
+      if (rival.fit || !rival.imitates) continue;
+      hypotheses_.push_back({.family = family_of(*rival.candidate.effect.kind),
+                             .place = rival.candidate.effect.at,
+                             .log_weight = best.log_weight,
+                             .rival = &rival,
+                             .candidate = c});
+    }
+  }
+
+  void add_discrepancy() {
+    const FreeFormEvidence& found = step_.free_form;
+    Hypothesis own{.family = unexplained,
+                   .place = "",
+                   .log_weight = rules_.exponent * (step_.log_evidence_without + found.log)};
+    if (!found.drive.empty()) {
+      own.family = "load-deflection curve";
+      own.place = found.drive;
+      for (const Hypothesis& h : hypotheses_)
+        if (h.family == own.family && ends_with_name(found.drive, h.place)) own.place = h.place;
+    } else if (found.depends_on.find("earlier loads") != std::string::npos) {
+      own.family = to_string(vjm::EffectClass::time);
+      for (const Hypothesis& h : hypotheses_)
+        if (h.family == own.family) {
+          own.place = h.place;
+          break;
+        }
+    }
+    const bool has_place = std::any_of(hypotheses_.begin(), hypotheses_.end(), [&](const auto& h) {
+      return h.family == own.family && h.place == own.place && h.rival;
+    });
+    if (!has_place) own = {.family = unexplained, .place = "", .log_weight = own.log_weight};
+    hypotheses_.push_back(own);
+  }
+
+  void normalise() {
+    double most = -std::numeric_limits<double>::infinity(), sum = 0;
+    for (const Hypothesis& h : hypotheses_) most = std::max(most, h.log_weight);
+    for (Hypothesis& h : hypotheses_) sum += h.probability = std::exp(h.log_weight - most);
+    for (Hypothesis& h : hypotheses_) h.probability /= sum;
+  }
+
+  double probability_of(const char* family) const {
+    double sum = 0;
+    for (const Hypothesis& h : hypotheses_)
+      if (h.family == family) sum += h.probability;
+    return sum;
+  }
+
+  // Does the place of `h` predict what the best of all does?
+  bool is_place_of_best(const Hypothesis& h, const Hypothesis& best) const {
+    if (!h.rival || h.family != best.family) return false;
+    return h.place == best.place || !h.rival->fit || h.rival->fit->told_apart < rules_.same_place;
+  }
+
+  // Groups of hypotheses, the most probable first; those without laws are no answers.
+  std::vector<Answer> answers() const {
+    std::map<std::pair<std::string, std::string>, std::vector<const Hypothesis*>> groups;
+    const Hypothesis* best = nullptr;
+    for (const Hypothesis& h : hypotheses_)
+      if (h.rival && h.rival->fit && (!best || h.log_weight > best->log_weight)) best = &h;
+    std::vector<std::string> places_of_best;
+    for (const Hypothesis& h : hypotheses_)
+      if (best && is_place_of_best(h, *best)) places_of_best.push_back(h.place);
+    for (const Hypothesis& h : hypotheses_) {
+      const bool with_best = best && h.family == best->family &&
+                             std::find(places_of_best.begin(), places_of_best.end(), h.place) !=
+                                 places_of_best.end();
+      groups[{h.family, with_best ? best->place : h.place}].push_back(&h);
+    }
+    std::vector<Answer> all;
+    for (const auto& [key, members] : groups) all.push_back(answer_of(members));
+    std::stable_sort(all.begin(), all.end(), [](const Answer& a, const Answer& b) {
+      return a.probability > b.probability;
+    });
+    return all;
+  }
+
+  Answer answer_of(std::vector<const Hypothesis*> members) const {
+    std::stable_sort(members.begin(), members.end(), [](const auto* a, const auto* b) {
+      return a->probability > b->probability;
+    });
+    Answer answer;
+    std::map<std::string, double> of_class;
+    double of_laws = 0;
+    for (const Hypothesis* h : members) {
+      answer.probability += h->probability;
+      if (!h->rival) continue;
+      of_laws += h->probability;
+      of_class[class_of(*h->rival->candidate.effect.kind)] += h->probability;
+      if (std::find(answer.places.begin(), answer.places.end(), h->place) == answer.places.end())
+        answer.places.push_back(h->place);
+      answer.laws.push_back({.candidate = h->candidate,
+                             .effect = h->rival->candidate.effect.kind->name,
+                             .at = h->place,
+                             .share = h->probability});
+    }
+    for (LawShare& law : answer.laws) law.share /= of_laws;
+    answer.effect_class = words_of(of_class, of_laws);
+    return answer;
+  }
+
+  // The class that holds the level within its family, or all of them, the most probable first.
+  std::string words_of(const std::map<std::string, double>& of_class, double sum) const {
+    std::vector<std::pair<double, std::string>> order;
+    for (const auto& [name, probability] : of_class) order.emplace_back(-probability, name);
+    std::sort(order.begin(), order.end());
+    std::string words;
+    double held = 0;
+    for (const auto& [probability, name] : order) {
+      if (held >= rules_.level * sum) break;
+      held -= probability;
+      words += (words.empty() ? "" : ", or ") + name;
+    }
+    return words;
+  }
+
+  const DiagnosisStep& step_;
+  const DecisionRules& rules_;
+  std::vector<Hypothesis> hypotheses_;
+};
+
+}  // namespace
+
+Decision decide(const DiagnosisStep& step, const DecisionRules& rules) {
+  if (step.ranking.empty() || !step.ranking.front().fit) return {};
+  return Posterior(step, rules).decision();
+}
+
+}  // namespace kinetostat::calibration

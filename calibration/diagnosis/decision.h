@@ -1,0 +1,59 @@
+// From the fitted candidates of one round to what can be said of them: class, places, law.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kinetostat/calibration/diagnosis/ranking.h"
+
+namespace kinetostat::calibration {
+
+/// The numbers that a decision rests on.
+struct DecisionRules {
+  double level = 0.95;  // probability that an answer must have, alone or as a list
+  /// Power-posterior exponent: the weight of a model is exp(exponent * log evidence).
+  double exponent = learning_rate;
+  /// Prior odds of "nothing is missing" over one kind of effect: as many as there are kinds.
+  double odds_of_nothing = 25;
+  /// d' below which two places of a class make the same predictions in these readings.
+  double same_place = 2;
+  std::size_t most_answers = 5;  // a list of more is none
+};
+
+/// A law within an answer, with its share of the answer's probability.
+struct LawShare {
+  std::size_t candidate = 0;  // in the ranking
+  std::string effect, at;     // "clearance", "x.rho"
+  double share = 0;
+};
+
+/// One thing that may be missing: an effect class at one place, or at several that these readings
+/// do not distinguish.
+struct Answer {
+  std::string effect_class;  // "backlash", "backlash, or stiffens or softens under load"
+  std::vector<std::string> places = {};  // the most probable first
+  std::vector<LawShare> laws = {};       // the most probable first
+  double probability = 0;
+};
+
+/// What the evidence of one round supports.
+struct Decision {
+  std::vector<Answer> answers = {};  // most probable first, until they hold DecisionRules::level
+  double nothing = 0;                // posterior probability that nothing is missing
+  double unexplained = 0;            // ... that something is that the catalogue lacks
+  std::string depends_on = {};       // what that would depend on
+  bool is_identified = false;        // one answer holds the level
+  bool is_narrowed_down = false;     // a short list does
+};
+
+/// Adds up posterior probabilities over laws and over places. With evidence Z_i of candidate i,
+/// which includes its prior, the weights are w_i = Z_i^exponent; "nothing" has (odds_of_nothing Z_0)
+/// ^exponent with the evidence Z_0 of the model as it is, and the smooth model discrepancy its own.
+/// The discrepancy counts for the drive whose load-deflection law it is, for creep where it is a
+/// memory of earlier loads, and as unexplained otherwise. Backlash and stiffening are laws of the
+/// same curve and counted together; the answer names the one that holds the level. Candidates that
+/// were not fitted because they do what the best does count as it does. A pure function of the
+/// round: `step` as arrange() leaves it.
+Decision decide(const DiagnosisStep& step, const DecisionRules& rules = {});
+
+}  // namespace kinetostat::calibration

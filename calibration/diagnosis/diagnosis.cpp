@@ -1,0 +1,535 @@
+#include "kinetostat/calibration/diagnosis/diagnosis.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+
+#include <fmt/format.h>
+
+#include "kinetostat/calibration/campaign/load_history.h"
+#include "kinetostat/calibration/campaign/noise_estimate.h"
+#include "kinetostat/calibration/campaign/pure_error.h"
+#include "kinetostat/calibration/campaign/replicates.h"
+#include "kinetostat/calibration/comparison/unit_slip.h"
+#include "kinetostat/calibration/diagnosis/search.h"
+#include "kinetostat/calibration/regression/evidence.h"
+#include "kinetostat/calibration/regression/wrench_noise.h"
+#include "kinetostat/common/error.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double significance_of_more = 0.01;  // of a further effect beside one that was found
+constexpr double level_of_rest = 0.005;        // of a rest that no effect explains
+constexpr double believable_noise = 2;         // times the stated one, to account for a misfit
+constexpr double most_outliers = 0.04;     // of all values: more are something that is not known
+constexpr double unexplained_share = 0.3;  // of the misfit: more is another effect, not this one
+
+// So large that nobody has seen one, and it does not explain the readings better than an error
+// without a form, to their noise.
+bool is_absurd(const DiagnosisStep& step) {
+  const Rival& best = step.ranking[0];
+  if (times_usual(best) <= unusual) return false;
+  const double free_form = step.log_evidence_without + step.free_form.log;
+  if (best.fit->log_evidence - free_form < doubtful_beside_free_form) return true;
+  if (best.fit->degrees_of_freedom < 1) return true;
+  return chi_square_test(best.fit->squared_error, best.fit->degrees_of_freedom).p_value <
+         level_of_rest;
+}
+
+// The length of what the laws of those that were found may get wrong, where that looks like a
+// candidate: more of it where both are laws of one joint, or of time and temperature.
+double law_error_like(const std::vector<FoundEffect>& found, const Candidate& candidate) {
+  constexpr double relative_error = 0.25;
+  double most = 0;
+  for (const FoundEffect& f : found) {
+    const bool relatives = are_laws_of_one_joint(f.candidate, candidate) ||
+                           (f.candidate.effect.kind->varies && candidate.effect.kind->varies);
+    most = std::max(most, (relatives ? relative_error : law_error) * f.length);
+  }
+  return most;
+}
+
+// What passes the gate, and helps to predict readings that it has not seen or is far more probable
+// than that nothing is missing. Beside another effect it must do both, stand out further, and not
+// be less likely than an error without a form.
+bool is_found(const DiagnosisStep& step, const std::vector<FoundEffect>& found) {
+  const bool first = step.beside.empty();
+  if (step.gate.p_value > (first ? significance_level : significance_of_more)) return false;
+  if (step.indistinguishable.empty()) return false;
+  if (is_absurd(step)) return false;
+  const Rival& best = step.ranking[0];
+  const bool predicts = best.fit->log_score_gain > best.fit->log_score_deviation;
+  const bool probable = best.fit->log_evidence - step.log_evidence_without > doubtful;
+  if (first) return predicts || probable;
+  return predicts && probable && step.free_form_probability < 0.5 &&
+         best.fit->told_apart >= told_apart_from &&
+         best.fit->told_apart >= law_error_like(found, best.candidate);
+}
+
+FoundEffect found_effect(const DiagnosisStep& step) {
+  const Rival& best = step.ranking[0];
+  FoundEffect found{.candidate = best.candidate,
+                    .deviations = best.fit->deviations,
+                    .probability = best.fit->probability,
+                    .gate_p_value = step.gate.p_value,
+                    .log_prior = best.fit->log_prior,
+                    .times_usual = times_usual(best),
+                    .length = best.fit->told_apart,
+                    .log_score_gain = best.fit->log_score_gain};
+  found.candidate.effect.values = best.fit->values;
+  for (std::size_t i = 1; i < step.indistinguishable.size(); ++i)
+    found.instead.push_back(step.ranking[step.indistinguishable[i]].candidate.name());
+  return found;
+}
+
+std::optional<BaseFit> fit_if_possible(const Rivals& rivals, const std::vector<Candidate>& added,
+                                       const BaseFit& start, common::Progress& progress) {
+  return if_possible([&] { return rivals.fit(added, &start, progress); });
+}
+
+// What a round beside all the other effects says of one that was found earlier.
+void confirm(const DiagnosisStep& step, FoundEffect& found) {
+  const std::string name = found.candidate.name();
+  const auto it = std::find_if(step.ranking.begin(), step.ranking.end(),
+                               [&](const Rival& r) { return r.candidate.name() == name; });
+  found.gate_p_value = step.gate.p_value;
+  const bool is_fitted = it != step.ranking.end() && it->fit;
+  found.probability = is_fitted ? it->fit->probability : 0;
+  found.log_score_gain = is_fitted ? it->fit->log_score_gain : 0;
+  found.instead.clear();
+  for (const std::size_t i : step.indistinguishable)
+    if (step.ranking[i].candidate.name() != name)
+      found.instead.push_back(step.ranking[i].candidate.name());
+}
+
+// One effect that does the work of several is the likelier one.
+void doubt_beside_one(const std::vector<BaseFit>& alone, const DiagnosisStep& first,
+                      const BaseFit& together, std::vector<FoundEffect>& found) {
+  const double temper = common_temper(together, alone);
+  const double of_all = evidence(together, temper).log;
+  for (std::size_t c = 0; c < alone.size(); ++c) {
+    const std::string name = first.ranking[c].candidate.name();
+    if (alone[c].values == 0 || of_all - evidence(alone[c], temper).log > doubtful) continue;
+    for (FoundEffect& f : found)
+      if (f.candidate.name() != name &&
+          std::find(f.instead.begin(), f.instead.end(), name) == f.instead.end())
+        f.instead.push_back(name);
+  }
+}
+
+// Where no load is taken back or reversed, friction only takes up a part of the load, as a gap
+// takes up a part of the way; the details of either law are no evidence.
+void doubt_friction(const Campaign& campaign, Diagnosis& d) {
+  if (takes_loads_back(campaign)) return;
+  for (FoundEffect& found : d.found) {
+    if (found.candidate.effect.kind->name != "friction") continue;
+    const std::string gap = "clearance at " + found.candidate.effect.at;
+    if (std::find(found.instead.begin(), found.instead.end(), gap) == found.instead.end())
+      found.instead.push_back(gap);
+    d.missing.push_back(
+        "loads that are taken back or reversed: without them friction looks like a clearance");
+  }
+}
+
+// Of all that was found over the free-form rival in its place: log evidence. With independent
+// noise: what an effect leaves because it is the wrong one looks like correlated noise.
+double above_free_form(const BaseFit& without, const std::vector<BaseFit>& alone,
+                       const BaseFit& together, const FreeForm& free_form, const Diagnosis& d,
+                       FreeFormEvidence& instead) {
+  const double temper = std::max(common_temper(without, alone), temper_of(together));
+  instead = free_form.evidence({-without.at.residual, without.at.jacobian}, temper);
+  double prior = 0;
+  bool is_usual = true;
+  for (const FoundEffect& found : d.found) {
+    prior += found.log_prior;
+    is_usual &= found.times_usual <= unusual;
+  }
+  return evidence(together, temper, is_usual ? Sizes::usual : Sizes::any).log + prior -
+         evidence(without, temper).log - instead.log;
+}
+
+// Whether there is something more beside all that was found: of the round that looked for it.
+void take_rest(Diagnosis& d) {
+  std::vector<std::string> names;
+  for (const FoundEffect& found : d.found) names.push_back(found.candidate.name());
+  const auto step = std::find_if(d.steps.begin(), d.steps.end(), [&](const DiagnosisStep& s) {
+    return std::is_permutation(s.beside.begin(), s.beside.end(), names.begin(), names.end());
+  });
+  if (step == d.steps.end()) return;
+  d.rest_p_value = step->gate.p_value;
+  if (step->ranking.empty() || !step->ranking[0].fit) return;
+  const Rival& best = step->ranking[0];
+  if (best.fit->told_apart < law_error_like(d.found, best.candidate))
+    d.rest_of_laws = best.candidate.name();
+}
+
+// Values and deviations of all that was found, from the fit that has all of it.
+void take_values(const std::vector<FittedValues>& fitted, std::vector<FoundEffect>& found) {
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    found[k].candidate.effect.values = fitted[k].values;
+    found[k].deviations = fitted[k].deviations;
+  }
+}
+
+std::optional<ChiSquareTest> test_of(const BaseFit& fit, NoiseSource source) {
+  if (source == NoiseSource::unknown || fit.degrees_of_freedom() < 1) return std::nullopt;
+  return chi_square_test(fit.squared_error, fit.degrees_of_freedom());
+}
+
+// Readings of some values, masked.
+Campaign without(const Campaign& campaign, const std::vector<Value>& values,
+                 const std::vector<std::size_t>& outliers, std::vector<std::string>& said) {
+  Campaign result = campaign;
+  for (const std::size_t v : outliers) {
+    Reading& reading = result.readings[values[v].reading];
+    if (reading.masked) continue;
+    reading.masked = true;
+    reading.mask_reason = fmt::format(
+        "more than {:g} standard deviations from what any effect explains, to first order",
+        outlying);
+    said.push_back(fmt::format("reading '{}' ({}:{}): {}", reading.id,
+                               campaign.readings_file.filename().string(), reading.line,
+                               reading.mask_reason));
+  }
+  return result;
+}
+
+double excess(const std::optional<ChiSquareTest>& test) {
+  return test ? test->statistic - static_cast<double>(test->degrees_of_freedom) : 0;
+}
+
+bool can_show_anything(const DiagnosisStep& step) {
+  return std::any_of(step.ranking.begin(), step.ranking.end(),
+                     [](const Rival& r) { return r.detectability >= told_apart_from; });
+}
+
+// Of the first round: what passes the gate, but only with an effect that nobody has seen so large.
+std::string absurd_explanation(const Diagnosis& d) {
+  if (d.steps.empty() || d.steps[0].indistinguishable.empty()) return {};
+  const Rival& best = d.steps[0].ranking[0];
+  if (d.steps[0].gate.p_value > significance_level || !is_absurd(d.steps[0])) return {};
+  return fmt::format(
+      "an effect that explains the misfit at a size that makes sense: {} comes nearest, but would "
+      "have to be {:.0f} times as large as usual",
+      best.candidate.name(), times_usual(best));
+}
+
+// The free-form rival is another law of what was found: of that drive, or over that time or
+// temperature.
+bool is_other_law(const Diagnosis& d) {
+  const std::string& over = d.free_form.depends_on;
+  return std::any_of(d.found.begin(), d.found.end(), [&](const FoundEffect& found) {
+    const std::string& kind = found.candidate.effect.kind->name;
+    const std::string& at = found.candidate.effect.at;
+    if (kind == "session_drift") return over.starts_with("time");
+    if (kind == "thermal_expansion")
+      return over.starts_with("time") || over.starts_with("temperature");
+    return found.candidate.effect.kind->place == vjm::EffectPlace::joint &&
+           (at == d.free_form.drive || d.free_form.drive.ends_with("." + at));
+  });
+}
+
+void judge(Diagnosis& d) {
+  const bool structure_left = d.left.p_value() < structure_level;
+  const double before = excess(d.before);
+  const double share_left = before > 0 ? std::max(0.0, excess(d.after)) / before : 0;
+  if (d.found.empty()) {
+    if (const std::string nearest = absurd_explanation(d); !nearest.empty()) {
+      d.verdict = Verdict::none_of_the_above;
+      d.missing.push_back(nearest);
+    } else if (structure_left || (d.is_left_open() && !d.noise_without_load)) {
+      d.verdict = Verdict::none_of_the_above;
+    } else if (d.is_left_open()) {
+      d.verdict = Verdict::cannot_tell;
+      d.missing.push_back(fmt::format(
+          "how exact readings under load are: only readings without load are repeated, and the "
+          "misfit is {:.2g} times what those show; repeat some under load, or state 'noise'",
+          std::sqrt(d.after->reduced())));
+    } else if (d.instead_of_refit || d.steps.empty() || !can_show_anything(d.steps.front()))
+      d.verdict = Verdict::cannot_tell;
+    else
+      d.verdict = Verdict::no_effect_needed;
+    return;
+  }
+  const bool unlike_any = d.above_free_form < beaten_by_free_form && !is_other_law(d);
+  if (unlike_any || (structure_left && share_left > unexplained_share))
+    d.verdict = Verdict::none_of_the_above;
+  else
+    d.verdict = d.ambiguous.empty() ? Verdict::named_effect : Verdict::ambiguous;
+}
+
+// A model that grows by one effect after the other.
+struct Model {
+  std::vector<Candidate> present;
+  BaseFit fit;
+  std::vector<BaseFit> alone;  // of models with one effect, in the order of the first ranking
+  BaseFit without;             // of the model before anything was added
+};
+
+using AddStage = std::function<void(const std::string& name, const BaseFit& fit,
+                                    const std::vector<Candidate>& added)>;
+
+// Until nothing more is found. The marks of the first round are there.
+void add_effects(Search& search, const DiagnosisOptions& options, const AddStage& add_stage,
+                 Model& model, Diagnosis& d) {
+  while (model.present.size() < options.most_effects) {
+    if (!model.present.empty()) search.screen(model.present, model.fit);
+    std::vector<BaseFit> fits;
+    DiagnosisStep step = search.step(model.present, model.fit, fits);
+    d.steps.push_back(step);
+    if (!is_found(step, d.found)) break;
+    model.fit = fits[0];
+    if (model.present.empty()) model.alone = std::move(fits);
+    model.present.push_back(step.ranking[0].candidate);
+    model.present.back().effect.values = step.ranking[0].fit->values;
+    d.found.push_back(found_effect(step));
+    add_stage("+ " + model.present.back().name(), model.fit, model.present);
+  }
+}
+
+// One that is not needed beside the others, and the model without it.
+struct Superfluous {
+  std::size_t which = 0;
+  BaseFit without;
+};
+
+// With all of them in the model each must still be needed, and what is best in its place: of the
+// first `count`.
+std::optional<Superfluous> weigh_again(const Rivals& rivals, Search& search, const Model& model,
+                                       std::size_t count, common::Progress& progress,
+                                       Diagnosis& d) {
+  for (std::size_t k = 0; k < count; ++k) {
+    std::vector<Candidate> others = model.present;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
+    std::optional<BaseFit> without_it = fit_if_possible(rivals, others, model.fit, progress);
+    if (!without_it) continue;  // then it is needed all the more
+    search.screen(others, *without_it);
+    std::vector<BaseFit> fits;
+    DiagnosisStep step = search.step(others, *without_it, fits);
+    const bool needed = step.gate.p_value <= significance_level;
+    if (needed) confirm(step, d.found[k]);
+    d.steps.push_back(std::move(step));
+    if (!needed) return Superfluous{k, *std::move(without_it)};
+  }
+  return std::nullopt;
+}
+
+void drop(Superfluous superfluous, const Rivals& rivals, const AddStage& add_stage,
+          common::Progress& progress, Model& model, Diagnosis& d) {
+  const auto k = static_cast<std::ptrdiff_t>(superfluous.which);
+  model.present.erase(model.present.begin() + k);
+  model.fit = std::move(superfluous.without);
+  d.found.erase(d.found.begin() + k);
+  if (d.found.size() == 1) confirm(d.steps[0], d.found[0]);
+  std::erase_if(d.waterfall, [](const WaterfallStage& s) { return s.name.starts_with("+ "); });
+  for (std::size_t n = 1; n <= model.present.size(); ++n) {
+    const std::vector<Candidate> first(model.present.begin(),
+                                       model.present.begin() + static_cast<std::ptrdiff_t>(n));
+    const std::optional<BaseFit> fit =
+        n == model.present.size() ? model.fit : fit_if_possible(rivals, first, model.fit, progress);
+    if (fit) add_stage("+ " + first.back().name(), *fit, first);
+  }
+}
+
+// The last one has just been found beside all others, as long as all of these stay.
+void eliminate(const Rivals& rivals, Search& search, const AddStage& add_stage,
+               common::Progress& progress, Model& model, Diagnosis& d) {
+  std::size_t count = model.present.empty() ? 0 : model.present.size() - 1;
+  while (auto superfluous = weigh_again(rivals, search, model, count, progress, d)) {
+    drop(*std::move(superfluous), rivals, add_stage, progress, model, d);
+    count = model.present.size() > 1 ? model.present.size() : 0;
+  }
+}
+
+// Two effects that hide one another: neither passes alone, each does beside the other.
+void find_masked_pair(const Rivals& rivals, Search& search, const AddStage& add_stage,
+                      common::Progress& progress, Model& model, Diagnosis& d) {
+  for (std::vector<Candidate> pair : search.masked_pairs(model.fit)) {
+    const std::optional<BaseFit> both = fit_if_possible(rivals, pair, model.fit, progress);
+    if (!both) continue;
+    std::vector<DiagnosisStep> steps;
+    std::vector<FoundEffect> found;
+    std::optional<BaseFit> beside;  // in the end with the first alone
+    for (const Candidate& other : {pair[1], pair[0]}) {
+      beside = fit_if_possible(rivals, {other}, *both, progress);
+      if (!beside) break;
+      search.screen({other}, *beside);
+      std::vector<BaseFit> fits;
+      steps.push_back(search.step({other}, *beside, fits));
+      if (!is_found(steps.back(), found)) break;
+      found.push_back(found_effect(steps.back()));
+    }
+    if (found.size() < 2 || found[0].candidate.name() != pair[0].name() ||
+        found[1].candidate.name() != pair[1].name())
+      continue;
+    d.steps.insert(d.steps.end(), steps.begin(), steps.end());
+    d.found = std::move(found);
+    model.present = std::move(pair);
+    model.fit = *both;
+    add_stage("+ " + model.present[0].name(), *beside, {model.present[0]});
+    add_stage("+ " + model.present[1].name(), model.fit, model.present);
+    return;
+  }
+}
+
+void list_ambiguous(Diagnosis& d) {
+  for (const FoundEffect& found : d.found) {
+    if (found.instead.empty() && !d.or_something_else) continue;
+    d.ambiguous.push_back(found.candidate.name());
+    d.ambiguous.insert(d.ambiguous.end(), found.instead.begin(), found.instead.end());
+  }
+}
+
+Diagnosis cannot_tell_without_noise() {
+  Diagnosis d;
+  d.missing.push_back(
+      "how exact the readings are: state the instrument's noise in the campaign file, or repeat "
+      "readings under the same load; noise is never taken from the misfit of the model itself");
+  return d;
+}
+
+}  // namespace
+
+bool Diagnosis::is_left_open() const {
+  return after && after->reduced() > believable_noise * believable_noise;
+}
+
+bool Diagnosis::predicts_no_better() const {
+  return std::any_of(found.begin(), found.end(),
+                     [](const FoundEffect& f) { return !(f.log_score_gain > 0); });
+}
+
+bool Diagnosis::has_improbable_name() const {
+  return std::any_of(found.begin(), found.end(),
+                     [](const FoundEffect& f) { return f.instead.empty() && f.probability < 0.5; });
+}
+
+std::string to_string(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::no_effect_needed:
+      return "no effect needed";
+    case Verdict::named_effect:
+      return "named effect";
+    case Verdict::ambiguous:
+      return "ambiguous";
+    case Verdict::none_of_the_above:
+      return "none of the above";
+    case Verdict::cannot_tell:
+      break;
+  }
+  return "these data cannot tell";
+}
+
+std::vector<UnseenKind> unseen_kinds(const Diagnosis& diagnosis) {
+  if (diagnosis.steps.empty()) return {};
+  std::map<std::string, UnseenKind> kinds;
+  for (const Rival& rival : diagnosis.steps.front().ranking) {
+    UnseenKind& kind = kinds[rival.candidate.effect.kind->name];
+    kind.name = rival.candidate.effect.kind->name;
+    kind.detectability = std::max(kind.detectability, rival.most_detectability);
+    kind.absorbed |= rival.unobservable == absorbed;
+  }
+  std::vector<UnseenKind> unseen;
+  for (const auto& [name, kind] : kinds)
+    if (kind.detectability < told_apart_from) unseen.push_back(kind);
+  for (const KindWithoutPlace& kind : diagnosis.without_place)
+    unseen.push_back({.name = kind.name, .reason = kind.reason});
+  std::sort(unseen.begin(), unseen.end(),
+            [](const UnseenKind& a, const UnseenKind& b) { return a.name < b.name; });
+  return unseen;
+}
+
+Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const DiagnosisOptions& options,
+                   int threads, common::Progress& progress) {
+  const std::vector<Candidate> tried = candidates(robot, options.kinds);
+  const Campaign given = only(whole, {Role::fit, Role::select});
+  const Noise noise = noise_of(robot, whole, threads, progress);
+  if (noise.source == NoiseSource::unknown) return cannot_tell_without_noise();
+  Diagnosis d;
+  d.noise = noise.source;
+  d.noise_without_load = noise.only_unloaded;
+  d.without_place = kinds_without_place(robot, options.kinds);
+  const Rivals all(robot, given, noise, threads, progress, options.journal);
+  Search whole_search(all, tried, options, threads, progress);
+  BaseFit fit = with_hint_of_slip(all.predictor(), given, progress,
+                                  [&] { return all.fit({}, nullptr, progress); });
+  whole_search.screen({}, fit);
+  std::vector<std::size_t> outliers = whole_search.outliers(fit);
+  if (static_cast<double>(outliers.size()) >
+      most_outliers * static_cast<double>(whole_search.values().size())) {
+    d.far_values = outliers.size();
+    outliers.clear();
+  }
+  const Campaign campaign = without(given, whole_search.values(), outliers, d.set_aside);
+  const Rivals rivals(robot, campaign, noise, threads, progress, options.journal);
+  Search search(rivals, tried, options, threads, progress);
+  search.take_marks(whole_search);
+  if (!d.set_aside.empty()) fit = rivals.fit({}, &fit, progress);
+  search.prepare_free_form(fit);
+  d.before = test_of(fit, noise.source);
+  d.noise_check =
+      test_of_stated_noise(pure_error(campaign, replicate_groups(campaign), noise), noise);
+  d.weak = rivals.kept_as_designed();
+  if (is_held_near_design(fit))
+    d.weak.push_back(
+        "With nothing missing, some stiffness would fit best where it is infinite or zero: all "
+        "that are uncertain are fitted as known by design to a factor of 2.7, one standard "
+        "deviation.");
+  d.weak.insert(d.weak.end(), fit.weak.begin(), fit.weak.end());
+  d.held_out = search.groups().what;
+  const Campaign kept = only(whole, {Role::confirm});
+  const auto add_stage = [&](const std::string& name, const BaseFit& stage,
+                             const std::vector<Candidate>& added) {
+    d.waterfall.push_back(
+        waterfall_stage(name, stage, search.values(), noise, search.groups(), options.seed));
+    if (has_role(whole, Role::confirm))
+      d.waterfall.back().confirmed = rivals.error_on(kept, stage, added, progress);
+  };
+  const BaseFit designed = fit_base(rivals.predictor(), campaign, noise, {}, progress);
+  d.unit_slip = unit_slip(campaign, designed.predicted);
+  add_stage("as designed", designed, {});
+  if (!fit.parameters.empty()) add_stage("refitted", fit, {});
+  Model model{.present = {}, .fit = fit, .alone = {}, .without = fit};
+  add_effects(search, options, add_stage, model, d);
+  const std::vector<Candidate> suspects = d.found.empty() && refutes_design(designed, fit)
+                                              ? search.like_the_refit(designed, fit)
+                                              : std::vector<Candidate>();
+  if (d.found.empty() && d.steps[0].gate.p_value > significance_level && options.most_effects > 1)
+    find_masked_pair(rivals, search, add_stage, progress, model, d);
+  else
+    eliminate(rivals, search, add_stage, progress, model, d);
+  if (model.present.size() > 1) doubt_beside_one(model.alone, d.steps[0], model.fit, d.found);
+  if (d.found.empty())
+    d.instead_of_refit = stand_in(robot, campaign, noise, fit, designed, suspects, threads,
+                                  progress, options.journal);
+  d.after = test_of(model.fit, noise.source);
+  if (!d.found.empty()) {
+    d.above_free_form =
+        above_free_form(model.without, model.alone, model.fit, search.free_form(), d, d.free_form);
+    take_rest(d);
+    d.or_something_else = d.above_free_form < doubtful_beside_free_form ||
+                          (d.rest_p_value < level_of_rest && d.rest_of_laws.empty()) ||
+                          d.is_left_open() || d.predicts_no_better() || d.has_improbable_name();
+  }
+  take_values(fitted_values(model.fit, model.present), d.found);
+  doubt_friction(campaign, d);
+  list_ambiguous(d);
+  d.waterfall.push_back(noise_floor(search.values(), noise));
+  d.left = search.free_form().evidence({-model.fit.at.residual, model.fit.at.jacobian},
+                                       temper_of(model.fit));
+  d.left.log -= search.correlated_noise().gain(model.fit);
+  if (const auto way = search.correlated_noise().prevailing(model.fit))
+    d.correlated_noise = search.correlated_noise().what(*way);
+  judge(d);
+  if (d.verdict != Verdict::cannot_tell) d.instead_of_refit.reset();
+  if (options.profiles > 0)
+    d.profiles = profiles(rivals, model.present, model.fit, options.profiles, progress);
+  return d;
+}
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,95 @@
+// Which physical effect is missing from a model?
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kinetostat/calibration/comparison/waterfall.h"
+#include "kinetostat/calibration/diagnosis/diagnosis_options.h"
+#include "kinetostat/calibration/diagnosis/diagnosis_step.h"
+#include "kinetostat/calibration/diagnosis/free_form.h"
+#include "kinetostat/calibration/diagnosis/profile.h"
+#include "kinetostat/calibration/diagnosis/stand_in.h"
+#include "kinetostat/calibration/statistics/goodness_of_fit.h"
+
+namespace kinetostat::calibration {
+
+inline constexpr double structure_level = 0.01;  // of an error without a form, in what is left
+
+enum class Verdict { no_effect_needed, named_effect, ambiguous, none_of_the_above, cannot_tell };
+std::string to_string(Verdict verdict);
+
+/// An effect that was found.
+struct FoundEffect {
+  Candidate candidate;  // with the fitted values
+  Eigen::VectorXd deviations;
+  double probability = 0;  // among the rivals, beside the other effects that were found
+  double gate_p_value = 1;
+  double log_prior = 0;                   // of kind and place
+  double times_usual = 0;                 // how large it is
+  double length = 0;                      // of its mark, over the noise
+  double log_score_gain = 0;              // on held-out readings, beside the others
+  std::vector<std::string> instead = {};  // what it may be instead
+};
+
+struct Diagnosis {
+  Verdict verdict = Verdict::cannot_tell;
+  std::vector<FoundEffect> found;      // in the order of their finding
+  std::vector<std::string> ambiguous;  // where one may be something else: itself, then the others
+  /// Where nothing was found: what the refit may have taken up.
+  std::optional<StandIn> instead_of_refit;
+  std::vector<std::string> missing;    // what readings would have to have, in sentences
+  std::vector<std::string> set_aside;  // readings that no candidate explains, with reasons
+  /// Values that no candidate explains, where they are too many to be set aside.
+  std::size_t far_values = 0;
+  std::vector<DiagnosisStep> steps;
+  std::vector<KindWithoutPlace> without_place;  // kinds that could not be tried
+  std::vector<std::string> weak;                // combinations that the base fit hardly knows
+  NoiseSource noise = NoiseSource::unknown;
+  bool noise_without_load = false;  // only readings without load are repeated, and none is stated
+  std::optional<ChiSquareTest> before, after;  // of the base fit, and with what was found
+  /// Scatter of repeated readings against the stated noise, when both exist.
+  std::optional<ChiSquareTest> noise_check;
+  /// How the noise of the readings is not independent, beside all that was found; else empty.
+  std::string correlated_noise;
+  std::string unit_slip;  // what looks like a slip in a unit or a sign; else empty
+  /// Of an error without a form of its own: instead of what was found, and in what is left then.
+  FreeFormEvidence free_form, left;
+  /// Log evidence of all that was found over that of the free-form rival instead.
+  double above_free_form = 0;
+  /// No stated noise is so wrong that it would account for what is left.
+  bool is_left_open() const;
+  /// Gate beside all that was found: with a small one no effect explains the rest.
+  double rest_p_value = 1;
+  /// What looks most like that rest, where it is no more than the laws of what was found may get
+  /// wrong.
+  std::string rest_of_laws;
+  /// Some effect that was found does not help to predict held-out readings.
+  bool predicts_no_better() const;
+  /// An effect that no other stands beside is nevertheless not as likely as all else together.
+  bool has_improbable_name() const;
+  bool or_something_else = false;  // that the catalogue lacks, may be what is missing
+  std::vector<WaterfallStage> waterfall;
+  std::string held_out;  // what was left out together: "configurations"
+  std::vector<Profile> profiles;
+};
+
+/// A kind of effect that would not show at its usual size, wherever it is (d' below that which
+/// names an effect), or that has no place.
+struct UnseenKind {
+  std::string name;
+  double detectability = 0;  // d' at its best place
+  bool absorbed = false;     // because what is refitted does the same
+  std::string reason = {};   // why it has no place; else empty
+};
+/// Of the first round; by name.
+std::vector<UnseenKind> unseen_kinds(const Diagnosis& diagnosis);
+
+/// Refits what is uncertain under every rival, screens all candidates with score tests, passes a
+/// gate that knows how many were tried, fits what survives with the full model, ranks by evidence,
+/// and names an effect only when the readings tell it from every rival. `robot` and `campaign` as
+/// read. Throws what fit_base() throws for the model as it stands.
+Diagnosis diagnose(const vjm::Robot& robot, const Campaign& campaign,
+                   const DiagnosisOptions& options, int threads, common::Progress& progress);
+
+}  // namespace kinetostat::calibration

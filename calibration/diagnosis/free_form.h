@@ -1,0 +1,74 @@
+// A rival without a form of its own: is there anything smooth in a residual, whatever it is? It can
+// say that something is missing and what that depends on, never what it is.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "kinetostat/calibration/regression/base_fit.h"
+#include "kinetostat/calibration/statistics/residual_space.h"
+
+namespace kinetostat::calibration {
+
+struct FreeFormEvidence {
+  /// Logarithm of the evidence of a free-form error over that of noise alone. Averaged over
+  /// processes whose priors are fixed beforehand, it is a bet against the noise: with nothing
+  /// missing its exponential is above 1/p with a probability of at most p (Ville 1939; Gruenwald
+  /// et al., J. R. Stat. Soc. B 86, 2024).
+  double log = 0;
+  std::string depends_on;  // the most probable process: "posture, as a force on the platform does"
+  std::string drive;       // whose law that is: "x.rho"; empty for other processes
+
+  double p_value() const;
+};
+
+/// What an error without a form of its own may act through: changes of the whitened values, one row
+/// each. None may be there.
+struct FreeFormWays {
+  Eigen::MatrixXd force;      // with a force on the platform, three columns
+  Eigen::MatrixXd uncertain;  // with what every fit changes
+  struct Drive {
+    std::string name;              // chain and joint: "x.rho"
+    Eigen::VectorXd deflection;    // one entry a reading
+    Eigen::VectorXd by_stiffness;  // with the logarithm of its stiffness
+  };
+  std::vector<Drive> drives;
+};
+
+/// Gaussian processes over what is known of each reading: an unknown function of posture, load,
+/// both, the time, the time in a cycle (and load) or the temperature, smooth or straight, that acts
+/// on the displacements themselves, as a force on the platform, or as a change of what is
+/// uncertain; a memory of earlier loads by what is uncertain, that fades with time; or a drive
+/// whose stiffness is an unknown function of its own deflection. The amplitude of each has a
+/// log-uniform prior; the processes are equally likely.
+class FreeForm {
+ public:
+  FreeForm(const Campaign& campaign, const std::vector<Value>& values, const FreeFormWays& ways);
+
+  /// In a residual beside all that the space's fit can produce, with flat priors for that
+  /// (restricted likelihood). `temper`: as in evidence().
+  FreeFormEvidence evidence(const ResidualSpace& space, double temper) const;
+
+ private:
+  // An unknown function of `of_reading` (one row a reading) that acts through `columns` (one row a
+  // value, one column for each function of its own).
+  struct Process {
+    std::string depends_on;
+    std::shared_ptr<const Eigen::MatrixXd> of_reading, columns;  // many processes share them
+    double length;           // over which it changes; 0: it is straight
+    std::string drive = {};  // whose law it is
+  };
+  void add(const std::string& depends_on, Eigen::MatrixXd of_reading,
+           const std::shared_ptr<const Eigen::MatrixXd>& columns,
+           std::initializer_list<double> lengths);
+  void add_memory(const Campaign& campaign, const std::vector<Value>& values,
+                  const Eigen::MatrixXd& uncertain);
+  void add_law(const FreeFormWays::Drive& drive);
+  Eigen::MatrixXd root_of_kernel(const Process& process) const;
+
+  std::vector<Process> processes_;
+  std::vector<Eigen::Index> reading_;  // of each value
+};
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,45 @@
+// Two effects may hide one another: neither of them shows alone, both together do.
+#pragma once
+
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "kinetostat/calibration/statistics/residual_space.h"
+
+namespace kinetostat::calibration {
+
+/// All pairs of some signatures, prepared for many residuals.
+class PairScreen {
+ public:
+  /// `members`: which signatures of the screen take part, each with all others.
+  PairScreen(const Screen& screen, const std::vector<std::size_t>& members);
+
+  /// How unlikely noise alone explains as much as the most surprising pair does together: a
+  /// standard normal deviate (Wilson and Hilferty 1931), the noise as in Screen::surprise(). The
+  /// second number is the pair's, in the order of pairs().
+  std::pair<double, std::size_t> largest_surprise(const Eigen::VectorXd& residual) const;
+  /// The same of all pairs.
+  Eigen::VectorXd surprises(const Eigen::VectorXd& residual) const;
+
+  /// Pairs of signatures that can be told from one another at all.
+  const std::vector<std::pair<std::size_t, std::size_t>>& pairs() const { return pairs_; }
+
+ private:
+  struct Member {
+    Eigen::Index at = 0, size = 0;  // columns of the basis
+  };
+  // The second span beside the first: what of it is new, as unit directions.
+  struct Addition {
+    std::size_t first = 0, second = 0;  // members
+    Eigen::MatrixXd of_first, of_second;
+  };
+
+  Eigen::Index dimension_;
+  Eigen::MatrixXd basis_;  // all spans side by side
+  std::vector<Member> members_;
+  std::vector<Addition> additions_;
+  std::vector<std::pair<std::size_t, std::size_t>> pairs_;
+};
+
+}  // namespace kinetostat::calibration

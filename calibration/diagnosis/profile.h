@@ -1,0 +1,36 @@
+// Likelihood profiles: how much worse every model with another value of one parameter is.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kinetostat/calibration/diagnosis/rivals.h"
+
+namespace kinetostat::calibration {
+
+struct ProfilePoint {
+  double value = 0;  // of the coordinate
+  /// Of the cost, with all other unknowns fitted again, above that of the best fit: squares of
+  /// whitened residuals and of what is known beforehand. About ((value - best) / deviation)^2 where
+  /// the model is as good as linear.
+  double rise = 0;
+};
+
+struct Profile {
+  ParameterEstimate estimate;        // at the best fit
+  std::vector<ProfilePoint> points;  // ascending; the best fit among them
+  /// Where the rise is 3.84, by interpolation: 95 % of the likelihood-ratio test with one degree of
+  /// freedom (Venzon and Moolgavkar 1988). Nothing on a side where the points end before.
+  std::array<std::optional<double>, 2> interval;
+  std::string ended;  // why there are no points, or none further out, on a side; else empty
+};
+
+/// Of the values of `added`, then of what is uncertain anyway, at most `most` together: twelve
+/// points each, to three standard deviations on both sides or to the bounds. `best`: the fit of
+/// `rivals` with `added`. Each point costs a fit, begun at its neighbour.
+std::vector<Profile> profiles(const Rivals& rivals, const std::vector<Candidate>& added,
+                              const BaseFit& best, std::size_t most, common::Progress& progress);
+
+}  // namespace kinetostat::calibration

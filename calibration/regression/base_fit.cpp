@@ -1,0 +1,567 @@
+#include "kinetostat/calibration/regression/base_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <set>
+#include <stdexcept>
+#include <tuple>
+
+#include <fmt/format.h>
+
+#include "kinetostat/calibration/regression/session_frame.h"
+#include "kinetostat/calibration/statistics/identifiability.h"
+#include "kinetostat/common/error.h"
+#include "kinetostat/spatial/rotation.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using spatial::Vector6;
+
+// Sessions that have a value in use.
+std::set<std::size_t> sessions_in_use(const std::vector<Value>& values, const Campaign& campaign) {
+  std::set<std::size_t> sessions;
+  for (const Value& value : values) sessions.insert(campaign.readings[value.reading].session);
+  return sessions;
+}
+
+std::optional<double> known_zero(const BaseFit& fit, std::size_t session, Index component) {
+  for (const Zero& zero : fit.zeros)
+    if (zero.session == session && zero.component == component) return zero.value;
+  return std::nullopt;
+}
+
+std::optional<Vector6> known_frame(const BaseFit& fit, std::size_t session) {
+  for (const FrameEstimate& frame : fit.frames)
+    if (frame.session == session)
+      return frame.value.unaryExpr([](double x) { return std::isnan(x) ? 0 : x; });
+  return std::nullopt;
+}
+
+// The unknowns of a fit and where each stands in their vector: parameters, zeros, frames.
+class Unknowns {
+ public:
+  Unknowns(const Campaign& campaign, const std::vector<Parameter>& parameters,
+           const std::vector<Value>& values, const BaseFit* known)
+      : campaign_(campaign), parameters_(parameters) {
+    std::set<std::pair<std::size_t, Index>> zeros;
+    if (campaign.zero == ZeroReading::estimated)
+      for (const Value& value : values)
+        zeros.emplace(campaign.readings[value.reading].session, value.component);
+    for (const auto& [session, component] : zeros)
+      if (known == nullptr || !known_zero(*known, session, component))
+        zeros_.push_back({session, component});
+    if (campaign.session_frame == SessionFrame::estimated)
+      for (const std::size_t session : sessions_in_use(values, campaign))
+        if (known == nullptr || !known_frame(*known, session)) frames_.push_back(session);
+    // In differences the position of the frame cancels.
+    first_frame_component_ = campaign.displacement == DisplacementKind::difference ? 3 : 0;
+  }
+
+  const std::vector<Parameter>& parameters() const { return parameters_; }
+  const std::vector<Zero>& zeros() const { return zeros_; }
+  const std::vector<std::size_t>& frames() const { return frames_; }  // sessions
+  Index parameter_count() const { return static_cast<Index>(parameters_.size()); }
+  Index frame_components() const { return 6 - first_frame_component_; }
+  Index zero_at(std::size_t zero) const { return parameter_count() + static_cast<Index>(zero); }
+  Index frame_at(std::size_t frame) const {
+    return zero_at(zeros_.size()) + static_cast<Index>(frame) * frame_components();
+  }
+  Index size() const { return frame_at(frames_.size()); }
+
+  std::optional<std::size_t> frame_of(std::size_t session) const {
+    const auto found = std::lower_bound(frames_.begin(), frames_.end(), session);
+    if (found == frames_.end() || *found != session) return std::nullopt;
+    return static_cast<std::size_t>(found - frames_.begin());
+  }
+  Vector6 frame(const VectorXd& q, std::size_t frame) const {
+    Vector6 result = Vector6::Zero();
+    result.tail(frame_components()) = q.segment(frame_at(frame), frame_components());
+    return result;
+  }
+
+  std::vector<UnknownName> names() const {
+    std::vector<UnknownName> result;
+    for (const Parameter& p : parameters_)
+      result.push_back({p.phrase(), true, p.is_logarithm(), p.unit, p.typical});
+    for (const Zero& zero : zeros_)
+      result.push_back({fmt::format("the zero of {}{}",
+                                    component_names[static_cast<std::size_t>(zero.component)],
+                                    in_session(zero.session)),
+                        false, false, is_rotation(zero.component) ? "rad" : "m"});
+    for (const std::size_t session : frames_)
+      for (Index k = first_frame_component_; k < 6; ++k)
+        result.push_back({fmt::format("the {} of the frame{}",
+                                      std::array{"x", "y", "z", "turn about x", "turn about y",
+                                                 "turn about z"}[static_cast<std::size_t>(k)],
+                                      in_session(session)),
+                          false, false, is_rotation(k) ? "rad" : "m"});
+    return result;
+  }
+
+ private:
+  std::string in_session(std::size_t session) const {
+    const std::string& name = campaign_.sessions[session];
+    return name.empty() ? "" : fmt::format(" in session '{}'", name);
+  }
+
+  const Campaign& campaign_;
+  const std::vector<Parameter>& parameters_;
+  std::vector<Zero> zeros_;
+  std::vector<std::size_t> frames_;
+  Index first_frame_component_ = 0;
+};
+
+// The weighted least-squares problem.
+class Problem {
+ public:
+  Problem(const Predictor& predictor, const Campaign& campaign, const Noise& noise,
+          const std::vector<Parameter>& parameters, const BaseFit* known,
+          common::Progress& progress)
+      : predictor_(predictor),
+        campaign_(campaign),
+        noise_(noise),
+        known_(known),
+        values_(values_in_use(campaign)),
+        unknowns_(campaign, parameters, values_, known),
+        progress_(progress) {}
+
+  const Unknowns& unknowns() const { return unknowns_; }
+  Index values() const { return static_cast<Index>(values_.size()); }
+  Index priors() const {
+    return std::count_if(unknowns_.parameters().begin(), unknowns_.parameters().end(),
+                         [](const Parameter& p) { return p.prior.has_value(); });
+  }
+  /// Displacements, and the wrenches that work on them.
+  std::pair<std::vector<Vector6>, std::vector<Vector6>> predicted(const VectorXd& q) {
+    if (predicted_at_.size() != q.size() || predicted_at_ != q) (void)at(q);
+    return {predicted_, work_};
+  }
+  const std::optional<PredictionFailure>& failure() const { return failure_; }
+  void begin_near(const Predictions& predictions) { nearest_ = predictions; }
+  const Predictions& nearest() const { return nearest_; }
+
+  std::optional<Linearisation> at(const VectorXd& q) { return at(q, unknowns_.parameter_count()); }
+
+  // With derivatives by the last so many parameters.
+  std::optional<Linearisation> at(const VectorXd& q, Index differentiated) {
+    const std::vector<Parameter>& parameters = unknowns_.parameters();
+    Predictions predictions;
+    try {
+      predictions = predictor_.predict(parameters, q.head(unknowns_.parameter_count()),
+                                       {parameters.end() - differentiated, parameters.end()},
+                                       progress_, &nearest_);
+    } catch (const std::invalid_argument& error) {  // values that exclude each other
+      predictions.failure = {0, error.what()};
+    }
+    failure_ = predictions.failure;
+    beyond_.reset();
+    if (failure_) return std::nullopt;
+    predicted_ = predictions.displacement;
+    work_ = predictions.work;
+    predicted_at_ = q;
+    const Index rows = values() + priors();
+    Linearisation result{VectorXd(rows), MatrixXd::Zero(rows, unknowns_.size())};
+    add_priors(q, result);
+    Index row = 0;
+    for (std::size_t i = 0; i < predicted_.size(); ++i)
+      row += add_reading(q, i, differentiated > 0 ? &predictions.derivatives[i] : nullptr, row,
+                         result);
+    beyond_ = first_beyond(result);
+    if (beyond_) return std::nullopt;
+    predictions.derivatives.clear();
+    nearest_ = std::move(predictions);
+    return result;
+  }
+
+  VectorXd start() const {
+    VectorXd q = VectorXd::Zero(unknowns_.size());
+    for (std::size_t k = 0; k < unknowns_.parameters().size(); ++k)
+      q[static_cast<Index>(k)] = unknowns_.parameters()[k].start;
+    return q;
+  }
+
+  // A frame may be anywhere: its start is where the positions fit best.
+  void start_frames(VectorXd& q) {
+    if (unknowns_.frames().empty() || unknowns_.frame_components() < 6) return;
+    const Predictions predictions = predictor_.predict(
+        unknowns_.parameters(), q.head(unknowns_.parameter_count()), false, progress_);
+    if (predictions.failure) return;
+    for (std::size_t f = 0; f < unknowns_.frames().size(); ++f) {
+      std::vector<spatial::Vector3> predicted, measured;
+      for (std::size_t i = 0; i < campaign_.readings.size(); ++i) {
+        const Reading& r = campaign_.readings[i];
+        if (r.session != unknowns_.frames()[f] || !r.uses(0) || !r.uses(1) || !r.uses(2)) continue;
+        predicted.push_back(predictions.displacement[i].head<3>());
+        measured.push_back(r.displacement.head<3>());
+      }
+      q.segment<6>(unknowns_.frame_at(f)) = frame_between(predicted, measured);
+    }
+  }
+
+  double scale() const { return norm_over_noise(values_, campaign_, noise_); }
+
+  [[noreturn]] void fail_prediction() const {
+    if (!failure_) fail_beyond();
+    const Reading& reading = campaign_.readings[failure_->reading];
+    throw common::NoConvergence(
+        fmt::format("{}:{}: the model has no equilibrium for reading '{}': {}. Check the load and "
+                    "its unit, or mask the reading.",
+                    campaign_.readings_file.string(), reading.line, reading.id, failure_->reason));
+  }
+
+ private:
+  using Derivatives = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+
+  // The first value whose error over its noise, or its derivative, is no number to compute with:
+  // evidences and tests take fourth powers.
+  std::optional<std::size_t> first_beyond(const Linearisation& at) const {
+    constexpr double most = 1e75;
+    for (Index row = 0; row < values(); ++row)
+      if (!(std::abs(at.residual[row]) < most && at.jacobian.row(row).allFinite()))
+        return static_cast<std::size_t>(row);
+    return std::nullopt;
+  }
+
+  [[noreturn]] void fail_beyond() const {
+    const auto& [reading, component] = values_[beyond_.value()];
+    const Reading& r = campaign_.readings[reading];
+    throw common::InputError(
+        {.file = campaign_.readings_file,
+         .line = r.line,
+         .key = component_names[static_cast<std::size_t>(component)],
+         .what = fmt::format("the error of reading '{}', {:.3g} less what the model says, is too "
+                             "large to compute with over a noise of {:.3g} (SI)",
+                             r.id, r.displacement[component], noise_.sigma[reading][component]),
+         .cure = "Check the value, its unit and its noise, or mask the reading"});
+  }
+
+  // The last rows.
+  void add_priors(const VectorXd& q, Linearisation& result) const {
+    Index row = values();
+    for (std::size_t k = 0; k < unknowns_.parameters().size(); ++k) {
+      const auto i = static_cast<Index>(k);
+      const auto& prior = unknowns_.parameters()[k].prior;
+      if (!prior) continue;
+      result.residual[row] = (q[i] - prior->mean) / prior->deviation;
+      result.jacobian(row++, i) = 1 / prior->deviation;
+    }
+  }
+
+  // Fills the rows of one reading; returns how many there are.
+  Index add_reading(const VectorXd& q, std::size_t i, const Derivatives* by_parameters, Index row,
+                    Linearisation& result) {
+    const Reading& reading = campaign_.readings[i];
+    Derivatives all = Derivatives::Zero(6, unknowns_.size());
+    if (by_parameters != nullptr && by_parameters->cols() > 0)
+      all.leftCols(unknowns_.parameter_count()).rightCols(by_parameters->cols()) = *by_parameters;
+    add_frame(q, reading, predicted_[i], work_[i], all);
+    add_zeros(q, reading, predicted_[i], all);
+    const std::vector<Index> used = components_in_use(reading);
+    const auto count = static_cast<Index>(used.size());
+    if (count == 0) return 0;
+    MatrixXd block(count, unknowns_.size() + 1);
+    block.rightCols(unknowns_.size()) = all(used, Eigen::all);
+    block.col(0) = (predicted_[i] - reading.displacement)(used);
+    noise_.whiten(i, used, block);
+    result.residual.segment(row, count) = block.col(0);
+    result.jacobian.middleRows(row, count) = block.rightCols(unknowns_.size());
+    return count;
+  }
+
+  void add_frame(const VectorXd& q, const Reading& reading, Vector6& predicted, Vector6& work,
+                 Derivatives& all) const {
+    const auto f = unknowns_.frame_of(reading.session);
+    const std::optional<Vector6> frame = f        ? unknowns_.frame(q, *f)
+                                         : known_ ? known_frame(*known_, reading.session)
+                                                  : std::nullopt;
+    if (!frame) return;
+    const SeenFromFrame seen =
+        seen_from(*frame, predicted, campaign_.displacement, reading.displacement);
+    predicted = seen.displacement;
+    const spatial::Matrix3 turn = spatial::exp_rotation(frame->tail<3>());
+    work << turn * work.head<3>(), turn * work.tail<3>();
+    if (!f) return;
+    all.leftCols(unknowns_.parameter_count()) =
+        seen.by_displacement * all.leftCols(unknowns_.parameter_count());
+    const Index n = unknowns_.frame_components();
+    all.middleCols(unknowns_.frame_at(*f), n) = seen.by_frame.rightCols(n);
+  }
+
+  void add_zeros(const VectorXd& q, const Reading& reading, Vector6& predicted,
+                 Derivatives& all) const {
+    for (Index k = 0; k < 6 && known_ != nullptr; ++k)
+      predicted[k] += known_zero(*known_, reading.session, k).value_or(0);
+    for (std::size_t z = 0; z < unknowns_.zeros().size(); ++z) {
+      const Zero& zero = unknowns_.zeros()[z];
+      if (reading.session != zero.session) continue;
+      predicted[zero.component] += q[unknowns_.zero_at(z)];
+      all(zero.component, unknowns_.zero_at(z)) = 1;
+    }
+  }
+
+  const Predictor& predictor_;
+  const Campaign& campaign_;
+  const Noise& noise_;
+  const BaseFit* known_;  // of the sessions that it knows, or nullptr
+  std::vector<Value> values_;
+  Unknowns unknowns_;
+  common::Progress& progress_;
+  std::vector<Vector6> predicted_, work_;  // of the last residual
+  Predictions nearest_;                    // that were made last, or of a similar model
+  VectorXd predicted_at_ = VectorXd::Constant(1, std::numeric_limits<double>::quiet_NaN());
+  std::optional<PredictionFailure> failure_;
+  std::optional<std::size_t> beyond_;  // of values_
+};
+
+void require_enough_values(const Problem& problem) {
+  if (problem.values() > problem.unknowns().size() || problem.unknowns().size() == 0) return;
+  throw common::NotIdentifiable(
+      fmt::format("{} measured values for {} unknowns (parameters, zeros and frames) leave nothing "
+                  "to judge the fit by. Measure more, or declare less uncertain.",
+                  problem.values(), problem.unknowns().size()));
+}
+
+void require_bounded(const Problem& problem, const LeastSquaresResult& result) {
+  for (std::size_t k = 0; k < problem.unknowns().parameters().size(); ++k) {
+    const Parameter& parameter = problem.unknowns().parameters()[k];
+    if (result.hit[k] == BoundHit::none || parameter.bounds_stated) continue;
+    const bool up = result.hit[k] == BoundHit::upper;
+    throw common::NotIdentifiable(
+        fmt::format("{} runs away to {}: these readings {}. Check units and signs of load and "
+                    "displacement, seek what is missing with 'diagnose', or take it out of "
+                    "'uncertain' in the robot file.",
+                    parameter.phrase(), up ? "infinity" : "zero",
+                    up ? "show no such compliance" : "are larger than any spring explains"));
+  }
+}
+
+LeastSquaresOptions options_for(const Problem& problem, const BaseFitOptions& options) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const Index n = problem.unknowns().size();
+  LeastSquaresOptions result{.max_iterations = options.max_iterations,
+                             .tolerance = options.tolerance,
+                             .scale = problem.scale(),
+                             .lower = VectorXd::Constant(n, -infinity),
+                             .upper = VectorXd::Constant(n, infinity),
+                             .longest_step = VectorXd::Constant(n, infinity),
+                             .loss = options.loss,
+                             .first_damping = 0};
+  for (std::size_t k = 0; k < problem.unknowns().parameters().size(); ++k) {
+    const Parameter& parameter = problem.unknowns().parameters()[k];
+    const auto i = static_cast<Index>(k);
+    result.lower[i] = parameter.lower;
+    result.upper[i] = parameter.upper;
+    result.longest_step[i] = parameter.longest_step;
+  }
+  return result;
+}
+
+// Coordinates of frames stay as stated that no reading tells from those before them: what is
+// measured in a plane does not depend on turns about axes in it.
+void hold_undetermined_frames(Problem& problem, const VectorXd& start,
+                              LeastSquaresOptions& options) {
+  constexpr double alike = 1e-6;
+  const Unknowns& unknowns = problem.unknowns();
+  if (unknowns.frames().empty()) return;
+  const std::optional<Linearisation> there = problem.at(start, 0);
+  if (!there) return;  // which the fit says better
+  const Index first = unknowns.frame_at(0);
+  const MatrixXd marks = there->jacobian.rightCols(unknowns.size() - first);
+  const VectorXd least =
+      (alike * marks.colwise().norm()).cwiseMax(sensitivity_rounding * problem.scale());
+  for (const Index k : made_up_by_those_before(marks, least))
+    options.lower[first + k] = options.upper[first + k] = start[first + k];
+}
+
+LeastSquaresResult solve(Problem& problem, const BaseFitOptions& options) {
+  const auto residuals = [&problem](const VectorXd& q) { return problem.at(q); };
+  VectorXd start = problem.start();
+  problem.start_frames(start);
+  LeastSquaresOptions within = options_for(problem, options);
+  hold_undetermined_frames(problem, start, within);
+  LeastSquaresResult result = minimise(residuals, start, within);
+  if (result.status == LeastSquaresStatus::no_start) problem.fail_prediction();
+  require_bounded(problem, result);
+  require_identifiable(problem.unknowns().names(), result.at.jacobian, result.free(),
+                       problem.scale());
+  if (result.status != LeastSquaresStatus::converged && !options.accept_unsettled)
+    throw common::NoConvergence(fmt::format(
+        "the fit of the uncertain parameters did not converge: {} after {} "
+        "evaluations of the model",
+        result.status == LeastSquaresStatus::stalled ? "no step makes it better" : "it still moves",
+        result.iterations));
+  return result;
+}
+
+// By which the inverse of J'J is multiplied to be a covariance: 1 with a known noise. For a robust
+// loss, Huber's (1973) correction for the information that the loss gives up.
+double variance_of(const LeastSquaresResult& result, Loss loss, bool noise_known, Index freedom) {
+  const double n = static_cast<double>(result.at.residual.size());
+  if (loss == Loss::squares)
+    return noise_known ? 1 : result.at.residual.squaredNorm() / static_cast<double>(freedom);
+  double squares = 0, slopes = 0;
+  for (Index i = 0; i < result.at.residual.size(); ++i) {
+    const double r = result.at.residual[i];
+    squares += std::pow(result.weights[i] * r, 2);
+    slopes += influence_slope(loss, r);
+  }
+  return squares / static_cast<double>(freedom) / std::pow(slopes / n, 2);
+}
+
+void require_usable_noise(const Campaign& campaign, const Noise& noise, bool has_parameters,
+                          Loss loss) {
+  if (!noise.comparable && has_parameters)
+    throw common::InputError(
+        {.file = campaign.file,
+         .key = "noise",
+         .what = "translations and rotations cannot be fitted together, because nothing says how "
+                 "exact either is",
+         .cure = "State 'noise: {translation: ..., rotation: ...}', or repeat readings"});
+  if (loss != Loss::squares && noise.source == NoiseSource::unknown)
+    throw common::InputError(
+        {.file = campaign.file,
+         .key = "noise",
+         .what = "a robust fit must know how large the noise is, to tell an outlier from it",
+         .cure = "State 'noise: {translation: ...}', or repeat readings"});
+}
+
+// Estimates with their standard errors from the solution.
+class Estimates {
+ public:
+  Estimates(const Unknowns& unknowns, const LeastSquaresResult& result, const MatrixXd& covariance)
+      : unknowns_(unknowns), result_(result), errors_(covariance.diagonal().cwiseSqrt()) {}
+
+  void add_to(BaseFit& fit) const {
+    for (std::size_t k = 0; k < unknowns_.parameters().size(); ++k) {
+      const auto i = static_cast<Index>(k);
+      fit.parameters.push_back(
+          {unknowns_.parameters()[k], result_.x[i], errors_[i], result_.hit[k]});
+    }
+    fit.zeros = unknowns_.zeros();
+    for (std::size_t z = 0; z < fit.zeros.size(); ++z) {
+      fit.zeros[z].value = result_.x[unknowns_.zero_at(z)];
+      fit.zeros[z].standard_error = errors_[unknowns_.zero_at(z)];
+    }
+    for (std::size_t f = 0; f < unknowns_.frames().size(); ++f) add_frame(f, fit);
+  }
+
+ private:
+  void add_frame(std::size_t f, BaseFit& fit) const {
+    const Index n = unknowns_.frame_components();
+    const Vector6 unknown = Vector6::Constant(std::numeric_limits<double>::quiet_NaN());
+    FrameEstimate frame{unknowns_.frames()[f], unknown, unknown};
+    frame.value.tail(n) = result_.x.segment(unknowns_.frame_at(f), n);
+    frame.standard_error.tail(n) = errors_.segment(unknowns_.frame_at(f), n);
+    for (Index k = 0; k < n; ++k)
+      if (result_.hit[static_cast<std::size_t>(unknowns_.frame_at(f) + k)] != BoundHit::none)
+        frame.standard_error[6 - n + k] = std::numeric_limits<double>::quiet_NaN();
+    fit.frames.push_back(frame);
+  }
+
+  const Unknowns& unknowns_;
+  const LeastSquaresResult& result_;
+  VectorXd errors_;
+};
+
+// Solves the problem and says what is known of it.
+BaseFit fitted(Problem& problem, const Noise& noise, const BaseFitOptions& options) {
+  const LeastSquaresResult result = solve(problem, options);
+  const std::vector<Index> free = result.free();
+  BaseFit fit;
+  fit.estimated = static_cast<Index>(free.size());
+  fit.values = problem.values();
+  fit.squared_error = result.at.residual.head(fit.values).squaredNorm();
+  fit.iterations = result.iterations;
+  fit.loss = options.loss;
+  fit.weights.assign(result.weights.begin(), result.weights.begin() + fit.values);
+  fit.at = {result.at.residual.head(fit.values), result.at.jacobian.topRows(fit.values)};
+  for (Index k = problem.unknowns().frame_at(0); k < problem.unknowns().size(); ++k)
+    if (result.hit[static_cast<std::size_t>(k)] != BoundHit::none) fit.at.jacobian.col(k).setZero();
+  const double variance = variance_of(result, options.loss, noise.source != NoiseSource::unknown,
+                                      fit.degrees_of_freedom());
+  fit.covariance = variance * inverse_normal_matrix(result.at.jacobian, free);
+  fit.error_source = noise.source;
+  fit.weak = weak_sentences(problem.unknowns().names(), weak_combinations(result.at.jacobian, free),
+                            std::sqrt(variance));
+  Estimates(problem.unknowns(), result, fit.covariance).add_to(fit);
+  std::tie(fit.predicted, fit.work) = problem.predicted(result.x);
+  fit.model = problem.nearest();
+  return fit;
+}
+
+}  // namespace
+
+std::vector<Value> values_in_use(const Campaign& campaign) {
+  std::vector<Value> values;
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i)
+    for (Index k = 0; k < 6; ++k)
+      if (campaign.readings[i].uses(k)) values.push_back({i, k});
+  return values;
+}
+
+double norm_over_noise(const std::vector<Value>& values, const Campaign& campaign,
+                       const Noise& noise) {
+  double sum = 0;
+  for (const auto& [reading, component] : values)
+    sum += std::pow(
+        campaign.readings[reading].displacement[component] / noise.sigma[reading][component], 2);
+  return std::sqrt(sum);
+}
+
+VectorXd values_of(const BaseFit& fit) {
+  VectorXd values(static_cast<Index>(fit.parameters.size()));
+  for (std::size_t k = 0; k < fit.parameters.size(); ++k)
+    values[static_cast<Index>(k)] = fit.parameters[k].value;
+  return values;
+}
+
+BaseFit fit_base(const Predictor& predictor, const Campaign& campaign, const Noise& noise,
+                 const std::vector<Parameter>& parameters, common::Progress& progress,
+                 const BaseFitOptions& options) {
+  require_usable_noise(campaign, noise, !parameters.empty(), options.loss);
+  Problem problem(predictor, campaign, noise, parameters, nullptr, progress);
+  if (options.near != nullptr) problem.begin_near(*options.near);
+  require_enough_values(problem);
+  return fitted(problem, noise, options);
+}
+
+BaseFit predict_others(const Predictor& predictor, const Campaign& others, const Noise& noise,
+                       const BaseFit& fit, common::Progress& progress) {
+  std::vector<Parameter> parameters;
+  for (const ParameterEstimate& e : fit.parameters) {
+    parameters.push_back(e.parameter);
+    parameters.back().start = parameters.back().lower = parameters.back().upper = e.value;
+    parameters.back().bounds_stated = true;
+    parameters.back().prior.reset();
+  }
+  Problem problem(predictor, others, noise, parameters, &fit, progress);
+  return fitted(problem, noise, {});
+}
+
+std::optional<Linearisation> linearised_at(const Predictor& predictor, const Campaign& campaign,
+                                           const Noise& noise,
+                                           const std::vector<Parameter>& parameters,
+                                           const VectorXd& values, const BaseFit& fit,
+                                           Index differentiated, common::Progress& progress) {
+  Problem problem(predictor, campaign, noise, parameters, nullptr, progress);
+  problem.begin_near(fit.model);
+  const Unknowns& unknowns = problem.unknowns();
+  VectorXd q(unknowns.size());
+  q.head(values.size()) = values;
+  for (std::size_t z = 0; z < fit.zeros.size(); ++z) q[unknowns.zero_at(z)] = fit.zeros[z].value;
+  for (std::size_t f = 0; f < fit.frames.size(); ++f)
+    q.segment(unknowns.frame_at(f), unknowns.frame_components()) =
+        fit.frames[f].value.tail(unknowns.frame_components());
+  std::optional<Linearisation> result = problem.at(q, differentiated);
+  if (!result) return std::nullopt;
+  return Linearisation{result->residual.head(problem.values()),
+                       result->jacobian.topRows(problem.values())};
+}
+
+}  // namespace kinetostat::calibration

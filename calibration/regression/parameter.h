@@ -1,0 +1,68 @@
+// What a base fit may change in a model: the only file that knows the kinds of parameters.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kinetostat/vjm/effects/effect_model.h"
+#include "kinetostat/vjm/io/robot_file.h"
+
+namespace kinetostat::calibration {
+
+/// Springs of one name, scaled together, or a value of an effect. The coordinate in which the
+/// former is fitted is the natural logarithm of the factor: 0 as designed; the latter is its own
+/// coordinate, in SI.
+struct Parameter {
+  std::string name;  // as in the robot file: "leg", or "x.rho"; "k3 of hardening at x.rho"
+  std::vector<vjm::SpringParameter> springs;
+  /// Stiffness as designed, where all the springs are one-dimensional and equal [N/m or N m/rad].
+  std::optional<double> stiffness;
+  bool is_torsional = false;
+
+  // Of the coordinate: where the fit starts, its bounds, and its longest step.
+  double start = 0, lower = -runaway, upper = runaway, longest_step = 1;
+  /// The bounds mean something: the user or physics sets them. Otherwise a fit that hits one is
+  /// running away.
+  bool bounds_stated = false;
+  std::string unit = {};  // of the coordinate, SI; empty for a logarithm
+  double typical = 1;     // a change of it that is worth knowing
+  /// What is known of the coordinate beside the readings; enters the fit as one more reading.
+  struct Prior {
+    double mean = 0, deviation = 1;
+    /// Priors of one group are known up to a common factor (evidence.h); -1: there is none.
+    int group = -1;
+  };
+  std::optional<Prior> prior = {};
+
+  // Which value of which effect of the model, when there are no springs.
+  std::size_t effect = 0;
+  Eigen::Index value = 0;
+
+  /// A stiffness factor beyond e^10 either way: the data want the spring rigid, or gone.
+  static constexpr double runaway = 10;
+
+  bool is_logarithm() const { return !springs.empty(); }
+  std::string phrase() const;  // "the stiffness of 'leg'", "the k3 of hardening at x.rho"
+};
+
+/// The coordinate of an effect's value: it starts where the effect stands and stays in its physical
+/// range. `bare` is the manipulator without effects.
+Parameter effect_parameter(const std::vector<vjm::Effect>& effects, std::size_t effect,
+                           Eigen::Index value, const vjm::Manipulator& bare);
+
+/// Where a fit of them starts, in their order.
+Eigen::VectorXd starts_of(const std::vector<Parameter>& parameters);
+
+/// What the robot file declares uncertain.
+std::vector<Parameter> uncertain_parameters(const vjm::Robot& robot);
+
+/// The model with its parameters at `values`.
+vjm::EffectModel with_values(const vjm::Manipulator& bare, std::vector<vjm::Effect> effects,
+                             const std::vector<Parameter>& parameters,
+                             const Eigen::VectorXd& values);
+
+/// The same parameters as the model's equations know them.
+std::vector<vjm::ModelParameter> model_parameters(const std::vector<Parameter>& parameters);
+
+}  // namespace kinetostat::calibration

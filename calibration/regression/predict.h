@@ -1,0 +1,144 @@
+// What a model says that each reading of a campaign should be.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kinetostat/calibration/campaign/campaign.h"
+#include "kinetostat/calibration/regression/parameter.h"
+#include "kinetostat/common/progress.h"
+#include "kinetostat/vjm/effects/effect_model.h"
+#include "kinetostat/vjm/manipulator/posture.h"
+
+namespace kinetostat::calibration {
+
+/// A reading of which the model has no prediction.
+struct PredictionFailure {
+  std::size_t reading = 0;
+  std::string reason;
+};
+
+/// One entry a reading, in the order of the campaign.
+struct Predictions {
+  /// Displacement of the platform's reference point [m; rad], in the sense of the campaign: change
+  /// from the state without load (weight, preloads and geometric errors act in both), or position
+  /// and rotation vector of the pose. Of the equivalent rotation vectors the one nearest to the
+  /// measured. NaN for a masked reading that fails.
+  std::vector<spatial::Vector6> displacement;
+  /// Its derivatives with respect to the parameters; empty when not asked for.
+  std::vector<Eigen::Matrix<double, 6, Eigen::Dynamic>> derivatives;
+  /// Its change with the wrench [force; moment] of the reading, base axes, about the stated point:
+  /// the compliance of the loaded robot as the campaign measures it. What a history carries on to
+  /// later readings is not in it. Empty but from predict_with_compliance().
+  std::vector<spatial::Matrix6> by_wrench;
+  /// The stated wrench [force; moment about the target] as it works on the displacement, in its
+  /// axes, at the predicted pose.
+  std::vector<spatial::Vector6> work;
+  /// Equilibria under the load and without, from which those of a similar model are found quickly.
+  std::vector<vjm::SystemState> loaded, unloaded;
+  /// The first reading in use that fails, if one does; the rest is then not to be used.
+  std::optional<PredictionFailure> failure;
+};
+
+/// The full nonlinear model: unloaded posture by kinematics, then loaded equilibrium, one after the
+/// other where an effect carries a history along a cycle. Postures are found once per distinct
+/// configuration, equilibria once per distinct load in it under the same conditions.
+///
+/// A cycle with history starts from the relaxed manipulator, which then takes its state without
+/// load; readings follow in the order of step and time, masked ones included. Another configuration
+/// starts anew, and so does a reading that belongs to no cycle. In differences the state without
+/// load is that at the session's first reading, at the temperature of the reading itself.
+class Predictor {
+ public:
+  /// `bare`: the manipulator without its effects. Finds the unloaded postures. Throws
+  /// common::InputError naming the line of the first reading in use whose pose is out of reach.
+  /// Keeps references to manipulator and campaign.
+  Predictor(const vjm::Manipulator& bare, std::vector<vjm::Effect> effects,
+            const Campaign& campaign, int threads, common::Progress& progress);
+  /// Without effects.
+  Predictor(const vjm::Manipulator& manipulator, const Campaign& campaign, int threads,
+            common::Progress& progress);
+
+  const std::vector<vjm::Effect>& effects() const { return effects_; }
+  /// Of a reading, without load.
+  const vjm::Posture& posture_of(std::size_t reading) const {
+    return (*postures_)[campaign_.readings[reading].configuration].posture;
+  }
+  /// The same campaign and manipulator with other effects: postures are not sought again.
+  Predictor with_effects(std::vector<vjm::Effect> effects) const;
+
+  /// For the model with its parameters at `values`. `near` (or nullptr): predictions of a similar
+  /// model, which save time.
+  Predictions predict(const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
+                      bool with_derivatives, common::Progress& progress,
+                      const Predictions* near = nullptr) const;
+  /// The same with derivatives with respect to some of the parameters only.
+  Predictions predict(const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
+                      const std::vector<Parameter>& derivatives_by, common::Progress& progress,
+                      const Predictions* near = nullptr) const;
+  /// The same without derivatives, but with `by_wrench`.
+  Predictions predict_with_compliance(const std::vector<Parameter>& parameters,
+                                      const Eigen::VectorXd& values,
+                                      common::Progress& progress) const;
+
+ private:
+  // A state without load, which several cases may share.
+  struct Reference {
+    std::size_t configuration = 0, conditions = 0;
+    std::size_t reading = 0;  // the first of those that share it
+  };
+  // What several readings may share.
+  struct LoadCase {
+    std::size_t configuration = 0;
+    vjm::Load load;
+    std::size_t conditions = 0;
+    std::size_t reference = 0;
+    bool may_fail = false;    // only masked readings need it
+    std::size_t reading = 0;  // the first of those that share it
+  };
+  struct CaseResult;
+  struct Run;
+
+  Predictor(const Predictor& like, std::vector<vjm::Effect> effects);
+  void set_effects(std::vector<vjm::Effect> effects);
+  void find_postures(common::Progress& progress);
+  void find_cases();
+  void find_sequences();
+  std::size_t conditions_index(const vjm::Conditions& conditions);
+  std::size_t reference_index(std::size_t configuration, const vjm::Conditions& conditions,
+                              std::size_t reading);
+  Predictions predict(const Run& run, common::Progress& progress) const;
+  vjm::Response solve(const Run& run, std::size_t configuration, const vjm::Load& load,
+                      std::size_t conditions, const vjm::Response& before,
+                      const vjm::SystemState* near) const;
+  std::vector<vjm::Response> references(const Run& run, common::Progress& progress) const;
+  void follow(const Run& run, const std::vector<std::size_t>& sequence,
+              const std::vector<vjm::Response>& unloaded, std::vector<CaseResult>& results) const;
+  void observe(vjm::Response& response) const;
+  CaseResult displacement_from(const vjm::Response& from, const vjm::Response& to) const;
+  void enter(const CaseResult& result, std::size_t index, Predictions& predictions) const;
+
+  const vjm::Manipulator& bare_;
+  std::vector<vjm::Effect> effects_;
+  const Campaign& campaign_;
+  int threads_;
+  bool varies_ = false, has_history_ = false;
+  std::shared_ptr<const std::vector<vjm::PostureResult>> postures_;  // one a configuration
+  std::vector<vjm::Conditions> conditions_;  // the distinct ones; the neutral one first
+  std::vector<Reference> references_;
+  std::map<vjm::Conditions, std::size_t> known_conditions_;
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t> known_references_;
+  std::vector<LoadCase> cases_;
+  std::vector<std::vector<std::size_t>> sequences_;  // of cases
+  std::vector<std::size_t> case_of_reading_;
+};
+
+/// The rotation vector that stands for the same rotation as `vector` and is nearest to `measured`
+/// in those components that are not NaN.
+spatial::Vector3 nearest_rotation_vector(const spatial::Vector3& vector,
+                                         const spatial::Vector3& measured);
+
+}  // namespace kinetostat::calibration

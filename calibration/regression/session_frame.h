@@ -1,0 +1,29 @@
+// The frame in which the readings of one session are given, when nobody knows where it stands.
+#pragma once
+
+#include <vector>
+
+#include "kinetostat/calibration/campaign/campaign.h"
+
+namespace kinetostat::calibration {
+
+/// A displacement as seen from a frame, and how that changes.
+struct SeenFromFrame {
+  spatial::Vector6 displacement;     // [m; rad]
+  spatial::Matrix6 by_displacement;  // derivative with respect to the displacement before
+  spatial::Matrix6 by_frame;         // with respect to `frame`
+};
+
+/// `frame`: position [m] and rotation vector [rad] of the measuring frame that the campaign states,
+/// seen from the one that the session really had; 0: the same. Absolute poses are moved and turned
+/// by it; differences are turned only, so that its position does not matter. Of equivalent rotation
+/// vectors the one nearest to `measured`.
+SeenFromFrame seen_from(const spatial::Vector6& frame, const spatial::Vector6& displacement,
+                        DisplacementKind kind, const spatial::Vector6& measured);
+
+/// The frame that brings predicted positions nearest to measured ones (Umeyama 1991, without
+/// scale): where a fit starts. Zero where there are fewer than three positions.
+spatial::Vector6 frame_between(const std::vector<spatial::Vector3>& predicted,
+                               const std::vector<spatial::Vector3>& measured);
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,65 @@
+#include "kinetostat/calibration/regression/wrench_noise.h"
+
+#include <cmath>
+
+#include "kinetostat/calibration/campaign/noise_estimate.h"
+#include "kinetostat/calibration/regression/undetermined.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::VectorXd;
+using spatial::Matrix6;
+using spatial::Vector6;
+
+Matrix6 covariance_of(const Noise& noise, std::size_t reading) {
+  const Vector6& sigma = noise.sigma[reading];
+  if (noise.correlation.empty() || !noise.correlation[reading])
+    return sigma.cwiseAbs2().asDiagonal();
+  return sigma.asDiagonal() * *noise.correlation[reading] * sigma.asDiagonal();
+}
+
+void set_covariance(const Matrix6& covariance, std::size_t reading, Noise& noise) {
+  Vector6& sigma = noise.sigma[reading];
+  Matrix6 correlation = Matrix6::Identity();
+  // What is not measured has no noise of its own, and nothing to be correlated with.
+  for (Eigen::Index i = 0; i < 6; ++i)
+    if (covariance(i, i) > 0) sigma[i] = std::sqrt(covariance(i, i));
+  for (Eigen::Index i = 0; i < 6; ++i)
+    for (Eigen::Index j = 0; j < i; ++j)
+      if (covariance(i, i) > 0 && covariance(j, j) > 0)
+        correlation(i, j) = correlation(j, i) = covariance(i, j) / (sigma[i] * sigma[j]);
+  noise.correlation[reading] = std::make_shared<const Matrix6>(correlation);
+}
+
+}  // namespace
+
+Noise with_wrench_noise(const Noise& noise, const Campaign& campaign, const Predictor& predictor,
+                        const std::vector<Parameter>& parameters, const VectorXd& values,
+                        common::Progress& progress) {
+  if (campaign.wrench_covariance.empty()) return noise;
+  const Predictions predictions = predictor.predict_with_compliance(parameters, values, progress);
+  Noise result = noise;
+  result.correlation.resize(campaign.readings.size());
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+    const Matrix6& c = predictions.by_wrench[i];
+    const Matrix6 added = c * campaign.wrench_covariance[i] * c.transpose();
+    if (added.allFinite()) set_covariance(covariance_of(noise, i) + added, i, result);
+  }
+  return result;
+}
+
+Noise noise_of(const vjm::Robot& robot, const Campaign& campaign, int threads,
+               common::Progress& progress) {
+  const Noise stated = noise_of(campaign, replicate_groups(campaign));
+  if (campaign.wrench_covariance.empty()) return stated;
+  std::vector<Parameter> parameters = uncertain_parameters(robot);
+  const Predictor predictor(robot.without_effects(), robot.effects, campaign, threads, progress);
+  keep_undetermined(predictor, campaign, stated, parameters, progress);
+  const Noise first =
+      with_wrench_noise(stated, campaign, predictor, parameters, starts_of(parameters), progress);
+  const BaseFit fit = fit_base(predictor, campaign, first, parameters, progress);
+  return with_wrench_noise(stated, campaign, predictor, parameters, values_of(fit), progress);
+}
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,23 @@
+// What the noise of a load cell does to displacements: a load that is not the one that is written
+// down moves the robot elsewhere.
+#pragma once
+
+#include "kinetostat/calibration/campaign/noise_estimate.h"
+#include "kinetostat/calibration/regression/base_fit.h"
+
+namespace kinetostat::calibration {
+
+/// `noise` of the displacements with that of the wrenches added, reading by reading: S + C W C', C
+/// the compliance of the model at `values` under the load of the reading, W the covariance of its
+/// wrench (first order; ISO/IEC Guide 98-3, section 5.1.2). Unchanged where the campaign takes its
+/// wrenches to be exact, and for readings without an equilibrium.
+Noise with_wrench_noise(const Noise& noise, const Campaign& campaign, const Predictor& predictor,
+                        const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
+                        common::Progress& progress);
+
+/// The noise of a campaign, that of the wrenches through the compliance of the robot once what is
+/// uncertain has been refitted. Throws what fit_base() throws, when wrenches have noise.
+Noise noise_of(const vjm::Robot& robot, const Campaign& campaign, int threads,
+               common::Progress& progress);
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,56 @@
+// Work done in another process, within limits, without touching the disk.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "kinetostat/common/progress.h"
+
+namespace kinetostat::common {
+
+struct ChildResult {
+  enum class End { exited, killed_by_signal, timed_out };
+  End end = End::exited;
+  int code = 0;        // exit code, or number of the signal
+  std::string answer;  // what it wrote to file descriptor 3
+  std::string words;   // what it wrote to standard output and standard error
+};
+
+struct ChildCall {
+  /// Among the arguments, these stand for paths by which any process of the same user on this
+  /// machine reads the input and writes the answer: for programs that a launcher starts.
+  static constexpr const char* input_path = "@input";
+  static constexpr const char* answer_path = "@answer";
+
+  std::filesystem::path program;
+  std::vector<std::string> arguments;
+  std::string input;                  // on its standard input
+  double time_limit = 0;              // [s]; then it is killed
+  std::string second_input = {};      // on file descriptor 4, which can be read from any place
+  std::size_t memory_limit = 0;       // [bytes] of address space; 0: none
+  std::filesystem::path folder = {};  // it works in; empty: that of this process
+  std::vector<std::string> environment = {};  // "NAME=VALUE", instead of those of this process
+};
+
+/// Where a helper program of this name is: beside the running program, else in
+/// ../libexec/kinetostat from there (an installation may be moved), else in the folder that was
+/// fixed when kinetostat was configured. Empty when in none.
+std::filesystem::path find_helper(const std::string& name);
+
+/// The program that a shell would start by this name: a path, or a name in the folders of PATH.
+/// Empty when there is none.
+std::filesystem::path find_program(const std::string& name);
+
+/// Runs the program and waits. It is killed when the time is over, when `progress` is cancelled and
+/// when this process ends for whatever reason. Data pass through anonymous memory files, which
+/// leave nothing behind. Throws std::system_error when it cannot be started.
+ChildResult run_child(const ChildCall& call, const std::string& phase, common::Progress& progress);
+
+/// Runs `work` in a copy of this process and returns its value as the answer: for libraries that
+/// may crash or never end on damaged input. An exception of `work` ends the copy with exit code 1
+/// and what() among the words.
+ChildResult run_isolated(const std::function<std::string()>& work, double time_limit);
+
+}  // namespace kinetostat::common

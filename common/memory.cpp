@@ -1,0 +1,48 @@
+#include "kinetostat/common/memory.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <limits>
+#include <string>
+
+namespace kinetostat::common {
+namespace {
+
+constexpr double share = 0.9;  // of what is free; the rest is for the others
+
+constexpr double unknown = std::numeric_limits<double>::infinity();
+
+// The number after the word `key` at the beginning of a line; `otherwise` without one.
+double number_after(const char* file, const std::string& key, double otherwise) {
+  std::ifstream stream(file);
+  for (std::string line; std::getline(stream, line);)
+    if (line.rfind(key + " ", 0) == 0 || line.rfind(key + ":", 0) == 0) {
+      const char* number = line.c_str() + key.size() + 1;
+      char* end = nullptr;
+      const double value = std::strtod(number, &end);
+      if (end != number) return value;
+    }
+  return otherwise;
+}
+
+// What the control group leaves, not counting files that it has read as used.
+double free_in_group() {
+  std::ifstream stream("/sys/fs/cgroup/memory.max");
+  double most = 0;
+  if (!(stream >> most)) return unknown;  // no group, or "max"
+  return std::max(0.0, most - number_after("/sys/fs/cgroup/memory.stat", "anon", 0));
+}
+
+}  // namespace
+
+double memory_share() {
+  const double free = 1024 * number_after("/proc/meminfo", "MemAvailable", unknown);
+  return resident_memory() + share * std::min(free, free_in_group());
+}
+
+double resident_memory() { return 1024 * number_after("/proc/self/status", "VmRSS", 0); }
+
+double peak_memory() { return 1024 * number_after("/proc/self/status", "VmHWM", 0); }
+
+}  // namespace kinetostat::common

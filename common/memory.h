@@ -1,0 +1,15 @@
+// How much memory there is, and how much the process has.
+#pragma once
+
+namespace kinetostat::common {
+
+/// What the process could have in all [bytes]: what it has and most of what the machine, or the
+/// control group that the process is in, still has free. Infinite where the system does not say.
+double memory_share();
+
+/// Resident memory of the process now, and its peak so far [bytes]; 0 where the system does not
+/// say.
+double resident_memory();
+double peak_memory();
+
+}  // namespace kinetostat::common

@@ -1,0 +1,290 @@
+#include "kinetostat/fea/elasticity/assembly.h"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace kinetostat::fea {
+namespace {
+
+// The blocks of unknowns that an element touches, ascending.
+void blocks_of(std::span<const int> element, const DofMap& unknowns, std::vector<int>& blocks) {
+  blocks.clear();
+  for (const int node : element) {
+    if (unknowns.is_fixed(node)) continue;
+    if (const int body = unknowns.body_of(node); body >= 0) {
+      blocks.push_back(unknowns.body_block(static_cast<std::size_t>(body)));
+      blocks.push_back(blocks.back() + 1);
+    } else {
+      blocks.push_back(unknowns.block_of(node));
+    }
+  }
+  std::sort(blocks.begin(), blocks.end());
+  blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+}
+
+// Items grouped by owner: those of owner i are item[start[i]] to item[start[i + 1] - 1].
+struct Groups {
+  std::vector<int> start, item;
+};
+
+Groups elements_of_blocks(const TetMesh& mesh, const DofMap& unknowns) {
+  Groups groups{std::vector<int>(static_cast<std::size_t>(unknowns.blocks()) + 1, 0), {}};
+  std::vector<int> blocks;
+  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
+    blocks_of(mesh.element(e), unknowns, blocks);
+    for (const int b : blocks) ++groups.start[static_cast<std::size_t>(b) + 1];
+  }
+  for (std::size_t b = 1; b < groups.start.size(); ++b) groups.start[b] += groups.start[b - 1];
+  groups.item.resize(static_cast<std::size_t>(groups.start.back()));
+  std::vector<int> next(groups.start.begin(), groups.start.end() - 1);
+  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
+    blocks_of(mesh.element(e), unknowns, blocks);
+    for (const int b : blocks)
+      groups.item[static_cast<std::size_t>(next[static_cast<std::size_t>(b)]++)] =
+          static_cast<int>(e);
+  }
+  return groups;
+}
+
+// Which part of the matrix is made: rows first to end - 1; whole, or from the diagonal on.
+struct Part {
+  int first, end;
+  bool whole;
+};
+
+// Rows of blocks that one thread works on at a time.
+constexpr int rows_at_once = 4096;
+
+int pieces(const Part& part) { return (part.end - part.first + rows_at_once - 1) / rows_at_once; }
+
+Part piece_of(const Part& part, int piece) {
+  const int first = part.first + piece * rows_at_once;
+  return {first, std::min(first + rows_at_once, part.end), part.whole};
+}
+
+BlockPattern rows_of_pattern(const TetMesh& mesh, const DofMap& unknowns, const Groups& elements,
+                             const Part& part) {
+  BlockPattern rows;
+  std::vector<int> blocks, row;
+  for (int b = part.first; b < part.end; ++b) {
+    row.assign(1, b);
+    for (int k = elements.start[static_cast<std::size_t>(b)];
+         k < elements.start[static_cast<std::size_t>(b) + 1]; ++k) {
+      const auto e = static_cast<std::size_t>(elements.item[static_cast<std::size_t>(k)]);
+      blocks_of(mesh.element(e), unknowns, blocks);
+      row.insert(row.end(),
+                 part.whole ? blocks.begin() : std::upper_bound(blocks.begin(), blocks.end(), b),
+                 blocks.end());
+    }
+    std::sort(row.begin(), row.end());
+    row.erase(std::unique(row.begin(), row.end()), row.end());
+    rows.partner.insert(rows.partner.end(), row.begin(), row.end());
+    rows.start.push_back(static_cast<int>(rows.partner.size()));
+  }
+  return rows;
+}
+
+// How the nodes of one element move with its blocks of unknowns: u = motion * unknowns.
+Eigen::MatrixXd motion_of(const TetMesh& mesh, std::span<const int> element, const DofMap& unknowns,
+                          const std::vector<int>& blocks) {
+  Eigen::MatrixXd motion = Eigen::MatrixXd::Zero(3 * static_cast<Eigen::Index>(element.size()),
+                                                 3 * static_cast<Eigen::Index>(blocks.size()));
+  const auto column = [&blocks](int block) {
+    return 3 * (std::lower_bound(blocks.begin(), blocks.end(), block) - blocks.begin());
+  };
+  for (std::size_t n = 0; n < element.size(); ++n) {
+    const int node = element[n];
+    const Eigen::Index row = 3 * static_cast<Eigen::Index>(n);
+    if (unknowns.is_fixed(node)) continue;
+    if (const int body = unknowns.body_of(node); body >= 0) {
+      const auto b = static_cast<std::size_t>(body);
+      motion.block<3, 6>(row, column(unknowns.body_block(b))) = spatial::rigid_motion(
+          mesh.nodes[static_cast<std::size_t>(node)] - unknowns.bodies()[b].point);
+    } else {
+      motion.block<3, 3>(row, column(unknowns.block_of(node))).setIdentity();
+    }
+  }
+  return motion;
+}
+
+// Adds element stiffnesses to some rows of the global matrix.
+class Scatter {
+ public:
+  // `matrix` begins with the row `first_row`.
+  Scatter(const TetMesh& mesh, const DofMap& unknowns, const Part& rows, int first_row,
+          BlockMatrix& matrix)
+      : mesh_(mesh), unknowns_(unknowns), rows_(rows), first_row_(first_row), matrix_(matrix) {}
+
+  template <int Nodes>
+  void add(std::size_t e, const ElementStiffness<Nodes>& stiffness) {
+    const auto element = mesh_.element(e);
+    const bool follows_body = std::any_of(
+        element.begin(), element.end(), [this](int node) { return unknowns_.body_of(node) >= 0; });
+    if (follows_body)
+      add_through_motion(element, stiffness);
+    else
+      add_directly<Nodes>(element, stiffness);
+  }
+
+  void add_block(int row, int column, const Eigen::Ref<const Matrix3>& block) {
+    if (row < rows_.first || row >= rows_.end) return;
+    const int r = row - first_row_;
+    const auto begin = matrix_.pattern.partner.begin();
+    const auto at =
+        std::lower_bound(begin + static_cast<std::ptrdiff_t>(matrix_.pattern.begin(r)),
+                         begin + static_cast<std::ptrdiff_t>(matrix_.pattern.end(r)), column);
+    double* value = matrix_.value.data() + 9 * (at - begin);
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) *value++ += block(i, j);
+  }
+
+ private:
+  template <int Nodes>
+  void add_directly(std::span<const int> element, const ElementStiffness<Nodes>& stiffness) {
+    for (int i = 0; i < Nodes; ++i) {
+      const int row = unknowns_.block_of(element[static_cast<std::size_t>(i)]);
+      if (row < rows_.first || row >= rows_.end) continue;
+      for (int j = 0; j < Nodes; ++j) {
+        const int column = unknowns_.block_of(element[static_cast<std::size_t>(j)]);
+        if (column >= row || (rows_.whole && column >= 0))
+          add_block(row, column, stiffness.template block<3, 3>(3 * i, 3 * j));
+      }
+    }
+  }
+
+  void add_through_motion(std::span<const int> element,
+                          const Eigen::Ref<const Eigen::MatrixXd>& stiffness) {
+    blocks_of(element, unknowns_, blocks_);
+    const Eigen::MatrixXd motion = motion_of(mesh_, element, unknowns_, blocks_);
+    const Eigen::MatrixXd reduced = motion.transpose() * stiffness * motion;
+    for (std::size_t i = 0; i < blocks_.size(); ++i)
+      for (std::size_t j = rows_.whole ? 0 : i; j < blocks_.size(); ++j)
+        add_block(blocks_[i], blocks_[j],
+                  reduced.block<3, 3>(3 * static_cast<Eigen::Index>(i),
+                                      3 * static_cast<Eigen::Index>(j)));
+  }
+
+  const TetMesh& mesh_;
+  const DofMap& unknowns_;
+  Part rows_;
+  int first_row_;
+  BlockMatrix& matrix_;
+  std::vector<int> blocks_;
+};
+
+// Elements that touch the given rows, ascending.
+std::vector<int> elements_of_rows(const Groups& elements, const Part& rows) {
+  std::vector<int> some(
+      elements.item.begin() + elements.start[static_cast<std::size_t>(rows.first)],
+      elements.item.begin() + elements.start[static_cast<std::size_t>(rows.end)]);
+  std::sort(some.begin(), some.end());
+  some.erase(std::unique(some.begin(), some.end()), some.end());
+  return some;
+}
+
+void add_rows(const TetMesh& mesh, const std::vector<Material>& materials, const DofMap& unknowns,
+              const Groups& elements, const Part& rows, int first_row, BlockMatrix& matrix) {
+  Scatter scatter(mesh, unknowns, rows, first_row, matrix);
+  for (const int element : elements_of_rows(elements, rows)) {
+    const auto e = static_cast<std::size_t>(element);
+    const Material& material = materials[mesh.material_of(e)];
+    if (mesh.curved)
+      scatter.add<10>(e, stiffness_curved_tet10(mesh.all_nodes(e), material));
+    else if (mesh.order == 2)
+      scatter.add<10>(e, stiffness_tet10(mesh.corners(e), material));
+    else
+      scatter.add<4>(e, stiffness_tet4(mesh.corners(e), material));
+  }
+  for (const GroundSpring& spring : unknowns.springs()) {
+    const int block = unknowns.block_of(spring.node);
+    scatter.add_block(block, block, spring.stiffness);
+  }
+}
+
+BlockPattern find_pattern(const TetMesh& mesh, const DofMap& unknowns, const Groups& elements,
+                          const Part& part, common::ThreadPool& pool) {
+  std::vector<BlockPattern> rows(static_cast<std::size_t>(pieces(part)));
+  pool.for_each(pieces(part), [&](int piece) {
+    rows[static_cast<std::size_t>(piece)] =
+        rows_of_pattern(mesh, unknowns, elements, piece_of(part, piece));
+  });
+  std::size_t partners = 0;
+  for (const BlockPattern& some : rows) partners += some.partner.size();
+  BlockPattern pattern;
+  pattern.partner.reserve(partners);
+  for (BlockPattern& some : rows) append(pattern, std::exchange(some, {}));
+  return pattern;
+}
+
+BlockMatrix assemble_part(const TetMesh& mesh, const std::vector<Material>& materials,
+                          const DofMap& unknowns, const Part& part, common::ThreadPool& pool,
+                          common::Progress& progress) {
+  progress.report("assembly", 0);
+  const Groups elements = elements_of_blocks(mesh, unknowns);
+  BlockMatrix matrix{.pattern = find_pattern(mesh, unknowns, elements, part, pool)};
+  progress.report("assembly", 0.3);
+  matrix.value.assign(9 * matrix.pattern.partner.size(), 0.0);
+  pool.for_each(pieces(part), [&](int piece) {
+    if (!progress.cancelled())
+      add_rows(mesh, materials, unknowns, elements, piece_of(part, piece), part.first, matrix);
+  });
+  progress.report("assembly", 1);
+  return matrix;
+}
+
+}  // namespace
+
+DofMap::DofMap(const TetMesh& mesh, const std::vector<int>& fixed_nodes,
+               std::vector<ReferenceBody> bodies)
+    : master_(mesh.nodes.size(), free), block_(mesh.nodes.size(), -1), bodies_(std::move(bodies)) {
+  for (const int node : fixed_nodes) master_[static_cast<std::size_t>(node)] = fixed;
+  for (std::size_t b = 0; b < bodies_.size(); ++b)
+    for (const int node : bodies_[b].nodes) {
+      int& master = master_[static_cast<std::size_t>(node)];
+      if (master != free)
+        throw std::invalid_argument(fmt::format("node {} belongs to two interfaces", node));
+      master = static_cast<int>(b);
+    }
+  for (const int node : along_curve(mesh.nodes))
+    if (const auto n = static_cast<std::size_t>(node); master_[n] == free)
+      block_[n] = node_blocks_++;
+}
+
+Eigen::Matrix3Xd DofMap::displacements(const TetMesh& mesh, const Eigen::VectorXd& values) const {
+  Eigen::Matrix3Xd u(3, static_cast<Eigen::Index>(mesh.nodes.size()));
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+    auto column = u.col(static_cast<Eigen::Index>(n));
+    if (master_[n] == fixed) {
+      column.setZero();
+    } else if (master_[n] == free) {
+      column = values.segment<3>(3 * block_[n]);
+    } else {
+      const auto b = static_cast<std::size_t>(master_[n]);
+      column = spatial::rigid_motion(mesh.nodes[n] - bodies_[b].point) *
+               values.segment<6>(3 * body_block(b));
+    }
+  }
+  return u;
+}
+
+BlockMatrix assemble(const TetMesh& mesh, const std::vector<Material>& materials,
+                     const DofMap& unknowns, common::ThreadPool& pool, common::Progress& progress) {
+  return assemble_part(mesh, materials, unknowns, {0, unknowns.blocks(), false}, pool, progress);
+}
+
+BlockPattern find_rows(const TetMesh& mesh, const DofMap& unknowns, int first, int end,
+                       common::ThreadPool& pool) {
+  return find_pattern(mesh, unknowns, elements_of_blocks(mesh, unknowns), {first, end, true}, pool);
+}
+
+BlockMatrix assemble_rows(const TetMesh& mesh, const std::vector<Material>& materials,
+                          const DofMap& unknowns, int first, int end, common::ThreadPool& pool,
+                          common::Progress& progress) {
+  return assemble_part(mesh, materials, unknowns, {first, end, true}, pool, progress);
+}
+
+}  // namespace kinetostat::fea

@@ -1,0 +1,44 @@
+#include "kinetostat/fea/elasticity/isostatic_support.h"
+
+#include <cmath>
+
+namespace kinetostat::fea {
+namespace {
+
+// The corner of an element for which distance(point) is largest.
+template <class Distance>
+int farthest_corner(const TetMesh& mesh, Distance distance) {
+  int farthest = mesh.connectivity.front();
+  double most = -1;
+  for (std::size_t e = 0; e < mesh.element_count(); ++e)
+    for (std::size_t k = 0; k < 4; ++k) {
+      const int node = mesh.element(e)[k];
+      const double d = distance(mesh.nodes[static_cast<std::size_t>(node)]);
+      if (d > most) {
+        most = d;
+        farthest = node;
+      }
+    }
+  return farthest;
+}
+
+}  // namespace
+
+std::vector<GroundSpring> isostatic_support(const TetMesh& mesh, double young) {
+  const auto at = [&mesh](int node) { return mesh.nodes[static_cast<std::size_t>(node)]; };
+  const Vector3 middle = bounding_box(mesh.nodes).center();
+  const int a = farthest_corner(mesh, [&](const Vector3& p) { return (p - middle).norm(); });
+  const int b = farthest_corner(mesh, [&](const Vector3& p) { return (p - at(a)).norm(); });
+  const Vector3 line = (at(b) - at(a)).normalized();
+  const int c =
+      farthest_corner(mesh, [&](const Vector3& p) { return line.cross(p - at(a)).norm(); });
+  const Vector3 normal = line.cross(at(c) - at(a)).normalized();
+  // About the stiffness of one element.
+  const auto elements = static_cast<double>(mesh.element_count());
+  const double stiffness = young * std::cbrt(bounding_box(mesh.nodes).volume() / elements);
+  return {{a, stiffness * Matrix3::Identity()},
+          {b, stiffness * (Matrix3::Identity() - line * line.transpose())},
+          {c, stiffness * normal * normal.transpose()}};
+}
+
+}  // namespace kinetostat::fea

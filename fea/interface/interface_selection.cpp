@@ -1,0 +1,360 @@
+#include "kinetostat/fea/interface/interface_selection.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <type_traits>
+
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "kinetostat/common/spelling.h"
+#include "kinetostat/fea/surface/box_tree.h"
+#include "kinetostat/fea/surface/surface_faces.h"
+#include "kinetostat/spatial/units.h"
+
+namespace kinetostat::fea {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+constexpr std::size_t shown = 4;  // candidates in a message
+
+double distance_tolerance(const SurfaceMesh& surface) {
+  return 1e-4 * bounding_box(surface.points).diagonal().norm();
+}
+
+double distance_from_axis(const Vector3& p, const Vector3& axis_point, const Vector3& axis) {
+  const Vector3 arm = p - axis_point;
+  return (arm - axis * axis.dot(arm)).norm();
+}
+
+// Distance of a point from a triangle: from its plane when it lies above or below, else from the
+// nearest side.
+double distance_from_triangle(const Vector3& p, const std::array<Vector3, 3>& t) {
+  const Vector3 normal = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
+  bool inside = true;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vector3 side = t[(k + 1) % 3] - t[k], arm = p - t[k];
+    inside = inside && normal.dot(side.cross(arm)) >= 0;
+    const double along = std::clamp(side.dot(arm) / side.squaredNorm(), 0.0, 1.0);
+    nearest = std::min(nearest, (arm - along * side).norm());
+  }
+  return inside ? std::abs(normal.dot(p - t[0])) : nearest;
+}
+
+// Whether points lie on a surface.
+class Patch {
+ public:
+  Patch(const SurfaceMesh& surface, double tolerance)
+      : surface_(surface), tolerance_(tolerance), tree_(facet_boxes(surface, tolerance)) {}
+
+  bool contains(const Vector3& p) const {
+    bool found = false;
+    tree_.visit_overlapping(Box(p, p), [&](int facet) {
+      const auto f = static_cast<std::size_t>(facet);
+      found = found || distance_from_triangle(p, {surface_.corner(f, 0), surface_.corner(f, 1),
+                                                  surface_.corner(f, 2)}) <= tolerance_;
+    });
+    return found;
+  }
+
+ private:
+  const SurfaceMesh& surface_;
+  double tolerance_;
+  BoxTree tree_;
+};
+
+// One test a kind of selector: does this facet belong?
+class Membership {
+ public:
+  explicit Membership(const SurfaceMesh& surface)
+      : surface_(surface), tolerance_(distance_tolerance(surface)) {}
+
+  bool operator()(const PlaneSelector& plane, std::size_t f) const {
+    const Vector3 area = surface_.area_vector(f);
+    return every_corner(f,
+                        [&](const Vector3& p) {
+                          return std::abs(plane.normal.dot(p - plane.point)) <= tolerance_;
+                        }) &&
+           area.dot(plane.normal) >= std::cos(degree) * area.norm();
+  }
+
+  bool operator()(const CylinderSelector& cylinder, std::size_t f) const {
+    const double slack = std::max(tolerance_, 0.01 * cylinder.radius);
+    const bool on_radius = every_corner(f, [&](const Vector3& p) {
+      const double along = cylinder.axis.dot(p - cylinder.axis_point);
+      return std::abs(distance_from_axis(p, cylinder.axis_point, cylinder.axis) -
+                      cylinder.radius) <= slack &&
+             (!cylinder.length || (along >= -tolerance_ && along <= *cylinder.length + tolerance_));
+    });
+    if (!on_radius) return false;
+    // Not an annulus at the end (slanting triangles of a coarse cylinder lean a few degrees), nor a
+    // flat cut through the cylinder: fewer than eight facets around are not a cylinder.
+    const Vector3 normal = surface_.area_vector(f).normalized();
+    return std::abs(normal.dot(cylinder.axis)) < std::sin(30 * degree) &&
+           distance_from_axis(surface_.centroid(f), cylinder.axis_point, cylinder.axis) >
+               std::cos(180 * degree / 8) * cylinder.radius - slack;
+  }
+
+  bool operator()(const SphereSelector& sphere, std::size_t f) const {
+    const double slack = std::max(tolerance_, 0.01 * sphere.radius);
+    if (!every_corner(f, [&](const Vector3& p) {
+          return std::abs((p - sphere.center).norm() - sphere.radius) <= slack;
+        }))
+      return false;
+    // Not a flat cut through the ball, nor a face that has only its corners in common with it.
+    const Vector3 radial = surface_.centroid(f) - sphere.center;
+    return radial.norm() > std::cos(180 * degree / 8) * sphere.radius - slack &&
+           std::abs(surface_.area_vector(f).normalized().dot(radial.normalized())) >
+               std::cos(30 * degree);
+  }
+
+  bool operator()(const BoxSelector& selector, std::size_t f) const {
+    Box grown = selector.box;
+    grown.min().array() -= tolerance_;
+    grown.max().array() += tolerance_;
+    return every_corner(f, [&grown](const Vector3& p) { return grown.contains(p); });
+  }
+
+ private:
+  template <class Test>
+  bool every_corner(std::size_t f, Test test) const {
+    return test(surface_.corner(f, 0)) && test(surface_.corner(f, 1)) &&
+           test(surface_.corner(f, 2));
+  }
+
+  const SurfaceMesh& surface_;
+  double tolerance_;
+};
+
+// The facet first met by the ray, or -1. Sides count as inside, so that no ray slips between
+// facets.
+int first_hit(const SurfaceMesh& surface, const NearestFaceSelector& ray) {
+  int nearest = -1;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
+    const Vector3 &a = surface.corner(f, 0), ab = surface.corner(f, 1) - a,
+                  ac = surface.corner(f, 2) - a, cross = ray.direction.cross(ac);
+    const double determinant = ab.dot(cross);
+    if (determinant == 0) continue;
+    const Vector3 arm = ray.point - a;
+    const double u = arm.dot(cross) / determinant;
+    const double v = ray.direction.dot(arm.cross(ab)) / determinant;
+    const double distance = ac.dot(arm.cross(ab)) / determinant;
+    constexpr double edge = -1e-9;
+    if (u < edge || v < edge || u + v > 1 - edge || distance < -distance_tolerance(surface))
+      continue;
+    if (distance < least) {
+      least = distance;
+      nearest = static_cast<int>(f);
+    }
+  }
+  return nearest;
+}
+
+std::vector<int> flat_face_of(const SurfaceMesh& surface, int facet) {
+  for (const FlatFace& face : flat_faces(surface, weld_tolerance(surface.points)))
+    if (std::binary_search(face.facets.begin(), face.facets.end(), facet)) return face.facets;
+  return {};
+}
+
+template <class Chosen>
+std::vector<int> facets_where(const SurfaceMesh& surface, Chosen chosen) {
+  std::vector<int> facets;
+  for (std::size_t f = 0; f < surface.triangles.size(); ++f)
+    if (chosen(f)) facets.push_back(static_cast<int>(f));
+  return facets;
+}
+
+std::vector<int> group(const SurfaceMesh& surface, const GroupSelector& selector) {
+  for (const FacetGroup& group : surface.groups)
+    if (group.name == selector.name) return group.facets;
+  return {};
+}
+
+std::vector<int> on_patch(const SurfaceMesh& surface, const PatchSelector& selector) {
+  const Patch patch(selector.patch, distance_tolerance(surface));
+  return facets_where(surface, [&](std::size_t f) {
+    return patch.contains(surface.corner(f, 0)) && patch.contains(surface.corner(f, 1)) &&
+           patch.contains(surface.corner(f, 2)) && patch.contains(surface.centroid(f));
+  });
+}
+
+std::string text(const Vector3& v) {
+  // Adding zero turns -0 into 0; rounding hides the noise of a normalised direction.
+  const auto clean = [](double x) { return std::abs(x) < 5e-7 ? 0.0 : x; };
+  return fmt::format("[{:.5g}, {:.5g}, {:.5g}]", clean(v.x()), clean(v.y()), clean(v.z()));
+}
+
+// Candidates with a figure for how far they are from what was asked for.
+struct Candidate {
+  double distance;
+  std::string text;
+};
+
+std::string nearest_of(std::vector<Candidate> candidates, const char* kind) {
+  if (candidates.empty()) return fmt::format("The surface has no {}", kind);
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.distance < b.distance; });
+  std::vector<std::string> texts;
+  for (std::size_t i = 0; i < std::min(shown, candidates.size()); ++i)
+    texts.push_back(candidates[i].text);
+  return fmt::format("The nearest {}: {}", kind, fmt::join(texts, "; "));
+}
+
+class Suggestion {
+ public:
+  Suggestion(const SurfaceMesh& surface, const std::string& unit)
+      : surface_(surface),
+        unit_(unit),
+        length_(spatial::parse_quantity("1 " + unit, spatial::dimension::length)) {}
+
+  std::string operator()(const PlaneSelector& plane) const {
+    const double size = bounding_box(surface_.points).diagonal().norm();
+    return flat_candidates([&](const FlatFace& face) {
+      // A slip in the sign of the normal is a smaller one than a wrong direction.
+      const double cosine = plane.normal.dot(face.normal);
+      return std::abs(plane.normal.dot(face.centroid - plane.point)) / size +
+             (1 - std::abs(cosine)) + 0.05 * (1 - cosine);
+    });
+  }
+
+  std::string operator()(const CylinderSelector& cylinder) const {
+    std::vector<Candidate> list;
+    for (const RoundFace& face :
+         round_faces(surface_, flat_faces(surface_, weld_tolerance(surface_.points)))) {
+      const double off_axis =
+          distance_from_axis(face.axis_point, cylinder.axis_point, cylinder.axis);
+      const double turn = 1 - std::abs(face.axis.dot(cylinder.axis));
+      list.push_back({off_axis + std::abs(face.radius - cylinder.radius) + turn * face.radius,
+                      fmt::format("radius {:.5g} {} about axis {} through {}, length {:.5g}",
+                                  face.radius / length_, unit_, text(face.axis),
+                                  text(face.axis_point / length_), face.length / length_)});
+    }
+    return nearest_of(std::move(list), "cylinders");
+  }
+
+  std::string operator()(const BoxSelector&) const {
+    const Box box = bounding_box(surface_.points);
+    return fmt::format("The mesh reaches from {} to {} {}", text(box.min() / length_),
+                       text(box.max() / length_), unit_);
+  }
+
+  std::string operator()(const SphereSelector& sphere) const {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Vector3& p : surface_.points)
+      if (const double d = (p - sphere.center).norm();
+          std::abs(d - sphere.radius) < std::abs(nearest - sphere.radius))
+        nearest = d;
+    return fmt::format(
+        "The surface is not round about this centre; the corner nearest to the radius is {:.5g} {} "
+        "away from it",
+        nearest / length_, unit_);
+  }
+
+  std::string operator()(const GroupSelector& wanted) const {
+    std::vector<std::string> names;
+    for (const FacetGroup& group : surface_.groups) names.push_back(group.name);
+    if (names.empty()) return "The mesh file names no groups of facets";
+    const std::string near = common::nearest_spelling(wanted.name, names);
+    return (near.empty() ? "" : fmt::format("Did you mean '{}'? ", near)) +
+           fmt::format("Groups of the mesh: {}", fmt::join(names, ", "));
+  }
+
+  std::string operator()(const PatchSelector& given) const {
+    const Box box = bounding_box(surface_.points), patch = bounding_box(given.patch.points);
+    return fmt::format(
+        "The mesh reaches from {} to {} {}, the patch from {} to {}: is it in the same unit and "
+        "place, and as fine on round faces?",
+        text(box.min() / length_), text(box.max() / length_), unit_, text(patch.min() / length_),
+        text(patch.max() / length_));
+  }
+
+  std::string operator()(const NearestFaceSelector& ray) const {
+    return flat_candidates([&](const FlatFace& face) {
+      const Vector3 arm = face.centroid - ray.point;
+      return arm.norm() - ray.direction.dot(arm);
+    });
+  }
+
+ private:
+  template <class Distance>
+  std::string flat_candidates(Distance distance) const {
+    std::vector<Candidate> list;
+    for (const FlatFace& face : flat_faces(surface_, weld_tolerance(surface_.points)))
+      list.push_back(
+          {distance(face),
+           fmt::format("point {} {}, normal {}, area {:.4g} {}^2", text(face.centroid / length_),
+                       unit_, text(face.normal), face.area / (length_ * length_), unit_)});
+    return nearest_of(std::move(list), "flat faces");
+  }
+
+  const SurfaceMesh& surface_;
+  const std::string& unit_;
+  double length_;
+};
+
+}  // namespace
+
+std::vector<int> select_facets(const SurfaceMesh& surface, const Selector& selector) {
+  if (const auto* ray = std::get_if<NearestFaceSelector>(&selector)) {
+    const int facet = first_hit(surface, *ray);
+    return facet < 0 ? std::vector<int>{} : flat_face_of(surface, facet);
+  }
+  if (const auto* wanted = std::get_if<GroupSelector>(&selector)) return group(surface, *wanted);
+  if (const auto* given = std::get_if<PatchSelector>(&selector)) return on_patch(surface, *given);
+  const Membership belongs(surface);
+  return facets_where(surface, [&](std::size_t f) {
+    return std::visit(
+        [&](const auto& kind) {
+          if constexpr (std::is_invocable_v<Membership, decltype(kind), std::size_t>)
+            return belongs(kind, f);
+          else
+            return false;
+        },
+        selector);
+  });
+}
+
+std::string nearest_candidates(const SurfaceMesh& surface, const Selector& selector,
+                               const std::string& unit) {
+  return std::visit(Suggestion(surface, unit), selector);
+}
+
+Interface interface_on(const TetMesh& mesh, int tag) {
+  Interface result;
+  result.tag = tag;
+  Vector3 first = Vector3::Zero();
+  Matrix3 second = Matrix3::Zero();
+  // Moments are summed about a point of the interface, so that a far origin costs no digits.
+  Vector3 origin = Vector3::Zero();
+  for (const BoundaryFace& face : mesh.boundary) {
+    if (face.tag != tag) continue;
+    if (result.faces++ == 0) origin = mesh.nodes[static_cast<std::size_t>(face.nodes[0])];
+    for (std::size_t k = 0; k < mesh.nodes_per_face(); ++k) result.nodes.push_back(face.nodes[k]);
+    const auto p = [&](std::size_t k) -> Vector3 {
+      return mesh.nodes[static_cast<std::size_t>(face.nodes[k])] - origin;
+    };
+    const double area = 0.5 * (p(1) - p(0)).cross(p(2) - p(0)).norm();
+    const Vector3 sum = p(0) + p(1) + p(2);
+    result.area += area;
+    first += area / 3 * sum;
+    second += area / 12 *
+              (p(0) * p(0).transpose() + p(1) * p(1).transpose() + p(2) * p(2).transpose() +
+               sum * sum.transpose());
+  }
+  std::sort(result.nodes.begin(), result.nodes.end());
+  result.nodes.erase(std::unique(result.nodes.begin(), result.nodes.end()), result.nodes.end());
+  const Vector3 centre = first / result.area;
+  result.centroid = origin + centre;
+  const Matrix3 spread = second / result.area - centre * centre.transpose();
+  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(spread);
+  result.gyration = eigen.eigenvalues().reverse().cwiseMax(0).cwiseSqrt();
+  result.principal_axes = eigen.eigenvectors().rowwise().reverse();
+  return result;
+}
+
+}  // namespace kinetostat::fea

@@ -1,0 +1,210 @@
+#include "kinetostat/fea/link/identify.h"
+
+#include <chrono>
+#include <new>
+
+#include <fmt/format.h>
+
+#include "kinetostat/common/out_of_memory.h"
+#include "kinetostat/fea/interface/stiff_body.h"
+
+namespace kinetostat::fea {
+namespace {
+
+using common::InputError;
+
+// Collects the wall-clock time of each phase.
+class Stopwatch {
+ public:
+  void lap(std::string phase) {
+    const auto now = Clock::now();
+    laps_.emplace_back(std::move(phase), std::chrono::duration<double>(now - last_).count());
+    last_ = now;
+  }
+  std::vector<std::pair<std::string, double>> laps() && { return std::move(laps_); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point last_ = Clock::now();
+  std::vector<std::pair<std::string, double>> laps_;
+};
+
+void add_meshing_warnings(LinkResult& result) {
+  const MeshingRecord& meshing = result.meshing;
+  if (meshing.failures.empty()) return;
+  const MeshingFailure& first = meshing.failures.front();
+  result.warnings.push_back(fmt::format("{} failed: {}. Meshed by attempt {}: {}", first.way,
+                                        first.reason, meshing.failures.size() + 1, meshing.way));
+  if (meshing.deviation)
+    result.warnings.push_back(fmt::format(
+        "the surface that was meshed is an approximation: at most {:.2g} m from the given one "
+        "({:.2g} m allowed), its volume differs by {:+.2g} %",
+        meshing.deviation->distance, meshing.deviation->allowed,
+        100 * meshing.deviation->volume_change));
+}
+
+void add_warnings(const LinkSpec& spec, const SurfaceReport& report, LinkResult& result) {
+  if (spec.order == 1)
+    result.warnings.push_back(
+        fmt::format("4-node elements are too stiff: here an entry of the compliance may be off by "
+                    "{:.2g} %. Use order 2",
+                    100 * result.accuracy.bars.relative_error));
+  if (std::string doubt = doubt_about_unit(report.box, spec.unit); !doubt.empty())
+    result.warnings.push_back(std::move(doubt));
+  for (const Defect& defect : report.defects)
+    result.warnings.push_back(
+        fmt::format("{} {}s in the surface", defect.count, name(defect.kind)));
+  if (!result.weld.collapsed.empty())
+    result.warnings.push_back(fmt::format("{} facets collapsed in welding and were left out",
+                                          result.weld.collapsed.size()));
+  if (std::abs(result.geometry.volume / result.surface_volume - 1) > 1e-6)
+    result.warnings.push_back(
+        fmt::format("the volume of the mesh is {:.3g} % off the surface's",
+                    100 * (result.geometry.volume / result.surface_volume - 1)));
+  if (result.geometric_stiffness && result.geometric_stiffness->buckling_free < 1)
+    result.warnings.push_back(
+        fmt::format("the link buckles at {:.3g} times the preload when nothing holds its loaded "
+                    "interface",
+                    result.geometric_stiffness->buckling_free));
+  add_meshing_warnings(result);
+  if (result.quality.least_dihedral < 2)
+    result.warnings.push_back(fmt::format("the flattest element has an angle of {:.2g} degrees",
+                                          result.quality.least_dihedral));
+}
+
+// Runs `work` on a mesh; its ways to fail are turned into messages for the user.
+template <class Work>
+auto solved(const LinkSpec& spec, const TetMesh& mesh, Work work) {
+  try {
+    return work();
+  } catch (const NoStiffBody& error) {
+    throw InputError(spec.file, error.what(), "Use another coupling for it");
+  } catch (const BeyondBuckling& error) {
+    throw InputError(spec.file, error.what(), "Use a smaller preload");
+  } catch (const SingularStiffness& error) {
+    throw InputError(spec.file, error.what(),
+                     "Is the body in one piece and the fixed interface a proper face of it?");
+  } catch (const MemoryLimit& error) {
+    throw InputError(spec.file, error.what(),
+                     "Use a larger element size, ask for less accuracy, or allow more (--memory)");
+  } catch (const PetscFailure& error) {
+    throw InputError(spec.file, error.what(), "Use another solver (--solver)");
+  } catch (const std::bad_alloc&) {
+    throw common::OutOfMemory(fmt::format(
+        "{}: {} nodes need more memory than there is. Use a larger element size, or ask for less "
+        "accuracy.",
+        spec.file.string(), mesh.nodes.size()));
+  }
+}
+
+// One mesh of the link, and its response.
+LinkModel model_on(const LinkSpec& spec, const LinkGeometry& geometry, SolidMesher& mesher,
+                   const TetrahedralizeOptions& meshing, const SolverOptions& solver,
+                   common::Progress& progress) {
+  LinkModel model{.mesh = fill(spec, geometry, mesher, meshing, progress),
+                  .materials = {spec.material}};
+  model.interfaces = interfaces_on(spec, model.mesh);
+  model.response = solved(spec, model.mesh, [&] {
+    return respond(model.mesh, model.materials, model.interfaces, solver, progress);
+  });
+  return model;
+}
+
+RefinedModel model_as_asked(const LinkSpec& spec, const LinkGeometry& geometry, SolidMesher& mesher,
+                            const IdentifyOptions& options, common::Progress& progress) {
+  TetrahedralizeOptions meshing = options.meshing;
+  if (spec.size || geometry.volume) {
+    meshing.edge_length = spec.size.value_or(0);
+    LinkModel model = model_on(spec, geometry, mesher, meshing, options.solver, progress);
+    progress.report("error estimate", 0);
+    Accuracy accuracy = accuracy_of(model, options.solver.threads);
+    return {.model = std::move(model), .accuracy = std::move(accuracy)};
+  }
+  const Solve solve = [&](const SizeField& sizes) {
+    meshing.sizes = sizes;
+    return model_on(spec, geometry, mesher, meshing, options.solver, progress);
+  };
+  RefinementOptions refinement = options.refinement;
+  refinement.accuracy = spec.accuracy;
+  refinement.threads = options.solver.threads;
+  return refine(solve, size_from_surface(geometry.imported.mesh), refinement, progress);
+}
+
+bool is_wanted(BracketWanted wanted, const TetMesh& mesh) {
+  return wanted == BracketWanted::always ||
+         (wanted == BracketWanted::when_cheap && 3 * mesh.nodes.size() <= cheap_bracket_unknowns);
+}
+
+void add_mass(LinkResult& result) {
+  result.center_of_mass = result.geometry.centroid;
+  const std::optional<double>& density = result.material.density();
+  if (!density) return;
+  result.mass = *density * result.geometry.volume;
+  result.inertia = inertia(result.geometry, *density);
+}
+
+}  // namespace
+
+LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
+                    common::Progress& progress) {
+  Stopwatch watch;
+  const LinkGeometry geometry = read_geometry(spec, progress);
+  const SurfaceReport& report = geometry.report;
+  watch.lap("surface");
+
+  LinkResult result(spec.name, spec.material);
+  SolidMesher mesher(geometry.imported.mesh, geometry.tags);
+  RefinedModel refined = model_as_asked(spec, geometry, mesher, options, progress);
+  result.meshing = mesher.record();
+  result.element_size = spec.size.value_or(0);
+  result.mesh = std::move(refined.model.mesh);
+  result.interfaces = std::move(refined.model.interfaces);
+  result.response = std::move(refined.model.response);
+  result.accuracy = std::move(refined.accuracy);
+  result.geometry = mass_properties(result.mesh);
+  result.quality = quality(result.mesh);
+  if (geometry.volume) result.element_size = result.quality.mean_edge;
+  watch.lap("model");
+  // Whoever stopped the refinement gets what it reached, and does not wait for the bracket. A
+  // cancelled run that was not refining has nothing less to give than the whole result.
+  const bool stopped = progress.cancelled();
+  if (stopped && result.accuracy.shortfall.empty()) throw common::Cancelled();
+  common::Progress silent;
+  common::Progress& rest = stopped ? silent : progress;
+  if (is_wanted(options.bracket, result.mesh) && !stopped) {
+    result.bracket = solved(spec, result.mesh, [&] {
+      return coupling_bracket(result.mesh, {spec.material}, result.interfaces, result.response,
+                              options.solver, rest);
+    });
+    watch.lap("bracket");
+  }
+
+  if (spec.preload) {
+    result.preload = spec.preload;
+    result.geometric_stiffness = solved(spec, result.mesh, [&] {
+      return geometric_stiffness(result.mesh, {spec.material}, result.interfaces, result.response,
+                                 *spec.preload, rest);
+    });
+    watch.lap("geometric stiffness");
+  }
+
+  const Matrix6 raw = result.response.compliance();
+  result.symmetry_defect = spatial::symmetry_defect(raw);
+  result.compliance =
+      spatial::Compliance6(0.5 * (raw + raw.transpose()), {.point = result.interfaces[1].point});
+  result.surface_volume = report.volume;
+  result.weld = geometry.imported.weld;
+  result.facets = report.facets;
+  add_mass(result);
+  result.warnings = geometry.notes;
+  add_warnings(spec, report, result);
+  result.link_sha256 = spec.sha256;
+  result.mesh_sha256 = geometry.imported.sha256;
+  result.mesh_file = spec.mesh_name;
+  result.unit = spec.unit;
+  result.blas = blas_info();
+  result.timings = std::move(watch).laps();
+  return result;
+}
+
+}  // namespace kinetostat::fea

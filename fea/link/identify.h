@@ -1,0 +1,92 @@
+// A link's mesh in, its 6x6 compliance out.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "kinetostat/common/progress.h"
+#include "kinetostat/fea/interface/interface_selection.h"
+#include "kinetostat/fea/linear_algebra/blas.h"
+#include "kinetostat/fea/link/coupling_bracket.h"
+#include "kinetostat/fea/link/geometric_stiffness.h"
+#include "kinetostat/fea/link/link_geometry.h"
+#include "kinetostat/fea/link/link_response.h"
+#include "kinetostat/fea/link/refinement.h"
+#include "kinetostat/fea/mesh/solid_mesh.h"
+#include "kinetostat/fea/mesh/tetrahedralize.h"
+#include "kinetostat/fea/surface/surface_check.h"
+#include "kinetostat/io/json.h"
+#include "kinetostat/spatial/stiffness.h"
+
+namespace kinetostat::fea {
+
+struct LinkResult {
+  LinkResult(std::string link_name, const Material& link_material)
+      : name(std::move(link_name)), material(link_material) {}
+
+  std::string name;
+  /// Of the first loaded interface at its point, mesh axes; the fixed interface does not move. All
+  /// of `response.flexibility` where there is one loaded interface, else a part of it.
+  spatial::Compliance6 compliance{Matrix6::Zero()};
+  double symmetry_defect = 0;  // of the matrix before it was made symmetric
+  Material material;
+
+  std::optional<double> mass;      // [kg]; without a density there is none
+  Vector3 center_of_mass;          // [m]
+  std::optional<Matrix3> inertia;  // [kg m^2] about the centre of mass, mesh axes
+
+  std::vector<CoupledInterface> interfaces;  // the fixed one first
+  TetMesh mesh;
+  MassProperties geometry;
+  MeshQuality quality;
+  MeshingRecord meshing;      // of the mesh file: empty
+  double element_size = 0;    // [m] asked for; 0 when accuracy was
+  double surface_volume = 0;  // [m^3] enclosed by the input facets
+  WeldReport weld;
+  std::size_t facets = 0;
+
+  LinkResponse response;  // with the displacement fields
+  Accuracy accuracy;      // error bars of the flexibility, and the meshes on the way to it
+  std::optional<CouplingBracket> bracket;
+  std::optional<Vector6> preload;  // at the loaded interface's point [N; N m]
+  std::optional<GeometricStiffness> geometric_stiffness;  // under the preload, if there is one
+  std::vector<std::string> warnings;
+  std::vector<std::pair<std::string, double>> timings;  // [s], by phase
+  BlasInfo blas;
+
+  std::string link_sha256, mesh_sha256, mesh_file, unit;
+};
+
+/// Whether to solve twice more for the bracket between rigid and distributing couplings.
+enum class BracketWanted {
+  when_cheap,  // up to cheap_bracket_unknowns: a few seconds
+  always,
+  never,
+};
+inline constexpr std::size_t cheap_bracket_unknowns = 300'000;  // of the link alone
+
+struct IdentifyOptions {
+  TetrahedralizeOptions meshing = {};  // edge_length and sizes are set from the link file
+  SolverOptions solver = {};
+  RefinementOptions refinement = {};  // accuracy is set from the link file, threads from solver
+  BracketWanted bracket = BracketWanted::when_cheap;
+};
+
+/// Throws SurfaceError and InputError for what the user can correct, common::OutOfMemory,
+/// Cancelled.
+LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
+                    common::Progress& progress);
+
+/// The link result file. Its bytes depend on the input alone, `timings` apart.
+io::Json to_json(const LinkResult& result);
+
+/// The mesh with, per unit wrench, the displacements as point data "Fx" .. "Mz" (with several
+/// loaded interfaces "<interface> Fx" ..), the recovered stresses "stress Fx" .. (xx yy zz xy yz
+/// zx) and von Mises' equivalent of them; the interfaces (1 fixed, 2 and up loaded); and as cell
+/// data the share of each element in the error.
+io::VtuGrid displacement_fields(const LinkResult& result);
+
+}  // namespace kinetostat::fea

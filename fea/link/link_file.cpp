@@ -1,0 +1,247 @@
+#include "kinetostat/fea/link/link_file.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "kinetostat/fea/mesh/surface_import.h"
+#include "kinetostat/io/text_file.h"
+#include "kinetostat/io/yaml.h"
+
+namespace kinetostat::fea {
+namespace {
+
+using io::YamlNode;
+using spatial::UnitSystem;
+namespace dimension = spatial::dimension;
+
+std::string read_unit(const YamlNode& mesh, const std::filesystem::path& mesh_file) {
+  const auto unit = mesh.find("unit");
+  // Without one, identify() refuses with the sizes to choose by.
+  if (!unit) return unit_of_format(mesh_file);
+  try {
+    spatial::parse_quantity("1 " + unit->text(), dimension::length);
+  } catch (const std::invalid_argument& error) {
+    unit->fail(error.what(), "Use mm, m or inch");
+  }
+  return unit->text();
+}
+
+Material read_material(const YamlNode& node) {
+  node.allow_only({"E", "nu", "density"});
+  const double young = node.at("E").quantity_with_unit(dimension::pressure);
+  if (!(young > 0))
+    node.at("E").fail("'" + node.at("E").text() + "' is not above zero",
+                      "Give Young's modulus, for steel 210 GPa");
+  const double poisson = node.at("nu").number();
+  if (!(poisson > -1 && poisson < 0.5))
+    node.at("nu").fail(
+        "'" + node.at("nu").text() + "' is not between -1 and 0.5",
+        "0.5 is incompressible, which these elements cannot be; rubber is near 0.49");
+  std::optional<double> density;
+  if (const auto value = node.find("density")) {
+    density = value->quantity_with_unit(dimension::density);
+    if (!(*density > 0))
+      value->fail("'" + value->text() + "' is not above zero", "Steel has 7850 kg/m^3");
+  }
+  return Material(young, poisson, density);
+}
+
+CylinderSelector read_cylinder(const YamlNode& node, const UnitSystem& units) {
+  node.allow_only({"axis_point", "axis", "radius", "length"});
+  CylinderSelector cylinder{.axis_point = node.at("axis_point").vector3(dimension::length, units),
+                            .axis = node.at("axis").direction(),
+                            .radius = node.at("radius").positive(dimension::length, units),
+                            .length = {}};
+  if (const auto length = node.find("length"))
+    cylinder.length = length->positive(dimension::length, units);
+  return cylinder;
+}
+
+BoxSelector read_box(const YamlNode& node, const UnitSystem& units) {
+  node.allow_only({"min", "max"});
+  const Vector3 low = node.at("min").vector3(dimension::length, units);
+  const Vector3 high = node.at("max").vector3(dimension::length, units);
+  if ((low.array() > high.array()).any())
+    node.fail("a coordinate of min is above that of max", "Swap them");
+  return {Box(low, high)};
+}
+
+PatchSelector read_patch(const YamlNode& node, const UnitSystem& units) {
+  ImportedSurface patch = read_surface(node.existing_file(), units.length);
+  return {std::move(patch.mesh), std::move(patch.sha256)};
+}
+
+Selector read_selector(const std::string& kind, const YamlNode& node, const UnitSystem& units) {
+  if (kind == "group") return GroupSelector{node.text()};
+  if (kind == "stl") return read_patch(node, units);
+  if (kind == "sphere") {
+    node.allow_only({"center", "radius"});
+    return SphereSelector{node.at("center").vector3(dimension::length, units),
+                          node.at("radius").positive(dimension::length, units)};
+  }
+  if (kind == "cylinder") return read_cylinder(node, units);
+  if (kind == "box") return read_box(node, units);
+  if (kind == "plane") {
+    node.allow_only({"point", "normal"});
+    return PlaneSelector{node.at("point").vector3(dimension::length, units),
+                         node.at("normal").direction()};
+  }
+  node.allow_only({"point", "direction"});
+  return NearestFaceSelector{node.at("point").vector3(dimension::length, units),
+                             node.at("direction").direction()};
+}
+
+common::InputError::Details place(const YamlNode& node) {
+  common::InputError::Details details;
+  details.file = node.file();
+  details.line = node.line();
+  details.key = node.path();
+  return details;
+}
+
+const std::vector<std::string> selector_kinds{"plane",        "cylinder", "sphere", "box",
+                                              "nearest_face", "group",    "stl"};
+
+Coupling read_coupling(const YamlNode& node) {
+  const std::string word = node.choice({"rigid", "distributing", "body"});
+  if (word == "body") return Coupling::body;
+  return word == "rigid" ? Coupling::rigid : Coupling::distributing;
+}
+
+double read_modulus_ratio(const YamlNode& node, Coupling coupling) {
+  if (coupling != Coupling::body)
+    node.fail("only a body has a modulus", "Add 'coupling: body', or leave it out");
+  const double ratio = node.number();
+  if (!(ratio >= 1 && ratio <= largest_modulus_ratio))
+    node.fail(
+        fmt::format("'{}' is not between 1 and {:g}", node.text(), largest_modulus_ratio),
+        fmt::format("Leave it out for {:g}; beyond, use 'coupling: rigid'", default_modulus_ratio));
+  return ratio;
+}
+
+InterfaceSpec read_interface(const std::string& name, const YamlNode& node,
+                             const UnitSystem& units) {
+  std::vector<std::string> keys = selector_kinds;
+  keys.insert(keys.end(), {"coupling", "modulus_ratio", "point"});
+  node.allow_only(keys);
+  const auto [kind, selection] = node.one_of(selector_kinds);
+  InterfaceSpec spec;
+  spec.name = name;
+  if (const auto coupling = node.find("coupling")) spec.coupling = read_coupling(*coupling);
+  if (const auto ratio = node.find("modulus_ratio"))
+    spec.modulus_ratio = read_modulus_ratio(*ratio, spec.coupling);
+  spec.selector = read_selector(kind, selection, units);
+  spec.origin = place(selection);
+  if (const auto point = node.find("point")) spec.point = point->vector3(dimension::length, units);
+  return spec;
+}
+
+// Named interfaces, and which of them is fixed.
+std::vector<InterfaceSpec> read_named_interfaces(const YamlNode& top, const UnitSystem& units) {
+  const YamlNode node = top.at("interfaces");
+  std::vector<std::string> names;
+  for (const auto& [name, member] : node.members()) names.push_back(name);
+  if (names.size() < 2)
+    node.fail("a link has two interfaces at least", "Give the fixed one and a loaded one");
+  if (const auto loaded = top.find("loaded"))
+    loaded->fail("all of `interfaces` are loaded but the fixed one", "Leave 'loaded' out");
+  const std::string fixed = top.at("fixed").choice(names);
+  std::vector<InterfaceSpec> specs{read_interface(fixed, node.at(fixed), units)};
+  for (const auto& [name, member] : node.members())
+    if (name != fixed) specs.push_back(read_interface(name, member, units));
+  return specs;
+}
+
+std::vector<InterfaceSpec> read_interfaces(const YamlNode& top, const UnitSystem& units) {
+  if (top.has("interfaces")) return read_named_interfaces(top, units);
+  std::vector<InterfaceSpec> specs;
+  for (const char* name : {"fixed", "loaded"})
+    specs.push_back(read_interface(name, top.at(name), units));
+  return specs;
+}
+
+// "1 %" or 0.01.
+double read_accuracy(const YamlNode& node) {
+  const double accuracy = node.quantity(dimension::none, {});
+  if (!(accuracy >= 1e-5 && accuracy <= 0.5))
+    node.fail("'" + node.text() + "' is not between 0.001 % and 50 %",
+              "1 % is usual, 0.1 % costs a good deal more");
+  return accuracy;
+}
+
+RepairOptions read_repair(const YamlNode& mesh, const UnitSystem& units) {
+  RepairOptions options;
+  if (const auto steps = mesh.find("repair"))
+    for (const YamlNode& step : steps->items())
+      options.steps.push_back(repair_step(step.choice(repair_steps())));
+  for (const char* key : {"tolerance", "limit"})
+    if (const auto value = mesh.find(key); value && options.steps.empty())
+      value->fail("it is for 'repair', which is not asked for", "Add 'repair: [weld, orient]'");
+  if (const auto tolerance = mesh.find("tolerance"))
+    options.tolerance = tolerance->positive(dimension::length, units);
+  if (const auto limit = mesh.find("limit"))
+    options.limit = limit->positive(dimension::none, units);
+  return options;
+}
+
+Vector6 read_preload(const YamlNode& node, const UnitSystem& units, const LinkSpec& spec) {
+  node.allow_only({"force", "moment"});
+  const bool all_rigid =
+      std::all_of(spec.interfaces.begin(), spec.interfaces.end(),
+                  [](const InterfaceSpec& i) { return i.coupling == Coupling::rigid; });
+  if (spec.interfaces.size() != 2 || !all_rigid)
+    node.fail("a preload acts between two rigid interfaces, 'fixed' and 'loaded'",
+              "Use 'coupling: rigid' at both, or leave the preload out");
+  Vector6 wrench = Vector6::Zero();
+  wrench.head<3>() = node.at("force").vector3(dimension::force, units);
+  if (const auto moment = node.find("moment"))
+    wrench.tail<3>() = moment->vector3(dimension::moment, units);
+  return wrench;
+}
+
+void read_elements(const YamlNode& node, const UnitSystem& units, LinkSpec& spec) {
+  node.allow_only({"order", "size", "accuracy"});
+  if (const auto order = node.find("order")) spec.order = order->integer(1, 2);
+  if (const auto size = node.find("size")) spec.size = size->positive(dimension::length, units);
+  if (const auto accuracy = node.find("accuracy")) {
+    if (spec.size)
+      accuracy->fail("both a size and an accuracy are asked for",
+                     "Give the accuracy alone: the sizes follow from it");
+    spec.accuracy = read_accuracy(*accuracy);
+  }
+}
+
+}  // namespace
+
+LinkSpec read_link(const std::filesystem::path& file) {
+  const YamlNode top = io::read_yaml(file);
+  io::check_format_version(top);
+  top.allow_only({"kinetostat", "link", "mesh", "material", "interfaces", "fixed", "loaded",
+                  "preload", "elements"});
+  const YamlNode mesh = top.at("mesh");
+  mesh.allow_only({"file", "unit", "body", "repair", "tolerance", "limit"});
+  const std::filesystem::path mesh_file = mesh.at("file").existing_file();
+  const std::string unit = read_unit(mesh, mesh_file);
+  UnitSystem units;
+  if (!unit.empty()) units.length = unit;
+  // Filled one by one: when a value in nested braces throws, g++ 12 destroys members never made.
+  LinkSpec spec(read_material(top.at("material")));
+  spec.name = top.at("link").text();
+  spec.file = file;
+  spec.mesh_file = mesh_file;
+  spec.mesh_name = mesh.at("file").text();
+  spec.unit = unit;
+  spec.mesh_origin = place(mesh);
+  if (const auto body = mesh.find("body")) spec.body = body->text();
+  spec.repair = read_repair(mesh, units);
+  spec.interfaces = read_interfaces(top, units);
+  if (const auto preload = top.find("preload")) spec.preload = read_preload(*preload, units, spec);
+  spec.sha256 = io::sha256(io::read_text(file));
+  spec.meaning = io::meaning(top);
+  if (const auto elements = top.find("elements")) read_elements(*elements, units, spec);
+  return spec;
+}
+
+}  // namespace kinetostat::fea

@@ -1,0 +1,74 @@
+// The link file: what to identify, as people write it.
+//
+//     kinetostat: 1
+//     link: foot
+//     mesh: {file: foot.stl, unit: mm}
+//     material: {E: 70 GPa, nu: 0.33, density: 2700 kg/m^3}
+//     fixed:  {plane: {point: [0, 0, 0], normal: [-1, 0, 0]}}
+//     loaded: {cylinder: {axis_point: [110, 110, 0], axis: [0, 0, 1], radius: 8},
+//              point: [110, 110, 0], coupling: rigid}
+//     elements: {order: 2, size: 5}
+//
+// With more than two interfaces, instead of `fixed` and `loaded` (all but the fixed one are
+// loaded):
+//
+//     interfaces:
+//       base: {plane: {point: [0, 0, 0], normal: [-1, 0, 0]}, coupling: distributing}
+//       left: {cylinder: {axis_point: [110, 40, 0], axis: [0, 0, 1], radius: 8}}
+//       right: {cylinder: {axis_point: [110, -40, 0], axis: [0, 0, 1], radius: 8}}
+//     fixed: base
+//
+// Bare lengths are in the mesh's unit. `density`, `point` and `elements` may be left out: then
+// there is no mass, the point is the interface's centroid, and the size follows from volume over
+// area.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kinetostat/common/error.h"
+#include "kinetostat/fea/elasticity/elasticity.h"
+#include "kinetostat/fea/interface/coupling.h"
+#include "kinetostat/fea/interface/interface_selection.h"
+#include "kinetostat/fea/surface/surface_repair.h"
+
+namespace kinetostat::fea {
+
+struct InterfaceSpec {
+  std::string name;
+  Selector selector;
+  std::optional<Vector3> point;  // [m] reference point; the centroid when not given
+  Coupling coupling = Coupling::rigid;
+  double modulus_ratio = default_modulus_ratio;  // of a `body` coupling
+  common::InputError::Details origin;            // file, line and key, for messages
+};
+
+struct LinkSpec {
+  explicit LinkSpec(const Material& of) : material(of) {}
+
+  std::string name;
+  std::filesystem::path file;               // the link file
+  std::filesystem::path mesh_file;          // where it is
+  std::string mesh_name;                    // as the link file spells it
+  std::string unit;                         // of the mesh; empty when no file states it
+  std::string body;                         // the one of several that is meant; may be empty
+  RepairOptions repair;                     // without steps: none
+  common::InputError::Details mesh_origin;  // of the key `mesh`, for messages
+  Material material;
+  std::vector<InterfaceSpec> interfaces;  // two or more; the first is fixed, the others loaded
+  /// Wrench [force; moment] on the loaded interface at its point [N; N m]; with one, the geometric
+  /// stiffness is wanted.
+  std::optional<Vector6> preload;
+  int order = 2;               // of the elements, 1 or 2
+  std::optional<double> size;  // [m] of the elements; else
+  double accuracy = 0.01;      // of every significant entry of the result
+  std::string sha256;          // of the link file
+  std::string meaning;         // of the link file and the files that it names, for caches (yaml.h)
+};
+
+/// Throws InputError with file, line and key.
+LinkSpec read_link(const std::filesystem::path& file);
+
+}  // namespace kinetostat::fea

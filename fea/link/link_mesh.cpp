@@ -1,0 +1,131 @@
+#include "kinetostat/fea/link/link_mesh.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "kinetostat/common/spelling.h"
+#include "kinetostat/fea/mesh/length_unit.h"
+#include "kinetostat/fea/mesh/volume_mesh.h"
+#include "kinetostat/fea/surface/surface_bodies.h"
+#include "kinetostat/fea/surface/surface_repair.h"
+
+namespace kinetostat::fea {
+namespace {
+
+using common::InputError;
+
+// A missing unit is a fault of the link file, though only the mesh shows what it might be.
+template <class Read>
+auto with_unit(const LinkSpec& spec, Read read) {
+  try {
+    return read(spec.mesh_file, spec.unit);
+  } catch (const MissingUnit& error) {
+    InputError::Details details = spec.mesh_origin;
+    details.what = error.details().what;
+    details.cure =
+        fmt::format("Add it, for example 'mesh: {{file: {}, unit: mm}}'", spec.mesh_name);
+    throw InputError(details);
+  }
+}
+
+void pick_body(const LinkSpec& spec, SurfaceMesh& surface) {
+  if (spec.body.empty()) return;
+  const std::vector<Body> bodies = find_bodies(surface, nested_shells(surface, edge_uses(surface)));
+  const auto picked = std::find_if(bodies.begin(), bodies.end(),
+                                   [&](const Body& body) { return body.name == spec.body; });
+  if (picked != bodies.end()) return keep_body(surface, *picked);
+  std::vector<std::string> names;
+  for (const Body& body : bodies) names.push_back(body.name);
+  const std::string near = common::nearest_spelling(spec.body, names);
+  InputError::Details details = spec.mesh_origin;
+  details.what = fmt::format("the mesh has no body '{}'", spec.body);
+  details.cure = fmt::format("{}The bodies are {}",
+                             near.empty() ? "" : fmt::format("Did you mean '{}'? ", near),
+                             list_bodies(bodies, spec.unit));
+  throw InputError(details);
+}
+
+std::vector<std::string> mended(const LinkSpec& spec, SurfaceMesh& surface,
+                                common::Progress& progress) {
+  if (spec.repair.steps.empty()) return {};
+  RepairOptions options = spec.repair;
+  options.unit = spec.unit;
+  return describe(repair(surface, options, progress), options);
+}
+
+void require_sound(const LinkSpec& spec, const LinkMesh& mesh) {
+  if (mesh.report.sound()) return;
+  std::vector<std::string> wrong = mesh.notes;
+  const std::vector<std::string> lines = describe(mesh.report, spec.unit);
+  wrong.insert(wrong.end(), lines.end() - static_cast<std::ptrdiff_t>(mesh.report.defects.size()),
+               lines.end());
+  throw SurfaceError(
+      {.file = spec.mesh_file,
+       .what = fmt::format("the surface does not bound a solid: {}", fmt::join(wrong, "; ")),
+       .cure = spec.repair.steps.empty()
+                   ? "See the offending facets with 'kinetostat mesh check --vtu', or let "
+                     "'mesh: {repair: [weld, orient, fill, unite, drop, wrap]}' mend them"
+                   : "See the offending facets with 'kinetostat mesh check --vtu'"},
+      offending_facets(mesh.imported.mesh, mesh.report));
+}
+
+void require_one_body(const LinkSpec& spec, const LinkMesh& mesh) {
+  if (mesh.report.bodies() == 1) return;
+  const std::vector<Body> bodies = find_bodies(mesh.imported.mesh, mesh.report.shells);
+  throw SurfaceError(
+      {.file = spec.mesh_file,
+       .what = fmt::format("the surface bounds {} separate bodies, a link is one: {}",
+                           mesh.report.bodies(), list_bodies(bodies, spec.unit)),
+       .cure = fmt::format("Pick one with 'mesh: {{body: {}}}', or unite them in the CAD program",
+                           bodies.front().name)},
+      {});
+}
+
+// No defects are searched for: faces between elements cannot cross.
+LinkMesh read_volume(const LinkSpec& spec) {
+  const auto refuse = [&spec](const char* key) {
+    InputError::Details details = spec.mesh_origin;
+    details.what = fmt::format("'{}' is for surfaces, {} is a volume mesh", key, spec.mesh_name);
+    details.cure = "Leave it out";
+    throw InputError(details);
+  };
+  if (!spec.body.empty()) refuse("body");
+  if (!spec.repair.steps.empty()) refuse("repair");
+  if (spec.size) refuse("elements.size");
+  ImportedVolume imported = with_unit(spec, read_volume_mesh);
+  if (imported.mesh.order == 2 && spec.order == 1)
+    throw InputError(spec.file, "elements.order is 1, the elements of the mesh file have 10 nodes",
+                     "Leave 'order' out, or write a mesh of 4-node elements");
+  LinkMesh mesh;
+  mesh.imported.mesh = std::move(imported.surface);
+  mesh.report.facets = mesh.imported.mesh.triangles.size();
+  mesh.report.points = mesh.imported.mesh.points.size();
+  mesh.report.box = bounding_box(mesh.imported.mesh.points);
+  for (std::size_t f = 0; f < mesh.report.facets; ++f)
+    mesh.report.area += mesh.imported.mesh.area_vector(f).norm();
+  mesh.report.volume = mass_properties(imported.mesh).volume;
+  mesh.volume = spec.order == 2 && imported.mesh.order == 1 ? with_mid_nodes(imported.mesh)
+                                                            : std::move(imported.mesh);
+  mesh.notes = std::move(imported.warnings);
+  mesh.imported.sha256 = std::move(imported.sha256);
+  return mesh;
+}
+
+}  // namespace
+
+LinkMesh read_link_mesh(const LinkSpec& spec, common::Progress& progress) {
+  progress.report("surface", 0);
+  if (holds_volume_mesh(spec.mesh_file)) return read_volume(spec);
+  LinkMesh mesh{.imported = with_unit(spec, read_surface), .report = {}};
+  SurfaceMesh& surface = mesh.imported.mesh;
+  pick_body(spec, surface);
+  mesh.notes = mended(spec, surface, progress);
+  mesh.report = check_surface(surface, mesh.imported.weld.tolerance);
+  require_sound(spec, mesh);
+  require_one_body(spec, mesh);
+  return mesh;
+}
+
+}  // namespace kinetostat::fea

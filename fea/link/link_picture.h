@@ -1,0 +1,15 @@
+// The surface of a link and how it deforms: what a picture of an identified link needs.
+#pragma once
+
+#include "kinetostat/fea/link/identify.h"
+#include "kinetostat/io/json.h"
+
+namespace kinetostat::fea {
+
+/// Boundary triangles (corners only) with the interface that each belongs to (0: none, 1: fixed, 2
+/// and up: loaded), and the displacements of their corners under each unit wrench, as whole numbers
+/// of `point_unit` [m] and of the load case's `unit` [m/N or m/(N m)]. A surface of more than
+/// `most_points` corners is made coarser by joining near ones.
+io::Json link_picture(const LinkResult& result, std::size_t most_points = 15000);
+
+}  // namespace kinetostat::fea

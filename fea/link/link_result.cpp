@@ -1,0 +1,252 @@
+// LinkResult as files: JSON for programs, VTU for pictures.
+#include <cmath>
+#include <utility>
+
+#include "kinetostat/fea/elasticity/stress_recovery.h"
+#include "kinetostat/fea/interface/reduced_stiffness.h"
+#include "kinetostat/fea/link/accuracy_json.h"
+#include "kinetostat/fea/link/identify.h"
+
+namespace kinetostat::fea {
+namespace {
+
+using io::Json;
+using io::rows;
+using io::to_json;
+
+constexpr const char* wrench_names[] = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
+
+Json interface_json(const CoupledInterface& coupled, double fit_residual) {
+  const Interface& interface = coupled.geometry;
+  Json json{{"area", interface.area},
+            {"centroid", to_json(interface.centroid)},
+            {"nodes", interface.nodes.size()},
+            {"faces", interface.faces},
+            {"radii_of_gyration", to_json(interface.gyration)},
+            {"principal_axes", rows(interface.principal_axes.transpose())},
+            {"coupling", name(coupled.coupling)},
+            {"point", to_json(coupled.point)},
+            {"fit_residual", fit_residual}};
+  if (coupled.coupling == Coupling::body) json["modulus_ratio"] = coupled.modulus_ratio;
+  return json;
+}
+
+// Which coordinate a row of the matrices is, with the units of its motion and of its load.
+Json freedoms_json(const std::vector<CoupledInterface>& interfaces) {
+  static constexpr const char* motions[] = {"tx", "ty", "tz", "rx", "ry", "rz"};
+  Json list = Json::array();
+  for (const CoupledInterface& interface : interfaces)
+    for (int j = 0; j < 6; ++j)
+      list.push_back({{"interface", interface.name},
+                      {"motion", motions[j]},
+                      {"load", wrench_names[j]},
+                      {"point", to_json(interface.point)},
+                      {"motion_unit", j < 3 ? "m" : "rad"},
+                      {"load_unit", j < 3 ? "N" : "N m"}});
+  return list;
+}
+
+Json reduced_json(const LinkResult& result) {
+  const Eigen::MatrixXd& raw = result.response.flexibility;
+  return {{"degrees_of_freedom", freedoms_json(result.interfaces)},
+          {"fixed", result.interfaces.front().name},
+          {"stiffness", rows(reduced_stiffness(raw, result.interfaces))},
+          {"flexibility", rows(0.5 * (raw + raw.transpose()))}};
+}
+
+Json bracket_json(const std::optional<CouplingBracket>& bracket) {
+  if (!bracket) return {};
+  return {{"rigid", rows(bracket->rigid)}, {"distributing", rows(bracket->distributing)}};
+}
+
+// No number where nothing buckles.
+Json factor_json(double factor) { return std::isfinite(factor) ? Json(factor) : Json(); }
+
+Json preload_json(const LinkResult& result) {
+  if (!result.geometric_stiffness) return {};
+  const GeometricStiffness& geometric = *result.geometric_stiffness;
+  const Vector6& wrench = *result.preload;
+  Json change;
+  for (std::size_t j = 0; j < 6; ++j) change[wrench_names[j]] = rows(geometric.per_load[j]);
+  return {{"force", to_json(Vector3(wrench.head<3>()))},
+          {"moment", to_json(Vector3(wrench.tail<3>()))},
+          {"moments", "semi-tangential"},
+          {"stiffness", rows(geometric.stiffness)},
+          {"stiffness_change_per_load", change},
+          {"buckling_factor",
+           {{"free", factor_json(geometric.buckling_free)},
+            {"held", factor_json(geometric.buckling_held)}}}};
+}
+
+Json eigen_json(const spatial::Compliance6& compliance) {
+  const spatial::EigenStiffness eigen = spatial::eigen_stiffness(compliance);
+  return {{"translation", to_json(eigen.translation)},
+          {"translation_axes", rows(eigen.translation_axes.transpose())},
+          {"rotation", to_json(eigen.rotation)},
+          {"rotation_axes", rows(eigen.rotation_axes.transpose())}};
+}
+
+Json material_json(const Material& material) {
+  Json json{{"E", material.young()}, {"nu", material.poisson()}};
+  json["density"] = material.density() ? Json(*material.density()) : Json();
+  return json;
+}
+
+// The ways of meshing that failed before the one that did not.
+Json failures_json(const MeshingRecord& meshing) {
+  Json list = Json::array();
+  for (const MeshingFailure& failure : meshing.failures)
+    list.push_back({{"way", failure.way}, {"reason", failure.reason}});
+  return list;
+}
+
+// Of the surface that was meshed from the given one; null where it is that one.
+Json deviation_json(const MeshingRecord& meshing) {
+  if (!meshing.deviation) return {};
+  return {{"allowed", meshing.deviation->allowed},
+          {"distance", meshing.deviation->distance},
+          {"volume_change", meshing.deviation->volume_change}};
+}
+
+Json mesh_json(const LinkResult& result) {
+  return {{"order", result.mesh.order},
+          {"mesher", result.mesh.made_by.empty() ? "from the mesh file" : result.mesh.made_by},
+          {"failures", failures_json(result.meshing)},
+          {"surface_deviation", deviation_json(result.meshing)},
+          {"size", result.element_size > 0 ? Json(result.element_size) : Json()},
+          {"elements", result.mesh.element_count()},
+          {"nodes", result.mesh.nodes.size()},
+          {"unknowns", result.response.solver.unknowns},
+          {"volume", result.geometry.volume},
+          {"surface_volume", result.surface_volume},
+          {"surface_facets", result.facets},
+          {"weld_tolerance", result.weld.tolerance},
+          {"welded_points", result.weld.points_before - result.weld.points_after},
+          {"collapsed_facets", result.weld.collapsed.size()},
+          {"least_dihedral_deg", result.quality.least_dihedral},
+          {"median_dihedral_deg", result.quality.median_dihedral},
+          {"largest_edge_ratio", result.quality.largest_edge_ratio},
+          {"mean_edge", result.quality.mean_edge}};
+}
+
+Json forecast_json(const SolverForecast& forecast) {
+  if (forecast.bytes == 0) return {};
+  return {{"memory", forecast.bytes}, {"seconds", forecast.seconds}};
+}
+
+Json solver_json(const SolverStats& solver) {
+  Json json{{"method", name(solver.method)},
+            {"reason", solver.reason},
+            {"levels", solver.levels},
+            {"factor_entries", solver.factor.entries},
+            {"reciprocal_condition", solver.factor.reciprocal_condition},
+            {"iterations", solver.iterations},
+            {"residual", solver.residual}};
+  json["forecast"] = {{"direct", forecast_json(solver.direct)},
+                      {"multigrid", forecast_json(solver.multigrid)},
+                      {"petsc", forecast_json(solver.petsc)}};
+  return json;
+}
+
+// All that may differ between two runs on the same input.
+Json timings_json(const LinkResult& result) {
+  Json json;
+  for (const auto& [phase, seconds] : result.timings) json[phase] = seconds;
+  json["ordering"] = result.response.solver.factor.ordering_seconds;
+  json["factorisation"] = result.response.solver.factor.factor_seconds;
+  json["assembly"] = result.response.solver.assembly_seconds;
+  json["solution"] = result.response.solver.solve_seconds;
+  json["memory_before_solution"] = result.response.solver.bytes_before;
+  json["memory_peak"] = result.response.solver.peak_bytes;
+  if (result.response.solver.helper_bytes > 0)
+    json["memory_helper"] = result.response.solver.helper_bytes;
+  json["blas"] = result.blas.name;
+  json["blas_threads"] = result.blas.threads;
+  return json;
+}
+
+}  // namespace
+
+Json to_json(const LinkResult& result) {
+  Json json{{"kinetostat", 1}, {"link", result.name}};
+  // The spring of a robot file has two ends.
+  if (result.interfaces.size() == 2) {
+    const Json matrix = to_json(result.compliance);
+    for (const auto& [key, value] : matrix.items()) json[key] = value;
+    json["eigen_stiffness"] = eigen_json(result.compliance);
+  }
+  json["error"] = to_json(result.accuracy);
+  json["symmetry_defect"] = result.symmetry_defect;
+  json["reduced"] = reduced_json(result);
+  json["bracket"] = bracket_json(result.bracket);
+  json["preload"] = preload_json(result);
+  json["mass"] = result.mass ? Json(*result.mass) : Json();
+  json["center_of_mass"] = to_json(result.center_of_mass);
+  json["inertia"] = result.inertia ? rows(*result.inertia) : Json();
+  json["material"] = material_json(result.material);
+  for (std::size_t i = 0; i < result.interfaces.size(); ++i)
+    json["interfaces"][result.interfaces[i].name] =
+        interface_json(result.interfaces[i], result.response.fit_residuals[i]);
+  json["mesh"] = mesh_json(result);
+  json["solver"] = solver_json(result.response.solver);
+  json["warnings"] = result.warnings;
+  json["timings"] = timings_json(result);
+  json["inputs"] = {{"link_sha256", result.link_sha256},
+                    {"mesh_file", result.mesh_file},
+                    {"mesh_sha256", result.mesh_sha256},
+                    {"mesh_unit", result.unit},
+                    {"tool", "kinetostat " KINETOSTAT_VERSION}};
+  return json;
+}
+
+namespace {
+
+double von_mises(const Vector6& s) {
+  const double normal =
+      (s[0] - s[1]) * (s[0] - s[1]) + (s[1] - s[2]) * (s[1] - s[2]) + (s[2] - s[0]) * (s[2] - s[0]);
+  return std::sqrt(0.5 * normal + 3 * s.tail<3>().squaredNorm());
+}
+
+// Of one load case, from six rows of the stresses at the nodes [Pa].
+void add_stresses(const Eigen::MatrixXd& stresses, const std::string& name, io::VtuGrid& grid) {
+  io::VtuField tensor{.name = "stress " + name, .components = 6},
+      equivalent{.name = "von Mises " + name};
+  for (Eigen::Index n = 0; n < stresses.cols(); ++n) {
+    const Vector6 s = stresses.col(n);
+    tensor.values.insert(tensor.values.end(), s.begin(), s.end());
+    equivalent.values.push_back(von_mises(s));
+  }
+  grid.point_fields.push_back(std::move(tensor));
+  grid.point_fields.push_back(std::move(equivalent));
+}
+
+}  // namespace
+
+io::VtuGrid displacement_fields(const LinkResult& result) {
+  const TetMesh& mesh = result.mesh;
+  io::VtuGrid grid{.cell = mesh.order == 2 ? io::VtuCell::quadratic_tetra : io::VtuCell::tetra,
+                   .nodes_per_cell = static_cast<int>(mesh.nodes_per_element()),
+                   .connectivity = mesh.connectivity};
+  for (const Vector3& p : mesh.nodes) grid.points.insert(grid.points.end(), {p.x(), p.y(), p.z()});
+  common::ThreadPool alone(1);
+  const Stresses stresses = recovered_stresses(
+      mesh, corner_stresses(mesh, {result.material}, result.response.fields, alone), 0, alone);
+  for (std::size_t j = 0; j < result.response.fields.size(); ++j) {
+    const Eigen::Matrix3Xd& u = result.response.fields[j];
+    const std::string interface =
+        result.interfaces.size() == 2 ? "" : result.interfaces[1 + j / 6].name + " ";
+    grid.point_fields.push_back(
+        {interface + wrench_names[j % 6], 3, {u.data(), u.data() + u.size()}});
+    add_stresses(stresses.middleRows<6>(6 * static_cast<Eigen::Index>(j)),
+                 interface + wrench_names[j % 6], grid);
+  }
+  io::VtuField parts{.name = "interface", .values = std::vector<double>(mesh.nodes.size(), 0)};
+  for (const CoupledInterface& interface : result.interfaces)
+    for (const int node : interface.geometry.nodes)
+      parts.values[static_cast<std::size_t>(node)] = interface.geometry.tag;
+  grid.point_fields.push_back(std::move(parts));
+  grid.cell_fields.push_back({.name = "error_indicator", .values = result.accuracy.indicator});
+  return grid;
+}
+
+}  // namespace kinetostat::fea

@@ -1,0 +1,46 @@
+// The program gmsh, when it is installed: CAD files become surfaces, and surfaces that TetGen
+// cannot fill may be filled.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "kinetostat/common/child_process.h"
+#include "kinetostat/common/progress.h"
+#include "kinetostat/fea/mesh/tet_mesh.h"
+#include "kinetostat/fea/surface/surface_mesh.h"
+
+namespace kinetostat::fea {
+
+/// The program on PATH; empty when it is not installed.
+std::filesystem::path find_gmsh();
+
+/// Why gmsh did not do it.
+class GmshError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct GmshLimits {
+  double time = 300;                          // [s]
+  std::size_t memory = std::size_t{8} << 30;  // [bytes]
+};
+
+/// The surface of the solids of a STEP file with these bytes as a .msh text, in mm whatever the
+/// unit of the file; circles get 32 sides. Throws GmshError.
+///
+/// gmsh obeys what lies beside the file that it opens (FILE.opt, which may start programs) and in
+/// the home folder (.gmshrc, .gmsh-options). So it never sees either: it works on a copy, alone in
+/// a folder that is thrown away, and takes that for its home.
+std::string step_surface(const std::string& step, const GmshLimits& limits,
+                         common::Progress& progress);
+
+/// Fills a closed surface with tetrahedra of edges of about `edge_length` [m], 0: any. Facets stay
+/// as they are. Each boundary face carries the tag of the facet that it is. Throws GmshError.
+TetMesh gmsh_tetrahedra(const SurfaceMesh& surface, const std::vector<int>& tags,
+                        double edge_length, const GmshLimits& limits, common::Progress& progress);
+
+}  // namespace kinetostat::fea

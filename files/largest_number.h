@@ -1,9 +1,0 @@
-// How large a number in a file may be.
-#pragma once
-
-namespace kinetostat::files {
-
-/// Beyond it squares and products overflow, and a matrix of NaN would be the answer.
-inline constexpr double largest_number = 1e100;
-
-}  // namespace kinetostat::files

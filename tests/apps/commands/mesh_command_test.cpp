@@ -1,0 +1,149 @@
+// Meshes from elsewhere, as users meet them: `mesh check` with repair, and volume meshes as links.
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <string>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kinetostat/io/json.h"
+#include "kinetostat/io/text_file.h"
+
+#include "apps/run_program.h"
+
+namespace kinetostat {
+namespace {
+
+using test::kinetostat;
+using test::Outcome;
+using test::working_folder;
+using testing::HasSubstr;
+
+void write(const std::string& name, const std::string& text) {
+  std::ofstream(working_folder() / name, std::ios::binary) << text;
+}
+
+io::Json json(const std::string& name) { return io::read_json(working_folder() / name); }
+
+// A cube of side 10 with one corner at (x, 0, 0), without its last `missing` facets.
+std::string cube(const std::string& name, double x, int missing = 0, double slip = 0) {
+  const int faces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                           {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+  std::string text = "solid " + name + "\n";
+  int count = 12 - missing;
+  for (const auto& f : faces)
+    for (const auto& t : {std::array{f[0], f[1], f[2]}, std::array{f[0], f[2], f[3]}}) {
+      if (count-- <= 0) continue;
+      text += "facet normal 0 0 0\n outer loop\n";
+      for (const int i : t)
+        text += fmt::format("  vertex {} {} {}\n", x + 10.0 * (i & 1) + slip * count,
+                            10.0 * (i >> 1 & 1), 10.0 * (i >> 2 & 1));
+      text += " endloop\nendfacet\n";
+    }
+  return text + "endsolid " + name + "\n";
+}
+
+TEST(MeshCommand, RepairIsReportedAndTheResultIsSound) {
+  write("seams.stl", cube("a", 0, 0, 1e-5));
+  EXPECT_EQ(kinetostat("mesh check seams.stl --unit mm").code, 3);
+  const Outcome outcome =
+      kinetostat("mesh check seams.stl --unit mm --repair weld,orient -o mended.stl --json r.json");
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_TRUE(json("r.json")["repair"]["actions"][0]["done"].get<bool>());
+  EXPECT_NEAR(json("r.json")["volume"].get<double>(), 1e-6, 1e-10);
+  EXPECT_EQ(kinetostat("mesh check mended.stl --unit mm").code, 0);
+}
+
+TEST(MeshCommand, MassPropertiesOfACubeAreThoseOfACube) {
+  write("cube.stl", cube("a", 0));
+  ASSERT_EQ(kinetostat("mesh check cube.stl --unit mm --density '1000 kg/m^3' --json r.json").code,
+            0);
+  EXPECT_NEAR(json("r.json")["mass"].get<double>(), 1e-3, 1e-9);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_NEAR(json("r.json")["center"][k].get<double>(), 0.005, 1e-9);
+    EXPECT_NEAR(json("r.json")["inertia"][k][k].get<double>(), 1e-3 * 1e-4 / 6, 1e-13);
+  }
+}
+
+TEST(MeshCommand, BadOptionsAreBadUsage) {
+  write("cube.stl", cube("a", 0));
+  for (const char* options :
+       {"--repair weld,mend", "--limit -1", "--tolerance '2 N' --repair weld"}) {
+    const Outcome outcome = kinetostat(std::string("mesh check cube.stl --unit mm ") + options);
+    EXPECT_EQ(outcome.code, 2) << options;
+  }
+}
+
+std::string link(const std::string& mesh, const std::string& fixed, const std::string& loaded,
+                 const std::string& rest = "") {
+  return "kinetostat: 1\nlink: part\nmesh: {" + mesh +
+         "}\nmaterial: {E: 210 GPa, nu: 0.3}\nfixed: {" + fixed + "}\nloaded: {" + loaded + "}\n" +
+         rest;
+}
+
+TEST(MeshCommand, OneOfSeveralBodiesIsPickedByItsName) {
+  write("two.stl", cube("base", 0) + cube("cover", 30));
+  EXPECT_THAT(kinetostat("mesh check two.stl --unit mm").out, HasSubstr("base (10 x 10 x 10 mm)"));
+  const std::string ends =
+      link("file: two.stl, unit: mm%", "plane: {point: [30, 0, 0], normal: [-1, 0, 0]}",
+           "plane: {point: [40, 0, 0], normal: [1, 0, 0]}", "elements: {size: 5}\n");
+  const auto with = [&ends](const std::string& more) {
+    return std::string(ends).replace(ends.find('%'), 1, more);
+  };
+  write("two.yaml", with(""));
+  const Outcome both = kinetostat("identify two.yaml");
+  EXPECT_EQ(both.code, 3);
+  EXPECT_THAT(both.err, HasSubstr("base (10 x 10 x 10 mm), cover (10 x 10 x 10 mm)"));
+  write("two.yaml", with(", body: cower"));
+  EXPECT_THAT(kinetostat("identify two.yaml").err, HasSubstr("Did you mean 'cover'?"));
+  write("two.yaml", with(", body: cover"));
+  EXPECT_EQ(kinetostat("identify two.yaml").code, 0);
+}
+
+// The mesh and the deck that identify exports are read back as what they are.
+TEST(MeshCommand, AnExportedMeshGivesTheSameComplianceAgain) {
+  std::string text = io::read_text(working_folder() / "meshes/test_bar.yaml");
+  text.replace(text.find("size: 3"), 7, "size: 8");
+  text.replace(text.find("test_bar.stl"), 12, "meshes/test_bar.stl");
+  write("bar.yaml", text);
+  ASSERT_EQ(kinetostat("identify bar.yaml -o bar.json --msh bar.msh --deck bar.inp").code, 0);
+  const io::Json expected = json("bar.json");
+  const std::string point = "point: [0.31, 0, 0]";
+  write("again.yaml", link("file: bar.msh, unit: m", "group: fixed", "group: loaded, " + point));
+  write("deck.yaml",
+        link("file: bar.inp, unit: m", "group: INTERFACE0", "group: INTERFACE1, " + point));
+  for (const std::string name : {"again", "deck"}) {
+    const Outcome outcome = kinetostat("identify " + name + ".yaml -o " + name + ".json");
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const io::Json result = json(name + ".json");
+    EXPECT_EQ(result["mesh"]["elements"], expected["mesh"]["elements"]);
+    EXPECT_EQ(result["mesh"]["mesher"], "from the mesh file");
+    for (int i = 0; i < 6; ++i)
+      for (int j = 0; j < 6; ++j) {
+        const double scale = std::sqrt(expected["compliance"][i][i].get<double>() *
+                                       expected["compliance"][j][j].get<double>());
+        EXPECT_NEAR(result["compliance"][i][j].get<double>(),
+                    expected["compliance"][i][j].get<double>(), 1e-7 * scale)
+            << name << " " << i << j;
+      }
+  }
+}
+
+TEST(MeshCommand, AVolumeMeshIsReportedWithItsGroupsAndTakesNoRepair) {
+  write("tet.inp",
+        "*NODE\n1,0,0,0\n2,10,0,0\n3,0,10,0\n4,0,0,10\n*ELEMENT, TYPE=C3D4, ELSET=body\n1,1,2,3,4\n"
+        "*NSET, NSET=foot\n1,2,3\n");
+  const Outcome outcome = kinetostat("mesh check tet.inp --unit mm --density '6000 kg/m^3'");
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("group of faces foot: 1"));
+  EXPECT_THAT(outcome.out, HasSubstr("mass 0.001 kg"));
+  EXPECT_EQ(kinetostat("mesh check tet.inp --unit mm --repair weld").code, 2);
+  write("tet.yaml", link("file: tet.inp, unit: mm, repair: [weld]", "group: foot", "group: foot"));
+  EXPECT_THAT(kinetostat("identify tet.yaml").err, HasSubstr("'repair' is for surfaces"));
+  EXPECT_THAT(kinetostat("mesh check tet.inp").err, HasSubstr("State the unit"));
+}
+
+}  // namespace
+}  // namespace kinetostat

@@ -1,0 +1,87 @@
+#include "kinetostat/calibration/campaign/replicates.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "kinetostat/calibration/campaign/campaign_file.h"
+#include "kinetostat/calibration/campaign/noise.h"
+#include "kinetostat/calibration/campaign/pure_error.h"
+
+#include "calibration/synthetic.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+Campaign campaign(const std::string& csv, const std::string& more = "") {
+  return read_campaign(
+      test::write_campaign("kinetostat: 1\ncampaign: c\nunits: {length: mm, force: N, time: s}\n"
+                           "displacement: difference\nreadings: readings.csv\n" +
+                               more,
+                           csv),
+      test::bench().manipulator);
+}
+
+// Sizes of the groups, largest first.
+std::vector<std::size_t> sizes(const Campaign& c) {
+  std::vector<std::size_t> result;
+  for (const ReplicateGroup& group : replicate_groups(c)) result.push_back(group.readings.size());
+  std::sort(result.rbegin(), result.rend());
+  return result;
+}
+
+using Sizes = std::vector<std::size_t>;
+
+TEST(Replicates, AreReadingsOfEqualPoseLoadDirectionAndSetting) {
+  EXPECT_EQ(sizes(campaign("fz,dz\n1,1\n1,2\n2,3\n")), (Sizes{2, 1}));
+  EXPECT_EQ(sizes(campaign("spring,fz,dz\n0,1,1\n5,1,2\n0,1,3\n")), (Sizes{2, 1}));
+  EXPECT_EQ(sizes(campaign("fz,setting,dz\n1,a,1\n1,b,2\n1,a,3\n")), (Sizes{2, 1}));
+  EXPECT_EQ(sizes(campaign("fz,direction,dz\n1,loading,1\n1,unloading,2\n")), (Sizes{1, 1}));
+  // Within a cycle the order tells: hysteresis is not noise.
+  EXPECT_EQ(sizes(campaign("cycle,step,fz,dz\na,1,1,1\na,2,2,2\na,3,1,1\n")), (Sizes{1, 1, 1}));
+  EXPECT_EQ(sizes(campaign("fz,px,py,pz,dz\n1,0,0,0,1\n1,0,0,3,2\n")), (Sizes{1, 1}));
+}
+
+// A joint with friction stays elsewhere after a pull than after a push.
+TEST(Replicates, WithoutLoadComeBackFromTheSameSide) {
+  const std::string cycle = "{0},1,0,1\n{0},2,5,2\n{0},3,0,3\n{0},4,-5,4\n{0},5,0,5\n";
+  const auto twice = fmt::format(fmt::runtime(cycle), "a") + fmt::format(fmt::runtime(cycle), "b");
+  EXPECT_EQ(sizes(campaign("cycle,step,fz,dz\n" + fmt::format(fmt::runtime(cycle), "a"))),
+            (Sizes{1, 1, 1, 1, 1}));
+  EXPECT_EQ(sizes(campaign("cycle,step,fz,dz\n" + twice)), (Sizes{2, 2, 2, 2, 2}));
+  // From loads of one side, whatever their size; a rest in between is a state of its own.
+  EXPECT_EQ(sizes(campaign("cycle,step,fz,dz\na,1,5,1\na,2,0,2\na,3,0,2\na,4,9,3\na,5,0,2\n")),
+            (Sizes{2, 1, 1, 1}));
+}
+
+TEST(Replicates, NeverContainMaskedReadings) {
+  EXPECT_EQ(sizes(campaign("fz,dz,mask,mask_reason\n1,1,,\n1,9,1,slipped\n1,2,,\n")), (Sizes{2}));
+}
+
+TEST(Replicates, OfDifferentSessionsCountOnlyWhenTheZeroIsKnown) {
+  const std::string csv = "fz,session,dz\n1,a,1\n1,b,2\n";
+  EXPECT_EQ(sizes(campaign(csv)), (Sizes{2}));
+  EXPECT_EQ(sizes(campaign(csv, "zero: estimate\n")), (Sizes{1, 1}));
+}
+
+// Zero load at the begin and the end of each run: the difference within a run is not pure error.
+TEST(Replicates, VisitsWithinOneReplicateAreKeptApart) {
+  const Campaign c = campaign(
+      "fz,replicate,time,dz\n"
+      "0,1,0,0.00\n1,1,1,1.0\n0,1,2,0.50\n"
+      "0,2,10,0.02\n1,2,11,1.0\n0,2,12,0.52\n");
+  EXPECT_EQ(sizes(c), (Sizes{2, 2, 2}));
+  const Noise noise{.sigma = std::vector<spatial::Vector6>(6, spatial::Vector6::Constant(1e-3))};
+  const PureError scatter = pure_error(c, replicate_groups(c), noise);
+  EXPECT_EQ(scatter.degrees_of_freedom, 3);
+  EXPECT_NEAR(scatter.sum, 2 * 2 * 0.01 * 0.01, 1e-12);
+}
+
+TEST(Replicates, PureErrorIsWeightedByTheNoiseOfEachReading) {
+  const Campaign c = campaign("fz,dz\n1,1\n1,4\n");
+  const Noise noise{.sigma = {spatial::Vector6::Constant(1e-3), spatial::Vector6::Constant(2e-3)}};
+  // Difference 3 mm with variance 1 + 4 mm^2.
+  EXPECT_NEAR(pure_error(c, replicate_groups(c), noise).sum, 9.0 / 5.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace kinetostat::calibration

@@ -1,0 +1,138 @@
+#include "kinetostat/calibration/diagnosis/decision.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace kinetostat::calibration {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+Rival fitted(const std::string& kind, const std::string& at, double log_evidence,
+             double told_apart = 20) {
+  Rival rival;
+  rival.candidate.effect.kind = vjm::effect_kind(kind);
+  rival.candidate.effect.at = at;
+  rival.fit = RivalFit{};
+  rival.fit->log_evidence = log_evidence;
+  rival.fit->told_apart = told_apart;
+  return rival;
+}
+
+// Nothing missing is out of the question, unless a test says otherwise.
+DiagnosisStep round_of(std::vector<Rival> ranking, double without = -100) {
+  DiagnosisStep step;
+  step.ranking = std::move(ranking);
+  step.log_evidence_without = without;
+  step.free_form.log = -50;
+  step.free_form.depends_on = "time";
+  return step;
+}
+
+TEST(Decision, LawsOfOneCurveAddUp) {
+  const Decision d = decide(round_of({fitted("clearance", "q1", 0),
+                                      fitted("piecewise_stiffness", "q1", -0.3),
+                                      fitted("hardening", "q1", -1), fitted("creep", "q1", -20)}));
+  ASSERT_TRUE(d.is_identified);
+  ASSERT_EQ(d.answers.size(), 1u);
+  EXPECT_THAT(d.answers[0].places, ElementsAre("q1"));
+  EXPECT_EQ(d.answers[0].effect_class, "stiffens or softens under load, or backlash");
+  EXPECT_GT(d.answers[0].probability, 0.999);
+  ASSERT_EQ(d.answers[0].laws.size(), 3u);
+  // Shares by hand: e^0, e^-0.18, e^-0.6 of their sum.
+  const double sum = 1 + std::exp(-0.18) + std::exp(-0.6);
+  EXPECT_NEAR(d.answers[0].laws[0].share, 1 / sum, 1e-12);
+  EXPECT_NEAR(d.answers[0].laws[2].share, std::exp(-0.6) / sum, 1e-12);
+}
+
+TEST(Decision, TheClassIsNamedAloneWhereItHoldsTheLevel) {
+  const Decision d = decide(
+      round_of({fitted("clearance", "q1", 0), fitted("piecewise_stiffness", "q1", -8)}));
+  ASSERT_TRUE(d.is_identified);
+  EXPECT_EQ(d.answers[0].effect_class, "backlash");
+}
+
+TEST(Decision, PlacesThatPredictAlikeAreOneAnswer) {
+  const Decision alike =
+      decide(round_of({fitted("base_compliance", "base", 0), fitted("bearing_compliance", "q1", -0.5, 1.5)}));
+  ASSERT_TRUE(alike.is_identified);
+  EXPECT_THAT(alike.answers[0].places, ElementsAre("base", "q1"));
+  const Decision apart =
+      decide(round_of({fitted("base_compliance", "base", 0), fitted("bearing_compliance", "q1", -0.5, 9)}));
+  EXPECT_FALSE(apart.is_identified);
+  EXPECT_TRUE(apart.is_narrowed_down);
+  ASSERT_EQ(apart.answers.size(), 2u);
+  EXPECT_THAT(apart.answers[1].places, ElementsAre("q1"));
+}
+
+TEST(Decision, NothingCompetesWithTheWeightOfAllKinds) {
+  // 0.6 (0 - x) against 0.6 ln 25: even at x = ln 25.
+  const Decision even = decide(round_of({fitted("friction", "q1", std::log(25.))}, 0));
+  EXPECT_FALSE(even.is_identified);
+  EXPECT_NEAR(even.nothing, 0.5, 1e-9);
+  const Decision clear = decide(round_of({fitted("friction", "q1", 12)}, 0));
+  EXPECT_TRUE(clear.is_identified);
+}
+
+TEST(Decision, ADiscrepancyCountsForTheDriveWhoseLawItIs) {
+  DiagnosisStep step = round_of({fitted("hardening", "q2", 0)});
+  step.log_evidence_without = 0;
+  step.free_form = {.log = 1, .depends_on = "the load of arm.q2", .drive = "arm.q2"};
+  step.log_evidence_without = -1;
+  const Decision of_drive = decide(step, {.odds_of_nothing = 1e-6});
+  EXPECT_TRUE(of_drive.is_identified);
+  EXPECT_NEAR(of_drive.unexplained, 0, 1e-12);
+  step.free_form.drive.clear();
+  const Decision other = decide(step, {.odds_of_nothing = 1e-6});
+  EXPECT_FALSE(other.is_identified);
+  EXPECT_NEAR(other.unexplained, 0.5, 1e-3);
+}
+
+TEST(Decision, WhatImitatesTheBestCountsAsItDoes) {
+  Rival imitator = fitted("friction", "q2", 0);
+  imitator.fit.reset();
+  imitator.imitates = true;
+  const Decision same_class = decide(round_of({fitted("friction", "q1", 0), imitator}));
+  ASSERT_TRUE(same_class.is_identified);
+  EXPECT_THAT(same_class.answers[0].places, ElementsAre("q1", "q2"));
+  imitator.candidate.effect.kind = vjm::effect_kind("creep");
+  const Decision other_class = decide(round_of({fitted("friction", "q1", 0), imitator}));
+  EXPECT_FALSE(other_class.is_identified);
+  EXPECT_EQ(other_class.answers.size(), 2u);
+}
+
+TEST(Decision, ALongListIsNone) {
+  std::vector<Rival> ranking;
+  for (const char* kind : {"friction", "creep", "eccentricity", "payload", "thermal_expansion",
+                           "wrench_gain", "target_lever_arm"})
+    ranking.push_back(fitted(kind, "q1", 0));
+  const Decision d = decide(round_of(ranking));
+  EXPECT_FALSE(d.is_identified);
+  EXPECT_FALSE(d.is_narrowed_down);
+}
+
+// What explains nothing, and the order of what stands behind the best, change nothing.
+TEST(Decision, DependsOnNeitherOrderNorIdleCandidates) {
+  std::vector<Rival> ranking{fitted("clearance", "q1", 0), fitted("friction", "q1", -1),
+                             fitted("creep", "q2", -2, 1), fitted("hardening", "q1", -3)};
+  const Decision before = decide(round_of(ranking));
+  std::reverse(ranking.begin() + 1, ranking.end());
+  ranking.push_back(fitted("payload", "platform", -60));
+  const Decision after = decide(round_of(ranking));
+  ASSERT_EQ(after.answers.size(), before.answers.size());
+  for (std::size_t i = 0; i < before.answers.size(); ++i) {
+    EXPECT_EQ(after.answers[i].effect_class, before.answers[i].effect_class);
+    EXPECT_NEAR(after.answers[i].probability, before.answers[i].probability, 1e-12);
+  }
+}
+
+TEST(Decision, WithoutFitsThereIsNone) {
+  EXPECT_TRUE(decide(DiagnosisStep{}).answers.empty());
+}
+
+}  // namespace
+}  // namespace kinetostat::calibration

@@ -1,0 +1,147 @@
+// The noise of a load cell, carried to the displacements.
+#include "kinetostat/calibration/regression/wrench_noise.h"
+
+#include <boost/math/distributions/chi_squared.hpp>
+#include <fmt/ranges.h>
+#include <gtest/gtest.h>
+
+#include "kinetostat/calibration/campaign/campaign_file.h"
+#include "kinetostat/calibration/campaign/noise_estimate.h"
+#include "kinetostat/calibration/regression/simulate.h"
+#include "kinetostat/common/error.h"
+
+#include "calibration/synthetic.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using spatial::Matrix6;
+
+std::string plan_of(int poses, int loads, unsigned seed) {
+  std::string csv = "x,y,z,fx,fy,fz,mx,my,mz,px,py,pz\n";
+  for (const test::Planned& r : test::orthoglide_plan(poses, loads, seed)) {
+    std::vector<double> row;
+    for (const double v : r.position) row.push_back(v * 1e3);
+    for (const double v : r.load.force) row.push_back(v);
+    for (const double v : r.load.moment) row.push_back(v * 1e3);
+    for (const double v : r.load.point_on_platform) row.push_back(v * 1e3);
+    csv += fmt::format("{}\n", fmt::join(row, ","));
+  }
+  return csv;
+}
+
+// The noise of the load is far above that of the instrument; noise of the load is stated or kept
+// silent.
+Comparison compared(unsigned seed, bool stated, const vjm::Robot& robot) {
+  const kinetostat::test::TemporaryFolder folder;
+  io::write_atomically(folder.path() / "plan.csv", plan_of(10, 4, seed));
+  common::Progress silent;
+  SimulationOptions options{.translation_noise = 1e-7,
+                            .rotation_noise = 1e-6,
+                            .force_noise = 1,
+                            .wrench_share = 0.01,
+                            .seed = seed};
+  const SimulatedCampaign made =
+      simulate(test::orthoglide(), "robot.yaml", folder.path() / "plan.csv", options, silent);
+  std::string yaml = made.yaml;
+  if (!stated) yaml.replace(yaml.find("wrench_noise"), 12, "# wrench_noise");
+  io::write_atomically(folder.path() / "readings.csv", made.readings);
+  // The name of the robot is for people only.
+  yaml.erase(yaml.find("robot: "), yaml.find("units:") - yaml.find("robot: "));
+  io::write_atomically(folder.path() / "campaign.yaml", yaml);
+  return compare(robot, read_campaign(folder.path() / "campaign.yaml", robot.manipulator), 1,
+                 silent);
+}
+
+std::pair<double, double> band(const ChiSquareTest& test) {
+  const auto n = static_cast<double>(test.degrees_of_freedom);
+  const boost::math::chi_squared law(n);
+  return {boost::math::quantile(law, 0.001) / n, boost::math::quantile(law, 0.999) / n};
+}
+
+TEST(WrenchNoise, ChiSquareIsOneWhenItIsStatedAndFarAboveWhenItIsNot) {
+  vjm::Robot robot = test::orthoglide();
+  robot.uncertain.clear();
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    const ChiSquareTest stated = *compared(seed, true, robot).as_designed.chi_square;
+    EXPECT_EQ(stated.degrees_of_freedom, 240);
+    EXPECT_GT(stated.reduced(), band(stated).first);
+    EXPECT_LT(stated.reduced(), band(stated).second);
+    EXPECT_GT(compared(seed, false, robot).as_designed.chi_square->reduced(), 5);
+  }
+}
+
+// The robot that is compared is 25 % too stiff: once refitted the noise is that of the right one.
+TEST(WrenchNoise, FollowsTheRefittedCompliance) {
+  const vjm::Robot robot = test::scaled(test::orthoglide(), {1.25, 1.25});
+  const Comparison c = compared(5, true, robot);
+  ASSERT_TRUE(c.refitted);
+  EXPECT_GT(c.refitted->chi_square->reduced(), band(*c.refitted->chi_square).first);
+  EXPECT_LT(c.refitted->chi_square->reduced(), band(*c.refitted->chi_square).second);
+  for (const ParameterEstimate& p : c.refitted->fit.parameters)
+    EXPECT_NEAR(p.value, std::log(1 / 1.25), 4 * p.standard_error);
+}
+
+// Central differences of the prediction by each component of the wrench.
+TEST(WrenchNoise, TheCovarianceIsCarriedByTheExactDerivative) {
+  const vjm::Robot robot = test::orthoglide();
+  std::vector<test::Planned> plan = test::orthoglide_plan(3, 2, 3);
+  Campaign campaign = read_campaign(
+      test::write(plan, {.more = "frames: {t: {on: base, pose: {point: [1, 2, 3], rpy: [10, 20, "
+                                 "30]}}}\ndisplacement_frame: t\ntarget_point: [30, -20, 80]\n"}),
+      robot.manipulator);
+  for (const DisplacementKind kind : {DisplacementKind::difference, DisplacementKind::absolute}) {
+    campaign.displacement = kind;
+    common::Progress silent;
+    const auto predict = [&](std::size_t component, double step) {
+      Campaign other = campaign;
+      for (Reading& r : other.readings)
+        (component < 3 ? r.load.force : r.load.moment)[static_cast<Eigen::Index>(component % 3)] +=
+            step;
+      return Predictor(robot.manipulator, other, 1, silent).predict_with_compliance({}, {}, silent);
+    };
+    const Predictions at = predict(0, 0);
+    for (std::size_t k = 0; k < 6; ++k) {
+      const double h = k < 3 ? 2 : 0.2;
+      const Predictions up = predict(k, h), down = predict(k, -h);
+      for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+        const spatial::Vector6 slope = (up.displacement[i] - down.displacement[i]) / (2 * h);
+        EXPECT_LT((at.by_wrench[i].col(static_cast<Eigen::Index>(k)) - slope).norm(),
+                  1e-5 * slope.norm());
+      }
+    }
+  }
+}
+
+// One spring along z: by hand.
+TEST(WrenchNoise, OfASpringAddsInSquare) {
+  const auto file = test::write_campaign(
+      "kinetostat: 1\ncampaign: c\nunits: {length: mm, force: N}\ndisplacement: difference\n"
+      "readings: readings.csv\nnoise: {translation: 3 um}\n"
+      "wrench_noise: {force: 2 N, share: 0.5 %}\n",
+      "fz,dz\n0,0\n1000,1\n-2000,-2\n");
+  const vjm::Robot robot = test::bench();
+  const Campaign campaign = read_campaign(file, robot.manipulator);
+  common::Progress silent;
+  const Noise noise = noise_of(robot, campaign, 1, silent);
+  const double c = 1 / (1e6 * std::exp(0.0));
+  for (const auto& [i, force] : {std::pair(0u, 0.0), {1u, 1000.0}, {2u, 2000.0}})
+    EXPECT_NEAR(noise.sigma[i][2], std::sqrt(9e-12 + c * c * (4 + std::pow(0.005 * force, 2))),
+                1e-12);
+}
+
+TEST(WrenchNoise, IsRefusedWithoutTheNoiseOfTheInstrument) {
+  const auto file = test::write_campaign(
+      "kinetostat: 1\ncampaign: c\nunits: {length: mm, force: N}\ndisplacement: difference\n"
+      "readings: readings.csv\nwrench_noise: {force: 2 N}\n",
+      "fz,dz\n0,0\n1000,1\n");
+  try {
+    (void)read_campaign(file, test::bench().manipulator);
+    FAIL();
+  } catch (const common::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("State 'noise"), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace kinetostat::calibration

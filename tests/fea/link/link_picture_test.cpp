@@ -1,0 +1,87 @@
+#include "kinetostat/fea/link/link_picture.h"
+
+#include <map>
+#include <set>
+
+#include <gtest/gtest.h>
+
+#include "fea/reference_bar.h"
+
+namespace kinetostat::fea {
+namespace {
+
+using io::Json;
+
+class LinkPicture : public testing::Test {
+ protected:
+  static LinkResult solved() {
+    const ReferenceBar bar(0.012);
+    LinkResult result("bar", bar.steel);
+    result.mesh = bar.mesh;
+    result.interfaces = coupled_ends(bar.mesh);
+    result.interfaces[1].point = bar.tip;
+    common::Progress silent;
+    result.response = respond(bar.mesh, {bar.steel}, result.interfaces, {}, silent);
+    return result;
+  }
+  static const LinkResult& result() {
+    static const LinkResult once = solved();
+    return once;
+  }
+};
+
+Vector3 entry(const Json& list, std::size_t i, double unit) {
+  return unit * Vector3(list[3 * i].get<double>(), list[3 * i + 1].get<double>(),
+                        list[3 * i + 2].get<double>());
+}
+
+TEST_F(LinkPicture, IsAClosedSurface) {
+  const Json picture = link_picture(result());
+  const Json& corners = picture["triangles"];
+  std::map<std::pair<int, int>, int> edges;
+  for (std::size_t t = 0; t < corners.size(); t += 3)
+    for (std::size_t k = 0; k < 3; ++k)
+      ++edges[{corners[t + k].get<int>(), corners[t + (k + 1) % 3].get<int>()}];
+  for (const auto& [edge, count] : edges) {
+    EXPECT_EQ(count, 1);
+    EXPECT_EQ(edges.count({edge.second, edge.first}), 1u);  // the neighbour, turned around
+  }
+}
+
+// The rigid tip moves as the compliance says: t + w x r.
+TEST_F(LinkPicture, MovesTheLoadedInterfaceAsTheComplianceSays) {
+  const Json picture = link_picture(result());
+  const Matrix6 compliance = result().response.compliance();
+  const double unit = picture["point_unit"];
+  std::set<std::size_t> tip;
+  for (std::size_t t = 0; t < picture["of_interface"].size(); ++t)
+    if (picture["of_interface"][t] == 2)
+      for (std::size_t k = 0; k < 3; ++k)
+        tip.insert(picture["triangles"][3 * t + k].get<std::size_t>());
+  ASSERT_GE(tip.size(), 4u);
+  for (std::size_t load = 0; load < 6; ++load) {
+    const Json& shape = picture["shapes"][load];
+    const auto column = static_cast<Eigen::Index>(load);
+    const Vector3 t = compliance.block<3, 1>(0, column), w = compliance.block<3, 1>(3, column);
+    for (const std::size_t i : tip) {
+      const Vector3 r = entry(picture["points"], i, unit) - result().interfaces[1].point;
+      const Vector3 moved = entry(shape["displacements"], i, shape["unit"]);
+      // Both are whole numbers of their units: r is half a unit off in each direction, at most.
+      const double rounding = unit * w.norm() + shape["unit"].get<double>();
+      EXPECT_LT((moved - (t + w.cross(r))).norm(), rounding + 1e-6 * t.norm()) << shape["load"];
+    }
+  }
+}
+
+TEST_F(LinkPicture, KeepsToTheNumberOfPoints) {
+  const Json picture = link_picture(result(), 60);
+  const std::size_t count = picture["points"].size() / 3;
+  EXPECT_LE(count, 60u);
+  EXPECT_GE(count, 8u);
+  EXPECT_EQ(picture["triangles"].size(), 3 * picture["of_interface"].size());
+  for (const Json& corner : picture["triangles"]) EXPECT_LT(corner.get<std::size_t>(), count);
+  for (const Json& shape : picture["shapes"]) EXPECT_EQ(shape["displacements"].size(), 3 * count);
+}
+
+}  // namespace
+}  // namespace kinetostat::fea

@@ -1,0 +1,245 @@
+#include "kinetostat/vjm/io/urdf.h"
+
+#include <fstream>
+#include <map>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kinetostat/common/error.h"
+#include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/chain/kinematics.h"
+#include "kinetostat/vjm/io/robot_file.h"
+#include "kinetostat/vjm/manipulator/posture.h"
+
+#include "support/random.h"
+#include "support/temporary_folder.h"
+
+namespace kinetostat::vjm {
+namespace {
+
+using spatial::Pose;
+using spatial::Vector3;
+using testing::HasSubstr;
+
+class Urdf : public testing::Test {
+ protected:
+  test::TemporaryFolder folder;
+
+  UrdfModel read(const std::string& text) const {
+    const auto file = folder.path() / "robot.urdf";
+    std::ofstream(file) << text;
+    return read_urdf(file);
+  }
+  Robot imported(const UrdfModel& model, const UrdfChain& chain) const {
+    const auto file = folder.path() / "robot.yaml";
+    std::ofstream(file) << import_robot(model, chain).text;
+    return read_robot(file);
+  }
+  void expect_refused(const std::string& text, const std::string& message) const {
+    try {
+      const UrdfModel model = read(text);
+      import_robot(model, find_chain(model, "", ""));
+      ADD_FAILURE() << "accepted: " << text;
+    } catch (const common::InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(message));
+    }
+  }
+};
+
+// Links a and b with a joint between them, whose insides and type are given.
+std::string two_links(const std::string& type, const std::string& inside = "") {
+  return "<robot name='r'>\n<link name='a'/>\n<link name='b'/>\n<joint name='j' type='" + type +
+         "'>\n<parent link='a'/><child link='b'/>" + inside + "</joint>\n</robot>\n";
+}
+
+struct Motion6 {
+  std::map<std::string, double> joints;
+  Pose tip;                                // by URDF's own rule
+  std::map<std::string, Vector3> centers;  // of masses, per link
+};
+
+// Direct kinematics as URDF defines it: origin, then rotation about the axis in the child frame.
+Motion6 moved(const UrdfModel& model, const UrdfChain& chain, test::Random& random) {
+  Motion6 motion;
+  for (const std::size_t number : chain.joints) {
+    const UrdfJoint& joint = model.joints[number];
+    motion.tip = motion.tip * joint.origin;
+    if (joint.type != UrdfJointType::fixed) {
+      double q = random.uniform(-1, 1);
+      if (joint.mimics.empty()) motion.joints[joint.name] = q;
+      if (!joint.mimics.empty())
+        q = joint.mimic_factor * motion.joints.at(joint.mimics) + joint.mimic_offset;
+      motion.tip = motion.tip * (joint.type == UrdfJointType::prismatic
+                                     ? Pose::translation(q * joint.axis)
+                                     : Pose::rotation(spatial::exp_rotation(q * joint.axis)));
+    }
+    for (const UrdfLink& link : model.links)
+      if (link.name == joint.child && link.inertia)
+        motion.centers[link.name] = motion.tip * link.inertia->center;
+  }
+  return motion;
+}
+
+TEST_F(Urdf, ImportedArmMovesAsTheUrdfSays) {
+  const UrdfModel model =
+      read_urdf(std::string(KINETOSTAT_SOURCE_DIR) + "/data/urdf/six_axis.urdf");
+  const UrdfChain chain = find_chain(model, "", "flange");
+  const Robot robot = imported(model, chain);
+  test::Random random(5);
+  for (int i = 0; i < 20; ++i) {
+    const Motion6 motion = moved(model, chain, random);
+    const PostureResult result = posture_from_joints(robot.manipulator, motion.joints);
+    ASSERT_TRUE(result.reached) << result.reason;
+    EXPECT_LT(spatial::pose_difference(result.posture.platform, motion.tip).norm(), 1e-12);
+  }
+}
+
+TEST_F(Urdf, MassesAndTheirCentresArriveWithWhatIsFixedToThem) {
+  const UrdfModel model =
+      read_urdf(std::string(KINETOSTAT_SOURCE_DIR) + "/data/urdf/six_axis.urdf");
+  const UrdfChain chain = find_chain(model, "", "flange");
+  const Robot robot = imported(model, chain);
+  test::Random random(8);
+  const Motion6 motion = moved(model, chain, random);
+  const Posture posture = posture_from_joints(robot.manipulator, motion.joints).posture;
+  ChainKinematics kinematics;
+  const Chain& arm = robot.manipulator.chains()[0];
+  evaluate(arm, posture.coordinates[0], kinematics);
+  double mass = 0;
+  Vector3 moment = Vector3::Zero();
+  for (const PointMass& point : arm.masses()) {
+    mass += point.mass;
+    moment += point.mass * kinematics.nodes[point.node];
+  }
+  double expected_mass = 0;
+  Vector3 expected = Vector3::Zero();
+  for (const UrdfLink& link : model.links)
+    if (motion.centers.contains(link.name)) {
+      expected_mass += link.inertia->mass;
+      expected += link.inertia->mass * motion.centers.at(link.name);
+    }
+  // The camera bracket hangs on a side branch: it is not part of the chain.
+  EXPECT_NEAR(mass, expected_mass, 1e-12);
+  EXPECT_LT((moment - expected).norm(), 1e-12 * expected_mass);
+}
+
+TEST_F(Urdf, FixedLinksOfTheChainLendTheirMassToTheLinkBefore) {
+  const std::string text =
+      "<robot name='r'><link name='a'/><link name='b'><inertial><origin xyz='1 0 0'/><mass "
+      "value='2'/></inertial></link><link name='c'><inertial><mass value='3'/></inertial></link>"
+      "<joint name='j' type='revolute'><parent link='a'/><child link='b'/></joint>"
+      "<joint name='f' type='fixed'><parent link='b'/><child link='c'/><origin xyz='0 2 0' "
+      "rpy='0 0 1'/></joint></robot>";
+  const UrdfModel model = read(text);
+  const Robot robot = imported(model, find_chain(model, "", ""));
+  double mass = 0;
+  Vector3 moment = Vector3::Zero();
+  ChainKinematics kinematics;
+  const Chain& arm = robot.manipulator.chains()[0];
+  evaluate(arm, arm.home(), kinematics);
+  for (const PointMass& point : arm.masses()) {
+    mass += point.mass;
+    moment += point.mass * kinematics.nodes[point.node];
+  }
+  EXPECT_NEAR(mass, 5, 1e-14);
+  EXPECT_LT((moment - Vector3(2, 6, 0)).norm(), 1e-13);
+}
+
+TEST_F(Urdf, SlidesMimicJointsAndObliqueAxes) {
+  const std::string text =
+      "<robot name='r'><link name='a'/><link name='b'/><link name='c'/><link name='d'/>"
+      "<joint name='slide' type='prismatic'><parent link='a'/><child link='b'/><origin xyz='.1 0 "
+      "0' rpy='.3 .2 .1'/><axis xyz='1 1 0'/><limit lower='1' upper='2'/></joint>"
+      "<joint name='turn' type='continuous'><parent link='b'/><child link='c'/><axis xyz='0 0 "
+      "-1'/></joint>"
+      "<joint name='same' type='revolute'><parent link='c'/><child link='d'/><axis xyz='1 2 3'/>"
+      "<mimic joint='turn' multiplier='-2' offset='.4'/></joint></robot>";
+  const UrdfModel model = read(text);
+  const UrdfChain chain = find_chain(model, "", "");
+  const Robot robot = imported(model, chain);
+  EXPECT_EQ(robot.manipulator.chains()[0].coordinates()[0].home, 1.5);
+  test::Random random(2);
+  const Motion6 motion = moved(model, chain, random);
+  const PostureResult result = posture_from_joints(robot.manipulator, motion.joints);
+  EXPECT_LT(spatial::pose_difference(result.posture.platform, motion.tip).norm(), 1e-12);
+}
+
+// A slide that a turn drives through a screw, and a turn that a slide drives.
+TEST_F(Urdf, AMimicMayTurnWhatSlides) {
+  const std::string text =
+      "<robot name='r'><link name='a'/><link name='b'/><link name='c'/><link name='d'/><link "
+      "name='e'/>"
+      "<joint name='turn' type='continuous'><parent link='a'/><child link='b'/><axis xyz='0 1 "
+      "0'/></joint>"
+      "<joint name='nut' type='prismatic'><parent link='b'/><child link='c'/><axis xyz='1 0 0'/>"
+      "<mimic joint='turn' multiplier='-0.03' offset='.1'/></joint>"
+      "<joint name='slide' type='prismatic'><parent link='c'/><child link='d'/><axis xyz='0 0 "
+      "1'/><limit lower='0' upper='2'/></joint>"
+      "<joint name='wheel' type='revolute'><parent link='d'/><child link='e'/><axis xyz='1 2 3'/>"
+      "<mimic joint='slide' multiplier='4'/></joint></robot>";
+  const UrdfModel model = read(text);
+  const UrdfChain chain = find_chain(model, "", "");
+  const Robot robot = imported(model, chain);
+  test::Random random(3);
+  const Motion6 motion = moved(model, chain, random);
+  const PostureResult result = posture_from_joints(robot.manipulator, motion.joints);
+  EXPECT_LT(spatial::pose_difference(result.posture.platform, motion.tip).norm(), 1e-12);
+}
+
+TEST_F(Urdf, WhatIsMissingIsListed) {
+  const UrdfModel model = read(two_links("revolute"));
+  const ImportedRobot robot = import_robot(model, find_chain(model, "", ""));
+  ASSERT_EQ(robot.missing.size(), 2u);
+  EXPECT_EQ(robot.missing[0].key, "actuator j");
+  EXPECT_EQ(robot.missing[1].key, "links.b");
+}
+
+TEST_F(Urdf, NamesCannotBreakTheRobotFile) {
+  const UrdfModel model = read(
+      "<robot name='a &quot;b&quot; \\'><link name='x: [y'/><link "
+      "name='#z&#10;w'><visual><geometry>"
+      "<mesh filename='a&#10;b: c'/></geometry></visual></link><joint name='}{' type='revolute'>"
+      "<parent link='x: [y'/><child link='#z&#10;w'/></joint></robot>");
+  EXPECT_EQ(imported(model, find_chain(model, "", "")).name, "a \"b\" \\");
+}
+
+TEST_F(Urdf, BrokenFilesAreNamedWithTheirLine) {
+  expect_refused("<robot name='r'>\n<link name='a'>\n", "robot.urdf:");
+  expect_refused("<sdf/>", "no <robot> element");
+  expect_refused("<robot name='r'/>", "no links");
+  expect_refused("<robot name='r'>\n<xacro:macro/>\n</robot>", "robot.urdf:2: <xacro:macro>");
+  expect_refused("<robot name='r'>\n<link/>\n</robot>", "'name' is missing");
+  expect_refused("<robot name='r'><link name='a'/>\n<link name='a'/></robot>", "robot.urdf:2: a");
+  expect_refused(two_links("floating"), "a floating joint cannot");
+  expect_refused(two_links("revolutee"), "Did you mean 'revolute'?");
+  expect_refused(two_links("revolute", "<origin xyz='1 2'/>"), "\"1 2\" is not 3 finite numbers");
+  expect_refused(two_links("revolute", "<origin xyz='1 2 3 4'/>"), "is not 3 finite");
+  expect_refused(two_links("revolute", "<origin xyz='1 2 nan'/>"), "is not 3 finite");
+  expect_refused(two_links("revolute", "<axis xyz='-1e308 1 0'/>"), "is not 3 finite");
+  expect_refused(two_links("revolute", "<axis xyz='0 0 0'/>"), "the axis has no length");
+  expect_refused(two_links("revolute", "<limit lower='2' upper='1'/>"), "lower is above upper");
+  expect_refused(two_links("revolute", "<mimic joint='k'/>"), "it mimics 'k'");
+  expect_refused(two_links("fixed"), "no joint moves");
+  expect_refused(
+      "<robot name='r'><link name='a'/><joint name='j' type='fixed'><parent link='a'/>"
+      "<child link='q'/></joint></robot>",
+      "there is no link 'q'");
+}
+
+TEST_F(Urdf, LoopsAndBranchesAreRefusedWithTheirLinks) {
+  const std::string loop =
+      "<robot name='r'><link name='a'/><link name='b'/><joint name='j' type='fixed'><parent "
+      "link='a'/><child link='b'/></joint><joint name='k' type='fixed'><parent link='b'/><child "
+      "link='a'/></joint></robot>";
+  expect_refused(loop, "form a loop");
+  const UrdfModel model = read(loop);
+  EXPECT_EQ(find_chain(model, "a", "b").joints.size(), 1u);
+  const UrdfModel arm = read_urdf(std::string(KINETOSTAT_SOURCE_DIR) + "/data/urdf/six_axis.urdf");
+  EXPECT_THROW(find_chain(arm, "", ""), common::InputError);
+  EXPECT_THROW(find_chain(arm, "wrist_1", "forearm"), common::InputError);
+  EXPECT_THROW(find_chain(arm, "wrist_9", ""), common::InputError);
+}
+
+}  // namespace
+}  // namespace kinetostat::vjm

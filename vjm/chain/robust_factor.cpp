@@ -1,0 +1,45 @@
+#include "kinetostat/vjm/chain/robust_factor.h"
+
+namespace kinetostat::vjm {
+
+using Eigen::MatrixXd;
+
+void RobustFactor::compute(const MatrixXd& matrix) {
+  singular_ = false;
+  if (matrix.size() == 0) return;
+  lu_.compute(matrix);
+  const auto pivots = lu_.matrixLU().diagonal().cwiseAbs();
+  singular_ = !(pivots.minCoeff() > 1e-13 * pivots.maxCoeff());
+  if (!singular_) return;
+  matrix_ = matrix;
+  orthogonal_.setThreshold(1e-11);
+  orthogonal_.compute(matrix);
+}
+
+MatrixXd RobustFactor::solve(const MatrixXd& right, bool* consistent) const {
+  if (consistent) *consistent = true;
+  if (right.rows() == 0) return right;
+  if (!singular_) return lu_.solve(right);
+  MatrixXd solution = orthogonal_.solve(right);
+  if (consistent) *consistent = (matrix_ * solution - right).norm() <= 1e-8 * right.norm();
+  return solution;
+}
+
+bool has_full_row_rank(const MatrixXd& matrix) {
+  if (matrix.cols() < matrix.rows()) return false;
+  Eigen::ColPivHouseholderQR<MatrixXd> qr;
+  qr.setThreshold(1e-10);
+  qr.compute(matrix);
+  return qr.rank() == matrix.rows();
+}
+
+MatrixXd null_space(const MatrixXd& matrix, double tolerance) {
+  if (matrix.size() == 0) return MatrixXd::Identity(matrix.cols(), matrix.cols());
+  Eigen::ColPivHouseholderQR<MatrixXd> qr;
+  qr.setThreshold(tolerance);
+  qr.compute(matrix.transpose());
+  const MatrixXd q = qr.householderQ() * MatrixXd::Identity(matrix.cols(), matrix.cols());
+  return q.rightCols(matrix.cols() - qr.rank());
+}
+
+}  // namespace kinetostat::vjm

@@ -1,0 +1,53 @@
+#include "kinetostat/vjm/continuation/branch_point.h"
+
+#include <algorithm>
+
+#include <Eigen/SVD>
+
+namespace kinetostat::vjm {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Ascending.
+VectorXd singular_values(Continuation& continuation, const Station& station) {
+  return Eigen::BDCSVD<MatrixXd>(continuation.derivative(station)).singularValues().reverse();
+}
+
+int count_zero(const VectorXd& ascending) {
+  if (ascending.size() == 0) return 0;
+  const double zero = 1e-13 * ascending[ascending.size() - 1];
+  return static_cast<int>((ascending.array() <= zero).count());
+}
+
+// Right singular vectors of the smallest singular values, the null vector included.
+MatrixXd smallest_directions(Continuation& continuation, const Station& station, Index count) {
+  const Eigen::BDCSVD<MatrixXd> svd(continuation.derivative(station), Eigen::ComputeFullV);
+  return svd.matrixV().rightCols(std::min(count, svd.matrixV().cols()));
+}
+
+}  // namespace
+
+int idle_directions(Continuation& continuation, const Station& station) {
+  return count_zero(singular_values(continuation, station));
+}
+
+double distance_to_branch_point(Continuation& continuation, const Station& station, int idle) {
+  const VectorXd values = singular_values(continuation, station);
+  return idle < values.size() ? values[idle] : 0;
+}
+
+std::vector<VectorXd> leaving_directions(Continuation& continuation, const Station& beside,
+                                         const Station& at, int idle, int count) {
+  const MatrixXd here = smallest_directions(continuation, at, idle + 1 + count);
+  const MatrixXd path = smallest_directions(continuation, beside, idle + 1);
+  const Eigen::BDCSVD<MatrixXd> common(path.transpose() * here, Eigen::ComputeFullV);
+  const MatrixXd rest = here * common.matrixV().rightCols(here.cols() - path.cols());
+  std::vector<VectorXd> directions;
+  for (Index j = 0; j < rest.cols(); ++j) directions.push_back(rest.col(j).normalized());
+  return directions;
+}
+
+}  // namespace kinetostat::vjm

@@ -1,0 +1,302 @@
+#include "kinetostat/vjm/effects/effect.h"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+#include <optional>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "kinetostat/common/spelling.h"
+
+namespace kinetostat::vjm {
+
+using Eigen::Index;
+
+double ChainState::drive_force(Index coordinate) const {
+  double force = chain.stiffness()(coordinate, coordinate) * deflection[coordinate];
+  for (const auto& [k, law] : chain.laws())
+    if (k == coordinate && !law->is_beside_drive())
+      force += chain.value_of(k, *law, x, deflection, travel).force;
+  return force;
+}
+
+double ChainState::drive_stiffness(Index coordinate) const {
+  double stiffness = chain.stiffness()(coordinate, coordinate);
+  for (const auto& [k, law] : chain.laws())
+    if (k == coordinate && !law->is_beside_drive())
+      stiffness += chain.value_of(k, *law, x, deflection, travel).tangent;
+  return stiffness;
+}
+
+HistoryStep::HistoryStep(Eigen::VectorXd state, Index coordinates, Index inputs)
+    : next(std::move(state)),
+      by_coordinates(Eigen::MatrixXd::Zero(next.size(), coordinates)),
+      by_input(Eigen::MatrixXd::Zero(next.size(), inputs)),
+      by_drive_force(Eigen::VectorXd::Zero(next.size())) {}
+
+void EffectKind::act(Chain&, const std::string&, const EffectInput&) const {}
+void EffectKind::differentiate(ChainColumns&, const std::string&, const EffectInput&) const {}
+void EffectKind::add_to(ReadingErrors&, const EffectInput&) const {}
+ReadingErrors EffectKind::tangent(Index, const EffectInput&) const {
+  return ReadingErrors::tangent();
+}
+HistoryStep EffectKind::advance(const ChainState&, const std::string&, const EffectInput&) const {
+  throw std::logic_error(fmt::format("the effect '{}' has no history", name));
+}
+
+std::shared_ptr<const EffectKind> effect_kind(const std::string& name, const EffectKinds& kinds) {
+  std::vector<std::string> names;
+  for (const auto& kind : kinds) {
+    if (kind->name == name) return kind;
+    names.push_back(kind->name);
+  }
+  const std::string near = common::nearest_spelling(name, names);
+  throw std::invalid_argument(
+      fmt::format("there is no effect '{}'{}", name,
+                  near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
+}
+
+std::string to_string(EffectClass effect_class) {
+  switch (effect_class) {
+    case EffectClass::backlash:
+      return "backlash";
+    case EffectClass::stiffening:
+      return "stiffens or softens under load";
+    case EffectClass::friction:
+      return "friction or hysteresis";
+    case EffectClass::compliance:
+      return "more compliance than the model has";
+    case EffectClass::geometry:
+      return "geometry";
+    case EffectClass::weight:
+      return "weight";
+    case EffectClass::temperature:
+      return "temperature";
+    case EffectClass::time:
+      return "creep or drift";
+    case EffectClass::load:
+      return "the load is not as stated";
+    case EffectClass::instrument:
+      return "the instrument";
+    case EffectClass::other:
+      break;
+  }
+  return "another effect";
+}
+
+std::string to_string(EffectPlace place) {
+  static constexpr std::array names = {"joint", "link",     "element", "link/mass", "base",
+                                       "end",   "platform", "load",    "sensor"};
+  return names[static_cast<std::size_t>(place)];
+}
+
+Index Effect::history_size() const { return kind->history * static_cast<Index>(sites.size()); }
+
+std::string Effect::name_of(Index value) const {
+  return fmt::format("{} of {} at {}", kind->parameters[static_cast<std::size_t>(value)].name,
+                     kind->name, at);
+}
+
+Histories no_history(const std::vector<Effect>& effects) {
+  Histories histories;
+  for (const Effect& effect : effects)
+    histories.push_back(Eigen::VectorXd::Zero(effect.history_size()));
+  return histories;
+}
+
+namespace {
+
+// A link in segments has springs "leg.1", "leg.2", ...: the link is what is before the number.
+std::string link_of(const std::string& spring) {
+  const std::size_t dot = spring.rfind('.');
+  const bool is_segment = dot != std::string::npos && dot + 1 < spring.size() &&
+                          spring.find_first_not_of("0123456789", dot + 1) == std::string::npos;
+  return is_segment ? spring.substr(0, dot) : spring;
+}
+
+void add_links(const Chain& chain, std::vector<std::string>& elements) {
+  for (const Spring& spring : chain.springs()) {
+    if (spring.stiffness.rows() != 6) continue;
+    const std::string link = link_of(spring.name);
+    if (std::find(elements.begin(), elements.end(), link) == elements.end())
+      elements.push_back(link);
+  }
+}
+
+// Links that have a mass, and masses that stand alone.
+void add_masses(const Chain& chain, std::vector<std::string>& elements) {
+  for (const PointMass& mass : chain.masses())
+    if (!mass.element.empty() &&
+        std::find(elements.begin(), elements.end(), mass.element) == elements.end())
+      elements.push_back(mass.element);
+}
+
+void add_joints(const Chain& chain, std::vector<std::string>& elements) {
+  for (const Coordinate& coordinate : chain.coordinates())
+    if (coordinate.role != Role::elastic) elements.push_back(coordinate.name);
+}
+
+// The elements of one chain on which a kind can act, by name.
+std::vector<std::string> elements_of(EffectPlace place, const Chain& chain) {
+  std::vector<std::string> elements;
+  if (place == EffectPlace::joint || place == EffectPlace::element) add_joints(chain, elements);
+  if (place == EffectPlace::link || place == EffectPlace::element || place == EffectPlace::mass)
+    add_links(chain, elements);
+  if (place == EffectPlace::mass) add_masses(chain, elements);
+  if (place == EffectPlace::base || place == EffectPlace::element) elements.push_back("base");
+  if (place == EffectPlace::end || place == EffectPlace::element) elements.push_back("end");
+  return elements;
+}
+
+// The chain whose end carries what is mounted on the platform.
+std::optional<std::size_t> chain_to_platform(const Manipulator& manipulator) {
+  for (std::size_t c = 0; c < manipulator.size(); ++c)
+    if (manipulator.span(c).from == Span::base && manipulator.span(c).to == Span::platform)
+      return c;
+  return std::nullopt;
+}
+
+bool is_of_robot(EffectPlace place) {
+  return place == EffectPlace::platform || place == EffectPlace::load ||
+         place == EffectPlace::sensor;
+}
+
+}  // namespace
+
+std::vector<std::string> effect_places(const EffectKind& kind, const Manipulator& manipulator) {
+  if (is_of_robot(kind.place)) {
+    if (kind.place == EffectPlace::platform && !chain_to_platform(manipulator)) return {};
+    return {to_string(kind.place)};
+  }
+  std::vector<std::string> names;
+  const auto add = [&names](const std::string& name) {
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  };
+  for (const Chain& chain : manipulator.chains())
+    for (const std::string& element : elements_of(kind.place, chain)) {
+      add(chain.name() + "." + element);
+      add(element);
+    }
+  return names;
+}
+
+std::vector<EffectSite> effect_sites(const EffectKind& kind, const Manipulator& manipulator,
+                                     const std::string& name) {
+  std::vector<EffectSite> sites;
+  for (std::size_t c = 0; c < manipulator.size() && !is_of_robot(kind.place); ++c) {
+    const Chain& chain = manipulator.chains()[c];
+    for (const std::string& element : elements_of(kind.place, chain))
+      if (name == element || name == chain.name() + "." + element) sites.push_back({c, element});
+  }
+  const std::vector<std::string> known = effect_places(kind, manipulator);
+  if (!sites.empty()) return sites;
+  if (is_of_robot(kind.place) && std::find(known.begin(), known.end(), name) != known.end()) {
+    if (kind.place != EffectPlace::platform) return {};
+    return {{*chain_to_platform(manipulator), {}}};
+  }
+  if (known.empty())
+    throw std::invalid_argument(fmt::format("the robot has no {} on which '{}' could act",
+                                            to_string(kind.place), kind.name));
+  const std::string near = common::nearest_spelling(name, known);
+  throw std::invalid_argument(
+      fmt::format("'{}' is no {} of this robot{}", name, to_string(kind.place),
+                  near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
+}
+
+bool turns(const Effect& effect, const Manipulator& manipulator) {
+  if (effect.kind->place != EffectPlace::joint || effect.sites.empty()) return false;
+  const Chain& chain = manipulator.chains()[effect.sites[0].chain];
+  return is_rotation(
+      chain.coordinates()[static_cast<std::size_t>(chain.index_of(effect.sites[0].element))]
+          .motion);
+}
+
+namespace {
+
+// Compliance of the softest spring of a joint [rad/(N m), or m/N].
+double softest(const Manipulator& manipulator, bool angular) {
+  constexpr double lever2 = 0.3 * 0.3;
+  double largest = 0;
+  for (const Chain& chain : manipulator.chains())
+    for (const Spring& spring : chain.springs()) {
+      if (spring.stiffness.rows() != 1 || !(spring.stiffness(0, 0) > 0)) continue;
+      const bool turns =
+          is_rotation(chain.coordinates()[static_cast<std::size_t>(spring.first)].motion);
+      const double same_sort = turns == angular ? 1 : angular ? 1 / lever2 : lever2;
+      largest = std::max(largest, same_sort / spring.stiffness(0, 0));
+    }
+  return largest > 0 ? largest : angular ? 1e-6 : 1e-8;
+}
+
+}  // namespace
+
+double prior_deviation(const Effect& effect, Index value, const Manipulator& bare) {
+  const EffectParameter& parameter = effect.kind->parameters[static_cast<std::size_t>(value)];
+  if (parameter.prior_unit == PriorUnit::soft_compliance)
+    return parameter.prior_sd * softest(bare, parameter.linear.angle != 0);
+  if (parameter.prior_unit == PriorUnit::absolute || effect.sites.empty())
+    return parameter.prior_sd;
+  const Chain& chain = bare.chains()[effect.sites[0].chain];
+  const Index k = chain.index_of(effect.sites[0].element);
+  const double stiffness = chain.stiffness()(k, k);
+  return parameter.prior_unit == PriorUnit::stiffness ? parameter.prior_sd * stiffness
+                                                      : parameter.prior_sd / stiffness;
+}
+
+namespace {
+
+// Numbers of effects in the order in which they are applied: as in the catalogue, then others.
+std::vector<std::size_t> in_order(const std::vector<Effect>& effects) {
+  const auto rank = [](const Effect& effect) {
+    const auto& kinds = effect_kinds();
+    return std::find(kinds.begin(), kinds.end(), effect.kind) - kinds.begin();
+  };
+  std::vector<std::size_t> order(effects.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return rank(effects[a]) < rank(effects[b]);
+  });
+  return order;
+}
+
+}  // namespace
+
+Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effect>& effects,
+                         const Conditions& conditions, const Histories& histories) {
+  std::vector<std::optional<Chain>> changed(manipulator.size());
+  const auto act = [&](const Effect& effect, const Eigen::VectorXd& history) {
+    for (std::size_t s = 0; s < effect.sites.size(); ++s) {
+      const auto [c, element] = effect.sites[s];
+      if (!changed.at(c)) changed[c] = manipulator.chains()[c];
+      const Eigen::VectorXd before =
+          history.segment(static_cast<Index>(s) * effect.kind->history, effect.kind->history);
+      effect.kind->act(*changed[c], element, {effect.values, conditions, before});
+    }
+  };
+  for (const std::size_t e : in_order(effects)) act(effects[e], histories[e]);
+  Manipulator result = manipulator;
+  for (std::size_t c = 0; c < changed.size(); ++c)
+    if (changed[c]) result = result.with_chain(c, std::move(*changed[c]));
+  return result;
+}
+
+Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effect>& effects) {
+  return with_effects(manipulator, effects, {}, no_history(effects));
+}
+
+bool acts_under(const EffectKind& kind, const Conditions& conditions) {
+  return kind.place != EffectPlace::load || !conditions.known_load;
+}
+
+ReadingErrors reading_errors(const std::vector<Effect>& effects, const Conditions& conditions) {
+  ReadingErrors errors;
+  const Eigen::VectorXd none;
+  for (const Effect& effect : effects)
+    if (!effect.kind->acts_on_chains() && acts_under(*effect.kind, conditions))
+      effect.kind->add_to(errors, {effect.values, conditions, none});
+  return errors;
+}
+
+}  // namespace kinetostat::vjm

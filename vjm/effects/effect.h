@@ -1,0 +1,241 @@
+// Physical effects: named terms beside the springs and weights of a manipulator, in its equations
+// of equilibrium and in how it is loaded and read.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "kinetostat/spatial/units.h"
+#include "kinetostat/vjm/chain/kinematics.h"
+#include "kinetostat/vjm/effects/conditions.h"
+#include "kinetostat/vjm/effects/reading_errors.h"
+#include "kinetostat/vjm/statics/equilibrium.h"
+
+namespace kinetostat::vjm {
+
+/// What an effect acts on: an element of a chain (a flexible link, one of these or a joint, what
+/// has a mass or is a flexible link), where it starts or ends, the platform, the wrench that is
+/// stated, or the instrument.
+enum class EffectPlace { joint, link, element, mass, base, end, platform, load, sensor };
+std::string to_string(EffectPlace place);
+
+/// Effects that call for the same action. The kinds of one class are laws of it.
+enum class EffectClass {
+  backlash,
+  stiffening,  // or softening, under load
+  friction,    // or hysteresis
+  compliance,  // more than the model has
+  geometry,
+  weight,
+  temperature,
+  time,  // creep, drift
+  load,  // is not the one stated
+  instrument,
+  other  // of a user: each kind is a class of its own
+};
+/// "backlash", "stiffens or softens under load".
+std::string to_string(EffectClass effect_class);
+
+/// What a prior width is counted in.
+enum class PriorUnit {
+  absolute,        // SI
+  stiffness,       // of the joint's spring, or
+  compliance,      // one over that
+  soft_compliance  // the same of the softest joint of the manipulator, at a lever of 0.3 m where
+                   // the one slides or shifts and the other turns
+};
+
+/// One number of an effect; SI inside.
+struct EffectParameter {
+  std::string name;
+  spatial::Dimension linear, angular;  // on a joint that slides (or no joint), on one that turns
+  double lower = 0, upper = 0;         // physical range, in SI; the value must lie in it
+  double prior_sd = 0;                 // how far from `none` it usually is
+  PriorUnit prior_unit = PriorUnit::absolute;
+  double none = 0;       // the value at which there is no effect
+  bool required = true;  // otherwise `none` when not given
+  /// Not how large the effect is but how it acts: without the effect it means nothing.
+  bool is_shape = false;
+  /// An angle about which the effect goes round [rad]: any may be the right one, and a search
+  /// starts from all sides.
+  bool is_phase = false;
+  /// Where design fixes it: the values that it usually has [SI]. A search for what is missing tries
+  /// each, and fits none.
+  std::vector<double> usual_linear = {}, usual_angular = {};
+};
+
+/// What an effect is told when it acts.
+struct EffectInput {
+  const Eigen::VectorXd& values;  // of its parameters
+  const Conditions& conditions;
+  const Eigen::VectorXd& history;  // its state after the reading before; zero at the beginning
+};
+
+/// An equilibrium of one chain, as an effect sees it.
+struct ChainState {
+  const Chain& chain;          // with all effects applied
+  Eigen::VectorXd x;           // all coordinates [m or rad]
+  Eigen::VectorXd deflection;  // the same from their rest values
+  Eigen::VectorXd travel;      // the same from the commands themselves
+  const ChainKinematics& kinematics;
+  spatial::Pose origin;            // of the body that the chain starts from
+  spatial::Vector3 gravity;        // [m/s^2], base axes, as far as it acts
+  std::vector<PointWrench> loads;  // at the end, then at nodes
+
+  /// Force that the drive of a coordinate transmits [N or N m]: its spring and the laws in it.
+  double drive_force(Eigen::Index coordinate) const;
+  /// Its derivative with respect to the deflection.
+  double drive_stiffness(Eigen::Index coordinate) const;
+};
+
+/// Where a place of a chain stands (chain.h, ChainDisplacement), before it is displaced.
+struct PlaceFrame {
+  spatial::Pose pose;
+  Eigen::Index joints = 0;  // that lead there
+  bool in_front = false;    // of what stands in the frame there
+};
+PlaceFrame frame_of(const ChainState& state, const std::string& element, bool in_front);
+
+/// Derivatives of one chain's equations with respect to the values of an effect, then to its
+/// history: one column each, zero unless added to.
+class ChainColumns {
+ public:
+  ChainColumns(const ChainState& state, Eigen::Index columns);
+
+  const ChainState& state() const { return state_; }
+  /// A force on a coordinate [N or N m]: by its drive, or by what is beside the drive.
+  void add_drive_force(Eigen::Index column, Eigen::Index coordinate, double force);
+  void add_force(Eigen::Index column, Eigen::Index coordinate, double force);
+  /// A dead wrench.
+  void add_wrench(Eigen::Index column, const PointWrench& wrench);
+  /// A motion [translation; rotation increment] of all behind a place, of the point given.
+  void add_motion(Eigen::Index column, const PlaceFrame& place, const spatial::Vector3& point,
+                  const spatial::Vector6& motion);
+  /// The change of Chain::add_displacement's value at a place.
+  void add_displacement(Eigen::Index column, const std::string& element, bool in_front,
+                        const spatial::Vector6& change);
+  /// The change of the rest value of a coordinate [m or rad].
+  void add_rest_shift(Eigen::Index column, Eigen::Index coordinate, double change);
+  /// The change of a compliance behind an element, Chain::add_compliance_behind.
+  void add_compliance_behind(Eigen::Index column, const std::string& element,
+                             const std::string& name, Motion motion, double change);
+
+  const Eigen::MatrixXd& force() const { return force_; }  // on all coordinates
+  const Eigen::MatrixXd& drive() const { return drive_; }  // the part of it that is of drives
+  const Matrix6X& end() const { return end_; }             // motion of the chain's end
+  const Matrix6X& origin() const { return origin_; }  // wrench on the body that the chain starts at
+
+ private:
+  const ChainState& state_;
+  Eigen::MatrixXd force_, drive_;
+  Matrix6X end_, origin_;
+};
+
+/// The state of a history after an equilibrium, with its exact derivatives.
+struct HistoryStep {
+  Eigen::VectorXd next;
+  Eigen::MatrixXd by_coordinates;  // all of the chain
+  Eigen::MatrixXd by_input;        // values, then the history before
+  /// By what the drive of the effect's joint transmits, coordinates held; this covers whatever of
+  /// the effect's own input acts through the drive.
+  Eigen::VectorXd by_drive_force;
+
+  HistoryStep(Eigen::VectorXd state, Eigen::Index coordinates, Eigen::Index inputs);
+};
+
+/// A kind of effect: one file in vjm/effects/, listed in effect_kinds(). Does nothing by default.
+/// Immutable; parts of one kind at different places know nothing of each other.
+class EffectKind {
+ public:
+  std::string name;
+  std::string summary;    // one line
+  std::string law;        // the formula
+  std::string source;     // where it comes from
+  std::string signature;  // how it shows in measurements
+  std::string confuser;   // the effect that looks most like it
+  EffectClass effect_class = EffectClass::other;
+  EffectPlace place = EffectPlace::joint;
+  std::vector<EffectParameter> parameters;  // the first says how large it is
+  bool varies = false;                      // with the conditions of a reading
+  Eigen::Index history = 0;                 // numbers that it carries along a cycle, at each place
+  /// Nobody builds it but at a drive that lifts weight, though it may be given elsewhere.
+  bool balances_weight = false;
+
+  virtual ~EffectKind() = default;
+
+  /// Changes the chain at `element` (empty for the platform). Throws std::invalid_argument when it
+  /// cannot act there.
+  virtual void act(Chain& chain, const std::string& element, const EffectInput& input) const;
+  /// Exact derivatives of what that does, at an equilibrium.
+  virtual void differentiate(ChainColumns& columns, const std::string& element,
+                             const EffectInput& input) const;
+  /// Adds to how readings are taken, and the tangent of that with respect to one value.
+  virtual void add_to(ReadingErrors& errors, const EffectInput& input) const;
+  virtual ReadingErrors tangent(Eigen::Index value, const EffectInput& input) const;
+  /// Carries the history over an equilibrium. Required where history > 0.
+  virtual HistoryStep advance(const ChainState& state, const std::string& element,
+                              const EffectInput& input) const;
+
+  bool acts_on_chains() const { return place != EffectPlace::load && place != EffectPlace::sensor; }
+};
+
+using EffectKinds = std::vector<std::shared_ptr<const EffectKind>>;
+
+/// The catalogue, in the order in which effects of one robot are applied, whatever the order in
+/// which they are given: what inserts springs first.
+const EffectKinds& effect_kinds();
+/// Throws std::invalid_argument with did-you-mean.
+std::shared_ptr<const EffectKind> effect_kind(const std::string& name,
+                                              const EffectKinds& kinds = effect_kinds());
+
+/// Where an effect acts.
+struct EffectSite {
+  std::size_t chain = 0;
+  std::string element;  // empty for the platform
+};
+
+/// An effect with its values [SI] in the order of the kind's parameters; at several sites the same
+/// values act at each.
+struct Effect {
+  std::shared_ptr<const EffectKind> kind;
+  std::string at;                 // as written: "x.rho", "leg", "platform"
+  std::vector<EffectSite> sites;  // none for what acts on load or sensor
+  Eigen::VectorXd values;
+  Eigen::VectorXd deviations = {};  // their standard deviations; NaN where not stated
+
+  /// Numbers of history of all sites together.
+  Eigen::Index history_size() const;
+  /// "force of friction at x.rho"
+  std::string name_of(Eigen::Index value) const;
+};
+
+/// One vector an effect: the histories of its sites, one after the other.
+using Histories = std::vector<Eigen::VectorXd>;
+/// All zero: nothing has happened since the manipulator stood relaxed.
+Histories no_history(const std::vector<Effect>& effects);
+
+/// The sites of a kind of effect in a manipulator that a name stands for: "x.rho" one, "rho" that
+/// of every chain; "platform", "load", "sensor". Throws std::invalid_argument with did-you-mean.
+std::vector<EffectSite> effect_sites(const EffectKind& kind, const Manipulator& manipulator,
+                                     const std::string& name);
+/// The names that effect_sites knows.
+std::vector<std::string> effect_places(const EffectKind& kind, const Manipulator& manipulator);
+/// Prior standard deviation of a value [SI], where the manipulator has the effect.
+double prior_deviation(const Effect& effect, Eigen::Index value, const Manipulator& bare);
+/// Whether the unit of an effect's parameters there is that of a joint that turns.
+bool turns(const Effect& effect, const Manipulator& manipulator);
+
+/// The manipulator with the effects in its equations of equilibrium, the same in whatever order
+/// they are given. Its postures are those of the manipulator without them. Throws
+/// std::invalid_argument when one cannot act where it is put.
+Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effect>& effects,
+                         const Conditions& conditions, const Histories& histories);
+/// Under neutral conditions, without history.
+Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effect>& effects);
+/// Whether an effect has a part in readings that are taken so.
+bool acts_under(const EffectKind& kind, const Conditions& conditions);
+/// How readings are taken under the effects.
+ReadingErrors reading_errors(const std::vector<Effect>& effects, const Conditions& conditions);
+
+}  // namespace kinetostat::vjm

@@ -1,0 +1,279 @@
+#include "kinetostat/vjm/effects/effect_model.h"
+
+#include <array>
+#include <optional>
+#include <set>
+#include <stdexcept>
+
+#include "kinetostat/vjm/statics/equilibrium_state.h"
+
+namespace kinetostat::vjm {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// An equilibrium under its conditions.
+struct EffectModel::Case {
+  EquilibriumSystem& system;
+  const Load& stated;
+  const Load& load;
+  const Conditions& conditions;
+  const ReadingErrors& errors;
+  const SystemState& state;
+};
+
+namespace {
+
+// Formulas of users may depend on the wrench that is stated.
+void add_load(const Load& stated, Conditions& conditions) {
+  static constexpr std::array names = {"fx", "fy", "fz", "mx", "my", "mz"};
+  for (std::size_t i = 0; i < 3; ++i) {
+    conditions.covariates[names[i]] = stated.force[static_cast<Index>(i)];
+    conditions.covariates[names[3 + i]] = stated.moment[static_cast<Index>(i)];
+  }
+}
+
+VectorXd history_at(const VectorXd& history, std::size_t site, Index size) {
+  return history.segment(static_cast<Index>(site) * size, size);
+}
+
+bool is_fixed(const Effect& effect) {
+  return effect.kind->acts_on_chains() && !effect.kind->varies && effect.kind->history == 0;
+}
+
+std::vector<Effect> fixed_ones(const std::vector<Effect>& effects) {
+  std::vector<Effect> fixed;
+  for (const Effect& effect : effects)
+    if (is_fixed(effect)) fixed.push_back(effect);
+  return fixed;
+}
+
+// Derivatives by values and history of an effect at each of its sites.
+std::vector<ChainColumns> columns_of(const Effect& effect, const std::vector<ChainState>& states,
+                                     const Conditions& conditions, const VectorXd& history) {
+  std::vector<ChainColumns> all;
+  for (std::size_t s = 0; s < effect.sites.size(); ++s) {
+    const VectorXd before = history_at(history, s, effect.kind->history);
+    all.emplace_back(states[effect.sites[s].chain], effect.values.size() + effect.kind->history);
+    effect.kind->differentiate(all.back(), effect.sites[s].element,
+                               {effect.values, conditions, before});
+  }
+  return all;
+}
+
+}  // namespace
+
+EffectModel::EffectModel(Manipulator bare, std::vector<Effect> effects,
+                         const EquilibriumOptions& options)
+    : bare_(std::move(bare)),
+      effects_(std::move(effects)),
+      options_(options),
+      fixed_(with_effects(bare_, fixed_ones(effects_))) {
+  std::set<std::size_t> with_history;
+  for (std::size_t e = 0; e < effects_.size(); ++e) {
+    const EffectKind& kind = *effects_[e].kind;
+    varies_ |= kind.varies || kind.history > 0;
+    has_history_ |= kind.history > 0;
+    reads_ |= !kind.acts_on_chains();
+    for (const EffectSite& site : effects_[e].sites)
+      if (kind.history > 0) with_history.insert(site.chain);
+    if (!kind.acts_on_chains() || is_fixed(effects_[e])) continue;
+    varying_.push_back(e);
+    varying_effects_.push_back(effects_[e]);
+  }
+  chains_with_history_.assign(with_history.begin(), with_history.end());
+}
+
+// How the pose that is read changes with the wrench that is stated.
+Matrix6X EffectModel::by_stated_wrench(const Case& at) const {
+  const EquilibriumDerivatives equations(at.system, at.load, at.state);
+  Matrix6X result(6, 6);
+  for (Index k = 0; k < 6; ++k) {
+    const spatial::Vector6 unit = spatial::Vector6::Unit(k);
+    const Load change = at.errors.actual({.force = unit.head<3>(),
+                                          .moment = unit.tail<3>(),
+                                          .point_on_platform = at.stated.point_on_platform});
+    EquationChange equation = equations.no_change();
+    equation.platform_wrench = change.at_reference_point(at.state.bodies[0]);
+    result.col(k) =
+        at.errors.observed_motion(at.state.bodies[0], equations.solve(equation).platform);
+  }
+  return result;
+}
+
+bool EffectModel::is_relaxed_when_unloaded() const {
+  return varying_.empty() && !reads_ && fixed_.is_relaxed_when_unloaded();
+}
+
+Response EffectModel::at_rest(std::size_t parameters) const {
+  Response rest;
+  rest.histories = no_history(effects_);
+  for (const VectorXd& history : rest.histories)
+    rest.history_derivatives.push_back(
+        MatrixXd::Zero(history.size(), static_cast<Index>(parameters)));
+  return rest;
+}
+
+Response EffectModel::respond(const Posture& posture, const Load& stated, const Conditions& given,
+                              const Response& before, const std::vector<ModelParameter>& parameters,
+                              bool with_derivatives, const SystemState* near,
+                              bool with_compliance) const {
+  std::optional<Manipulator> varied;
+  Conditions conditions = given;
+  Response response;
+  response.histories = before.histories;
+  response.history_derivatives = before.history_derivatives;
+  if (!varying_.empty()) {
+    add_load(stated, conditions);
+    Histories histories;
+    for (const std::size_t e : varying_) histories.push_back(before.histories[e]);
+    try {
+      varied = with_effects(fixed_, varying_effects_, conditions, histories);
+    } catch (const std::invalid_argument& error) {
+      response.failure = error.what();
+      return response;
+    }
+  }
+  const Manipulator& manipulator = varied ? *varied : fixed_;
+  const ReadingErrors errors = reads_ ? reading_errors(effects_, conditions) : ReadingErrors{};
+  const Load load = errors.actual(stated);
+  EquilibriumSystem system(manipulator, posture);
+  FoundState found = state_under_load(system, manipulator, posture, load, options_, near);
+  if (found.status != EquilibriumStatus::converged) {
+    response.failure = std::move(found.reason);
+    return response;
+  }
+  response.state = std::move(found.state);
+  response.observed = errors.observed(response.state.bodies[0]);
+  const Case at{system, stated, load, conditions, errors, response.state};
+  if (with_compliance) response.by_wrench = by_stated_wrench(at);
+  if (with_derivatives) {
+    differentiate(at, before, parameters, response);
+  } else if (has_history_) {
+    advance(at, before, response);
+  }
+  return response;
+}
+
+void EffectModel::advance(const Case& at, const Response& before, Response& response) const {
+  const EquilibriumDerivatives equations(at.system, at.load, at.state);
+  for (std::size_t e = 0; e < effects_.size(); ++e) {
+    const Effect& effect = effects_[e];
+    const Index size = effect.kind->history;
+    for (std::size_t s = 0; size > 0 && s < effect.sites.size(); ++s) {
+      const VectorXd history = history_at(before.histories[e], s, size);
+      response.histories[e].segment(static_cast<Index>(s) * size, size) =
+          effect.kind
+              ->advance(equations.chain(effect.sites[s].chain), effect.sites[s].element,
+                        {effect.values, at.conditions, history})
+              .next;
+    }
+  }
+}
+
+// What all parameters of one case share.
+struct EffectModel::Linear {
+  EquilibriumDerivatives equations;
+  std::vector<ChainState> states;                  // of chains
+  std::vector<std::vector<ChainColumns>> columns;  // of effects at their sites, where needed
+
+  Linear(const Case& at, const std::vector<Effect>& effects, const Response& before,
+         const std::vector<ModelParameter>& parameters)
+      : equations(at.system, at.load, at.state), columns(effects.size()) {
+    if (effects.empty()) return;
+    for (std::size_t c = 0; c < at.system.chains().size(); ++c)
+      states.push_back(equations.chain(c));
+    std::vector<bool> needed(effects.size());
+    for (const ModelParameter& parameter : parameters)
+      if (parameter.springs.empty()) needed[parameter.effect] = true;
+    for (std::size_t e = 0; e < effects.size(); ++e)
+      if (needed[e] || effects[e].kind->history > 0)
+        columns[e] = columns_of(effects[e], states, at.conditions, before.histories[e]);
+  }
+};
+
+// The change of the equations with one parameter: directly, and through what histories carry.
+EquationChange EffectModel::change_by(const Linear& linear, const Case& at, const Response& before,
+                                      const ModelParameter& parameter, Index column) const {
+  EquationChange change = linear.equations.no_change();
+  for (const SpringParameter& spring : parameter.springs)
+    linear.equations.add_log_stiffness(spring, change);
+  if (parameter.springs.empty()) {
+    const Effect& effect = effects_[parameter.effect];
+    for (std::size_t s = 0; s < effect.sites.size(); ++s)
+      change.add(effect.sites[s].chain, linear.columns[parameter.effect][s], parameter.value);
+    if (!effect.kind->acts_on_chains())
+      change.platform_wrench = at.errors.wrench_derivative(at.stated, at.state.bodies[0],
+                                                           tangent_of(parameter, at.conditions));
+  }
+  for (std::size_t e = 0; e < effects_.size(); ++e) {
+    const Index size = effects_[e].kind->history, values = effects_[e].values.size();
+    for (std::size_t s = 0; size > 0 && s < effects_[e].sites.size(); ++s)
+      for (Index h = 0; h < size; ++h)
+        change.add(effects_[e].sites[s].chain, linear.columns[e][s], values + h,
+                   before.history_derivatives[e](static_cast<Index>(s) * size + h, column));
+  }
+  return change;
+}
+
+ReadingErrors EffectModel::tangent_of(const ModelParameter& parameter,
+                                      const Conditions& conditions) const {
+  const Effect& effect = effects_[parameter.effect];
+  const VectorXd no_history;
+  if (!acts_under(*effect.kind, conditions)) return ReadingErrors::tangent();
+  return effect.kind->tangent(parameter.value, {effect.values, conditions, no_history});
+}
+
+void EffectModel::differentiate(const Case& at, const Response& before,
+                                const std::vector<ModelParameter>& parameters,
+                                Response& response) const {
+  response.derivatives.resize(6, static_cast<Index>(parameters.size()));
+  if (parameters.empty() && !has_history_) return;
+  const Linear linear(at, effects_, before, parameters);
+  std::vector<EquationChange> changes;
+  std::vector<StateDerivative> solutions;
+  for (std::size_t p = 0; p < parameters.size(); ++p) {
+    const auto column = static_cast<Index>(p);
+    changes.push_back(change_by(linear, at, before, parameters[p], column));
+    solutions.push_back(linear.equations.solve(changes.back(), chains_with_history_));
+    response.derivatives.col(column) =
+        at.errors.observed_motion(at.state.bodies[0], solutions.back().platform);
+    if (parameters[p].springs.empty() && !effects_[parameters[p].effect].kind->acts_on_chains())
+      response.derivatives.col(column) += at.errors.observed_derivative(
+          at.state.bodies[0], tangent_of(parameters[p], at.conditions));
+  }
+  for (std::size_t e = 0; e < effects_.size(); ++e)
+    for (std::size_t s = 0; effects_[e].kind->history > 0 && s < effects_[e].sites.size(); ++s)
+      advance(linear, at, before, parameters, changes, solutions, e, s, response);
+}
+
+// Carries the history of one effect at one site, with its derivatives.
+void EffectModel::advance(const Linear& linear, const Case& at, const Response& before,
+                          const std::vector<ModelParameter>& parameters,
+                          const std::vector<EquationChange>& changes,
+                          const std::vector<StateDerivative>& solutions, std::size_t e,
+                          std::size_t s, Response& response) const {
+  const Effect& effect = effects_[e];
+  const auto& [chain, element] = effect.sites[s];
+  const Index size = effect.kind->history, first = static_cast<Index>(s) * size;
+  const VectorXd history = before.histories[e].segment(first, size);
+  const ChainState& state = linear.states[chain];
+  const HistoryStep step =
+      effect.kind->advance(state, element, {effect.values, at.conditions, history});
+  response.histories[e].segment(first, size) = step.next;
+  const bool has_drive = !step.by_drive_force.isZero(0);
+  for (std::size_t p = 0; p < parameters.size(); ++p) {
+    const auto column = static_cast<Index>(p);
+    VectorXd rate =
+        step.by_coordinates * solutions[p].coordinates[chain] +
+        step.by_input.rightCols(size) * before.history_derivatives[e].block(first, column, size, 1);
+    if (parameters[p].springs.empty() && parameters[p].effect == e)
+      rate += step.by_input.col(parameters[p].value);
+    if (has_drive)
+      rate -= step.by_drive_force * changes[p].chains[chain].drive[state.chain.index_of(element)];
+    response.history_derivatives[e].block(first, column, size, 1) = rate;
+  }
+}
+
+}  // namespace kinetostat::vjm

@@ -1,0 +1,84 @@
+// A manipulator with its effects, as readings are taken of it: one equilibrium after the other,
+// with everything that effects carry along.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kinetostat/vjm/effects/effect.h"
+#include "kinetostat/vjm/effects/sensitivity.h"
+
+namespace kinetostat::vjm {
+
+/// What the derivatives of a response are taken with respect to: the logarithm of the stiffness of
+/// springs that scale together, or one value of an effect (in SI).
+struct ModelParameter {
+  std::vector<SpringParameter> springs;
+  std::size_t effect = 0;  // when there are no springs
+  Eigen::Index value = 0;
+};
+
+/// One equilibrium of a sequence.
+struct Response {
+  std::string failure;     // empty when there is an equilibrium
+  spatial::Pose observed;  // pose that is read, base axes
+  /// Its derivatives [translation; rotation increment], one column a parameter.
+  Matrix6X derivatives;
+  /// Its change [translation; rotation increment] with the stated wrench [force; moment], base
+  /// axes, at this equilibrium alone; empty when not asked for.
+  Matrix6X by_wrench;
+  Histories histories;                               // after it
+  std::vector<Eigen::MatrixXd> history_derivatives;  // one column a parameter
+  SystemState state;
+};
+
+class EffectModel {
+ public:
+  /// `bare`: without the effects. Throws what with_effects() throws.
+  EffectModel(Manipulator bare, std::vector<Effect> effects,
+              const EquilibriumOptions& options = {});
+
+  const Manipulator& bare() const { return bare_; }
+  const std::vector<Effect>& effects() const { return effects_; }
+  /// Some effect depends on the conditions of a reading, or on the readings before it.
+  bool varies() const { return varies_; }
+  bool has_history() const { return has_history_; }
+  /// Without load the platform stands where the posture has it.
+  bool is_relaxed_when_unloaded() const;
+
+  /// The beginning of a sequence.
+  Response at_rest(std::size_t parameters) const;
+  /// The equilibrium under a stated load, after `before`. `posture` is one of the bare manipulator;
+  /// `near` (or nullptr) a state close to the solution, which saves time.
+  Response respond(const Posture& posture, const Load& load, const Conditions& conditions,
+                   const Response& before, const std::vector<ModelParameter>& parameters,
+                   bool with_derivatives, const SystemState* near = nullptr,
+                   bool with_compliance = false) const;
+
+ private:
+  struct Case;
+  struct Linear;
+  EquationChange change_by(const Linear& linear, const Case& at, const Response& before,
+                           const ModelParameter& parameter, Eigen::Index column) const;
+  ReadingErrors tangent_of(const ModelParameter& parameter, const Conditions& conditions) const;
+  Matrix6X by_stated_wrench(const Case& at) const;
+  void advance(const Linear& linear, const Case& at, const Response& before,
+               const std::vector<ModelParameter>& parameters,
+               const std::vector<EquationChange>& changes,
+               const std::vector<StateDerivative>& solutions, std::size_t effect, std::size_t site,
+               Response& response) const;
+  void differentiate(const Case& at, const Response& before,
+                     const std::vector<ModelParameter>& parameters, Response& response) const;
+  void advance(const Case& at, const Response& before, Response& response) const;
+
+  Manipulator bare_;
+  std::vector<Effect> effects_;
+  EquilibriumOptions options_;
+  Manipulator fixed_;  // with the effects that are the same for all readings
+  std::vector<std::size_t> varying_;
+  std::vector<Effect> varying_effects_;
+  std::vector<std::size_t> chains_with_history_;
+  bool varies_ = false, has_history_ = false, reads_ = false;
+};
+
+}  // namespace kinetostat::vjm

@@ -1,0 +1,92 @@
+// A joint goes on yielding under a load that stays.
+#include <cmath>
+
+#include "kinetostat/vjm/effects/kinds/kinds.h"
+
+namespace kinetostat::vjm::effects {
+namespace {
+
+enum Value { c, tau };
+enum History { crept, load };  // [m or rad]; force in the drive at the reading before [N or N m]
+
+// What has crept since the reading before, whose load acted until shortly before this one.
+struct Step {
+  double left, crept_now;
+
+  explicit Step(const EffectInput& input)
+      : left(std::exp(-input.conditions.elapsed / input.values[tau])),
+        crept_now(left * input.history[crept] +
+                  (1 - left) * input.values[c] * input.history[load]) {}
+  // Derivatives by c, tau, crept, load.
+  Eigen::Vector4d gradient(const EffectInput& input) const {
+    const double t = input.values[tau];
+    const double left_by_tau = left * input.conditions.elapsed / (t * t);
+    return {(1 - left) * input.history[load],
+            left_by_tau * (input.history[crept] - input.values[c] * input.history[load]), left,
+            (1 - left) * input.values[c]};
+  }
+};
+
+class Creep : public EffectKind {
+ public:
+  Creep() {
+    name = "creep";
+    effect_class = EffectClass::time;
+    summary = "a joint goes on yielding under a load that stays";
+    law =
+        "the rest value moves by q, tau dq/dt + q = c F with the drive's force F; the load of a "
+        "reading acts until shortly before the next one in its cycle";
+    source =
+        "standard linear solid: Findley, Lai and Onaran, Creep and Relaxation of Nonlinear "
+        "Viscoelastic Materials, 1976, ch. 5";
+    signature = "displacement grows with time under load and returns slowly after it";
+    confuser = "session_drift, which does not know the load; thermal_expansion";
+    place = EffectPlace::joint;
+    varies = true;
+    history = 2;
+    parameters = {{.name = "c",
+                   .linear = compliance::linear,
+                   .angular = compliance::angular,
+                   .lower = 0,
+                   .upper = 1,
+                   .prior_sd = 0.1,
+                   .prior_unit = PriorUnit::compliance},
+                  {.name = "tau",
+                   .linear = spatial::dimension::time,
+                   .angular = spatial::dimension::time,
+                   .lower = 1e-3,
+                   .upper = 1e8,
+                   .prior_sd = 600,
+                   .is_shape = true}};
+  }
+
+  void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
+    spring_of_joint(chain, joint);
+    chain.add_rest_shift({.coordinate = chain.index_of(joint), .shift = Step(input).crept_now});
+  }
+
+  void differentiate(ChainColumns& columns, const std::string& joint,
+                     const EffectInput& input) const override {
+    const Eigen::Vector4d gradient = Step(input).gradient(input);
+    const Eigen::Index k = columns.state().chain.index_of(joint);
+    for (Eigen::Index i = 0; i < 4; ++i) columns.add_rest_shift(i, k, gradient[i]);
+  }
+
+  // The drive's force is a function of the deflection x - command - shift.
+  HistoryStep advance(const ChainState& state, const std::string& joint,
+                      const EffectInput& input) const override {
+    const Eigen::Index k = state.chain.index_of(joint);
+    const Step now(input);
+    HistoryStep step(Eigen::Vector2d(now.crept_now, state.drive_force(k)), state.chain.size(), 4);
+    step.by_coordinates(load, k) = state.drive_stiffness(k);
+    step.by_input.row(crept) = now.gradient(input).transpose();
+    step.by_drive_force[load] = 1;
+    return step;
+  }
+};
+
+}  // namespace
+
+Kind creep() { return std::make_shared<Creep>(); }
+
+}  // namespace kinetostat::vjm::effects

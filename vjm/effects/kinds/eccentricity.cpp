@@ -1,0 +1,73 @@
+// A drive whose joint follows the command with a periodic error.
+#include <cmath>
+#include <numbers>
+
+#include "kinetostat/vjm/effects/kinds/kinds.h"
+
+namespace kinetostat::vjm::effects {
+namespace {
+
+using std::numbers::pi;
+
+enum Value { cosine, sine, order };
+
+class Eccentricity : public EffectKind {
+ public:
+  Eccentricity() {
+    const auto amplitude = [](const char* called) {
+      return EffectParameter{.name = called,
+                             .linear = spatial::dimension::length,
+                             .angular = spatial::dimension::angle,
+                             .lower = -0.1,
+                             .upper = 0.1,
+                             .prior_sd = 1e-4,
+                             .required = false};
+    };
+    name = "eccentricity";
+    effect_class = EffectClass::geometry;
+    summary = "a drive with a periodic error: an eccentric gear, a screw with a drunken thread";
+    law = "rest value = u + cosine cos(order u) + sine sin(order u) for the command u";
+    source = "kinematic transmission error: ISO 1328-2; VDI/VDE 2608";
+    signature = "an offset periodic in the joint's command, whatever the load";
+    confuser = "geometric_error in front of the joint, at few postures";
+    place = EffectPlace::joint;
+    parameters = {amplitude("cosine"),
+                  amplitude("sine"),
+                  // Once or twice a turn; or once a turn of a screw with a lead of 5, 10 or 20 mm.
+                  {.name = "order",
+                   .linear = {.length = -1, .angle = 1},
+                   .angular = spatial::dimension::none,
+                   .lower = 1e-3,
+                   .upper = 1e6,
+                   .prior_sd = 1,
+                   .none = 1,
+                   .required = false,
+                   .is_shape = true,
+                   .usual_linear = {2 * pi / 0.005, 2 * pi / 0.01, 2 * pi / 0.02},
+                   .usual_angular = {1, 2}}};
+  }
+
+  void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
+    chain.add_rest_shift({.coordinate = chain.index_of(joint),
+                          .cosine = input.values[cosine],
+                          .sine = input.values[sine],
+                          .order = input.values[order]});
+  }
+
+  void differentiate(ChainColumns& columns, const std::string& joint,
+                     const EffectInput& input) const override {
+    const Eigen::Index k = columns.state().chain.index_of(joint);
+    const double command = columns.state().x[k] - columns.state().travel[k];
+    const double c = std::cos(input.values[order] * command);
+    const double s = std::sin(input.values[order] * command);
+    columns.add_rest_shift(cosine, k, c);
+    columns.add_rest_shift(sine, k, s);
+    columns.add_rest_shift(order, k, command * (input.values[sine] * c - input.values[cosine] * s));
+  }
+};
+
+}  // namespace
+
+Kind eccentricity() { return std::make_shared<Eccentricity>(); }
+
+}  // namespace kinetostat::vjm::effects

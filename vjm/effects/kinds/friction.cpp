@@ -1,0 +1,174 @@
+// Dry friction in a joint, with hysteresis: it sticks elastically, then slips.
+#include <algorithm>
+#include <cmath>
+
+#include "kinetostat/vjm/effects/kinds/kinds.h"
+
+namespace kinetostat::vjm::effects {
+namespace {
+
+// Share of the presliding length over which sticking passes into slipping.
+constexpr double rounding = 0.05;
+// What is shorter is taken to be as long [m or rad]: no instrument sees the difference.
+constexpr double least_presliding = 1e-9;
+
+enum Value { force, presliding, settled };
+enum History {
+  stretch,
+  travel
+};  // of the bristles over the presliding length; the joint's [m, rad]
+constexpr Eigen::Index before = settled + 1;  // where the history stands among the inputs
+
+// A saturation: u up to 1 - w in magnitude, 1 from 1 + w on, between them its slope falls as
+// 1 - 3 t^2 + 2 t^3. Its value, slope and integral.
+struct Saturation {
+  double value, slope, integral;
+
+  explicit Saturation(double u) {
+    constexpr double w = rounding;
+    const double size = std::abs(u), t = std::clamp((size - (1 - w)) / (2 * w), 0.0, 1.0);
+    const double inside = std::min(size, 1 + w);
+    const double lost = 2 * w * t * t * t * (1 - t / 2);
+    value = std::copysign(inside - lost, u);
+    slope = 1 - t * t * (3 - 2 * t);
+    integral = inside * inside / 2 - 4 * w * w * (std::pow(t, 4) / 4 - std::pow(t, 5) / 10) +
+               (size - inside);
+  }
+};
+
+// The weight of a cycle's posture is put on without friction, and friction starts from there.
+bool settles(const EffectInput& input) {
+  return input.values[settled] > 0.5 && input.conditions.unloaded;
+}
+
+class FrictionLaw : public CoordinateLaw {
+ public:
+  FrictionLaw(const Eigen::VectorXd& values, const Eigen::VectorXd& history)
+      : force_(values[force]),
+        length_(std::max(least_presliding, values[presliding])),
+        history_(history) {}
+
+  Value at(const JointState& joint) const override {
+    const Saturation s(history_[stretch] + (joint.travel - history_[effects::travel]) / length_);
+    return {.energy = force_ * length_ * s.integral,
+            .force = force_ * s.value,
+            .tangent = force_ / length_ * s.slope};
+  }
+  bool is_beside_drive() const override { return true; }
+  // From one direction of slipping to the other, through where it sticks.
+  bool bends(const JointState& from, double& step) const override {
+    const double start = history_[stretch] + (from.travel - history_[effects::travel]) / length_;
+    const double end = start + step / length_;
+    const auto slips = [](double u) { return u > 1 ? 1 : u < -1 ? -1 : 0; };
+    if (slips(start) != 0 && start * end < 0) step = -start * length_;
+    return slips(start) != slips(end);
+  }
+
+ private:
+  double force_, length_;
+  Eigen::Vector2d history_;
+};
+
+class Friction : public EffectKind {
+ public:
+  Friction() {
+    name = "friction";
+    effect_class = EffectClass::friction;
+    summary = "dry friction in a joint, with the hysteresis of a load cycle";
+    law =
+        "F = force s(z), z = z' + (x - x') / presliding with z' and x' after the reading before, "
+        "then z = s(z); s(z) = z while it sticks, +-1 when it slips, rounded over +-0.05 of the "
+        "presliding length; with 0 it is Coulomb's. Before a cycle weight is put on against "
+        "friction, or with settled = 1 without it";
+    source =
+        "elasto-plastic friction: Jenkin (1922); Iwan, A distributed-element model for hysteresis, "
+        "J. Appl. Mech. 33 (1966) 893, one element";
+    signature =
+        "loading and unloading differ: a loop of 4 force travel a cycle, and an offset after it";
+    confuser =
+        "clearance, when the load does not reverse; creep, when loading is slower than "
+        "unloading";
+    place = EffectPlace::joint;
+    history = 2;
+    parameters = {{.name = "force",
+                   .linear = spatial::dimension::force,
+                   .angular = spatial::dimension::moment,
+                   .lower = 0,
+                   .upper = 1e7,
+                   .prior_sd = 50},
+                  {.name = "presliding",
+                   .linear = spatial::dimension::length,
+                   .angular = spatial::dimension::angle,
+                   .lower = 0,
+                   .upper = 0.1,
+                   .prior_sd = 2e-5,
+                   .is_shape = true},
+                  {.name = "settled",
+                   .linear = spatial::dimension::none,
+                   .angular = spatial::dimension::none,
+                   .lower = 0,
+                   .upper = 1,
+                   .prior_sd = 1,
+                   .required = false,
+                   .is_shape = true,
+                   .usual_linear = {0, 1},
+                   .usual_angular = {0, 1}}};
+  }
+
+  void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
+    require_mobile(chain, joint);
+    if (settles(input)) return;
+    chain.law(joint, std::make_shared<FrictionLaw>(input.values, input.history));
+  }
+
+  void differentiate(ChainColumns& columns, const std::string& joint,
+                     const EffectInput& input) const override {
+    if (settles(input)) return;
+    const Step at(columns.state(), joint, input);
+    const double limit = input.values[force];
+    columns.add_force(force, at.joint, -at.s.value);
+    columns.add_force(presliding, at.joint, -limit * at.s.slope * at.by_length);
+    columns.add_force(before + stretch, at.joint, -limit * at.s.slope);
+    columns.add_force(before + travel, at.joint, limit * at.s.slope / at.length);
+  }
+
+  HistoryStep advance(const ChainState& state, const std::string& joint,
+                      const EffectInput& input) const override {
+    constexpr Eigen::Index inputs = before + 2;
+    const Step at(state, joint, input);
+    if (settles(input)) {
+      HistoryStep step(Eigen::Vector2d(0, state.travel[at.joint]), state.chain.size(), inputs);
+      step.by_coordinates(travel, at.joint) = 1;
+      return step;
+    }
+    HistoryStep step(Eigen::Vector2d(at.s.value, state.travel[at.joint]), state.chain.size(),
+                     inputs);
+    step.by_coordinates(stretch, at.joint) = at.s.slope / at.length;
+    step.by_coordinates(travel, at.joint) = 1;
+    step.by_input(stretch, presliding) = at.s.slope * at.by_length;
+    step.by_input(stretch, before + stretch) = at.s.slope;
+    step.by_input(stretch, before + travel) = -at.s.slope / at.length;
+    return step;
+  }
+
+ private:
+  // From the reading before to this one.
+  struct Step {
+    Eigen::Index joint;
+    double length, moved, by_length;  // derivative of z by the presliding length
+    Saturation s;
+
+    Step(const ChainState& state, const std::string& name, const EffectInput& input)
+        : joint(state.chain.index_of(name)),
+          length(std::max(least_presliding, input.values[presliding])),
+          moved(state.travel[joint] - input.history[effects::travel]),
+          by_length(input.values[presliding] < least_presliding ? 0 : -moved / (length * length)),
+          s(input.history[stretch] + moved / length) {}
+  };
+};
+
+}  // namespace
+
+Kind friction() { return std::make_shared<Friction>(); }
+
+}  // namespace kinetostat::vjm::effects

@@ -1,0 +1,62 @@
+#include "kinetostat/vjm/effects/kinds/kinds.h"
+
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+namespace kinetostat::vjm {
+
+using Eigen::Index;
+
+namespace effects {
+
+EffectParameter optional_parameter(std::string name, const spatial::Dimension& dimension,
+                                   double limit, double prior_sd) {
+  return {.name = std::move(name),
+          .linear = dimension,
+          .angular = dimension,
+          .lower = -limit,
+          .upper = limit,
+          .prior_sd = prior_sd,
+          .required = false};
+}
+
+const Spring& spring_of_joint(const Chain& chain, const std::string& joint) {
+  const Index k = chain.index_of(joint);
+  for (const Spring& spring : chain.springs())
+    if (spring.first == k && spring.stiffness.rows() == 1) return spring;
+  throw std::invalid_argument(
+      fmt::format("joint '{}' of chain '{}' has no spring", joint, chain.name()));
+}
+
+}  // namespace effects
+
+const EffectKinds& effect_kinds() {
+  static const EffectKinds kinds = {effects::joint_compliance(),
+                                    effects::link_compliance(),
+                                    effects::bearing_compliance(),
+                                    effects::base_compliance(),
+                                    effects::platform_compliance(),
+                                    effects::geometric_error(),
+                                    effects::thermal_expansion(),
+                                    effects::eccentricity(),
+                                    effects::creep(),
+                                    effects::hardening(),
+                                    effects::load_hardening(),
+                                    effects::piecewise_stiffness(),
+                                    effects::clearance(),
+                                    effects::friction(),
+                                    effects::preload(),
+                                    effects::gravity_compensator(),
+                                    effects::self_weight(),
+                                    effects::payload(),
+                                    effects::wrench_gain(),
+                                    effects::wrench_misalignment(),
+                                    effects::application_point(),
+                                    effects::sensor_frame(),
+                                    effects::target_lever_arm(),
+                                    effects::session_drift()};
+  return kinds;
+}
+
+}  // namespace kinetostat::vjm

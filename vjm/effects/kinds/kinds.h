@@ -1,0 +1,64 @@
+// The kinds of effects, one file each. Internal to this room; effect.h lists them.
+#pragma once
+
+#include "kinetostat/vjm/effects/effect.h"
+
+namespace kinetostat::vjm::effects {
+
+using Kind = std::shared_ptr<const EffectKind>;
+
+Kind joint_compliance();
+Kind link_compliance();
+Kind bearing_compliance();
+Kind base_compliance();
+Kind platform_compliance();
+Kind geometric_error();
+Kind thermal_expansion();
+Kind eccentricity();
+Kind creep();
+Kind hardening();
+Kind load_hardening();
+Kind piecewise_stiffness();
+Kind clearance();
+Kind friction();
+Kind preload();
+Kind gravity_compensator();
+Kind self_weight();
+Kind payload();
+Kind wrench_gain();
+Kind wrench_misalignment();
+Kind application_point();
+Kind sensor_frame();
+Kind target_lever_arm();
+Kind session_drift();
+
+namespace compliance {
+inline constexpr spatial::Dimension linear{.mass = -1, .time = 2};
+inline constexpr spatial::Dimension angular{.length = -2, .mass = -1, .time = 2, .angle = 1};
+}  // namespace compliance
+
+/// A parameter that need not be given and does nothing at zero, of one dimension everywhere.
+EffectParameter optional_parameter(std::string name, const spatial::Dimension& dimension,
+                                   double limit, double prior_sd);
+
+/// The spring of a joint. Throws std::invalid_argument when the joint has none.
+const Spring& spring_of_joint(const Chain& chain, const std::string& joint);
+/// The change with a compliance in series with the spring of coordinate `k`.
+void add_series_compliance(ChainColumns& columns, Eigen::Index column, Eigen::Index k,
+                           double change);
+/// Throws std::invalid_argument when the joint is held rigidly.
+void require_mobile(const Chain& chain, const std::string& joint);
+
+/// `name`, or with further signs when a node of the chain has it.
+std::string free_node_name(const Chain& chain, std::string name);
+
+/// A dead zone with hyperbolas for corners: 0 between -gap and gap, d -+ gap beyond, the corners
+/// rounded over `width` (0: sharp); d itself without a gap. Its value, slope, derivatives by gap
+/// and width, and integral over d.
+struct DeadZone {
+  double value = 0, slope = 0, by_gap = 0, by_width = 0, integral = 0;
+
+  DeadZone(double d, double gap, double width);
+};
+
+}  // namespace kinetostat::vjm::effects

@@ -1,0 +1,79 @@
+// What a chain stands on, and what it carries, yield: foundation and pedestal; flange and tool.
+#include "kinetostat/vjm/effects/kinds/kinds.h"
+
+namespace kinetostat::vjm::effects {
+namespace {
+
+enum Value { translation, rotation };
+
+class MountCompliance : public EffectKind {
+ public:
+  explicit MountCompliance(std::string element) : element_(std::move(element)) {
+    parameters = {{.name = "translation",
+                   .linear = compliance::linear,
+                   .angular = compliance::linear,
+                   .lower = 0,
+                   .upper = 1,
+                   .prior_sd = 0.1,
+                   .prior_unit = PriorUnit::soft_compliance,
+                   .required = false},
+                  {.name = "rotation",
+                   .linear = compliance::angular,
+                   .angular = compliance::angular,
+                   .lower = 0,
+                   .upper = 1,
+                   .prior_sd = 0.1,
+                   .prior_unit = PriorUnit::soft_compliance,
+                   .required = false}};
+  }
+
+  void act(Chain& chain, const std::string&, const EffectInput& input) const override {
+    for (const Motion motion : all_motions)
+      chain.add_compliance_behind(element_, coordinate_name(motion), motion,
+                                  input.values[value_of(motion)]);
+  }
+
+  void differentiate(ChainColumns& columns, const std::string&, const EffectInput&) const override {
+    for (const Motion motion : all_motions)
+      columns.add_compliance_behind(value_of(motion), element_, coordinate_name(motion), motion, 1);
+  }
+
+ private:
+  static Value value_of(Motion motion) { return vjm::is_rotation(motion) ? rotation : translation; }
+  std::string coordinate_name(Motion motion) const {
+    return "mount at " + element_ + "." + to_string(motion);
+  }
+
+  std::string element_;
+};
+
+}  // namespace
+
+Kind base_compliance() {
+  auto kind = std::make_shared<MountCompliance>("base");
+  kind->name = "base_compliance";
+  kind->effect_class = EffectClass::compliance;
+  kind->summary = "what a chain stands on yields, the same in all directions";
+  kind->law = "u = translation F, turn = rotation M, at the base frame of the chain";
+  kind->source = "a six-dimensional spring at the start of the chain: MMT11 section 2";
+  kind->signature =
+      "the whole robot moves; rotations grow with the moment about the base, so with reach";
+  kind->confuser = "joint_compliance of the first joint";
+  kind->place = EffectPlace::base;
+  return kind;
+}
+
+Kind platform_compliance() {
+  auto kind = std::make_shared<MountCompliance>("end");
+  kind->name = "platform_compliance";
+  kind->effect_class = EffectClass::compliance;
+  kind->summary = "flange, platform or tool yields where a chain ends, the same in all directions";
+  kind->law = "u = translation F, turn = rotation M, behind the last joint or link of the chain";
+  kind->source = "a six-dimensional spring at the end of the chain: MMT11 section 2";
+  kind->signature = "the same compliance in platform axes at every posture";
+  kind->confuser = "link_compliance of the last link";
+  kind->place = EffectPlace::end;
+  return kind;
+}
+
+}  // namespace kinetostat::vjm::effects

@@ -1,0 +1,93 @@
+// What the instrument shows is not what the platform does.
+#include "kinetostat/vjm/effects/kinds/kinds.h"
+
+namespace kinetostat::vjm::effects {
+namespace {
+
+// A displacement of all that is read.
+class SensorFrame : public EffectKind {
+ public:
+  void add_to(ReadingErrors& errors, const EffectInput& input) const override {
+    errors.sensor += input.values;
+  }
+  ReadingErrors tangent(Eigen::Index value, const EffectInput&) const override {
+    ReadingErrors tangent = ReadingErrors::tangent();
+    tangent.sensor = spatial::Vector6::Unit(value);
+    return tangent;
+  }
+};
+
+// The same in proportion to time.
+class SessionDrift : public EffectKind {
+ public:
+  SessionDrift() { varies = true; }
+
+  void add_to(ReadingErrors& errors, const EffectInput& input) const override {
+    errors.sensor += seconds(input) * input.values.head<6>();
+  }
+  ReadingErrors tangent(Eigen::Index value, const EffectInput& input) const override {
+    ReadingErrors tangent = ReadingErrors::tangent();
+    if (value == each_cycle)
+      tangent.sensor = -before_the_cycle(input) * input.values.head<6>();
+    else
+      tangent.sensor = seconds(input) * spatial::Vector6::Unit(value);
+    return tangent;
+  }
+
+  static constexpr Eigen::Index each_cycle = 6;
+
+ private:
+  static double before_the_cycle(const EffectInput& input) {
+    return input.conditions.time - input.conditions.time_in_cycle;
+  }
+  static double seconds(const EffectInput& input) {
+    return input.conditions.time - input.values[each_cycle] * before_the_cycle(input);
+  }
+};
+
+}  // namespace
+
+Kind sensor_frame() {
+  auto kind = std::make_shared<SensorFrame>();
+  kind->name = "sensor_frame";
+  kind->effect_class = EffectClass::instrument;
+  kind->summary = "the frame in which displacements are read is displaced";
+  kind->law = "read pose = [exp(r), t] pose with t = [x, y, z], r = [rx, ry, rz], base axes";
+  kind->source = "registration of a measuring frame: ISO 9283";
+  kind->signature = "displacements turned, the same everywhere; in poses an offset, too";
+  kind->confuser = "geometric_error of the first body; session_drift";
+  kind->place = EffectPlace::sensor;
+  for (const char* axis : {"x", "y", "z"})
+    kind->parameters.push_back(optional_parameter(axis, spatial::dimension::length, 100, 1e-3));
+  for (const char* axis : {"rx", "ry", "rz"})
+    kind->parameters.push_back(optional_parameter(axis, spatial::dimension::angle, 3, 5e-3));
+  return kind;
+}
+
+Kind session_drift() {
+  auto kind = std::make_shared<SessionDrift>();
+  kind->name = "session_drift";
+  kind->effect_class = EffectClass::time;
+  kind->summary = "readings drift with the time since they were zeroed";
+  kind->law =
+      "read pose = [exp(r t), v t] pose, v = [x, y, z], r = [rx, ry, rz] per time; t since the "
+      "session began, or with each_cycle = 1 the load cycle";
+  kind->source = "drift of an instrument: ISO 230-3, environmental temperature variation error";
+  kind->signature =
+      "residuals grow in proportion to time in each session or cycle, whatever the load";
+  kind->confuser =
+      "sensor_frame, in one short session; thermal_expansion, when the temperature follows time";
+  kind->place = EffectPlace::sensor;
+  for (const char* axis : {"x", "y", "z"})
+    kind->parameters.push_back(optional_parameter(axis, {.length = 1, .time = -1}, 1, 5e-9));
+  for (const char* axis : {"rx", "ry", "rz"})
+    kind->parameters.push_back(optional_parameter(axis, {.time = -1, .angle = 1}, 1, 5e-9));
+  EffectParameter each_cycle = optional_parameter("each_cycle", spatial::dimension::none, 1, 1);
+  each_cycle.lower = 0;
+  each_cycle.is_shape = true;
+  each_cycle.usual_linear = each_cycle.usual_angular = {0, 1};
+  kind->parameters.push_back(std::move(each_cycle));
+  return kind;
+}
+
+}  // namespace kinetostat::vjm::effects

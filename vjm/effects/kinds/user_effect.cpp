@@ -1,0 +1,205 @@
+#include "kinetostat/vjm/effects/kinds/user_effect.h"
+
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "kinetostat/vjm/effects/kinds/kinds.h"
+
+namespace kinetostat::vjm::effects {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+// Where the coordinates of a joint stand among the variables; -1: not there.
+struct Coordinates {
+  Index position = -1, deflection = -1, command = -1;
+
+  explicit Coordinates(UserLaw law) {
+    if (law == UserLaw::force) position = 0, deflection = 1, command = 2;
+    if (law == UserLaw::offset) command = 0;
+  }
+  Index count() const { return position == 0 ? 3 : command == 0 ? 1 : 0; }
+};
+
+const std::array<const char*, 6> loads = {"fx", "fy", "fz", "mx", "my", "mz"};
+
+// A force beside the drive of a joint.
+class FormulaForce : public CoordinateLaw {
+ public:
+  FormulaForce(std::shared_ptr<const Expression> formula, VectorXd variables)
+      : formula_(std::move(formula)), variables_(std::move(variables)) {}
+
+  Value at(const JointState& joint) const override {
+    VectorXd v = variables_;
+    set(joint, joint.deflection, v);
+    const auto by_position = formula_->derivative(v, 0);
+    return {.energy = energy(joint, v),
+            .force = by_position.value,
+            .tangent = by_position.slope + formula_->derivative(v, 1).slope};
+  }
+  bool is_beside_drive() const override { return true; }
+
+ private:
+  static void set(const JointState& joint, double deflection, VectorXd& v) {
+    v[0] = joint.position - joint.deflection + deflection;
+    v[1] = deflection;
+    v[2] = joint.position - joint.travel;
+  }
+
+  // Work from rest, by Gauss' rule with four points: reported, not solved with.
+  double energy(const JointState& joint, VectorXd v) const {
+    constexpr double points[] = {0.0694318442029737, 0.3300094782075719};
+    constexpr double weights[] = {0.1739274225687269, 0.3260725774312731};
+    double sum = 0;
+    for (int i = 0; i < 2; ++i)
+      for (const double s : {points[i], 1 - points[i]}) {
+        set(joint, s * joint.deflection, v);
+        sum += weights[i] * formula_->value(v);
+      }
+    return sum * joint.deflection;
+  }
+
+  std::shared_ptr<const Expression> formula_;
+  VectorXd variables_;
+};
+
+// A drive that leads its joint elsewhere: k (d - e) in the place of k d.
+class FormulaOffset : public CoordinateLaw {
+ public:
+  FormulaOffset(std::shared_ptr<const Expression> formula, VectorXd variables)
+      : formula_(std::move(formula)), variables_(std::move(variables)) {}
+
+  Value at(const JointState& joint) const override {
+    VectorXd v = variables_;
+    v[0] = joint.position - joint.travel;
+    const double offset = formula_->value(v);
+    return {.energy = joint.stiffness * offset * (offset / 2 - joint.deflection),
+            .force = -joint.stiffness * offset,
+            .tangent = 0,
+            .force_by_stiffness = -offset};
+  }
+
+ private:
+  std::shared_ptr<const Expression> formula_;
+  VectorXd variables_;
+};
+
+class UserEffect : public EffectKind {
+ public:
+  UserEffect(UserLaw law_of, const std::string& formula, std::vector<std::string> covariates,
+             std::vector<EffectParameter> described)
+      : law_(law_of), covariates_(std::move(covariates)) {
+    parameters = std::move(described);
+    formula_ =
+        std::make_shared<const Expression>(formula, user_variables(law_, covariates_, parameters));
+    place = EffectPlace::joint;
+    law = formula;
+    source = "the robot file";
+    first_ = Coordinates(law_).count();
+    for (Index i = first_; i < first_parameter(); ++i) varies = varies || formula_->uses(i);
+  }
+
+  const Expression& formula() const { return *formula_; }
+
+  void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
+    const VectorXd v = variables(input);
+    if (law_ == UserLaw::force) {
+      require_mobile(chain, joint);
+      chain.law(joint, std::make_shared<FormulaForce>(formula_, v));
+      return;
+    }
+    const Spring& spring = spring_of_joint(chain, joint);
+    if (law_ == UserLaw::offset) {
+      chain.law(joint, std::make_shared<FormulaOffset>(formula_, v));
+      return;
+    }
+    const double compliance = formula_->value(v);
+    if (!(1 + spring.stiffness(0, 0) * compliance > 1e-6) || !std::isfinite(compliance))
+      throw std::invalid_argument(
+          fmt::format("the compliance of '{}' at joint '{}' is {:.4g}: no stiffness is left", name,
+                      joint, compliance));
+    chain.add_series_compliance(joint, compliance);
+  }
+
+  void differentiate(ChainColumns& columns, const std::string& joint,
+                     const EffectInput& input) const override {
+    const ChainState& state = columns.state();
+    const Index k = state.chain.index_of(joint);
+    const Coordinates at(law_);
+    VectorXd v = variables(input);
+    if (at.position >= 0) v[at.position] = state.x[k];
+    if (at.deflection >= 0) v[at.deflection] = state.deflection[k];
+    if (at.command >= 0) v[at.command] = state.x[k] - state.travel[k];
+    for (Index p = 0; p < input.values.size(); ++p) {
+      const double slope = formula_->derivative(v, first_parameter() + p).slope;
+      if (law_ == UserLaw::force) columns.add_force(p, k, -slope);
+      if (law_ == UserLaw::offset)
+        columns.add_drive_force(p, k, slope * state.chain.stiffness()(k, k));
+      if (law_ == UserLaw::compliance) add_series_compliance(columns, p, k, slope);
+    }
+  }
+
+ private:
+  Index first_parameter() const { return first_ + 8 + static_cast<Index>(covariates_.size()); }
+
+  VectorXd variables(const EffectInput& input) const {
+    VectorXd v = VectorXd::Zero(first_parameter() + input.values.size());
+    v[first_] = input.conditions.time;
+    v[first_ + 1] = input.conditions.temperature.value_or(20);
+    const auto number = [&input](const std::string& column) {
+      const auto found = input.conditions.covariates.find(column);
+      return found == input.conditions.covariates.end() ? 0 : found->second;
+    };
+    for (std::size_t i = 0; i < loads.size(); ++i)
+      v[first_ + 2 + static_cast<Index>(i)] = number(loads[i]);
+    for (std::size_t i = 0; i < covariates_.size(); ++i)
+      v[first_ + 8 + static_cast<Index>(i)] = number(covariates_[i]);
+    v.tail(input.values.size()) = input.values;
+    return v;
+  }
+
+  UserLaw law_;
+  std::vector<std::string> covariates_;
+  std::shared_ptr<const Expression> formula_;
+  Index first_ = 0;  // of time, behind the coordinates
+};
+
+}  // namespace
+
+std::vector<std::string> user_variables(UserLaw law, const std::vector<std::string>& covariates,
+                                        const std::vector<EffectParameter>& parameters) {
+  std::vector<std::string> names;
+  if (law == UserLaw::force) names = {"x", "d", "u"};
+  if (law == UserLaw::offset) names = {"u"};
+  names.insert(names.end(), {"t", "T"});
+  names.insert(names.end(), loads.begin(), loads.end());
+  names.insert(names.end(), covariates.begin(), covariates.end());
+  for (const EffectParameter& parameter : parameters) names.push_back(parameter.name);
+  return names;
+}
+
+std::shared_ptr<EffectKind> user_effect(UserLaw law, const std::string& formula,
+                                        const std::vector<std::string>& covariates,
+                                        std::vector<EffectParameter> parameters,
+                                        const VectorXd& typical) {
+  auto kind = std::make_shared<UserEffect>(law, formula, covariates, std::move(parameters));
+  const std::size_t count = user_variables(law, covariates, kind->parameters).size();
+  bool depends = false;
+  for (std::size_t i = 0; i < count; ++i)
+    depends = depends || kind->formula().uses(static_cast<Index>(i));
+  if (!depends)
+    throw ExpressionError(
+        "the formula depends on nothing: it is a mere number, without a parameter", 1);
+  VectorXd v = VectorXd::Zero(static_cast<Index>(count));
+  v[Coordinates(law).count() + 1] = 20;
+  v.tail(typical.size()) = typical;
+  if (const int column = kind->formula().first_not_finite(v); column > 0)
+    throw ExpressionError("the formula is not finite for a joint at rest, or its derivative is not",
+                          column);
+  return kind;
+}
+
+}  // namespace kinetostat::vjm::effects

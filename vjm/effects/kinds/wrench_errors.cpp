@@ -1,0 +1,108 @@
+// The load that acts is not the one that is written down.
+#include "kinetostat/vjm/effects/kinds/kinds.h"
+
+namespace kinetostat::vjm::effects {
+namespace {
+
+class WrenchGain : public EffectKind {
+ public:
+  WrenchGain() {
+    name = "wrench_gain";
+    effect_class = EffectClass::load;
+    summary = "the wrench that acts is a multiple of the one stated";
+    law = "[F; M] = gain [F; M] stated";
+    source = "gain error of a force transducer: ISO 376";
+    signature = "all displacements too large or too small in one proportion";
+    confuser =
+        "link_compliance of all links, a common scale of all compliances: not to be told apart "
+        "without self-weight";
+    place = EffectPlace::load;
+    parameters = {{.name = "gain",
+                   .linear = spatial::dimension::none,
+                   .angular = spatial::dimension::none,
+                   .lower = 0.1,
+                   .upper = 10,
+                   .prior_sd = 0.02,
+                   .none = 1}};
+  }
+  void add_to(ReadingErrors& errors, const EffectInput& input) const override {
+    errors.wrench_gain += input.values[0] - 1;
+  }
+  ReadingErrors tangent(Eigen::Index, const EffectInput&) const override {
+    ReadingErrors tangent = ReadingErrors::tangent();
+    tangent.wrench_gain = 1;
+    return tangent;
+  }
+};
+
+// Three numbers that are added to one vector of ReadingErrors.
+class VectorError : public EffectKind {
+ public:
+  explicit VectorError(spatial::Vector3 ReadingErrors::*member) : member_(member) {}
+
+  void add_to(ReadingErrors& errors, const EffectInput& input) const override {
+    errors.*member_ += input.values;
+  }
+  ReadingErrors tangent(Eigen::Index value, const EffectInput&) const override {
+    ReadingErrors tangent = ReadingErrors::tangent();
+    tangent.*member_ = spatial::Vector3::Unit(value);
+    return tangent;
+  }
+
+ private:
+  spatial::Vector3 ReadingErrors::*member_;
+};
+
+}  // namespace
+
+Kind wrench_misalignment() {
+  auto kind = std::make_shared<VectorError>(&ReadingErrors::wrench_rotation);
+  kind->name = "wrench_misalignment";
+  kind->effect_class = EffectClass::load;
+  kind->summary = "the wrench that acts is turned against the one stated";
+  kind->law = "F and M turned by the rotation vector [rx, ry, rz], base axes";
+  kind->source = "alignment of a force transducer: ISO 376; Rodrigues' formula";
+  kind->signature = "displacement across the load, in proportion to it, that turns with it";
+  kind->confuser = "sensor_frame, which turns what is read instead";
+  kind->place = EffectPlace::load;
+  for (const char* axis : {"rx", "ry", "rz"})
+    kind->parameters.push_back(optional_parameter(axis, spatial::dimension::angle, 1, 0.01));
+  return kind;
+}
+
+Kind application_point() {
+  auto kind = std::make_shared<VectorError>(&ReadingErrors::wrench_point);
+  kind->name = "application_point";
+  kind->effect_class = EffectClass::load;
+  kind->summary = "the wrench acts beside the point that is stated";
+  kind->law = "point = stated point + [x, y, z], platform axes: a moment [x, y, z] x F more";
+  kind->source = "a force at another point: the moment of its displacement";
+  kind->signature = "rotations, and displacements as from moments, in proportion to the force";
+  kind->confuser =
+      "geometric_error of the last body: the same lever arm, but of the platform as well";
+  kind->place = EffectPlace::load;
+  for (const char* axis : {"x", "y", "z"})
+    kind->parameters.push_back(optional_parameter(axis, spatial::dimension::length, 10, 5e-3));
+  return kind;
+}
+
+Kind target_lever_arm() {
+  auto kind = std::make_shared<VectorError>(&ReadingErrors::target);
+  kind->name = "target_lever_arm";
+  kind->effect_class = EffectClass::instrument;
+  kind->summary = "what is read is another point of the platform than stated";
+  kind->law = "read position = position of the point [x, y, z] of the platform";
+  kind->source = "Abbe's principle: an offset times the rotation; ISO 230-1";
+  kind->signature =
+      "translations in proportion to the platform's rotations; in poses an offset "
+      "that turns with the platform";
+  kind->confuser = "sensor_frame, at few postures; geometric_error of the last body";
+  kind->place = EffectPlace::sensor;
+  for (const char* axis : {"x", "y", "z"})
+    kind->parameters.push_back(optional_parameter(axis, spatial::dimension::length, 10, 5e-3));
+  return kind;
+}
+
+Kind wrench_gain() { return std::make_shared<WrenchGain>(); }
+
+}  // namespace kinetostat::vjm::effects

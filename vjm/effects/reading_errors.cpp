@@ -1,0 +1,81 @@
+#include "kinetostat/vjm/effects/reading_errors.h"
+
+#include "kinetostat/spatial/rotation.h"
+
+namespace kinetostat::vjm {
+
+using spatial::Matrix3;
+using spatial::Pose;
+using spatial::Vector3;
+using spatial::Vector6;
+
+ReadingErrors ReadingErrors::tangent() {
+  ReadingErrors zero;
+  zero.wrench_gain = 0;
+  return zero;
+}
+
+ReadingErrors& ReadingErrors::operator+=(const ReadingErrors& tangent) {
+  wrench_gain += tangent.wrench_gain;
+  wrench_rotation += tangent.wrench_rotation;
+  wrench_point += tangent.wrench_point;
+  sensor += tangent.sensor;
+  target += tangent.target;
+  return *this;
+}
+
+bool ReadingErrors::is_none() const {
+  return wrench_gain == 1 && wrench_rotation.isZero(0) && wrench_point.isZero(0) &&
+         sensor.isZero(0) && target.isZero(0);
+}
+
+Load ReadingErrors::actual(const Load& stated) const {
+  const Matrix3 turn = wrench_gain * spatial::exp_rotation(wrench_rotation);
+  Load load = stated;
+  load.force = turn * stated.force;
+  load.moment = turn * stated.moment;
+  load.point_on_platform += wrench_point;
+  return load;
+}
+
+Vector6 ReadingErrors::wrench_derivative(const Load& stated, const Pose& platform,
+                                         const ReadingErrors& tangent) const {
+  const Matrix3 turn = spatial::exp_rotation(wrench_rotation);
+  const Vector3 rate = spatial::left_jacobian(wrench_rotation) * tangent.wrench_rotation;
+  const auto change = [&](const Vector3& v) -> Vector3 {
+    return tangent.wrench_gain * (turn * v) + wrench_gain * rate.cross(turn * v);
+  };
+  const Load load = actual(stated);
+  const Vector3 force = change(stated.force);
+  Vector6 wrench;
+  wrench << force, change(stated.moment) +
+                       (platform.rotation() * tangent.wrench_point).cross(load.force) +
+                       (platform.rotation() * load.point_on_platform).cross(force);
+  return wrench;
+}
+
+Pose ReadingErrors::observed(const Pose& platform) const {
+  if (sensor.isZero(0) && target.isZero(0)) return platform;
+  return spatial::displaced(Pose(), sensor) * platform * Pose::translation(target);
+}
+
+Vector6 ReadingErrors::observed_motion(const Pose& platform, const Vector6& motion) const {
+  const Matrix3 turn = spatial::exp_rotation(sensor.tail<3>());
+  const Vector3 arm = platform.rotation() * target, spin = motion.tail<3>();
+  Vector6 result;
+  result << turn * (motion.head<3>() + spin.cross(arm)), turn * spin;
+  return result;
+}
+
+Vector6 ReadingErrors::observed_derivative(const Pose& platform,
+                                           const ReadingErrors& tangent) const {
+  const Pose frame = spatial::displaced(Pose(), sensor);
+  const Vector3 spin = spatial::left_jacobian(sensor.tail<3>()) * tangent.sensor.tail<3>();
+  Vector6 result;
+  result << tangent.sensor.head<3>() + spin.cross(frame.rotation() * (platform * target)) +
+                frame.rotation() * platform.rotation() * tangent.target,
+      spin;
+  return result;
+}
+
+}  // namespace kinetostat::vjm

@@ -1,0 +1,39 @@
+// How readings differ from what the manipulator itself does: the load that really acts, and the
+// pose that the instrument shows.
+#pragma once
+
+#include "kinetostat/spatial/pose.h"
+#include "kinetostat/vjm/statics/load.h"
+
+namespace kinetostat::vjm {
+
+/// Additive, so that effects on readings compose in any order. None by default.
+struct ReadingErrors {
+  double wrench_gain = 1;                                       // actual wrench over the stated one
+  spatial::Vector3 wrench_rotation = spatial::Vector3::Zero();  // of its axes [rad], base axes
+  spatial::Vector3 wrench_point = spatial::Vector3::Zero();     // from the stated one, platform [m]
+  spatial::Vector6 sensor = spatial::Vector6::Zero();  // displacement of all that is read [m; rad]
+  spatial::Vector3 target = spatial::Vector3::Zero();  // what is read on the platform, its axes [m]
+
+  /// All zero: the beginning of a derivative.
+  static ReadingErrors tangent();
+  ReadingErrors& operator+=(const ReadingErrors& tangent);
+  bool is_none() const;
+
+  /// The load that acts where `stated` is written down.
+  Load actual(const Load& stated) const;
+  /// Derivative of its wrench [force; moment] at the platform's reference point.
+  spatial::Vector6 wrench_derivative(const Load& stated, const spatial::Pose& platform,
+                                     const ReadingErrors& tangent) const;
+
+  /// The pose that is read: [exp(sensor rotation), sensor translation] * platform * target.
+  spatial::Pose observed(const spatial::Pose& platform) const;
+  /// Change [translation; rotation increment] of the pose that is read with such a change of the
+  /// platform's, and with the errors at a given platform.
+  spatial::Vector6 observed_motion(const spatial::Pose& platform,
+                                   const spatial::Vector6& motion) const;
+  spatial::Vector6 observed_derivative(const spatial::Pose& platform,
+                                       const ReadingErrors& tangent) const;
+};
+
+}  // namespace kinetostat::vjm

@@ -1,0 +1,276 @@
+#include "kinetostat/vjm/io/link_entry.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <Eigen/Cholesky>
+#include <fmt/format.h>
+
+#include "kinetostat/common/error.h"
+#include "kinetostat/io/json.h"
+#include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/chain/beam.h"
+#include "kinetostat/vjm/io/sub_manipulator.h"
+
+namespace kinetostat::vjm {
+namespace {
+
+using io::YamlNode;
+using spatial::Compliance6;
+using spatial::Frame;
+using spatial::Matrix3;
+using spatial::Matrix6;
+using spatial::Pose;
+using spatial::UnitSystem;
+using spatial::Vector3;
+namespace dimension = spatial::dimension;
+
+Material read_material(const YamlNode& node, const UnitSystem& units,
+                       const std::optional<YamlNode>& materials) {
+  if (node.is_scalar()) {
+    if (!materials)
+      node.fail(fmt::format("the material '{}' is not defined", node.text()),
+                "Add 'materials:' to this file, or write {E: 210 GPa, nu: 0.3} here");
+    std::vector<std::string> names;
+    for (const auto& [name, value] : materials->members()) names.push_back(name);
+    return read_material(materials->at(node.choice(names)), units, std::nullopt);
+  }
+  node.allow_only({"E", "G", "nu", "density"});
+  Material material;
+  material.young_modulus = node.at("E").positive(dimension::pressure, units);
+  const auto [key, value] = node.one_of({"G", "nu"});
+  if (key == "G") {
+    material.shear_modulus = value.positive(dimension::pressure, units);
+  } else {
+    const double nu = value.number();
+    if (!(nu > -1 && nu < 0.5))
+      value.fail(fmt::format("Poisson's ratio {} is not between -1 and 0.5", nu),
+                 "Metals have 0.27 to 0.35");
+    material.shear_modulus = material.young_modulus / (2 * (1 + nu));
+  }
+  if (const auto density = node.find("density"))
+    material.density = density->positive(dimension::density, units);
+  return material;
+}
+
+Section read_general_section(const YamlNode& node, const UnitSystem& units) {
+  node.allow_only({"A", "Iy", "Iz", "J", "shear_y", "shear_z"});
+  Section section;
+  section.area = node.at("A").positive(dimension::area, units);
+  section.second_moment_y = node.at("Iy").positive(dimension::second_moment, units);
+  section.second_moment_z = node.at("Iz").positive(dimension::second_moment, units);
+  section.torsion_constant = node.at("J").positive(dimension::second_moment, units);
+  if (const auto shear = node.find("shear_y"))
+    section.shear_coefficient_y = shear->positive(dimension::none, units);
+  if (const auto shear = node.find("shear_z"))
+    section.shear_coefficient_z = shear->positive(dimension::none, units);
+  return section;
+}
+
+Section read_section(const YamlNode& node, const UnitSystem& units, double poisson_ratio) {
+  const auto [kind, value] = node.one_of({"rectangle", "circle", "tube", "general"});
+  node.allow_only({kind});
+  const auto length = [&](const YamlNode& parent, const char* key) {
+    return parent.at(key).positive(dimension::length, units);
+  };
+  if (kind == "general") return read_general_section(value, units);
+  if (kind == "rectangle") {
+    value.allow_only({"y", "z"});
+    return Section::rectangle(length(value, "y"), length(value, "z"), poisson_ratio);
+  }
+  if (kind == "circle") {
+    value.allow_only({"diameter"});
+    return Section::circle(length(value, "diameter"), poisson_ratio);
+  }
+  value.allow_only({"outer", "inner"});
+  const double outer = length(value, "outer"), inner = length(value, "inner");
+  if (inner >= outer) value.fail("the inner diameter of a tube must be below the outer one");
+  return Section::tube(outer, inner, poisson_ratio);
+}
+
+// Axes of the beam in the link's frame: x along the beam; y as given, or so that z is as near as
+// can be to the frame's z (to its y for a beam along z).
+Matrix3 section_axes(const YamlNode& node, const Vector3& direction) {
+  const auto given = node.find("section_y");
+  Vector3 y = Vector3::UnitZ().cross(direction);
+  if (y.norm() < 1e-9) y = Vector3::UnitY();
+  if (given) y = given->direction();
+  try {
+    return spatial::rotation_from_axes(direction, y);
+  } catch (const std::invalid_argument&) {
+    given->fail("the section's y axis is parallel to the beam");
+  }
+}
+
+LinkModel read_beam(const YamlNode& node, const UnitSystem& units,
+                    const std::optional<YamlNode>& materials, const LinkOptions& options) {
+  node.allow_only(
+      {"length", "direction", "section", "section_y", "material", "theory", "segments"});
+  const double length = node.at("length").positive(dimension::length, units);
+  const auto direction_given = node.find("direction");
+  const Vector3 direction = direction_given ? direction_given->direction() : Vector3::UnitX();
+  const Material material = read_material(node.at("material"), units, materials);
+  const Section section = read_section(node.at("section"), units, material.poisson_ratio());
+  const auto theory_given = node.find("theory");
+  const BeamTheory theory =
+      !theory_given || theory_given->choice({"euler-bernoulli", "timoshenko"}) == "timoshenko"
+          ? BeamTheory::timoshenko
+          : BeamTheory::euler_bernoulli;
+  if (theory == BeamTheory::timoshenko &&
+      !(section.shear_coefficient_y && section.shear_coefficient_z))
+    node.fail("Timoshenko theory needs shear_y and shear_z of a general section",
+              "Add them, or write 'theory: euler-bernoulli'");
+  const auto segments_given = node.find("segments");
+  const int segments =
+      (segments_given ? segments_given->integer(1, 1000) : 1) * options.segment_multiple;
+
+  const double piece = length / segments;
+  // The compliance at the tip in section axes, taken in the axes of the link's frame.
+  const Matrix3 axes = section_axes(node, direction);
+  const Compliance6 tip = beam_compliance(piece, section, material, theory);
+  const Compliance6 turned(tip.matrix(), Frame{Vector3::Zero(), axes});
+  const LinkPart part{Pose::translation(piece * direction), turned.in(Frame{})};
+  LinkModel link{.parts = std::vector<LinkPart>(static_cast<std::size_t>(segments), part)};
+  if (material.density)
+    link.mass = {*material.density * section.area * length, 0.5 * piece * direction};
+  return link;
+}
+
+// `mass: {mass: 12 kg, center: [x, y, z]}` of a rigid or inline link.
+std::optional<LinkMass> read_mass(const YamlNode& node, const UnitSystem& units) {
+  const auto given = node.find("mass");
+  if (!given) return std::nullopt;
+  given->allow_only({"mass", "center"});
+  return LinkMass{given->at("mass").positive(dimension::mass, units),
+                  given->at("center").vector3(dimension::length, units)};
+}
+
+Compliance6 divided_by_copies(const Compliance6& compliance, const YamlNode& node) {
+  const auto copies = node.find("copies");
+  return Compliance6(compliance.matrix() / (copies ? copies->integer(1, 1000) : 1),
+                     compliance.frame());
+}
+
+[[noreturn]] void fail_at(const std::filesystem::path& file, const char* key, const char* what) {
+  throw common::InputError(
+      {.file = file, .key = key, .what = what, .cure = "Write it with 'kinetostat identify'"});
+}
+
+// Mass and centre from the identified link's file, when its material has a density.
+std::optional<LinkMass> identified_mass(const std::filesystem::path& file, const Pose& start,
+                                        const YamlNode& node) {
+  const io::Json json = io::read_json(file);
+  const io::Json mass = json.value("mass", io::Json());
+  if (mass.is_null()) return std::nullopt;
+  if (!mass.is_number() || !(mass.get<double>() > 0))
+    fail_at(file, "mass", "a number above zero, or null, is expected");
+  const io::Json c = json.value("center_of_mass", io::Json());
+  if (!c.is_array() || c.size() != 3 ||
+      !std::all_of(c.begin(), c.end(), [](const io::Json& x) { return x.is_number(); }))
+    fail_at(file, "center_of_mass", "three numbers are expected, since the link has a mass");
+  const auto copies = node.find("copies");
+  return LinkMass{
+      mass.get<double>() * (copies ? copies->integer(1, 1000) : 1),
+      start.inverse() * Vector3(c[0].get<double>(), c[1].get<double>(), c[2].get<double>())};
+}
+
+LinkModel read_identified(const YamlNode& node, const YamlNode& value, const UnitSystem& units) {
+  node.allow_only({"compliance", "start", "end_axes", "copies"});
+  const std::filesystem::path file = value.existing_file();
+  const Compliance6 identified = io::read_compliance(file);
+  Pose start;
+  if (const auto given = node.find("start")) start = io::read_pose(*given, units);
+  Matrix3 end_axes = start.rotation();
+  if (const auto given = node.find("end_axes")) end_axes = io::read_pose(*given, units).rotation();
+  const Pose end(end_axes, identified.frame().point);
+  const Compliance6 at_end = identified.in(Frame{end.position(), end.rotation()});
+  LinkModel link{.parts = {{start.inverse() * end, divided_by_copies(at_end, node)}}, .file = file};
+  link.mass = identified_mass(file, start, node);
+  return link;
+}
+
+// Scales the blocks of a matrix from the file's units to SI. Exponents: of length for the four
+// blocks relative to force per length.
+Matrix6 stiffness_to_si(const Matrix6& matrix, const UnitSystem& units) {
+  const double force = spatial::parse_unit(units.force).factor;
+  const double length = spatial::parse_unit(units.length).factor;
+  spatial::Vector6 scale = spatial::Vector6::Ones();
+  scale.tail<3>().setConstant(length);
+  return (force / length) * (scale.asDiagonal() * matrix * scale.asDiagonal());
+}
+
+// A stiffness may leave motions free. Its own blocks say how lengths and rotations compare.
+LinkPart stiffness_part(const Pose& end, const Matrix6& stiffness, const YamlNode& value) {
+  const double translation = stiffness.diagonal().head<3>().maxCoeff();
+  const double rotation = stiffness.diagonal().tail<3>().maxCoeff();
+  const bool comparable = translation > 0 && rotation > 0;
+  try {
+    return part_with_free_motions(end, stiffness,
+                                  comparable ? std::sqrt(rotation / translation) : 1.0);
+  } catch (const std::invalid_argument& error) {
+    value.fail(error.what());
+  }
+}
+
+LinkModel read_inline(const YamlNode& node, const YamlNode& value, const std::string& kind,
+                      const UnitSystem& units) {
+  node.allow_only({kind, "end", "copies", "mass"});
+  const Matrix6 given = value.matrix6();
+  if (spatial::symmetry_defect(given) > 1e-6) value.fail("the 6x6 matrix is not symmetric");
+  Pose end;
+  if (const auto pose = node.find("end")) end = io::read_pose(*pose, units);
+  // A compliance scales by the inverse of what its stiffness scales by, entry by entry.
+  const Matrix6 unit = stiffness_to_si(Matrix6::Ones(), units);
+  LinkModel link;
+  if (kind == "stiffness") {
+    link.parts = {stiffness_part(end, given.cwiseProduct(unit), value)};
+  } else {
+    if (Eigen::LLT<Matrix6>(given).info() != Eigen::Success)
+      value.fail("the 6x6 matrix is not positive definite");
+    link.parts = {{end, Compliance6(given.cwiseQuotient(unit))}};
+  }
+  link.parts[0].compliance = divided_by_copies(*link.parts[0].compliance, node);
+  link.mass = read_mass(node, units);
+  return link;
+}
+
+LinkModel read_any_link(const YamlNode& node, const UnitSystem& units,
+                        const std::optional<YamlNode>& materials, const LinkOptions& options,
+                        const ReadManipulator& read) {
+  const auto [kind, value] =
+      node.one_of({"rigid", "beam", "compliance", "stiffness", "manipulator"});
+  if (kind == "rigid") {
+    node.allow_only({"rigid", "mass"});
+    LinkModel link{.parts = {{io::read_pose(value, units), std::nullopt}}};
+    link.mass = read_mass(node, units);
+    return link;
+  }
+  if (kind == "beam") {
+    node.allow_only({"beam"});
+    return read_beam(value, units, materials, options);
+  }
+  if (kind == "manipulator") return read_sub_manipulator(node, units, options, read);
+  if (kind == "compliance" && value.is_scalar()) return read_identified(node, value, units);
+  return read_inline(node, value, kind, units);
+}
+
+}  // namespace
+
+LinkModel read_link(const YamlNode& node, const UnitSystem& units,
+                    const std::optional<YamlNode>& materials, const LinkOptions& options,
+                    const ReadManipulator& read) {
+  LinkModel link = read_any_link(node, units, materials, options, read);
+  try {
+    for (const LinkPart& part : link.parts)
+      if (part.compliance) (void)part.compliance->inverse();
+  } catch (const std::domain_error&) {
+    node.fail(
+        "the link is so much softer in one direction than in another that its compliance "
+        "has no inverse to working precision",
+        "Check its numbers and their units; make it rigid where nothing is meant to yield");
+  }
+  return link;
+}
+
+}  // namespace kinetostat::vjm

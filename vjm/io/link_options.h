@@ -1,0 +1,22 @@
+// How links of robot files are read.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <vector>
+
+#include "kinetostat/vjm/manipulator/manipulator.h"
+
+namespace kinetostat::vjm {
+
+/// What a user of robot files may want otherwise than it is written.
+struct LinkOptions {
+  int segment_multiple = 1;  // every beam in so many times the segments that the file gives it
+  std::vector<std::filesystem::path> within = {};  // robot files of which this one is a part
+};
+
+/// Reads the manipulator of a robot file. Throws common::InputError.
+using ReadManipulator =
+    std::function<Manipulator(const std::filesystem::path& file, const LinkOptions& options)>;
+
+}  // namespace kinetostat::vjm

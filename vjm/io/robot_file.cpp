@@ -1,0 +1,567 @@
+#include "kinetostat/vjm/io/robot_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <map>
+#include <memory>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "kinetostat/common/error.h"
+#include "kinetostat/io/yaml.h"
+#include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/io/effect_file.h"
+#include "kinetostat/vjm/io/link_entry.h"
+
+namespace kinetostat::vjm {
+namespace {
+
+using io::YamlNode;
+using spatial::Pose;
+using spatial::UnitSystem;
+namespace dimension = spatial::dimension;
+
+// What the elements of a chain refer to.
+struct Parts {
+  UnitSystem units;
+  std::map<std::string, LinkModel> links;
+};
+
+Motion read_motion(const YamlNode& node) {
+  static const std::vector<std::string> names = {"Tx", "Ty", "Tz", "Rx", "Ry", "Rz"};
+  const std::string name = node.choice(names);
+  return static_cast<Motion>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+spatial::Dimension coordinate_dimension(Motion motion) {
+  return is_rotation(motion) ? dimension::angle : dimension::length;
+}
+
+double read_stiffness(const YamlNode& node, Motion motion, const UnitSystem& units) {
+  return node.positive(
+      is_rotation(motion) ? dimension::torsional_stiffness : dimension::linear_stiffness, units);
+}
+
+void add_actuator(Chain& chain, const YamlNode& node, const UnitSystem& units) {
+  node.allow_only({"name", "axis", "stiffness", "home"});
+  const Motion motion = read_motion(node.at("axis"));
+  std::optional<double> stiffness;
+  if (const auto given = node.find("stiffness")) stiffness = read_stiffness(*given, motion, units);
+  const auto home = node.find("home");
+  chain.actuator(node.at("name").text(), motion, stiffness,
+                 home ? home->quantity(coordinate_dimension(motion), units) : 0);
+}
+
+// `stops: {lower, upper, stiffness}`: contact springs beyond two values of the joint.
+void add_stops(Chain& chain, const YamlNode& node, const std::string& joint, Motion motion,
+               const UnitSystem& units) {
+  node.allow_only({"lower", "upper", "stiffness"});
+  const auto bound = [&](const char* key, double otherwise) {
+    const auto given = node.find(key);
+    return given ? given->quantity(coordinate_dimension(motion), units) : otherwise;
+  };
+  const double infinity = std::numeric_limits<double>::infinity();
+  chain.law(joint, std::make_shared<StopLaw>(bound("lower", -infinity), bound("upper", infinity),
+                                             read_stiffness(node.at("stiffness"), motion, units)));
+}
+
+// A joint with one axis may have a spring; with several, each coordinate is "name.axis".
+void add_passive(Chain& chain, const YamlNode& node, const UnitSystem& units) {
+  node.allow_only({"name", "axis", "axes", "stiffness", "rest", "home", "stops"});
+  const std::string name = node.at("name").text();
+  const auto [key, value] = node.one_of({"axis", "axes"});
+  const auto home = node.find("home");
+  if (key == "axes") {
+    for (const char* single : {"stiffness", "rest", "stops"})
+      if (const auto given = node.find(single))
+        given->fail("a spring needs a passive joint with one axis",
+                    "Write one 'passive' per axis, each with 'axis:'");
+    const std::vector<YamlNode> axes = value.items();
+    if (axes.empty()) value.fail("at least one axis is expected");
+    const std::vector<YamlNode> homes = home ? home->items(axes.size()) : std::vector<YamlNode>{};
+    for (std::size_t i = 0; i < axes.size(); ++i) {
+      const Motion motion = read_motion(axes[i]);
+      chain.passive(name + "." + to_string(motion), motion,
+                    home ? homes[i].quantity(coordinate_dimension(motion), units) : 0);
+    }
+    return;
+  }
+  const Motion motion = read_motion(value);
+  const auto read = [&](const char* name_of, double otherwise) {
+    const auto given = node.find(name_of);
+    return given ? given->quantity(coordinate_dimension(motion), units) : otherwise;
+  };
+  const double start = read("home", 0);
+  const auto stops = node.find("stops");
+  if (const auto stiffness = node.find("stiffness")) {
+    chain.passive(name, motion, read_stiffness(*stiffness, motion, units), read("rest", 0), start);
+  } else if (const auto rest = node.find("rest")) {
+    rest->fail("a rest value means nothing without a stiffness", "Add 'stiffness:' or remove it");
+  } else {
+    chain.passive(name, motion, start);
+  }
+  if (stops) add_stops(chain, *stops, name, motion, units);
+}
+
+// A length per angle, as `factor`, or the other way round. "5 mm" may be meant per turn or per
+// radian, so that the angle must be named.
+double read_pitch_factor(const YamlNode& node, const spatial::Dimension& dimension) {
+  const char* cure = dimension.length > 0 ? "Write 'lead: 5 mm' per turn, 'radius: 20 mm' of a "
+                                            "pinion, or a factor such as '5 mm/turn'"
+                                          : "Write 'lead: 5 mm' per turn, 'radius: 20 mm' of a "
+                                            "pinion, or a factor such as '72 deg/mm'";
+  const std::string text = node.text();
+  char* unit = nullptr;
+  (void)std::strtod(text.c_str(), &unit);
+  try {
+    if (*unit != '\0' && spatial::parse_unit(unit).dimension == dimension)
+      return node.quantity_with_unit(dimension);
+  } catch (const std::invalid_argument&) {  // said below
+  }
+  node.fail("one turns and the other slides: the factor needs a unit of length and angle", cure);
+}
+
+// A plain length: "5 mm/turn" is none, though angles count as numbers elsewhere.
+double read_plain_length(const YamlNode& node, const UnitSystem& units) {
+  if (node.text().find('/') != std::string::npos)
+    node.fail("a length is expected", "Write '5 mm', or 'factor: 5 mm/turn'");
+  return node.quantity(dimension::length, units);
+}
+
+// What a joint that slides moves per radian of one that turns [m/rad], or the inverse. Negative:
+// against its axis, as with a left-handed thread.
+double read_pitch(const YamlNode& node, bool slides, const UnitSystem& units) {
+  const auto [key, value] = node.one_of({"factor", "lead", "radius"});
+  if (key == "factor") {
+    const spatial::Dimension per_angle{.length = 1, .angle = -1};
+    const double factor =
+        read_pitch_factor(value, slides ? per_angle : dimension::none / per_angle);
+    if (factor == 0) value.fail("it must not be zero");
+    return factor;
+  }
+  const double length = read_plain_length(value, units);
+  if (length == 0) value.fail("it must not be zero");
+  const double pitch = key == "lead" ? length / (2 * M_PI) : length;
+  return slides ? pitch : 1 / pitch;
+}
+
+void add_coupled(Chain& chain, const YamlNode& node, const UnitSystem& units) {
+  node.allow_only({"to", "axis", "factor", "lead", "radius"});
+  const std::string joint = node.at("to").text();
+  const Motion motion = read_motion(node.at("axis"));
+  const Motion leading =
+      chain.coordinates()[static_cast<std::size_t>(chain.index_of(joint))].motion;
+  if (is_rotation(leading) != is_rotation(motion)) {
+    chain.coupled(joint, motion, read_pitch(node, !is_rotation(motion), units));
+    return;
+  }
+  for (const char* key : {"lead", "radius"})
+    if (const auto given = node.find(key))
+      given->fail(
+          fmt::format("'{}' and this joint both {}", joint, is_rotation(motion) ? "turn" : "slide"),
+          "Write 'factor:' with a plain number");
+  const auto factor = node.find("factor");
+  chain.coupled(joint, motion, factor ? factor->number() : 1.0);
+}
+
+// Returns the name of the link in the chain: where it is used again, "name#2" and so on.
+std::string add_link(Chain& chain, const YamlNode& node, const Parts& parts,
+                     const std::vector<std::string>& before) {
+  std::vector<std::string> names;
+  for (const auto& [name, link] : parts.links) names.push_back(name);
+  if (names.empty()) node.fail("this file defines no links", "Add 'links:'");
+  const std::string name = node.choice(names);
+  std::string unique = name;
+  const auto taken = [&](const std::string& candidate) {
+    return std::find(before.begin(), before.end(), candidate) != before.end() ||
+           std::any_of(chain.springs().begin(), chain.springs().end(), [&](const Spring& s) {
+             return s.name == candidate || s.name.starts_with(candidate + ".");
+           });
+  };
+  for (int i = 2; taken(unique); ++i) unique = fmt::format("{}#{}", name, i);
+  parts.links.at(name).append_to(chain, unique);
+  return unique;
+}
+
+void add_mass(Chain& chain, const YamlNode& node, const UnitSystem& units) {
+  node.allow_only({"name", "mass", "at"});
+  const auto at = node.find("at");
+  chain.mass(
+      node.at("name").text(), node.at("mass").positive(dimension::mass, units),
+      at ? at->vector3(dimension::length, units) : spatial::Vector3(spatial::Vector3::Zero()));
+}
+
+void add_node(Chain& chain, const YamlNode& node, const UnitSystem& units) {
+  node.allow_only({"name", "at"});
+  const auto at = node.find("at");
+  chain.node(node.at("name").text(), at ? at->vector3(dimension::length, units)
+                                        : spatial::Vector3(spatial::Vector3::Zero()));
+}
+
+// Returns the name by which an error can be placed after the element; empty where it has none.
+// `links`: the names of those before it, to which a link is added.
+std::string add_element(Chain& chain, const YamlNode& element, const Parts& parts,
+                        std::vector<std::string>& links) {
+  const auto [kind, value] =
+      element.one_of({"actuator", "passive", "coupled", "link", "offset", "tool", "mass", "node"});
+  element.allow_only({kind});
+  try {
+    if (kind == "actuator") add_actuator(chain, value, parts.units);
+    if (kind == "passive") add_passive(chain, value, parts.units);
+    if (kind == "coupled") add_coupled(chain, value, parts.units);
+    if (kind == "link") return links.emplace_back(add_link(chain, value, parts, links));
+    if (kind == "mass") add_mass(chain, value, parts.units);
+    if (kind == "node") add_node(chain, value, parts.units);
+    if (kind == "offset" || kind == "tool") chain.offset(io::read_pose(value, parts.units));
+  } catch (const std::invalid_argument& error) {
+    value.fail(error.what());
+  }
+  const bool has_name = kind == "actuator" || kind == "passive" || kind == "mass" || kind == "node";
+  return has_name ? value.at("name").text() : "";
+}
+
+// A geometric error of one chain: after the element `at` ("base", "end", or the name of a joint,
+// link, mass or node).
+struct ChainError {
+  YamlNode at;
+  Pose pose;
+};
+
+std::vector<ChainError> read_errors(const YamlNode& chain, const UnitSystem& units) {
+  std::vector<ChainError> errors;
+  const auto list = chain.find("errors");
+  if (!list) return errors;
+  for (const YamlNode& item : list->items()) {
+    item.allow_only({"at", "point", "rotation_vector"});
+    spatial::Vector6 displacement = spatial::Vector6::Zero();
+    if (const auto point = item.find("point"))
+      displacement.head<3>() = point->vector3(dimension::length, units);
+    if (const auto turn = item.find("rotation_vector"))
+      displacement.tail<3>() = turn->vector3(dimension::angle, units);
+    errors.push_back({item.at("at"), spatial::displaced(Pose(), displacement)});
+  }
+  return errors;
+}
+
+// With its errors, up to where it ends.
+Chain read_chain(const YamlNode& elements, const std::string& name, const Pose& base,
+                 const std::vector<ChainError>& errors, const Parts& parts) {
+  Chain chain(name, base);
+  std::vector<std::string> places, links;
+  const auto pass = [&](const std::string& place) {
+    places.push_back(place);
+    for (const ChainError& error : errors)
+      if (error.at.text() == place) chain.error(error.pose);
+  };
+  pass("base");
+  for (const YamlNode& element : elements.items())
+    if (const std::string place = add_element(chain, element, parts, links); !place.empty())
+      pass(place);
+  if (chain.size() == 0) elements.fail("the chain has neither a joint nor a flexible link");
+  pass("end");
+  for (const ChainError& error : errors) error.at.choice(places);
+  return chain;
+}
+
+YamlNode chain_type(const YamlNode& top, const YamlNode& name) {
+  std::vector<std::string> names;
+  for (const auto& [type, value] : top.at("chain_types").members()) names.push_back(type);
+  return top.at("chain_types").at(name.choice(names));
+}
+
+Pose pose_or_identity(const YamlNode& node, const char* key, const UnitSystem& units) {
+  const auto given = node.find(key);
+  return given ? io::read_pose(*given, units) : Pose();
+}
+
+// Copies of a chain, each turned by the next multiple of an angle about an axis through the origin.
+struct PatternOfChains {
+  std::vector<std::string> names;
+  spatial::Vector3 axis = spatial::Vector3::UnitZ();
+  double angle = 0;
+};
+
+// `pattern: {count: 3, axis: [0, 0, 1], angle: 120 deg, names: [..]}`; the angle divides the full
+// turn evenly unless given, the names are "leg1", "leg2", ... unless given.
+PatternOfChains read_pattern(const std::optional<YamlNode>& node, const std::string& name,
+                             const UnitSystem& units) {
+  PatternOfChains pattern;
+  if (!node) {
+    pattern.names = {name};
+    return pattern;
+  }
+  node->allow_only({"count", "axis", "angle", "names"});
+  const int count = node->at("count").integer(2, 1000);
+  if (const auto axis = node->find("axis")) pattern.axis = axis->direction();
+  const auto angle = node->find("angle");
+  pattern.angle = angle ? angle->quantity(dimension::angle, units) : 2 * M_PI / count;
+  if (const auto names = node->find("names")) {
+    for (const YamlNode& item : names->items(static_cast<std::size_t>(count)))
+      pattern.names.push_back(item.text());
+    return pattern;
+  }
+  for (int i = 1; i <= count; ++i) pattern.names.push_back(fmt::format("{}{}", name, i));
+  return pattern;
+}
+
+// Where the chain ends on the platform. Unless `platform` says otherwise, its last frame is
+// parallel to its base frame when the platform is parallel to the robot's base.
+Pose attachment(const YamlNode& node, const Pose& base, const UnitSystem& units) {
+  if (node.has("platform") && node.has("platform_point"))
+    node.fail("'platform' and 'platform_point' exclude each other", "Keep one");
+  if (const auto pose = node.find("platform")) return io::read_pose(*pose, units);
+  const auto point = node.find("platform_point");
+  return Pose(base.rotation(), point ? point->vector3(dimension::length, units)
+                                     : spatial::Vector3(spatial::Vector3::Zero()));
+}
+
+// The chains of a file with the bodies that they join.
+struct Assembly {
+  std::vector<Chain> chains;
+  std::vector<Span> spans;
+  std::vector<std::string> inner_bodies;
+};
+
+int read_body(const YamlNode& item, const char* key, int otherwise,
+              const std::vector<std::string>& inner_bodies) {
+  const auto given = item.find(key);
+  if (!given) return otherwise;
+  std::vector<std::string> known{"base", "platform"};
+  known.insert(known.end(), inner_bodies.begin(), inner_bodies.end());
+  const std::string name = given->choice(known);
+  return static_cast<int>(std::find(known.begin(), known.end(), name) - known.begin()) - 1;
+}
+
+// One chain, or as many turned copies as its pattern asks for.
+void add_chain(const YamlNode& top, const YamlNode& item, const Parts& parts, Assembly& assembly) {
+  item.allow_only(
+      {"name", "type", "base", "platform", "platform_point", "from", "to", "errors", "pattern"});
+  const YamlNode elements = chain_type(top, item.at("type"));
+  const Span span{read_body(item, "from", Span::base, assembly.inner_bodies),
+                  read_body(item, "to", Span::platform, assembly.inner_bodies)};
+  const Pose base = pose_or_identity(item, "base", parts.units);
+  const Pose end = attachment(item, base, parts.units);
+  const std::vector<ChainError> errors = read_errors(item, parts.units);
+  const std::string name = item.at("name").text();
+  const auto pattern = item.find("pattern");
+  const PatternOfChains copies = read_pattern(pattern, name, parts.units);
+  if (pattern && (span.from != Span::base || span.to != Span::platform))
+    pattern->fail("a pattern repeats chains from the base to the platform");
+  for (std::size_t i = 0; i < copies.names.size(); ++i) {
+    const Pose turn =
+        Pose::rotation(spatial::exp_rotation(static_cast<double>(i) * copies.angle * copies.axis));
+    Chain chain = read_chain(elements, copies.names[i], turn * base, errors, parts);
+    // The platform turns with the base: its axes are the base's when it is at rest.
+    chain.attach((turn * end).inverse());
+    assembly.chains.push_back(std::move(chain));
+    assembly.spans.push_back(span);
+  }
+}
+
+Assembly read_assembly(const YamlNode& top, const Parts& parts) {
+  const YamlNode node = top.at("manipulator");
+  node.allow_only({"chain", "base", "chains", "bodies", "errors"});
+  const auto [key, value] = node.one_of({"chain", "chains"});
+  Assembly assembly;
+  if (key == "chain") {
+    if (node.has("bodies")) node.at("bodies").fail("a single chain has no inner bodies");
+    const Pose base = pose_or_identity(node, "base", parts.units);
+    const YamlNode elements = chain_type(top, value);
+    const std::vector<ChainError> errors = read_errors(node, parts.units);
+    assembly.chains.push_back(read_chain(elements, value.text(), base, errors, parts));
+    assembly.spans.push_back({});
+    return assembly;
+  }
+  for (const char* single : {"base", "errors"})
+    if (const auto given = node.find(single))
+      given->fail(fmt::format("with several chains each has its own {}", single));
+  if (const auto bodies = node.find("bodies"))
+    for (const YamlNode& body : bodies->items()) assembly.inner_bodies.push_back(body.text());
+  for (const YamlNode& item : value.items()) add_chain(top, item, parts, assembly);
+  if (assembly.chains.empty()) value.fail("at least one chain is expected");
+  return assembly;
+}
+
+// `gravity: {direction: [0, 0, -1], acceleration: 9.80665 m/s^2}`.
+spatial::Vector3 read_gravity(const YamlNode& top) {
+  const auto node = top.find("gravity");
+  if (!node) return spatial::Vector3::Zero();
+  node->allow_only({"direction", "acceleration"});
+  const auto acceleration = node->find("acceleration");
+  constexpr spatial::Dimension per_second_squared{.length = 1, .time = -2};
+  return (acceleration ? acceleration->quantity_with_unit(per_second_squared) : 9.80665) *
+         node->at("direction").direction();
+}
+
+// "leg" means the springs of that name (all its segments) in every chain, "x.leg" those in chain x.
+UncertainStiffness find_springs(const Manipulator& manipulator, const YamlNode& node) {
+  UncertainStiffness result{.name = node.text(), .springs = {}};
+  std::vector<std::string> known;
+  for (std::size_t c = 0; c < manipulator.size(); ++c) {
+    const Chain& chain = manipulator.chains()[c];
+    for (const Spring& spring : chain.springs()) {
+      known.push_back(spring.name);
+      known.push_back(chain.name() + "." + spring.name);
+      for (const std::string& name : {spring.name, chain.name() + "." + spring.name})
+        if (name == result.name || name.starts_with(result.name + ".")) {
+          result.springs.push_back({c, spring.name});
+          break;
+        }
+    }
+  }
+  if (result.springs.empty()) node.choice(known);
+  return result;
+}
+
+// `between: [0.5, 2]`: two positive numbers, ascending.
+std::pair<double, double> read_factors(const YamlNode& node) {
+  const std::vector<YamlNode> items = node.items(2);
+  const double lower = items[0].number(), upper = items[1].number();
+  if (!(lower > 0 && lower < upper))
+    node.fail(fmt::format("{:.6g} to {:.6g} is no range of a factor", lower, upper),
+              "Write the smallest and the largest factor on the stiffness: [0.5, 2]");
+  return {lower, upper};
+}
+
+std::vector<UncertainStiffness> read_uncertain(const YamlNode& top,
+                                               const Manipulator& manipulator) {
+  std::vector<UncertainStiffness> result;
+  const auto list = top.find("uncertain");
+  if (!list) return result;
+  for (const YamlNode& item : list->items()) {
+    if (item.has("effect")) continue;
+    item.allow_only({"stiffness", "between"});
+    UncertainStiffness found = find_springs(manipulator, item.at("stiffness"));
+    const auto same = [](const SpringParameter& a, const SpringParameter& b) {
+      return a.chain == b.chain && a.spring == b.spring;
+    };
+    for (const UncertainStiffness& other : result)
+      if (std::equal(other.springs.begin(), other.springs.end(), found.springs.begin(),
+                     found.springs.end(), same))
+        item.at("stiffness")
+            .fail(fmt::format("names what '{}' names already", other.name), "List it once");
+    result.push_back(std::move(found));
+    if (const auto between = item.find("between")) result.back().between = read_factors(*between);
+  }
+  return result;
+}
+
+// `{effect: hardening, at: x.rho, parameter: k3}`: a value of an effect that the file has.
+UncertainValue find_value(const YamlNode& item, const std::vector<Effect>& effects) {
+  item.allow_only({"effect", "at", "parameter"});
+  std::vector<std::string> kinds, places, names;
+  for (const Effect& effect : effects) kinds.push_back(effect.kind->name);
+  if (kinds.empty())
+    item.at("effect").fail("this file has no effects", "List it under 'effects:', with a value");
+  const std::string kind = item.at("effect").choice(kinds);
+  for (const Effect& effect : effects)
+    if (effect.kind->name == kind) places.push_back(effect.at);
+  const std::string at = item.at("at").choice(places);
+  const auto found = std::find_if(effects.begin(), effects.end(), [&](const Effect& effect) {
+    return effect.kind->name == kind && effect.at == at;
+  });
+  for (const EffectParameter& parameter : found->kind->parameters) names.push_back(parameter.name);
+  const std::string name = item.at("parameter").choice(names);
+  return {static_cast<std::size_t>(found - effects.begin()),
+          std::find(names.begin(), names.end(), name) - names.begin()};
+}
+
+std::vector<UncertainValue> read_uncertain_values(const YamlNode& top,
+                                                  const std::vector<Effect>& effects) {
+  std::vector<UncertainValue> result;
+  const auto list = top.find("uncertain");
+  if (!list) return result;
+  for (const YamlNode& item : list->items())
+    if (item.has("effect")) result.push_back(find_value(item, effects));
+  return result;
+}
+
+}  // namespace
+
+EffectKinds Robot::kinds() const {
+  EffectKinds all = effect_kinds();
+  all.insert(all.end(), own_kinds.begin(), own_kinds.end());
+  return all;
+}
+
+namespace {
+
+Robot robot_of(const YamlNode& top, const std::filesystem::path& file, const LinkOptions& options) {
+  io::check_format_version(top);
+  top.allow_only({"kinetostat", "name", "origin", "units", "gravity", "materials", "links",
+                  "chain_types", "manipulator", "uncertain", "effects", "effect_kinds"});
+  Parts parts{.units = io::read_units(top.at("units")), .links = {}};
+  LinkOptions link_options = options;
+  std::error_code error;
+  link_options.within.push_back(std::filesystem::weakly_canonical(file, error));
+  if (error)
+    throw common::InputError(file, "is a pipe, and a robot file is read more than once",
+                             "Save it to a file and name that");
+  const ReadManipulator read_manipulator = [](const std::filesystem::path& part,
+                                              const LinkOptions& part_options) {
+    return read_robot(part, part_options).manipulator;
+  };
+  std::vector<std::filesystem::path> link_files;
+  bool has_beams = false;
+  if (const auto links = top.find("links")) {
+    for (const auto& [name, value] : links->members()) {
+      const LinkModel link =
+          read_link(value, parts.units, top.find("materials"), link_options, read_manipulator);
+      has_beams |= value.find("beam").has_value();
+      if (link.file) link_files.push_back(*link.file);
+      parts.links.emplace(name, link);
+    }
+  }
+  const std::string name = top.at("name").text();
+  Assembly assembly = read_assembly(top, parts);
+  const spatial::Vector3 gravity = read_gravity(top);
+  try {
+    const Manipulator bare(name, std::move(assembly.chains), std::move(assembly.spans),
+                           std::move(assembly.inner_bodies));
+    const Manipulator plain = bare.with_gravity(gravity);
+    EffectKinds own_kinds = read_effect_kinds(top);
+    EffectKinds kinds = effect_kinds();
+    kinds.insert(kinds.end(), own_kinds.begin(), own_kinds.end());
+    std::vector<Effect> effects = read_effects(top, kinds, plain, parts.units);
+    Manipulator manipulator = with_effects(plain, effects);
+    Robot robot{.file = file,
+                .name = name,
+                .units = parts.units,
+                .manipulator = std::move(manipulator),
+                .uncertain = read_uncertain(top, plain),
+                .link_files = link_files,
+                .has_beams = has_beams,
+                .effects = std::move(effects)};
+    if (!robot.effects.empty()) robot.bare = plain;
+    robot.uncertain_values = read_uncertain_values(top, robot.effects);
+    robot.own_kinds = std::move(own_kinds);
+    return robot;
+  } catch (const std::invalid_argument& fault) {
+    top.at("manipulator").fail(fault.what());
+  }
+}
+
+}  // namespace
+
+Robot read_robot(const std::filesystem::path& file, const LinkOptions& options) {
+  return robot_of(io::read_yaml(file), file, options);
+}
+
+Robot parse_robot(const std::string& text, const std::filesystem::path& file,
+                  const LinkOptions& options) {
+  return robot_of(io::parse_yaml(text, file), file, options);
+}
+
+Manipulator with_scaled(const Manipulator& manipulator, const UncertainStiffness& parameter,
+                        double factor) {
+  Manipulator copy = manipulator;
+  for (const SpringParameter& spring : parameter.springs)
+    copy = copy.with_chain(spring.chain,
+                           copy.chains()[spring.chain].with_scaled_spring(spring.spring, factor));
+  return copy;
+}
+
+}  // namespace kinetostat::vjm

@@ -1,0 +1,63 @@
+// Robot files: YAML that people write, to a manipulator. The format is in
+// docs/reference/robot-file.md.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "kinetostat/spatial/units.h"
+#include "kinetostat/vjm/effects/effect.h"
+#include "kinetostat/vjm/effects/sensitivity.h"
+#include "kinetostat/vjm/io/link_options.h"
+#include "kinetostat/vjm/manipulator/manipulator.h"
+
+namespace kinetostat::vjm {
+
+/// A stiffness that its owner declares uncertain: the springs of one name, scaled together.
+struct UncertainStiffness {
+  std::string name;  // as written: "leg", or "x.rho"
+  std::vector<SpringParameter> springs;
+  /// Bounds of the factor on the stiffness that are physically possible, when stated.
+  std::optional<std::pair<double, double>> between = {};
+};
+
+/// A value of an effect that its owner declares uncertain.
+struct UncertainValue {
+  std::size_t effect = 0;  // in Robot::effects
+  Eigen::Index value = 0;
+};
+
+struct Robot {
+  std::filesystem::path file;
+  std::string name;
+  spatial::UnitSystem units;
+  Manipulator manipulator;  // with the effects
+  std::vector<UncertainStiffness> uncertain;
+  std::vector<std::filesystem::path> link_files;  // read for this robot, in order of first use
+  bool has_beams = false;                         // links that LinkOptions can split further
+  std::vector<Effect> effects = {};               // as in the file
+  std::optional<Manipulator> bare = {};           // without the effects, if there are any
+  std::vector<UncertainValue> uncertain_values = {};
+  EffectKinds own_kinds = {};  // that the file describes beside the catalogue
+
+  /// The catalogue, then its own.
+  EffectKinds kinds() const;
+
+  const Manipulator& without_effects() const { return bare ? *bare : manipulator; }
+};
+
+/// Throws common::InputError naming file, line, key, what was expected and the nearest thing that
+/// would work.
+Robot read_robot(const std::filesystem::path& file, const LinkOptions& options = {});
+/// The same from the text that the file has, or will have.
+Robot parse_robot(const std::string& text, const std::filesystem::path& file,
+                  const LinkOptions& options = {});
+
+/// The same manipulator with the springs of a parameter multiplied by `factor`.
+Manipulator with_scaled(const Manipulator& manipulator, const UncertainStiffness& parameter,
+                        double factor);
+
+}  // namespace kinetostat::vjm

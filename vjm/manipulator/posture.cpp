@@ -1,0 +1,409 @@
+#include "kinetostat/vjm/manipulator/posture.h"
+
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+
+#include <Eigen/Cholesky>
+#include <fmt/format.h>
+
+#include "kinetostat/common/spelling.h"
+#include "kinetostat/vjm/chain/kinematics.h"
+
+namespace kinetostat::vjm {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using spatial::Pose;
+using spatial::Vector6;
+
+// A system of equations error(z) = 0 with its Jacobian, z in comparable units.
+struct Residual {
+  VectorXd error;
+  MatrixXd jacobian;
+};
+
+// Levenberg-Marquardt; evaluate(z, residual) fills both members. Returns the last accepted z.
+template <class Evaluate>
+VectorXd solve_least_squares(VectorXd z, const Evaluate& evaluate, double tolerance,
+                             int max_iterations) {
+  Residual now, next;
+  evaluate(z, now);
+  double damping = 1e-6;
+  for (int i = 0; i < max_iterations && now.error.lpNorm<Eigen::Infinity>() > tolerance; ++i) {
+    const VectorXd gradient = now.jacobian.transpose() * now.error;
+    MatrixXd normal = now.jacobian.transpose() * now.jacobian;
+    normal.diagonal().array() += damping * std::max(1e-12, normal.diagonal().maxCoeff());
+    const VectorXd step = -normal.ldlt().solve(gradient);
+    const VectorXd candidate = z + step;
+    evaluate(candidate, next);
+    if (next.error.squaredNorm() < now.error.squaredNorm()) {
+      z = candidate;
+      std::swap(now, next);
+      damping = std::max(damping * 0.1, 1e-15);
+    } else {
+      if (step.norm() <= 1e-13 * z.norm()) break;  // rounding
+      damping = std::max(damping * 10, 1e-12);
+      if (damping > 1e8) break;
+    }
+  }
+  return z;
+}
+
+double chain_scale(const Chain& chain, ChainKinematics& kinematics, const VectorXd& x) {
+  evaluate(chain, x, kinematics);
+  return kinematics.reach > 0 ? kinematics.reach : 1.0;
+}
+
+// Error of a pose with rotation turned into a length.
+Vector6 scaled_difference(const Pose& from, const Pose& to, double length) {
+  Vector6 e = spatial::pose_difference(from, to);
+  e.tail<3>() *= length;
+  return e;
+}
+
+// A point of the van der Corput sequence: a deterministic scatter over (-1, 1).
+double scatter(int index, int dimension) {
+  static constexpr int primes[] = {2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37};
+  const int base = primes[dimension % 12];
+  double value = 0, digit = 1.0 / base;
+  for (int i = index + dimension / 12; i > 0; i /= base, digit /= base) value += digit * (i % base);
+  return 2 * value - 1;
+}
+
+VectorXd starting_point(const Chain& chain, int start, double length) {
+  VectorXd x = chain.home();
+  if (start == 0) return x;
+  int dimension = 0;
+  for (const Index k : chain.posture_coordinates()) {
+    const bool turns = is_rotation(chain.coordinates()[static_cast<std::size_t>(k)].motion);
+    x[k] += (turns ? 3.0 : length) * scatter(start, dimension++);
+  }
+  return x;
+}
+
+// Inverse kinematics of one chain.
+class ChainPostureSolver {
+ public:
+  ChainPostureSolver(const Chain& chain, const Pose& target, const PostureOptions& options)
+      : chain_(chain), target_(target), options_(options) {
+    length_ = chain_scale(chain, kinematics_, chain.home());
+  }
+
+  // The first start that reaches the target, else the one that comes nearest.
+  VectorXd solve() {
+    VectorXd best = chain_.home();
+    double best_error = std::numeric_limits<double>::infinity();
+    for (int start = 0; start <= options_.restarts; ++start) {
+      const VectorXd x = solve_from(starting_point(chain_, start, length_));
+      const double e = error(x).lpNorm<Eigen::Infinity>();
+      if (e < best_error) {
+        best = x;
+        best_error = e;
+      }
+      if (best_error <= accepted()) break;
+    }
+    return best;
+  }
+
+  Vector6 error(const VectorXd& x) {
+    evaluate(chain_, x, kinematics_);
+    return scaled_difference(kinematics_.end, target_, length_);
+  }
+  // Rounding of the pose itself bounds what can be reached.
+  double accepted() const {
+    return std::max(options_.tolerance, 1e-13 * (length_ + target_.position().norm()));
+  }
+  double length() const { return length_; }
+
+ private:
+  VectorXd solve_from(const VectorXd& start) {
+    const auto& free = chain_.posture_coordinates();
+    const auto n = static_cast<Index>(free.size());
+    VectorXd x = start, unit = VectorXd::Ones(n), z(n);
+    for (Index k = 0; k < n; ++k) {
+      const Index c = free[static_cast<std::size_t>(k)];
+      if (is_rotation(chain_.coordinates()[static_cast<std::size_t>(c)].motion)) unit[k] = length_;
+      z[k] = x[c] * unit[k];
+    }
+    const auto set = [&](const VectorXd& values) {
+      for (Index k = 0; k < n; ++k) x[free[static_cast<std::size_t>(k)]] = values[k] / unit[k];
+    };
+    z = solve_least_squares(
+        z,
+        [&](const VectorXd& values, Residual& residual) {
+          set(values);
+          residual.error = error(x);
+          residual.jacobian.resize(6, n);
+          for (Index k = 0; k < n; ++k)
+            residual.jacobian.col(k) =
+                -kinematics_.jacobian.col(free[static_cast<std::size_t>(k)]) / unit[k];
+          residual.jacobian.bottomRows<3>() *= length_;
+        },
+        0.1 * accepted(), options_.max_iterations);
+    set(z);
+    return x;
+  }
+
+  const Chain& chain_;
+  Pose target_;
+  PostureOptions options_;
+  ChainKinematics kinematics_;
+  double length_ = 1;
+};
+
+std::string miss_text(const std::string& chain, const Vector6& error) {
+  return fmt::format(
+      "chain '{}' cannot reach the pose: the nearest it comes is {:.4g} mm and {:.4g} deg away",
+      chain, 1e3 * error.head<3>().norm(), error.tail<3>().norm() * 180 / M_PI);
+}
+
+struct JointName {
+  std::size_t chain;
+  Index coordinate;
+};
+
+JointName find_joint(const Manipulator& manipulator, const std::string& name) {
+  std::vector<JointName> found;
+  std::vector<std::string> known;
+  for (std::size_t c = 0; c < manipulator.size(); ++c) {
+    const Chain& chain = manipulator.chains()[c];
+    for (const Index k : chain.posture_coordinates()) {
+      const std::string& joint = chain.coordinates()[static_cast<std::size_t>(k)].name;
+      known.push_back(chain.name() + "." + joint);
+      if (manipulator.size() == 1) known.push_back(joint);
+      if (name == joint || name == chain.name() + "." + joint) found.push_back({c, k});
+    }
+  }
+  if (found.size() == 1) return found[0];
+  if (found.size() > 1)
+    throw std::invalid_argument(
+        fmt::format("the joint '{}' is in several chains: write <chain>.{}", name, name));
+  const std::string near = common::nearest_spelling(name, known);
+  throw std::invalid_argument(fmt::format("there is no joint '{}'{}", name,
+                                          near.empty() ? "" : " (did you mean '" + near + "'?)"));
+}
+
+// Closes all loops at once: unknown are the poses of the bodies (the platform's too, unless it is
+// given) and the joints that are free to choose.
+class LoopCloser {
+ public:
+  LoopCloser(const Manipulator& manipulator, std::vector<VectorXd> start,
+             const std::optional<Pose>& platform, const PostureOptions& options)
+      : manipulator_(manipulator), options_(options), platform_given_(platform) {
+    posture_.coordinates = std::move(start);
+    kinematics_.resize(manipulator.size());
+    for (std::size_t c = 0; c < manipulator.size(); ++c)
+      length_ = std::max(
+          length_, chain_scale(manipulator.chains()[c], kinematics_[c], posture_.coordinates[c]));
+    place_bodies();
+    choose_joints();
+  }
+
+  PostureResult solve() {
+    const auto n = static_cast<Index>(joints_.size());
+    const std::vector<Pose> origin = bodies_;
+    VectorXd z = VectorXd::Zero(6 * moving_bodies() + n);
+    for (Index k = 0; k < n; ++k) z[6 * moving_bodies() + k] = value(k);
+    // In a singular posture the last digits come slowly.
+    const double accepted = std::max(options_.tolerance, 1e-11 * length_);
+    const auto evaluate_loops = [&](const VectorXd& values, Residual& residual) {
+      set(values, origin);
+      fill(residual);
+    };
+    z = solve_least_squares(z, evaluate_loops, 1e-4 * accepted, options_.max_iterations);
+    Residual residual;
+    evaluate_loops(z, residual);
+    return result(residual, accepted);
+  }
+
+ private:
+  struct Joint {
+    std::size_t chain;
+    Index coordinate;
+    double unit;
+  };
+
+  Index moving_bodies() const {
+    return static_cast<Index>(bodies_.size()) - (platform_given_ ? 1 : 0);
+  }
+  Index column_of(int body) const { return Index{6} * (body - (platform_given_ ? 1 : 0)); }
+  Pose origin_of(std::size_t c) const {
+    const int from = manipulator_.span(c).from;
+    return from == Span::base ? Pose() : bodies_[static_cast<std::size_t>(from)];
+  }
+
+  // Each body where the first chain that leads to it from a known one puts it.
+  void place_bodies() {
+    bodies_.resize(manipulator_.body_count());
+    std::vector<bool> known(bodies_.size(), false);
+    if (platform_given_) bodies_[0] = *platform_given_;
+    if (platform_given_) known[0] = true;
+    for (std::size_t pass = 0; pass < bodies_.size(); ++pass)
+      for (std::size_t c = 0; c < manipulator_.size(); ++c) {
+        const Span& span = manipulator_.span(c);
+        const auto to = static_cast<std::size_t>(span.to);
+        if (known[to] || (span.from != Span::base && !known[static_cast<std::size_t>(span.from)]))
+          continue;
+        evaluate(manipulator_.chains()[c], posture_.coordinates[c], kinematics_[c], origin_of(c));
+        bodies_[to] = kinematics_[c].end;
+        known[to] = true;
+      }
+  }
+
+  void choose_joints() {
+    for (std::size_t c = 0; c < manipulator_.size(); ++c) {
+      const Chain& chain = manipulator_.chains()[c];
+      for (const Index k : chain.posture_coordinates()) {
+        const Coordinate& coordinate = chain.coordinates()[static_cast<std::size_t>(k)];
+        if (coordinate.role == Role::passive || platform_given_)
+          joints_.push_back({c, k, is_rotation(coordinate.motion) ? length_ : 1.0});
+      }
+    }
+  }
+
+  double value(Index k) const {
+    const Joint& joint = joints_[static_cast<std::size_t>(k)];
+    return posture_.coordinates[joint.chain][joint.coordinate] * joint.unit;
+  }
+
+  void set(const VectorXd& z, const std::vector<Pose>& origin) {
+    for (std::size_t b = platform_given_ ? 1 : 0; b < bodies_.size(); ++b) {
+      Vector6 displacement = z.segment<6>(column_of(static_cast<int>(b)));
+      displacement.tail<3>() /= length_;
+      bodies_[b] = spatial::displaced(origin[b], displacement);
+    }
+    for (std::size_t k = 0; k < joints_.size(); ++k)
+      posture_.coordinates[joints_[k].chain][joints_[k].coordinate] =
+          z[6 * moving_bodies() + static_cast<Index>(k)] / joints_[k].unit;
+  }
+
+  void fill(Residual& residual) {
+    const Index bodies = 6 * moving_bodies();
+    residual.error.resize(static_cast<Index>(6 * manipulator_.size()));
+    residual.jacobian.setZero(residual.error.size(), bodies + static_cast<Index>(joints_.size()));
+    for (std::size_t c = 0; c < manipulator_.size(); ++c) {
+      const Span& span = manipulator_.span(c);
+      evaluate(manipulator_.chains()[c], posture_.coordinates[c], kinematics_[c], origin_of(c));
+      const auto row = static_cast<Index>(6 * c);
+      const Pose& end = kinematics_[c].end;
+      residual.error.segment<6>(row) =
+          scaled_difference(end, bodies_[static_cast<std::size_t>(span.to)], length_);
+      if (column_of(span.to) >= 0)
+        residual.jacobian.block<6, 6>(row, column_of(span.to)).setIdentity();
+      if (span.from != Span::base && column_of(span.from) >= 0) {
+        residual.jacobian.block<6, 6>(row, column_of(span.from)) = -spatial::Matrix6::Identity();
+        residual.jacobian.block<3, 3>(row, column_of(span.from) + 3) =
+            spatial::skew(end.position() - origin_of(c).position()) / length_;
+      }
+    }
+    for (std::size_t k = 0; k < joints_.size(); ++k) {
+      const auto row = static_cast<Index>(6 * joints_[k].chain);
+      const Index column = bodies + static_cast<Index>(k);
+      residual.jacobian.block<6, 1>(row, column) =
+          -kinematics_[joints_[k].chain].jacobian.col(joints_[k].coordinate) / joints_[k].unit;
+      residual.jacobian.block<3, 1>(row + 3, column) *= length_;
+    }
+  }
+
+  PostureResult result(const Residual& residual, double accepted) const {
+    PostureResult result;
+    result.posture = posture_;
+    result.posture.platform = bodies_[0];
+    result.posture.inner_bodies.assign(bodies_.begin() + 1, bodies_.end());
+    result.reached = residual.error.lpNorm<Eigen::Infinity>() <= accepted;
+    Index worst = 0;
+    residual.error.cwiseAbs().maxCoeff(&worst);
+    result.error = residual.error.segment<6>(worst - worst % 6);
+    result.error.tail<3>() /= length_;
+    if (!result.reached)
+      result.reason =
+          (platform_given_ ? "" : "the loops cannot be closed with these joint values: ") +
+          miss_text(manipulator_.chains()[static_cast<std::size_t>(worst / 6)].name(),
+                    result.error);
+    return result;
+  }
+
+  const Manipulator& manipulator_;
+  PostureOptions options_;
+  std::optional<Pose> platform_given_;
+  Posture posture_;
+  std::vector<Pose> bodies_;
+  std::vector<Joint> joints_;
+  std::vector<ChainKinematics> kinematics_;
+  double length_ = 0;
+};
+
+std::vector<VectorXd> home_of(const Manipulator& manipulator) {
+  std::vector<VectorXd> home;
+  for (const Chain& chain : manipulator.chains()) home.push_back(chain.home());
+  return home;
+}
+
+// Mechanisms with inner bodies: from home, then from scattered starts like single chains.
+PostureResult mechanism_posture_at(const Manipulator& manipulator, const Pose& target,
+                                   const PostureOptions& options) {
+  PostureResult best;
+  for (int start = 0; start <= options.restarts; ++start) {
+    std::vector<VectorXd> coordinates;
+    ChainKinematics kinematics;
+    for (const Chain& chain : manipulator.chains())
+      coordinates.push_back(
+          starting_point(chain, start, chain_scale(chain, kinematics, chain.home())));
+    PostureResult result = LoopCloser(manipulator, std::move(coordinates), target, options).solve();
+    if (start == 0 || result.reached || result.error.norm() < best.error.norm())
+      best = std::move(result);
+    if (best.reached) break;
+  }
+  return best;
+}
+
+}  // namespace
+
+PostureResult posture_at(const Manipulator& manipulator, const Pose& target,
+                         const PostureOptions& options) {
+  if (manipulator.has_errors()) return posture_at(manipulator.without_errors(), target, options);
+  if (!manipulator.is_parallel()) return mechanism_posture_at(manipulator, target, options);
+  PostureResult result;
+  result.reached = true;
+  result.posture.platform = target;
+  for (const Chain& chain : manipulator.chains()) {
+    ChainPostureSolver solver(chain, target, options);
+    result.posture.coordinates.push_back(solver.solve());
+    const Vector6 scaled = solver.error(result.posture.coordinates.back());
+    if (scaled.lpNorm<Eigen::Infinity>() <= solver.accepted()) continue;
+    result.reached = false;
+    Vector6 error = scaled;
+    error.tail<3>() /= solver.length();
+    if (result.reason.empty() || error.norm() > result.error.norm()) {
+      result.error = error;
+      result.reason = miss_text(chain.name(), error);
+    }
+  }
+  return result;
+}
+
+PostureResult posture_from_joints(const Manipulator& manipulator,
+                                  const std::map<std::string, double>& coordinates,
+                                  const PostureOptions& options) {
+  if (manipulator.has_errors())
+    return posture_from_joints(manipulator.without_errors(), coordinates, options);
+  std::vector<VectorXd> start = home_of(manipulator);
+  for (const auto& [name, value] : coordinates) {
+    const JointName joint = find_joint(manipulator, name);
+    start[joint.chain][joint.coordinate] = value;
+  }
+  if (manipulator.size() > 1)
+    return LoopCloser(manipulator, std::move(start), std::nullopt, options).solve();
+  PostureResult result;
+  ChainKinematics kinematics;
+  evaluate(manipulator.chains()[0], start[0], kinematics);
+  result.posture.platform = kinematics.end;
+  result.posture.coordinates = std::move(start);
+  result.reached = true;
+  return result;
+}
+
+}  // namespace kinetostat::vjm

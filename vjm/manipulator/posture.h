@@ -1,0 +1,45 @@
+// Nominal postures: from a target pose (inverse kinematics), or from joint coordinates.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "kinetostat/vjm/manipulator/manipulator.h"
+
+namespace kinetostat::vjm {
+
+struct PostureOptions {
+  /// Largest position error that counts as reached [m]; the rotation error is this over the reach.
+  double tolerance = 1e-12;
+  int max_iterations = 200;
+  /// Further starting points tried when the home values do not lead there; deterministic.
+  int restarts = 20;
+};
+
+struct PostureResult {
+  bool reached = false;
+  Posture posture;  // the nearest found when not reached
+  /// [translation m; rotation rad] still missing, worst chain.
+  spatial::Vector6 error = spatial::Vector6::Zero();
+  std::string reason;  // empty when reached; otherwise a sentence with chain and distances
+};
+
+/// Both work on the nominal manipulator, without geometric errors.
+///
+/// Actuated and passive coordinates that bring every chain to `target` with relaxed links, by
+/// damped least squares from the home values (so that the branch nearest to them is found), then
+/// from scattered starts. A redundant chain takes the solution nearest to its start.
+PostureResult posture_at(const Manipulator& manipulator, const spatial::Pose& target,
+                         const PostureOptions& options = {});
+
+/// The posture for given actuated coordinates [m or rad] by "chain.joint" (or "joint" where the
+/// name is unique): forward kinematics of a serial chain; for parallel ones passive joints and
+/// platform are solved for together. Passive coordinates may be given too, as starting values (as
+/// exact values in a serial manipulator). Actuated joints that are not named keep their home
+/// values. Throws std::invalid_argument for an unknown name (with did-you-mean) or an ambiguous
+/// one.
+PostureResult posture_from_joints(const Manipulator& manipulator,
+                                  const std::map<std::string, double>& coordinates,
+                                  const PostureOptions& options = {});
+
+}  // namespace kinetostat::vjm

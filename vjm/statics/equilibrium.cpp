@@ -1,0 +1,296 @@
+#include "kinetostat/vjm/statics/equilibrium.h"
+
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "kinetostat/vjm/statics/equilibrium_state.h"
+
+namespace kinetostat::vjm {
+namespace {
+
+using spatial::Pose;
+using spatial::Vector6;
+
+// What is asked for: a platform pose, or a load. Both are approached in steps from the posture.
+struct Task {
+  bool pose_given = false;
+  Pose start, target;
+  Load load;
+
+  Pose pose(double share) const {
+    return spatial::displaced(start, share * spatial::pose_difference(start, target));
+  }
+};
+
+struct NewtonResult {
+  bool converged = false;
+  bool consistent = true;  // could be solved for the first correction
+  SystemState state;
+  std::vector<double> corrections;
+};
+
+// Without damping a step may go through a stop, from where the next one comes back to it.
+enum class Damping { as_needed, none };
+
+// Once close, a matrix may be kept while each correction with it gains two digits: fewer
+// factorisations, but corrections that fall linearly.
+enum class Matrix { renewed, kept_when_close };
+
+// Newton's method with Deuflhard's natural monotonicity test: a damped step is accepted when the
+// correction seen from its end, with the old matrix, is smaller. This does not depend on how forces
+// and lengths are weighed. Where a law bends that test says nothing; some steps there are not
+// asked.
+NewtonResult newton(EquilibriumSystem& system, const SystemState& start, const Load& load,
+                    bool platform_held, const EquilibriumOptions& options,
+                    Damping damping = Damping::as_needed, Matrix matrix = Matrix::renewed) {
+  constexpr double close = 1e-2;  // what a correction leaves of the one before
+  NewtonResult result;
+  result.state = start;
+  const double reach = system.scale().length;
+  const double enough = options.tolerance * reach;
+  // What a free motion may leave: a share of the forces, or the rounding of the stiffest spring.
+  constexpr double unbalanced = 1e-8, rounding = 1e-12;
+  double forces = 0;
+  // What follows allocates nothing from its second round on
+  // (tests/vjm/statics/allocation_test.cpp).
+  result.corrections.reserve(static_cast<std::size_t>(options.max_iterations));
+  SystemVector right, correction, again;
+  SystemState next;
+  const auto go_to = [&](const SystemState& state) {
+    system.set(state, load);
+    system.newton_right_hand_side(right);
+  };
+  system.hold_platform(platform_held);
+  go_to(result.state);
+  int bends = damping == Damping::none ? options.max_bends : 0;
+  for (int i = 0; i < options.max_iterations; ++i) {
+    // The system stands at the state, with its right-hand side, as every round leaves them.
+    system.linearise(platform_held);
+    system.solve(right, correction);
+    if (i == 0) {
+      result.consistent = system.consistent();
+      forces = right.norm();
+    }
+    double size = correction.norm();
+    result.corrections.push_back(size / reach);
+    if (!std::isfinite(size) || size > 1e6 * reach) return result;
+
+    system.moved(result.state, correction, 1, next);
+    if (bends < options.max_bends && system.bends(result.state, next)) {
+      ++bends;
+      go_to(next);
+      result.state = next;
+      continue;
+    }
+    double factor = 1;
+    double simplified = 0;
+    while (true) {
+      go_to(next);
+      system.solve(right, again);
+      simplified = again.norm();
+      // Once corrections are down at rounding they cannot be asked to fall further.
+      if (simplified <= (1 - factor / 4) * size || size <= enough || damping == Damping::none)
+        break;
+      factor /= 2;
+      if (factor < 1.0 / 1024) return result;
+      system.moved(result.state, correction, factor, next);
+    }
+    result.state = next;
+    while (matrix == Matrix::kept_when_close && factor == 1 && simplified > enough &&
+           simplified <= close * size) {
+      system.moved(result.state, again, 1, next);
+      go_to(next);
+      result.state = next;
+      system.solve(right, again);
+      size = simplified;
+      simplified = again.norm();
+    }
+    const bool at_rounding = size <= 1e-7 * reach && simplified <= 1e-2 * size;
+    if (factor == 1 && (simplified <= enough || (at_rounding && simplified <= 1e3 * enough))) {
+      // That correction is known and costs nothing more: with it the state is exact to rounding,
+      // not to a tolerance that a small reading of a large robot would feel.
+      system.moved(result.state, again, 1, next);
+      result.state = next;
+      const double left = right.norm();
+      result.converged = system.consistent() ||
+                         left <= unbalanced * std::max(forces, system.wrench_norm(next)) ||
+                         (result.consistent && left <= rounding * reach);
+      return result;
+    }
+  }
+  return result;
+}
+
+// A weak spring across the gap between two stops.
+class AcrossGap : public CoordinateLaw {
+ public:
+  AcrossGap(double middle, double stiffness) : middle_(middle), stiffness_(stiffness) {}
+  Value at(const JointState& joint) const override {
+    const double d = joint.position - middle_;
+    return {.energy = 0.5 * stiffness_ * d * d, .force = stiffness_ * d, .tangent = stiffness_};
+  }
+
+ private:
+  double middle_, stiffness_;
+};
+
+bool has_gaps(const Manipulator& manipulator) {
+  for (const Chain& chain : manipulator.chains())
+    for (const auto& [coordinate, law] : chain.laws())
+      if (dynamic_cast<const StopLaw*>(law.get()) != nullptr) return true;
+  return false;
+}
+
+// With springs across all gaps, `share` as stiff as the stops.
+Manipulator with_bridged_gaps(const Manipulator& manipulator, double share) {
+  Manipulator bridged = manipulator;
+  for (std::size_t c = 0; c < manipulator.size(); ++c) {
+    Chain chain = manipulator.chains()[c];
+    for (const auto& [coordinate, law] : manipulator.chains()[c].laws())
+      if (const auto* stop = dynamic_cast<const StopLaw*>(law.get()))
+        chain.law(chain.coordinates()[static_cast<std::size_t>(coordinate)].name,
+                  std::make_shared<AcrossGap>(stop->middle(), share * stop->stiffness()));
+    bridged = bridged.with_chain(c, std::move(chain));
+  }
+  return bridged;
+}
+
+std::string failure_reason(const Task& task, double reached, bool consistent) {
+  if (!consistent)
+    return task.pose_given
+               ? "the pose cannot be held: some chain is rigid against part of this displacement"
+               : "the load works on a motion that nothing resists; see the free motions that "
+                 "'stiffness' lists";
+  return fmt::format(
+      "no equilibrium was found beyond {:.4g} % of the {}: the path ends near there (a limit point "
+      "or "
+      "a bifurcation), or the target is out of reach",
+      100 * reached, task.pose_given ? "displacement" : "load");
+}
+
+// The whole task first; when Newton's method fails, in steps that halve and double.
+FoundState follow(EquilibriumSystem& system, const Task& task, const EquilibriumOptions& options) {
+  FoundState found;
+  found.state = system.relaxed_state();
+  double step = 1;
+  bool consistent = true;
+  while (found.reached < 1 && found.steps < options.max_steps) {
+    ++found.steps;
+    const double share = std::min(1.0, found.reached + step);
+    SystemState guess = found.state;
+    if (task.pose_given) guess.bodies[0] = task.pose(share);
+    NewtonResult result = newton(system, guess, task.load.scaled(share), task.pose_given, options);
+    found.corrections = std::move(result.corrections);
+    if (result.converged) {
+      found.state = std::move(result.state);
+      found.reached = share;
+      step *= 2;
+    } else {
+      // What the first correction cannot balance, no shorter step will; later ones may only have
+      // come too far from equilibrium.
+      consistent = result.consistent;
+      step /= 2;
+      if (step < 1e-6 || !consistent) break;
+    }
+  }
+  if (found.reached == 1) {
+    found.status = EquilibriumStatus::converged;
+    return found;
+  }
+  found.reason = failure_reason(task, found.reached, consistent);
+  if (!consistent)
+    found.status = task.pose_given ? EquilibriumStatus::rigid : EquilibriumStatus::unsupported;
+  return found;
+}
+
+// Between stops a joint may move freely, so Newton's method cannot tell where a load takes it. The
+// gap is bridged by springs that become softer and softer, until the joint lies at a stop, or is
+// balanced without.
+FoundState follow_through_gaps(EquilibriumSystem& exact, const Manipulator& manipulator,
+                               const Posture& posture, const Task& task,
+                               const EquilibriumOptions& options) {
+  FoundState found = follow(exact, task, options);
+  if (found.status == EquilibriumStatus::converged || !has_gaps(manipulator)) return found;
+  SystemState state;
+  {
+    const Manipulator bridged = with_bridged_gaps(manipulator, 1);
+    EquilibriumSystem system(bridged, posture);
+    FoundState first = follow(system, task, options);
+    if (first.status != EquilibriumStatus::converged) return found;
+    state = std::move(first.state);
+  }
+  for (double share = 0.1; share > 1e-10; share /= 10) {
+    NewtonResult result = newton(exact, state, task.load, task.pose_given, options);
+    if (result.converged)
+      return {.status = EquilibriumStatus::converged,
+              .reason = {},
+              .reached = 1,
+              .state = std::move(result.state),
+              .steps = found.steps + 1,
+              .corrections = std::move(result.corrections)};
+    const Manipulator bridged = with_bridged_gaps(manipulator, share);
+    EquilibriumSystem softer(bridged, posture);
+    result = newton(softer, state, task.load, task.pose_given, options, Damping::none);
+    if (!result.converged) return found;
+    state = std::move(result.state);
+  }
+  return found;
+}
+
+bool fits(const SystemState& state, const Manipulator& manipulator) {
+  if (state.coordinates.size() != manipulator.size()) return false;
+  for (std::size_t c = 0; c < manipulator.size(); ++c)
+    if (state.coordinates[c].size() != manipulator.chains()[c].size()) return false;
+  return true;
+}
+
+Equilibrium equilibrium_of(const Manipulator& manipulator, const Posture& posture, const Task& task,
+                           const EquilibriumOptions& options) {
+  EquilibriumSystem system(manipulator, posture);
+  FoundState found = follow_through_gaps(system, manipulator, posture, task, options);
+  Equilibrium equilibrium =
+      describe(system, manipulator, posture, found.state, task.load.scaled(found.reached));
+  equilibrium.status = found.status;
+  equilibrium.reason = std::move(found.reason);
+  equilibrium.reached = found.reached;
+  equilibrium.steps = found.steps;
+  equilibrium.corrections = std::move(found.corrections);
+  return equilibrium;
+}
+
+}  // namespace
+
+FoundState state_under_load(EquilibriumSystem& system, const Manipulator& manipulator,
+                            const Posture& posture, const Load& load,
+                            const EquilibriumOptions& options, const SystemState* near) {
+  if (near != nullptr && fits(*near, manipulator)) {
+    NewtonResult result =
+        newton(system, *near, load, false, options, Damping::as_needed, Matrix::kept_when_close);
+    if (result.converged)
+      return {.status = EquilibriumStatus::converged,
+              .reason = {},
+              .reached = 1,
+              .state = std::move(result.state),
+              .steps = 1,
+              .corrections = std::move(result.corrections)};
+  }
+  return follow_through_gaps(system, manipulator, posture,
+                             {false, posture.platform, posture.platform, load}, options);
+}
+
+Equilibrium equilibrium_at_pose(const Manipulator& manipulator, const Posture& posture,
+                                const Pose& pose, const EquilibriumOptions& options,
+                                const std::vector<NodeLoad>& node_loads) {
+  return equilibrium_of(manipulator, posture, {true, posture.platform, pose, {.nodes = node_loads}},
+                        options);
+}
+
+Equilibrium equilibrium_under_load(const Manipulator& manipulator, const Posture& posture,
+                                   const Load& load, const EquilibriumOptions& options) {
+  return equilibrium_of(manipulator, posture, {false, posture.platform, posture.platform, load},
+                        options);
+}
+
+}  // namespace kinetostat::vjm

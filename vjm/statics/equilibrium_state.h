@@ -1,0 +1,34 @@
+// Equilibria as states: found, then described. Internal to this room.
+#pragma once
+
+#include "kinetostat/vjm/statics/equilibrium_result.h"
+#include "kinetostat/vjm/statics/equilibrium_system.h"
+
+namespace kinetostat::vjm {
+
+/// Where a search for an equilibrium ended; Equilibrium tells what the members mean.
+struct FoundState {
+  EquilibriumStatus status = EquilibriumStatus::not_converged;
+  std::string reason;
+  double reached = 0;
+  SystemState state;
+  int steps = 0;
+  std::vector<double> corrections;
+};
+
+/// The state of equilibrium_under_load() without its description. `system` is that of the
+/// manipulator at the posture. `near` (or nullptr) is a state of the same chains from which
+/// Newton's method is tried first.
+FoundState state_under_load(EquilibriumSystem& system, const Manipulator& manipulator,
+                            const Posture& posture, const Load& load,
+                            const EquilibriumOptions& options, const SystemState* near = nullptr);
+
+/// Wrenches, tangent stiffness, stability and energy at a state that balances `load`. Sets and
+/// factorises the system there. `status` is left for the caller.
+Equilibrium describe(EquilibriumSystem& system, const Manipulator& manipulator,
+                     const Posture& posture, const SystemState& state, const Load& load);
+
+/// The state back from what is known of it.
+SystemState state_of(const Equilibrium& equilibrium);
+
+}  // namespace kinetostat::vjm

@@ -1,0 +1,145 @@
+#include "kinetostat/vjm/statics/stiffness.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+
+#include "kinetostat/vjm/statics/equilibrium_system.h"
+
+namespace kinetostat::vjm {
+namespace {
+
+using spatial::Matrix6;
+using spatial::Stiffness6;
+using spatial::Vector6;
+
+double length_of(const ChainKinematics& kinematics) {
+  return kinematics.reach > 0 ? kinematics.reach : 1.0;
+}
+
+bool has_spring(const Chain& chain, Eigen::Index coordinate) {
+  return chain.stiffness()(coordinate, coordinate) != 0;
+}
+
+// Twists that perfect passive joints allow, rotations scaled to lengths.
+Matrix6X passive_jacobian(const Chain& chain, const ChainKinematics& kinematics,
+                          const Vector6& scale) {
+  Matrix6X passive(6, chain.size());
+  Eigen::Index count = 0;
+  for (Eigen::Index k = 0; k < chain.size(); ++k) {
+    if (chain.coordinates()[static_cast<std::size_t>(k)].role != Role::passive ||
+        has_spring(chain, k))
+      continue;
+    Vector6 column = scale.cwiseProduct(kinematics.jacobian.col(k));
+    // A unit column keeps the rank decision independent of how far away the joint is.
+    const double norm = column.norm();
+    if (norm > 0) passive.col(count++) = column / norm;
+  }
+  return passive.leftCols(count);
+}
+
+// Orthonormal basis of the wrenches that do no work on the passive joints.
+Matrix6X transmitted_wrenches(const Matrix6X& passive) {
+  if (passive.cols() == 0) return Matrix6::Identity();
+  return null_space(passive.transpose());
+}
+
+// Compliance of the springs felt at the end, J_s K_s^-1 J_s'.
+Matrix6 spring_compliance(const Chain& chain, const ChainKinematics& kinematics,
+                          const Vector6& scale) {
+  Matrix6 compliance = Matrix6::Zero();
+  for (const Spring& spring : chain.springs()) {
+    const Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 6> jacobian =
+        scale.asDiagonal() * kinematics.jacobian.middleCols(spring.first, spring.stiffness.rows());
+    compliance += jacobian * spring.stiffness.llt().solve(jacobian.transpose());
+  }
+  return compliance;
+}
+
+// Stiffness and compliance of a manipulator with rigid chains or inner bodies, whose chains do not
+// simply add up: through the whole system of equations.
+void add_from_equations(const Manipulator& manipulator, const Posture& posture,
+                        const spatial::Frame& frame, UnloadedStiffness& result) {
+  const auto symmetric = [](const Matrix6& m) { return Matrix6(0.5 * (m + m.transpose())); };
+  EquilibriumSystem system(manipulator, posture);
+  system.set(system.relaxed_state(), {.gravity = 0});
+  if (!system.has_rigid_directions()) {
+    system.linearise_by_chains();
+    result.stiffness = Stiffness6(symmetric(system.platform_stiffness()), frame);
+    result.free = free_motions(*result.stiffness, result.length);
+    if (result.free.rank == 6) result.compliance = result.stiffness->inverse();
+    return;
+  }
+  system.linearise(false);
+  const Matrix6 compliance = system.platform_compliance();
+  result.free = describe_twists(system.motions_without_energy(), frame, result.length);
+  if (result.free.rank < 6) return;
+  result.compliance = spatial::Compliance6(symmetric(compliance), frame);
+  result.rigid = rigid_wrenches(*result.compliance, result.length);
+}
+
+}  // namespace
+
+std::optional<Stiffness6> unloaded_stiffness(const Chain& chain,
+                                             const ChainKinematics& kinematics) {
+  const spatial::Frame frame{kinematics.end.position()};
+  const Vector6 scale = Scale{.length = length_of(kinematics)}.twist();
+
+  const Matrix6X basis = transmitted_wrenches(passive_jacobian(chain, kinematics, scale));
+  if (basis.cols() == 0) return Stiffness6(Matrix6::Zero(), frame);
+
+  const Matrix6 compliance = spring_compliance(chain, kinematics, scale);
+  using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
+  const Small reduced = basis.transpose() * compliance * basis;
+  const Eigen::LDLT<Small> factor(reduced);
+  if (!(factor.vectorD().minCoeff() > 1e-13 * factor.vectorD().maxCoeff())) return std::nullopt;
+  const Matrix6 scaled = basis * factor.solve(basis.transpose().eval());
+  const Matrix6 matrix = scale.asDiagonal() * scaled * scale.asDiagonal();
+  return Stiffness6(0.5 * (matrix + matrix.transpose()), frame);
+}
+
+std::optional<Stiffness6> unloaded_stiffness_matrix(const Manipulator& manipulator,
+                                                    const Posture& posture) {
+  if (manipulator.has_errors())
+    return unloaded_stiffness_matrix(manipulator.without_errors(), posture);
+  if (!manipulator.is_parallel()) return unloaded_stiffness(manipulator, posture).stiffness;
+  ChainKinematics kinematics;
+  Matrix6 sum = Matrix6::Zero();
+  for (std::size_t c = 0; c < manipulator.size(); ++c) {
+    evaluate(manipulator.chains()[c], posture.coordinates[c], kinematics);
+    const auto chain = unloaded_stiffness(manipulator.chains()[c], kinematics);
+    if (!chain) return std::nullopt;
+    sum += chain->matrix();
+  }
+  return Stiffness6(sum, {posture.platform.position()});
+}
+
+UnloadedStiffness unloaded_stiffness(const Manipulator& manipulator, const Posture& posture) {
+  if (manipulator.has_errors()) return unloaded_stiffness(manipulator.without_errors(), posture);
+  const spatial::Frame frame{posture.platform.position()};
+  UnloadedStiffness result;
+  ChainKinematics kinematics;
+  Matrix6 sum = Matrix6::Zero();
+  bool rigid = false;
+  double reach = 0;
+  for (std::size_t c = 0; c < manipulator.size(); ++c) {
+    evaluate(manipulator.chains()[c], posture.coordinates[c], kinematics,
+             posture.body(manipulator.span(c).from));
+    reach = std::max(reach, kinematics.reach);
+    result.per_chain.push_back(unloaded_stiffness(manipulator.chains()[c], kinematics));
+    rigid |= !result.per_chain.back();
+    if (result.per_chain.back()) sum += result.per_chain.back()->matrix();
+  }
+  result.length = reach > 0 ? reach : 1.0;
+  for (const auto& chain : result.per_chain)
+    result.free_per_chain.push_back(chain ? free_motions(*chain, result.length) : FreeMotions{});
+  if (rigid || !manipulator.is_parallel()) {
+    add_from_equations(manipulator, posture, frame, result);
+    return result;
+  }
+  result.stiffness = Stiffness6(sum, frame);
+  result.free = free_motions(*result.stiffness, result.length);
+  if (result.free.rank == 6) result.compliance = result.stiffness->inverse();
+  return result;
+}
+
+}  // namespace kinetostat::vjm

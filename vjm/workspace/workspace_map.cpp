@@ -1,0 +1,349 @@
+#include "kinetostat/vjm/workspace/workspace_map.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+
+#include <Eigen/Eigenvalues>
+
+#include "kinetostat/common/parallel.h"
+#include "kinetostat/vjm/continuation/path.h"
+#include "kinetostat/vjm/manipulator/posture.h"
+#include "kinetostat/vjm/statics/equilibrium.h"
+#include "kinetostat/vjm/statics/stiffness.h"
+#include "kinetostat/vjm/workspace/map_checkpoint.h"
+
+namespace kinetostat::vjm {
+namespace {
+
+using spatial::Matrix3;
+using spatial::Matrix6;
+using spatial::Vector3;
+using spatial::Vector6;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+// What yields and what does not: the compliance on the wrenches that are carried, and the projector
+// on those that nothing carries (dimensionless, rotations times `length`).
+struct Flexibility {
+  Matrix6 compliance = Matrix6::Zero();
+  Matrix6 uncarried = Matrix6::Zero();
+  double length = 1;
+
+  bool has_free_motion() const { return !uncarried.isZero(1e-6); }
+  // Whether a wrench [N; N m] works on a free motion.
+  bool is_uncarried(const Vector6& wrench) const {
+    Vector6 scaled = wrench;
+    scaled.tail<3>() /= length;
+    return scaled.dot(uncarried * scaled) > 1e-9 * scaled.squaredNorm();
+  }
+};
+
+Vector6 twist_scale(double length) {
+  Vector6 scale = Vector6::Ones();
+  scale.tail<3>().setConstant(length);
+  return scale;
+}
+
+Matrix6 symmetric_part(const Matrix6& matrix) { return 0.5 * (matrix + matrix.transpose()); }
+
+// The inverse on the motions that are resisted.
+Flexibility flexibility_of(const Matrix6& stiffness, double length) {
+  const Vector6 scale = twist_scale(length);
+  const Matrix6 scaled = scale.cwiseInverse().asDiagonal() * symmetric_part(stiffness) *
+                         scale.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(scaled);
+  const double zero = 1e-9 * eigen.eigenvalues().cwiseAbs().maxCoeff();
+  Flexibility result{.length = length};
+  Matrix6 inverse = Matrix6::Zero();
+  for (int i = 0; i < 6; ++i) {
+    const Vector6 v = eigen.eigenvectors().col(i);
+    if (std::abs(eigen.eigenvalues()[i]) <= zero) {
+      result.uncarried += v * v.transpose();
+    } else {
+      inverse += v * v.transpose() / eigen.eigenvalues()[i];
+    }
+  }
+  result.compliance =
+      scale.cwiseInverse().asDiagonal() * inverse * scale.cwiseInverse().asDiagonal();
+  return result;
+}
+
+double along(const Flexibility& flexibility, const Vector6& unit_wrench) {
+  if (flexibility.is_uncarried(unit_wrench)) return 0;
+  const double compliance = unit_wrench.dot(flexibility.compliance * unit_wrench);
+  return compliance == 0 ? infinity : 1 / compliance;
+}
+
+// Smallest stiffness under pure forces (first = 0) or pure moments (first = 3). A negative value
+// means instability.
+double weakest_of_block(const Flexibility& flexibility, int first) {
+  const Matrix3 uncarried = flexibility.uncarried.block<3, 3>(first, first);
+  if (!uncarried.isZero(1e-9)) return 0;
+  const Eigen::SelfAdjointEigenSolver<Matrix3> eigen(
+      flexibility.compliance.block<3, 3>(first, first), Eigen::EigenvaluesOnly);
+  const Vector3 values = eigen.eigenvalues();
+  if (values[0] < 0) return 1 / values[0];
+  return values[2] == 0 ? infinity : 1 / values[2];
+}
+
+Vector6 scaled_compliances(const Flexibility& flexibility, double length) {
+  const Vector6 scale = twist_scale(length);
+  return Eigen::SelfAdjointEigenSolver<Matrix6>(
+             scale.asDiagonal() * flexibility.compliance * scale.asDiagonal(),
+             Eigen::EigenvaluesOnly)
+      .eigenvalues();
+}
+
+double weakest(const Flexibility& flexibility, double length) {
+  if (flexibility.has_free_motion()) return 0;
+  const Vector6 values = scaled_compliances(flexibility, length);
+  if (values[0] < 0) return 1 / values[0];
+  return values[5] == 0 ? infinity : 1 / values[5];
+}
+
+double condition(const Flexibility& flexibility, double length) {
+  if (flexibility.has_free_motion()) return infinity;
+  const Vector6 values = scaled_compliances(flexibility, length).cwiseAbs();
+  return values.minCoeff() == 0 ? infinity : values.maxCoeff() / values.minCoeff();
+}
+
+double value_of(const MapIndex& index, const Flexibility& flexibility, const Vector6& deflection) {
+  Vector6 unit = Vector6::Zero();
+  switch (index.kind) {
+    case MapIndex::Kind::stiffness:
+      unit.head<3>() = index.direction;
+      return along(flexibility, unit);
+    case MapIndex::Kind::rotational:
+      unit.tail<3>() = index.direction;
+      return along(flexibility, unit);
+    case MapIndex::Kind::weakest_translation:
+      return weakest_of_block(flexibility, 0);
+    case MapIndex::Kind::weakest_rotation:
+      return weakest_of_block(flexibility, 3);
+    case MapIndex::Kind::weakest:
+      return weakest(flexibility, index.length);
+    case MapIndex::Kind::condition:
+      return condition(flexibility, index.length);
+    case MapIndex::Kind::deflection:
+      return deflection.head<3>().norm();
+    case MapIndex::Kind::rotation:
+      return deflection.tail<3>().norm();
+    case MapIndex::Kind::critical_force:
+      break;  // critical_force() below
+  }
+  return not_a_number;
+}
+
+double lumped_critical_force(const Manipulator& manipulator, const Posture& posture,
+                             const std::vector<NodeLoad>& constant, const MapIndex& index) {
+  PathTask task;
+  task.platform_held = false;
+  task.growing.force = index.up_to * index.direction;
+  task.constant = constant;
+  common::Progress silent;
+  const Path path = trace(manipulator, posture, task,
+                          {.lowest = 0, .points = 20, .until_critical = true}, silent);
+  if (path.status != EquilibriumStatus::converged) return not_a_number;
+  for (const CriticalPoint& critical : path.critical)
+    if (critical.unstable_after > critical.unstable_before)
+      return std::max(0.0, critical.point.parameter) * index.up_to;
+  const BranchEnd end = path.branches.at(0).end;
+  const bool came_to_the_end =
+      end == BranchEnd::target || end == BranchEnd::range || end == BranchEnd::locked;
+  return came_to_the_end ? infinity : not_a_number;
+}
+
+// Of the distributed beams, which the first of `finer` has in twice the segments of the one before.
+double critical_force(const Manipulator& manipulator, const TargetPose& target,
+                      const Posture& posture, const MapIndex& index,
+                      const std::vector<Manipulator>& finer) {
+  double coarse = lumped_critical_force(manipulator, posture, target.load.nodes, index);
+  for (const Manipulator& twice : finer) {
+    const PostureResult same = posture_at(twice, target.platform);
+    if (!same.reached) return not_a_number;
+    const double fine = lumped_critical_force(twice, same.posture, target.load.nodes, index);
+    if (!std::isfinite(fine)) return fine;
+    if (std::isfinite(coarse)) return fine + (fine - coarse) / 3;
+    coarse = fine;
+  }
+  return coarse;
+}
+
+// Whether the equilibrium lasts when the beams have twice the segments.
+bool lasts_with(const std::vector<Manipulator>& finer, const TargetPose& target) {
+  if (finer.empty()) return true;
+  const PostureResult posture = posture_at(finer[0], target.platform);
+  if (!posture.reached) return false;
+  const Equilibrium loaded = equilibrium_under_load(finer[0], posture.posture, target.load);
+  return loaded.status == EquilibriumStatus::converged && loaded.free.stable();
+}
+
+bool is_unloaded(const Load& load) {
+  return load.force.isZero(0) && load.moment.isZero(0) && load.nodes.empty();
+}
+
+void refuse_critical_force_beside_a_wrench(const Load& load, const std::vector<MapIndex>& indices) {
+  if (load.force.isZero(0) && load.moment.isZero(0)) return;
+  for (const MapIndex& index : indices)
+    if (index.kind == MapIndex::Kind::critical_force)
+      throw std::invalid_argument("a critical force grows from nothing, not from a wrench");
+}
+
+// A length of the size of the robot, to compare translations with rotations when ranks are decided.
+double size_of(const Posture& posture) {
+  double size = posture.platform.position().norm();
+  for (const Eigen::VectorXd& x : posture.coordinates) size = std::max(size, x.norm());
+  return size > 0 ? size : 1.0;
+}
+
+Flexibility relaxed_flexibility(const Manipulator& manipulator, const Posture& posture) {
+  const double length = size_of(posture);
+  if (const auto quick = manipulator.is_parallel() ? unloaded_stiffness_matrix(manipulator, posture)
+                                                   : std::nullopt)
+    return flexibility_of(quick->matrix(), length);
+  const UnloadedStiffness full = unloaded_stiffness(manipulator, posture);
+  if (full.compliance)
+    return {.compliance = symmetric_part(full.compliance->matrix()), .length = length};
+  if (full.stiffness) return flexibility_of(full.stiffness->matrix(), length);
+  return {.uncarried = Matrix6::Identity(), .length = length};
+}
+
+Flexibility loaded_flexibility(const Equilibrium& equilibrium, double length) {
+  if (equilibrium.compliance)
+    return {.compliance = symmetric_part(equilibrium.compliance->matrix()), .length = length};
+  if (equilibrium.stiffness) return flexibility_of(equilibrium.stiffness->matrix(), length);
+  return {.uncarried = Matrix6::Identity(), .length = length};
+}
+
+}  // namespace
+
+spatial::Dimension dimension_of(MapIndex::Kind kind) {
+  namespace dimension = spatial::dimension;
+  switch (kind) {
+    case MapIndex::Kind::rotational:
+    case MapIndex::Kind::weakest_rotation:
+      return dimension::torsional_stiffness;
+    case MapIndex::Kind::condition:
+      return dimension::none;
+    case MapIndex::Kind::deflection:
+      return dimension::length;
+    case MapIndex::Kind::rotation:
+      return dimension::angle;
+    case MapIndex::Kind::critical_force:
+      return dimension::force;
+    default:
+      return dimension::linear_stiffness;
+  }
+}
+
+std::string to_string(MapState state) {
+  switch (state) {
+    case MapState::reached:
+      return "reached";
+    case MapState::free_motion:
+      return "free motion";
+    case MapState::unstable:
+      return "unstable";
+    case MapState::no_equilibrium:
+      return "no equilibrium";
+    case MapState::unreachable:
+      break;
+  }
+  return "unreachable";
+}
+
+MapPoint map_point(const Manipulator& manipulator, const TargetPose& target,
+                   const std::vector<MapIndex>& indices, const std::vector<Manipulator>& finer) {
+  refuse_critical_force_beside_a_wrench(target.load, indices);
+  MapPoint point{.values = std::vector<double>(indices.size(), not_a_number)};
+  const PostureResult posture = posture_at(manipulator, target.platform);
+  if (!posture.reached) return point;
+  Flexibility flexibility;
+  Vector6 deflection = Vector6::Zero();
+  if (is_unloaded(target.load) && manipulator.is_relaxed_when_unloaded()) {
+    flexibility = relaxed_flexibility(manipulator, posture.posture);
+  } else {
+    const Equilibrium loaded = equilibrium_under_load(manipulator, posture.posture, target.load);
+    point.state = MapState::no_equilibrium;
+    if (loaded.status != EquilibriumStatus::converged) return point;
+    point.state = MapState::unstable;
+    if (!loaded.free.stable() || !lasts_with(finer, target)) return point;
+    flexibility = loaded_flexibility(loaded, size_of(posture.posture));
+    deflection = loaded.displacement.coordinates();
+  }
+  point.state = flexibility.has_free_motion() ? MapState::free_motion : MapState::reached;
+  for (std::size_t i = 0; i < indices.size(); ++i)
+    point.values[i] = indices[i].kind == MapIndex::Kind::critical_force
+                          ? critical_force(manipulator, target, posture.posture, indices[i], finer)
+                          : value_of(indices[i], flexibility, deflection);
+  return point;
+}
+
+std::vector<MapPoint> workspace_map(const Manipulator& manipulator,
+                                    const std::vector<TargetPose>& targets,
+                                    const std::vector<MapIndex>& indices, int threads,
+                                    common::Progress& progress, MapCheckpoint* checkpoint,
+                                    const std::vector<Manipulator>& finer) {
+  using Clock = std::chrono::steady_clock;
+  const auto seconds_since = [](Clock::time_point t) {
+    return std::chrono::duration<double>(Clock::now() - t).count();
+  };
+  std::vector<MapPoint> points;
+  if (checkpoint) points = read_map_checkpoint(*checkpoint, targets.size(), indices.size());
+  if (checkpoint) checkpoint->found = points.size();
+  common::Progress silent;
+  Clock::time_point saved = Clock::now();
+  // Blocks of about half a second, so that progress, cancelling and saving come between them; their
+  // size decides nothing else.
+  std::size_t block = 64;
+  while (points.size() < targets.size()) {
+    const std::size_t first = points.size(), count = std::min(block, targets.size() - first);
+    const double done = static_cast<double>(first) / static_cast<double>(targets.size());
+    try {
+      progress.report("poses", done);
+    } catch (const common::Cancelled&) {
+      if (checkpoint) write_map_checkpoint(*checkpoint, points, targets.size());
+      throw;
+    }
+    const Clock::time_point began = Clock::now();
+    points.resize(first + count);
+    common::parallel_for(count, threads, "poses", silent, [&](std::size_t i) {
+      points[first + i] = map_point(manipulator, targets[first + i], indices, finer);
+    });
+    const double took = seconds_since(began);
+    if (took < 0.25) block *= 2;
+    if (took > 1 && block > 1) block /= 2;
+    if (checkpoint && seconds_since(saved) > checkpoint->interval) {
+      write_map_checkpoint(*checkpoint, points, targets.size());
+      saved = Clock::now();
+    }
+  }
+  if (checkpoint) std::filesystem::remove(checkpoint->file);
+  return points;
+}
+
+MapRange range_of(const std::vector<MapPoint>& points, std::size_t index) {
+  MapRange range;
+  double sum = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double value = points[i].values[index];
+    if (!std::isfinite(value)) continue;
+    ++range.count;
+    sum += value;
+    if (value < range.smallest) {
+      range.smallest = value;
+      range.smallest_at = i;
+    }
+    if (value > range.largest) {
+      range.largest = value;
+      range.largest_at = i;
+    }
+  }
+  range.mean = range.count > 0 ? sum / static_cast<double>(range.count) : not_a_number;
+  return range;
+}
+
+}  // namespace kinetostat::vjm
