@@ -56,6 +56,13 @@ std::string values_text(const vjm::Robot& robot, const calibration::Campaign& ca
   return fmt::format("{}", fmt::join(texts, ", "));
 }
 
+// Of a probability.
+std::string percent(double p) {
+  if (p > 0.999) return "over 99.9 %";
+  if (p < 0.001) return "below 0.1 %";
+  return fmt::format("{:.3g} %", 100 * p);
+}
+
 std::string left_text(const char* what, const Diagnosis& d) {
   return fmt::format("{} depends on {} (p = {}).", what, d.left.depends_on,
                      number(d.left.p_value(), 2));
@@ -89,12 +96,13 @@ std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
                                             const Diagnosis& d) {
   const bool is_left = d.left.p_value() < calibration::structure_level;
   switch (d.verdict) {
-    case Verdict::none_of_the_above:
-      if (d.above_free_form < calibration::beaten_by_free_form)
+    case Verdict::unexplained:
+      if (!d.found.empty() && d.found.front().decision.unexplained > 0.5)
         return {fmt::format(
-            "An error without a form of its own, which depends on {}, explains these readings "
-            "better than the nearest effect (log evidence {} more).",
-            d.free_form.depends_on, number(-d.above_free_form, 2))};
+            "An unmodelled smooth error that depends on {} explains these readings better than any "
+            "effect of the catalogue ({}); {} comes nearest.",
+            d.found.front().decision.depends_on, percent(d.found.front().decision.unexplained),
+            d.found.front().candidate.name())};
       if (d.found.empty() && d.is_left_open())
         return {
             fmt::format("No effect explains these readings: with the model as it is, they "
@@ -105,8 +113,8 @@ std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
                             ? "Something is left that no effect of the catalogue explains. It"
                             : "The nearest effect leaves too much unexplained, and what is left",
                         d)};
-    case Verdict::named_effect:
-    case Verdict::ambiguous:
+    case Verdict::identified:
+    case Verdict::narrowed_down:
       if (!d.or_something_else && !d.rest_of_laws.empty())
         return {
             fmt::format("What is left looks most like {} (gate p = {}), but is no more than the "
@@ -122,20 +130,11 @@ std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
             "It may also stand for something that the catalogue lacks: what is left would need {} "
             "times {}.",
             number(std::sqrt(d.after->reduced()), 2), noise_words(d))};
-      if (d.above_free_form < calibration::doubtful_beside_free_form)
-        return {fmt::format(
-            "It may also be something that the catalogue lacks and that depends on {}: an error "
-            "without a form of its own explains these readings about as well.",
-            d.free_form.depends_on)};
-      if (d.has_improbable_name())
-        return {
-            "It may also be something that the catalogue lacks: a probability below one half is "
-            "no name."};
       return {
           fmt::format("It may also stand for something that the catalogue lacks: beside it there "
                       "seems to be something more (gate p = {}), which no effect explains.",
                       number(d.rest_p_value, 2))};
-    case Verdict::cannot_tell:
+    case Verdict::inconclusive:
       if (d.instead_of_refit)
         return {fmt::format(
             "{} alone, at {}, explains these readings as well as refitting everything that is "
@@ -148,7 +147,7 @@ std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
             number(d.instead_of_refit->test.reduced(), 3), number(d.before->reduced(), 3))};
       if (!d.missing.empty()) return {};
       return {"No effect of its usual size would show in these readings."};
-    case Verdict::no_effect_needed:
+    case Verdict::none_needed:
       return remarks_on_nothing(d);
     default:
       return {};
@@ -183,7 +182,7 @@ std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Cam
 
 // What these readings are silent about, and how to hear of it.
 std::string unseen_text(const Diagnosis& d) {
-  if (d.verdict != Verdict::no_effect_needed && d.verdict != Verdict::cannot_tell) return {};
+  if (d.verdict != Verdict::none_needed && d.verdict != Verdict::inconclusive) return {};
   std::vector<std::string> weak, absorbed;
   for (const calibration::UnseenKind& kind : calibration::unseen_kinds(d))
     if (kind.reason.empty()) (kind.absorbed ? absorbed : weak).push_back(kind.name);
@@ -198,21 +197,56 @@ std::string unseen_text(const Diagnosis& d) {
   return text + "  'kinetostat plan --show NAMES' says which readings would.\n";
 }
 
+std::string answer_text(const calibration::Answer& answer) {
+  return fmt::format("{} at {} ({})", answer.effect_class, fmt::join(answer.places, " or "),
+                     percent(answer.probability));
+}
+
+// "backlash at q2 (over 99.9 %)", or a list.
+std::string answers_text(const calibration::Decision& decision) {
+  if (decision.answers.empty()) return "something that the catalogue lacks";
+  std::vector<std::string> words;
+  for (const calibration::Answer& answer : decision.answers) words.push_back(answer_text(answer));
+  constexpr double worth_a_word = 0.01;
+  if (!decision.is_identified && decision.unexplained > worth_a_word)
+    words.push_back(fmt::format("something outside the catalogue ({})",
+                                percent(decision.unexplained)));
+  if (!decision.is_identified && decision.nothing > worth_a_word)
+    words.push_back(fmt::format("nothing ({})", percent(decision.nothing)));
+  return words.size() == 1 ? words.front() : fmt::format("one of: {}", fmt::join(words, ", "));
+}
+
+// Of the most probable answer; empty where one law is all of it.
+std::string laws_text(const calibration::Decision& decision) {
+  constexpr double worth_a_word = 0.01;
+  if (decision.answers.empty()) return {};
+  const calibration::Answer& answer = decision.answers.front();
+  std::vector<std::string> words;
+  for (const calibration::LawShare& law : answer.laws)
+    if (law.share >= worth_a_word)
+      words.push_back(answer.places.size() > 1
+                          ? fmt::format("{} at {} {}", law.effect, law.at, percent(law.share))
+                          : fmt::format("{} {}", law.effect, percent(law.share)));
+  return words.size() > 1 ? fmt::format("{}", fmt::join(words, ", ")) : std::string();
+}
+
 std::string verdict_text(const vjm::Robot& robot, const calibration::Campaign& campaign,
                          const Diagnosis& d) {
   std::string text = fmt::format("Verdict: {}\n", calibration::to_string(d.verdict));
   for (std::size_t i = 0; i < d.found.size(); ++i) {
     const calibration::FoundEffect& found = d.found[i];
-    text += fmt::format("  {}: {}\n    {}\n    probability among the rivals {}, gate p = {}\n",
-                        i + 1, found.candidate.name(),
+    text += fmt::format("  {}: {}\n    {}: {}\n", i + 1, answers_text(found.decision),
+                        found.candidate.name(),
                         values_text(robot, campaign, found.candidate, found.candidate.effect.values,
-                                    found.deviations),
-                        number(found.probability, 3), number(found.gate_p_value, 2));
+                                    found.deviations));
+    if (const std::string laws = laws_text(found.decision); !laws.empty())
+      text += fmt::format("    which law: {}\n", laws);
+    text += fmt::format("    chance of a false alarm {}\n", percent(found.gate_p_value));
     if (found.times_usual > calibration::unusual)
       text += fmt::format("    {:.0f} times as large as such an effect usually is\n",
                           found.times_usual);
     if (!found.instead.empty())
-      text += fmt::format("    these readings do not tell it from: {}\n",
+      text += fmt::format("    these readings do not distinguish it from: {}\n",
                           fmt::join(found.instead, "; "));
   }
   for (const std::string& remark : remarks(robot, campaign, d))
@@ -297,6 +331,23 @@ Json candidate_json(const vjm::Robot& robot, const Candidate& candidate) {
   return {{"effect", kind.name}, {"at", candidate.effect.at}, {"parameters", parameters}};
 }
 
+Json decision_json(const calibration::Decision& decision) {
+  Json answers = Json::array();
+  for (const calibration::Answer& answer : decision.answers) {
+    Json laws = Json::array();
+    for (const calibration::LawShare& law : answer.laws)
+      laws.push_back({{"effect", law.effect}, {"at", law.at}, {"share", law.share}});
+    answers.push_back({{"class", answer.effect_class},
+                       {"places", answer.places},
+                       {"probability", answer.probability},
+                       {"laws", laws}});
+  }
+  return {{"answers", answers},
+          {"nothing", decision.nothing},
+          {"unexplained", decision.unexplained},
+          {"depends_on", decision.depends_on}};
+}
+
 Json rival_json(const vjm::Robot& robot, const Rival& r) {
   Json json = candidate_json(robot, r.candidate);
   json["observable"] = r.unobservable.empty();
@@ -377,6 +428,9 @@ Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, con
     entry["values"] = numbers(f.candidate.effect.values);
     entry["deviations"] = numbers(f.deviations);
     entry["probability"] = f.probability;
+    entry["decision"] = decision_json(f.decision);
+    entry["sentence"] = answers_text(f.decision);
+    entry["which_law"] = laws_text(f.decision);
     entry["gate_p_value"] = f.gate_p_value;
     entry["instead"] = f.instead;
     found.push_back(std::move(entry));

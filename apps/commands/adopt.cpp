@@ -97,7 +97,7 @@ bool has_stage(const io::Json& diagnosis, const std::string& name, const std::st
 void require_adequate(const io::Json& diagnosis, const std::vector<io::Json>& entries,
                       const Fall& fall, const std::string& file) {
   const auto verdict = need(diagnosis, "verdict", file).get<std::string>();
-  if (verdict == to_string(calibration::Verdict::none_of_the_above))
+  if (calibration::verdict_named(verdict) == calibration::Verdict::unexplained)
     throw common::NotIdentifiable(fmt::format(
         "{}: the verdict is '{}': {} came nearest but does not explain these readings; it is not "
         "adopted. --force adopts it all the same.",
@@ -115,7 +115,7 @@ std::vector<std::string> reasons_for(const io::Json& diagnosis, const io::Json& 
   reasons.push_back(fmt::format("by kinetostat {} from the campaign '{}', readings sha256 {}",
                                 version(), diagnosis.at("campaign").get<std::string>(),
                                 diagnosis.at("readings").get<std::string>()));
-  reasons.push_back(fmt::format("verdict: {}; probability among the rivals {}, gate p = {}",
+  reasons.push_back(fmt::format("verdict: {}; probability of class and place {}, gate p = {}",
                                 diagnosis.at("verdict").get<std::string>(),
                                 report::number(entry.at("probability").get<double>(), 4),
                                 report::number(entry.at("gate_p_value").get<double>(), 2)));

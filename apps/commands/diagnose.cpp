@@ -88,7 +88,7 @@ io::Json diagnose(const DiagnoseRequest& request, Run& run) {
     json["plan"] = report::to_json(score);
   }
   if (run.out()) io::write_json(*run.out(), json);
-  if (diagnosis.verdict == calibration::Verdict::cannot_tell)
+  if (diagnosis.verdict == calibration::Verdict::inconclusive)
     run.leave_unidentified("these data cannot tell which effect is missing");
   return json;
 }

@@ -29,21 +29,29 @@ class Questioner {
 
   PlanQuestion ask(const std::vector<std::string>& show) const {
     PlanQuestion question;
-    question.verdict = diagnosis_.at("verdict").get<std::string>();
-    const auto is = [&](Verdict verdict) { return question.verdict == to_string(verdict); };
+    const std::optional<Verdict> given =
+        verdict_named(diagnosis_.at("verdict").get<std::string>());
+    if (!given)
+      throw common::InputError({.file = file_,
+                                .key = "verdict",
+                                .what = "is none that a diagnosis has",
+                                .cure = "Run 'kinetostat diagnose' again"});
+    question.verdict = to_string(*given);
+    const auto is = [&](Verdict verdict) { return given == verdict; };
     for (const Json& found : diagnosis_.at("found"))
       question.present.push_back(with_values(find(name_of(found)), found.at("values")));
     if (!show.empty()) {
       add_shown(show, question);
-    } else if (is(Verdict::ambiguous)) {
+    } else if (is(Verdict::narrowed_down) ||
+               (is(Verdict::inconclusive) && !diagnosis_.at("ambiguous").empty())) {
       if (!question.present.empty()) question.present.pop_back();  // it is one of the suspects
       for (const Json& name : diagnosis_.at("ambiguous"))
         question.suspects.push_back(suspect(name.get<std::string>(), question));
       question.perhaps_nothing = question.suspects.size() == 1;
-    } else if (is(Verdict::none_of_the_above)) {
+    } else if (is(Verdict::unexplained)) {
       if (!question.present.empty()) question.present.pop_back();
       add_nearest(question);
-    } else if (is(Verdict::cannot_tell)) {
+    } else if (is(Verdict::inconclusive)) {
       const Json instead = diagnosis_.value("instead_of_refit", Json());
       if (instead.is_object())
         add_shown({name_of(instead)}, question);

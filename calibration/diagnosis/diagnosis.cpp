@@ -29,16 +29,16 @@ constexpr double believable_noise = 2;         // times the stated one, to accou
 constexpr double most_outliers = 0.04;     // of all values: more are something that is not known
 constexpr double unexplained_share = 0.3;  // of the misfit: more is another effect, not this one
 
-// So large that nobody has seen one, and it does not explain the readings better than an error
-// without a form, to their noise.
+// So large that nobody has seen one, and no better than an error without a form, or it leaves much
+// of the misfit.
 bool is_absurd(const DiagnosisStep& step) {
   const Rival& best = step.ranking[0];
   if (times_usual(best) <= unusual) return false;
   const double free_form = step.log_evidence_without + step.free_form.log;
   if (best.fit->log_evidence - free_form < doubtful_beside_free_form) return true;
-  if (best.fit->degrees_of_freedom < 1) return true;
-  return chi_square_test(best.fit->squared_error, best.fit->degrees_of_freedom).p_value <
-         level_of_rest;
+  const auto freedom = static_cast<double>(best.fit->degrees_of_freedom);
+  return best.fit->squared_error - freedom >
+         unexplained_share * (step.squared_error_without - freedom);
 }
 
 // The length of what the laws of those that were found may get wrong, where that looks like a
@@ -71,19 +71,36 @@ bool is_found(const DiagnosisStep& step, const std::vector<FoundEffect>& found) 
          best.fit->told_apart >= law_error_like(found, best.candidate);
 }
 
+// Probability of an effect's class at its place, and what it may be instead: the first law of each
+// other answer. Laws of one answer are no alternatives.
+void take_decision(const DiagnosisStep& step, FoundEffect& found) {
+  found.decision = decide(step);
+  found.probability = 0;
+  found.instead.clear();
+  const vjm::Effect& effect = found.candidate.effect;
+  for (const Answer& answer : found.decision.answers) {
+    const bool is_own = std::any_of(answer.laws.begin(), answer.laws.end(), [&](const auto& law) {
+      return law.effect == effect.kind->name && law.at == effect.at;
+    });
+    if (is_own)
+      found.probability = answer.probability;
+    else
+      found.instead.push_back(step.ranking[answer.laws.front().candidate].candidate.name());
+  }
+}
+
 FoundEffect found_effect(const DiagnosisStep& step) {
   const Rival& best = step.ranking[0];
   FoundEffect found{.candidate = best.candidate,
                     .deviations = best.fit->deviations,
-                    .probability = best.fit->probability,
+                    .decision = {},
                     .gate_p_value = step.gate.p_value,
                     .log_prior = best.fit->log_prior,
                     .times_usual = times_usual(best),
                     .length = best.fit->told_apart,
                     .log_score_gain = best.fit->log_score_gain};
   found.candidate.effect.values = best.fit->values;
-  for (std::size_t i = 1; i < step.indistinguishable.size(); ++i)
-    found.instead.push_back(step.ranking[step.indistinguishable[i]].candidate.name());
+  take_decision(step, found);
   return found;
 }
 
@@ -98,13 +115,8 @@ void confirm(const DiagnosisStep& step, FoundEffect& found) {
   const auto it = std::find_if(step.ranking.begin(), step.ranking.end(),
                                [&](const Rival& r) { return r.candidate.name() == name; });
   found.gate_p_value = step.gate.p_value;
-  const bool is_fitted = it != step.ranking.end() && it->fit;
-  found.probability = is_fitted ? it->fit->probability : 0;
-  found.log_score_gain = is_fitted ? it->fit->log_score_gain : 0;
-  found.instead.clear();
-  for (const std::size_t i : step.indistinguishable)
-    if (step.ranking[i].candidate.name() != name)
-      found.instead.push_back(step.ranking[i].candidate.name());
+  found.log_score_gain = it != step.ranking.end() && it->fit ? it->fit->log_score_gain : 0;
+  take_decision(step, found);
 }
 
 // One effect that does the work of several is the likelier one.
@@ -219,19 +231,17 @@ std::string absurd_explanation(const Diagnosis& d) {
       best.candidate.name(), times_usual(best));
 }
 
-// The free-form rival is another law of what was found: of that drive, or over that time or
-// temperature.
-bool is_other_law(const Diagnosis& d) {
-  const std::string& over = d.free_form.depends_on;
-  return std::any_of(d.found.begin(), d.found.end(), [&](const FoundEffect& found) {
-    const std::string& kind = found.candidate.effect.kind->name;
-    const std::string& at = found.candidate.effect.at;
-    if (kind == "session_drift") return over.starts_with("time");
-    if (kind == "thermal_expansion")
-      return over.starts_with("time") || over.starts_with("temperature");
-    return found.candidate.effect.kind->place == vjm::EffectPlace::joint &&
-           (at == d.free_form.drive || d.free_form.drive.ends_with("." + at));
-  });
+// Each that was found must be identified; a list that is too long says nothing.
+Verdict verdict_on_found(const Diagnosis& d) {
+  constexpr double more_likely_than_not = 0.5;
+  bool all_identified = true, all_listed = true;
+  for (const FoundEffect& found : d.found) {
+    if (found.decision.unexplained > more_likely_than_not) return Verdict::unexplained;
+    all_identified &= found.decision.is_identified;
+    all_listed &= found.decision.is_identified || found.decision.is_narrowed_down;
+  }
+  if (all_identified && d.ambiguous.empty()) return Verdict::identified;
+  return all_listed ? Verdict::narrowed_down : Verdict::inconclusive;
 }
 
 void judge(Diagnosis& d) {
@@ -240,27 +250,24 @@ void judge(Diagnosis& d) {
   const double share_left = before > 0 ? std::max(0.0, excess(d.after)) / before : 0;
   if (d.found.empty()) {
     if (const std::string nearest = absurd_explanation(d); !nearest.empty()) {
-      d.verdict = Verdict::none_of_the_above;
+      d.verdict = Verdict::unexplained;
       d.missing.push_back(nearest);
     } else if (structure_left || (d.is_left_open() && !d.noise_without_load)) {
-      d.verdict = Verdict::none_of_the_above;
+      d.verdict = Verdict::unexplained;
     } else if (d.is_left_open()) {
-      d.verdict = Verdict::cannot_tell;
+      d.verdict = Verdict::inconclusive;
       d.missing.push_back(fmt::format(
           "how exact readings under load are: only readings without load are repeated, and the "
           "misfit is {:.2g} times what those show; repeat some under load, or state 'noise'",
           std::sqrt(d.after->reduced())));
     } else if (d.instead_of_refit || d.steps.empty() || !can_show_anything(d.steps.front()))
-      d.verdict = Verdict::cannot_tell;
+      d.verdict = Verdict::inconclusive;
     else
-      d.verdict = Verdict::no_effect_needed;
+      d.verdict = Verdict::none_needed;
     return;
   }
-  const bool unlike_any = d.above_free_form < beaten_by_free_form && !is_other_law(d);
-  if (unlike_any || (structure_left && share_left > unexplained_share))
-    d.verdict = Verdict::none_of_the_above;
-  else
-    d.verdict = d.ambiguous.empty() ? Verdict::named_effect : Verdict::ambiguous;
+  d.verdict = structure_left && share_left > unexplained_share ? Verdict::unexplained
+                                                                : verdict_on_found(d);
 }
 
 // A model that grows by one effect after the other.
@@ -379,7 +386,7 @@ void find_masked_pair(const Rivals& rivals, Search& search, const AddStage& add_
 
 void list_ambiguous(Diagnosis& d) {
   for (const FoundEffect& found : d.found) {
-    if (found.instead.empty() && !d.or_something_else) continue;
+    if (found.instead.empty() && found.decision.is_identified && !d.or_something_else) continue;
     d.ambiguous.push_back(found.candidate.name());
     d.ambiguous.insert(d.ambiguous.end(), found.instead.begin(), found.instead.end());
   }
@@ -404,25 +411,33 @@ bool Diagnosis::predicts_no_better() const {
                      [](const FoundEffect& f) { return !(f.log_score_gain > 0); });
 }
 
-bool Diagnosis::has_improbable_name() const {
-  return std::any_of(found.begin(), found.end(),
-                     [](const FoundEffect& f) { return f.instead.empty() && f.probability < 0.5; });
-}
-
 std::string to_string(Verdict verdict) {
   switch (verdict) {
-    case Verdict::no_effect_needed:
-      return "no effect needed";
-    case Verdict::named_effect:
-      return "named effect";
-    case Verdict::ambiguous:
-      return "ambiguous";
-    case Verdict::none_of_the_above:
-      return "none of the above";
-    case Verdict::cannot_tell:
+    case Verdict::identified:
+      return "identified";
+    case Verdict::narrowed_down:
+      return "narrowed down";
+    case Verdict::unexplained:
+      return "unexplained";
+    case Verdict::none_needed:
+      return "none needed";
+    case Verdict::inconclusive:
       break;
   }
-  return "these data cannot tell";
+  return "inconclusive";
+}
+
+std::optional<Verdict> verdict_named(const std::string& words) {
+  static const std::map<std::string, Verdict> old{{"named effect", Verdict::identified},
+                                                  {"ambiguous", Verdict::narrowed_down},
+                                                  {"none of the above", Verdict::unexplained},
+                                                  {"no effect needed", Verdict::none_needed},
+                                                  {"these data cannot tell", Verdict::inconclusive}};
+  for (const Verdict verdict : {Verdict::identified, Verdict::narrowed_down, Verdict::unexplained,
+                                Verdict::none_needed, Verdict::inconclusive})
+    if (words == to_string(verdict)) return verdict;
+  const auto found = old.find(words);
+  return found == old.end() ? std::nullopt : std::optional(found->second);
 }
 
 std::vector<UnseenKind> unseen_kinds(const Diagnosis& diagnosis) {
@@ -512,9 +527,8 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
     d.above_free_form =
         above_free_form(model.without, model.alone, model.fit, search.free_form(), d, d.free_form);
     take_rest(d);
-    d.or_something_else = d.above_free_form < doubtful_beside_free_form ||
-                          (d.rest_p_value < level_of_rest && d.rest_of_laws.empty()) ||
-                          d.is_left_open() || d.predicts_no_better() || d.has_improbable_name();
+    d.or_something_else = (d.rest_p_value < level_of_rest && d.rest_of_laws.empty()) ||
+                          d.is_left_open() || d.predicts_no_better();
   }
   take_values(fitted_values(model.fit, model.present), d.found);
   doubt_friction(campaign, d);
@@ -526,7 +540,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   if (const auto way = search.correlated_noise().prevailing(model.fit))
     d.correlated_noise = search.correlated_noise().what(*way);
   judge(d);
-  if (d.verdict != Verdict::cannot_tell) d.instead_of_refit.reset();
+  if (d.verdict != Verdict::inconclusive) d.instead_of_refit.reset();
   if (options.profiles > 0)
     d.profiles = profiles(rivals, model.present, model.fit, options.profiles, progress);
   return d;

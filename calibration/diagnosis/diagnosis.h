@@ -1,12 +1,14 @@
 // Which physical effect is missing from a model?
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "kinetostat/calibration/comparison/waterfall.h"
 #include "kinetostat/calibration/diagnosis/diagnosis_options.h"
 #include "kinetostat/calibration/diagnosis/diagnosis_step.h"
+#include "kinetostat/calibration/diagnosis/decision.h"
 #include "kinetostat/calibration/diagnosis/free_form.h"
 #include "kinetostat/calibration/diagnosis/profile.h"
 #include "kinetostat/calibration/diagnosis/stand_in.h"
@@ -16,24 +18,33 @@ namespace kinetostat::calibration {
 
 inline constexpr double structure_level = 0.01;  // of an error without a form, in what is left
 
-enum class Verdict { no_effect_needed, named_effect, ambiguous, none_of_the_above, cannot_tell };
+enum class Verdict {
+  identified,     // class and place of every effect that was found
+  narrowed_down,  // to a short list
+  unexplained,    // something is missing that the catalogue lacks
+  none_needed,
+  inconclusive
+};
 std::string to_string(Verdict verdict);
+/// Reads the words of to_string(), and those of files written before 2027. None for others.
+std::optional<Verdict> verdict_named(const std::string& words);
 
 /// An effect that was found.
 struct FoundEffect {
   Candidate candidate;  // with the fitted values
   Eigen::VectorXd deviations;
-  double probability = 0;  // among the rivals, beside the other effects that were found
+  Decision decision;       // of the round that looked for it beside the others
+  double probability = 0;  // of its answer there: its class at its place, or places
   double gate_p_value = 1;
   double log_prior = 0;                   // of kind and place
   double times_usual = 0;                 // how large it is
   double length = 0;                      // of its mark, over the noise
   double log_score_gain = 0;              // on held-out readings, beside the others
-  std::vector<std::string> instead = {};  // what it may be instead
+  std::vector<std::string> instead = {};  // what it may be instead: a law of each other answer
 };
 
 struct Diagnosis {
-  Verdict verdict = Verdict::cannot_tell;
+  Verdict verdict = Verdict::inconclusive;
   std::vector<FoundEffect> found;      // in the order of their finding
   std::vector<std::string> ambiguous;  // where one may be something else: itself, then the others
   /// Where nothing was found: what the refit may have taken up.
@@ -66,8 +77,6 @@ struct Diagnosis {
   std::string rest_of_laws;
   /// Some effect that was found does not help to predict held-out readings.
   bool predicts_no_better() const;
-  /// An effect that no other stands beside is nevertheless not as likely as all else together.
-  bool has_improbable_name() const;
   bool or_something_else = false;  // that the catalogue lacks, may be what is missing
   std::vector<WaterfallStage> waterfall;
   std::string held_out;  // what was left out together: "configurations"
@@ -87,7 +96,7 @@ std::vector<UnseenKind> unseen_kinds(const Diagnosis& diagnosis);
 
 /// Refits what is uncertain under every rival, screens all candidates with score tests, passes a
 /// gate that knows how many were tried, fits what survives with the full model, ranks by evidence,
-/// and names an effect only when the readings tell it from every rival. `robot` and `campaign` as
+/// and decides by class and place (decision.h). `robot` and `campaign` as
 /// read. Throws what fit_base() throws for the model as it stands.
 Diagnosis diagnose(const vjm::Robot& robot, const Campaign& campaign,
                    const DiagnosisOptions& options, int threads, common::Progress& progress);

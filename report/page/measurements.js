@@ -68,8 +68,9 @@ function diagnosisVerdict(diagnosis) {
     element(
       "p",
       {},
-      element("strong", {}, `${f.effect} at ${f.at}`),
-      `: ${withErrors(f)}; probability among the rivals ${number(f.probability)}`,
+      element("strong", {}, f.sentence ?? `${f.effect} at ${f.at}`),
+      `. ${f.effect} at ${f.at}: ${withErrors(f)}.`,
+      f.which_law ? ` Which law: ${f.which_law}.` : "",
     ),
   );
   if (diagnosis.ambiguous.length > 1)
@@ -77,14 +78,20 @@ function diagnosisVerdict(diagnosis) {
       element(
         "p",
         {},
-        `These readings do not tell ${diagnosis.ambiguous[0]} from: ${diagnosis.ambiguous.slice(1).join("; ")}.`,
+        `These readings do not distinguish ${diagnosis.ambiguous[0]} from: ${diagnosis.ambiguous.slice(1).join("; ")}.`,
       ),
     );
   lines.push(...(diagnosis.remarks ?? []).map((text) => element("p", {}, text)));
   lines.push(...diagnosis.missing.map((text) => element("p", {}, `Missing: ${text}.`)));
-  const good = kind === "no effect needed" || kind === "named effect";
+  // Files written before 2027 have other words.
+  const good = [
+    "none needed",
+    "identified",
+    "no effect needed",
+    "named effect",
+  ].includes(kind);
   const lead =
-    kind === "none of the above"
+    kind === "unexplained" || kind === "none of the above"
       ? "The nearest effect:"
       : "Missing from the model:";
   return element(

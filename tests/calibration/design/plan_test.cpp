@@ -85,7 +85,7 @@ Story follow(Laboratory& laboratory, const std::string& readings, const std::str
 }
 
 void expect_named(const Story& story, const std::string& name) {
-  EXPECT_EQ(story.after.verdict, Verdict::named_effect);
+  EXPECT_EQ(story.after.verdict, Verdict::identified);
   ASSERT_FALSE(story.after.found.empty());
   EXPECT_EQ(story.after.found[0].candidate.name(), name);
 }
@@ -100,7 +100,7 @@ TEST_P(OneWay, IsNamedAfterwards) {
   laboratory.hide(kind, "q", size);
   const Story story = follow(laboratory, loads_only_up({300, 600, 900}), "zero: estimate\n",
                              {"friction", "clearance"});
-  EXPECT_EQ(story.before.verdict, Verdict::cannot_tell);
+  EXPECT_EQ(story.before.verdict, Verdict::inconclusive);
   EXPECT_TRUE(unloads_or_reverses(story.plan));
   for (const PlannedSplit& split : story.plan.splits)
     EXPECT_GT(split.separation, 4) << split.a << ", " << split.b;
@@ -121,7 +121,7 @@ TEST(Plan, AsksForTheWayBackOfFriction) {
   common::Progress silent;
   const Campaign campaign = laboratory.measure(loads_only_up({0, 40, 80, 150, 300, 600, 900}));
   const Diagnosis before = laboratory.diagnose(campaign, kinds);
-  ASSERT_EQ(before.verdict, Verdict::ambiguous);
+  ASSERT_EQ(before.verdict, Verdict::narrowed_down);
   ASSERT_GT(before.steps.size(), 1u);
   const PlanQuestion question =
       question_of(laboratory.robot(), laboratory.json(campaign, before), "diagnosis.json", {});
@@ -133,7 +133,7 @@ TEST(Plan, AsksForTheWayBackOfFriction) {
   for (const PlanBlock& block : p.blocks) EXPECT_TRUE(block.pattern->takes_back());
   const Campaign all = laboratory.measure(report::plan_table(laboratory.robot(), p));
   const Diagnosis after = laboratory.diagnose(all, kinds);
-  EXPECT_EQ(after.verdict, Verdict::named_effect);
+  EXPECT_EQ(after.verdict, Verdict::identified);
   ASSERT_FALSE(after.found.empty());
   EXPECT_EQ(after.found[0].candidate.name(), "friction at cell.q");
 }
@@ -145,7 +145,7 @@ TEST(Plan, ClearanceIsToldFromHardening) {
   laboratory.hide("clearance", "q", "gap=12 um");
   const Story story = follow(laboratory, loads_only_up({0, 200, 400, 600, 800}), "",
                              {"clearance", "hardening", "load_hardening", "friction"});
-  EXPECT_EQ(story.before.verdict, Verdict::ambiguous);
+  EXPECT_EQ(story.before.verdict, Verdict::narrowed_down);
   EXPECT_THAT(story.before.ambiguous, testing::Contains("clearance at cell.q"));
   expect_named(story, "clearance at cell.q");
   // Of the rivals that were in doubt, what was promised is what came, to a factor.
@@ -239,7 +239,7 @@ TEST(Plan, TellsAMassFromWhatLooksLikeOne) {
   laboratory.options().translation_noise = 8e-6;
   const Campaign campaign = laboratory.measure(turning_arm_readings());
   const Diagnosis before = laboratory.diagnose(campaign, kinds);
-  ASSERT_EQ(before.verdict, Verdict::no_effect_needed);
+  ASSERT_EQ(before.verdict, Verdict::none_needed);
   const PlanQuestion question = question_of(laboratory.robot(), laboratory.json(campaign, before),
                                             "diagnosis.json", {"payload"});
   common::Progress silent;
@@ -263,7 +263,7 @@ TEST(Plan, TellsAMassFromWhatLooksLikeOne) {
   const Campaign read =
       poses.measure(report::plan_table(poses.robot(), p), "session_frame: estimate\n");
   const Diagnosis after = poses.diagnose(read, kinds);
-  EXPECT_EQ(after.verdict, Verdict::named_effect);
+  EXPECT_EQ(after.verdict, Verdict::identified);
   ASSERT_FALSE(after.found.empty());
   EXPECT_EQ(after.found[0].candidate.name(), "payload at platform");
   EXPECT_NEAR(after.found[0].candidate.effect.values[0], 10, 3 * after.found[0].deviations[0]);
@@ -302,7 +302,7 @@ TEST(Plan, WhatIsTakenUpByTheFitShowsUnderKnownWeights) {
   Laboratory laboratory(slide);
   const Campaign campaign = laboratory.measure(loads_only_up({0, 300, 600, 900}));
   const Diagnosis diagnosis = laboratory.diagnose(campaign, {"wrench_gain", "clearance"});
-  ASSERT_EQ(diagnosis.verdict, Verdict::no_effect_needed);
+  ASSERT_EQ(diagnosis.verdict, Verdict::none_needed);
   const PlanQuestion question = question_of(
       laboratory.robot(), laboratory.json(campaign, diagnosis), "diagnosis.json", {"wrench_gain"});
   common::Progress silent;
@@ -334,17 +334,17 @@ TEST(Plan, KnownWeightsTellAGainOfTheLoadCellFromASofterSpring) {
     const std::vector<std::string> kinds = {"wrench_gain", "clearance"};
     const Diagnosis before = laboratory.diagnose(laboratory.measure(up), kinds);
     EXPECT_NE(before.verdict,
-              Verdict::named_effect);  // the spring is refitted, which does the same
+              Verdict::identified);  // the spring is refitted, which does the same
     if (gain) laboratory.options().hidden.clear();
     const Diagnosis after =
         laboratory.diagnose(laboratory.measure(by_weights, "known_loads: [weights]\n"), kinds);
     if (gain) {
-      EXPECT_EQ(after.verdict, Verdict::named_effect);
+      EXPECT_EQ(after.verdict, Verdict::identified);
       ASSERT_FALSE(after.found.empty());
       EXPECT_EQ(after.found[0].candidate.name(), "wrench_gain at load");
       EXPECT_NEAR(after.found[0].candidate.effect.values[0], 1.05, 0.005);
     } else {
-      EXPECT_EQ(after.verdict, Verdict::no_effect_needed);
+      EXPECT_EQ(after.verdict, Verdict::none_needed);
     }
   }
 }

@@ -177,7 +177,7 @@ TEST(Verdict, ZerosThatCyclesShareAreNoEffect) {
     Laboratory laboratory(slide);
     const Campaign campaign = from_noisy_zeros(laboratory, seed);
     const Diagnosis d = laboratory.diagnose(campaign, kinds);
-    EXPECT_EQ(d.verdict, Verdict::no_effect_needed) << seed;
+    EXPECT_EQ(d.verdict, Verdict::none_needed) << seed;
     EXPECT_THAT(d.correlated_noise, HasSubstr("readings of one cycle are off together")) << seed;
     EXPECT_THAT(report::text(laboratory.robot(), campaign, d),
                 HasSubstr("The noise is not independent"));
@@ -217,7 +217,7 @@ TEST(Verdict, LastingErrorsGiveTheWrongEffectNoName) {
     ASSERT_EQ(d.found.size(), 1u) << seed;
     EXPECT_EQ(d.found[0].candidate.effect.kind->name, "session_drift") << seed;
     EXPECT_THAT(d.correlated_noise, HasSubstr("the one before it")) << seed;
-    EXPECT_EQ(d.verdict, Verdict::none_of_the_above) << seed;
+    EXPECT_EQ(d.verdict, Verdict::unexplained) << seed;
   }
 }
 

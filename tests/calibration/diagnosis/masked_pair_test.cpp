@@ -91,7 +91,7 @@ TEST(MaskedPair, IsFoundThoughNeitherShowsAlone) {
   const Diagnosis d = laboratory.diagnose(laboratory.measure(kinetostat::test::lifts()),
                                           {"preload", "clearance", "wrench_gain"});
   EXPECT_GT(d.steps[0].gate.p_value, 0.05);  // nothing shows alone
-  EXPECT_EQ(d.verdict, Verdict::named_effect);
+  EXPECT_EQ(d.verdict, Verdict::identified);
   ASSERT_EQ(d.found.size(), 2u);
   std::vector<std::string> names = {d.found[0].candidate.name(), d.found[1].candidate.name()};
   EXPECT_THAT(names, testing::UnorderedElementsAre("preload at arm.q1", "preload at arm.q2"));

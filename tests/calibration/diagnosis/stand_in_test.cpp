@@ -54,7 +54,7 @@ TEST_F(StandInTest, AGainOfTheLoadCellMakesAllSpringsSofterAtOnce) {
   Laboratory arm(StandInTest::arm(1, 1));
   arm.hide("wrench_gain", "load", "gain=1.05");
   const Diagnosis d = diagnose(measure(arm), arm);
-  EXPECT_EQ(d.verdict, Verdict::cannot_tell);
+  EXPECT_EQ(d.verdict, Verdict::inconclusive);
   ASSERT_TRUE(d.instead_of_refit.has_value());
   EXPECT_EQ(d.instead_of_refit->candidate.name(), "wrench_gain at load");
   EXPECT_NEAR(d.instead_of_refit->candidate.effect.values[0], 1.05, 0.005);
@@ -68,7 +68,7 @@ TEST_F(StandInTest, StiffnessesThatAreWrongNeedNoOtherCause) {
     Laboratory real(arm(1.1, stiffer));
     const Laboratory model(arm(1, 1));
     const Diagnosis d = diagnose(measure(real), model);
-    EXPECT_EQ(d.verdict, Verdict::no_effect_needed);
+    EXPECT_EQ(d.verdict, Verdict::none_needed);
     EXPECT_FALSE(d.instead_of_refit.has_value());
   }
 }
@@ -76,7 +76,7 @@ TEST_F(StandInTest, StiffnessesThatAreWrongNeedNoOtherCause) {
 TEST_F(StandInTest, AModelThatIsRightNeedsNone) {
   Laboratory arm(StandInTest::arm(1, 1));
   const Diagnosis d = diagnose(measure(arm), arm);
-  EXPECT_EQ(d.verdict, Verdict::no_effect_needed);
+  EXPECT_EQ(d.verdict, Verdict::none_needed);
   EXPECT_FALSE(d.instead_of_refit.has_value());
 }
 

@@ -40,11 +40,11 @@ TEST(Verdict, NoNameWhereTheNoiseWouldHaveToBeManyTimesTheStatedOne) {
   laboratory.hide("friction", "q", "force=60 N,presliding=3 um");
   Campaign campaign = laboratory.measure(loops());
   const Diagnosis right = laboratory.diagnose(campaign, {"friction", "creep"});
-  EXPECT_EQ(right.verdict, Verdict::named_effect);
+  EXPECT_EQ(right.verdict, Verdict::identified);
   EXPECT_FALSE(right.or_something_else);
   for (Reading& reading : campaign.readings) reading.sigma /= 50;
   const Diagnosis wrong = laboratory.diagnose(campaign, {"friction", "creep"});
-  EXPECT_NE(wrong.verdict, Verdict::named_effect);
+  EXPECT_NE(wrong.verdict, Verdict::identified);
   ASSERT_FALSE(wrong.found.empty());
   EXPECT_TRUE(wrong.or_something_else);
   EXPECT_THAT(laboratory.json(campaign, wrong).at("remarks").at(0).get<std::string>(),
@@ -66,7 +66,7 @@ TEST(Verdict, WhatAnErrorWithoutAFormExplainsBetterIsNoSecondEffect) {
       plan += fmt::format("a{0},{1},{0},{2},{3}\n", n, cycle, time, 150 * level);
     }
   const Diagnosis d = laboratory.diagnose(laboratory.measure(plan), {"session_drift", "friction"});
-  EXPECT_EQ(d.verdict, Verdict::none_of_the_above);
+  EXPECT_EQ(d.verdict, Verdict::unexplained);
   ASSERT_EQ(d.found.size(), 1u);
   EXPECT_EQ(d.found[0].candidate.name(), "friction at cell.q");
   ASSERT_EQ(d.steps.size(), 2u);
@@ -97,13 +97,13 @@ TEST(Verdict, AMisfitBeyondTheStatedNoiseIsNotNothing) {
     for (Reading& reading : changed.readings) reading.sigma *= stated;
     return laboratory.diagnose(changed, {"friction", "creep"});
   };
-  EXPECT_EQ(diagnosed(1).verdict, Verdict::no_effect_needed);
+  EXPECT_EQ(diagnosed(1).verdict, Verdict::none_needed);
   const Diagnosis little = diagnosed(0.6);
-  EXPECT_EQ(little.verdict, Verdict::no_effect_needed);
+  EXPECT_EQ(little.verdict, Verdict::none_needed);
   EXPECT_THAT(report::text(laboratory.robot(), campaign, little),
               HasSubstr("times the stated noise"));
   const Diagnosis much = diagnosed(0.2);
-  EXPECT_EQ(much.verdict, Verdict::none_of_the_above);
+  EXPECT_EQ(much.verdict, Verdict::unexplained);
   EXPECT_TRUE(much.found.empty());
   EXPECT_THAT(report::text(laboratory.robot(), campaign, much),
               HasSubstr("times the stated noise"));
@@ -115,7 +115,7 @@ TEST(Verdict, AnEffectOfUnusualSizeThatFitsHasItsName) {
   laboratory.hide("clearance", "q", "gap=1.2 mm");
   const Campaign campaign = laboratory.measure(loops());
   const Diagnosis d = laboratory.diagnose(campaign, {"clearance", "creep"});
-  EXPECT_EQ(d.verdict, Verdict::named_effect);
+  EXPECT_EQ(d.verdict, Verdict::identified);
   ASSERT_EQ(d.found.size(), 1u);
   EXPECT_GT(d.found[0].times_usual, unusual);
   EXPECT_THAT(report::text(laboratory.robot(), campaign, d),
@@ -129,7 +129,7 @@ TEST(Verdict, AnUnusualSizeIsNoReasonForAnErrorWithoutAForm) {
   laboratory.hide("session_drift", "sensor", "z=0.1 um/s");
   const Diagnosis d =
       laboratory.diagnose(laboratory.measure(loops()), {"session_drift", "creep", "friction"});
-  EXPECT_EQ(d.verdict, Verdict::named_effect);
+  EXPECT_EQ(d.verdict, Verdict::identified);
   ASSERT_EQ(d.found.size(), 1u);
   EXPECT_EQ(d.found[0].candidate.name(), "session_drift at sensor");
   EXPECT_GT(d.found[0].times_usual, unusual);
@@ -217,7 +217,7 @@ TEST(Verdict, ARivalThatFitsAsWellStaysWhateverItsPrior) {
   for (int i = 0; i < 24; ++i)
     plan += fmt::format("p{},{},{},{}\n", i, 15 * (i % 6), 10 + 30 * (i / 6), 40 * (i % 3));
   const Diagnosis d = laboratory.diagnose(laboratory.measure(plan), {"preload", "geometric_error"});
-  EXPECT_EQ(d.verdict, Verdict::ambiguous);
+  EXPECT_EQ(d.verdict, Verdict::narrowed_down);
   EXPECT_THAT(d.ambiguous,
               testing::IsSupersetOf({"preload at arm.q2", "geometric_error at arm.q2"}));
 }
@@ -254,7 +254,7 @@ TEST(Verdict, NothingToTryIsNoCrash) {
   const Diagnosis d = laboratory.diagnose(laboratory.measure(loops()), {"gravity_compensator"});
   EXPECT_TRUE(d.steps.at(0).ranking.empty());
   EXPECT_TRUE(d.found.empty());
-  EXPECT_EQ(d.verdict, Verdict::none_of_the_above);
+  EXPECT_EQ(d.verdict, Verdict::unexplained);
 }
 
 // Nanoseconds that are taken for seconds: no creep that an effect may have is slow enough.
@@ -279,7 +279,7 @@ TEST(Verdict, FrictionIsNamedHoweverItsCyclesBegin) {
         "manipulator: {chain: cell}\nuncertain:\n  - {stiffness: q}\n");
     laboratory.hide("friction", "q", fmt::format("force=60 N,presliding=3 um,settled={}", settled));
     const Diagnosis d = laboratory.diagnose(laboratory.measure(loops()), {"friction", "creep"});
-    EXPECT_EQ(d.verdict, Verdict::named_effect) << settled;
+    EXPECT_EQ(d.verdict, Verdict::identified) << settled;
     ASSERT_FALSE(d.found.empty());
     EXPECT_EQ(d.found[0].candidate.name(), "friction at cell.q");
     EXPECT_EQ(d.found[0].candidate.effect.values[2], settled);
@@ -299,7 +299,7 @@ TEST(Verdict, WhatTheReadingsDoNotDetermineStaysAsDesigned) {
       "uncertain:\n  - {stiffness: p}\n  - {stiffness: r}\n  - {stiffness: q}\n");
   laboratory.hide("friction", "q", "force=60 N,presliding=3 um");
   const Diagnosis d = laboratory.diagnose(laboratory.measure(loops()), {"friction", "creep"});
-  EXPECT_EQ(d.verdict, Verdict::ambiguous);  // r and q stand in one line
+  EXPECT_EQ(d.verdict, Verdict::narrowed_down);  // r and q stand in one line
   ASSERT_FALSE(d.found.empty());
   EXPECT_EQ(d.found[0].candidate.effect.kind->name, "friction");
   ASSERT_GE(d.weak.size(), 2u);
@@ -319,7 +319,7 @@ TEST(Verdict, WhatDrivesAStiffnessToInfinityIsFound) {
                         std::vector{0, 2, 4, 6, 6, 2}.at(static_cast<std::size_t>(n % 6)));
   const Campaign campaign = laboratory.measure(plan);
   const Diagnosis d = laboratory.diagnose(campaign, {"session_drift", "creep", "clearance"});
-  ASSERT_EQ(d.verdict, Verdict::named_effect);
+  ASSERT_EQ(d.verdict, Verdict::identified);
   EXPECT_EQ(d.found[0].candidate.name(), "session_drift at sensor");
   EXPECT_THAT(d.weak.at(0), HasSubstr("infinite or zero"));
 }
@@ -349,11 +349,11 @@ TEST(Verdict, NoiseWithoutLoadRefutesNothingUnderLoad) {
       if (!reading.load.force.isZero(0)) reading.displacement[2] += 5e-6 * normal();
     const Diagnosis d = laboratory.diagnose(campaign, {"friction", "hardening", "clearance"});
     if (repeated) {
-      EXPECT_EQ(d.verdict, Verdict::no_effect_needed);
+      EXPECT_EQ(d.verdict, Verdict::none_needed);
       EXPECT_FALSE(d.noise_without_load);
       continue;
     }
-    EXPECT_EQ(d.verdict, Verdict::cannot_tell);
+    EXPECT_EQ(d.verdict, Verdict::inconclusive);
     ASSERT_FALSE(d.missing.empty());
     EXPECT_THAT(d.missing[0], HasSubstr("only readings without load are repeated"));
     common::Progress silent;
@@ -431,7 +431,7 @@ TEST(Verdict, SaysWhatItCouldNotSee) {
   const Campaign campaign = laboratory.measure(
       "id,q1,fz\na,90,20\nb,90,-20\nc,90,40\nd,90,-40\ne,88,20\nf,88,-20\ng,88,40\nh,88,-40\n");
   const Diagnosis d = laboratory.diagnose(campaign, {"payload", "wrench_gain", "clearance"});
-  ASSERT_EQ(d.verdict, Verdict::no_effect_needed);
+  ASSERT_EQ(d.verdict, Verdict::none_needed);
   const std::vector<UnseenKind> unseen = unseen_kinds(d);
   ASSERT_EQ(unseen.size(), 2u);
   EXPECT_EQ(unseen[0].name, "payload");
