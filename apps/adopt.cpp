@@ -72,7 +72,7 @@ std::vector<files::Json> chosen(const files::Json& diagnosis, const AdoptRequest
                    fmt::format("It found {}", known));
 }
 
-// Held-out error before and after an effect, over the noise.
+// Held-out error before and after an effect, in units of the noise.
 struct Fall {
   double before = std::numeric_limits<double>::quiet_NaN(), after = before;
 };

@@ -290,7 +290,7 @@ int Program::run(int argc, const char* const* argv) {
 
 int Program::parse_and_run(int argc, const char* const* argv) {
   options_.threads = processor_count();
-  // Last, so that the help of a command begins with its own options.
+  // Last, so that the help of a command starts with its own options.
   for (const auto& command : commands_) add_common_options(*command->app, command->info);
   try {
     app_.parse(argc, argv);

@@ -1,4 +1,4 @@
-// kinetostat mesh check: can this surface bound a solid, and if not, where not and what mends it?
+// kinetostat mesh check: can this surface bound a solid, and if not, where not and what repairs it?
 #include <algorithm>
 #include <cmath>
 #include <sstream>

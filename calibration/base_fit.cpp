@@ -43,7 +43,7 @@ std::optional<Vector6> known_frame(const BaseFit& fit, std::size_t session) {
   return std::nullopt;
 }
 
-// The unknowns of a fit and where each stands in their vector: parameters, zeros, frames.
+// The unknowns of a fit and where each stands in their vector: parameters, zero offsets, frames.
 class Unknowns {
  public:
   Unknowns(const Campaign& campaign, const std::vector<Parameter>& parameters,
@@ -371,10 +371,10 @@ void hold_undetermined_frames(Problem& problem, const VectorXd& start,
   const std::optional<Linearisation> there = problem.at(start, 0);
   if (!there) return;  // which the fit says better
   const Index first = unknowns.frame_at(0);
-  const MatrixXd marks = there->jacobian.rightCols(unknowns.size() - first);
+  const MatrixXd signatures = there->jacobian.rightCols(unknowns.size() - first);
   const VectorXd least =
-      (alike * marks.colwise().norm()).cwiseMax(sensitivity_rounding * problem.scale());
-  for (const Index k : made_up_by_those_before(marks, least))
+      (alike * signatures.colwise().norm()).cwiseMax(sensitivity_rounding * problem.scale());
+  for (const Index k : made_up_by_those_before(signatures, least))
     options.lower[first + k] = options.upper[first + k] = start[first + k];
 }
 

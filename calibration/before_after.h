@@ -12,7 +12,7 @@ namespace kinetostat::calibration {
 struct BeforeAfter {
   Comparison before, after;
   /// "before, as designed", "before, refitted", "after, ...", "noise floor", as far as there are
-  /// parameters to refit. Empty where the noise is not known.
+  /// parameters to fit. Empty where the noise is not known.
   std::vector<WaterfallStage> stages;
   std::string held_out;  // what was left out together: "configurations"
 };

@@ -64,7 +64,7 @@ class Check {
             "'noise' in the campaign file, or repeat readings."};
   }
 
-  // Deflections over their noise, where the table tells deflections.
+  // Deflections in units of their noise, where the table tells deflections.
   double largest_deflection_over_noise() const {
     double largest = 0;
     if (campaign_.displacement == DisplacementKind::absolute || !campaign_.noise_stated)
@@ -288,7 +288,7 @@ class Check {
                          "session has an unknown frame of its own, which takes that up."};
   }
 
-  // Zeros and frames that are estimated as well.
+  // Zero offsets and frames that are estimated as well.
   std::size_t session_unknowns() const {
     std::set<std::pair<std::size_t, Eigen::Index>> zeros;
     std::set<std::size_t> frames;

@@ -121,7 +121,7 @@ void add_tests(const Evidence& evidence, Assessment& assessment) {
 }
 
 // What a model says of readings that were kept out of its fit. Their predictions take the place of
-// those that were made without the zeros and frames of their sessions.
+// those that were made without the zero offsets and frames of their sessions.
 HeldOutReadings predict_held_out(const Predictor& predictor, const Campaign& others, Role role,
                                  const Evidence& evidence, files::Progress& progress,
                                  Assessment& assessment) {
@@ -223,7 +223,7 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
   };
   const auto fit = [&](const std::vector<Parameter>& parameters) {
     const auto once = [&] {
-      return with_hint_of_slip(predictor, to_fit, progress, [&] {
+      return with_hint_of_unit_error(predictor, to_fit, progress, [&] {
         return fit_base(predictor, to_fit, evidence.noise, parameters, progress, {.loss = loss});
       });
     };
@@ -238,11 +238,11 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
   know({}, {});
   Comparison result;
   result.groups = static_cast<Eigen::Index>(evidence.groups.size());
-  result.as_designed = fit({});
-  result.unit_slip = unit_slip(to_fit, result.as_designed.fit.predicted);
+  result.nominal = fit({});
+  result.unit_error = unit_error(to_fit, result.nominal.fit.predicted);
   try {
     if (const std::vector<Parameter> uncertain = uncertain_parameters(robot); !uncertain.empty())
-      result.refitted = fit(uncertain);
+      result.fitted = fit(uncertain);
   } catch (const files::NotIdentifiable& error) {
     result.refit_failure = error.what();
   }

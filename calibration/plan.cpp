@@ -204,7 +204,7 @@ void add_splits(const PlanTask& task, const Prospects& prospects, Plan& plan) {
     split.most = fresh ? most : std::min(split.most, most);
     split.nats = split.separation * split.separation / 2;
     if (a.log_evidence && b.log_evidence) split.so_far = *a.log_evidence - *b.log_evidence;
-    const bool by_weights = a.on_load != b.on_load && split.separation < told_apart_from;
+    const bool by_weights = a.on_load != b.on_load && split.separation < discriminable_from;
     if ((split.most < unsplit || by_weights) && split.advice.empty())
       split.advice = advice_for(task, pair, plan.readings);
   }
@@ -298,7 +298,7 @@ void leave_out_one_way(PlanTask& task) {
 }
 
 // Of what else is unseen, the models that some of the readings to choose from could take for a
-// suspect: those without load and those under loads that come and go, at every posture.
+// candidate: those without load and those under loads that come and go, at every posture.
 void choose_look_alikes(PlanTask& task) {
   if (std::none_of(task.models.begin(), task.models.end(),
                    [](const PlanModel& model) { return model.is_look_alike; }))

@@ -109,7 +109,7 @@ class ColumnFinder {
     }
     find_joint_columns();
     if (context_.posture == PostureColumns::unstated) warn_of_drives_named_like_columns();
-    check_slips();
+    check_unit_errors();
     check_columns();
     check_units();
     return std::move(found_);
@@ -243,7 +243,7 @@ class ColumnFinder {
   }
 
   // "Fx" or "fx [N]" beside "fx" is surely a slip; a near spelling may be one.
-  void check_slips() {
+  void check_unit_errors() {
     std::vector<std::string> names = reserved_names();
     for (const Joint& joint : joints_) names.insert(names.end(), {joint.name, joint.alone});
     for (std::size_t i = 0; i < table_.columns().size(); ++i) {

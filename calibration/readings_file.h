@@ -1,4 +1,4 @@
-// The table of readings of a campaign. Internal to this room: campaign.h is what others use.
+// The table of readings of a campaign. Internal to this module: campaign.h is what others use.
 #pragma once
 
 #include <limits>
@@ -40,7 +40,7 @@ struct WrenchNoise {
 /// Whose the columns x, y, z, roll, pitch, yaw are where drives have these names.
 enum class PostureColumns { unstated, platform, joints };
 
-/// What the campaign file says about its readings.
+/// Statements of the campaign file about its readings.
 struct ReadingsContext {
   std::map<std::string, Instrument> instruments = {};  // by name; "": where a reading names none
   WrenchFrame wrench = {};
@@ -55,7 +55,7 @@ struct ReadingsContext {
 std::string correlation_name(Eigen::Index i, Eigen::Index j);
 /// Symmetric with unit diagonal as given; positive definite?
 bool is_correlation(const spatial::Matrix6& matrix);
-/// Of one of role_names.
+/// Role of one of role_names.
 Role role_named(std::string_view name);
 
 /// Fills readings, configurations, sessions, covariates, noise_stated and notes of `campaign`,

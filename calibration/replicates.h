@@ -18,12 +18,12 @@ struct ReplicateGroup {
 };
 
 /// Groups of readings in use with exactly the same configuration, load and point, branch (stated
-/// direction of load, else the order within a cycle) and setting (and session, when zeros are
-/// estimated per session); without load also the side of the load from which the cycle comes back.
-/// Where the table has a column `replicate`, the k-th visit to a state in one replicate belongs
-/// with the k-th visit in the others: rows of the same replicate never form a group, since what
-/// differs between them (creep, return to zero) is not pure error. Visits are counted in the order
-/// of time, step, id.
+/// direction of load, else the order within a cycle) and setting (and session, when zero offsets
+/// are estimated per session); without load also the side of the load from which the cycle comes
+/// back. Where the table has a column `replicate`, the k-th visit to a state in one replicate
+/// belongs with the k-th visit in the others: rows of the same replicate never form a group, since
+/// what differs between them (creep, return to zero) is not pure error. Visits are counted in the
+/// order of time, step, id.
 std::vector<ReplicateGroup> replicate_groups(const Campaign& campaign);
 
 /// Scatter within groups.
@@ -32,7 +32,7 @@ struct PureError {
   Eigen::Index degrees_of_freedom = 0;  // number of values minus number of groups
 };
 
-/// Over the components [first, first + count), in units of the noise.
+/// Pure error of the components [first, first + count), in units of the noise.
 PureError pure_error(const Campaign& campaign, const std::vector<ReplicateGroup>& groups,
                      const Noise& noise, Eigen::Index first = 0, Eigen::Index count = 6);
 

@@ -55,7 +55,7 @@ Score Screen::score(std::size_t i, const VectorXd& residual) const {
           .explained = (spans_[i].transpose() * residual).squaredNorm()};
 }
 
-double Screen::surprise(const Score& score, const VectorXd& residual) const {
+double Screen::significance(const Score& score, const VectorXd& residual) const {
   const auto k = static_cast<double>(score.dimension);
   const auto rest = static_cast<double>(dimension_ - score.dimension);
   if (score.dimension == 0 || rest < 1) return 0;

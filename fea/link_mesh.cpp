@@ -46,7 +46,7 @@ void pick_body(const LinkSpec& spec, SurfaceMesh& surface) {
   throw InputError(details);
 }
 
-std::vector<std::string> mended(const LinkSpec& spec, SurfaceMesh& surface,
+std::vector<std::string> repaired(const LinkSpec& spec, SurfaceMesh& surface,
                                 files::Progress& progress) {
   if (spec.repair.steps.empty()) return {};
   RepairOptions options = spec.repair;
@@ -120,7 +120,7 @@ LinkMesh read_link_mesh(const LinkSpec& spec, files::Progress& progress) {
   LinkMesh mesh{.imported = with_unit(spec, read_surface), .report = {}};
   SurfaceMesh& surface = mesh.imported.mesh;
   pick_body(spec, surface);
-  mesh.notes = mended(spec, surface, progress);
+  mesh.notes = repaired(spec, surface, progress);
   mesh.report = check_surface(surface, mesh.imported.weld.tolerance);
   require_sound(spec, mesh);
   require_one_body(spec, mesh);

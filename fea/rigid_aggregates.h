@@ -9,8 +9,8 @@
 
 namespace kinetostat::fea {
 
-/// What the blocks of unknowns of a level are: of each point a displacement, or a displacement and
-/// a rotation; of each reference body, behind them all, both.
+/// Blocks of unknowns of a level: a displacement of each point, or a displacement and a rotation;
+/// behind them all, both of each reference body.
 struct RigidPoints {
   std::vector<Vector3> points;  // [m], those of the bodies last
   int bodies = 0;

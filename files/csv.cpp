@@ -38,7 +38,7 @@ bool is_number(std::string_view text) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
-// Spreadsheets compute what begins so, and what they compute may start programs.
+// Spreadsheets compute what starts so, and what they compute may start programs.
 bool begins_formula(char c) { return c == '=' || c == '+' || c == '-' || c == '@'; }
 
 // A text that a spreadsheet would take for a formula, but for the quotes before it.

@@ -310,7 +310,7 @@ InputError error_at(const std::filesystem::path& file, const YAML::Mark& mark,
 }
 
 // Counts what a file holds before anything is kept of it. The parser itself has no bounds: a text
-// that it cannot place, such as a comma at the beginning, is one empty document after the other.
+// that it cannot place, such as a comma at the start, is one empty document after the other.
 class Census : public YAML::EventHandler {
  public:
   explicit Census(const std::filesystem::path& file) : file_(file) {}

@@ -33,9 +33,9 @@ std::string shown(const Campaign& campaign, Eigen::Index component, double si, i
 
 std::string hit_text(BoundHit hit) { return hit == BoundHit::lower ? "lower" : "upper"; }
 
-// A value as designed and fitted in a unit, with the factor between the two if there is one.
+// A value nominal and fitted in a unit, with the factor between the two if there is one.
 struct Shown {
-  double designed = 1, fitted = 1, error = 0;
+  double nominal = 1, fitted = 1, error = 0;
   std::string unit = "-";
 };
 
@@ -48,10 +48,10 @@ Shown shown_parameter(const Campaign& campaign, const ParameterEstimate& e) {
   shown.unit = e.parameter.is_torsional
                    ? fmt::format("{} {}/rad", campaign.units.force, campaign.units.length)
                    : fmt::format("{}/{}", campaign.units.force, campaign.units.length);
-  const double designed = *e.parameter.stiffness / spatial::parse_unit(shown.unit).factor;
-  shown.designed *= designed;
-  shown.fitted *= designed;
-  shown.error *= designed;
+  const double nominal = *e.parameter.stiffness / spatial::parse_unit(shown.unit).factor;
+  shown.nominal *= nominal;
+  shown.fitted *= nominal;
+  shown.error *= nominal;
   return shown;
 }
 
@@ -60,7 +60,7 @@ std::string parameters_text(const Campaign& campaign, const BaseFit& fit) {
   Table table({"parameter", "designed", "fitted", "+-", "unit", "factor"});
   for (const ParameterEstimate& e : fit.parameters) {
     const Shown shown = shown_parameter(campaign, e);
-    table.add_row({e.parameter.name, number(shown.designed, 6), number(shown.fitted, 7),
+    table.add_row({e.parameter.name, number(shown.nominal, 6), number(shown.fitted, 7),
                    e.hit == BoundHit::none ? number(shown.error, 2) : hit_text(e.hit) + " bound",
                    shown.unit, e.parameter.is_logarithm() ? number(std::exp(e.value), 6) : "-"});
   }

@@ -31,8 +31,8 @@ struct Named {
 };
 
 std::vector<Named> models(const Comparison& comparison) {
-  std::vector<Named> result = {{"The model as designed", &comparison.as_designed}};
-  if (comparison.refitted) result.push_back({"The refitted model", &*comparison.refitted});
+  std::vector<Named> result = {{"The model as designed", &comparison.nominal}};
+  if (comparison.fitted) result.push_back({"The refitted model", &*comparison.fitted});
   return result;
 }
 
@@ -90,9 +90,9 @@ Finding finding(const std::string& model, const ChiSquareTest& test) {
 }
 
 // A slip explains whatever else is found.
-void add_unit_slip(const Comparison& comparison, std::vector<Finding>& findings) {
-  if (!comparison.unit_slip.empty())
-    findings.push_back({std::numeric_limits<double>::infinity(), comparison.unit_slip});
+void add_unit_error(const Comparison& comparison, std::vector<Finding>& findings) {
+  if (!comparison.unit_error.empty())
+    findings.push_back({std::numeric_limits<double>::infinity(), comparison.unit_error});
 }
 
 // Only a disagreement is worth a sentence; it comes first, because it undermines the chi-square.
@@ -514,15 +514,15 @@ Json readings_json(const Campaign& campaign, const Comparison& comparison) {
               {"masked", reading.masked},
               {"measured", numbers(reading.displacement)},
               {"sigma", known ? numbers(sigma_of(reading, comparison.noise.sigma[i])) : Json()},
-              {"predicted", numbers(comparison.as_designed.fit.predicted[i])},
-              {"residual", numbers(comparison.as_designed.residual[i])}};
+              {"predicted", numbers(comparison.nominal.fit.predicted[i])},
+              {"residual", numbers(comparison.nominal.residual[i])}};
     if (reading.masked) json["mask_reason"] = reading.mask_reason;
     if (!reading.instrument.empty()) json["instrument"] = reading.instrument;
-    json["whitened"] = numbers(comparison.as_designed.whitened[i]);
-    if (comparison.refitted) {
-      json["refitted_predicted"] = numbers(comparison.refitted->fit.predicted[i]);
-      json["refitted_residual"] = numbers(comparison.refitted->residual[i]);
-      json["refitted_whitened"] = numbers(comparison.refitted->whitened[i]);
+    json["whitened"] = numbers(comparison.nominal.whitened[i]);
+    if (comparison.fitted) {
+      json["refitted_predicted"] = numbers(comparison.fitted->fit.predicted[i]);
+      json["refitted_residual"] = numbers(comparison.fitted->residual[i]);
+      json["refitted_whitened"] = numbers(comparison.fitted->whitened[i]);
     }
     list.push_back(json);
   }
@@ -542,7 +542,7 @@ std::string summary(const Campaign& campaign, const Comparison& comparison) {
   std::string text = fmt::format(
       "Campaign '{}': {} readings in use, {} masked, {} values of {} states; noise {}.\n",
       campaign.name, campaign.readings.size() - masked(campaign), masked(campaign),
-      comparison.as_designed.fit.values, comparison.groups,
+      comparison.nominal.fit.values, comparison.groups,
       comparison.noise.source == NoiseSource::replicates ? "from replicates"
                                                          : noise_text(comparison.noise.source));
   for (const std::string& note : campaign.notes) text += "  " + note + "\n";
@@ -554,7 +554,7 @@ std::string summary(const Campaign& campaign, const Comparison& comparison) {
 
 std::vector<Eigen::Index> measured_components(const Comparison& comparison) {
   std::vector<Eigen::Index> result;
-  for (const auto& s : comparison.as_designed.by_component) result.push_back(s.component);
+  for (const auto& s : comparison.nominal.by_component) result.push_back(s.component);
   return result;
 }
 
@@ -568,7 +568,7 @@ std::string cell(const Campaign& campaign, Eigen::Index component, double si) {
 
 std::vector<std::string> findings(const Campaign& campaign, const Comparison& comparison) {
   std::vector<Finding> all;
-  add_unit_slip(comparison, all);
+  add_unit_error(comparison, all);
   add_noise_check(comparison, all);
   for (const Named& model : models(comparison)) {
     if (const auto& test = model.assessment->lack_of_fit) all.push_back(finding(model.name, *test));
@@ -588,8 +588,8 @@ std::string text(const Campaign& campaign, const Comparison& comparison) {
   for (const std::string& sentence : findings(campaign, comparison))
     text += "  - " + sentence + "\n";
   text += fmt::format("  Adequacy: {}.\n", adequacy_text(comparison.best().adequacy));
-  text += assessment_text(campaign, "As designed", comparison.as_designed);
-  if (comparison.refitted) text += assessment_text(campaign, "Refitted", *comparison.refitted);
+  text += assessment_text(campaign, "As designed", comparison.nominal);
+  if (comparison.fitted) text += assessment_text(campaign, "Refitted", *comparison.fitted);
   return text;
 }
 
@@ -608,7 +608,7 @@ Json to_json(const Campaign& campaign, const Comparison& comparison) {
             {"notes", comparison.notes},
             {"adequacy", adequacy_text(comparison.best().adequacy)},
             {"findings", findings(campaign, comparison)},
-            {"as_designed", to_json(campaign, comparison.as_designed)},
+            {"as_designed", to_json(campaign, comparison.nominal)},
             {"refitted", nullptr},
             {"refit_failure", nullptr}};
   if (!comparison.refit_failure.empty()) json["refit_failure"] = comparison.refit_failure;
@@ -616,7 +616,7 @@ Json to_json(const Campaign& campaign, const Comparison& comparison) {
     json["pure_error"] = {{"whitened_sum_of_squares", comparison.replicates->sum},
                           {"degrees_of_freedom", comparison.replicates->degrees_of_freedom}};
   if (comparison.noise_check) json["noise_check"] = to_json(*comparison.noise_check);
-  if (comparison.refitted) json["refitted"] = to_json(campaign, *comparison.refitted);
+  if (comparison.fitted) json["refitted"] = to_json(campaign, *comparison.fitted);
   json["components"] = calibration::component_names;
   json["readings"] = readings_json(campaign, comparison);
   return json;
@@ -632,7 +632,7 @@ std::string residual_table(const Campaign& campaign, const Comparison& compariso
   for (const Eigen::Index k : components) {
     text += "," + name_of(k);
     for (const char* model : {"designed", "refitted"})
-      if (model == std::string("designed") || comparison.refitted)
+      if (model == std::string("designed") || comparison.fitted)
         text +=
             fmt::format(",predicted_{0}_{1},residual_{0}_{1},whitened_{0}_{1}", name_of(k), model);
   }

@@ -18,11 +18,11 @@ namespace {
 using calibration::Candidate;
 using calibration::Diagnosis;
 using calibration::DiagnosisStep;
-using calibration::Rival;
+using calibration::RankedCandidate;
 using calibration::Verdict;
 using files::Json;
 
-constexpr std::size_t shown_rivals = 12, most_places = 6;
+constexpr std::size_t shown_candidates = 12, most_places = 6;
 
 // Simple units as the campaign has them, compound ones in SI.
 std::string unit_for_people(const calibration::Campaign& campaign,
@@ -136,16 +136,16 @@ std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
                       "seems to be something more (gate p = {}), which no effect explains.",
                       number(d.rest_p_value, 2))};
     case Verdict::cannot_tell:
-      if (d.instead_of_refit)
+      if (d.common_cause)
         return {fmt::format(
             "{} alone, at {}, explains these readings as well as refitting everything that is "
             "uncertain does (chi-square per degree of freedom {} and {}): the one or the other is "
             "wrong with the model as designed.",
-            d.instead_of_refit->candidate.name(),
-            values_text(robot, campaign, d.instead_of_refit->candidate,
-                        d.instead_of_refit->candidate.effect.values,
-                        d.instead_of_refit->deviations),
-            number(d.instead_of_refit->test.reduced(), 3), number(d.before->reduced(), 3))};
+            d.common_cause->candidate.name(),
+            values_text(robot, campaign, d.common_cause->candidate,
+                        d.common_cause->candidate.effect.values,
+                        d.common_cause->deviations),
+            number(d.common_cause->test.reduced(), 3), number(d.before->reduced(), 3))};
       if (!d.missing.empty()) return {};
       return {"No effect of its usual size would show in these readings."};
     case Verdict::no_effect_needed:
@@ -171,7 +171,7 @@ std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Cam
                     "explains, to first order: too many to be set aside as outliers. If "
                     "something is known to be wrong with them, mask them.",
                     d.far_values, calibration::outlying));
-  if (!d.unit_slip.empty()) result.insert(result.begin(), d.unit_slip);
+  if (!d.unit_error.empty()) result.insert(result.begin(), d.unit_error);
   if (d.noise_check && d.noise_check->p_value < calibration::certain_level)
     result.insert(result.begin(),
                   fmt::format("Repeated readings scatter {} times the stated noise (p = {}): state "
@@ -184,17 +184,17 @@ std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Cam
 // What these readings are silent about, and how to hear of it.
 std::string unseen_text(const Diagnosis& d) {
   if (d.verdict != Verdict::no_effect_needed && d.verdict != Verdict::cannot_tell) return {};
-  std::vector<std::string> weak, absorbed;
+  std::vector<std::string> weak, confounded_with_fit;
   for (const calibration::UnseenKind& kind : calibration::unseen_kinds(d))
-    if (kind.reason.empty()) (kind.absorbed ? absorbed : weak).push_back(kind.name);
-  if (weak.empty() && absorbed.empty()) return {};
+    if (kind.reason.empty()) (kind.confounded_with_fit ? confounded_with_fit : weak).push_back(kind.name);
+  if (weak.empty() && confounded_with_fit.empty()) return {};
   std::string text;
   if (!weak.empty())
     text += fmt::format("  These readings would not show, at their usual sizes: {}.\n",
                         fmt::join(weak, ", "));
-  if (!absorbed.empty())
+  if (!confounded_with_fit.empty())
     text += fmt::format("  These readings do not tell from what is refitted: {}.\n",
-                        fmt::join(absorbed, ", "));
+                        fmt::join(confounded_with_fit, ", "));
   return text + "  'kinetostat plan --show NAMES' says which readings would.\n";
 }
 
@@ -242,21 +242,21 @@ std::string ranking_text(const vjm::Robot& robot, const calibration::Campaign& c
                "told apart d'", "value"});
   std::size_t shown = 0, hidden = 0;
   std::map<std::string, std::map<std::string, std::vector<std::string>>> unobservable;
-  for (const Rival& r : step.ranking) {
+  for (const RankedCandidate& r : step.ranking) {
     if (!r.unobservable.empty()) {
       unobservable[r.unobservable][r.candidate.effect.kind->name].push_back(r.candidate.effect.at);
       continue;
     }
-    if (++shown > shown_rivals) {
+    if (++shown > shown_candidates) {
       ++hidden;
       continue;
     }
     std::vector<std::string> row{r.candidate.name(), number(r.detectability, 3),
-                                 number(r.surprise, 3)};
+                                 number(r.significance, 3)};
     if (r.fit) {
       row.insert(row.end(),
                  {number(r.fit->probability, 3), number(r.fit->log_score_gain, 3),
-                  number(r.fit->log_score_deviation, 2), number(r.fit->told_apart, 3),
+                  number(r.fit->log_score_deviation, 2), number(r.fit->discriminability, 3),
                   values_text(robot, campaign, r.candidate, r.fit->values, r.fit->deviations)});
     } else {
       row.insert(row.end(), {"-", "-", "-", "-", r.not_fitted.empty() ? "" : "not fitted"});
@@ -297,13 +297,13 @@ Json candidate_json(const vjm::Robot& robot, const Candidate& candidate) {
   return {{"effect", kind.name}, {"at", candidate.effect.at}, {"parameters", parameters}};
 }
 
-Json rival_json(const vjm::Robot& robot, const Rival& r) {
+Json ranked_json(const vjm::Robot& robot, const RankedCandidate& r) {
   Json json = candidate_json(robot, r.candidate);
   json["observable"] = r.unobservable.empty();
   if (!r.unobservable.empty()) json["reason"] = r.unobservable;
   json["detectability"] = r.detectability;
   json["most_detectability"] = r.most_detectability;
-  json["surprise"] = r.surprise;
+  json["surprise"] = r.significance;
   if (!r.not_fitted.empty()) json["not_fitted"] = r.not_fitted;
   if (r.fit)
     json["fit"] = {{"values", numbers(r.fit->values)},
@@ -314,13 +314,13 @@ Json rival_json(const vjm::Robot& robot, const Rival& r) {
                    {"log_score_deviation", r.fit->log_score_deviation},
                    {"log_evidence", r.fit->log_evidence},
                    {"probability", r.fit->probability},
-                   {"told_apart", r.fit->told_apart}};
+                   {"told_apart", r.fit->discriminability}};
   return json;
 }
 
 Json step_json(const vjm::Robot& robot, const DiagnosisStep& step) {
   Json ranking = Json::array();
-  for (const Rival& r : step.ranking) ranking.push_back(rival_json(robot, r));
+  for (const RankedCandidate& r : step.ranking) ranking.push_back(ranked_json(robot, r));
   return {{"beside", step.beside},
           {"gate",
            {{"largest", step.gate.largest},
@@ -387,10 +387,10 @@ Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, con
   for (const calibration::UnseenKind& kind : calibration::unseen_kinds(d))
     unseen.push_back({{"effect", kind.name},
                       {"detectability", kind.detectability},
-                      {"absorbed", kind.absorbed},
+                      {"absorbed", kind.confounded_with_fit},
                       {"reason", kind.reason.empty() ? Json() : Json(kind.reason)}});
   Json instead;
-  if (const auto& one = d.instead_of_refit) {
+  if (const auto& one = d.common_cause) {
     instead = candidate_json(robot, one->candidate);
     instead["values"] = numbers(one->candidate.effect.values);
     instead["deviations"] = numbers(one->deviations);

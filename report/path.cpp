@@ -137,7 +137,7 @@ std::string critical_table(const Robot& robot, const PathTask& task, const Path&
 // "stable", "unstable" or both, in the order of the branch.
 std::string stability_along(const PathTask& task, const Branch& branch) {
   std::vector<std::string> parts;
-  // A branch that leaves another begins with the critical point itself, which is neither.
+  // A branch that leaves another starts with the critical point itself, which is neither.
   for (std::size_t i = branch.from ? 1 : 0; i < branch.points.size(); ++i) {
     const std::string word = branch.points[i].stability(task).stable() ? "stable" : "unstable";
     if (parts.empty() || parts.back() != word) parts.push_back(word);

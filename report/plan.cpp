@@ -179,12 +179,12 @@ std::string kind_text(const Plan& plan) {
 }
 
 std::string purpose_text(const calibration::PlanQuestion& question) {
-  if (question.suspects.empty())
+  if (question.open.empty())
     return fmt::format("Verdict so far: {}. No rival is left: readings to sharpen the model.\n",
                        question.verdict);
   std::string names;
-  for (const calibration::Suspect& suspect : question.suspects)
-    names += (names.empty() ? "" : "; ") + suspect.candidate.name();
+  for (const calibration::OpenCandidate& open : question.open)
+    names += (names.empty() ? "" : "; ") + open.candidate.name();
   return fmt::format("Verdict so far: {}. Readings to tell apart: {}{}.\n", question.verdict, names,
                      question.perhaps_nothing ? "; nothing more" : "");
 }
@@ -249,10 +249,10 @@ std::string plan_table(const vjm::Robot& robot, const Plan& plan) {
 
 Json to_json(const calibration::PlanQuestion& question, const calibration::PlanOptions& options,
              const Plan& plan) {
-  Json suspects = Json::array(), blocks = Json::array(), splits = Json::array(),
+  Json open = Json::array(), blocks = Json::array(), splits = Json::array(),
        sharpened = Json::array();
-  for (const calibration::Suspect& s : question.suspects)
-    suspects.push_back({{"name", s.candidate.name()}, {"fitted", s.is_fitted}});
+  for (const calibration::OpenCandidate& s : question.open)
+    open.push_back({{"name", s.candidate.name()}, {"fitted", s.is_fitted}});
   for (std::size_t b = 0; b < plan.blocks.size(); ++b) {
     const PlanBlock& block = plan.blocks[b];
     blocks.push_back({{"cycle", fmt::format("p{}", b + 1)},
@@ -282,7 +282,7 @@ Json to_json(const calibration::PlanQuestion& question, const calibration::PlanO
   const auto optional = [](double x) { return std::isnan(x) ? Json() : Json(x); };
   return {
       {"verdict", question.verdict},
-      {"suspects", suspects},
+      {"suspects", open},
       {"perhaps_nothing", question.perhaps_nothing},
       {"displacement", plan.displacement == DisplacementKind::absolute ? "absolute" : "difference"},
       {"asks_for_absolute", plan.asks_for_absolute},

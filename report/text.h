@@ -10,7 +10,7 @@
 
 namespace kinetostat::report {
 
-/// `digits` significant digits without needless zeros: "0.0125", "1.2e-07", "inf".
+/// `digits` significant digits without needless 0s: "0.0125", "1.2e-07", "inf".
 std::string number(double value, int digits = 4);
 
 /// A table with one header row. Columns whose cells are all numbers (or "-", or empty) are aligned

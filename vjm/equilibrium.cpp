@@ -63,7 +63,7 @@ NewtonResult newton(EquilibriumSystem& system, const SystemState& start, const L
   };
   system.hold_platform(platform_held);
   go_to(result.state);
-  int bends = damping == Damping::none ? options.max_bends : 0;
+  int kinks = damping == Damping::none ? options.max_kinks : 0;
   for (int i = 0; i < options.max_iterations; ++i) {
     // The system stands at the state, with its right-hand side, as every round leaves them.
     system.linearise(platform_held);
@@ -77,8 +77,8 @@ NewtonResult newton(EquilibriumSystem& system, const SystemState& start, const L
     if (!std::isfinite(size) || size > 1e6 * reach) return result;
 
     system.moved(result.state, correction, 1, next);
-    if (bends < options.max_bends && system.bends(result.state, next)) {
-      ++bends;
+    if (kinks < options.max_kinks && system.kinks(result.state, next)) {
+      ++kinks;
       go_to(next);
       result.state = next;
       continue;

@@ -39,7 +39,7 @@ struct LinkModel {
   void append_to(Chain& chain, const std::string& name) const;
 };
 
-/// What a user of robot files may want otherwise than it is written.
+/// Options that override a link of a robot file.
 struct LinkOptions {
   int segment_multiple = 1;  // every beam in so many times the segments that the file gives it
   std::vector<std::filesystem::path> within = {};  // robot files of which this one is a part

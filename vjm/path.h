@@ -10,9 +10,9 @@
 
 namespace kinetostat::vjm {
 
-/// What changes along a path: at parameter p the loads are p times `growing`, and a platform that
-/// is held stands p times `displacement` away from where the posture has it. Gravity and the
-/// constant loads act all along.
+/// Load and displacement along a path: at parameter p the loads are p times `growing`, and a
+/// platform that is held stands p times `displacement` away from where the posture has it. Gravity
+/// and the constant loads act all along.
 struct PathTask {
   bool platform_held = true;
   /// [translation m; rotation vector rad] at p = 1, base axes; of a held platform.

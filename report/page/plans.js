@@ -1,4 +1,4 @@
-// What to measure next: the batch, what it would tell apart, and what it would know better.
+// What to measure next: the batch, what it would distinguish, and what it would know better.
 import { bars } from "./bars.js";
 import { element, list, plain, table } from "./dom.js";
 import { Figure } from "./figure.js";

@@ -25,7 +25,7 @@ using test::Outcome;
 using test::working_folder;
 using testing::HasSubstr;
 
-// A few rivals of several sorts: the whole catalogue takes longer than a test should.
+// A few candidates of several sorts: the whole catalogue takes longer than a test should.
 const std::string few =
     " --effects clearance,friction,hardening,joint_compliance,preload,wrench_gain --draws 199 ";
 
@@ -124,7 +124,7 @@ TEST_F(Diagnose, NamesNothingInReadingsWithNothingHidden) {
 }
 
 // A wrench gain and a global change of stiffness are the same in such readings: no confident name.
-TEST_F(Diagnose, DoesNotNameWhatTheRefitAbsorbs) {
+TEST_F(Diagnose, DoesNotNameWhatIsConfoundedWithTheFit) {
   measure("effects:\n  - {effect: wrench_gain, at: load, gain: 1.1}\n");
   const Outcome outcome = diagnose();
   EXPECT_EQ(outcome.code, 5);
@@ -135,8 +135,8 @@ TEST_F(Diagnose, DoesNotNameWhatTheRefitAbsorbs) {
   EXPECT_NEAR(json["instead_of_refit"]["values"][0].get<double>(), 1.1, 0.002);
   EXPECT_TRUE(json["found"].empty());
   bool said = false;
-  for (const files::Json& rival : json["steps"][0]["ranking"])
-    said |= rival["effect"] == "wrench_gain" && !rival["observable"].get<bool>();
+  for (const files::Json& ranked : json["steps"][0]["ranking"])
+    said |= ranked["effect"] == "wrench_gain" && !ranked["observable"].get<bool>();
   EXPECT_TRUE(said);
 }
 

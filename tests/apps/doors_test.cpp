@@ -201,7 +201,7 @@ TEST(Names, HaveNoLineEnds) {
   EXPECT_THAT(outcome.err, HasSubstr("control character"));
 }
 
-// A table opens in a spreadsheet, which computes what begins with '='.
+// A table opens in a spreadsheet, which computes what starts with '='.
 TEST(Names, AreNoFormulas) {
   put("formula.yaml", robot_called("\"x,=cmd|' /C calc'!A0\""));
   const Outcome outcome =

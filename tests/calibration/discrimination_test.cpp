@@ -58,7 +58,7 @@ TEST(Discrimination, AddsUpOverReadings) {
 }
 
 // What either model can absorb with a parameter that nobody knows tells nothing.
-TEST(Discrimination, DoesNotCountWhatAParameterAbsorbs) {
+TEST(Discrimination, DoesNotCountWhatIsConfoundedWithAParameter) {
   Case c(4);
   c.b.mean = c.a.mean + 7 * c.a.spread.col(0);
   c.common.setZero();

@@ -124,9 +124,9 @@ TEST(Plan, AsksForTheWayBackOfFriction) {
   ASSERT_GT(before.steps.size(), 1u);
   const PlanQuestion question =
       question_of(laboratory.robot(), laboratory.json(campaign, before), "diagnosis.json", {});
-  ASSERT_GT(question.suspects.size(), 1u);
-  EXPECT_EQ(question.suspects[0].candidate.name(), "friction at cell.q");
-  EXPECT_TRUE(question.suspects[0].is_fitted);
+  ASSERT_GT(question.open.size(), 1u);
+  EXPECT_EQ(question.open[0].candidate.name(), "friction at cell.q");
+  EXPECT_TRUE(question.open[0].is_fitted);
   const Plan p = plan(laboratory.robot(), campaign, question, {.minutes = 60}, 2, silent);
   ASSERT_FALSE(p.blocks.empty());
   for (const PlanBlock& block : p.blocks) EXPECT_TRUE(block.pattern->takes_back());
@@ -147,7 +147,7 @@ TEST(Plan, ClearanceIsToldFromHardening) {
   EXPECT_EQ(story.before.verdict, Verdict::ambiguous);
   EXPECT_THAT(story.before.ambiguous, testing::Contains("clearance at cell.q"));
   expect_named(story, "clearance at cell.q");
-  // Of the rivals that were in doubt, what was promised is what came, to a factor.
+  // Of the candidates that were in doubt, what was promised is what came, to a factor.
   ASSERT_FALSE(story.score.splits.empty());
   for (const SplitScore& split : story.score.splits) {
     EXPECT_GT(split.expected, 8) << split.a << ", " << split.b;
@@ -178,8 +178,8 @@ TEST(Plan, WeightInDifferencesNeedsAbsoluteReadings) {
   const Diagnosis diagnosis = laboratory.diagnose(campaign, {"payload", "joint_compliance"});
   const PlanQuestion question = question_of(
       laboratory.robot(), laboratory.json(campaign, diagnosis), "diagnosis.json", {"payload"});
-  ASSERT_EQ(question.suspects.size(), 1u);
-  EXPECT_TRUE(question.unseen.empty());  // the other kind acts as what is refitted
+  ASSERT_EQ(question.open.size(), 1u);
+  EXPECT_TRUE(question.unseen.empty());  // the other kind acts as what is fitted
   files::Progress silent;
   const Plan p = plan(laboratory.robot(), campaign, question, {.minutes = 90}, 2, silent);
   EXPECT_TRUE(p.asks_for_absolute);
@@ -228,7 +228,7 @@ std::string turning_arm_readings() {
 
 // In a frame that is not known one posture says nothing of a mass, nor do two; and what else sags
 // or is out of place looks like one. The plan takes several postures together, tells the mass from
-// its look-alikes, and what it asks for stands by itself: the name is right, and helps to predict
+// its confounders, and what it asks for stands by itself: the name is right, and helps to predict
 // postures that are left out.
 TEST(Plan, TellsAMassFromWhatLooksLikeOne) {
   const std::vector<std::string> kinds = {"payload", "eccentricity", "target_lever_arm",
@@ -244,13 +244,13 @@ TEST(Plan, TellsAMassFromWhatLooksLikeOne) {
   files::Progress silent;
   const Plan p = plan(laboratory.robot(), campaign, question, {}, 2, silent);
   ASSERT_TRUE(p.asks_for_absolute);
-  std::set<std::string> rivals;
+  std::set<std::string> candidates;
   for (const PlannedSplit& split : p.splits) {
     EXPECT_EQ(split.a, "payload at platform");
     EXPECT_GT(split.separation, 4) << split.b;
-    rivals.insert(split.b.substr(0, split.b.find(" at ")));
+    candidates.insert(split.b.substr(0, split.b.find(" at ")));
   }
-  EXPECT_THAT(rivals, testing::IsSupersetOf({"nothing more", "geometric_error", "eccentricity"}));
+  EXPECT_THAT(candidates, testing::IsSupersetOf({"nothing more", "geometric_error", "eccentricity"}));
   std::set<std::size_t> postures;
   for (const PlanBlock& block : p.blocks) postures.insert(block.configuration);
   EXPECT_GT(postures.size(), 3u);
@@ -266,7 +266,7 @@ TEST(Plan, TellsAMassFromWhatLooksLikeOne) {
   ASSERT_FALSE(after.found.empty());
   EXPECT_EQ(after.found[0].candidate.name(), "payload at platform");
   EXPECT_NEAR(after.found[0].candidate.effect.values[0], 10, 3 * after.found[0].deviations[0]);
-  ASSERT_EQ(after.waterfall.size(), 4u);  // as designed, refitted, with the mass, noise floor
+  ASSERT_EQ(after.waterfall.size(), 4u);  // nominal, fitted, with the mass, noise floor
   EXPECT_LT(after.waterfall[2].whitened, 0.5 * after.waterfall[1].whitened);
 }
 
@@ -274,8 +274,8 @@ PlanQuestion between(const vjm::Robot& robot, const std::vector<std::string>& na
   PlanQuestion question{.verdict = "ambiguous"};
   for (const Candidate& candidate : candidates(robot, {}))
     if (std::find(names.begin(), names.end(), candidate.name()) != names.end())
-      question.suspects.push_back({.candidate = candidate, .probability = 0.5});
-  EXPECT_EQ(question.suspects.size(), names.size());
+      question.open.push_back({.candidate = candidate, .probability = 0.5});
+  EXPECT_EQ(question.open.size(), names.size());
   return question;
 }
 
@@ -285,9 +285,9 @@ TEST(Plan, SaysWhatNoPlanCanTellApart) {
   const Campaign campaign = laboratory.measure(loads_only_up({0, 300, 600, 900}));
   PlanQuestion question =
       between(laboratory.robot(), {"wrench_gain at load", "joint_compliance at cell.q"});
-  for (Suspect& suspect : question.suspects)
-    suspect.candidate.effect.values[0] =
-        suspect.candidate.effect.kind->name == "wrench_gain" ? 1.05 : 0.05 / 1e6;
+  for (OpenCandidate& open : question.open)
+    open.candidate.effect.values[0] =
+        open.candidate.effect.kind->name == "wrench_gain" ? 1.05 : 0.05 / 1e6;
   files::Progress silent;
   const Plan p = plan(laboratory.robot(), campaign, question, {.minutes = 60}, 2, silent);
   ASSERT_EQ(p.splits.size(), 1u);
@@ -295,7 +295,7 @@ TEST(Plan, SaysWhatNoPlanCanTellApart) {
   EXPECT_THAT(p.splits[0].advice, HasSubstr("known weights"));
 }
 
-// Asked for by name, though what is refitted has taken it up: then only known weights show it, and
+// Asked for by name, though what is fitted has taken it up: then only known weights show it, and
 // the plan is for these.
 TEST(Plan, WhatIsTakenUpByTheFitShowsUnderKnownWeights) {
   Laboratory laboratory(slide);
@@ -333,7 +333,7 @@ TEST(Plan, KnownWeightsTellAGainOfTheLoadCellFromASofterSpring) {
     const std::vector<std::string> kinds = {"wrench_gain", "clearance"};
     const Diagnosis before = laboratory.diagnose(laboratory.measure(up), kinds);
     EXPECT_NE(before.verdict,
-              Verdict::named_effect);  // the spring is refitted, which does the same
+              Verdict::named_effect);  // the spring is fitted, which does the same
     if (gain) laboratory.options().hidden.clear();
     const Diagnosis after =
         laboratory.diagnose(laboratory.measure(by_weights, "known_loads: [weights]\n"), kinds);

@@ -61,7 +61,7 @@ TEST(Replicates, OfDifferentSessionsCountOnlyWhenTheZeroIsKnown) {
   EXPECT_EQ(sizes(campaign(csv, "zero: estimate\n")), (Sizes{1, 1}));
 }
 
-// Zero load at the begin and the end of each run: the difference within a run is not pure error.
+// Zero load at the start and the end of each run: the difference within a run is not pure error.
 TEST(Replicates, VisitsWithinOneReplicateAreKeptApart) {
   const Campaign c = campaign(
       "fz,replicate,time,dz\n"

@@ -74,7 +74,7 @@ TEST(Verdict, WhatAnErrorWithoutAFormExplainsBetterIsNoSecondEffect) {
   EXPECT_GT(d.steps[1].free_form_probability, 0.9);
 }
 
-// Two effects that together beat an error without a form, while one beside the other does not.
+// Two effects that together beat an unmodelled smooth error, while one beside the other does not.
 TEST(Verdict, NoNameThatIsLessLikelyThanAllElse) {
   Diagnosis d;
   d.found.resize(2);
@@ -122,8 +122,8 @@ TEST(Verdict, AnEffectOfUnusualSizeThatFitsHasItsName) {
               HasSubstr("12 times as large as such an effect usually is"));
 }
 
-// A straight drift of twenty times its usual size. An error without a form has no size of its own:
-// that is no evidence for it.
+// A straight drift of twenty times its usual size. An unmodelled smooth error has no size of its
+// own: that is no evidence for it.
 TEST(Verdict, AnUnusualSizeIsNoReasonForAnErrorWithoutAForm) {
   Laboratory laboratory(slide);
   laboratory.hide("session_drift", "sensor", "z=0.1 um/s");
@@ -203,7 +203,7 @@ TEST(Verdict, ABalancerIsFoundWhateverItsPhase) {
 
 // A joint that was assembled askew stands as one that is pushed: the one number of the push is no
 // evidence against the six of the frame.
-TEST(Verdict, ARivalThatFitsAsWellStaysWhateverItsPrior) {
+TEST(Verdict, ACandidateThatFitsAsWellStaysWhateverItsPrior) {
   Laboratory laboratory(
       "kinetostat: 1\nname: arm\nunits: {length: mm, force: N, angle: deg}\nchain_types:\n  arm:\n"
       "    - actuator: {name: q1, axis: Rz, stiffness: 4.0e4 N m/rad}\n    - tool: [400, 0, 0]\n"
@@ -229,7 +229,7 @@ TEST(Verdict, CreepIsNotFasterThanTheReadings) {
   const Diagnosis d = laboratory.diagnose(laboratory.measure(loops()), {"creep", "friction"});
   const auto creep =
       std::find_if(d.steps[0].ranking.begin(), d.steps[0].ranking.end(),
-                   [](const Rival& rival) { return rival.candidate.effect.kind->name == "creep"; });
+                   [](const RankedCandidate& ranked) { return ranked.candidate.effect.kind->name == "creep"; });
   ASSERT_NE(creep, d.steps[0].ranking.end());
   ASSERT_TRUE(creep->fit);
   EXPECT_GE(creep->fit->values[1], 30);  // tau [s]
@@ -286,9 +286,9 @@ TEST(Verdict, FrictionIsNamedHoweverItsCyclesBegin) {
   }
 }
 
-// A spring that no load reaches, and one that yields in proportion to another, stay as designed and
-// are named; the verdict is that of the rest.
-TEST(Verdict, WhatTheReadingsDoNotDetermineStaysAsDesigned) {
+// A spring that no load reaches, and one that yields in proportion to another, stay at its nominal
+// value and are named; the verdict is that of the rest.
+TEST(Verdict, WhatTheReadingsDoNotDetermineStaysNominal) {
   Laboratory laboratory(
       "kinetostat: 1\nname: slide\nunits: {length: mm, force: N, angle: deg}\nchain_types:\n  "
       "cell:\n"
@@ -325,7 +325,7 @@ TEST(Verdict, WhatDrivesAStiffnessToInfinityIsFound) {
 }
 
 // A slip in a sign does so as well, and no effect is sought in what it leaves.
-TEST(Verdict, ASlipInASignIsNoMissingEffect) {
+TEST(Verdict, ASignErrorIsNoMissingEffect) {
   Laboratory laboratory(slide);
   Campaign campaign = laboratory.measure(loops());
   for (Reading& reading : campaign.readings) reading.displacement *= -1;
@@ -412,7 +412,7 @@ TEST(Verdict, SaysThatGravityIsMissing) {
       laboratory.measure("id,q1,fz\na,90,20\nb,90,-20\nc,60,40\nd,60,-40\ne,30,20\nf,30,-20\n");
   const Diagnosis d = laboratory.diagnose(campaign, {"payload", "clearance"});
   const auto& ranking = d.steps.at(0).ranking;
-  const auto payload = std::find_if(ranking.begin(), ranking.end(), [](const Rival& r) {
+  const auto payload = std::find_if(ranking.begin(), ranking.end(), [](const RankedCandidate& r) {
     return r.candidate.effect.kind->name == "payload";
   });
   ASSERT_NE(payload, ranking.end());
@@ -435,9 +435,9 @@ TEST(Verdict, SaysWhatItCouldNotSee) {
   const std::vector<UnseenKind> unseen = unseen_kinds(d);
   ASSERT_EQ(unseen.size(), 2u);
   EXPECT_EQ(unseen[0].name, "payload");
-  EXPECT_FALSE(unseen[0].absorbed);
+  EXPECT_FALSE(unseen[0].confounded_with_fit);
   EXPECT_EQ(unseen[1].name, "wrench_gain");
-  EXPECT_TRUE(unseen[1].absorbed);
+  EXPECT_TRUE(unseen[1].confounded_with_fit);
   const std::string text = report::text(laboratory.robot(), campaign, d);
   EXPECT_THAT(text, testing::HasSubstr("would not show, at their usual sizes: payload."));
   EXPECT_THAT(text, testing::HasSubstr("do not tell from what is refitted: wrench_gain."));

@@ -320,7 +320,7 @@ TEST(RepairByCgal, UniteKeepsCavities) {
 }
 
 // The middle of an edge of the top is pulled out through the bottom.
-TEST(RepairByCgal, UniteMendsABodyThatCrossesItself) {
+TEST(RepairByCgal, UniteRepairsABodyThatCrossesItself) {
   SurfaceMesh mesh = fine_box();
   const auto pulled = std::find_if(mesh.points.begin(), mesh.points.end(), [](const Vector3& p) {
     return (p - Vector3(1.5, 0, 1)).norm() < 1e-9;

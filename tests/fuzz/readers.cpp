@@ -218,11 +218,11 @@ Reader record_reader() {
   fit.weak = {"a", "b"};
   return {
       .name = "fit_record",
-      .sound = {calibration::record_of(fit), calibration::record_of(calibration::Rivals::Marks{})},
+      .sound = {calibration::record_of(fit), calibration::record_of(calibration::CandidateFitter::Signatures{})},
       .others = {calibration::record_of(files::NotIdentifiable("cannot be told"))},
       .read = [](const std::string& bytes) {
         (void)calibration::recorded_fit(bytes, {});
-        (void)calibration::recorded_marks(bytes, {});
+        (void)calibration::recorded_signatures(bytes, {});
       }};
 }
 

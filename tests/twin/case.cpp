@@ -138,7 +138,7 @@ std::vector<Case> suite() {
           for (const double d : {8., 15.})
             add("outside", menu, fmt::format("creep_d{:g}", d), {{effect, d}});
   }
-  // So large that the laws of product and twin, which differ, can be told apart. A joint that
+  // So large that the laws of product and twin, which differ, can be distinguished. A joint that
   // hardens ends up rigid, which an arm with its other joints hardly shows.
   for (const Menu& menu : menus())
     for (const HiddenEffect& effect : menu.effects)

@@ -81,7 +81,7 @@ TEST(TwinCases, DetectabilityIsTheOutputOfAMatchedFilter) {
   EXPECT_NEAR(std::sqrt(squares / campaigns - mean * mean), 1, 0.15);
 }
 
-// What is refitted leaves no mark: neither stiffness nor, as forces go, a gain of the load cell.
+// What is fitted leaves no mark: neither stiffness nor, as forces go, a gain of the load cell.
 TEST(TwinCases, WhatIsRefittedIsNotDetectable) {
   Random random(5);
   World world{.robot = arm_3r(), .factors = std::vector<double>(6, 1.), .effects = {}};

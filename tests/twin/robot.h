@@ -63,9 +63,9 @@ struct Posture {
   std::vector<Eigen::VectorXd> q;
   Pose platform;
 };
-/// Of a serial robot.
+/// Posture of a serial robot.
 Posture posture_of(const RobotSpec& robot, const Eigen::VectorXd& q);
-/// Of any robot, platform parallel to the base, by Gauss and Newton from home. Throws
+/// Posture of any robot, platform parallel to the base, by Gauss and Newton from home. Throws
 /// std::runtime_error out of reach.
 Posture posture_at(const RobotSpec& robot, const Vector3& point);
 

@@ -188,7 +188,7 @@ TEST_F(RobotFile, InlineMatricesAndIdentifiedLinksAreTheSameLink) {
   EXPECT_EQ(identified.link_files.size(), 1u);
 }
 
-// A link file mended by hand: its mass is either usable or refused by name.
+// A link file repaired by hand: its mass is either usable or refused by name.
 TEST_F(RobotFile, TheMassOfAnIdentifiedLinkNeedsACentre) {
   const auto refusal = [&](const files::Json& mass, const files::Json& center) {
     files::Json link = files::to_json(beam_compliance(
