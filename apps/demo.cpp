@@ -217,7 +217,7 @@ files::Json demo(const Request& request, Run& run) {
 void add_demo(Program& program) {
   const auto request = std::make_shared<Request>();
   CLI::App& app = program.add({.name = "demo",
-                               .summary = "The whole way on the shipped Orthoglide: meshes, "
+                               .summary = "End to end on the shipped Orthoglide: meshes, "
                                           "stiffness, measurements, the missing effect",
                                .example = "kinetostat demo"},
                               [request](Run& run) { return demo(*request, run); });

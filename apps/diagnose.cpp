@@ -88,7 +88,7 @@ files::Json diagnose(const DiagnoseRequest& request, Run& run) {
   }
   if (run.out()) files::write_json(*run.out(), json);
   if (diagnosis.verdict == calibration::Verdict::cannot_tell)
-    run.leave_unidentified("these data cannot tell which effect is missing");
+    run.leave_unidentified("inconclusive: these data do not show which effect is missing");
   return json;
 }
 

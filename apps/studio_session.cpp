@@ -150,7 +150,7 @@ Json StudioSession::fit(const Json& request, files::Progress& progress) {
   const BaseFit found = best_fit(effects, progress);
   last_ = effects;
   Json values = Json::array();
-  std::string name = effects.empty() ? "refitted" : "with";
+  std::string name = effects.empty() ? "fitted" : "with";
   for (const Candidate& effect : effects) {
     const bool angular = turns(effect.effect, robot_.without_effects());
     Json parameters = Json::array();

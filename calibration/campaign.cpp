@@ -229,7 +229,7 @@ PostureColumns read_posture(const YamlNode& top) {
                                                            : PostureColumns::platform;
 }
 
-// A session that no reading belongs to is a slip.
+// A session that no reading belongs to is a mistake.
 void require_session(const YamlNode& node, const std::string& session, const Campaign& campaign) {
   if (std::binary_search(campaign.sessions.begin(), campaign.sessions.end(), session)) return;
   const std::string near = spatial::nearest_spelling(session, campaign.sessions);

@@ -120,8 +120,8 @@ void add_tests(const Evidence& evidence, Assessment& assessment) {
   assessment.adequacy = fails ? Adequacy::inadequate : Adequacy::adequate;
 }
 
-// What a model says of readings that were kept out of its fit. Their predictions take the place of
-// those that were made without the zero offsets and frames of their sessions.
+// Predictions of a model for readings that were kept out of its fit. Their predictions take the
+// place of those that were made without the zero offsets and frames of their sessions.
 HeldOutReadings predict_held_out(const Predictor& predictor, const Campaign& others, Role role,
                                  const Evidence& evidence, files::Progress& progress,
                                  Assessment& assessment) {
@@ -191,7 +191,7 @@ std::vector<std::string> notes(const Evidence& evidence) {
     result.push_back("No reading is repeated, so there is no lack-of-fit test.");
   else if (!(evidence.pure.sum > 0))
     result.push_back(
-        "Repeated readings are equal to the last digit: they tell nothing about the noise, so "
+        "Repeated readings are equal to the last digit: they say nothing about the noise, so "
         "there "
         "is no lack-of-fit test.");
   if (evidence.noise.only_unloaded)
@@ -204,7 +204,7 @@ std::vector<std::string> notes(const Evidence& evidence) {
         "distribution of the lack-of-fit test is approximate. State 'noise' for an exact test.");
   if (!stated && evidence.noise.source == NoiseSource::unknown)
     result.push_back(
-        "Adequacy is not evaluated: nothing but the residual tells how large the noise is. State "
+        "Adequacy is not evaluated: the noise is known from nothing but the residual. State "
         "'noise' in the campaign file, or repeat readings.");
   return result;
 }

@@ -73,8 +73,8 @@ struct Comparison {
   std::string unit_error;  // unit error or sign error that the readings look like; else empty
   Assessment nominal;
   std::optional<Assessment> fitted;  // when the robot file declares something uncertain
-  std::string refit_failure;           // which of it the data cannot determine, and why; else empty
-  std::vector<std::string> notes;      // why a test was not made
+  std::string refit_failure;         // which of it the data cannot determine, and why; else empty
+  std::vector<std::string> notes;    // why a test was not made
 
   /// The fitted model where there is one.
   const Assessment& best() const { return fitted ? *fitted : nominal; }

@@ -51,12 +51,12 @@ double law_error_like(const std::vector<FoundEffect>& found, const Candidate& ca
   return most;
 }
 
-// What passes the detection threshold, and helps to predict readings that it has not seen or is far
-// more probable than that nothing is missing. Beside another effect it must do both, stand out
-// further, and not be less likely than an unmodelled smooth error.
+// A found effect exceeds the detection threshold, and improves the prediction of readings that it
+// was not fitted to or is far more probable than no missing effect. Beside another effect it must
+// do both, have a higher significance, and not be less likely than an unmodelled smooth error.
 bool is_found(const DiagnosisStep& step, const std::vector<FoundEffect>& found) {
   const bool first = step.beside.empty();
-  if (step.gate.p_value > (first ? significance_level : significance_of_more)) return false;
+  if (step.max_score.p_value > (first ? significance_level : significance_of_more)) return false;
   if (step.indistinguishable.empty()) return false;
   if (is_absurd(step)) return false;
   const RankedCandidate& best = step.ranking[0];
@@ -73,7 +73,7 @@ FoundEffect found_effect(const DiagnosisStep& step) {
   FoundEffect found{.candidate = best.candidate,
                     .deviations = best.fit->deviations,
                     .probability = best.fit->probability,
-                    .gate_p_value = step.gate.p_value,
+                    .false_alarm_chance = step.max_score.p_value,
                     .log_prior = best.fit->log_prior,
                     .times_usual = times_usual(best),
                     .length = best.fit->discriminability,
@@ -84,17 +84,19 @@ FoundEffect found_effect(const DiagnosisStep& step) {
   return found;
 }
 
-std::optional<BaseFit> fit_if_possible(const CandidateFitter& fitter, const std::vector<Candidate>& added,
-                                       const BaseFit& start, files::Progress& progress) {
+std::optional<BaseFit> fit_if_possible(const CandidateFitter& fitter,
+                                       const std::vector<Candidate>& added, const BaseFit& start,
+                                       files::Progress& progress) {
   return if_possible([&] { return fitter.fit(added, &start, progress); });
 }
 
 // What a round beside all the other effects says of one that was found earlier.
 void confirm(const DiagnosisStep& step, FoundEffect& found) {
   const std::string name = found.candidate.name();
-  const auto it = std::find_if(step.ranking.begin(), step.ranking.end(),
-                               [&](const RankedCandidate& r) { return r.candidate.name() == name; });
-  found.gate_p_value = step.gate.p_value;
+  const auto it =
+      std::find_if(step.ranking.begin(), step.ranking.end(),
+                   [&](const RankedCandidate& r) { return r.candidate.name() == name; });
+  found.false_alarm_chance = step.max_score.p_value;
   const bool is_fitted = it != step.ranking.end() && it->fit;
   found.probability = is_fitted ? it->fit->probability : 0;
   found.log_score_gain = is_fitted ? it->fit->log_score_gain : 0;
@@ -133,8 +135,8 @@ void doubt_friction(const Campaign& campaign, Diagnosis& d) {
   }
 }
 
-// Of all that was found over the unmodelled smooth error in its place: log evidence. With
-// independent noise: what an effect leaves because it is the wrong one looks like correlated noise.
+// Log evidence of all effects that were found over that of the unmodelled smooth error in their
+// place. With independent noise: the residual of a wrong effect looks like correlated noise.
 double above_free_form(const BaseFit& without, const std::vector<BaseFit>& alone,
                        const BaseFit& together, const FreeForm& free_form, const Diagnosis& d,
                        FreeFormEvidence& instead) {
@@ -158,7 +160,7 @@ void take_rest(Diagnosis& d) {
     return std::is_permutation(s.beside.begin(), s.beside.end(), names.begin(), names.end());
   });
   if (step == d.steps.end()) return;
-  d.rest_p_value = step->gate.p_value;
+  d.rest_p_value = step->max_score.p_value;
   if (step->ranking.empty() || !step->ranking[0].fit) return;
   const RankedCandidate& best = step->ranking[0];
   if (best.fit->discriminability < law_error_like(d.found, best.candidate))
@@ -201,16 +203,17 @@ double excess(const std::optional<ChiSquareTest>& test) {
 }
 
 bool can_show_anything(const DiagnosisStep& step) {
-  return std::any_of(step.ranking.begin(), step.ranking.end(),
-                     [](const RankedCandidate& r) { return r.detectability >= discriminable_from; });
+  return std::any_of(step.ranking.begin(), step.ranking.end(), [](const RankedCandidate& r) {
+    return r.detectability >= discriminable_from;
+  });
 }
 
-// Of the first round: what passes the detection threshold, but only with an effect that nobody has
-// seen so large.
+// The best candidate of the first round, where it exceeds the detection threshold but only at a
+// size that nobody has seen.
 std::string absurd_explanation(const Diagnosis& d) {
   if (d.steps.empty() || d.steps[0].indistinguishable.empty()) return {};
   const RankedCandidate& best = d.steps[0].ranking[0];
-  if (d.steps[0].gate.p_value > significance_level || !is_absurd(d.steps[0])) return {};
+  if (d.steps[0].max_score.p_value > significance_level || !is_absurd(d.steps[0])) return {};
   return fmt::format(
       "an effect that explains the misfit at a size that makes sense: {} comes nearest, but would "
       "have to be {:.0f} times as large as usual",
@@ -298,8 +301,9 @@ struct Superfluous {
 
 // With all of them in the model each must still be needed, and what is best in its place: of the
 // first `count`.
-std::optional<Superfluous> weigh_again(const CandidateFitter& fitter, Search& search, const Model& model,
-                                       std::size_t count, files::Progress& progress, Diagnosis& d) {
+std::optional<Superfluous> weigh_again(const CandidateFitter& fitter, Search& search,
+                                       const Model& model, std::size_t count,
+                                       files::Progress& progress, Diagnosis& d) {
   for (std::size_t k = 0; k < count; ++k) {
     std::vector<Candidate> others = model.present;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
@@ -308,7 +312,7 @@ std::optional<Superfluous> weigh_again(const CandidateFitter& fitter, Search& se
     search.screen(others, *without_it);
     std::vector<BaseFit> fits;
     DiagnosisStep step = search.step(others, *without_it, fits);
-    const bool needed = step.gate.p_value <= significance_level;
+    const bool needed = step.max_score.p_value <= significance_level;
     if (needed) confirm(step, d.found[k]);
     d.steps.push_back(std::move(step));
     if (!needed) return Superfluous{k, *std::move(without_it)};
@@ -454,7 +458,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   const CandidateFitter all(robot, given, noise, threads, progress, options.journal);
   Search whole_search(all, tried, options, threads, progress);
   BaseFit fit = with_hint_of_unit_error(all.predictor(), given, progress,
-                                  [&] { return all.fit({}, nullptr, progress); });
+                                        [&] { return all.fit({}, nullptr, progress); });
   whole_search.screen({}, fit);
   std::vector<std::size_t> outliers = whole_search.outliers(fit);
   if (static_cast<double>(outliers.size()) >
@@ -474,7 +478,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   d.weak = fitter.kept_nominal();
   if (is_held_near_design(fit))
     d.weak.push_back(
-        "With nothing missing, some stiffness would fit best where it is infinite or zero: all "
+        "With no effect added, the best value of some stiffness is infinite or 0: all "
         "that are uncertain are fitted as known by design to a factor of 2.7, one standard "
         "deviation.");
   d.weak.insert(d.weak.end(), fit.weak.begin(), fit.weak.end());
@@ -494,9 +498,10 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   Model model{.present = {}, .fit = fit, .alone = {}, .without = fit};
   add_effects(search, options, add_stage, model, d);
   const std::vector<Candidate> candidates = d.found.empty() && refutes_nominal(nominal, fit)
-                                              ? search.like_the_fit(nominal, fit)
-                                              : std::vector<Candidate>();
-  if (d.found.empty() && d.steps[0].gate.p_value > significance_level && options.most_effects > 1)
+                                                ? search.like_the_fit(nominal, fit)
+                                                : std::vector<Candidate>();
+  if (d.found.empty() && d.steps[0].max_score.p_value > significance_level &&
+      options.most_effects > 1)
     find_masked_pair(fitter, search, add_stage, progress, model, d);
   else
     eliminate(fitter, search, add_stage, progress, model, d);

@@ -23,7 +23,7 @@ struct FoundEffect {
   Candidate candidate;  // with the fitted values
   Eigen::VectorXd deviations;
   double probability = 0;  // among the candidates, beside the other effects that were found
-  double gate_p_value = 1;
+  double false_alarm_chance = 1;
   double log_prior = 0;                   // of kind and place
   double times_usual = 0;                 // how large it is
   double length = 0;                      // of its signature, in units of the noise
@@ -79,9 +79,9 @@ struct Diagnosis {
 /// names an effect), or that has no place.
 struct UnseenKind {
   std::string name;
-  double detectability = 0;  // d' at its best place
-  bool confounded_with_fit = false;     // the fitted parameters do the same
-  std::string reason = {};   // why it has no place; else empty
+  double detectability = 0;          // d' at its best place
+  bool confounded_with_fit = false;  // the fitted parameters do the same
+  std::string reason = {};           // why it has no place; else empty
 };
 /// Unseen kinds of the first round, by name.
 std::vector<UnseenKind> unseen_kinds(const Diagnosis& diagnosis);

@@ -31,11 +31,13 @@ enum class Sizes { usual, any };
 ///
 ///   log E(g) = -t/2 |r|^2 - 1/2 d'P d + 1/2 b'A^-1 b + 1/2 log det P - 1/2 log det A
 ///   A = t J'J + P,   P = diag(1 / (g s_k)^2),   d_k = x_k - m_k,   b = (t P_0 - P) d
-///   log E = log of the mean of E(g) over the scales g
+///   log E = log of the mean of E(g) over the scales g of each group in turn
 ///
 /// r: whitened residual at the best fit x; J: its Jacobian; m_k, s_k: mean and usual deviation of
 /// the prior of x_k; P_0: the P of the fit itself; det P is over the values that have a prior. b
-/// has no entry for values that a bound holds, and a value at the end of its range costs 5.
+/// has no entry for values that a bound holds. A value at the end of its range costs 5, and a
+/// one-sided range adds ln 2.
+///
 /// Parameters that are fitted under every model have a flat prior and the same units everywhere, so
 /// their constants cancel between models. The size of an effect is not known within a factor of ten
 /// beforehand: the priors of one group (Parameter::Prior) share the scale g, which is log-uniform.

@@ -197,7 +197,7 @@ std::string fit_key(const std::string& scope, const std::vector<vjm::Effect>& ef
 }
 
 std::string signatures_key(const std::string& scope, const Candidate& candidate,
-                      const std::vector<Candidate>& present, const BaseFit& fit) {
+                           const std::vector<Candidate>& present, const BaseFit& fit) {
   return files::sha256(bytes_of(Outcome::signatures, scope) + bytes_of_candidate(candidate) +
                        joined(present, bytes_of_candidate) + bytes_of(fit));
 }
@@ -227,7 +227,8 @@ std::optional<BaseFit> recorded_fit(const std::string& record,
   return fit;
 }
 
-std::optional<CandidateFitter::Signatures> recorded_signatures(const std::string& record, const Candidate& candidate) {
+std::optional<CandidateFitter::Signatures> recorded_signatures(const std::string& record,
+                                                               const Candidate& candidate) {
   Outcome outcome = Outcome::signatures;
   CandidateFitter::Signatures signatures;
   std::vector<Eigen::VectorXd> starts;

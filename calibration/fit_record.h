@@ -14,7 +14,7 @@ std::string fit_scope(const Campaign& campaign, const Noise& noise);
 std::string fit_key(const std::string& scope, const std::vector<vjm::Effect>& effects,
                     const std::vector<Parameter>& unknowns, const Predictions* near);
 std::string signatures_key(const std::string& scope, const Candidate& candidate,
-                      const std::vector<Candidate>& present, const BaseFit& fit);
+                           const std::vector<Candidate>& present, const BaseFit& fit);
 
 /// Every bit of the fit but its parameters' descriptions, which are the question's.
 std::string record_of(const BaseFit& fit);
@@ -26,6 +26,7 @@ std::string record_of(const CandidateFitter::Signatures& signatures);
 /// that was recorded.
 std::optional<BaseFit> recorded_fit(const std::string& record,
                                     const std::vector<Parameter>& unknowns);
-std::optional<CandidateFitter::Signatures> recorded_signatures(const std::string& record, const Candidate& candidate);
+std::optional<CandidateFitter::Signatures> recorded_signatures(const std::string& record,
+                                                               const Candidate& candidate);
 
 }  // namespace kinetostat::calibration

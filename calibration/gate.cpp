@@ -10,7 +10,7 @@ namespace kinetostat::calibration {
 namespace {
 
 std::pair<double, std::size_t> largest_significance(const Screen& screen,
-                                                const Eigen::VectorXd& residual) {
+                                                    const Eigen::VectorXd& residual) {
   std::pair<double, std::size_t> largest{0, 0};
   for (std::size_t i = 0; i < screen.size(); ++i) {
     const double significance = screen.significance(screen.score(i, residual), residual);
@@ -21,8 +21,8 @@ std::pair<double, std::size_t> largest_significance(const Screen& screen,
 
 }  // namespace
 
-MaxScoreTest max_score_test(const LargestScore& largest, const ResidualSpace& space, double level, int draws,
-             std::uint64_t seed, int threads) {
+MaxScoreTest max_score_test(const LargestScore& largest, const ResidualSpace& space, double level,
+                            int draws, std::uint64_t seed, int threads) {
   MaxScoreTest result{.draws = draws};
   std::tie(result.largest, result.where) = largest(space.residual());
   std::vector<double> simulated(static_cast<std::size_t>(draws));
@@ -43,11 +43,11 @@ MaxScoreTest max_score_test(const LargestScore& largest, const ResidualSpace& sp
   return result;
 }
 
-MaxScoreTest max_score_test(const Screen& screen, const ResidualSpace& space, double level, int draws,
-          std::uint64_t seed, int threads) {
+MaxScoreTest max_score_test(const Screen& screen, const ResidualSpace& space, double level,
+                            int draws, std::uint64_t seed, int threads) {
   return max_score_test(
-      [&](const Eigen::VectorXd& residual) { return largest_significance(screen, residual); }, space,
-      level, draws, seed, threads);
+      [&](const Eigen::VectorXd& residual) { return largest_significance(screen, residual); },
+      space, level, draws, seed, threads);
 }
 
 }  // namespace kinetostat::calibration

@@ -16,8 +16,9 @@ inline constexpr double significance_of_pairs = 0.01;  // beside that of single 
 struct MaxScoreTest {
   double largest = 0;     // the score
   std::size_t where = 0;  // which it is
-  double p_value = 1;     // chance of a false alarm: share of campaigns with nothing missing that have as large a score
-  double critical = 0;    // score that `level` of them exceed
+  /// Chance of a false alarm: share of campaigns with nothing missing that have as large a score.
+  double p_value = 1;
+  double critical = 0;  // score that `level` of them exceed
   int draws = 0;
 };
 
@@ -34,10 +35,10 @@ using LargestScore = std::function<std::pair<double, std::size_t>(const Eigen::V
 /// r: residual of the campaign in `space`; N: projector of `space`, which fits each simulated
 /// campaign; D = `draws`. The test holds the family-wise error whatever the dimensions, the
 /// correlations and the shapes of the candidates. The result is the same for any number of threads.
-MaxScoreTest max_score_test(const LargestScore& largest, const ResidualSpace& space, double level, int draws,
-             std::uint64_t seed, int threads);
+MaxScoreTest max_score_test(const LargestScore& largest, const ResidualSpace& space, double level,
+                            int draws, std::uint64_t seed, int threads);
 /// The test of the significance of all signatures, Screen::significance().
-MaxScoreTest max_score_test(const Screen& screen, const ResidualSpace& space, double level, int draws,
-          std::uint64_t seed, int threads);
+MaxScoreTest max_score_test(const Screen& screen, const ResidualSpace& space, double level,
+                            int draws, std::uint64_t seed, int threads);
 
 }  // namespace kinetostat::calibration

@@ -109,7 +109,8 @@ class Splitter {
                                                           return before - left_out.unsure(next);
                                                         }),
                                         0.05 * before);
-        if (best) worst = {before, {*best}, "what is refitted is known without another posture"};
+        if (best)
+          worst = {before, {*best}, "the fitted parameters are known without another posture"};
       }
       return worst;
     });

@@ -17,7 +17,8 @@ using spatial::Vector6;
 
 // How much more than the noise of one reading an unknown of a session may be.
 constexpr double unknown_width = 1e4;
-// A candidate that the readings so far hardly believe in still has to be told from the others.
+// A candidate that is improbable by the readings so far still has to be distinguished from the
+// others.
 constexpr double least_weight = 0.05;
 
 PlanModel model_of(const vjm::Robot& robot, const std::vector<Candidate>& added,
@@ -32,9 +33,10 @@ PlanModel model_of(const vjm::Robot& robot, const std::vector<Candidate>& added,
   return model;
 }
 
-void add_open_candidate(const vjm::Robot& robot, const CandidateFitter& fitter, const PlanQuestion& question,
-                 const BaseFit& base, const OpenCandidate& open, files::Progress& progress,
-                 std::vector<PlanModel>& models) {
+void add_open_candidate(const vjm::Robot& robot, const CandidateFitter& fitter,
+                        const PlanQuestion& question, const BaseFit& base,
+                        const OpenCandidate& open, files::Progress& progress,
+                        std::vector<PlanModel>& models) {
   std::vector<Candidate> added = question.present;
   added.push_back(open.candidate);
   PlanModel model = model_of(robot, added, base);
@@ -64,7 +66,8 @@ void add_open_candidate(const vjm::Robot& robot, const CandidateFitter& fitter, 
 void take_up(const CandidateFitter& fitter, const PlanQuestion& question, const BaseFit& base,
              const Candidate& candidate, files::Progress& progress, PlanModel& model) {
   if (model.parameters.empty()) return;
-  const CandidateFitter::Signatures signatures = fitter.signatures_of(candidate, question.present, base, progress);
+  const CandidateFitter::Signatures signatures =
+      fitter.signatures_of(candidate, question.present, base, progress);
   if (signatures.all.empty()) return;
   const Signature& signature = signatures.all.front();
   const VectorXd at_usual_size = signature.columns.col(0) / signature.growth[0];
@@ -156,15 +159,15 @@ std::vector<PlanModel> plan_models(const vjm::Robot& robot, const Campaign& camp
   std::vector<PlanModel> models;
   files::SilentPart silent(progress);
   for (std::size_t s = 0; s < question.open.size(); ++s) {
-    progress.report("rival models",
+    progress.report("candidate models",
                     static_cast<double>(s) / static_cast<double>(question.open.size()));
     add_open_candidate(robot, fitter, question, base, question.open[s], silent, models);
     if (models.back().any_size)
       take_up(fitter, question, base, question.open[s].candidate, silent, models.back());
   }
   for (const Candidate& candidate : question.unseen) {
-    add_open_candidate(robot, fitter, question, base, {.candidate = candidate, .log_evidence = {}}, silent,
-                models);
+    add_open_candidate(robot, fitter, question, base, {.candidate = candidate, .log_evidence = {}},
+                       silent, models);
     models.back().is_look_alike = true;
   }
   models.push_back(model_of(robot, question.present, base));

@@ -17,6 +17,12 @@ using files::Json;
 constexpr std::size_t most_open = 10;
 constexpr double visible = 4;  // d' from which readings show an effect
 
+// In the words of ranking.h, or in those of a diagnosis that was written before.
+bool says_confounded(const std::string& reason) {
+  return reason == confounded_with_fit ||
+         reason == "what it does, the refitted parameters do just as well in these readings";
+}
+
 std::string name_of(const Json& entry) {
   return fmt::format("{} at {}", entry.at("effect").get<std::string>(),
                      entry.at("at").get<std::string>());
@@ -119,7 +125,7 @@ class Questioner {
         question.open.push_back(open_candidate_of(entry));
   }
 
-  // The best place of every kind that the readings could not show.
+  // The best place of every kind that was not observable.
   void add_unseen(PlanQuestion& question) const {
     question.perhaps_nothing = true;
     std::map<std::string, const Json*> best;
@@ -151,13 +157,13 @@ class Questioner {
     add_unseen_beside(question);
   }
 
-  // What acts as fitted parameters do, these will take up again.
+  // Effects that are confounded with fitted parameters will be so again.
   void add_unseen_beside(PlanQuestion& question) const {
     for (const Json& entry : ranking(question)) {
       const std::string name = name_of(entry);
       const auto is_it = [&](const OpenCandidate& s) { return s.candidate.name() == name; };
       if (entry.at("most_detectability").get<double>() < visible &&
-          entry.value("reason", "") != confounded_with_fit &&
+          !says_confounded(entry.value("reason", "")) &&
           std::none_of(question.open.begin(), question.open.end(), is_it))
         question.unseen.push_back(find(name));
     }

@@ -20,9 +20,9 @@ struct OpenCandidate {
 };
 
 struct PlanQuestion {
-  std::vector<Candidate> present = {};  // what was found and is not in doubt
-  std::vector<OpenCandidate> open = {};   // what may be missing beside that
-  bool perhaps_nothing = false;         // that nothing is missing is a candidate, too
+  std::vector<Candidate> present = {};   // what was found and is not in doubt
+  std::vector<OpenCandidate> open = {};  // what may be missing beside that
+  bool perhaps_nothing = false;          // that nothing is missing is a candidate, too
   /// Where the candidates were asked for: further effects that are not observable in the readings
   /// so far, each of its usual size. New readings that show the candidates may show these, too, and
   /// must distinguish them.

@@ -23,14 +23,14 @@ void score(const HeldOut& plain, const HeldOut& with, CandidateFit& fit) {
 }
 
 CandidateFit candidate_fit(const BaseFit& full, const Candidate& candidate, double exponent,
-                   const HeldOutGroups& groups, const HeldOut& plain) {
+                           const HeldOutGroups& groups, const HeldOut& plain) {
   const FittedValues fitted = fitted_values(full, {candidate}).front();
   const Evidence known = evidence(full, exponent);
   CandidateFit fit{.values = fitted.values,
-               .deviations = fitted.deviations,
-               .squared_error = full.squared_error,
-               .degrees_of_freedom = full.degrees_of_freedom(),
-               .log_evidence = known.log};
+                   .deviations = fitted.deviations,
+                   .squared_error = full.squared_error,
+                   .degrees_of_freedom = full.degrees_of_freedom(),
+                   .log_evidence = known.log};
   score(plain, held_out(full.at, known.information, groups, exponent), fit);
   return fit;
 }
@@ -49,10 +49,10 @@ void share_probability(DiagnosisStep& step) {
     if (ranked.fit) ranked.fit->probability = share(ranked.fit->log_evidence) / sum;
 }
 
-// What of the signature of one the others cannot imitate: as they are fitted, or by changing that a
-// little (signatures that are large are curved).
+// Part of the signature of one candidate that the others do not have: as they are fitted, or with a
+// small change of that (large signatures are curved).
 void distinguish(const BaseFit& without, const std::vector<BaseFit>& fits, std::size_t from,
-                DiagnosisStep& step) {
+                 DiagnosisStep& step) {
   const VectorXd signature = fits[from].at.residual - without.at.residual;
   for (std::size_t c = 0; c < fits.size(); ++c) {
     if (!step.ranking[c].fit) continue;
@@ -112,7 +112,8 @@ bool at_a_bound(const RankedCandidate& ranked) {
 // the one is no reason to drop the other. Laws are idealisations: two of one joint are
 // distinguished by more than a tenth of what they do, and one at the end of its range stands for a
 // relative.
-bool leaves_open(const DiagnosisStep& step, const RankedCandidate& best, const RankedCandidate& other) {
+bool leaves_open(const DiagnosisStep& step, const RankedCandidate& best,
+                 const RankedCandidate& other) {
   const bool relatives = are_laws_of_one_joint(best.candidate, other.candidate);
   const double limit =
       std::hypot(discriminable_from, relatives ? law_error * best.fit->discriminability : 0.0);

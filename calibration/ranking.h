@@ -15,7 +15,7 @@
 namespace kinetostat::calibration {
 
 inline constexpr double discriminable_from = 4;  // d' that names an effect against a candidate
-inline constexpr double doubtful = 4.6;       // difference of log evidence below which both remain
+inline constexpr double doubtful = 4.6;  // difference of log evidence below which both remain
 /// The same for an effect and the unmodelled smooth error, which stands for all that the catalogue
 /// lacks: odds 1 : 20.
 inline constexpr double doubtful_beside_free_form = 3;
@@ -27,14 +27,14 @@ inline constexpr double unusual = 9;  // times the usual size of an effect: nobo
 
 /// Reason why an effect that acts as the fitted parameters do is not observable.
 inline constexpr const char* confounded_with_fit =
-    "what it does, the refitted parameters do just as well in these readings";
+    "it is confounded with the fitted parameters in these readings";
 
 /// Learning rate eta of a generalised posterior (Gruenwald and van Ommen, Bayesian Analysis 12,
 /// 2017):
 ///
 ///   P_c = exp(eta L_c) / (exp(eta L_0) + sum over j of exp(eta L_j))
 ///   L_c = log evidence of the fit + log_prior + gain by correlated noise
-///   L_0 = the same of the model with nothing added + log evidence of the unmodelled smooth error
+///   L_0 = log evidence of the fit with nothing added + that of the unmodelled smooth error
 ///
 /// Laws are idealisations: the difference between near relatives is in part an error of both. This
 /// eta has the largest log score over the campaigns of tests/twin. With eta = 1, less than half of
@@ -65,18 +65,19 @@ struct RankedCandidate {
   Candidate candidate;
   double detectability = 0;       // d' at its usual size, beside the fitted parameters
   double most_detectability = 0;  // the same at whichever size, to the usual one, shows most
-  double significance = 0;            // -log p of its score
+  double significance = 0;        // -ln p of its score
   std::string unobservable;       // why these readings cannot show it; empty when they can
   std::optional<CandidateFit> fit;
-  bool confounded = false;   // not fitted, yet confounded with the best
-  std::string not_fitted;  // why there is no fit of a candidate that passed the screen
+  bool confounded = false;  // not fitted, yet confounded with the best
+  std::string not_fitted;   // why there is no fit of a candidate that passed the screen
 };
 
 /// One round: what is missing beside what was found before?
 struct DiagnosisStep {
   std::vector<std::string> beside;  // effects that are in the model already
-  MaxScoreTest gate;                        // under the likeliest noise
-  std::vector<RankedCandidate> ranking;       // most probable first, then by significance, then unobservable ones
+  MaxScoreTest max_score;           // under the likeliest noise
+  /// Most probable first, then by significance, then unobservable ones.
+  std::vector<RankedCandidate> ranking;
   std::vector<std::size_t> indistinguishable;  // in the ranking: the best and what may be it
   double log_evidence_without = 0;             // of the model as it is, nothing missing
   double squared_error_without = 0;            // whitened, of the same
@@ -109,8 +110,13 @@ std::size_t weigh(const BaseFit& without, const std::vector<BaseFit>& fits,
 bool are_laws_of_one_joint(const Candidate& a, const Candidate& b);
 
 /// Sorts ranking and fits, the best first, and finds the candidates c that remain beside the best
-/// b: L_b - L_c < 4.6, or d' < l and |r_c|^2 - |r_b|^2 < l^2, with l^2 = 4^2 (+ (0.1 d'_b)^2 for
-/// two laws of one joint).
+/// b:
+///
+///   L_b - L_c < 4.6,   or   d'_c < l and |r_c|^2 - |r_b|^2 < l^2,   l = 4
+///
+/// For two laws of one joint l^2 = 4^2 + (0.1 d'_b)^2; and where b is at the end of its range, each
+/// relative remains that explains more than half as much. Candidates that are `confounded` remain,
+/// too.
 void arrange(DiagnosisStep& step, std::vector<BaseFit>& fits);
 
 }  // namespace kinetostat::calibration

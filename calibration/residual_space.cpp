@@ -44,7 +44,7 @@ Screen::Screen(const ResidualSpace& space, const std::vector<Signature>& signatu
   for (const Signature& signature : signatures) {
     const MatrixXd left = space.left_of(signature.columns);
     detectability_.push_back(left.cols() == 0 ? 0 : left.col(0).norm());
-    // Nor is what is rounding of what was absorbed.
+    // Rounding of the part that the fit produces is no signature either.
     spans_.push_back(span_of(left, std::max(least_visible, 1e-7 * signature.columns.norm())));
   }
 }

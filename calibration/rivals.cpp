@@ -106,7 +106,7 @@ double usual_interval(const Campaign& campaign) {
   return *middle;
 }
 
-// A time over which an effect comes or goes: readings farther apart do not tell it.
+// A time over which an effect comes or goes: readings farther apart do not determine it.
 bool is_duration(const vjm::EffectParameter& parameter) {
   return parameter.is_shape && parameter.linear == spatial::dimension::time;
 }
@@ -291,8 +291,9 @@ std::vector<vjm::Effect> effects_with(const vjm::Robot& robot,
   return effects;
 }
 
-CandidateFitter::CandidateFitter(const vjm::Robot& robot, const Campaign& campaign, const Noise& noise, int threads,
-               files::Progress& progress, FitJournal* journal)
+CandidateFitter::CandidateFitter(const vjm::Robot& robot, const Campaign& campaign,
+                                 const Noise& noise, int threads, files::Progress& progress,
+                                 FitJournal* journal)
     : robot_(robot),
       campaign_(campaign),
       noise_(noise),
@@ -316,7 +317,7 @@ Candidate CandidateFitter::resolved(Candidate candidate) const {
 
 // What is uncertain anyway, then all values of the added effects.
 std::vector<Parameter> CandidateFitter::parameters(const std::vector<vjm::Effect>& effects,
-                                          const std::vector<Candidate>& added) const {
+                                                   const std::vector<Candidate>& added) const {
   std::vector<Parameter> result = base_;
   int group = -1;
   for (std::size_t a = 0; a < added.size(); ++a) {
@@ -357,14 +358,14 @@ std::vector<Parameter> CandidateFitter::own_parameters(const std::vector<Candida
 }
 
 BaseFit CandidateFitter::fit(const std::vector<Candidate>& added, const BaseFit* start,
-                    files::Progress& progress) const {
+                             files::Progress& progress) const {
   const std::vector<vjm::Effect> effects = effects_with(robot_, added);
   std::vector<Parameter> unknowns = parameters(effects, added);
   if (start != nullptr) begin_at(*start, base_.size(), unknowns);
   try {
     return fitted(effects, unknowns, start, progress);
   } catch (const files::NotIdentifiable&) {
-    // What is missing may look like a spring without end; a slip in a sign does, too.
+    // A missing effect may look like an infinite stiffness; so does a sign error.
     if (start != nullptr || !unit_error(campaign_, predictor_, progress).empty() ||
         !believe_design(unknowns))
       throw;
@@ -373,18 +374,18 @@ BaseFit CandidateFitter::fit(const std::vector<Candidate>& added, const BaseFit*
 }
 
 BaseFit CandidateFitter::fit_held(const std::vector<Candidate>& added, const BaseFit& start,
-                         std::size_t held, double value, files::Progress& progress) const {
+                                  std::size_t held, double value, files::Progress& progress) const {
   const std::vector<vjm::Effect> effects = effects_with(robot_, added);
   std::vector<Parameter> unknowns = parameters(effects, added);
   begin_at(start, unknowns.size(), unknowns);
   unknowns[held].start = unknowns[held].lower = unknowns[held].upper = value;
-  unknowns[held].bounds_stated = true;  // held, not running away
+  unknowns[held].bounds_stated = true;  // held, not diverging
   return fitted(effects, unknowns, &start, progress);
 }
 
 BaseFit CandidateFitter::fitted(const std::vector<vjm::Effect>& effects,
-                       const std::vector<Parameter>& unknowns, const BaseFit* near,
-                       files::Progress& progress) const {
+                                const std::vector<Parameter>& unknowns, const BaseFit* near,
+                                files::Progress& progress) const {
   const Predictions* model = near == nullptr ? nullptr : &near->model;
   const auto compute = [&] {
     return fit_base(predictor_.with_effects(effects), campaign_, noise_, unknowns, progress,
@@ -426,7 +427,7 @@ MatrixXd CandidateFitter::by_force(const BaseFit& fit, files::Progress& progress
 
 // Of each drive with a spring.
 std::vector<FreeFormWays::Drive> CandidateFitter::drives(const BaseFit& fit,
-                                                files::Progress& progress) const {
+                                                         files::Progress& progress) const {
   std::vector<FreeFormWays::Drive> result;
   std::vector<Parameter> unknowns = base_;
   const auto& chains = robot_.without_effects().chains();
@@ -463,7 +464,8 @@ FreeFormWays CandidateFitter::free_form_ways(const BaseFit& fit, files::Progress
 }
 
 double CandidateFitter::error_on(const Campaign& others, const BaseFit& fit,
-                        const std::vector<Candidate>& added, files::Progress& progress) const {
+                                 const std::vector<Candidate>& added,
+                                 files::Progress& progress) const {
   try {
     const BaseFit predicted = predict_others(predictor_.with_effects(effects_with(robot_, added)),
                                              others, noise_, fit, progress);
@@ -474,8 +476,9 @@ double CandidateFitter::error_on(const Campaign& others, const BaseFit& fit,
 }
 
 std::optional<Signature> CandidateFitter::signature_of(const Predictor& predictor,
-                                         const std::vector<Candidate>& added, double growth,
-                                         const BaseFit& fit, files::Progress& progress) const {
+                                                       const std::vector<Candidate>& added,
+                                                       double growth, const BaseFit& fit,
+                                                       files::Progress& progress) const {
   const Candidate& candidate = added.back();
   const std::vector<Parameter> unknowns = parameters(effects_with(robot_, added), added);
   VectorXd values = starts_of(unknowns);
@@ -487,15 +490,16 @@ std::optional<Signature> CandidateFitter::signature_of(const Predictor& predicto
   if (!there) return std::nullopt;
   // Whitened residuals are predicted minus measured; so a signature is their change.
   Signature signature{.columns = there->residual - fit.at.residual,
-                 .growth = Eigen::RowVectorXd::Constant(1, growth)};
+                      .growth = Eigen::RowVectorXd::Constant(1, growth)};
   for (Index k = 1; k < count; ++k) {
     if (!usual_values(candidate.effect, k, robot_.without_effects()).empty()) continue;
     const auto i = static_cast<std::size_t>(k);
     const Index at = signature.columns.cols();
     signature.columns.conservativeResize(Eigen::NoChange, at + 1);
     signature.growth.conservativeResize(at + 1);
-    signature.columns.col(at) = candidate.deviations[i] *
-                           there->jacobian.col(static_cast<Index>(unknowns.size()) - count + k);
+    signature.columns.col(at) =
+        candidate.deviations[i] *
+        there->jacobian.col(static_cast<Index>(unknowns.size()) - count + k);
     // How the effect acts shows as far as the effect itself does.
     signature.growth[at] = candidate.effect.kind->parameters[i].is_shape ? growth : 1;
   }
@@ -503,8 +507,8 @@ std::optional<Signature> CandidateFitter::signature_of(const Predictor& predicto
 }
 
 void CandidateFitter::add_signatures(const Predictor& predictor, const Candidate& candidate,
-                       std::vector<Candidate> added, const BaseFit& fit, Signatures& signatures,
-                       files::Progress& progress) const {
+                                     std::vector<Candidate> added, const BaseFit& fit,
+                                     Signatures& signatures, files::Progress& progress) const {
   const std::size_t before = signatures.all.size();
   const auto sizes = sizes_of(*candidate.effect.kind);
   double growth = 0;  // not known yet
@@ -532,8 +536,10 @@ void CandidateFitter::add_signatures(const Predictor& predictor, const Candidate
   }
 }
 
-CandidateFitter::Signatures CandidateFitter::signatures_of(const Candidate& candidate, const std::vector<Candidate>& present,
-                               const BaseFit& fit, files::Progress& progress) const {
+CandidateFitter::Signatures CandidateFitter::signatures_of(const Candidate& candidate,
+                                                           const std::vector<Candidate>& present,
+                                                           const BaseFit& fit,
+                                                           files::Progress& progress) const {
   if (journal_ == nullptr) return computed_signatures(candidate, present, fit, progress);
   const std::string key = signatures_key(scope_, candidate, present, fit);
   if (const auto record = journal_->find(key))
@@ -543,15 +549,15 @@ CandidateFitter::Signatures CandidateFitter::signatures_of(const Candidate& cand
   return signatures;
 }
 
-CandidateFitter::Signatures CandidateFitter::computed_signatures(const Candidate& candidate,
-                                     const std::vector<Candidate>& present, const BaseFit& fit,
-                                     files::Progress& progress) const {
+CandidateFitter::Signatures CandidateFitter::computed_signatures(
+    const Candidate& candidate, const std::vector<Candidate>& present, const BaseFit& fit,
+    files::Progress& progress) const {
   Signatures signatures;
   for (const Candidate& design : designs_of(candidate, robot_.without_effects())) {
     std::vector<Candidate> added = present;
     added.push_back(design);
-    add_signatures(predictor_.with_effects(effects_with(robot_, added)), design, added, fit, signatures,
-              progress);
+    add_signatures(predictor_.with_effects(effects_with(robot_, added)), design, added, fit,
+                   signatures, progress);
   }
   if (!signatures.all.empty()) signatures.failure.clear();
   return signatures;

@@ -54,8 +54,8 @@ class CandidateFitter {
  public:
   /// Throws what Predictor does. Keeps references. Fits and signatures that `journal` (or nullptr)
   /// has are not computed.
-  CandidateFitter(const vjm::Robot& robot, const Campaign& campaign, const Noise& noise, int threads,
-         files::Progress& progress, FitJournal* journal = nullptr);
+  CandidateFitter(const vjm::Robot& robot, const Campaign& campaign, const Noise& noise,
+                  int threads, files::Progress& progress, FitJournal* journal = nullptr);
 
   /// Fits the parameters that are fitted under every candidate (declared uncertain by the user,
   /// zero offsets, frames) and the values of the added effects. Where the first fit (without
@@ -83,7 +83,7 @@ class CandidateFitter {
     std::string failure;
   };
   Signatures signatures_of(const Candidate& candidate, const std::vector<Candidate>& present,
-                 const BaseFit& fit, files::Progress& progress) const;
+                           const BaseFit& fit, files::Progress& progress) const;
 
   /// Ways in which the unmodelled smooth error may act, in `fit` of the model without anything
   /// added.
@@ -111,16 +111,16 @@ class CandidateFitter {
   BaseFit fitted(const std::vector<vjm::Effect>& effects, const std::vector<Parameter>& unknowns,
                  const BaseFit* near, files::Progress& progress) const;
   Signatures computed_signatures(const Candidate& candidate, const std::vector<Candidate>& present,
-                       const BaseFit& fit, files::Progress& progress) const;
+                                 const BaseFit& fit, files::Progress& progress) const;
   // Signature of the last candidate at its current values, which are `growth` times usual. nullopt
   // if the model has no equilibrium.
-  std::optional<Signature> signature_of(const Predictor& predictor, const std::vector<Candidate>& added,
-                                   double growth, const BaseFit& fit,
-                                   files::Progress& progress) const;
+  std::optional<Signature> signature_of(const Predictor& predictor,
+                                        const std::vector<Candidate>& added, double growth,
+                                        const BaseFit& fit, files::Progress& progress) const;
   // Adds the signatures of one design, in the place of the last candidate.
   void add_signatures(const Predictor& predictor, const Candidate& candidate,
-                 std::vector<Candidate> added, const BaseFit& fit, Signatures& signatures,
-                 files::Progress& progress) const;
+                      std::vector<Candidate> added, const BaseFit& fit, Signatures& signatures,
+                      files::Progress& progress) const;
 
   Candidate resolved(Candidate candidate) const;
 

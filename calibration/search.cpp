@@ -24,8 +24,9 @@ constexpr std::size_t most_starts = 4;  // of one fit
 constexpr std::size_t most_pairs = 4;   // of masked ones
 constexpr double least_kept = 0.3;      // of what a signature explains: a fit with less has failed
 
-// What a fit cannot absorb of signatures that are there.
-std::string why_unobservable(const Candidate& candidate, const CandidateFitter::Signatures& signatures,
+// Reason why a candidate is not observable although it has signatures.
+std::string why_unobservable(const Candidate& candidate,
+                             const CandidateFitter::Signatures& signatures,
                              const CandidateFitter& fitter) {
   if (!signatures.failure.empty()) return signatures.failure;
   double largest = 0;
@@ -95,8 +96,9 @@ void Search::screen(const std::vector<Candidate>& present, const BaseFit& fit) {
     const bool there = std::any_of(present.begin(), present.end(), [&](const Candidate& p) {
       return p.name() == candidates_[c].name();
     });
-    candidate_signatures_.push_back(there ? CandidateFitter::Signatures{{}, {}, "it is in the model already"}
-                           : fitter_.signatures_of(candidates_[c], present, fit, silent));
+    candidate_signatures_.push_back(
+        there ? CandidateFitter::Signatures{{}, {}, "it is in the model already"}
+              : fitter_.signatures_of(candidates_[c], present, fit, silent));
     for (std::size_t s = 0; s < candidate_signatures_.back().all.size(); ++s) {
       signatures_.push_back(candidate_signatures_.back().all[s]);
       owner_.emplace_back(c, s);
@@ -151,8 +153,7 @@ std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
   return found;
 }
 
-std::vector<Candidate> Search::like_the_fit(const BaseFit& nominal,
-                                              const BaseFit& fitted) const {
+std::vector<Candidate> Search::like_the_fit(const BaseFit& nominal, const BaseFit& fitted) const {
   constexpr double most_left =
       0.2;  // of the change's length: what refitting does is no straight line
   const auto parameters = static_cast<Index>(fitted.parameters.size());
@@ -178,8 +179,8 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
   for (const Candidate& candidate : present) step.beside.push_back(candidate.name());
   const ResidualSpace space(-fit.at.residual, fit.at.jacobian);
   const Screen screen(space, signatures_);
-  progress_.report("gate", 0);
-  step.gate = max_score_test_under_noise_of(fit, screen, space);
+  progress_.report("detection threshold", 0);
+  step.max_score = max_score_test_under_noise_of(fit, screen, space);
   for (std::size_t c = 0; c < candidates_.size(); ++c)
     step.ranking.emplace_back().candidate = candidates_[c];
   std::vector<bool> seen(candidates_.size(), false);
@@ -190,14 +191,16 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
     const double usual = score.detectability / signatures_[i].growth[0];
     if (owner_[i].second == 0) ranked.detectability = usual;
     ranked.most_detectability = std::max(ranked.most_detectability, usual);
-    ranked.significance = std::max(ranked.significance, screen.significance(score, space.residual()));
+    ranked.significance =
+        std::max(ranked.significance, screen.significance(score, space.residual()));
   }
   for (std::size_t c = 0; c < candidates_.size(); ++c)
     if (!seen[c])
-      step.ranking[c].unobservable = why_unobservable(candidates_[c], candidate_signatures_[c], fitter_);
+      step.ranking[c].unobservable =
+          why_unobservable(candidates_[c], candidate_signatures_[c], fitter_);
   confuse(screen, step);
   fits.assign(candidates_.size(), {});
-  if (step.gate.p_value <= significance_level)
+  if (step.max_score.p_value <= significance_level)
     fit_survivors(present, fit, screen, space, step, fits);
   const std::size_t best = weigh(fit, fits, groups_, *free_form_, correlated_, step);
   if (best < fits.size()) find_confounded(fit, fits[best], step);
@@ -207,9 +210,10 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
 
 // With the noise that a fit seems to have.
 MaxScoreTest Search::max_score_test_under_noise_of(const BaseFit& fit, const Screen& screen,
-                                 const ResidualSpace& space) const {
+                                                   const ResidualSpace& space) const {
   const auto pass = [&](const Screen& candidates, const ResidualSpace& beside) {
-    return max_score_test(candidates, beside, significance_level, options_.draws, options_.seed, threads_);
+    return max_score_test(candidates, beside, significance_level, options_.draws, options_.seed,
+                          threads_);
   };
   const std::optional<std::size_t> way = correlated_.prevailing(fit);
   if (!way) return pass(screen, space);
@@ -267,7 +271,8 @@ std::vector<Search::Look> Search::looks_of(std::size_t candidate,
           screen.score(i, space.residual()).explained);
   files::SilentPart silent(progress_);
   for (const Candidate& other : turned) {
-    const CandidateFitter::Signatures signatures = fitter_.signatures_of(other, present, fit, silent);
+    const CandidateFitter::Signatures signatures =
+        fitter_.signatures_of(other, present, fit, silent);
     for (std::size_t s = 0; s < signatures.all.size(); ++s)
       add(signatures.starts[s], signatures.all[s], 0);
   }
@@ -301,10 +306,10 @@ std::vector<std::vector<Candidate>> Search::masked_pairs(const BaseFit& fit) con
   if (members.size() < 2) return {};
   const PairScreen pairs(screen, members);
   if (pairs.pairs().empty()) return {};
-  progress_.report("gate of pairs", 0);
+  progress_.report("detection threshold of pairs", 0);
   const MaxScoreTest passed =
-      max_score_test([&](const VectorXd& residual) { return pairs.largest_significance(residual); }, space,
-              significance_of_pairs, options_.draws, options_.seed, threads_);
+      max_score_test([&](const VectorXd& residual) { return pairs.largest_significance(residual); },
+                     space, significance_of_pairs, options_.draws, options_.seed, threads_);
   if (passed.p_value > significance_of_pairs) return {};
   const VectorXd significances = pairs.significances(space.residual());
   std::vector<std::size_t> order(pairs.pairs().size());
@@ -358,7 +363,7 @@ void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit&
     // An unhappy fit proves nothing against a candidate.
     if (fits[c].values > 0 && fit.squared_error - fits[c].squared_error < least_kept * promised) {
       fits[c] = {};
-      reason = "its fits ended in minima that explain far less than its mark does";
+      reason = "its fits ended in minima that explain far less than its signature does";
     }
     if (fits[c].values == 0) step.ranking[c].not_fitted = reason;
   }
@@ -367,7 +372,7 @@ void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit&
 // Candidates without a fit that do what the best does just as well, as far as their signatures
 // tell.
 void Search::find_confounded(const BaseFit& without, const BaseFit& best,
-                            DiagnosisStep& step) const {
+                             DiagnosisStep& step) const {
   const ResidualSpace space(VectorXd::Zero(without.at.residual.size()), without.at.jacobian);
   const VectorXd signature = space.left_of(best.at.residual - without.at.residual);
   for (std::size_t i = 0; i < signatures_.size(); ++i) {
@@ -376,7 +381,7 @@ void Search::find_confounded(const BaseFit& without, const BaseFit& best,
     const MatrixXd columns = space.left_of(signatures_[i].columns);
     const MatrixXd span = span_of(columns, least_visible);
     const double left = (signature - span * (span.transpose() * signature)).norm();
-    // What only exists in one direction does not imitate with the other.
+    // An effect of one sign is not confounded with its own opposite.
     const vjm::EffectParameter& leading = ranked.candidate.effect.kind->parameters.front();
     const bool one_sided = leading.lower >= leading.none;
     if (one_sided && columns.colPivHouseholderQr().solve(signature)[0] < 0) continue;

@@ -73,7 +73,7 @@ class Search {
                      const Screen& screen, const ResidualSpace& space, DiagnosisStep& step,
                      std::vector<BaseFit>& fits);
   MaxScoreTest max_score_test_under_noise_of(const BaseFit& fit, const Screen& screen,
-                           const ResidualSpace& space) const;
+                                             const ResidualSpace& space) const;
   double explained_by(std::size_t candidate, const Screen& screen,
                       const ResidualSpace& space) const;
   struct Look {

@@ -40,9 +40,10 @@ bool refutes_nominal(const BaseFit& nominal, const BaseFit& with_all) {
 }
 
 std::optional<CommonCause> common_cause(const vjm::Robot& robot, const Campaign& campaign,
-                                const Noise& noise, const BaseFit& with_all,
-                                const BaseFit& nominal, const std::vector<Candidate>& candidates,
-                                int threads, files::Progress& progress, FitJournal* journal) {
+                                        const Noise& noise, const BaseFit& with_all,
+                                        const BaseFit& nominal,
+                                        const std::vector<Candidate>& candidates, int threads,
+                                        files::Progress& progress, FitJournal* journal) {
   if (candidates.empty() || !refutes_nominal(nominal, with_all)) return std::nullopt;
   const std::vector<Parameter> uncertain = uncertain_parameters(robot);
   const Predictor predictor(robot.without_effects(), robot.effects, campaign, threads, progress);

@@ -26,8 +26,9 @@ bool refutes_nominal(const BaseFit& nominal, const BaseFit& with_all);
 /// uncertain parameter alone nor those at the effect's own place explain the readings, so that one
 /// cause behind several changes is the simpler explanation. Keeps nothing.
 std::optional<CommonCause> common_cause(const vjm::Robot& robot, const Campaign& campaign,
-                                const Noise& noise, const BaseFit& with_all,
-                                const BaseFit& nominal, const std::vector<Candidate>& candidates,
-                                int threads, files::Progress& progress, FitJournal* journal);
+                                        const Noise& noise, const BaseFit& with_all,
+                                        const BaseFit& nominal,
+                                        const std::vector<Candidate>& candidates, int threads,
+                                        files::Progress& progress, FitJournal* journal);
 
 }  // namespace kinetostat::calibration

@@ -19,7 +19,7 @@ constexpr double unseen = 0.3;  // d' of a change that is worth knowing: a facto
 // Derivatives of the values in use in units of their noise, one column a parameter, for a change
 // that is worth knowing.
 MatrixXd signatures_of(const Predictions& predictions, const std::vector<Value>& values,
-                  const Noise& noise, const std::vector<Parameter>& parameters) {
+                       const Noise& noise, const std::vector<Parameter>& parameters) {
   MatrixXd signatures(static_cast<Index>(values.size()), static_cast<Index>(parameters.size()));
   for (Index v = 0; v < signatures.rows(); ++v) {
     const auto& [reading, component] = values[static_cast<std::size_t>(v)];
@@ -44,13 +44,14 @@ std::vector<std::string> keep_undetermined(const Predictor& predictor, const Cam
   const MatrixXd signatures = signatures_of(there, values, noise, parameters);
   const double visible =
       std::max(unseen, sensitivity_rounding * norm_over_noise(values, campaign, noise));
-  for (const Index k : made_up_by_those_before(signatures, VectorXd::Constant(signatures.cols(), visible))) {
+  for (const Index k :
+       made_up_by_those_before(signatures, VectorXd::Constant(signatures.cols(), visible))) {
     Parameter& parameter = parameters[static_cast<std::size_t>(k)];
     parameter.lower = parameter.upper = parameter.start;
     parameter.bounds_stated = true;
-    kept.push_back(fmt::format("{} stays as designed: {}.", parameter.phrase(),
+    kept.push_back(fmt::format("{} stays at its nominal value: {}.", parameter.phrase(),
                                signatures.col(k).norm() > visible
-                                   ? "these readings do not tell it from what is refitted"
+                                   ? "it is confounded with the fitted parameters"
                                    : "no reading depends on it"));
   }
   return kept;

@@ -50,7 +50,7 @@ Sums sums_of(const Campaign& campaign, const std::vector<spatial::Vector6>& pred
   return all;
 }
 
-// Slips by which readings become so many times too large.
+// Unit errors by which readings become so many times too large.
 std::string unit_error_of(double factor, bool rotations) {
   struct Known {
     double factor;
@@ -101,7 +101,7 @@ std::string unit_error(const Campaign& campaign, const std::vector<spatial::Vect
 }
 
 std::string unit_error(const Campaign& campaign, const Predictor& nominal,
-                      files::Progress& progress) {
+                       files::Progress& progress) {
   const Predictions predictions = nominal.predict({}, {}, false, progress);
   return predictions.failure ? std::string() : unit_error(campaign, predictions.displacement);
 }

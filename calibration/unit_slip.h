@@ -19,13 +19,13 @@ std::string unit_error(const Campaign& campaign, const std::vector<spatial::Vect
 
 /// The same with predictions of the nominal robot; empty, too, where that has no equilibrium.
 std::string unit_error(const Campaign& campaign, const Predictor& nominal,
-                      files::Progress& progress);
+                       files::Progress& progress);
 
 /// The result of `fit`; where it does not converge, its error also names a suspected unit or sign
 /// error. `nominal`: predictor of the robot as its file has it, for the same campaign.
 template <class Fit>
 auto with_hint_of_unit_error(const Predictor& nominal, const Campaign& campaign,
-                       files::Progress& progress, const Fit& fit) {
+                             files::Progress& progress, const Fit& fit) {
   try {
     return fit();
   } catch (const files::NoConvergence& error) {

@@ -11,7 +11,8 @@ namespace kinetostat::calibration {
 
 /// Error on readings that were left out of the fit.
 struct WaterfallStage {
-  std::string name;             // "as designed", "refitted", "+ clearance at x.rho", "noise floor"; as JSON has it
+  /// As JSON has it: "as designed", "refitted", "+ clearance at x.rho", "noise floor".
+  std::string name;
   double whitened = 0;          // rms in units of the noise; 1 is as good as the readings allow
   double translation = 0;       // rms [m]; NaN where not measured
   double rotation = 0;          // rms [rad]

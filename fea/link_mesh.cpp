@@ -47,7 +47,7 @@ void pick_body(const LinkSpec& spec, SurfaceMesh& surface) {
 }
 
 std::vector<std::string> repaired(const LinkSpec& spec, SurfaceMesh& surface,
-                                files::Progress& progress) {
+                                  files::Progress& progress) {
   if (spec.repair.steps.empty()) return {};
   RepairOptions options = spec.repair;
   options.unit = spec.unit;
@@ -65,7 +65,7 @@ void require_sound(const LinkSpec& spec, const LinkMesh& mesh) {
        .what = fmt::format("the surface does not bound a solid: {}", fmt::join(wrong, "; ")),
        .cure = spec.repair.steps.empty()
                    ? "See the offending facets with 'kinetostat mesh check --vtu', or let "
-                     "'mesh: {repair: [weld, orient, fill, unite, drop, wrap]}' mend them"
+                     "'mesh: {repair: [weld, orient, fill, unite, drop, wrap]}' repair them"
                    : "See the offending facets with 'kinetostat mesh check --vtu'"},
       offending_facets(mesh.imported.mesh, mesh.report));
 }

@@ -343,7 +343,7 @@ TetMesh SolidMesher::fill(const TetrahedralizeOptions& options, files::Progress&
       return *std::move(mesh);
     }
     attempt.fail(ladder[rung_],
-                 fmt::format("{} elements are many to begin with", mesh->element_count()));
+                 fmt::format("{} elements are many to start with", mesh->element_count()));
     if (large && large->element_count() <= mesh->element_count()) continue;
     large = std::move(mesh);
     rung_of_large = rung_;

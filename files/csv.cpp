@@ -176,7 +176,7 @@ CsvTable::Cell CsvTable::read_quoted_cell() {
   while (true) {
     const std::size_t quote = buffer_.find('"', position_);
     if (quote == std::string::npos)
-      fail_at(opening, "the quote that begins here is not closed",
+      fail_at(opening, "the quote that starts here is not closed",
               "Close it, or write \"\" for a quote inside a quoted cell");
     position_ = quote + 1;
     if (position_ >= buffer_.size() || buffer_[position_] != '"') break;

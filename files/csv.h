@@ -12,9 +12,9 @@
 namespace kinetostat::files {
 
 /// A CSV file (RFC 4180): one header line with the column names, then one line a row. Besides:
-/// lines that start with '#' and empty lines are skipped, blanks around cells are dropped, a byte
-/// order mark and CRLF are accepted, and ';' or tab separate where the header has no comma. The
-/// table is one buffer with views into it, so 100,000 rows are read in a fraction of a second.
+/// lines that start with '#' and empty lines are skipped, blanks around cells are dropped, a
+/// byte-order mark and CRLF are accepted, and ';' or tab separate where the header has no comma.
+/// The table is one buffer with views into it, so 100,000 rows are read in a fraction of a second.
 class CsvTable {
  public:
   /// Throws InputError naming file, line and column when there is no header, a column has no name

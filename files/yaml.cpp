@@ -350,7 +350,7 @@ class Census : public YAML::EventHandler {
     count(mark);
     if (documents_ > 1)
       throw error_at(file_, mark, fmt::format("the file holds {} documents", documents_),
-                     "Keep one; '---' begins another");
+                     "Keep one; '---' starts another");
   }
   void open(const YAML::Mark& mark) {
     count_content(mark);
@@ -375,7 +375,7 @@ YAML::Node bounded_root(const std::string& text, const std::filesystem::path& fi
   YAML::Node root = YAML::Load(text);
   if (!root.IsMap())
     throw InputError(file, fmt::format("the file holds {}, not a map of keys", kind_of(root)),
-                     "A kinetostat file begins with 'kinetostat: 1'");
+                     "A kinetostat file starts with 'kinetostat: 1'");
   if (int left = most_values; !is_small(root, 0, left))
     throw InputError(file, "a value holds itself, or more than can be read",
                      "Write it out where an alias (*name) stands for it");

@@ -31,8 +31,8 @@ struct Named {
 };
 
 std::vector<Named> models(const Comparison& comparison) {
-  std::vector<Named> result = {{"The model as designed", &comparison.nominal}};
-  if (comparison.fitted) result.push_back({"The refitted model", &*comparison.fitted});
+  std::vector<Named> result = {{"The nominal model", &comparison.nominal}};
+  if (comparison.fitted) result.push_back({"The fitted model", &*comparison.fitted});
   return result;
 }
 
@@ -69,19 +69,20 @@ struct Finding {
 Finding finding(const std::string& model, const LackOfFitTest& test) {
   return {
       test.f / test.critical,
-      fmt::format("{} {}: lack-of-fit F = {} against {} ({} %, {} and {} degrees of freedom, "
-                  "{}).",
-                  model, test.p_value < test.level ? "fails" : "is not refuted by the replicates",
-                  number(test.f, 4), number(test.critical, 4), number(100 * test.level, 3),
-                  test.degrees_of_freedom_lack, test.degrees_of_freedom_pure,
-                  probability(test.p_value))};
+      fmt::format(
+          "{} {}: lack-of-fit F = {} against {} ({} %, {} and {} degrees of freedom, "
+          "{}).",
+          model,
+          test.p_value < test.level ? "fails" : "is consistent with the scatter of the replicates",
+          number(test.f, 4), number(test.critical, 4), number(100 * test.level, 3),
+          test.degrees_of_freedom_lack, test.degrees_of_freedom_pure, probability(test.p_value))};
 }
 
 Finding finding(const std::string& model, const ChiSquareTest& test) {
   std::string sentence = fmt::format(
       "{} {}: its error is {} times the stated noise (chi-square {} against {}, {} %, "
       "{} degrees of freedom, {}).",
-      model, test.p_value < test.level ? "fails" : "is not refuted by the stated noise",
+      model, test.p_value < test.level ? "fails" : "is consistent with the stated noise",
       number(std::sqrt(test.reduced()), 3), number(test.statistic, 4), number(test.critical, 4),
       number(100 * test.level, 3), test.degrees_of_freedom, probability(test.p_value));
   if (test.lower_p_value < test.level / 2)
@@ -89,7 +90,7 @@ Finding finding(const std::string& model, const ChiSquareTest& test) {
   return {test.statistic / test.critical, sentence};
 }
 
-// A slip explains whatever else is found.
+// A unit or sign error explains whatever else is found.
 void add_unit_error(const Comparison& comparison, std::vector<Finding>& findings) {
   if (!comparison.unit_error.empty())
     findings.push_back({std::numeric_limits<double>::infinity(), comparison.unit_error});
@@ -145,11 +146,9 @@ std::string pattern_sentence(const std::string& model, const calibration::Patter
         return a.share - a.share_of_values < b.share - b.share_of_values;
       });
   std::string text = fmt::format(
-      "The {} of {}'s error depends on {}: {} % of the squared error is at {} ({} % of the "
+      "{}: the {} of its error depends on {}. {} % of the squared error is at {} ({} % of the "
       "values)",
-      by_bias ? "mean" : "size",
-      model == "The refitted model" ? "the refitted model" : "the model as designed",
-      pattern.factor, number(100 * worst->share, 3), worst->label,
+      model, by_bias ? "mean" : "size", pattern.factor, number(100 * worst->share, 3), worst->label,
       number(100 * worst->share_of_values, 3));
   if (worst->component)
     text += fmt::format(", {} % of it in {}", number(100 * worst->component_share, 3),
@@ -547,8 +546,7 @@ std::string summary(const Campaign& campaign, const Comparison& comparison) {
                                                          : noise_text(comparison.noise.source));
   for (const std::string& note : campaign.notes) text += "  " + note + "\n";
   for (const std::string& note : comparison.notes) text += "  " + note + "\n";
-  if (!comparison.refit_failure.empty())
-    text += "  Not refitted: " + comparison.refit_failure + "\n";
+  if (!comparison.refit_failure.empty()) text += "  Not fitted: " + comparison.refit_failure + "\n";
   return text;
 }
 
@@ -588,8 +586,8 @@ std::string text(const Campaign& campaign, const Comparison& comparison) {
   for (const std::string& sentence : findings(campaign, comparison))
     text += "  - " + sentence + "\n";
   text += fmt::format("  Adequacy: {}.\n", adequacy_text(comparison.best().adequacy));
-  text += assessment_text(campaign, "As designed", comparison.nominal);
-  if (comparison.fitted) text += assessment_text(campaign, "Refitted", *comparison.fitted);
+  text += assessment_text(campaign, "Nominal", comparison.nominal);
+  if (comparison.fitted) text += assessment_text(campaign, "Fitted", *comparison.fitted);
   return text;
 }
 

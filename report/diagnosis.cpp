@@ -70,20 +70,21 @@ std::string noise_words(const Diagnosis& d) {
 // Where something looked like an effect, or the misfit is large, though none is needed.
 std::vector<std::string> remarks_on_nothing(const Diagnosis& d) {
   std::vector<std::string> result;
-  if (!d.steps.empty() && d.steps[0].gate.p_value <= calibration::significance_level)
+  if (!d.steps.empty() && d.steps[0].max_score.p_value <= calibration::significance_level)
     result.push_back(fmt::format(
-        "A mark passes the gate (p = {}), but no effect that was fitted predicts readings that it "
-        "has not seen, or is far more probable than that nothing is missing.",
-        number(d.steps[0].gate.p_value, 2)));
+        "A signature exceeds the detection threshold (chance of a false alarm {}), but no fitted "
+        "effect improves the prediction of held-out readings, or is far more probable than no "
+        "missing effect.",
+        percent(d.steps[0].max_score.p_value)));
   if (d.before && d.before->p_value <= calibration::certain_level)
     result.push_back(fmt::format(
-        "The misfit is {} times {} (p = {}): that is too small, or something is missing that these "
-        "readings do not show.",
+        "The misfit is {} times {} (p = {}): that noise is too small, or an effect is missing that "
+        "is not observable in these readings.",
         number(std::sqrt(d.before->reduced()), 3), noise_words(d), number(d.before->p_value, 2)));
   return result;
 }
 
-// What a verdict means here, in sentences.
+// The meaning of a verdict here, in sentences.
 std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
                                             const calibration::Campaign& campaign,
                                             const Diagnosis& d) {
@@ -92,8 +93,8 @@ std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
     case Verdict::none_of_the_above:
       if (d.above_free_form < calibration::beaten_by_free_form)
         return {fmt::format(
-            "An error without a form of its own, which depends on {}, explains these readings "
-            "better than the nearest effect (log evidence {} more).",
+            "An unmodelled smooth error, which depends on {}, explains these readings better than "
+            "the nearest effect (log evidence {} more).",
             d.free_form.depends_on, number(-d.above_free_form, 2))};
       if (d.found.empty() && d.is_left_open())
         return {
@@ -102,52 +103,52 @@ std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
                         number(std::sqrt(d.after->reduced()), 2), noise_words(d))};
       if (!is_left) return {};
       return {left_text(d.found.empty()
-                            ? "Something is left that no effect of the catalogue explains. It"
-                            : "The nearest effect leaves too much unexplained, and what is left",
+                            ? "No effect of the catalogue explains the rest of the error. It"
+                            : "The nearest effect leaves too much unexplained, and the rest",
                         d)};
     case Verdict::named_effect:
     case Verdict::ambiguous:
       if (!d.or_something_else && !d.rest_of_laws.empty())
         return {
-            fmt::format("What is left looks most like {} (gate p = {}), but is no more than the "
-                        "law of what was found may get wrong.",
-                        d.rest_of_laws, number(d.rest_p_value, 2))};
+            fmt::format("The rest of the error is most like {} (chance of a false alarm {}), but "
+                        "no larger than the error of an idealised law may be.",
+                        d.rest_of_laws, percent(d.rest_p_value))};
       if (!d.or_something_else) return {};
       if (d.predicts_no_better())
         return {
-            "Held-out readings are predicted no better with it than without: it may stand for "
-            "something that the catalogue lacks."};
+            "Held-out readings are predicted no better with it than without: it may stand for an "
+            "effect outside the catalogue."};
       if (d.is_left_open())
         return {fmt::format(
-            "It may also stand for something that the catalogue lacks: what is left would need {} "
-            "times {}.",
+            "It may also stand for an effect outside the catalogue: the rest of the error would "
+            "need {} times {}.",
             number(std::sqrt(d.after->reduced()), 2), noise_words(d))};
       if (d.above_free_form < calibration::doubtful_beside_free_form)
         return {fmt::format(
-            "It may also be something that the catalogue lacks and that depends on {}: an error "
-            "without a form of its own explains these readings about as well.",
+            "It may also be an effect outside the catalogue that depends on {}: an unmodelled "
+            "smooth error explains these readings about as well.",
             d.free_form.depends_on)};
       if (d.has_improbable_name())
         return {
-            "It may also be something that the catalogue lacks: a probability below one half is "
-            "no name."};
-      return {
-          fmt::format("It may also stand for something that the catalogue lacks: beside it there "
-                      "seems to be something more (gate p = {}), which no effect explains.",
-                      number(d.rest_p_value, 2))};
+            "The best candidate has a probability below 50 %, so an effect outside the catalogue "
+            "cannot be excluded."};
+      return {fmt::format(
+          "It may also stand for an effect outside the catalogue: the rest of the error "
+          "exceeds the detection threshold (chance of a false alarm {}), and no effect "
+          "explains it.",
+          percent(d.rest_p_value))};
     case Verdict::cannot_tell:
       if (d.common_cause)
         return {fmt::format(
-            "{} alone, at {}, explains these readings as well as refitting everything that is "
-            "uncertain does (chi-square per degree of freedom {} and {}): the one or the other is "
-            "wrong with the model as designed.",
+            "{} alone, at {}, explains these readings as well as fitting all uncertain parameters "
+            "does (chi-square per degree of freedom {} and {}): either is the error of the nominal "
+            "model.",
             d.common_cause->candidate.name(),
             values_text(robot, campaign, d.common_cause->candidate,
-                        d.common_cause->candidate.effect.values,
-                        d.common_cause->deviations),
+                        d.common_cause->candidate.effect.values, d.common_cause->deviations),
             number(d.common_cause->test.reduced(), 3), number(d.before->reduced(), 3))};
       if (!d.missing.empty()) return {};
-      return {"No effect of its usual size would show in these readings."};
+      return {"No effect of its usual size is observable in these readings."};
     case Verdict::no_effect_needed:
       return remarks_on_nothing(d);
     default:
@@ -160,8 +161,8 @@ std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Cam
   std::vector<std::string> result = remarks_on_verdict(robot, campaign, d);
   if (calibration::uncertain_parameters(robot).empty())
     result.push_back(
-        "The robot file declares nothing 'uncertain', so nothing is refitted: a stiffness that is "
-        "a little off may be taken for an effect.");
+        "The robot file declares nothing 'uncertain', so nothing is fitted: a stiffness that is a "
+        "little off may be taken for an effect.");
   if (!d.correlated_noise.empty())
     result.push_back(fmt::format("The noise is not independent, which is taken into account: {}.",
                                  d.correlated_noise));
@@ -181,39 +182,40 @@ std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Cam
   return result;
 }
 
-// What these readings are silent about, and how to hear of it.
+// Effects that are not observable in these readings, and the command that plans for them.
 std::string unseen_text(const Diagnosis& d) {
   if (d.verdict != Verdict::no_effect_needed && d.verdict != Verdict::cannot_tell) return {};
   std::vector<std::string> weak, confounded_with_fit;
   for (const calibration::UnseenKind& kind : calibration::unseen_kinds(d))
-    if (kind.reason.empty()) (kind.confounded_with_fit ? confounded_with_fit : weak).push_back(kind.name);
+    if (kind.reason.empty())
+      (kind.confounded_with_fit ? confounded_with_fit : weak).push_back(kind.name);
   if (weak.empty() && confounded_with_fit.empty()) return {};
   std::string text;
   if (!weak.empty())
-    text += fmt::format("  These readings would not show, at their usual sizes: {}.\n",
+    text += fmt::format("  Not observable in these readings at their usual sizes: {}.\n",
                         fmt::join(weak, ", "));
   if (!confounded_with_fit.empty())
-    text += fmt::format("  These readings do not tell from what is refitted: {}.\n",
+    text += fmt::format("  Confounded with fitted parameters: {}.\n",
                         fmt::join(confounded_with_fit, ", "));
-  return text + "  'kinetostat plan --show NAMES' says which readings would.\n";
+  return text + "  'kinetostat plan --show NAMES' says which readings would show them.\n";
 }
 
 std::string verdict_text(const vjm::Robot& robot, const calibration::Campaign& campaign,
                          const Diagnosis& d) {
-  std::string text = fmt::format("Verdict: {}\n", calibration::to_string(d.verdict));
+  std::string text =
+      fmt::format("Verdict: {}\n", verdict_in_words(calibration::to_string(d.verdict)));
   for (std::size_t i = 0; i < d.found.size(); ++i) {
     const calibration::FoundEffect& found = d.found[i];
-    text += fmt::format("  {}: {}\n    {}\n    probability among the rivals {}, gate p = {}\n",
-                        i + 1, found.candidate.name(),
+    text += fmt::format("  {}: {}\n    {}\n    probability {}, chance of a false alarm {}\n", i + 1,
+                        found.candidate.name(),
                         values_text(robot, campaign, found.candidate, found.candidate.effect.values,
                                     found.deviations),
-                        number(found.probability, 3), number(found.gate_p_value, 2));
+                        probability_in_words(found.probability), percent(found.false_alarm_chance));
     if (found.times_usual > calibration::unusual)
       text += fmt::format("    {:.0f} times as large as such an effect usually is\n",
                           found.times_usual);
     if (!found.instead.empty())
-      text += fmt::format("    these readings do not tell it from: {}\n",
-                          fmt::join(found.instead, "; "));
+      text += fmt::format("    not distinguished from: {}\n", fmt::join(found.instead, "; "));
   }
   for (const std::string& remark : remarks(robot, campaign, d))
     text += fmt::format("  {}\n", remark);
@@ -235,11 +237,11 @@ std::string without_place_text(const Diagnosis& d) {
 std::string ranking_text(const vjm::Robot& robot, const calibration::Campaign& campaign,
                          const DiagnosisStep& step, std::size_t round) {
   std::string text = fmt::format(
-      "\nRound {}{}: gate p = {} (largest of {} marks, {} simulated campaigns)\n", round + 1,
+      "\nRound {}{}: chance of a false alarm {} ({} candidates, {} simulations)\n", round + 1,
       step.beside.empty() ? "" : fmt::format(", beside {}", fmt::join(step.beside, ", ")),
-      number(step.gate.p_value, 2), step.ranking.size(), step.gate.draws);
-  Table table({"candidate", "d' at usual size", "-log p", "probability", "held-out gain", "+-",
-               "told apart d'", "value"});
+      percent(step.max_score.p_value), step.ranking.size(), step.max_score.draws);
+  Table table({"candidate", "d' at usual size", "-ln p", "probability", "held-out gain", "+-",
+               "discriminability d'", "value"});
   std::size_t shown = 0, hidden = 0;
   std::map<std::string, std::map<std::string, std::vector<std::string>>> unobservable;
   for (const RankedCandidate& r : step.ranking) {
@@ -264,11 +266,10 @@ std::string ranking_text(const vjm::Robot& robot, const calibration::Campaign& c
     table.add_row(row);
   }
   text += table.text();
-  if (hidden > 0) text += fmt::format("  and {} more with a smaller mark\n", hidden);
+  if (hidden > 0) text += fmt::format("  and {} more with a smaller signature\n", hidden);
   if (step.free_form_probability > 0)
-    text +=
-        fmt::format("  an error without a form of its own: probability {}; it would depend on {}\n",
-                    number(step.free_form_probability, 3), step.free_form.depends_on);
+    text += fmt::format("  an unmodelled smooth error: probability {}; it would depend on {}\n",
+                        number(step.free_form_probability, 3), step.free_form.depends_on);
   for (const auto& [reason, kinds] : unobservable) {
     text += fmt::format("  not observable, because {}:\n", reason);
     for (const auto& [kind, places] : kinds)
@@ -323,10 +324,10 @@ Json step_json(const vjm::Robot& robot, const DiagnosisStep& step) {
   for (const RankedCandidate& r : step.ranking) ranking.push_back(ranked_json(robot, r));
   return {{"beside", step.beside},
           {"gate",
-           {{"largest", step.gate.largest},
-            {"critical", step.gate.critical},
-            {"p_value", step.gate.p_value},
-            {"draws", step.gate.draws}}},
+           {{"largest", step.max_score.largest},
+            {"critical", step.max_score.critical},
+            {"p_value", step.max_score.p_value},
+            {"draws", step.max_score.draws}}},
           {"indistinguishable", step.indistinguishable},
           {"log_evidence_without", step.log_evidence_without},
           {"free_form",
@@ -356,11 +357,15 @@ Json test_json(const std::optional<calibration::ChiSquareTest>& test) {
 
 }  // namespace
 
+std::string verdict_in_words(const std::string& verdict) {
+  return verdict == calibration::to_string(Verdict::cannot_tell) ? "inconclusive" : verdict;
+}
+
 std::string text(const vjm::Robot& robot, const calibration::Campaign& campaign,
                  const Diagnosis& d) {
   std::string text = fmt::format("\n{}\n", campaign.name) + verdict_text(robot, campaign, d);
   if (d.before && d.after)
-    text += fmt::format("  chi-square per degree of freedom: {} refitted, {} in the end\n",
+    text += fmt::format("  chi-square per degree of freedom: fitted {}, final {}\n",
                         number(d.before->reduced(), 4), number(d.after->reduced(), 4));
   text += waterfall_text(campaign, d.waterfall, d.held_out);
   for (std::size_t i = 0; i < d.steps.size(); ++i)
@@ -377,7 +382,7 @@ Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, con
     entry["values"] = numbers(f.candidate.effect.values);
     entry["deviations"] = numbers(f.deviations);
     entry["probability"] = f.probability;
-    entry["gate_p_value"] = f.gate_p_value;
+    entry["gate_p_value"] = f.false_alarm_chance;
     entry["instead"] = f.instead;
     found.push_back(std::move(entry));
   }

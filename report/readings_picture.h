@@ -16,7 +16,7 @@ struct ReadingsModel {
   std::vector<spatial::Vector6> residual;
 };
 
-/// "as designed", and "refitted" when there is a fit.
+/// "nominal", and "fitted" when there is a fit.
 std::vector<ReadingsModel> readings_models(const calibration::Comparison& comparison);
 
 /// Postures as charts name them: one entry a configuration of the campaign, {"label", "position"}:

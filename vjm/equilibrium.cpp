@@ -204,9 +204,9 @@ FoundState follow(EquilibriumSystem& system, const Task& task, const Equilibrium
   return found;
 }
 
-// Between stops a joint may move freely, so Newton's method cannot tell where a load takes it. The
-// gap is bridged by springs that become softer and softer, until the joint lies at a stop, or is
-// balanced without.
+// Between stops a joint may move freely, so Newton's method has no direction in which a load moves
+// it. The gap is bridged by springs that become softer and softer, until the joint lies at a stop,
+// or is balanced without.
 FoundState follow_through_gaps(EquilibriumSystem& exact, const Manipulator& manipulator,
                                const Posture& posture, const Task& task,
                                const EquilibriumOptions& options) {

@@ -53,8 +53,8 @@ TEST(BaseFit, FindsStiffnessesFarFromTheNominalOnes) {
   }
 }
 
-// Readings F/k + zero of the session, with deviations known in closed form.
-TEST(BaseFit, EstimatesOneZeroPerSession) {
+// Readings F/k + zero offset of the session, with deviations known in closed form.
+TEST(BaseFit, EstimatesOneZeroOffsetPerSession) {
   const auto file = bench_campaign("session,fz,dz\na,1000,3\na,2000,4\nb,1000,-4\nb,3000,-2\n",
                                    "zero: estimate\n");
   const Comparison c = test::compare_files(test::bench(2e6), file);
@@ -99,7 +99,7 @@ TEST(BaseFit, SaysWhichStiffnessNoReadingDependsOn) {
               HasSubstr("no reading depends on the stiffness of 'spring'"));
 }
 
-TEST(BaseFit, SaysWhichUnknownsCannotBeToldApart) {
+TEST(BaseFit, SaysWhichUnknownsAreNotDistinguishable) {
   vjm::Robot robot = test::bench();
   vjm::Chain chain("cell");
   chain.actuator("spring", vjm::Motion::tz, 1e6).actuator("screw", vjm::Motion::tz, 2e6);
@@ -108,10 +108,10 @@ TEST(BaseFit, SaysWhichUnknownsCannotBeToldApart) {
   const auto file = bench_campaign("fz,dz\n1000,1\n2000,2\n3000,3\n");
   EXPECT_THAT(
       message<files::NotIdentifiable>(robot, file),
-      HasSubstr("cannot tell the stiffness of 'spring' and the stiffness of 'screw' apart"));
+      HasSubstr("do not distinguish the stiffness of 'spring' and the stiffness of 'screw'"));
   const auto one_load = bench_campaign("fz,dz\n1000,1\n1000,2\n1000,3\n", "zero: estimate\n");
   EXPECT_THAT(message<files::NotIdentifiable>(test::bench(), one_load),
-              HasSubstr("cannot tell the stiffness of 'spring' and the zero of dz apart"));
+              HasSubstr("do not distinguish the stiffness of 'spring' and the zero offset of dz"));
 }
 
 TEST(BaseFit, SaysWhenThereAreTooFewValues) {
@@ -121,8 +121,9 @@ TEST(BaseFit, SaysWhenThereAreTooFewValues) {
 
 TEST(BaseFit, SaysWhenTheReadingsContradictAnySpring) {
   const auto file = bench_campaign("fz,dz\n1000,-1\n2000,-2\n");
-  EXPECT_THAT(message<files::NotIdentifiable>(test::bench(), file),
-              HasSubstr("the stiffness of 'spring' runs away to infinity"));
+  EXPECT_THAT(
+      message<files::NotIdentifiable>(test::bench(), file),
+      HasSubstr("the stiffness of 'spring' cannot be determined, its best value is infinite"));
 }
 
 // Squares of squares of them would be infinite, and so would tests and evidences.
@@ -281,8 +282,8 @@ INSTANTIATE_TEST_SUITE_P(Kinds, Frames, testing::Bool(), [](const auto& absolute
   return absolute.param ? "Absolute" : "Difference";
 });
 
-// What moves in a plane and is measured in it does not show turns about axes in that plane.
-TEST(SessionFrame, WhatNoReadingTellsStaysAsStated) {
+// Turns about axes in a plane are not observable in motions in that plane.
+TEST(SessionFrame, CoordinatesThatNoReadingDeterminesStayAsStated) {
   vjm::Robot robot = test::bench();
   vjm::Chain chain("cell");
   chain.actuator("u", vjm::Motion::tx, 1e6).actuator("w", vjm::Motion::tz, 1e6);

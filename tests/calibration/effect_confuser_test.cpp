@@ -1,5 +1,4 @@
-// Which effect looks most like which: the nearest confounders that the catalogue names are
-// computed.
+// Confounders: the nearest ones that the catalogue names are computed.
 #include <algorithm>
 #include <map>
 #include <set>

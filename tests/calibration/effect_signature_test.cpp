@@ -69,8 +69,8 @@ std::vector<Vector6> predicted(const Bench& bench, const std::vector<vjm::Effect
   return p.displacement;
 }
 
-// Differences to the unloaded robot for what yields to the load; poses for what displaces the robot
-// without load, which differences do not show.
+// Differences to the unloaded robot for effects that yield to the load; poses for effects that
+// displace the robot without load, which are not observable in differences.
 DisplacementKind kind_of_readings(const vjm::Effect& effect) {
   return vjm::test::displaces_without_load(effect.kind->name) ? DisplacementKind::absolute
                                                               : DisplacementKind::difference;

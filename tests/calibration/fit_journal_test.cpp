@@ -161,7 +161,8 @@ TEST_F(FitJournalTest, RecordsHoldEveryBit) {
   EXPECT_FALSE(recorded_fit(record_of(fit), {})) << "of other parameters";
 
   const CandidateFitter::Signatures signatures = fitter.signatures_of(added[0], {}, base, silent_);
-  const std::optional<CandidateFitter::Signatures> signatures_back = recorded_signatures(record_of(signatures), added[0]);
+  const std::optional<CandidateFitter::Signatures> signatures_back =
+      recorded_signatures(record_of(signatures), added[0]);
   ASSERT_TRUE(signatures_back);
   EXPECT_EQ(record_of(*signatures_back), record_of(signatures));
   EXPECT_EQ(signatures_back->all[0].columns, signatures.all[0].columns);
@@ -170,7 +171,7 @@ TEST_F(FitJournalTest, RecordsHoldEveryBit) {
   EXPECT_FALSE(recorded_fit(record_of(signatures), unknowns));
 }
 
-TEST_F(FitJournalTest, KnowsWhatReadingsCannotTell) {
+TEST_F(FitJournalTest, KnowsWhatReadingsCannotDetermine) {
   try {
     (void)recorded_fit(record_of(files::NotIdentifiable("no reading depends on it")), {});
     ADD_FAILURE() << "it must throw";

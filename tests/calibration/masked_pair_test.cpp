@@ -73,7 +73,8 @@ TEST(PairScreen, SeesWhatNoSingleEffectShows) {
     alone += max_score_test(screen, space, 0.05, 99, 500'000, 2).p_value <= 0.05 ? 1 : 0;
     const PairScreen pairs(screen, all_of(screen));
     const auto largest = [&](const VectorXd& r) { return pairs.largest_significance(r); };
-    const MaxScoreTest both = max_score_test(largest, space, significance_of_pairs, 199, 500'000, 2);
+    const MaxScoreTest both =
+        max_score_test(largest, space, significance_of_pairs, 199, 500'000, 2);
     together += both.p_value <= significance_of_pairs ? 1 : 0;
     right += pairs.pairs()[both.where] == std::pair<std::size_t, std::size_t>(1, 12) ? 1 : 0;
   }
@@ -90,7 +91,7 @@ TEST(MaskedPair, IsFoundThoughNeitherShowsAlone) {
   laboratory.hide("preload", "q2", fmt::format("force={}", kinetostat::test::torque_2));
   const Diagnosis d = laboratory.diagnose(laboratory.measure(kinetostat::test::lifts()),
                                           {"preload", "clearance", "wrench_gain"});
-  EXPECT_GT(d.steps[0].gate.p_value, 0.05);  // nothing shows alone
+  EXPECT_GT(d.steps[0].max_score.p_value, 0.05);  // nothing shows alone
   EXPECT_EQ(d.verdict, Verdict::named_effect);
   ASSERT_EQ(d.found.size(), 2u);
   std::vector<std::string> names = {d.found[0].candidate.name(), d.found[1].candidate.name()};

@@ -137,8 +137,8 @@ TEST(Plan, AsksForTheWayBackOfFriction) {
   EXPECT_EQ(after.found[0].candidate.name(), "friction at cell.q");
 }
 
-// Loads that are all far above a gap do not tell it from a drive that hardens.
-TEST(Plan, ClearanceIsToldFromHardening) {
+// Loads that are all far above a gap do not distinguish it from a drive that hardens.
+TEST(Plan, ClearanceIsDistinguishedFromHardening) {
   Laboratory laboratory(slide);
   laboratory.options().translation_noise = 3e-6;
   laboratory.hide("clearance", "q", "gap=12 um");
@@ -226,11 +226,11 @@ std::string turning_arm_readings() {
   return csv;
 }
 
-// In a frame that is not known one posture says nothing of a mass, nor do two; and what else sags
-// or is out of place looks like one. The plan takes several postures together, tells the mass from
-// its confounders, and what it asks for stands by itself: the name is right, and helps to predict
-// postures that are left out.
-TEST(Plan, TellsAMassFromWhatLooksLikeOne) {
+// In a frame that is not known one posture says nothing of a mass, nor do two; and other sagging or
+// displacement is confounded with one. The plan takes several postures together and distinguishes
+// the mass from its confounders, and its readings stand by themselves: the name is right, and helps
+// to predict postures that are left out.
+TEST(Plan, DistinguishesAMassFromItsConfounders) {
   const std::vector<std::string> kinds = {"payload", "eccentricity", "target_lever_arm",
                                           "geometric_error", "gravity_compensator"};
   Laboratory laboratory(turning_arm());
@@ -250,7 +250,8 @@ TEST(Plan, TellsAMassFromWhatLooksLikeOne) {
     EXPECT_GT(split.separation, 4) << split.b;
     candidates.insert(split.b.substr(0, split.b.find(" at ")));
   }
-  EXPECT_THAT(candidates, testing::IsSupersetOf({"nothing more", "geometric_error", "eccentricity"}));
+  EXPECT_THAT(candidates,
+              testing::IsSupersetOf({"nothing more", "geometric_error", "eccentricity"}));
   std::set<std::size_t> postures;
   for (const PlanBlock& block : p.blocks) postures.insert(block.configuration);
   EXPECT_GT(postures.size(), 3u);
@@ -280,7 +281,7 @@ PlanQuestion between(const vjm::Robot& robot, const std::vector<std::string>& na
 }
 
 // A gain of the load cell and a softer spring do the same under every load that the cell reads.
-TEST(Plan, SaysWhatNoPlanCanTellApart) {
+TEST(Plan, SaysWhatNoPlanCanDistinguish) {
   Laboratory laboratory(slide.substr(0, slide.find("uncertain")));
   const Campaign campaign = laboratory.measure(loads_only_up({0, 300, 600, 900}));
   PlanQuestion question =
@@ -314,9 +315,9 @@ TEST(Plan, WhatIsTakenUpByTheFitShowsUnderKnownWeights) {
               HasSubstr("Load it by known weights"));
 }
 
-// What only known weights tell is told by them: readings of another session, to which the load cell
-// has nothing to say.
-TEST(Plan, KnownWeightsTellAGainOfTheLoadCellFromASofterSpring) {
+// Known weights show what only they can show: readings of another session, in which the load cell
+// has no part.
+TEST(Plan, KnownWeightsDistinguishAGainOfTheLoadCellFromASofterSpring) {
   const std::string up = loads_only_up({0, 300, 600, 900});
   const auto replace_all = [](std::string text, const std::string& from, const std::string& to) {
     for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
@@ -375,7 +376,7 @@ TEST(Plan, SharpensAsPromised) {
   }
 }
 
-TEST(Plan, BeginsWithReplicatesWhereNothingTellsTheNoise) {
+TEST(Plan, StartsWithReplicatesWhereTheNoiseIsUnknown) {
   Laboratory laboratory(slide);
   laboratory.options().translation_noise = 0;
   const Campaign campaign = laboratory.measure("id,fz\na,0\nb,300\nc,600\n");

@@ -29,7 +29,7 @@ Campaign campaign(double gap) {
 
 // With the compliance u = exp(-q) / k in the place of the logarithm q it is a straight line through
 // the readings, whose zero is fitted, too: the rise is sum((F - mean F)^2) (u - best)^2 / sigma^2.
-TEST(Profile, OfOneSpringAndItsZeroIsThatOfAStraightLine) {
+TEST(Profile, OfOneSpringAndItsZeroOffsetIsThatOfAStraightLine) {
   const vjm::Robot robot = test::bench();
   const Campaign read = campaign(0);
   const Noise noise = noise_of(read, {});

@@ -55,7 +55,7 @@ TEST(Replicates, NeverContainMaskedReadings) {
   EXPECT_EQ(sizes(campaign("fz,dz,mask,mask_reason\n1,1,,\n1,9,1,slipped\n1,2,,\n")), (Sizes{2}));
 }
 
-TEST(Replicates, OfDifferentSessionsCountOnlyWhenTheZeroIsKnown) {
+TEST(Replicates, OfDifferentSessionsCountOnlyWhenTheDatumIsKnown) {
   const std::string csv = "fz,session,dz\n1,a,1\n1,b,2\n";
   EXPECT_EQ(sizes(campaign(csv)), (Sizes{2}));
   EXPECT_EQ(sizes(campaign(csv, "zero: estimate\n")), (Sizes{1, 1}));

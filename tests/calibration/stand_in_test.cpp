@@ -61,7 +61,7 @@ TEST_F(CommonCauseTest, AGainOfTheLoadCellMakesAllSpringsSofterAtOnce) {
   EXPECT_GT(d.common_cause->test.p_value, 0.001);
 }
 
-// One spring softer and another one stiffer than designed: no single cause does that; one spring
+// One spring softer and another one stiffer than nominal: no single cause does that; one spring
 // alone needs none.
 TEST_F(CommonCauseTest, StiffnessesThatAreWrongNeedNoOtherCause) {
   for (const double stiffer : {1.15, 1.0}) {
@@ -80,7 +80,7 @@ TEST_F(CommonCauseTest, AModelThatIsRightNeedsNone) {
   EXPECT_FALSE(d.common_cause.has_value());
 }
 
-// What is asked for next are readings that tell the one from the other.
+// The plan asks for readings that distinguish the one from the other.
 TEST_F(CommonCauseTest, ThePlanAsksForKnownWeights) {
   Laboratory arm(CommonCauseTest::arm(1, 1));
   arm.hide("wrench_gain", "load", "gain=1.05");

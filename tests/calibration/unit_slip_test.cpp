@@ -18,8 +18,8 @@ using spatial::Vector6;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-// Displacements that are `factor` times the predicted ones, with a zero of their own and some
-// noise.
+// Displacements that are `factor` times the predicted ones, with a zero offset of their own and
+// some noise.
 struct Scaled {
   Campaign campaign;
   std::vector<Vector6> predicted;
@@ -64,7 +64,7 @@ TEST(UnitError, IsNoWrongStiffnessAndNoNoise) {
 }
 
 // A load cell in kN whose readings were written down as N: said first, before what follows of it.
-TEST(UnitError, IsTheFirstThingThatIsSaid) {
+TEST(UnitError, IsTheFirstFinding) {
   test::Laboratory laboratory(
       "kinetostat: 1\nname: slide\nunits: {length: mm, force: N, angle: deg}\nchain_types:\n"
       "  cell:\n    - actuator: {name: q, axis: Tz, stiffness: 1000}\n"

@@ -70,7 +70,7 @@ TEST(Verdict, WhatAnErrorWithoutAFormExplainsBetterIsNoSecondEffect) {
   ASSERT_EQ(d.found.size(), 1u);
   EXPECT_EQ(d.found[0].candidate.name(), "friction at cell.q");
   ASSERT_EQ(d.steps.size(), 2u);
-  EXPECT_LT(d.steps[1].gate.p_value, 0.01);
+  EXPECT_LT(d.steps[1].max_score.p_value, 0.01);
   EXPECT_GT(d.steps[1].free_form_probability, 0.9);
 }
 
@@ -154,7 +154,7 @@ TEST(Verdict, WhatALawGetsWrongIsNoSecondEffect) {
   EXPECT_EQ(d.rest_of_laws, "piecewise_stiffness at cell.q");
   EXPECT_FALSE(d.or_something_else);
   EXPECT_THAT(report::text(laboratory.robot(), campaign, d),
-              HasSubstr("no more than the law of what was found may get wrong"));
+              HasSubstr("no larger than the error of an idealised law may be"));
 }
 
 // Beside one effect another one of a thirtieth of its size may be its law; one of a seventh is
@@ -227,9 +227,9 @@ TEST(Verdict, CreepIsNotFasterThanTheReadings) {
   Laboratory laboratory(slide);
   laboratory.hide("friction", "q", "force=60 N,presliding=3 um");
   const Diagnosis d = laboratory.diagnose(laboratory.measure(loops()), {"creep", "friction"});
-  const auto creep =
-      std::find_if(d.steps[0].ranking.begin(), d.steps[0].ranking.end(),
-                   [](const RankedCandidate& ranked) { return ranked.candidate.effect.kind->name == "creep"; });
+  const auto creep = std::find_if(
+      d.steps[0].ranking.begin(), d.steps[0].ranking.end(),
+      [](const RankedCandidate& ranked) { return ranked.candidate.effect.kind->name == "creep"; });
   ASSERT_NE(creep, d.steps[0].ranking.end());
   ASSERT_TRUE(creep->fit);
   EXPECT_GE(creep->fit->values[1], 30);  // tau [s]
@@ -258,7 +258,7 @@ TEST(Verdict, NothingToTryIsNoCrash) {
 }
 
 // Nanoseconds that are taken for seconds: no creep that an effect may have is slow enough.
-TEST(Verdict, ReadingsThatAreYearsApartTellNoCreep) {
+TEST(Verdict, ReadingsThatAreYearsApartShowNoCreep) {
   Laboratory laboratory(slide);
   laboratory.hide("friction", "q", "force=60 N,presliding=3 um");
   Campaign campaign = laboratory.measure(loops());
@@ -268,7 +268,7 @@ TEST(Verdict, ReadingsThatAreYearsApartTellNoCreep) {
 }
 
 // Weight that is put on against friction, or that has settled: either is found as what it was.
-TEST(Verdict, FrictionIsNamedHoweverItsCyclesBegin) {
+TEST(Verdict, FrictionIsNamedHoweverItsCyclesStart) {
   for (const int settled : {0, 1}) {
     Laboratory laboratory(
         "kinetostat: 1\nname: slide\nunits: {length: mm, force: N, angle: deg}\n"
@@ -286,8 +286,8 @@ TEST(Verdict, FrictionIsNamedHoweverItsCyclesBegin) {
   }
 }
 
-// A spring that no load reaches, and one that yields in proportion to another, stay at its nominal
-// value and are named; the verdict is that of the rest.
+// A spring that no load reaches, and one that yields in proportion to another, stay at their
+// nominal values and are named; the verdict is that of the rest.
 TEST(Verdict, WhatTheReadingsDoNotDetermineStaysNominal) {
   Laboratory laboratory(
       "kinetostat: 1\nname: slide\nunits: {length: mm, force: N, angle: deg}\nchain_types:\n  "
@@ -303,10 +303,11 @@ TEST(Verdict, WhatTheReadingsDoNotDetermineStaysNominal) {
   ASSERT_FALSE(d.found.empty());
   EXPECT_EQ(d.found[0].candidate.effect.kind->name, "friction");
   ASSERT_GE(d.weak.size(), 2u);
-  EXPECT_EQ(d.weak[0], "the stiffness of 'p' stays as designed: no reading depends on it.");
+  EXPECT_EQ(d.weak[0],
+            "the stiffness of 'p' stays at its nominal value: no reading depends on it.");
   EXPECT_EQ(d.weak[1],
-            "the stiffness of 'q' stays as designed: these readings do not tell it from what is "
-            "refitted.");
+            "the stiffness of 'q' stays at its nominal value: it is confounded with the fitted "
+            "parameters.");
 }
 
 // A drift against the load, by more than the spring yields: without it the spring would be rigid.
@@ -321,10 +322,10 @@ TEST(Verdict, WhatDrivesAStiffnessToInfinityIsFound) {
   const Diagnosis d = laboratory.diagnose(campaign, {"session_drift", "creep", "clearance"});
   ASSERT_EQ(d.verdict, Verdict::named_effect);
   EXPECT_EQ(d.found[0].candidate.name(), "session_drift at sensor");
-  EXPECT_THAT(d.weak.at(0), HasSubstr("infinite or zero"));
+  EXPECT_THAT(d.weak.at(0), HasSubstr("infinite or 0"));
 }
 
-// A slip in a sign does so as well, and no effect is sought in what it leaves.
+// A sign error does so as well, and no effect is sought in the rest.
 TEST(Verdict, ASignErrorIsNoMissingEffect) {
   Laboratory laboratory(slide);
   Campaign campaign = laboratory.measure(loops());
@@ -378,7 +379,7 @@ TEST(Verdict, BalancersAreSoughtAtDrives) {
 }
 
 // A drive about a vertical axis lifts nothing, and neither do those behind it about parallel axes;
-// one that tilts makes room for all behind it. Where gravity is not known any may lift.
+// one that tilts allows it for all behind it. Where gravity is not known any may lift.
 TEST(Verdict, BalancersAreSoughtWhereWeightActs) {
   const auto balanced = [](const std::string& gravity, const std::string& second) {
     Laboratory laboratory(
@@ -439,8 +440,9 @@ TEST(Verdict, SaysWhatItCouldNotSee) {
   EXPECT_EQ(unseen[1].name, "wrench_gain");
   EXPECT_TRUE(unseen[1].confounded_with_fit);
   const std::string text = report::text(laboratory.robot(), campaign, d);
-  EXPECT_THAT(text, testing::HasSubstr("would not show, at their usual sizes: payload."));
-  EXPECT_THAT(text, testing::HasSubstr("do not tell from what is refitted: wrench_gain."));
+  EXPECT_THAT(
+      text, testing::HasSubstr("Not observable in these readings at their usual sizes: payload."));
+  EXPECT_THAT(text, testing::HasSubstr("Confounded with fitted parameters: wrench_gain."));
 }
 
 }  // namespace

@@ -204,7 +204,7 @@ TEST(Repair, WithoutItsHelperSaysSo) {
   EXPECT_THAT(report.actions[0].words, HasSubstr("cannot be run"));
 }
 
-TEST(EnclosedVolume, CountsOverlapsOnceAndKnowsWhenItCannotTell) {
+TEST(EnclosedVolume, CountsOverlapsOnceAndKnowsWhenItIsUndetermined) {
   SurfaceMesh mesh = box;
   append(mesh, box_surface({2, 0, 0}, {5, 2, 1}));
   EXPECT_NEAR(enclosed_volume(mesh).value(), 10, 0.1);

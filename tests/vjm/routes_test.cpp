@@ -46,7 +46,7 @@ void expect_all_formulas_agree(const Case& c) {
   // Where little or nothing is left, it is compared with what there was before the joints.
   const double size = weighed(locked_stiffness(c.model), c.model.length).cwiseAbs().maxCoeff();
   for (const Matrix6& result : {block_inverse_stiffness(c.model), two_term_stiffness(c.model),
-                               recursive_stiffness(c.model)})
+                                recursive_stiffness(c.model)})
     EXPECT_TRUE(test::matrix_near(weighed(result, c.model.length), expected, 1e-10 * size));
 }
 

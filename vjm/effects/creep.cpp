@@ -61,7 +61,8 @@ class Creep : public EffectKind {
 
   void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
     spring_of_joint(chain, joint);
-    chain.add_transmission_error({.coordinate = chain.index_of(joint), .shift = Step(input).crept_now});
+    chain.add_transmission_error(
+        {.coordinate = chain.index_of(joint), .shift = Step(input).crept_now});
   }
 
   void differentiate(ChainColumns& columns, const std::string& joint,

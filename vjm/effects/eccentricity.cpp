@@ -48,9 +48,9 @@ class Eccentricity : public EffectKind {
 
   void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
     chain.add_transmission_error({.coordinate = chain.index_of(joint),
-                          .cosine = input.values[cosine],
-                          .sine = input.values[sine],
-                          .order = input.values[order]});
+                                  .cosine = input.values[cosine],
+                                  .sine = input.values[sine],
+                                  .order = input.values[order]});
   }
 
   void differentiate(ChainColumns& columns, const std::string& joint,
@@ -61,7 +61,8 @@ class Eccentricity : public EffectKind {
     const double s = std::sin(input.values[order] * command);
     columns.add_transmission_error(cosine, k, c);
     columns.add_transmission_error(sine, k, s);
-    columns.add_transmission_error(order, k, command * (input.values[sine] * c - input.values[cosine] * s));
+    columns.add_transmission_error(order, k,
+                                   command * (input.values[sine] * c - input.values[cosine] * s));
   }
 };
 
