@@ -59,8 +59,8 @@ BENCHMARK(compare_readings)
     ->Arg(10000)
     ->Unit(benchmark::kSecond);
 
-// Actuators, feet and legs of every chain, nine stiffnesses that are 20 % off, and the zeros of
-// three axes: twelve unknowns.
+// Actuators, feet and legs of every chain, nine stiffnesses that are 20 % off, and the zero offsets
+// of three axes: twelve unknowns.
 vjm::Robot uncertain_orthoglide() {
   vjm::Robot robot = orthoglide();
   for (std::size_t c = 0; c < 3; ++c)

@@ -1,4 +1,4 @@
-// Rates of the finite element room: elements, assembly, factorisation.
+// Rates of the finite element module: elements, assembly, factorisation.
 #include <benchmark/benchmark.h>
 
 #include "kinetostat/fea/elasticity/assembly.h"

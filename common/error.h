@@ -1,4 +1,4 @@
-// What a run can fail with, said so that its user can mend it.
+// Errors of a run, worded so that its user can correct them.
 #pragma once
 
 #include <filesystem>
@@ -37,7 +37,7 @@ class NoConvergence : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The data cannot tell what was asked of them. what() says what is missing. Exit code 5.
+/// The data do not determine what was asked. what() says what is missing. Exit code 5.
 class NotIdentifiable : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -13,7 +13,7 @@ constexpr double share = 0.9;  // of what is free; the rest is for the others
 
 constexpr double unknown = std::numeric_limits<double>::infinity();
 
-// The number after the word `key` at the beginning of a line; `otherwise` without one.
+// The number after the word `key` at the start of a line; `otherwise` without one.
 double number_after(const char* file, const std::string& key, double otherwise) {
   std::ifstream stream(file);
   for (std::string line; std::getline(stream, line);)

@@ -3,7 +3,7 @@
 
 namespace kinetostat::common {
 
-/// What the process could have in all [bytes]: what it has and most of what the machine, or the
+/// Memory that the process could have in all [bytes]: its own and most of what the machine, or the
 /// control group that the process is in, still has free. Infinite where the system does not say.
 double memory_share();
 

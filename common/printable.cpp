@@ -5,7 +5,7 @@
 namespace kinetostat::common {
 namespace {
 
-// How many bytes the UTF-8 character at the beginning of a text has; 0 when it is none.
+// How many bytes the UTF-8 character at the start of a text has; 0 when it is none.
 std::size_t character_size(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const std::size_t size = byte(0) < 0x80                       ? 1

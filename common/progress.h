@@ -21,7 +21,7 @@ class Progress {
   Progress& operator=(const Progress&) = delete;
   virtual ~Progress() = default;
 
-  /// `fraction` in [0, 1] of the named phase is done; a new name begins a new phase. Throws
+  /// `fraction` in [0, 1] of the named phase is done; a new name starts a new phase. Throws
   /// Cancelled when the user has asked to stop, so call it where unwinding is safe: not inside a
   /// parallel region. Cheap enough for every iteration of a solver.
   void report(std::string_view phase, double fraction) {

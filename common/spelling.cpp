@@ -8,7 +8,7 @@ namespace {
 
 char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
 
-// One letter wrong costs `edit`; a letter of the wrong case costs so little that it only decides
+// One letter wrong costs `edit`; a letter of the wrong case costs so little that it only selects
 // between candidates that are equally near otherwise: "Mpa" is "MPa" rather than "mPa".
 constexpr std::size_t edit = 1000;
 constexpr std::size_t wrong_case = 1;

@@ -18,15 +18,14 @@ class Cache {
   Cache() = default;
   /// At most `limit` bytes in `folder`, which is made when something is kept.
   explicit Cache(std::filesystem::path folder, std::uintmax_t limit = std::uintmax_t{1} << 30);
-  /// In $XDG_CACHE_HOME/kinetostat, or ~/.cache/kinetostat. Keeps nothing when neither can be
-  /// told.
+  /// In $XDG_CACHE_HOME/kinetostat, or ~/.cache/kinetostat. Keeps nothing when neither is known.
   static Cache of_user();
 
   /// It may find and keep something.
   bool enabled() const { return !folder_.empty(); }
   const std::filesystem::path& folder() const { return folder_; }  // empty: there is none
 
-  /// What was kept under this key; an entry that is not sound is thrown away.
+  /// The bytes kept under this key; an entry that is not sound is thrown away.
   std::optional<std::string> find(const std::string& key) const;
   /// Keeps `content`, then removes the entries that were not used for longest until the limit is
   /// held. False when nothing was kept: too large, no space, no permission.
@@ -38,7 +37,7 @@ class Cache {
  private:
   std::filesystem::path entry(const std::string& key) const;
   void make_room() const;
-  std::uintmax_t slack() const { return limit_ / 64; }  // room that is made ahead
+  std::uintmax_t slack() const { return limit_ / 64; }  // space that is freed ahead
 
   std::filesystem::path folder_;
   std::uintmax_t limit_ = 0;

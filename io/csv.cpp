@@ -38,7 +38,7 @@ bool is_number(std::string_view text) {
   return error == std::errc() && end == text.data() + text.size();
 }
 
-// Spreadsheets compute what begins so, and what they compute may start programs.
+// Spreadsheets compute what starts so, and what they compute may start programs.
 bool begins_formula(char c) { return c == '=' || c == '+' || c == '-' || c == '@'; }
 
 // A text that a spreadsheet would take for a formula, but for the quotes before it.
@@ -177,7 +177,7 @@ CsvTable::Cell CsvTable::read_quoted_cell() {
   while (true) {
     const std::size_t quote = buffer_.find('"', position_);
     if (quote == std::string::npos)
-      fail_at(opening, "the quote that begins here is not closed",
+      fail_at(opening, "the quote that starts here is not closed",
               "Close it, or write \"\" for a quote inside a quoted cell");
     position_ = quote + 1;
     if (position_ >= buffer_.size() || buffer_[position_] != '"') break;

@@ -12,9 +12,9 @@
 namespace kinetostat::io {
 
 /// A CSV file (RFC 4180): one header line with the column names, then one line a row. Besides:
-/// lines that begin with '#' and empty lines are skipped, blanks around cells are dropped, a byte
-/// order mark and CRLF are accepted, and ';' or tab separate where the header has no comma. The
-/// table is one buffer with views into it, so 100,000 rows are read in a fraction of a second.
+/// lines that start with '#' and empty lines are skipped, blanks around cells are dropped, a
+/// byte-order mark and CRLF are accepted, and ';' or tab separate where the header has no comma.
+/// The table is one buffer with views into it, so 100,000 rows are read in a fraction of a second.
 class CsvTable {
  public:
   /// Throws InputError naming file, line and column when there is no header, a column has no name
@@ -32,7 +32,7 @@ class CsvTable {
   [[noreturn]] void fail_column(std::size_t column, const std::string& what,
                                 const std::string& cure) const;
 
-  /// Line of the file on which a row begins, counted from 1.
+  /// Line of the file on which a row starts, counted from 1.
   int line(std::size_t row) const { return row_lines_[row]; }
   std::string_view cell(std::size_t row, std::size_t column) const;
   bool empty(std::size_t row, std::size_t column) const { return cell(row, column).empty(); }
@@ -82,8 +82,7 @@ CsvTable read_csv(const std::filesystem::path& file);
 
 /// A text as a cell must be written: in double quotes when it holds a separator, a quote or a line
 /// end, with '?' for other control characters, and with a single quote before what a spreadsheet
-/// would compute
-/// (=, +, - or @ at the beginning of what is no number), which CsvTable takes away again.
+/// would compute (=, +, - or @ at the start of what is no number), which CsvTable takes away again.
 std::string csv_cell(std::string_view text);
 
 /// A comment line, "# text" and a line end, that a spreadsheet finds no formula in either.

@@ -20,7 +20,7 @@ struct Signature {
   const char* kind;
 };
 
-// As the formats themselves define them; the longer one first where one begins with another.
+// As the formats themselves define them; the longer one first where one starts with another.
 constexpr std::array signatures{
     Signature{"\x89PNG\r\n\x1a\n"sv, "a PNG picture"},
     Signature{"\xff\xd8\xff"sv, "a JPEG picture"},
@@ -68,7 +68,7 @@ bool is_binary_stl(std::string_view bytes) {
   return count > 0 && bytes.size() == header + facet * count;
 }
 
-// Both words, because "solid" may begin a text of another kind.
+// Both words, because "solid" may start a text of another kind.
 bool is_ascii_stl(std::string_view bytes) {
   const std::string_view start = bytes.substr(0, 1000);
   return start.starts_with("solid") && start.find("facet normal") != std::string_view::npos;

@@ -1,4 +1,4 @@
-// What a file is, by its first bytes: a file given in the place of another is named, not parsed.
+// Kind of a file, by its first bytes: a file given in the place of another is named, not parsed.
 #pragma once
 
 #include <filesystem>
@@ -8,11 +8,11 @@
 namespace kinetostat::io {
 
 /// "a PNG picture", "a mesh (binary STL)", "a gzip archive"; "binary data" for what holds zero
-/// bytes; empty for text that may be anything. `bytes` is the beginning of the file, or all of it.
+/// bytes; empty for text that may be anything. `bytes` is the start of the file, or all of it.
 std::string kind_of_bytes(std::string_view bytes);
 
 /// The text looks like a table: its first line that is no comment has separators and no colon, or
-/// begins with a separator.
+/// starts with a separator.
 bool looks_like_table(std::string_view text);
 
 /// Throws InputError when the bytes are of a kind that is not text: "this is a PNG picture, not a

@@ -119,8 +119,8 @@ void require_names_that_fit(const path& folder, const path& file) {
 }
 
 // A file of a name of its own beside the target, which becomes the target or goes again. Its name
-// is short, so that every name that the target may have leaves room for it; it is made anew, so
-// that nobody can put a link there beforehand.
+// is short, so that it fits beside every name that the target may have; it is made anew, so that
+// nobody can put a link there beforehand.
 class TemporaryFile {
  public:
   TemporaryFile(const path& folder, mode_t mode, const path& file) : file_(file) {

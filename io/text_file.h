@@ -43,13 +43,13 @@ enum class Flush {
 
 /// Writes to a temporary file in the same folder, flushes it to disk, then renames it over `file`:
 /// at every moment the old content or the new is there, never a part. Folders that are missing are
-/// made. What is replaced passes on its permissions, and its owner and group where the system lets
+/// made. The replaced file passes on its permissions, and its owner and group where the system lets
 /// it; a group that it cannot keep loses its permissions. Symbolic links are followed; devices and
 /// pipes are written to directly. Throws InputError when the folder cannot be written to.
 void write_atomically(const std::filesystem::path& file, const std::string& content,
                       Flush flush = Flush::yes);
 
-/// What write_in_place_of() may replace.
+/// Targets that write_in_place_of() may replace.
 enum class Replace {
   nothing,  // what is there stays, even a symbolic link that leads nowhere
   entry     // a file or a symbolic link itself; what the link leads to stays

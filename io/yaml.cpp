@@ -311,7 +311,7 @@ common::InputError error_at(const std::filesystem::path& file, const YAML::Mark&
 }
 
 // Counts what a file holds before anything is kept of it. The parser itself has no bounds: a text
-// that it cannot place, such as a comma at the beginning, is one empty document after the other.
+// that it cannot place, such as a comma at the start, is one empty document after the other.
 class Census : public YAML::EventHandler {
  public:
   explicit Census(const std::filesystem::path& file) : file_(file) {}
@@ -351,7 +351,7 @@ class Census : public YAML::EventHandler {
     count(mark);
     if (documents_ > 1)
       throw error_at(file_, mark, fmt::format("the file holds {} documents", documents_),
-                     "Keep one; '---' begins another");
+                     "Keep one; '---' starts another");
   }
   void open(const YAML::Mark& mark) {
     count_content(mark);
@@ -377,7 +377,7 @@ YAML::Node bounded_root(const std::string& text, const std::filesystem::path& fi
   if (!root.IsMap())
     throw common::InputError(file,
                              fmt::format("the file holds {}, not a map of keys", kind_of(root)),
-                             "A kinetostat file begins with 'kinetostat: 1'");
+                             "A kinetostat file starts with 'kinetostat: 1'");
   if (int left = most_values; !is_small(root, 0, left))
     throw common::InputError(file, "a value holds itself, or more than can be read",
                              "Write it out where an alias (*name) stands for it");

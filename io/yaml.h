@@ -94,8 +94,8 @@ class YamlNode {
   std::string path_;
 };
 
-/// What a file says, without its comments, layout and order of keys, and with the SHA-256 of every
-/// file that it names: two files with the same meaning give the same results.
+/// Meaning of a file: its content without comments, layout and order of keys, with the SHA-256 of
+/// every file that it names; two files with the same meaning give the same results.
 std::string meaning(const YamlNode& node);
 
 /// Reads a file whose top level is a map. Throws InputError when it is missing, not YAML, empty or

@@ -33,9 +33,9 @@ std::string shown(const Campaign& campaign, Eigen::Index component, double si, i
 
 std::string hit_text(BoundHit hit) { return hit == BoundHit::lower ? "lower" : "upper"; }
 
-// A value as designed and fitted in a unit, with the factor between the two if there is one.
+// Nominal and fitted value in a unit, with the factor between the two if there is one.
 struct Shown {
-  double designed = 1, fitted = 1, error = 0;
+  double nominal = 1, fitted = 1, error = 0;
   std::string unit = "-";
 };
 
@@ -48,19 +48,19 @@ Shown shown_parameter(const Campaign& campaign, const ParameterEstimate& e) {
   shown.unit = e.parameter.is_torsional
                    ? fmt::format("{} {}/rad", campaign.units.force, campaign.units.length)
                    : fmt::format("{}/{}", campaign.units.force, campaign.units.length);
-  const double designed = *e.parameter.stiffness / spatial::parse_unit(shown.unit).factor;
-  shown.designed *= designed;
-  shown.fitted *= designed;
-  shown.error *= designed;
+  const double nominal = *e.parameter.stiffness / spatial::parse_unit(shown.unit).factor;
+  shown.nominal *= nominal;
+  shown.fitted *= nominal;
+  shown.error *= nominal;
   return shown;
 }
 
 std::string parameters_text(const Campaign& campaign, const BaseFit& fit) {
   if (fit.parameters.empty()) return {};
-  Table table({"parameter", "designed", "fitted", "+-", "unit", "factor"});
+  Table table({"parameter", "nominal", "fitted", "+-", "unit", "factor"});
   for (const ParameterEstimate& e : fit.parameters) {
     const Shown shown = shown_parameter(campaign, e);
-    table.add_row({e.parameter.name, number(shown.designed, 6), number(shown.fitted, 7),
+    table.add_row({e.parameter.name, number(shown.nominal, 6), number(shown.fitted, 7),
                    e.hit == BoundHit::none ? number(shown.error, 2) : hit_text(e.hit) + " bound",
                    shown.unit, e.parameter.is_logarithm() ? number(std::exp(e.value), 6) : "-"});
   }
@@ -69,7 +69,7 @@ std::string parameters_text(const Campaign& campaign, const BaseFit& fit) {
 
 std::string zeros_text(const Campaign& campaign, const BaseFit& fit) {
   if (fit.zeros.empty()) return {};
-  Table table({"zero of", "session", "value", "+-", "unit"});
+  Table table({"zero offset of", "session", "value", "+-", "unit"});
   for (const calibration::Zero& zero : fit.zeros)
     table.add_row({component_name(zero.component), campaign.sessions[zero.session],
                    shown(campaign, zero.component, zero.value, 6),
@@ -81,11 +81,11 @@ std::string zeros_text(const Campaign& campaign, const BaseFit& fit) {
 std::string frames_text(const Campaign& campaign, const BaseFit& fit) {
   if (fit.frames.empty()) return {};
   Table table({"frame of session", "", "value", "+-", "unit"});
-  bool any_untold = false;
+  bool any_undetermined = false;
   for (const calibration::FrameEstimate& frame : fit.frames)
     for (Eigen::Index k = 0; k < 6; ++k)
       if (std::isnan(frame.standard_error[k]))
-        any_untold |= !std::isnan(frame.value[k]);
+        any_undetermined |= !std::isnan(frame.value[k]);
       else
         table.add_row(
             {campaign.sessions[frame.session],
@@ -95,7 +95,8 @@ std::string frames_text(const Campaign& campaign, const BaseFit& fit) {
   std::string text = "\n" + table.text();
   if (campaign.displacement == calibration::DisplacementKind::difference)
     text += "  In differences the position of a frame cancels: it is not observable.\n";
-  if (any_untold) text += "  What else belongs to a frame no reading tells: it stays as stated.\n";
+  if (any_undetermined)
+    text += "  Coordinates of a frame that no reading determines stay as stated.\n";
   return text;
 }
 

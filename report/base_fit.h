@@ -1,4 +1,4 @@
-// Fitted parameters, zeros and frames, for people and for programs.
+// Fitted parameters, zero offsets and frames, for people and for programs.
 #pragma once
 
 #include <string>

@@ -32,8 +32,8 @@ struct Named {
 };
 
 std::vector<Named> models(const Comparison& comparison) {
-  std::vector<Named> result = {{"The model as designed", &comparison.as_designed}};
-  if (comparison.refitted) result.push_back({"The refitted model", &*comparison.refitted});
+  std::vector<Named> result = {{"The nominal model", &comparison.nominal}};
+  if (comparison.fitted) result.push_back({"The fitted model", &*comparison.fitted});
   return result;
 }
 
@@ -70,19 +70,20 @@ struct Finding {
 Finding finding(const std::string& model, const LackOfFitTest& test) {
   return {
       test.f / test.critical,
-      fmt::format("{} {}: lack-of-fit F = {} against {} ({} %, {} and {} degrees of freedom, "
-                  "{}).",
-                  model, test.p_value < test.level ? "fails" : "is not refuted by the replicates",
-                  number(test.f, 4), number(test.critical, 4), number(100 * test.level, 3),
-                  test.degrees_of_freedom_lack, test.degrees_of_freedom_pure,
-                  probability(test.p_value))};
+      fmt::format(
+          "{} {}: lack-of-fit F = {} against {} ({} %, {} and {} degrees of freedom, "
+          "{}).",
+          model,
+          test.p_value < test.level ? "fails" : "is consistent with the scatter of the replicates",
+          number(test.f, 4), number(test.critical, 4), number(100 * test.level, 3),
+          test.degrees_of_freedom_lack, test.degrees_of_freedom_pure, probability(test.p_value))};
 }
 
 Finding finding(const std::string& model, const ChiSquareTest& test) {
   std::string sentence = fmt::format(
       "{} {}: its error is {} times the stated noise (chi-square {} against {}, {} %, "
       "{} degrees of freedom, {}).",
-      model, test.p_value < test.level ? "fails" : "is not refuted by the stated noise",
+      model, test.p_value < test.level ? "fails" : "is consistent with the stated noise",
       number(std::sqrt(test.reduced()), 3), number(test.statistic, 4), number(test.critical, 4),
       number(100 * test.level, 3), test.degrees_of_freedom, probability(test.p_value));
   if (test.lower_p_value < test.level / 2)
@@ -90,10 +91,10 @@ Finding finding(const std::string& model, const ChiSquareTest& test) {
   return {test.statistic / test.critical, sentence};
 }
 
-// A slip explains whatever else is found.
-void add_unit_slip(const Comparison& comparison, std::vector<Finding>& findings) {
-  if (!comparison.unit_slip.empty())
-    findings.push_back({std::numeric_limits<double>::infinity(), comparison.unit_slip});
+// A unit or sign error explains whatever else is found.
+void add_unit_error(const Comparison& comparison, std::vector<Finding>& findings) {
+  if (!comparison.unit_error.empty())
+    findings.push_back({std::numeric_limits<double>::infinity(), comparison.unit_error});
 }
 
 // Only a disagreement is worth a sentence; it comes first, because it undermines the chi-square.
@@ -146,11 +147,9 @@ std::string pattern_sentence(const std::string& model, const calibration::Patter
         return a.share - a.share_of_values < b.share - b.share_of_values;
       });
   std::string text = fmt::format(
-      "The {} of {}'s error depends on {}: {} % of the squared error is at {} ({} % of the "
+      "{}: the {} of its error depends on {}. {} % of the squared error is at {} ({} % of the "
       "values)",
-      by_bias ? "mean" : "size",
-      model == "The refitted model" ? "the refitted model" : "the model as designed",
-      pattern.factor, number(100 * worst->share, 3), worst->label,
+      model, by_bias ? "mean" : "size", pattern.factor, number(100 * worst->share, 3), worst->label,
       number(100 * worst->share_of_values, 3));
   if (worst->component)
     text += fmt::format(", {} % of it in {}", number(100 * worst->component_share, 3),
@@ -515,15 +514,15 @@ Json readings_json(const Campaign& campaign, const Comparison& comparison) {
               {"masked", reading.masked},
               {"measured", numbers(reading.displacement)},
               {"sigma", known ? numbers(sigma_of(reading, comparison.noise.sigma[i])) : Json()},
-              {"predicted", numbers(comparison.as_designed.fit.predicted[i])},
-              {"residual", numbers(comparison.as_designed.residual[i])}};
+              {"predicted", numbers(comparison.nominal.fit.predicted[i])},
+              {"residual", numbers(comparison.nominal.residual[i])}};
     if (reading.masked) json["mask_reason"] = reading.mask_reason;
     if (!reading.instrument.empty()) json["instrument"] = reading.instrument;
-    json["whitened"] = numbers(comparison.as_designed.whitened[i]);
-    if (comparison.refitted) {
-      json["refitted_predicted"] = numbers(comparison.refitted->fit.predicted[i]);
-      json["refitted_residual"] = numbers(comparison.refitted->residual[i]);
-      json["refitted_whitened"] = numbers(comparison.refitted->whitened[i]);
+    json["whitened"] = numbers(comparison.nominal.whitened[i]);
+    if (comparison.fitted) {
+      json["refitted_predicted"] = numbers(comparison.fitted->fit.predicted[i]);
+      json["refitted_residual"] = numbers(comparison.fitted->residual[i]);
+      json["refitted_whitened"] = numbers(comparison.fitted->whitened[i]);
     }
     list.push_back(json);
   }
@@ -543,19 +542,18 @@ std::string summary(const Campaign& campaign, const Comparison& comparison) {
   std::string text = fmt::format(
       "Campaign '{}': {} readings in use, {} masked, {} values of {} states; noise {}.\n",
       campaign.name, campaign.readings.size() - masked(campaign), masked(campaign),
-      comparison.as_designed.fit.values, comparison.groups,
+      comparison.nominal.fit.values, comparison.groups,
       comparison.noise.source == NoiseSource::replicates ? "from replicates"
                                                          : noise_text(comparison.noise.source));
   for (const std::string& note : campaign.notes) text += "  " + note + "\n";
   for (const std::string& note : comparison.notes) text += "  " + note + "\n";
-  if (!comparison.refit_failure.empty())
-    text += "  Not refitted: " + comparison.refit_failure + "\n";
+  if (!comparison.refit_failure.empty()) text += "  Not fitted: " + comparison.refit_failure + "\n";
   return text;
 }
 
 std::vector<Eigen::Index> measured_components(const Comparison& comparison) {
   std::vector<Eigen::Index> result;
-  for (const auto& s : comparison.as_designed.by_component) result.push_back(s.component);
+  for (const auto& s : comparison.nominal.by_component) result.push_back(s.component);
   return result;
 }
 
@@ -569,7 +567,7 @@ std::string cell(const Campaign& campaign, Eigen::Index component, double si) {
 
 std::vector<std::string> findings(const Campaign& campaign, const Comparison& comparison) {
   std::vector<Finding> all;
-  add_unit_slip(comparison, all);
+  add_unit_error(comparison, all);
   add_noise_check(comparison, all);
   for (const Named& model : models(comparison)) {
     if (const auto& test = model.assessment->lack_of_fit) all.push_back(finding(model.name, *test));
@@ -589,8 +587,8 @@ std::string text(const Campaign& campaign, const Comparison& comparison) {
   for (const std::string& sentence : findings(campaign, comparison))
     text += "  - " + sentence + "\n";
   text += fmt::format("  Adequacy: {}.\n", adequacy_text(comparison.best().adequacy));
-  text += assessment_text(campaign, "As designed", comparison.as_designed);
-  if (comparison.refitted) text += assessment_text(campaign, "Refitted", *comparison.refitted);
+  text += assessment_text(campaign, "Nominal", comparison.nominal);
+  if (comparison.fitted) text += assessment_text(campaign, "Fitted", *comparison.fitted);
   return text;
 }
 
@@ -609,7 +607,7 @@ Json to_json(const Campaign& campaign, const Comparison& comparison) {
             {"notes", comparison.notes},
             {"adequacy", adequacy_text(comparison.best().adequacy)},
             {"findings", findings(campaign, comparison)},
-            {"as_designed", to_json(campaign, comparison.as_designed)},
+            {"as_designed", to_json(campaign, comparison.nominal)},
             {"refitted", nullptr},
             {"refit_failure", nullptr}};
   if (!comparison.refit_failure.empty()) json["refit_failure"] = comparison.refit_failure;
@@ -617,7 +615,7 @@ Json to_json(const Campaign& campaign, const Comparison& comparison) {
     json["pure_error"] = {{"whitened_sum_of_squares", comparison.replicates->sum},
                           {"degrees_of_freedom", comparison.replicates->degrees_of_freedom}};
   if (comparison.noise_check) json["noise_check"] = to_json(*comparison.noise_check);
-  if (comparison.refitted) json["refitted"] = to_json(campaign, *comparison.refitted);
+  if (comparison.fitted) json["refitted"] = to_json(campaign, *comparison.fitted);
   json["components"] = calibration::component_names;
   json["readings"] = readings_json(campaign, comparison);
   return json;
@@ -633,7 +631,7 @@ std::string residual_table(const Campaign& campaign, const Comparison& compariso
   for (const Eigen::Index k : components) {
     text += "," + name_of(k);
     for (const char* model : {"designed", "refitted"})
-      if (model == std::string("designed") || comparison.refitted)
+      if (model == std::string("designed") || comparison.fitted)
         text +=
             fmt::format(",predicted_{0}_{1},residual_{0}_{1},whitened_{0}_{1}", name_of(k), model);
   }

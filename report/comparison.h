@@ -9,7 +9,7 @@
 
 namespace kinetostat::report {
 
-/// What the comparison shows, in sentences with their numbers, worst first.
+/// Findings of the comparison, in sentences with their numbers, worst first.
 std::vector<std::string> findings(const calibration::Campaign& campaign,
                                   const calibration::Comparison& comparison);
 
@@ -21,7 +21,7 @@ std::string text(const calibration::Campaign& campaign, const calibration::Compa
 io::Json to_json(const calibration::Campaign& campaign, const calibration::Comparison& comparison);
 
 /// One row a reading: measured, predicted, residual and whitened residual of each measured
-/// component, as designed and refitted, in the units of the campaign.
+/// component, nominal and fitted, in the units of the campaign.
 std::string residual_table(const calibration::Campaign& campaign,
                            const calibration::Comparison& comparison);
 

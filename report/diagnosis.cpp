@@ -18,11 +18,11 @@ namespace {
 using calibration::Candidate;
 using calibration::Diagnosis;
 using calibration::DiagnosisStep;
-using calibration::Rival;
+using calibration::RankedCandidate;
 using calibration::Verdict;
 using io::Json;
 
-constexpr std::size_t shown_rivals = 12, most_places = 6;
+constexpr std::size_t shown_candidates = 12, most_places = 6;
 
 // Simple units as the campaign has them, compound ones in SI.
 std::string unit_for_people(const calibration::Campaign& campaign,
@@ -56,13 +56,6 @@ std::string values_text(const vjm::Robot& robot, const calibration::Campaign& ca
   return fmt::format("{}", fmt::join(texts, ", "));
 }
 
-// Of a probability.
-std::string percent(double p) {
-  if (p > 0.999) return "over 99.9 %";
-  if (p < 0.001) return "below 0.1 %";
-  return fmt::format("{:.3g} %", 100 * p);
-}
-
 std::string left_text(const char* what, const Diagnosis& d) {
   return fmt::format("{} depends on {} (p = {}).", what, d.left.depends_on,
                      number(d.left.p_value(), 2));
@@ -77,20 +70,21 @@ std::string noise_words(const Diagnosis& d) {
 // Where something looked like an effect, or the misfit is large, though none is needed.
 std::vector<std::string> remarks_on_nothing(const Diagnosis& d) {
   std::vector<std::string> result;
-  if (!d.steps.empty() && d.steps[0].gate.p_value <= calibration::significance_level)
+  if (!d.steps.empty() && d.steps[0].max_score.p_value <= calibration::significance_level)
     result.push_back(fmt::format(
-        "A mark passes the gate (p = {}), but no effect that was fitted predicts readings that it "
-        "has not seen, or is far more probable than that nothing is missing.",
-        number(d.steps[0].gate.p_value, 2)));
+        "A signature exceeds the detection threshold (chance of a false alarm {}), but no fitted "
+        "effect improves the prediction of held-out readings, or is far more probable than no "
+        "missing effect.",
+        percent(d.steps[0].max_score.p_value)));
   if (d.before && d.before->p_value <= calibration::certain_level)
     result.push_back(fmt::format(
-        "The misfit is {} times {} (p = {}): that is too small, or something is missing that these "
-        "readings do not show.",
+        "The misfit is {} times {} (p = {}): that noise is too small, or an effect is missing that "
+        "is not observable in these readings.",
         number(std::sqrt(d.before->reduced()), 3), noise_words(d), number(d.before->p_value, 2)));
   return result;
 }
 
-// What a verdict means here, in sentences.
+// The meaning of a verdict here, in sentences.
 std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
                                             const calibration::Campaign& campaign,
                                             const Diagnosis& d) {
@@ -101,7 +95,8 @@ std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
         return {fmt::format(
             "An unmodelled smooth error that depends on {} explains these readings better than any "
             "effect of the catalogue ({}); {} comes nearest.",
-            d.found.front().decision.depends_on, percent(d.found.front().decision.unexplained),
+            d.found.front().decision.depends_on,
+            probability_in_words(d.found.front().decision.unexplained),
             d.found.front().candidate.name())};
       if (d.found.empty() && d.is_left_open())
         return {
@@ -110,43 +105,43 @@ std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
                         number(std::sqrt(d.after->reduced()), 2), noise_words(d))};
       if (!is_left) return {};
       return {left_text(d.found.empty()
-                            ? "Something is left that no effect of the catalogue explains. It"
-                            : "The nearest effect leaves too much unexplained, and what is left",
+                            ? "No effect of the catalogue explains the rest of the error. It"
+                            : "The nearest effect leaves too much unexplained, and the rest",
                         d)};
     case Verdict::identified:
     case Verdict::narrowed_down:
       if (!d.or_something_else && !d.rest_of_laws.empty())
         return {
-            fmt::format("What is left looks most like {} (gate p = {}), but is no more than the "
-                        "law of what was found may get wrong.",
-                        d.rest_of_laws, number(d.rest_p_value, 2))};
+            fmt::format("The rest of the error is most like {} (chance of a false alarm {}), but "
+                        "no larger than the error of an idealised law may be.",
+                        d.rest_of_laws, percent(d.rest_p_value))};
       if (!d.or_something_else) return {};
       if (d.predicts_no_better())
         return {
-            "Held-out readings are predicted no better with it than without: it may stand for "
-            "something that the catalogue lacks."};
+            "Held-out readings are predicted no better with it than without: it may stand for an "
+            "effect outside the catalogue."};
       if (d.is_left_open())
         return {fmt::format(
-            "It may also stand for something that the catalogue lacks: what is left would need {} "
-            "times {}.",
+            "It may also stand for an effect outside the catalogue: the rest of the error would "
+            "need {} times {}.",
             number(std::sqrt(d.after->reduced()), 2), noise_words(d))};
-      return {
-          fmt::format("It may also stand for something that the catalogue lacks: beside it there "
-                      "seems to be something more (gate p = {}), which no effect explains.",
-                      number(d.rest_p_value, 2))};
+      return {fmt::format(
+          "It may also stand for an effect outside the catalogue: the rest of the error "
+          "exceeds the detection threshold (chance of a false alarm {}), and no effect "
+          "explains it.",
+          percent(d.rest_p_value))};
     case Verdict::inconclusive:
-      if (d.instead_of_refit)
+      if (d.common_cause)
         return {fmt::format(
-            "{} alone, at {}, explains these readings as well as refitting everything that is "
-            "uncertain does (chi-square per degree of freedom {} and {}): the one or the other is "
-            "wrong with the model as designed.",
-            d.instead_of_refit->candidate.name(),
-            values_text(robot, campaign, d.instead_of_refit->candidate,
-                        d.instead_of_refit->candidate.effect.values,
-                        d.instead_of_refit->deviations),
-            number(d.instead_of_refit->test.reduced(), 3), number(d.before->reduced(), 3))};
+            "{} alone, at {}, explains these readings as well as fitting all uncertain parameters "
+            "does (chi-square per degree of freedom {} and {}): either is the error of the nominal "
+            "model.",
+            d.common_cause->candidate.name(),
+            values_text(robot, campaign, d.common_cause->candidate,
+                        d.common_cause->candidate.effect.values, d.common_cause->deviations),
+            number(d.common_cause->test.reduced(), 3), number(d.before->reduced(), 3))};
       if (!d.missing.empty()) return {};
-      return {"No effect of its usual size would show in these readings."};
+      return {"No effect of its usual size is observable in these readings."};
     case Verdict::none_needed:
       return remarks_on_nothing(d);
     default:
@@ -159,8 +154,8 @@ std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Cam
   std::vector<std::string> result = remarks_on_verdict(robot, campaign, d);
   if (calibration::uncertain_parameters(robot).empty())
     result.push_back(
-        "The robot file declares nothing 'uncertain', so nothing is refitted: a stiffness that is "
-        "a little off may be taken for an effect.");
+        "The robot file declares nothing 'uncertain', so nothing is fitted: a stiffness that is a "
+        "little off may be taken for an effect.");
   if (!d.correlated_noise.empty())
     result.push_back(fmt::format("The noise is not independent, which is taken into account: {}.",
                                  d.correlated_noise));
@@ -170,7 +165,7 @@ std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Cam
                     "explains, to first order: too many to be set aside as outliers. If "
                     "something is known to be wrong with them, mask them.",
                     d.far_values, calibration::outlying));
-  if (!d.unit_slip.empty()) result.insert(result.begin(), d.unit_slip);
+  if (!d.unit_error.empty()) result.insert(result.begin(), d.unit_error);
   if (d.noise_check && d.noise_check->p_value < calibration::certain_level)
     result.insert(result.begin(),
                   fmt::format("Repeated readings scatter {} times the stated noise (p = {}): state "
@@ -180,39 +175,40 @@ std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Cam
   return result;
 }
 
-// What these readings are silent about, and how to hear of it.
+// Effects that are not observable in these readings, and the command that plans for them.
 std::string unseen_text(const Diagnosis& d) {
   if (d.verdict != Verdict::none_needed && d.verdict != Verdict::inconclusive) return {};
-  std::vector<std::string> weak, absorbed;
+  std::vector<std::string> weak, confounded_with_fit;
   for (const calibration::UnseenKind& kind : calibration::unseen_kinds(d))
-    if (kind.reason.empty()) (kind.absorbed ? absorbed : weak).push_back(kind.name);
-  if (weak.empty() && absorbed.empty()) return {};
+    if (kind.reason.empty())
+      (kind.confounded_with_fit ? confounded_with_fit : weak).push_back(kind.name);
+  if (weak.empty() && confounded_with_fit.empty()) return {};
   std::string text;
   if (!weak.empty())
-    text += fmt::format("  These readings would not show, at their usual sizes: {}.\n",
+    text += fmt::format("  Not observable in these readings at their usual sizes: {}.\n",
                         fmt::join(weak, ", "));
-  if (!absorbed.empty())
-    text += fmt::format("  These readings do not tell from what is refitted: {}.\n",
-                        fmt::join(absorbed, ", "));
-  return text + "  'kinetostat plan --show NAMES' says which readings would.\n";
+  if (!confounded_with_fit.empty())
+    text += fmt::format("  Confounded with fitted parameters: {}.\n",
+                        fmt::join(confounded_with_fit, ", "));
+  return text + "  'kinetostat plan --show NAMES' says which readings would show them.\n";
 }
 
 std::string answer_text(const calibration::Answer& answer) {
   return fmt::format("{} at {} ({})", answer.effect_class, fmt::join(answer.places, " or "),
-                     percent(answer.probability));
+                     probability_in_words(answer.probability));
 }
 
 // "backlash at q2 (over 99.9 %)", or a list.
 std::string answers_text(const calibration::Decision& decision) {
-  if (decision.answers.empty()) return "something that the catalogue lacks";
+  if (decision.answers.empty()) return "an effect outside the catalogue";
   std::vector<std::string> words;
   for (const calibration::Answer& answer : decision.answers) words.push_back(answer_text(answer));
   constexpr double worth_a_word = 0.01;
   if (!decision.is_identified && decision.unexplained > worth_a_word)
-    words.push_back(fmt::format("something outside the catalogue ({})",
-                                percent(decision.unexplained)));
+    words.push_back(fmt::format("an effect outside the catalogue ({})",
+                                probability_in_words(decision.unexplained)));
   if (!decision.is_identified && decision.nothing > worth_a_word)
-    words.push_back(fmt::format("nothing ({})", percent(decision.nothing)));
+    words.push_back(fmt::format("nothing ({})", probability_in_words(decision.nothing)));
   return words.size() == 1 ? words.front() : fmt::format("one of: {}", fmt::join(words, ", "));
 }
 
@@ -232,7 +228,8 @@ std::string laws_text(const calibration::Decision& decision) {
 
 std::string verdict_text(const vjm::Robot& robot, const calibration::Campaign& campaign,
                          const Diagnosis& d) {
-  std::string text = fmt::format("Verdict: {}\n", calibration::to_string(d.verdict));
+  std::string text =
+      fmt::format("Verdict: {}\n", verdict_in_words(calibration::to_string(d.verdict)));
   for (std::size_t i = 0; i < d.found.size(); ++i) {
     const calibration::FoundEffect& found = d.found[i];
     text += fmt::format("  {}: {}\n    {}: {}\n", i + 1, answers_text(found.decision),
@@ -241,7 +238,7 @@ std::string verdict_text(const vjm::Robot& robot, const calibration::Campaign& c
                                     found.deviations));
     if (const std::string laws = laws_text(found.decision); !laws.empty())
       text += fmt::format("    which law: {}\n", laws);
-    text += fmt::format("    chance of a false alarm {}\n", percent(found.gate_p_value));
+    text += fmt::format("    chance of a false alarm {}\n", percent(found.false_alarm_chance));
     if (found.times_usual > calibration::unusual)
       text += fmt::format("    {:.0f} times as large as such an effect usually is\n",
                           found.times_usual);
@@ -269,28 +266,28 @@ std::string without_place_text(const Diagnosis& d) {
 std::string ranking_text(const vjm::Robot& robot, const calibration::Campaign& campaign,
                          const DiagnosisStep& step, std::size_t round) {
   std::string text = fmt::format(
-      "\nRound {}{}: gate p = {} (largest of {} marks, {} simulated campaigns)\n", round + 1,
+      "\nRound {}{}: chance of a false alarm {} ({} candidates, {} simulations)\n", round + 1,
       step.beside.empty() ? "" : fmt::format(", beside {}", fmt::join(step.beside, ", ")),
-      number(step.gate.p_value, 2), step.ranking.size(), step.gate.draws);
-  Table table({"candidate", "d' at usual size", "-log p", "probability", "held-out gain", "+-",
-               "told apart d'", "value"});
+      percent(step.max_score.p_value), step.ranking.size(), step.max_score.draws);
+  Table table({"candidate", "d' at usual size", "-ln p", "probability", "held-out gain", "+-",
+               "discriminability d'", "value"});
   std::size_t shown = 0, hidden = 0;
   std::map<std::string, std::map<std::string, std::vector<std::string>>> unobservable;
-  for (const Rival& r : step.ranking) {
+  for (const RankedCandidate& r : step.ranking) {
     if (!r.unobservable.empty()) {
       unobservable[r.unobservable][r.candidate.effect.kind->name].push_back(r.candidate.effect.at);
       continue;
     }
-    if (++shown > shown_rivals) {
+    if (++shown > shown_candidates) {
       ++hidden;
       continue;
     }
     std::vector<std::string> row{r.candidate.name(), number(r.detectability, 3),
-                                 number(r.surprise, 3)};
+                                 number(r.significance, 3)};
     if (r.fit) {
       row.insert(row.end(),
                  {number(r.fit->probability, 3), number(r.fit->log_score_gain, 3),
-                  number(r.fit->log_score_deviation, 2), number(r.fit->told_apart, 3),
+                  number(r.fit->log_score_deviation, 2), number(r.fit->discriminability, 3),
                   values_text(robot, campaign, r.candidate, r.fit->values, r.fit->deviations)});
     } else {
       row.insert(row.end(), {"-", "-", "-", "-", r.not_fitted.empty() ? "" : "not fitted"});
@@ -298,11 +295,10 @@ std::string ranking_text(const vjm::Robot& robot, const calibration::Campaign& c
     table.add_row(row);
   }
   text += table.text();
-  if (hidden > 0) text += fmt::format("  and {} more with a smaller mark\n", hidden);
+  if (hidden > 0) text += fmt::format("  and {} more with a smaller signature\n", hidden);
   if (step.free_form_probability > 0)
-    text +=
-        fmt::format("  an error without a form of its own: probability {}; it would depend on {}\n",
-                    number(step.free_form_probability, 3), step.free_form.depends_on);
+    text += fmt::format("  an unmodelled smooth error: probability {}; it would depend on {}\n",
+                        number(step.free_form_probability, 3), step.free_form.depends_on);
   for (const auto& [reason, kinds] : unobservable) {
     text += fmt::format("  not observable, because {}:\n", reason);
     for (const auto& [kind, places] : kinds)
@@ -348,13 +344,13 @@ Json decision_json(const calibration::Decision& decision) {
           {"depends_on", decision.depends_on}};
 }
 
-Json rival_json(const vjm::Robot& robot, const Rival& r) {
+Json ranked_json(const vjm::Robot& robot, const RankedCandidate& r) {
   Json json = candidate_json(robot, r.candidate);
   json["observable"] = r.unobservable.empty();
   if (!r.unobservable.empty()) json["reason"] = r.unobservable;
   json["detectability"] = r.detectability;
   json["most_detectability"] = r.most_detectability;
-  json["surprise"] = r.surprise;
+  json["surprise"] = r.significance;
   if (!r.not_fitted.empty()) json["not_fitted"] = r.not_fitted;
   if (r.fit)
     json["fit"] = {{"values", numbers(r.fit->values)},
@@ -365,19 +361,19 @@ Json rival_json(const vjm::Robot& robot, const Rival& r) {
                    {"log_score_deviation", r.fit->log_score_deviation},
                    {"log_evidence", r.fit->log_evidence},
                    {"probability", r.fit->probability},
-                   {"told_apart", r.fit->told_apart}};
+                   {"told_apart", r.fit->discriminability}};
   return json;
 }
 
 Json step_json(const vjm::Robot& robot, const DiagnosisStep& step) {
   Json ranking = Json::array();
-  for (const Rival& r : step.ranking) ranking.push_back(rival_json(robot, r));
+  for (const RankedCandidate& r : step.ranking) ranking.push_back(ranked_json(robot, r));
   return {{"beside", step.beside},
           {"gate",
-           {{"largest", step.gate.largest},
-            {"critical", step.gate.critical},
-            {"p_value", step.gate.p_value},
-            {"draws", step.gate.draws}}},
+           {{"largest", step.max_score.largest},
+            {"critical", step.max_score.critical},
+            {"p_value", step.max_score.p_value},
+            {"draws", step.max_score.draws}}},
           {"indistinguishable", step.indistinguishable},
           {"log_evidence_without", step.log_evidence_without},
           {"free_form",
@@ -407,11 +403,16 @@ Json test_json(const std::optional<calibration::ChiSquareTest>& test) {
 
 }  // namespace
 
+std::string verdict_in_words(const std::string& verdict) {
+  const auto known = calibration::verdict_named(verdict);
+  return known ? to_string(*known) : verdict;
+}
+
 std::string text(const vjm::Robot& robot, const calibration::Campaign& campaign,
                  const Diagnosis& d) {
   std::string text = fmt::format("\n{}\n", campaign.name) + verdict_text(robot, campaign, d);
   if (d.before && d.after)
-    text += fmt::format("  chi-square per degree of freedom: {} refitted, {} in the end\n",
+    text += fmt::format("  chi-square per degree of freedom: fitted {}, final {}\n",
                         number(d.before->reduced(), 4), number(d.after->reduced(), 4));
   text += waterfall_text(campaign, d.waterfall, d.held_out);
   for (std::size_t i = 0; i < d.steps.size(); ++i)
@@ -431,7 +432,7 @@ Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, con
     entry["decision"] = decision_json(f.decision);
     entry["sentence"] = answers_text(f.decision);
     entry["which_law"] = laws_text(f.decision);
-    entry["gate_p_value"] = f.gate_p_value;
+    entry["gate_p_value"] = f.false_alarm_chance;
     entry["instead"] = f.instead;
     found.push_back(std::move(entry));
   }
@@ -441,10 +442,10 @@ Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, con
   for (const calibration::UnseenKind& kind : calibration::unseen_kinds(d))
     unseen.push_back({{"effect", kind.name},
                       {"detectability", kind.detectability},
-                      {"absorbed", kind.absorbed},
+                      {"absorbed", kind.confounded_with_fit},
                       {"reason", kind.reason.empty() ? Json() : Json(kind.reason)}});
   Json instead;
-  if (const auto& one = d.instead_of_refit) {
+  if (const auto& one = d.common_cause) {
     instead = candidate_json(robot, one->candidate);
     instead["values"] = numbers(one->candidate.effect.values);
     instead["deviations"] = numbers(one->deviations);

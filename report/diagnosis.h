@@ -8,6 +8,9 @@
 
 namespace kinetostat::report {
 
+/// A verdict (calibration::to_string) for people: JSON's "these data cannot tell" is
+/// "inconclusive".
+std::string verdict_in_words(const std::string& verdict);
 std::string text(const vjm::Robot& robot, const calibration::Campaign& campaign,
                  const calibration::Diagnosis& diagnosis);
 /// Every figure, SI.

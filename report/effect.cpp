@@ -51,7 +51,7 @@ std::string line(const vjm::EffectKind& kind) {
 std::string text(const vjm::EffectKind& kind) {
   std::string text = fmt::format(
       "{}: {}\n\n  acts on    {}\n  law        {}\n  source     {}\n  signature  {}\n"
-      "  confuser   {}\n\n",
+      "  confounder {}\n\n",
       kind.name, kind.summary, vjm::to_string(kind.place), kind.law, kind.source, kind.signature,
       kind.confuser);
   for (const vjm::EffectParameter& p : kind.parameters)

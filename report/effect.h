@@ -10,7 +10,7 @@ namespace kinetostat::report {
 
 /// One line: name, what it acts on, what it is.
 std::string line(const vjm::EffectKind& kind);
-/// All that is known of it: law, source, signature, nearest confuser, and its parameters with
+/// All that is known of it: law, source, signature, nearest confounder, and its parameters with
 /// units, physical ranges and prior widths. docs/theory/effects.md shows the same text.
 std::string text(const vjm::EffectKind& kind);
 /// Unit in SI of a parameter ("N m/rad"); empty where it has none. `angular`: it acts on a turn.

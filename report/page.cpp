@@ -95,7 +95,7 @@ std::string escaped(std::string_view text) {
   return out;
 }
 
-// The shell with each mark replaced, in one pass: what is put in is not searched again.
+// The shell with each placeholder replaced, in one pass: replacements are not searched again.
 std::string filled(const std::vector<std::pair<std::string_view, std::string>>& values) {
   std::string out;
   std::string_view rest = shell();

@@ -31,7 +31,7 @@ std::string page(const std::string& title, const std::vector<PageResult>& result
 void require_pages();
 bool has_pages();
 
-/// What a result is about: "diagnose: load cell on a bench".
+/// Title of a result: "diagnose: load cell on a bench".
 std::string title_of(const io::Json& result);
 
 /// The results of a file: one that --json wrote, or all of a page that --html wrote. Throws

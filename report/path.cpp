@@ -69,7 +69,7 @@ std::string ending(const Path& path, const Branch& branch) {
     case BranchEnd::joined:
       return fmt::format("on branch {}, already followed", *branch.onto + 1);
     case BranchEnd::closed:
-      return "where it began";
+      return "where it started";
     case BranchEnd::free:
       return "free: more than one motion costs nothing";
     case BranchEnd::locked:
@@ -83,6 +83,11 @@ std::string ending(const Path& path, const Branch& branch) {
   }
   return path.status == vjm::EquilibriumStatus::converged ? "lost: " + branch.reason
                                                           : branch.reason;
+}
+
+// Programs read the words that JSON has always had.
+std::string ending_in_json(const Path& path, const Branch& branch) {
+  return branch.end == BranchEnd::closed ? "where it began" : ending(path, branch);
 }
 
 std::string shown(const std::optional<double>& value, double unit, int digits = 6) {
@@ -137,7 +142,7 @@ std::string critical_table(const Robot& robot, const PathTask& task, const Path&
 // "stable", "unstable" or both, in the order of the branch.
 std::string stability_along(const PathTask& task, const Branch& branch) {
   std::vector<std::string> parts;
-  // A branch that leaves another begins with the critical point itself, which is neither.
+  // A branch that leaves another starts with the critical point itself, which is neither.
   for (std::size_t i = branch.from ? 1 : 0; i < branch.points.size(); ++i) {
     const std::string word = branch.points[i].stability(task).stable() ? "stable" : "unstable";
     if (parts.empty() || parts.back() != word) parts.push_back(word);
@@ -277,7 +282,7 @@ Json to_json(const Robot& robot, const PathTask& task, const Path& path) {
     Json points = Json::array();
     for (const PathPoint& point : branch.points) points.push_back(point_json(robot, task, point));
     json["branches"].push_back({{"from_critical_point", branch.from ? Json(*branch.from) : Json()},
-                                {"ends", ending(path, branch)},
+                                {"ends", ending_in_json(path, branch)},
                                 {"points", std::move(points)}});
   }
   for (const CriticalPoint& critical : path.critical)
@@ -344,8 +349,7 @@ std::string warning(const Robot& robot, const PathTask& task, const vjm::Segment
   const AlongUnits units(robot, task);
   const double force = study.values.size() > 1 ? study.extrapolated() : study.values.front();
   return fmt::format(
-      "warning: a beam buckles at about {} {}, which the path below does not show: one spring "
-      "keeps "
+      "warning: a beam buckles at about {} {}, which the path below leaves out: one spring keeps "
       "it straight. Give the beams more 'segments'\n",
       number(force / units.force, 4), units.force_name);
 }

@@ -7,6 +7,7 @@
 
 #include "kinetostat/calibration/campaign/joint_column.h"
 #include "kinetostat/io/csv.h"
+#include "kinetostat/report/diagnosis.h"
 #include "kinetostat/report/joint_motion.h"
 #include "kinetostat/report/text.h"
 
@@ -131,11 +132,11 @@ std::string splits_text(const Plan& plan) {
   for (const PlannedSplit& s : plan.splits)
     table.add_row({s.a, s.b, number(s.separation, 3), number(s.nats, 3), number(s.most, 3)});
   std::string text =
-      "\nWhat the batch is expected to tell apart, the hardest first\n" + table.text();
+      "\nPairs that the batch is expected to distinguish, the hardest first\n" + table.text();
   for (const PlannedSplit& s : plan.splits)
     if (!s.advice.empty())
-      text +=
-          fmt::format("Readings of this kind do not tell {} from {}: {}.\n", s.a, s.b, s.advice);
+      text += fmt::format("Readings of this kind do not distinguish {} from {}: {}.\n", s.a, s.b,
+                          s.advice);
   return text;
 }
 
@@ -169,23 +170,24 @@ std::string blocks_text(const vjm::Robot& robot, const Plan& plan) {
 std::string kind_text(const Plan& plan) {
   if (plan.asks_for_absolute)
     return "Read absolute poses, a campaign of their own: in differences from the unloaded state "
-           "what is asked for cancels. What is uncertain is refitted there; the plan allows for "
-           "that.\n";
+           "the wanted effect cancels. The uncertain parameters are fitted there; the plan allows "
+           "for that.\n";
   if (plan.asks_for_weights)
     return "Load it by known weights, in a session of their own that 'known_loads' of the campaign "
-           "file lists: readings of the load cell do not tell its errors.\n";
+           "file lists: readings of the load cell do not show its errors.\n";
   return plan.displacement == DisplacementKind::absolute ? "Read absolute poses, as so far.\n"
                                                          : "Read differences, as so far.\n";
 }
 
 std::string purpose_text(const calibration::PlanQuestion& question) {
-  if (question.suspects.empty())
-    return fmt::format("Verdict so far: {}. No rival is left: readings to sharpen the model.\n",
-                       question.verdict);
+  if (question.open.empty())
+    return fmt::format("Verdict so far: {}. No candidate is left: readings to sharpen the model.\n",
+                       verdict_in_words(question.verdict));
   std::string names;
-  for (const calibration::Suspect& suspect : question.suspects)
-    names += (names.empty() ? "" : "; ") + suspect.candidate.name();
-  return fmt::format("Verdict so far: {}. Readings to tell apart: {}{}.\n", question.verdict, names,
+  for (const calibration::OpenCandidate& open : question.open)
+    names += (names.empty() ? "" : "; ") + open.candidate.name();
+  return fmt::format("Verdict so far: {}. Readings to distinguish: {}{}.\n",
+                     verdict_in_words(question.verdict), names,
                      question.perhaps_nothing ? "; nothing more" : "");
 }
 
@@ -249,10 +251,10 @@ std::string plan_table(const vjm::Robot& robot, const Plan& plan) {
 
 Json to_json(const calibration::PlanQuestion& question, const calibration::PlanOptions& options,
              const Plan& plan) {
-  Json suspects = Json::array(), blocks = Json::array(), splits = Json::array(),
+  Json open = Json::array(), blocks = Json::array(), splits = Json::array(),
        sharpened = Json::array();
-  for (const calibration::Suspect& s : question.suspects)
-    suspects.push_back({{"name", s.candidate.name()}, {"fitted", s.is_fitted}});
+  for (const calibration::OpenCandidate& s : question.open)
+    open.push_back({{"name", s.candidate.name()}, {"fitted", s.is_fitted}});
   for (std::size_t b = 0; b < plan.blocks.size(); ++b) {
     const PlanBlock& block = plan.blocks[b];
     blocks.push_back({{"cycle", fmt::format("p{}", b + 1)},
@@ -282,7 +284,7 @@ Json to_json(const calibration::PlanQuestion& question, const calibration::PlanO
   const auto optional = [](double x) { return std::isnan(x) ? Json() : Json(x); };
   return {
       {"verdict", question.verdict},
-      {"suspects", suspects},
+      {"suspects", open},
       {"perhaps_nothing", question.perhaps_nothing},
       {"displacement", plan.displacement == DisplacementKind::absolute ? "absolute" : "difference"},
       {"asks_for_absolute", plan.asks_for_absolute},

@@ -13,8 +13,8 @@ std::string text(const vjm::Robot& robot, const calibration::Campaign& campaign,
                  const calibration::PlanQuestion& question, const calibration::PlanOptions& options,
                  const calibration::Plan& plan);
 
-/// The table of readings that `simulate` takes, in the units of the robot file, with comments that
-/// say what each cycle is for.
+/// The table of readings that `simulate` takes, in the units of the robot file, with comments on
+/// the purpose of each cycle.
 std::string plan_table(const vjm::Robot& robot, const calibration::Plan& plan);
 
 io::Json to_json(const calibration::PlanQuestion& question, const calibration::PlanOptions& options,

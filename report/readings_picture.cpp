@@ -162,8 +162,8 @@ Json configurations(const vjm::Robot& robot, const Campaign& campaign) {
 }
 
 std::vector<ReadingsModel> readings_models(const calibration::Comparison& comparison) {
-  std::vector<ReadingsModel> models{{"as designed", comparison.as_designed.residual}};
-  if (comparison.refitted) models.push_back({"refitted", comparison.refitted->residual});
+  std::vector<ReadingsModel> models{{"nominal", comparison.nominal.residual}};
+  if (comparison.fitted) models.push_back({"fitted", comparison.fitted->residual});
   return models;
 }
 

@@ -16,11 +16,11 @@ struct ReadingsModel {
   std::vector<spatial::Vector6> residual;
 };
 
-/// "as designed", and "refitted" when there is a refit.
+/// "nominal", and "fitted" when there is a fit.
 std::vector<ReadingsModel> readings_models(const calibration::Comparison& comparison);
 
 /// Postures as charts name them: one entry a configuration of the campaign, {"label", "position"}:
-/// what the robot was told, and the platform's place in base axes [m].
+/// the command, and the platform's position in base axes [m].
 io::Json configurations(const vjm::Robot& robot, const calibration::Campaign& campaign);
 
 /// One entry a reading in every column; SI, six significant digits; null where nothing was

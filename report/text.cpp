@@ -106,6 +106,14 @@ std::string number(double value, int digits) {
   return fmt::format("{:.{}g}", value == 0 ? 0.0 : value, digits);
 }
 
+std::string percent(double share) { return number(100 * share, 2) + " %"; }
+
+std::string probability_in_words(double probability) {
+  if (probability > 0.999) return "over 99.9 %";
+  if (probability >= 0.01 || probability <= 0) return number(100 * probability, 3) + " %";
+  return fmt::format("{} (odds 1 : {:.0f})", percent(probability), 1 / probability - 1);
+}
+
 Table::Table(std::vector<std::string> header) { rows_.push_back(std::move(header)); }
 
 void Table::add_row(std::vector<std::string> cells) {

@@ -10,8 +10,13 @@
 
 namespace kinetostat::report {
 
-/// `digits` significant digits without needless zeros: "0.0125", "1.2e-07", "inf".
+/// `digits` significant digits without needless 0s: "0.0125", "1.2e-07", "inf".
 std::string number(double value, int digits = 4);
+/// A share in percent with two significant digits: "0.2 %".
+std::string percent(double share);
+/// A probability in percent, a small one with its odds: "over 99.9 %", "56.3 %", "0.11 % (odds 1 :
+/// 876)".
+std::string probability_in_words(double probability);
 
 /// A table with one header row. Columns whose cells are all numbers (or "-", or empty) are aligned
 /// right, others left.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -32,7 +34,7 @@ std::string fall_text(const WaterfallStage& from, const WaterfallStage& to) {
                                  number(to.whitened, 4), number(std::abs(change), 3));
   const double excess = std::pow(from.whitened, 2) - 1;
   if (excess > 0.04)
-    text += fmt::format("; of what was above the noise {} % are gone",
+    text += fmt::format("; of the part above the noise {} % are gone",
                         number(100 * (1 - (std::pow(to.whitened, 2) - 1) / excess), 3));
   return text + ".\n";
 }
@@ -47,6 +49,15 @@ const WaterfallStage* last_of(const std::vector<WaterfallStage>& stages, const s
 
 }  // namespace
 
+std::string stage_in_words(std::string name) {
+  for (const auto& [in_json, word] :
+       {std::pair<std::string_view, std::string_view>{"as designed", "nominal"},
+        {"refitted", "fitted"}})
+    if (name.ends_with(in_json))
+      return name.replace(name.size() - in_json.size(), in_json.size(), word);
+  return name;
+}
+
 std::string waterfall_text(const calibration::Campaign& campaign,
                            const std::vector<WaterfallStage>& stages, const std::string& held_out) {
   if (stages.empty()) return "";
@@ -54,13 +65,13 @@ std::string waterfall_text(const calibration::Campaign& campaign,
   std::vector<std::string> head{"",
                                 fmt::format("rms {}", campaign.units.length),
                                 fmt::format("rms {}", campaign.units.angle),
-                                "over noise",
+                                "times the noise",
                                 "95 % from",
                                 "to"};
   if (confirmed) head.emplace_back("kept to confirm");
   Table table(head);
   for (const WaterfallStage& s : stages) {
-    std::vector<std::string> row{s.name,
+    std::vector<std::string> row{stage_in_words(s.name),
                                  in_unit(s.translation, campaign.units.length),
                                  in_unit(s.rotation, campaign.units.angle),
                                  number(s.whitened, 4),
@@ -88,8 +99,7 @@ std::string text(const calibration::Campaign& campaign, const calibration::Befor
   const WaterfallStage *from = last_of(both.stages, "before"), *to = last_of(both.stages, "after");
   if (from != nullptr && to != nullptr) text += fall_text(*from, *to);
   if (both.stages.empty())
-    text +=
-        "\nNothing but the residual tells how large the noise is, so errors are not compared.\n";
+    text += "\nThe noise is known from nothing but the residual, so errors are not compared.\n";
   return "\nBEFORE\n" + report::text(campaign, both.before) + "\nAFTER\n" +
          report::text(campaign, both.after) + text;
 }

@@ -10,6 +10,8 @@
 
 namespace kinetostat::report {
 
+/// The name of a stage for people: JSON's "as designed" is "nominal", its "refitted" is "fitted".
+std::string stage_in_words(std::string name);
 /// One row a stage, in the units of the campaign. `held_out`: "configurations". Empty without any.
 std::string waterfall_text(const calibration::Campaign& campaign,
                            const std::vector<calibration::WaterfallStage>& stages,

@@ -293,7 +293,7 @@ double take_number(std::string_view& text, std::string_view whole, const Dimensi
   if (digits.starts_with('+') && !digits.starts_with("+-")) digits.remove_prefix(1);
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
   if (error == std::errc::result_out_of_range) fail("is too large or too small a number");
-  if (error != std::errc() || std::isnan(value)) fail("does not begin with a number");
+  if (error != std::errc() || std::isnan(value)) fail("does not start with a number");
   text = trimmed(std::string_view(end, static_cast<std::size_t>(text.data() + text.size() - end)));
   if (text.starts_with(',')) fail("has a comma in its number (write a decimal point)");
   // "1 000" is not one number; "3 1/s" is.

@@ -78,7 +78,7 @@ std::string fault(const std::exception& error) {
       error.what());
 }
 
-// Marks the options that name a file to write.
+// Flags the options that name a file to write.
 constexpr char output_mark[] = "output";
 
 bool is_output(CLI::Option& option) {
@@ -114,7 +114,7 @@ std::vector<std::filesystem::path> outputs_of(CLI::App& app) {
   return files;
 }
 
-// The first page of those whose mark is in the text.
+// The first page whose key word is in the text.
 std::string page_of(const std::string& text,
                     std::initializer_list<std::pair<const char*, const char*>> marks) {
   for (const auto& [mark, page] : marks)
@@ -209,7 +209,7 @@ CLI::App& Program::group_of(const std::string& name) {
   for (CLI::App* known : app_.get_subcommands({}))
     if (known->get_name() == group) return *known;
   CLI::App* app =
-      app_.add_subcommand(group, fmt::format("The commands that begin with '{}'", group));
+      app_.add_subcommand(group, fmt::format("The commands that start with '{}'", group));
   app->require_subcommand(1);
   return *app;
 }
@@ -278,7 +278,7 @@ int Program::run(int argc, const char* const* argv) {
   } catch (const std::bad_alloc&) {
     return run_out();
   } catch (const std::system_error& error) {
-    // Neither threads nor processes can be started: their stacks find no room.
+    // Neither threads nor processes can be started: there is no memory for their stacks.
     if (error.code() == std::errc::not_enough_memory ||
         error.code() == std::errc::resource_unavailable_try_again)
       return run_out();
@@ -290,7 +290,7 @@ int Program::run(int argc, const char* const* argv) {
 
 int Program::parse_and_run(int argc, const char* const* argv) {
   options_.threads = processor_count();
-  // Last, so that the help of a command begins with its own options.
+  // Last, so that the help of a command starts with its own options.
   for (const auto& command : commands_) add_common_options(*command->app, command->info);
   try {
     app_.parse(argc, argv);
@@ -316,7 +316,7 @@ int Program::usage_error(const std::string& what, const std::vector<std::string>
   return bad_usage;
 }
 
-// "Did you mean" for the first argument that looks like a slip in a command or an option.
+// "Did you mean" for the first argument that looks like a mistyped command or option.
 std::string Program::hint(const std::vector<std::string>& arguments) const {
   const Command* command = chosen();
   std::vector<std::string> known;
@@ -397,7 +397,7 @@ void Program::write(std::string_view text) {
                              "Check that the disk behind it is not full");
 }
 
-// Nobody is left to be told when standard error is full or closed.
+// Nothing can be reported when standard error is full or closed.
 void Program::say(std::string_view text) const {
   std::fputs(common::printable(text, "\n\t").c_str(), streams_.err);
   std::fflush(streams_.err);

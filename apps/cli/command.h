@@ -1,4 +1,4 @@
-// What all commands of the program share: options, output, progress, exit codes.
+// Common parts of all commands of the program: options, output, progress, exit codes.
 //
 // A command is one file with one function, `void add_<command>(Program&)`, which names the command,
 // adds its options and gives the action. Everything else happens here.
@@ -34,8 +34,8 @@ enum ExitCode : int {
   out_of_memory = 6,
 };
 
-/// An option whose value is not understood, when only the command itself can tell. Reads "--at:
-/// '1,2' has 2 values, not 3 or 6. Separate them with commas." Ends the program with exit code 2.
+/// An option whose value is not understood, when only the command itself knows. Reads "--at: '1,2'
+/// has 2 values, not 3 or 6. Separate them with commas." Ends the program with exit code 2.
 class UsageError : public std::runtime_error {
  public:
   UsageError(const std::string& option, const std::string& what, const std::string& cure = {});
@@ -82,7 +82,7 @@ class Run {
   }
   /// Whether the result goes into a page; then its pictures are wanted.
   bool wants_page() const { return !options_.html.empty(); }
-  /// What charts of the result need and the result itself does not hold.
+  /// Data that charts of the result need and the result itself does not hold.
   void draw(io::Json picture) { picture_ = std::move(picture); }
   /// Further results that belong on the same page, each with its own tool, command and options.
   void add_to_page(report::PageResult result) { page_.push_back(std::move(result)); }
@@ -90,8 +90,8 @@ class Run {
   /// The result is only part of what was asked for: it is delivered, then the reason is said and
   /// the program ends with exit code 4.
   void stop_short(std::string reason) { shortfall_ = std::move(reason); }
-  /// The data cannot tell a part of what was asked: the rest is delivered, then the reason is said
-  /// and the program ends with exit code 5.
+  /// The data do not determine a part of what was asked: the rest is delivered, then the reason is
+  /// printed and the program ends with exit code 5.
   void leave_unidentified(std::string reason) { unidentified_ = std::move(reason); }
   /// The result says that the input is unsound: it is delivered, then the program ends with exit
   /// code 3 and this error.
@@ -123,12 +123,12 @@ class Run {
   std::optional<common::InputError> refusal_;
 };
 
-/// What a command is called and does.
+/// Name and purpose of a command.
 struct CommandInfo {
   std::string name;     // "stiffness", or "mesh check" for a command in a group
   std::string summary;  // one line, no full stop
   std::string example;  // a whole command line that works in the source folder
-  /// What --out holds when it is not the report as text; the action then writes it to run.out().
+  /// Content of --out when it is not the report as text; the action then writes it to run.out().
   std::string out = {};
   bool out_is_folder = false;       // --out, instead of a file
   bool runs_until_stopped = false;  // the first Ctrl-C is its proper end
@@ -142,7 +142,7 @@ CLI::Option* add_output(CLI::App& app, const std::string& name, std::string& fil
 
 /// Computes, prints the report for people through the run, and returns the result for programs.
 /// Throws UsageError, common::InputError, NoConvergence, NotIdentifiable or Cancelled for what
-/// users can mend.
+/// users can repair.
 using Action = std::function<io::Json(Run&)>;
 
 class Program {

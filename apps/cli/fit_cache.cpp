@@ -51,14 +51,14 @@ void FitCache::keep(const std::string& key, const std::string& content) {
 
 void FitCache::say_what_was_found() const {
   if (found_ > 0)
-    run_.remark(fmt::format("{} of {} fits and marks from the cache", found_, asked_));
+    run_.remark(fmt::format("{} of {} fits and signatures from the cache", found_, asked_));
 }
 
 void FitCache::say_what_is_left() const {
   const std::size_t there = own_.size() + static_cast<std::size_t>(found_);
   if (there > 0)
     run_.remark(fmt::format(
-        "{} fits and marks are in the cache: ask again, and it goes on from there", there));
+        "{} fits and signatures are in the cache: ask again, and it goes on from there", there));
 }
 
 }  // namespace kinetostat::apps

@@ -1,4 +1,4 @@
-// The fits and marks of a search for what is missing, kept from one run to the next.
+// The fits and signatures of a search for what is missing, kept from one run to the next.
 #pragma once
 
 #include <set>
@@ -14,7 +14,7 @@ namespace kinetostat::apps {
 
 class FitCache : public calibration::FitJournal {
  public:
-  /// What is kept belongs to the bytes of the robot file, of the files that it names, of the
+  /// The kept fits belong to the bytes of the robot file, of the files that it names, of the
   /// campaign file and of its readings, and to this build of the program: neither to the number of
   /// threads nor to options, of which those that matter to a fit are part of its own key.
   FitCache(io::Cache cache, const vjm::Robot& robot, const calibration::Campaign& campaign,

@@ -59,7 +59,7 @@ std::array<std::vector<double>, 6> read_axes(const std::string& grid,
     const auto* const at = std::find(pose_columns.begin(), pose_columns.end(), name);
     if (equals == std::string::npos || at == pose_columns.end())
       throw UsageError("--grid",
-                       fmt::format("'{}' does not begin with x=, y=, z=, rx=, ry= or rz=", part),
+                       fmt::format("'{}' does not start with x=, y=, z=, rx=, ry= or rz=", part),
                        "Write --grid x=-50:50:11,y=-50:50:11,z=0");
     std::vector<double>& axis = axes[static_cast<std::size_t>(at - pose_columns.begin())];
     if (!axis.empty()) throw UsageError("--grid", fmt::format("'{}' is given twice", name));
@@ -132,7 +132,7 @@ std::vector<Column> read_columns(const io::CsvTable& table, const spatial::UnitS
   if (*places.begin() >= 6)
     throw common::InputError({.file = table.file(),
                               .line = table.header_line(),
-                              .what = "no column tells the pose",
+                              .what = "no column states the pose",
                               .cure = "Give at least one of x, y, z, rx, ry, rz"});
   return columns;
 }

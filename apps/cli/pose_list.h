@@ -1,4 +1,4 @@
-// The options by which commands are told many poses: a grid, or a path from a file.
+// The options that give many poses to commands: a grid, or a path from a file.
 #pragma once
 
 #include <array>
@@ -16,8 +16,8 @@ namespace kinetostat::apps {
 /// Poses of the platform in order, each with what acts there.
 struct PoseList {
   std::vector<vjm::TargetPose> poses;
-  /// Of a grid: numbers of points along x, y, z, rx, ry, rz; the last varies fastest. Of a path:
-  /// the number of rows and ones.
+  /// Grid: numbers of points along x, y, z, rx, ry, rz; the last varies fastest. Path: the number
+  /// of rows and ones.
   std::array<std::size_t, 6> shape{1, 1, 1, 1, 1, 1};
 };
 

@@ -1,4 +1,4 @@
-// What the program needs of its process before anything else.
+// Preparation of the program's process, before anything else.
 #pragma once
 
 namespace kinetostat::apps {

@@ -16,7 +16,7 @@ namespace kinetostat::apps {
 std::string clock_text(double seconds);
 
 /// How fast a computation goes: by the later half of the time that it has had, so that what was
-/// found in a cache at the beginning makes nobody hope that the rest is as quick.
+/// found in a cache at the start makes nobody hope that the rest is as quick.
 class Pace {
  public:
   /// `fraction` is done after so many seconds; times ascend.

@@ -1,4 +1,4 @@
-// The options by which commands are told a robot, a posture, and a load or displacement.
+// The options that give a robot, a posture, and a load or displacement to commands.
 #pragma once
 
 #include <optional>

@@ -9,7 +9,8 @@
 
 namespace kinetostat::apps {
 
-/// Of a loaded equilibrium of a robot with beams; nothing without beams or equilibrium.
+/// Segment check of a loaded equilibrium of a robot with beams; nullopt without beams or
+/// equilibrium.
 struct SegmentCheck {
   static constexpr int stability_multiple = 8;  // segments by which stability is judged
 

@@ -1,4 +1,4 @@
-// What this program is made of.
+// Versions of this program and its libraries.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// What is known of the error of a link's compliance, for people.
+// Error estimate of a link's compliance, for people.
 #pragma once
 
 #include <string>

@@ -16,6 +16,7 @@
 #include "kinetostat/calibration/diagnosis/adoption.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/text_file.h"
+#include "kinetostat/report/diagnosis.h"
 #include "kinetostat/report/text.h"
 #include "kinetostat/vjm/io/robot_file.h"
 
@@ -53,7 +54,7 @@ std::string names_of(const std::vector<io::Json>& entries) {
   return names;
 }
 
-// What to adopt: all, or one by name, else the first that was found.
+// The effects to adopt: all, or one by name, else the first that was found.
 std::vector<io::Json> chosen(const io::Json& diagnosis, const AdoptRequest& request) {
   const io::Json& found = need(diagnosis, "found", request.diagnosis);
   if (request.all && !found.empty()) return {found.begin(), found.end()};
@@ -67,12 +68,13 @@ std::vector<io::Json> chosen(const io::Json& diagnosis, const AdoptRequest& requ
   if (known.empty())
     throw common::NotIdentifiable(
         fmt::format("{}: the verdict is '{}'; there is no effect to adopt", request.diagnosis,
-                    need(diagnosis, "verdict", request.diagnosis).get<std::string>()));
+                    report::verdict_in_words(
+                        need(diagnosis, "verdict", request.diagnosis).get<std::string>())));
   throw UsageError("--effect", fmt::format("'{}' was not found by the diagnosis", request.effect),
                    fmt::format("It found {}", known));
 }
 
-// Held-out error before and after an effect, over the noise.
+// Held-out error before and after an effect, in units of the noise.
 struct Fall {
   double before = std::numeric_limits<double>::quiet_NaN(), after = before;
 };
@@ -104,8 +106,8 @@ void require_adequate(const io::Json& diagnosis, const std::vector<io::Json>& en
         file, verdict, names_of(entries)));
   if (fall.after < fall.before) return;
   throw common::NotIdentifiable(fmt::format(
-      "{}: with {} the held-out error does not fall ({} before, {} after, over the noise); it is "
-      "not adopted. --force adopts it all the same.",
+      "{}: with {} the held-out error does not fall ({} before, {} after, times the noise); it "
+      "is not adopted. --force adopts it all the same.",
       file, names_of(entries), report::number(fall.before, 4), report::number(fall.after, 4)));
 }
 
@@ -115,11 +117,12 @@ std::vector<std::string> reasons_for(const io::Json& diagnosis, const io::Json& 
   reasons.push_back(fmt::format("by kinetostat {} from the campaign '{}', readings sha256 {}",
                                 version(), diagnosis.at("campaign").get<std::string>(),
                                 diagnosis.at("readings").get<std::string>()));
-  reasons.push_back(fmt::format("verdict: {}; probability of class and place {}, gate p = {}",
-                                diagnosis.at("verdict").get<std::string>(),
-                                report::number(entry.at("probability").get<double>(), 4),
-                                report::number(entry.at("gate_p_value").get<double>(), 2)));
-  reasons.push_back(fmt::format("held-out error over the noise: {} before, {} after",
+  reasons.push_back(
+      fmt::format("verdict: {}; probability {}, chance of a false alarm {}",
+                  report::verdict_in_words(diagnosis.at("verdict").get<std::string>()),
+                  report::probability_in_words(entry.at("probability").get<double>()),
+                  report::percent(entry.at("gate_p_value").get<double>())));
+  reasons.push_back(fmt::format("held-out error, times the noise: {} before, {} after",
                                 report::number(fall.before, 4), report::number(fall.after, 4)));
   for (const io::Json& p : entry.at("parameters"))
     reasons.push_back(fmt::format("prior of {}: {} +- {} {}", p.at("name").get<std::string>(),
@@ -157,7 +160,7 @@ std::vector<std::string> reservations(const io::Json& diagnosis,
       said.push_back(fmt::format("{} may be something else: {}", name_of(entry),
                                  fmt::join(instead.get<std::vector<std::string>>(), "; ")));
   if (need(diagnosis, "or_something_else", file))
-    said.push_back("it may be something that the catalogue lacks");
+    said.push_back("it may be an effect outside the catalogue");
   std::vector<io::Json> left_out;
   for (const io::Json& found : need(diagnosis, "found", file))
     if (std::find(entries.begin(), entries.end(), found) == entries.end())
@@ -167,8 +170,8 @@ std::vector<std::string> reservations(const io::Json& diagnosis,
                                names_of(left_out)));
   if (has_stage(diagnosis, "refitted", file))
     said.push_back(
-        "what is 'uncertain' keeps the values it has in the file: 'compare' and 'diagnose' refit "
-        "it, other commands do not");
+        "parameters under 'uncertain' keep their values in the file: 'compare' and 'diagnose' fit "
+        "them, other commands do not");
   return said;
 }
 
@@ -189,7 +192,7 @@ io::Json adopt_from(const io::Json& diagnosis, const AdoptRequest& request,
     throw common::InputError({.file = request.robot, .key = "effects", .what = error.what()});
   }
   write_robot(out, text);
-  run.print(fmt::format("{}: adopted {}; held-out error over the noise {} -> {}\n", out.string(),
+  run.print(fmt::format("{}: adopted {}; held-out error {} -> {} times the noise\n", out.string(),
                         names_of(entries), report::number(fall.before, 4),
                         report::number(fall.after, 4)));
   const std::vector<std::string> said = reservations(diagnosis, entries, request.diagnosis);

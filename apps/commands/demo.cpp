@@ -1,5 +1,5 @@
-// kinetostat demo: the whole way on the shipped Orthoglide, from the meshes of its links to the
-// effect that its model lacks.
+// kinetostat demo: end to end on the shipped Orthoglide, from the meshes of its links to the effect
+// that its model lacks.
 #include <chrono>
 #include <memory>
 
@@ -155,8 +155,8 @@ io::Json compare_with_readings(Run& run) {
   const calibration::Comparison comparison =
       calibration::compare(bench, campaign, run.threads(), run.progress());
   run.print(report::text(campaign, comparison));
-  if (comparison.refitted && comparison.refitted->lack_of_fit) {
-    const calibration::LackOfFitTest& test = *comparison.refitted->lack_of_fit;
+  if (comparison.fitted && comparison.fitted->lack_of_fit) {
+    const calibration::LackOfFitTest& test = *comparison.fitted->lack_of_fit;
     run.print(fmt::format(
         "\nThe linear spring {}: lack-of-fit F = {:.4g}, and {:.4g} is the limit at 5 %.\n",
         test.f > test.critical ? "FAILS, however well it seems to fit" : "is adequate", test.f,
@@ -219,7 +219,7 @@ io::Json demo(const Request& request, Run& run) {
 void add_demo(Program& program) {
   const auto request = std::make_shared<Request>();
   CLI::App& app = program.add({.name = "demo",
-                               .summary = "The whole way on the shipped Orthoglide: meshes, "
+                               .summary = "End to end on the shipped Orthoglide: meshes, "
                                           "stiffness, measurements, the missing effect",
                                .example = "kinetostat demo"},
                               [request](Run& run) { return demo(*request, run); });

@@ -89,7 +89,7 @@ io::Json diagnose(const DiagnoseRequest& request, Run& run) {
   }
   if (run.out()) io::write_json(*run.out(), json);
   if (diagnosis.verdict == calibration::Verdict::inconclusive)
-    run.leave_unidentified("these data cannot tell which effect is missing");
+    run.leave_unidentified("inconclusive: these data do not show which effect is missing");
   return json;
 }
 

@@ -1,4 +1,4 @@
-// What several commands do with a diagnosis.
+// Steps with a diagnosis that several commands share.
 #pragma once
 
 #include <filesystem>
@@ -26,7 +26,8 @@ void add_no_cache_option(CLI::App& app, bool& no_cache);
 io::Json diagnosis_result(const vjm::Robot& robot, const calibration::Campaign& campaign,
                           const calibration::DiagnosisOptions& options,
                           const calibration::Diagnosis& diagnosis);
-/// The readings under the model as designed, refitted, and (where something was found) with that.
+/// The readings under the nominal model, the fitted model, and (where an effect was found) the
+/// final model.
 io::Json diagnosis_picture(const vjm::Robot& robot, const calibration::Campaign& campaign,
                            const calibration::Comparison& before,
                            const calibration::Comparison* after);
@@ -36,10 +37,10 @@ io::Json diagnosis_picture(const vjm::Robot& robot, const calibration::Campaign&
 void require_same_robot(const io::Json& diagnosis, const std::filesystem::path& file,
                         const std::filesystem::path& robot);
 
-/// Writes `robot` with an effect that `diagnosis` found to `out`, and says so. Of several the one
-/// named by `effect` ("clearance at x.rho"), else the first. Throws common::NotIdentifiable when
-/// there is none, or (unless `force`) when the held-out error does not fall or the verdict is that
-/// none of the catalogue explains the readings.
+/// Writes `robot` with an effect that `diagnosis` found to `out`, and says so. Among several
+/// effects it takes the one named by `effect` ("clearance at x.rho"), else the first. Throws
+/// common::NotIdentifiable when there is none, or (unless `force`) when the held-out error does not
+/// fall or the verdict is that no effect of the catalogue explains the readings.
 io::Json adopt_effect(const std::filesystem::path& robot, const std::filesystem::path& diagnosis,
                       const std::string& effect, bool force, const std::filesystem::path& out,
                       Run& run);

@@ -252,7 +252,7 @@ void add_identify(Program& program) {
              "surface is refused");
   options->exports.add_options(app);
   app.add_option("--time", options->refinement.time_limit,
-                 "Begin no finer mesh after so many seconds; the best result so far is given")
+                 "Start no finer mesh after so many seconds; the best result so far is given")
       ->type_name("S")
       ->check(CLI::PositiveNumber);
   app.add_option("--unknowns", options->refinement.most_unknowns,

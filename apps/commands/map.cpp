@@ -173,7 +173,7 @@ spatial::Vector6 coordinates_of(const spatial::Pose& pose) {
   return c;
 }
 
-// Everything that decides the values of the map.
+// Everything that determines the values of the map.
 std::string request_hash(const vjm::Robot& robot, const PoseList& list,
                          const std::vector<NamedIndex>& indices) {
   fmt::memory_buffer text;

@@ -28,8 +28,8 @@ io::Json check(const CampaignRequest& request, Run& run) {
   say_which_robot(robot, campaign, json, run);
   run.print(fmt::format("Campaign '{}': {} readings\n", campaign.name, campaign.readings.size()));
   for (const std::string& note : campaign.notes) run.print("  " + note + "\n");
-  run.print("\nThese data can show\n" + listed(all, true));
-  run.print("\nThese data cannot show\n" + listed(all, false));
+  run.print("\nObservable\n" + listed(all, true));
+  run.print("\nNot observable\n" + listed(all, false));
   json["campaign"] = campaign.name;
   json["readings"] = campaign.readings.size();
   json["notes"] = campaign.notes;
@@ -44,11 +44,12 @@ io::Json check(const CampaignRequest& request, Run& run) {
 
 void add_measure_check(Program& program) {
   const auto request = std::make_shared<CampaignRequest>();
-  CLI::App& app = program.add({.name = "measure check",
-                               .summary = "Say what readings can and cannot show, before any fit",
-                               .example = "kinetostat measure check "
-                                          "data/measurements/nist_load_cell/campaign.yaml"},
-                              [request](Run& run) { return check(*request, run); });
+  CLI::App& app =
+      program.add({.name = "measure check",
+                   .summary = "Say what is observable in readings and what is not, before any fit",
+                   .example = "kinetostat measure check "
+                              "data/measurements/nist_load_cell/campaign.yaml"},
+                  [request](Run& run) { return check(*request, run); });
   request->add_options(app);
 }
 

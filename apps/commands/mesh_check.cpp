@@ -1,4 +1,4 @@
-// kinetostat mesh check: can this surface bound a solid, and if not, where not and what mends it?
+// kinetostat mesh check: can this surface bound a solid, and if not, where not and what repairs it?
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -227,9 +227,9 @@ io::Json check_surface(Run& run, const Options& options, const Request& request)
   if (!report.sound())
     run.refuse({options.mesh, "the surface does not bound a solid, see above",
                 request.repair.steps.empty()
-                    ? "Mend it in the program it came from, or with '--repair "
+                    ? "Repair it in the program it came from, or with '--repair "
                       "weld,orient,fill,unite,drop,wrap', then check again"
-                    : "Mend it in the program it came from, then check again"});
+                    : "Repair it in the program it came from, then check again"});
   io::Json json = surface_json(surface.weld, report, mass, bodies, request.density);
   if (!request.repair.steps.empty()) json["repair"] = repair_json(repair, request.repair);
   json["inputs"] = {{"mesh_sha256", surface.sha256}};
@@ -296,9 +296,9 @@ void add_mesh_check(Program& program) {
   auto options = std::make_shared<Options>();
   CLI::App& app = program.add(
       {.name = "mesh check",
-       .summary = "Check that a mesh bounds a solid, say where it does not, and mend it",
+       .summary = "Check that a mesh bounds a solid, say where it does not, and repair it",
        .example = "kinetostat mesh check meshes/foot.stl --unit mm",
-       .out = "Write the surface, mended or not, as binary STL in its unit"},
+       .out = "Write the surface, repaired or not, as binary STL in its unit"},
       [options](Run& run) { return check(run, *options); });
   app.add_option("mesh", options->mesh, "STL, OBJ, PLY, STEP, Gmsh .msh or Abaqus .inp file")
       ->required()
@@ -311,7 +311,7 @@ void add_mesh_check(Program& program) {
       ->type_name("NAME");
   app.add_option(
          "--repair", options->repair,
-         "Mend it: any of weld,orient,fill,unite,drop,wrap, taken in that order where needed")
+         "Repair it: any of weld,orient,fill,unite,drop,wrap, taken in that order where needed")
       ->type_name("STEPS");
   app.add_option("--tolerance", options->tolerance,
                  "Distance within which weld joins; 1e-4 of the diagonal by default")

@@ -1,4 +1,4 @@
-// kinetostat new: files to begin with, that run as they are.
+// kinetostat new: files to start with, that run as they are.
 #include <memory>
 
 #include <fmt/format.h>

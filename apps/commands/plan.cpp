@@ -114,7 +114,7 @@ void add_cost_options(CLI::App& app, calibration::PlanOptions& options) {
                  "The robot must stand, stably, under so many times the load")
       ->capture_default_str()
       ->check(CLI::Range(1.0, 100.0));
-  app.add_option("--wanted", options.wanted, "d' from which two models count as told apart")
+  app.add_option("--wanted", options.wanted, "d' from which two models count as distinguished")
       ->capture_default_str()
       ->check(CLI::Range(0.1, 1e3));
 }
@@ -125,7 +125,7 @@ void add_plan(Program& program) {
   const auto request = std::make_shared<PlanRequest>();
   CLI::App& app = program.add(
       {.name = "plan",
-       .summary = "What to measure next, to tell effects apart or sharpen the model",
+       .summary = "What to measure next, to distinguish effects or sharpen the model",
        .example = "kinetostat plan data/robots/bench.yaml "
                   "data/measurements/nist_load_cell/campaign.yaml -o plan.csv",
        .out = "Write the readings to take, for 'simulate' and for people, to a CSV file"},

@@ -99,7 +99,7 @@ std::vector<vjm::Effect> hidden_effects(const SimulateRequest& request, const vj
 
 std::string effect_text(const vjm::Effect& effect) {
   return fmt::format(
-      "Hidden effect {} at {}: {}.\n  law       {}\n  signature {}\n  confuser  {}\n",
+      "Hidden effect {} at {}: {}.\n  law        {}\n  signature  {}\n  confounder {}\n",
       effect.kind->name, effect.at, effect.kind->summary, effect.kind->law, effect.kind->signature,
       effect.kind->confuser);
 }
@@ -117,10 +117,10 @@ std::string trace_text(const calibration::SimulatedCampaign& made, const vjm::Ro
   }
   std::string text = table.text();
   if (made.detectability)
-    text += fmt::format(
-        "All that they change is {} times the noise (d'): {}.\n",
-        report::number(*made.detectability, 3),
-        *made.detectability < 4 ? "too little to be told from noise" : "it should be seen");
+    text += fmt::format("All that they change is {} times the noise (d'): {}.\n",
+                        report::number(*made.detectability, 3),
+                        *made.detectability < 4 ? "too little to be distinguished from noise"
+                                                : "it should be seen");
   return text;
 }
 

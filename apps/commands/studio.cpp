@@ -1,5 +1,5 @@
 // kinetostat studio: the page of a comparison on this machine, where effects are switched on and
-// refitted.
+// fitted.
 #include <chrono>
 #include <memory>
 

@@ -1,4 +1,4 @@
-// What the helper programs have in common: bytes in, bytes out, and their limits. Nothing but the
+// Common parts of the helper programs: bytes in, bytes out, and their limits. Nothing but the
 // standard library, so that the helpers share no code with the rest.
 #pragma once
 

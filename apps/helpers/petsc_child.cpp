@@ -115,7 +115,7 @@ struct Share {
   int blocks() const { return end - first; }
 };
 
-// An empty matrix of 3x3 blocks with room for these entries in each of the own block rows.
+// An empty matrix of 3x3 blocks with space for these entries in each of the own block rows.
 Mat make_matrix(MatType type, int own_rows, int own_columns, const std::vector<PetscInt>& within,
                 const std::vector<PetscInt>& beyond) {
   Mat matrix = nullptr;

@@ -82,7 +82,7 @@ class Queue : public httplib::TaskQueue {
   httplib::ThreadPool pool_;
 };
 
-// One request a connection, within its limits; whoever is slow makes room when others wait.
+// One request a connection, within its limits; a slow one gives way when others wait.
 class Server : public httplib::Server {
  public:
   Server() {

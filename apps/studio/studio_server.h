@@ -9,7 +9,7 @@
 
 namespace kinetostat::apps {
 
-/// What the server answers with.
+/// Answers of the server.
 struct StudioRooms {
   std::string page;  // HTML
   /// Name -> what a POST of a JSON object to it does. One call at a time. Exceptions that derive

@@ -113,13 +113,14 @@ std::vector<Candidate> StudioSession::chosen(const Json& request) const {
   return effects;
 }
 
-// From the usual size of the last effect and from the sizes that its marks were looked at with.
+// From the usual size of the last effect and from the sizes that its signatures were looked at
+// with.
 BaseFit StudioSession::best_fit(std::vector<Candidate>& effects, common::Progress& progress) const {
-  const calibration::Rivals rivals(robot_, fitted_, noise_, threads_, progress);
-  BaseFit fit = rivals.fit({}, nullptr, progress);
+  const calibration::CandidateFitter fitter(robot_, fitted_, noise_, threads_, progress);
+  BaseFit fit = fitter.fit({}, nullptr, progress);
   std::vector<Candidate> present;
   for (const Candidate& effect : effects) {
-    std::vector<Candidate> starts = rivals.marks_of(effect, present, fit, progress).starts;
+    std::vector<Candidate> starts = fitter.signatures_of(effect, present, fit, progress).starts;
     starts.push_back(effect);
     std::optional<BaseFit> best;
     std::string reason;
@@ -127,7 +128,7 @@ BaseFit StudioSession::best_fit(std::vector<Candidate>& effects, common::Progres
       std::vector<Candidate> added = present;
       added.push_back(start);
       try {
-        BaseFit found = rivals.fit(added, &fit, progress);
+        BaseFit found = fitter.fit(added, &fit, progress);
         if (!best || found.squared_error < best->squared_error) best = std::move(found);
       } catch (const common::Cancelled&) {
         throw;
@@ -149,7 +150,7 @@ Json StudioSession::fit(const Json& request, common::Progress& progress) {
   const BaseFit found = best_fit(effects, progress);
   last_ = effects;
   Json values = Json::array();
-  std::string name = effects.empty() ? "refitted" : "with";
+  std::string name = effects.empty() ? "fitted" : "with";
   for (const Candidate& effect : effects) {
     const bool angular = turns(effect.effect, robot_.without_effects());
     Json parameters = Json::array();

@@ -1,4 +1,5 @@
-// What a studio does: effects are switched on, refitted with everything that is uncertain, saved.
+// A session of the studio: effects are switched on, fitted with everything that is uncertain,
+// saved.
 #pragma once
 
 #include <filesystem>
@@ -11,8 +12,8 @@
 
 namespace kinetostat::apps {
 
-/// A robot and a campaign. Not for several threads at once. What the other side can get wrong ends
-/// in common::InputError.
+/// A robot and a campaign. Not for several threads at once. Mistakes of the other side end in
+/// common::InputError.
 class StudioSession {
  public:
   /// Throws what the comparison throws, and common::InputError when nobody knows the noise.

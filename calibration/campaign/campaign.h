@@ -16,12 +16,12 @@
 
 namespace kinetostat::calibration {
 
-/// The six components of a displacement, in the order of every Vector6 of this room:
+/// The six components of a displacement, in the order of every Vector6 of this module:
 /// [translation; rotation vector] of the platform's reference point, base axes.
 inline constexpr std::array<const char*, 6> component_names = {"dx", "dy", "dz", "rx", "ry", "rz"};
 inline constexpr bool is_rotation(Eigen::Index component) { return component >= 3; }
 
-/// What a displacement is counted from.
+/// Reference from which a displacement is counted.
 enum class DisplacementKind {
   difference,  // the unloaded posture: gravity, geometry and thermal offsets cancel
   absolute     // the base frame: the pose of the platform itself
@@ -39,7 +39,8 @@ enum class SessionFrame {
 
 enum class LoadDirection { unstated, loading, unloading };
 
-/// What a reading is for. Only readings to fit by are fitted; the others are predicted.
+/// Purpose of a reading: training (`fit`), validation (`select`) or test (`confirm`). Only readings
+/// to fit by are fitted; the others are predicted.
 enum class Role {
   fit,
   select,  // to choose between models
@@ -47,7 +48,7 @@ enum class Role {
 };
 inline constexpr std::array<const char*, 3> role_names = {"fit", "select", "confirm"};
 
-/// What the controller was told: a platform pose, or joint coordinates (home values where not
+/// The command of the controller: a platform pose, or joint coordinates (home values where not
 /// given).
 struct Configuration {
   std::optional<spatial::Pose> target;   // base axes
@@ -67,7 +68,7 @@ struct Reading {
   bool known_load = false;        // by weights, not by what a load cell says
   spatial::Vector6 displacement;  // [m; rad]; NaN where not measured
   spatial::Vector6 sigma;         // standard deviation of the noise [m; rad]; NaN where not stated
-  /// Of the noise between components: in Campaign::correlations; none: independent.
+  /// Index into Campaign::correlations of the noise between components; none: independent.
   std::optional<std::size_t> correlation;
   Role role = Role::fit;
   std::string instrument;  // its name; empty: the one that the campaign has
@@ -86,7 +87,7 @@ struct Covariate {
   std::vector<std::string> values;
 };
 
-/// What the table calls the coordinate of a joint.
+/// Name of the coordinate of a joint in the table.
 struct JointInTable {
   std::string column;
   bool turns = false;  // else it slides

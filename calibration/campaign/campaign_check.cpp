@@ -64,7 +64,7 @@ class Check {
             "'noise' in the campaign file, or repeat readings."};
   }
 
-  // Deflections over their noise, where the table tells deflections.
+  // Deflections in units of their noise, where the table has deflections.
   double largest_deflection_over_noise() const {
     double largest = 0;
     if (campaign_.displacement == DisplacementKind::absolute || !campaign_.noise_stated)
@@ -93,9 +93,10 @@ class Check {
   Observability offsets() const {
     if (campaign_.displacement == DisplacementKind::absolute)
       return {"offsets", true,
-              "Gravity, geometric errors and thermal offsets show: displacements are absolute."};
+              "Gravity, geometric errors and thermal offsets are observable: displacements are "
+              "absolute."};
     return {"offsets", false,
-            "Gravity, geometric errors and thermal offsets do not show: displacements are "
+            "Gravity, geometric errors and thermal offsets are not observable: displacements are "
             "differences to a reference state, in which they cancel. Measure absolute poses."};
   }
 
@@ -107,7 +108,8 @@ class Check {
         missing.emplace_back(component_names[static_cast<std::size_t>(k)]);
     if (missing.empty()) return {"components", true, "All six components are measured."};
     return {"components", false,
-            fmt::format("Not measured: {}. What moves the platform only that way does not show.",
+            fmt::format("Not measured: {}. Errors that move the platform only that way are not "
+                        "observable.",
                         fmt::join(missing, ", "))};
   }
 
@@ -129,8 +131,8 @@ class Check {
     const auto rank = (svd.singularValues().array() > same_load * same_load * largest).count();
     if (rank == 6) return {"load_directions", true, "Loads act in all six independent directions."};
     return {"load_directions", false,
-            fmt::format("Loads span {} of 6 independent directions: compliance in the others does "
-                        "not show.",
+            fmt::format("Loads span {} of 6 independent directions: compliance in the others is "
+                        "not observable.",
                         largest > 0 ? rank : 0)};
   }
 
@@ -139,11 +141,11 @@ class Check {
     for (const std::size_t i : used_) configurations.insert(reading(i).configuration);
     if (configurations.size() > 1)
       return {"poses", true,
-              fmt::format("What depends on the posture shows: {}.",
+              fmt::format("Errors that depend on the posture are observable: {}.",
                           counted(configurations.size(), "posture"))};
     return {"poses", false,
-            "One posture: errors that depend on the posture do not show, and springs in series "
-            "cannot be told apart. Measure in other postures."};
+            "One posture: errors that depend on the posture are not observable, and springs in "
+            "series are not distinguishable. Measure in other postures."};
   }
 
   // The most levels along one line of load in one posture.
@@ -166,9 +168,10 @@ class Check {
         most = std::max(most, distinct_values(values, same_load).size());
     if (most >= 3)
       return {"nonlinearity", true,
-              fmt::format("Nonlinearity shows: up to {} along one direction.", levels_text(most))};
+              fmt::format("Nonlinearity is observable: up to {} along one direction.",
+                          levels_text(most))};
     return {"nonlinearity", false,
-            fmt::format("Nonlinearity does not show: at most {} along one direction in one "
+            fmt::format("Nonlinearity is not observable: at most {} along one direction in one "
                         "posture. Load in three steps or more.",
                         levels_text(most))};
   }
@@ -177,11 +180,12 @@ class Check {
     const std::size_t pairs = reversed_pairs(campaign_).size();
     if (pairs > 0)
       return {"reversal", true,
-              fmt::format("Odd and even parts of the error show: {} of equal and opposite load.",
-                          counted(pairs, "pair"))};
+              fmt::format(
+                  "Odd and even parts of the error are observable: {} of equal and opposite load.",
+                  counted(pairs, "pair"))};
     return {"reversal", false,
-            "No load is reversed: clearance, preload and one-sided stiffness do not show. Repeat "
-            "loads with the opposite sign."};
+            "No load is reversed: clearance, preload and one-sided stiffness are not observable. "
+            "Repeat loads with the opposite sign."};
   }
 
   bool both_branches() const {
@@ -191,9 +195,9 @@ class Check {
 
   Observability branches_seen() const {
     if (both_branches())
-      return {"hysteresis", true, "Hysteresis shows: there is loading and unloading."};
+      return {"hysteresis", true, "Hysteresis is observable: there is loading and unloading."};
     return {"hysteresis", false,
-            "Hysteresis does not show: no reading was taken while unloading, or nothing says "
+            "Hysteresis is not observable: no reading was taken while unloading, or nothing says "
             "which. Unload in steps, with the columns cycle and step, or direction."};
   }
 
@@ -201,9 +205,9 @@ class Check {
     const bool reversed = !reversed_pairs(campaign_).empty(), both = both_branches();
     if (reversed && both)
       return {"clearance_or_friction", true,
-              "Clearance and friction can be told apart: loads are reversed and unloaded."};
+              "Clearance and friction are distinguishable: loads are reversed and unloaded."};
     return {"clearance_or_friction", false,
-            fmt::format("Clearance and friction cannot be told apart: {}.",
+            fmt::format("Clearance and friction are not distinguishable: {}.",
                         reversed ? "there is no unloading"
                         : both   ? "no load is reversed"
                                  : "there is neither reversal nor unloading")};
@@ -223,10 +227,11 @@ class Check {
     }
     if (returns > 0)
       return {"return_to_zero", true,
-              fmt::format("Return to zero shows: {} without load after loading.",
+              fmt::format("The return to zero is observable: {} without load after loading.",
                           counted(returns, "reading"))};
-    return {"return_to_zero", false,
-            "Return to zero does not show: no cycle reads the unloaded state after a load."};
+    return {
+        "return_to_zero", false,
+        "The return to zero is not observable: no cycle reads the unloaded state after a load."};
   }
 
   Observability sessions() const {
@@ -234,10 +239,11 @@ class Check {
     for (const std::size_t i : used_) sessions.insert(reading(i).session);
     if (sessions.size() > 1)
       return {"sessions", true,
-              fmt::format("Differences between sessions show: {}.",
+              fmt::format("Differences between sessions are observable: {}.",
                           counted(sessions.size(), "session"))};
     return {"sessions", false,
-            "One session: drift from session to session and errors of setting up do not show."};
+            "One session: drift from session to session and errors of setting up are not "
+            "observable."};
   }
 
   // Of a number that readings may carry.
@@ -251,17 +257,19 @@ class Check {
 
   Observability time() const {
     if (distinct([](const Reading& r) { return r.time; }) > 1)
-      return {"time", true, "Drift and creep show: readings carry their time."};
-    return {"time", false, "Drift and creep do not show: no column 'time' tells readings apart."};
+      return {"time", true, "Drift and creep are observable: readings carry their time."};
+    return {"time", false, "Drift and creep are not observable: there is no column 'time'."};
   }
 
   Observability temperature() const {
     const std::size_t count = distinct([](const Reading& r) { return r.temperature; });
     if (count > 1)
-      return {"temperature", true, "Thermal effects show: readings carry their temperature."};
+      return {"temperature", true,
+              "Thermal effects are observable: readings carry their temperature."};
     return {"temperature", false,
-            count == 0 ? "Thermal effects do not show: there is no column 'temperature'."
-                       : "Thermal effects do not show: the temperature is the same throughout."};
+            count == 0
+                ? "Thermal effects are not observable: there is no column 'temperature'."
+                : "Thermal effects are not observable: the temperature is the same throughout."};
   }
 
   Observability roles() const {
@@ -270,25 +278,27 @@ class Check {
           return reading(i).role != Role::fit;
         }));
     if (kept > 0)
-      return {"roles", true,
-              fmt::format("How the model does on readings it has not seen shows: {} kept out of "
-                          "the fit.",
-                          counted(kept, "reading") + (kept == 1 ? " is" : " are"))};
+      return {
+          "roles", true,
+          fmt::format("The error of the model on held-out readings is observable: {} kept out of "
+                      "the fit.",
+                      counted(kept, "reading") + (kept == 1 ? " is" : " are"))};
     return {"roles", false,
-            "How the model does on readings it has not seen does not show: all are fitted. Keep a "
+            "The error of the model on held-out readings is not observable: all are fitted. Keep a "
             "session or some poses back with 'roles' or the column role."};
   }
 
   Observability frames() const {
     const bool difference = campaign_.displacement == DisplacementKind::difference;
     return {"session_frames", false,
-            difference ? "The position of the measuring frame does not show, since it cancels in "
-                         "differences; only its rotation is estimated, session by session."
-                       : "Where the robot stands in the measuring frame does not show: every "
-                         "session has an unknown frame of its own, which takes that up."};
+            difference
+                ? "The position of the measuring frame is not observable, since it cancels in "
+                  "differences; only its rotation is estimated, session by session."
+                : "The place of the robot in the measuring frame is not observable: every "
+                  "session has an unknown frame of its own, with which it is confounded."};
   }
 
-  // Zeros and frames that are estimated as well.
+  // Zero offsets and frames that are estimated as well.
   std::size_t session_unknowns() const {
     std::set<std::pair<std::size_t, Eigen::Index>> zeros;
     std::set<std::size_t> frames;
@@ -309,12 +319,13 @@ class Check {
     const std::size_t uncertain = robot_.uncertain.size() + robot_.uncertain_values.size();
     if (uncertain == 0)
       return {"parameters", true,
-              fmt::format("{}; the robot file declares nothing uncertain, so nothing is refitted.",
+              fmt::format("{}; the robot file declares nothing uncertain, so nothing is fitted.",
                           counted(values, "value"))};
     const std::size_t sessions = session_unknowns();
-    const std::string besides = sessions > 0 ? fmt::format(" and {} of sessions (zeros, frames)",
-                                                           counted(sessions, "unknown"))
-                                             : "";
+    const std::string besides = sessions > 0
+                                    ? fmt::format(" and {} of sessions (zero offsets, frames)",
+                                                  counted(sessions, "unknown"))
+                                    : "";
     const bool enough = values > uncertain + sessions;
     return {"parameters", enough,
             fmt::format("{} for {}{}{}.", counted(values, "value"),

@@ -1,4 +1,5 @@
-// What the readings of a campaign can and cannot show, said before anything is fitted.
+// Observability: the effects that the readings of a campaign can and cannot show, stated before
+// anything is fitted.
 #pragma once
 
 #include <string>

@@ -15,8 +15,8 @@ inline constexpr double same_load = 0.02;
 /// depend on the point about which the wrench is stated.
 double level_of(const vjm::Load& load);
 
-/// Unit vector of the force (first three), or of the moment (last three) where there is no force;
-/// zero without load.
+/// Unit vector of the force (first three), or of the moment (last three) where there is no force; 0
+/// without load.
 spatial::Vector6 direction_of(const vjm::Load& load);
 
 /// One load cycle: readings of one session and one name in the column `cycle`, in the order of step
@@ -26,11 +26,11 @@ using Cycle = std::vector<std::size_t>;
 /// As they were run, masked readings included; empty when the table has no column `cycle`, or
 /// leaves it empty.
 std::vector<Cycle> cycles_as_run(const Campaign& campaign);
-/// What is used of them: masked readings left out.
+/// The same without masked readings.
 std::vector<Cycle> load_cycles(const Campaign& campaign);
 
 /// One entry a reading: what the table states, else whether its load is larger or smaller than the
-/// one before it in the same cycle and posture; `unstated` where neither tells.
+/// one before it in the same cycle and posture; `unstated` where neither is known.
 std::vector<LoadDirection> branches(const Campaign& campaign);
 
 /// Whether a reading in use was taken while its load was rising, or falling.

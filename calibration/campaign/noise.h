@@ -24,7 +24,7 @@ struct Noise {
   /// False when translations and rotations are measured together and nothing says how their errors
   /// compare: then they cannot enter one sum of squares.
   bool comparable = true;
-  /// Of replicates: none of them is under load, though other readings are.
+  /// No replicate is under load, though other readings are.
   bool only_unloaded = false;
   /// On which the estimate rests; 0 where the noise is stated or unknown.
   Eigen::Index degrees_of_freedom = 0;

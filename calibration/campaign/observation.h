@@ -1,4 +1,4 @@
-// What of the platform is measured, and in which axes.
+// The measured point of the platform, and the measuring axes.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,8 +17,7 @@ struct Observation {
   bool is_default() const;
   /// Pose of the target in the measuring frame, for a pose of the platform in base axes.
   spatial::Pose seen(const spatial::Pose& platform) const;
-  /// What [translation; rotation increment] of the platform in base axes becomes there; a column
-  /// each.
+  /// [translation; rotation increment] of the platform in base axes, as measured; one a column.
   Eigen::Matrix<double, 6, Eigen::Dynamic> motion(
       const spatial::Pose& platform, const Eigen::Matrix<double, 6, Eigen::Dynamic>& motion) const;
   /// The pose of the platform in base axes of which `seen` is what is seen.

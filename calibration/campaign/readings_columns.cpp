@@ -109,7 +109,7 @@ class ColumnFinder {
     }
     find_joint_columns();
     if (context_.posture == PostureColumns::unstated) warn_of_drives_named_like_columns();
-    check_slips();
+    check_unit_errors();
     check_columns();
     check_units();
     return std::move(found_);
@@ -233,7 +233,7 @@ class ColumnFinder {
       fail_header("x", "roll, pitch, yaw need a position as well", "Add the columns x, y, z");
   }
 
-  // The first column without a meaning whose name may be a slip in this one; empty for none.
+  // The first column without a meaning whose name may be this one mistyped; empty for none.
   std::string unknown_column_like(const std::string& name) const {
     for (std::size_t i = 0; i < table_.columns().size(); ++i)
       if (found_.known.count(i) == 0 &&
@@ -242,8 +242,8 @@ class ColumnFinder {
     return {};
   }
 
-  // "Fx" or "fx [N]" beside "fx" is surely a slip; a near spelling may be one.
-  void check_slips() {
+  // "Fx" or "fx [N]" beside "fx" is surely mistyped; a near spelling may be.
+  void check_unit_errors() {
     std::vector<std::string> names = reserved_names();
     for (const Joint& joint : joints_) names.insert(names.end(), {joint.name, joint.alone});
     for (std::size_t i = 0; i < table_.columns().size(); ++i) {
@@ -290,7 +290,7 @@ class ColumnFinder {
                   "Write sigma_rx, sigma_ry, sigma_rz");
     if (!found_.position[0] && found_.joints.empty())
       campaign_.notes.push_back(
-          "No column tells the posture: the robot stands at its home coordinates.");
+          "No column states the posture: the robot stands at its home coordinates.");
   }
 
   void check_units() {

@@ -1,4 +1,4 @@
-// Which columns of a table of readings mean what. Internal to this room.
+// Which columns of a table of readings mean what. Internal to this module.
 #pragma once
 
 #include <set>
@@ -19,7 +19,7 @@ struct JointColumn {
   spatial::Dimension dimension;
 };
 
-/// What has a meaning; unset where there is no such column.
+/// Columns that have a meaning; unset where there is no such column.
 struct ReadingsColumns {
   std::map<std::string, Column, std::less<>> texts;  // id, session, ... by name
   std::array<Column, 6> displacement, sigma, wrench;

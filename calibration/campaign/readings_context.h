@@ -1,4 +1,4 @@
-// What a campaign file says about its readings. Internal to this room.
+// What a campaign file says about its readings. Internal to this module.
 #pragma once
 
 #include <limits>

@@ -187,7 +187,7 @@ class Reader {
     return frame.on_platform ? commanded(configuration).rotation() * frame.axes : frame.axes;
   }
 
-  // Where the platform stands without load, as commanded; its base frame where it cannot be told.
+  // Where the platform stands without load, as commanded; its base frame where that is not known.
   const spatial::Pose& commanded(std::size_t configuration) {
     while (commanded_.size() <= configuration) {
       const Configuration& next = campaign_.configurations[commanded_.size()];

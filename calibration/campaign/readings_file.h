@@ -1,4 +1,4 @@
-// The table of readings of a campaign. Internal to this room: campaign_file.h is what others use.
+// The table of readings of a campaign. Internal to this module: campaign_file.h is what others use.
 #pragma once
 
 #include "kinetostat/calibration/campaign/readings_context.h"

@@ -14,12 +14,12 @@ struct ReplicateGroup {
 };
 
 /// Groups of readings in use with exactly the same configuration, load and point, branch (stated
-/// direction of load, else the order within a cycle) and setting (and session, when zeros are
-/// estimated per session); without load also the side of the load from which the cycle comes back.
-/// Where the table has a column `replicate`, the k-th visit to a state in one replicate belongs
-/// with the k-th visit in the others: rows of the same replicate never form a group, since what
-/// differs between them (creep, return to zero) is not pure error. Visits are counted in the order
-/// of time, step, id.
+/// direction of load, else the order within a cycle) and setting (and session, when zero offsets
+/// are estimated per session); without load also the side of the load from which the cycle comes
+/// back. Where the table has a column `replicate`, the k-th visit to a state in one replicate
+/// belongs with the k-th visit in the others: rows of the same replicate never form a group, since
+/// what differs between them (creep, return to zero) is not pure error. Visits are counted in the
+/// order of time, step, id.
 std::vector<ReplicateGroup> replicate_groups(const Campaign& campaign);
 
 }  // namespace kinetostat::calibration

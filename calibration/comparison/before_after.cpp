@@ -32,8 +32,8 @@ BeforeAfter compare_before_after(const vjm::Robot& before, const vjm::Robot& aft
   };
   for (const auto& [name, comparison] :
        {std::pair("before", &result.before), std::pair("after", &result.after)}) {
-    add(std::string(name) + ", as designed", comparison->as_designed);
-    if (comparison->refitted) add(std::string(name) + ", refitted", *comparison->refitted);
+    add(std::string(name) + ", as designed", comparison->nominal);
+    if (comparison->fitted) add(std::string(name) + ", refitted", *comparison->fitted);
   }
   result.stages.push_back(noise_floor(values, noise));
   return result;

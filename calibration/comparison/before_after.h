@@ -11,8 +11,8 @@ namespace kinetostat::calibration {
 
 struct BeforeAfter {
   Comparison before, after;
-  /// "before, as designed", "before, refitted", "after, ...", "noise floor", as far as there are
-  /// parameters to refit. Empty where the noise is not known.
+  /// Names as JSON has them: `before, as designed`, `before, refitted`, `after, ...`, the
+  /// noise floor, as far as there are parameters to fit. Empty where the noise is not known.
   std::vector<WaterfallStage> stages;
   std::string held_out;  // what was left out together: "configurations"
 };

@@ -122,8 +122,8 @@ void add_tests(const Evidence& evidence, Assessment& assessment) {
   assessment.adequacy = fails ? Adequacy::inadequate : Adequacy::adequate;
 }
 
-// What a model says of readings that were kept out of its fit. Their predictions take the place of
-// those that were made without the zeros and frames of their sessions.
+// Predictions of a model for readings that were kept out of its fit. Their predictions take the
+// place of those that were made without the zero offsets and frames of their sessions.
 HeldOutReadings predict_held_out(const Predictor& predictor, const Campaign& others, Role role,
                                  const Evidence& evidence, common::Progress& progress,
                                  Assessment& assessment) {
@@ -193,7 +193,7 @@ std::vector<std::string> notes(const Evidence& evidence) {
     result.push_back("No reading is repeated, so there is no lack-of-fit test.");
   else if (!(evidence.pure.sum > 0))
     result.push_back(
-        "Repeated readings are equal to the last digit: they tell nothing about the noise, so "
+        "Repeated readings are equal to the last digit: they say nothing about the noise, so "
         "there "
         "is no lack-of-fit test.");
   if (evidence.noise.only_unloaded)
@@ -206,7 +206,7 @@ std::vector<std::string> notes(const Evidence& evidence) {
         "distribution of the lack-of-fit test is approximate. State 'noise' for an exact test.");
   if (!stated && evidence.noise.source == NoiseSource::unknown)
     result.push_back(
-        "Adequacy is not evaluated: nothing but the residual tells how large the noise is. State "
+        "Adequacy is not evaluated: the noise is known from nothing but the residual. State "
         "'noise' in the campaign file, or repeat readings.");
   return result;
 }
@@ -225,7 +225,7 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
   };
   const auto fit = [&](const std::vector<Parameter>& parameters) {
     const auto once = [&] {
-      return with_hint_of_slip(predictor, to_fit, progress, [&] {
+      return with_hint_of_unit_error(predictor, to_fit, progress, [&] {
         return fit_base(predictor, to_fit, evidence.noise, parameters, progress, {.loss = loss});
       });
     };
@@ -240,11 +240,11 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
   know({}, {});
   Comparison result;
   result.groups = static_cast<Eigen::Index>(evidence.groups.size());
-  result.as_designed = fit({});
-  result.unit_slip = unit_slip(to_fit, result.as_designed.fit.predicted);
+  result.nominal = fit({});
+  result.unit_error = unit_error(to_fit, result.nominal.fit.predicted);
   try {
     if (const std::vector<Parameter> uncertain = uncertain_parameters(robot); !uncertain.empty())
-      result.refitted = fit(uncertain);
+      result.fitted = fit(uncertain);
   } catch (const common::NotIdentifiable& error) {
     result.refit_failure = error.what();
   }

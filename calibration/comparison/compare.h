@@ -27,28 +27,28 @@ struct ResidualStatistics {
 enum class Adequacy {
   adequate,      // no test finds more than noise
   inadequate,    // a test does, at 5 % shared by the tests that were made
-  not_evaluated  // nothing but the residual itself tells the noise
+  not_evaluated  // the noise is known from nothing but the residual itself
 };
 
 /// Readings of another role, predicted by a model that was fitted without them.
 struct HeldOutReadings {
   Role role = Role::confirm;
   Eigen::Index values = 0;
-  Eigen::Index estimated = 0;  // zeros and frames of sessions that only they belong to
+  Eigen::Index estimated = 0;  // zero offsets and frames of sessions that only they belong to
   double squared_error = 0;    // whitened
   std::vector<ResidualStatistics> by_component;
-  /// Of the noise alone; what the fitted parameters leave unsure is not in it. Only with a known
-  /// noise.
+  /// Test against the noise alone, without the uncertainty of the fitted parameters. Only with a
+  /// known noise.
   std::optional<ChiSquareTest> chi_square;
   std::string failure;  // why there is nothing but the number of values; else empty
 };
 
-/// A model, with its zeros and (when refitted) its parameters at their best values, against the
-/// readings.
+/// A model against the readings, with its zero offsets and (when fitted) its parameters at their
+/// best values.
 struct Assessment {
   BaseFit fit;
   std::vector<spatial::Vector6> residual;  // one a reading [m; rad]; NaN where not measured
-  std::vector<spatial::Vector6> whitened;  // over the noise
+  std::vector<spatial::Vector6> whitened;  // in units of the noise
   std::vector<ResidualStatistics> by_component;
   std::vector<ResidualStatistics> by_session;  // empty with one session
   std::vector<HeldOutReadings> held_out;       // one a role that some readings have, but `fit`
@@ -63,26 +63,26 @@ struct Assessment {
 };
 
 struct Comparison {
-  /// Of all readings, what the noise of the wrenches does to them included: by what best() was
-  /// judged.
+  /// Noise of all readings by which best() was judged, the effect of the noise of the wrenches
+  /// included.
   Noise noise;
   Eigen::Index groups = 0;  // distinct states times components
   /// Scatter of the replicates, over the stated noise if there is one, else raw; when they exist.
   std::optional<PureError> replicates;
   /// Does the scatter of the replicates agree with the stated noise? When both exist.
   std::optional<ChiSquareTest> noise_check;
-  std::string unit_slip;  // what looks like a slip in a unit or a sign; else empty
-  Assessment as_designed;
-  std::optional<Assessment> refitted;  // when the robot file declares something uncertain
-  std::string refit_failure;           // which of it the data cannot determine, and why; else empty
-  std::vector<std::string> notes;      // why a test was not made
+  std::string unit_error;  // unit error or sign error that the readings look like; else empty
+  Assessment nominal;
+  std::optional<Assessment> fitted;  // when the robot file declares something uncertain
+  std::string refit_failure;         // which of it the data cannot determine, and why; else empty
+  std::vector<std::string> notes;    // why a test was not made
 
-  /// The refitted model where there is one.
-  const Assessment& best() const { return refitted ? *refitted : as_designed; }
+  /// The fitted model where there is one.
+  const Assessment& best() const { return fitted ? *fitted : nominal; }
 };
 
-/// Throws what Predictor and fit_base throw, but for a refit that the data cannot determine: that
-/// is told in `refit_failure`, beside the assessment as designed.
+/// Throws what Predictor and fit_base throw. A fit that the data cannot determine does not throw:
+/// `refit_failure` has the reason, and the nominal assessment is there.
 Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int threads,
                    common::Progress& progress, Loss loss = Loss::squares);
 

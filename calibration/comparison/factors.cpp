@@ -176,7 +176,7 @@ class Finder {
 
   bool sessions_start_apart() const { return distinct_values(session_starts()).size() > 1; }
 
-  // What drifts may begin anew with every session.
+  // What drifts may start anew with every session.
   Factor time_in_session() const {
     const std::vector<double> start = session_starts();
     return by_number("time in the session", campaign_.units.time, [&start](const Reading& r) {

@@ -1,5 +1,5 @@
-// What residuals may depend on: posture, load, branch, session, time and whatever else the table
-// has.
+// Factors on which residuals may depend: posture, load, branch, session, time and whatever else the
+// table has.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace kinetostat::calibration {
 
-/// What a residual may depend on: a group for every reading (-1: not known), or a number.
+/// A factor on which a residual may depend: a group for every reading (-1: not known), or a number.
 struct Factor {
   std::string name;                 // "posture", "reach", ..., or that of a covariate
   std::vector<int> group;           // of each reading

@@ -34,7 +34,7 @@ class Finder {
   }
 
  private:
-  // A sum of squares over the noise.
+  // A sum of squares in units of the noise.
   struct Squares {
     double sum = 0;
     Index count = 0;

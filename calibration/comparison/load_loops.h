@@ -32,8 +32,8 @@ struct LoadLoops {
   std::optional<LoopTest> return_to_zero;  // that residuals without load are the same afterwards
 };
 
-/// Of all load cycles at one posture that end at the load at which they began. `residual` [m; rad]
-/// and `work` (BaseFit), one entry a reading.
+/// Loops of all load cycles at one posture that end at the load at which they started. `residual`
+/// [m; rad] and `work` (BaseFit), one entry a reading.
 LoadLoops find_loops(const Campaign& campaign, const std::vector<spatial::Vector6>& residual,
                      const std::vector<spatial::Vector6>& work, const Noise& noise);
 

@@ -1,5 +1,5 @@
-// What the residual depends on: posture, load, branch, session, time and whatever else the table
-// has.
+// Factors on which the residual depends: posture, load, branch, session, time and whatever else the
+// table has.
 #pragma once
 
 #include <optional>
@@ -37,9 +37,9 @@ struct Pattern {
   bool along_load = false;  // signed residuals are counted along the load
   bool is_trend = false;    // tested as a straight line over a number, not between groups
   std::vector<PatternGroup> groups = {};  // largest share first
-  /// Of the mean of the residual (one-way analysis of variance, each component about its own mean,
-  /// or straight line), and of its magnitude: of the root of it, which is nearly normal when the
-  /// residual is (Hawkins and Wixley 1986). None where the groups allow no test.
+  /// Test of the mean of the residual (one-way analysis of variance, each component about its own
+  /// mean, or straight line), and test of its magnitude |r|: of sqrt(|r|), which is nearly normal
+  /// when the residual is (Hawkins and Wixley 1986). nullopt where the groups allow no test.
   std::optional<PatternTest> bias = {}, size = {};
 
   double holm_p_value() const;  // the smaller of both

@@ -50,8 +50,8 @@ Sums sums_of(const Campaign& campaign, const std::vector<spatial::Vector6>& pred
   return all;
 }
 
-// Slips by which readings become so many times too large.
-std::string slip_of(double factor, bool rotations) {
+// Unit errors by which readings become so many times too large.
+std::string unit_error_of(double factor, bool rotations) {
   struct Known {
     double factor;
     bool of_rotations;
@@ -75,7 +75,7 @@ std::string slip_of(double factor, bool rotations) {
 
 }  // namespace
 
-std::string unit_slip(const Campaign& campaign, const std::vector<spatial::Vector6>& predicted) {
+std::string unit_error(const Campaign& campaign, const std::vector<spatial::Vector6>& predicted) {
   for (const bool rotations : {false, true}) {
     const Sums sums = sums_of(campaign, predicted, rotations);
     if (sums.count < fewest || !(sums.mm > 0 && sums.pp > 0)) continue;
@@ -90,7 +90,7 @@ std::string unit_slip(const Campaign& campaign, const std::vector<spatial::Vecto
           "the signs of the readings and the axes of 'frames'.",
           what, correlation);
     if (factor > 1 / no_stiffness && factor < no_stiffness) continue;
-    const std::string slip = slip_of(factor, rotations);
+    const std::string slip = unit_error_of(factor, rotations);
     return fmt::format(
         "The measured {} are {:.3g} times the predicted ones, in the same pattern (correlation "
         "{:.2f}){}{}. Check the units of the readings and of their wrenches, and the stiffnesses "
@@ -100,10 +100,10 @@ std::string unit_slip(const Campaign& campaign, const std::vector<spatial::Vecto
   return {};
 }
 
-std::string unit_slip(const Campaign& campaign, const Predictor& as_designed,
-                      common::Progress& progress) {
-  const Predictions predictions = as_designed.predict({}, {}, false, progress);
-  return predictions.failure ? std::string() : unit_slip(campaign, predictions.displacement);
+std::string unit_error(const Campaign& campaign, const Predictor& nominal,
+                       common::Progress& progress) {
+  const Predictions predictions = nominal.predict({}, {}, false, progress);
+  return predictions.failure ? std::string() : unit_error(campaign, predictions.displacement);
 }
 
 }  // namespace kinetostat::calibration

@@ -1,4 +1,4 @@
-// Readings that are a multiple of what the model predicts: a slip in a unit or a sign.
+// Readings that are a multiple of the predictions: a unit error or a sign error.
 #pragma once
 
 #include <string>
@@ -11,25 +11,25 @@
 
 namespace kinetostat::calibration {
 
-/// In a sentence what looks like a slip: readings in the pattern of the predictions, but more than
-/// eight times as large, less than an eighth, or against them. Empty where there is none.
-/// Translations and rotations each by themselves, without their means over a session, which zeros
-/// and frames move. `predicted`: by the model as designed, one a reading [m; rad].
-std::string unit_slip(const Campaign& campaign, const std::vector<spatial::Vector6>& predicted);
+/// Sentence about a suspected unit error or sign error: readings in the pattern of the predictions,
+/// but more than eight times as large, less than an eighth, or of opposite sign. Empty where there
+/// is none. Translations and rotations each by themselves, without their means over a session,
+/// which zero offsets and frames move. `predicted`: by the nominal model, one a reading [m; rad].
+std::string unit_error(const Campaign& campaign, const std::vector<spatial::Vector6>& predicted);
 
-/// Predicted by the robot as its file has it; empty, too, where that has no equilibrium.
-std::string unit_slip(const Campaign& campaign, const Predictor& as_designed,
-                      common::Progress& progress);
+/// The same with predictions of the nominal robot; empty, too, where that has no equilibrium.
+std::string unit_error(const Campaign& campaign, const Predictor& nominal,
+                       common::Progress& progress);
 
-/// What `fit` returns; where it finds no end, its error says as well what looks like a slip.
-/// `as_designed`: of the robot as its file has it, for the same campaign.
+/// The result of `fit`; where it does not converge, its error also names a suspected unit or sign
+/// error. `nominal`: predictor of the robot as its file has it, for the same campaign.
 template <class Fit>
-auto with_hint_of_slip(const Predictor& as_designed, const Campaign& campaign,
-                       common::Progress& progress, const Fit& fit) {
+auto with_hint_of_unit_error(const Predictor& nominal, const Campaign& campaign,
+                             common::Progress& progress, const Fit& fit) {
   try {
     return fit();
   } catch (const common::NoConvergence& error) {
-    const std::string slip = unit_slip(campaign, as_designed, progress);
+    const std::string slip = unit_error(campaign, nominal, progress);
     if (slip.empty()) throw;
     throw common::NoConvergence(std::string(error.what()) + ". " + slip);
   }

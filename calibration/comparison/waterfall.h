@@ -1,4 +1,4 @@
-// The error falls: held-out error of a model before and after each step of mending it.
+// The error falls: held-out error of a model before and after each step of correcting it.
 #pragma once
 
 #include <limits>
@@ -11,8 +11,9 @@ namespace kinetostat::calibration {
 
 /// Error on readings that were left out of the fit.
 struct WaterfallStage {
-  std::string name;             // "as designed", "refitted", "+ clearance at x.rho", "noise floor"
-  double whitened = 0;          // rms over the noise; 1 is as good as the readings allow
+  /// As JSON has it: "as designed", "refitted", "+ clearance at x.rho", "noise floor".
+  std::string name;
+  double whitened = 0;          // rms in units of the noise; 1 is as good as the readings allow
   double translation = 0;       // rms [m]; NaN where not measured
   double rotation = 0;          // rms [rad]
   double lower = 0, upper = 0;  // 95 % of `whitened`, by bootstrap over what was left out together
@@ -24,11 +25,11 @@ struct WaterfallStage {
 WaterfallStage waterfall_stage(const std::string& name, const Eigen::VectorXd& error,
                                const std::vector<Value>& values, const Noise& noise,
                                const HeldOutGroups& groups, std::uint64_t seed);
-/// Of a fitted model, each of the groups left out of `values` in turn.
+/// Stage of a fitted model, each of the groups left out of `values` in turn.
 WaterfallStage waterfall_stage(const std::string& name, const BaseFit& fit,
                                const std::vector<Value>& values, const Noise& noise,
                                const HeldOutGroups& groups, std::uint64_t seed);
-/// What the noise alone leaves.
+/// Stage of the noise alone.
 WaterfallStage noise_floor(const std::vector<Value>& values, const Noise& noise);
 
 }  // namespace kinetostat::calibration

@@ -1,4 +1,5 @@
-// How well readings that are not taken yet would tell rival models apart, or sharpen one of them.
+// How well readings that are not taken yet would distinguish candidate models, or sharpen one of
+// them.
 #pragma once
 
 #include <vector>
@@ -7,8 +8,8 @@
 
 namespace kinetostat::calibration {
 
-/// What a model says of planned values, over their noise: its prediction, and by how much that may
-/// be wrong because its parameters are known only so well (J L, with L L' their covariance).
+/// Forecast of planned values by one model, in units of their noise: the prediction y, and its
+/// uncertainty J L from that of the parameters (L L' is their covariance).
 struct Forecast {
   Eigen::VectorXd mean;
   Eigen::MatrixXd spread;
@@ -26,7 +27,8 @@ struct Forecast {
 class Separation {
  public:
   Separation() = default;
-  /// `common`: further unknowns of the planned session (zeros, frames), by their prior width.
+  /// `common`: further unknowns of the planned session (zero offsets, frames), by their prior
+  /// width.
   Separation(const Forecast& a, const Forecast& b, const Eigen::MatrixXd& common);
 
   Separation& operator+=(const Separation& other);
@@ -39,13 +41,13 @@ class Separation {
   double difference_ = 0;
 };
 
-/// What is known of a model's parameters, in units of what was known before: I + sum of L'J'JL.
+/// Information about a model's parameters, in units of what was known before: I + sum of L'J'JL.
 class Knowledge {
  public:
   explicit Knowledge(Eigen::Index directions)
       : gain_(Eigen::MatrixXd::Identity(directions, directions)) {}
 
-  /// Of planned values; what `common` unknowns absorb is no gain.
+  /// Gain by planned values; the part that is confounded with `common` unknowns is no gain.
   static Eigen::MatrixXd gain(const Forecast& forecast, const Eigen::MatrixXd& common);
 
   void add(const Eigen::MatrixXd& gain) { gain_ += gain; }

@@ -167,7 +167,7 @@ std::string advice_for(const PlanTask& task, const ModelPair& pair, const Campai
         a.on_load && b.on_load
             ? "; what both cells agree on is the load"
             : fmt::format(
-                  "; these readings under known weights would tell them apart with d' {:.1f}", d));
+                  "; these readings under known weights would distinguish them with d' {:.1f}", d));
   }
   if (a.on_sensor || b.on_sensor)
     return "one of them is an error of the instrument: read some of the postures with another "
@@ -205,11 +205,11 @@ void add_splits(const PlanTask& task, const Prospects& prospects, Plan& plan) {
     split.most = fresh ? most : std::min(split.most, most);
     split.nats = split.separation * split.separation / 2;
     if (a.log_evidence && b.log_evidence) split.so_far = *a.log_evidence - *b.log_evidence;
-    const bool by_weights = a.on_load != b.on_load && split.separation < told_apart_from;
+    const bool by_weights = a.on_load != b.on_load && split.separation < discriminable_from;
     if ((split.most < unsplit || by_weights) && split.advice.empty())
       split.advice = advice_for(task, pair, plan.readings);
   }
-  // What does not show at all need not be told from others, too.
+  // An effect that is not observable at all need not be distinguished from others, too.
   const std::size_t nothing = task.models.size() - 1;
   std::set<std::size_t> unshown;
   for (const auto& [key, split] : splits)
@@ -279,7 +279,7 @@ void plan_replicates(const PlanTask& task, Plan& plan) {
     if (blocks[b].pattern != &pattern || !postures.insert(blocks[b].configuration).second) continue;
     for (int run = 0; run < most_runs; ++run) {
       batch.blocks.push_back(b);
-      batch.why.emplace_back("repeated: nothing else tells how exact the readings are");
+      batch.why.emplace_back("repeated: nothing else shows how exact the readings are");
     }
     batch.minutes += task.options.measuring.minutes_per_pose + most_runs * blocks[b].minutes;
   }
@@ -299,7 +299,7 @@ void leave_out_one_way(PlanTask& task) {
 }
 
 // Of what else is unseen, the models that some of the readings to choose from could take for a
-// suspect: those without load and those under loads that come and go, at every posture.
+// candidate: those without load and those under loads that come and go, at every posture.
 void choose_look_alikes(PlanTask& task) {
   if (std::none_of(task.models.begin(), task.models.end(),
                    [](const PlanModel& model) { return model.is_look_alike; }))
@@ -351,7 +351,7 @@ Plan plan(const vjm::Robot& robot, const Campaign& campaign, const PlanQuestion&
     plan_split(task, plan);
   } else if (task.models.back().root.cols() == 0) {
     throw common::NotIdentifiable(
-        "no rival is left, and nothing in the model is uncertain: there is nothing to sharpen. "
+        "no candidate is left, and nothing in the model is uncertain: there is nothing to sharpen. "
         "Declare parameters under 'uncertain' in the robot file, or name effects that the next "
         "readings shall show with --show");
   } else {

@@ -1,4 +1,4 @@
-// What to measure next: the batch of readings that best tells rival models apart, or, with one
+// Experimental design: the batch of readings that best distinguishes candidate models, or, with one
 // model left, that makes it sharper where it is used.
 #pragma once
 
@@ -11,15 +11,15 @@
 
 namespace kinetostat::calibration {
 
-/// Two models, and how well they will be told apart.
+/// Two models, and how well they will be distinguished.
 struct PlannedSplit {
   std::string a, b;
   double separation = 0;  // d' of the batch
   double most = 0;        // of everything that could be measured, together
   double nats = 0;        // expected difference of log evidence, d'^2 / 2
-  /// Of the readings so far: log evidence of `a` less that of `b`.
+  /// Log evidence of `a` less that of `b`, from the readings so far.
   std::optional<double> so_far;
-  std::string advice;  // what would tell them apart, where no batch of this kind does
+  std::string advice;  // what would distinguish them, where no batch of this kind does
 };
 
 /// A number that the model has, and how well it is known.
@@ -30,8 +30,8 @@ struct PlannedSharpening {
 
 struct Plan {
   DisplacementKind displacement = DisplacementKind::difference;
-  bool asks_for_absolute = false;  // the campaign measures differences, which do not show it
-  bool asks_for_weights = false;   // readings of its load cell do not show it
+  bool asks_for_absolute = false;  // not observable in differences, which the campaign measures
+  bool asks_for_weights = false;   // not observable with the load cell of the campaign
   std::vector<PlanBlock> blocks;   // in order
   std::vector<std::string> why;    // of each
   Campaign readings;

@@ -11,7 +11,7 @@
 
 namespace kinetostat::calibration {
 
-/// What measuring takes [min], and what the robot may be asked to bear.
+/// Cost of measuring [min], and the loads that the robot may bear.
 struct MeasuringOptions {
   double minutes_per_pose = 5, minutes_per_load = 1, minutes_per_reading = 0.5;
   double hold = 10;  // how long a load is held where time matters [min]

@@ -72,7 +72,7 @@ class Splitter {
   Splitter(const PlanTask& task, const Prospects& prospects)
       : task_(task), prospects_(prospects), chooser_(task), state_(task, prospects) {}
 
-  void tell_apart() {
+  void distinguish() {
     while (least_of(state_, 0) < task_.options.wanted) {
       const std::vector<std::size_t> next = best_beside(state_, {});
       if (next.empty()) break;
@@ -81,18 +81,18 @@ class Splitter {
   }
 
   // One posture may have been read wrongly.
-  void tell_apart_without_any_posture() {
+  void distinguish_without_any_posture() {
     serve_worst_posture([&](std::size_t posture) {
       const State state = state_.without(chooser_.batch(), posture);
-      if (least_of(state, told_apart_from) >= told_apart_from) return Need{};
+      if (least_of(state, discriminable_from) >= discriminable_from) return Need{};
       const std::vector<std::size_t> next = best_beside(state, posture);
       if (next.empty()) return Need{};
-      return Need{told_apart_from / least_of(state, told_apart_from), next,
+      return Need{discriminable_from / least_of(state, discriminable_from), next,
                   what_falls(state, state.with(next)) + ", without another posture"};
     });
   }
 
-  // A fit is tested by postures that it has not seen: what a suspect leaves unknown must be known
+  // A fit is tested by postures that it has not seen: what a candidate leaves unknown must be known
   // without each.
   void predict_any_posture() {
     constexpr double exact = 1;  // mean variance of what is predicted, over that of the noise
@@ -109,7 +109,8 @@ class Splitter {
                                                           return before - left_out.unsure(next);
                                                         }),
                                         0.05 * before);
-        if (best) worst = {before, {*best}, "what is refitted is known without another posture"};
+        if (best)
+          worst = {before, {*best}, "the fitted parameters are known without another posture"};
       }
       return worst;
     });
@@ -125,7 +126,7 @@ class Splitter {
     std::string why = {};
   };
 
-  // What the other postures know of a suspect, and what that means for one that is left out.
+  // What the other postures know of a candidate, and what that means for one that is left out.
   struct LeftOut {
     Knowledge others;
     MatrixXd here;
@@ -135,11 +136,11 @@ class Splitter {
       return k.covariance().cwiseProduct(here).sum() / values;
     }
   };
-  LeftOut leave_out(std::size_t posture, std::size_t suspect) const {
-    const Index n = prospects_.information[chooser_.batch().blocks[0]][suspect].rows();
+  LeftOut leave_out(std::size_t posture, std::size_t candidate) const {
+    const Index n = prospects_.information[chooser_.batch().blocks[0]][candidate].rows();
     LeftOut result{Knowledge(n), MatrixXd::Zero(n, n)};
     for (const std::size_t b : chooser_.batch().blocks) {
-      const MatrixXd& of_block = prospects_.information[b][suspect];
+      const MatrixXd& of_block = prospects_.information[b][candidate];
       const PlanBlock& block = task_.choices.blocks[b];
       if (block.configuration != posture) {
         result.others.add(of_block);
@@ -178,7 +179,7 @@ class Splitter {
     return gains;
   }
 
-  // Of those pairs that the batch as a whole tells apart so well.
+  // Of those pairs that the batch as a whole distinguishes so well.
   double least_of(const State& state, double by_all) const {
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t p = 0; p < task_.pairs.size(); ++p)
@@ -284,7 +285,7 @@ Campaign PlanTask::readings(DisplacementKind kind, const std::vector<PlanBlock>&
 std::vector<PlanModel> PlanTask::models_for(DisplacementKind kind) const {
   std::vector<PlanModel> result = models;
   if (in_own_campaign(kind))
-    for (PlanModel& model : result) model = refitted_alone(std::move(model));
+    for (PlanModel& model : result) model = fitted_alone(std::move(model));
   return result;
 }
 
@@ -374,9 +375,9 @@ void Chooser::take(std::size_t b, std::string why) {
 
 Batch split(const PlanTask& task, const Prospects& prospects, bool in_own_campaign) {
   Splitter splitter(task, prospects);
-  splitter.tell_apart();
+  splitter.distinguish();
   if (in_own_campaign) {
-    splitter.tell_apart_without_any_posture();
+    splitter.distinguish_without_any_posture();
     splitter.predict_any_posture();
   }
   return splitter.batch();

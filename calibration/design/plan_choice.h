@@ -1,4 +1,4 @@
-// The choice of load cycles for a plan: what each would tell, and which to take.
+// The choice of load cycles for a plan: the information that each would give, and which to take.
 #pragma once
 
 #include <limits>
@@ -19,12 +19,12 @@ struct ModelPair {
   double weight = 0;
 };
 
-/// The last model adds nothing: it is one of the rivals, or only what they are compared with.
-/// Rivals of which nothing is known are paired both ways: each at its usual size with the other at
-/// any. What only looks like a suspect is told from the suspects.
+/// The last model adds nothing: it is one of the candidates, or only what they are compared with.
+/// Candidates of which nothing is known are paired both ways: each at its usual size with the other
+/// at any. A confounder of a candidate is paired with the candidates.
 std::vector<ModelPair> pairs_of(const std::vector<PlanModel>& models, bool perhaps_nothing);
 
-/// What every step of a plan needs.
+/// Inputs of every step of a plan.
 struct PlanTask {
   const vjm::Robot& robot;
   const Campaign& campaign;
@@ -40,7 +40,7 @@ struct PlanTask {
   Campaign readings(DisplacementKind kind, const std::vector<PlanBlock>& blocks,
                     std::optional<double> each_at = {}) const;
   /// Absolute readings after differences are a campaign of their own, in which what is uncertain is
-  /// refitted.
+  /// fitted.
   bool in_own_campaign(DisplacementKind kind) const { return kind != campaign.displacement; }
   std::vector<PlanModel> models_for(DisplacementKind kind) const;
   std::vector<Forecast> forecasts(const Campaign& planned, const std::vector<PlanModel>& of) const;
@@ -49,12 +49,12 @@ struct PlanTask {
 Separation separation_of(const ModelPair& pair, const std::vector<Forecast>& all,
                          const Eigen::MatrixXd& common);
 
-/// What every block by itself would tell.
+/// Information that every block would give by itself.
 struct Prospects {
   std::vector<std::vector<Separation>> separations;  // block, pair; empty: not possible
   std::vector<Eigen::MatrixXd> gains;                // block; of the last model
-  /// Block, suspect: information [as Knowledge has it] on all that the suspect leaves unknown and
-  /// on what the session brings along.
+  /// Block, candidate: information [as Knowledge has it] on all that the candidate leaves unknown
+  /// and on what the session brings along.
   std::vector<std::vector<Eigen::MatrixXd>> information;
 };
 Prospects prospects_of(const PlanTask& task, DisplacementKind kind);
@@ -75,7 +75,7 @@ class Chooser {
 
   /// Cost of a block now [min]; infinite when it does not fit in any more.
   double cost(std::size_t block) const;
-  /// Of several at different postures.
+  /// Cost of several blocks at different postures.
   double cost(const std::vector<std::size_t>& blocks) const;
   /// The block with the largest gain per minute; none where no gain is above `least`.
   std::optional<std::size_t> best(const std::vector<double>& gains, double least) const;
@@ -90,9 +90,9 @@ class Chooser {
   Batch batch_;
 };
 
-/// The blocks that tell the pairs apart. In a campaign of its own they do so, to the d' that names
-/// an effect, without any one of their postures, too, and tell what is refitted so well that they
-/// predict it: what rests on one posture is not believed.
+/// The blocks that distinguish the pairs. In a campaign of its own they do so, to the d' that names
+/// an effect, without any one of their postures, too, and determine the fitted parameters so well
+/// that they predict that posture: a result that rests on one posture is not believed.
 Batch split(const PlanTask& task, const Prospects& prospects, bool in_own_campaign);
 
 /// Chance of a wrong name that a batch leaves, over all pairs.

@@ -18,7 +18,8 @@ using spatial::Vector6;
 
 // How much more than the noise of one reading an unknown of a session may be.
 constexpr double unknown_width = 1e4;
-// A rival that the readings so far hardly believe in still has to be told from the others.
+// A candidate that is improbable by the readings so far still has to be distinguished from the
+// others.
 constexpr double least_weight = 0.05;
 
 PlanModel model_of(const vjm::Robot& robot, const std::vector<Candidate>& added,
@@ -33,43 +34,45 @@ PlanModel model_of(const vjm::Robot& robot, const std::vector<Candidate>& added,
   return model;
 }
 
-void add_suspect(const vjm::Robot& robot, const Rivals& rivals, const PlanQuestion& question,
-                 const BaseFit& base, const Suspect& suspect, common::Progress& progress,
-                 std::vector<PlanModel>& models) {
+void add_open_candidate(const vjm::Robot& robot, const CandidateFitter& fitter,
+                        const PlanQuestion& question, const BaseFit& base,
+                        const OpenCandidate& open, common::Progress& progress,
+                        std::vector<PlanModel>& models) {
   std::vector<Candidate> added = question.present;
-  added.push_back(suspect.candidate);
+  added.push_back(open.candidate);
   PlanModel model = model_of(robot, added, base);
-  model.any_size = !suspect.is_fitted;
+  model.any_size = !open.is_fitted;
   if (model.any_size) {
-    model.own = rivals.own_parameters(added);
+    model.own = fitter.own_parameters(added);
   } else {
     try {
-      model = model_of(robot, added, rivals.fit(added, &base, progress));
+      model = model_of(robot, added, fitter.fit(added, &base, progress));
     } catch (const common::Cancelled&) {
       throw;
     } catch (const std::runtime_error&) {
       // Then with the values of the diagnosis, as they are.
     }
   }
-  model.name = suspect.candidate.name();
-  model.kind = suspect.candidate.effect.kind->name;
-  model.weight = suspect.probability;
-  model.log_evidence = suspect.log_evidence;
-  model.on_load = suspect.candidate.effect.kind->place == vjm::EffectPlace::load;
-  model.on_sensor = suspect.candidate.effect.kind->place == vjm::EffectPlace::sensor;
+  model.name = open.candidate.name();
+  model.kind = open.candidate.effect.kind->name;
+  model.weight = open.probability;
+  model.log_evidence = open.log_evidence;
+  model.on_load = open.candidate.effect.kind->place == vjm::EffectPlace::load;
+  model.on_sensor = open.candidate.effect.kind->place == vjm::EffectPlace::sensor;
   models.push_back(std::move(model));
 }
 
-// What the readings so far make of the uncertain values when a suspect is there at its usual size:
-// they take up what they can of it, so that new readings show only the rest.
-void take_up(const Rivals& rivals, const PlanQuestion& question, const BaseFit& base,
+// What the readings so far make of the uncertain values when a candidate is there at its usual
+// size: they take up what they can of it, so that new readings show only the rest.
+void take_up(const CandidateFitter& fitter, const PlanQuestion& question, const BaseFit& base,
              const Candidate& candidate, common::Progress& progress, PlanModel& model) {
   if (model.parameters.empty()) return;
-  const Rivals::Marks marks = rivals.marks_of(candidate, question.present, base, progress);
-  if (marks.signatures.empty()) return;
-  const Signature& signature = marks.signatures.front();
-  const VectorXd mark = signature.columns.col(0) / signature.growth[0];
-  const VectorXd change = base.at.jacobian.colPivHouseholderQr().solve(-mark);
+  const CandidateFitter::Signatures signatures =
+      fitter.signatures_of(candidate, question.present, base, progress);
+  if (signatures.all.empty()) return;
+  const Signature& signature = signatures.all.front();
+  const VectorXd at_usual_size = signature.columns.col(0) / signature.growth[0];
+  const VectorXd change = base.at.jacobian.colPivHouseholderQr().solve(-at_usual_size);
   for (std::size_t k = 0; k < model.parameters.size(); ++k) {
     const Parameter& parameter = model.parameters[k];
     double& value = model.values[static_cast<Index>(k)];
@@ -100,11 +103,11 @@ void leave_out_failures(std::vector<Forecast>& forecasts, MatrixXd& common) {
   }
 }
 
-// How much of a suspect's d' from nothing is lost when this model may be what shows: 0 to 1.
-double likeness(const Forecast& suspect, const Forecast& other, const Forecast& nothing,
+// How much of a candidate's d' from nothing is lost when this model may be what shows: 0 to 1.
+double likeness(const Forecast& open, const Forecast& other, const Forecast& nothing,
                 const MatrixXd& common) {
-  const double alone = separation_of(suspect, nothing, false, nothing, common).squared();
-  const double beside = separation_of(suspect, other, true, nothing, common).squared();
+  const double alone = separation_of(open, nothing, false, nothing, common).squared();
+  const double beside = separation_of(open, other, true, nothing, common).squared();
   return alone > 0 ? 1 - beside / alone : 0;
 }
 
@@ -152,20 +155,20 @@ std::vector<PlanModel> with_look_alikes(const std::vector<PlanModel>& models,
 std::vector<PlanModel> plan_models(const vjm::Robot& robot, const Campaign& campaign,
                                    const Noise& noise, const PlanQuestion& question, int threads,
                                    common::Progress& progress) {
-  const Rivals rivals(robot, campaign, noise, threads, progress);
-  const BaseFit base = rivals.fit(question.present, nullptr, progress);
+  const CandidateFitter fitter(robot, campaign, noise, threads, progress);
+  const BaseFit base = fitter.fit(question.present, nullptr, progress);
   std::vector<PlanModel> models;
   common::SilentPart silent(progress);
-  for (std::size_t s = 0; s < question.suspects.size(); ++s) {
-    progress.report("rival models",
-                    static_cast<double>(s) / static_cast<double>(question.suspects.size()));
-    add_suspect(robot, rivals, question, base, question.suspects[s], silent, models);
+  for (std::size_t s = 0; s < question.open.size(); ++s) {
+    progress.report("candidate models",
+                    static_cast<double>(s) / static_cast<double>(question.open.size()));
+    add_open_candidate(robot, fitter, question, base, question.open[s], silent, models);
     if (models.back().any_size)
-      take_up(rivals, question, base, question.suspects[s].candidate, silent, models.back());
+      take_up(fitter, question, base, question.open[s].candidate, silent, models.back());
   }
   for (const Candidate& candidate : question.unseen) {
-    add_suspect(robot, rivals, question, base, {.candidate = candidate, .log_evidence = {}}, silent,
-                models);
+    add_open_candidate(robot, fitter, question, base, {.candidate = candidate, .log_evidence = {}},
+                       silent, models);
     models.back().is_look_alike = true;
   }
   models.push_back(model_of(robot, question.present, base));
@@ -210,7 +213,7 @@ Forecast forecast(const vjm::Robot& robot, const PlanModel& model, const Campaig
   return result;
 }
 
-PlanModel refitted_alone(PlanModel model) {
+PlanModel fitted_alone(PlanModel model) {
   constexpr double rough = 0.5;  // of the logarithm of a stiffness
   const Index n = model.values.size();
   model.root = MatrixXd::Zero(n, n);

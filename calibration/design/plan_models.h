@@ -9,7 +9,7 @@
 
 namespace kinetostat::calibration {
 
-/// A model, what is known of its parameters, and its weight among its rivals.
+/// A model, the information about its parameters, and its weight among the candidates.
 struct PlanModel {
   std::string name;  // of what it adds; "nothing more"
   std::string kind;  // of that effect
@@ -19,24 +19,25 @@ struct PlanModel {
   Eigen::MatrixXd root;  // of their covariance, by Laplace's approximation
   double weight = 1;     // beside that of others
   std::optional<double> log_evidence;
-  /// The readings so far tell nothing of what it adds: it is forecast at its usual size, but may
-  /// have any, and any form: `own` are its values, with the widths of their priors.
+  /// The readings so far give no information about the added effect: it is forecast at its usual
+  /// size, but may have any, and any form. `own` are its values, with the widths of their priors.
   bool any_size = false;
   std::vector<Parameter> own;
-  /// No suspect, but it may act like one in new readings.
+  /// No candidate, but it may act like one in new readings.
   bool is_look_alike = false;
   bool on_load = false, on_sensor = false;  // what it adds concerns the readings, not the robot
 };
 
-/// The suspects, fitted again where the diagnosis fitted them (of the others the uncertain values
+/// The candidates, fitted again where the diagnosis fitted them (of the others the uncertain values
 /// have taken up what they can), and what else is unseen; at the end the model that adds nothing,
-/// whether it is a rival or not.
+/// whether it is a candidate or not.
 std::vector<PlanModel> plan_models(const vjm::Robot& robot, const Campaign& campaign,
                                    const Noise& noise, const PlanQuestion& question, int threads,
                                    common::Progress& progress);
 
-/// Of each kind that is no suspect, the place of which readings (their forecasts, and what a
-/// session brings along) would least tell a suspect; at most eight kinds. The others are left out.
+/// For each kind that is no candidate, the place that new readings (their forecasts, and what a
+/// session brings along) distinguish least from a candidate; at most eight kinds. The others are
+/// left out.
 std::vector<PlanModel> with_look_alikes(const std::vector<PlanModel>& models,
                                         std::vector<Forecast> forecasts, Eigen::MatrixXd common);
 
@@ -48,21 +49,21 @@ inline constexpr double any_size = 3;
 Separation separation_of(const Forecast& a, const Forecast& b, bool b_has_any_size,
                          const Forecast& nothing, const Eigen::MatrixXd& common);
 
-/// What a model says of planned readings: values of `components` of each, in their order, over
-/// `sigma`; NaN where it has no equilibrium.
+/// Forecast of planned readings by a model: values of `components` of each, in their order, divided
+/// by `sigma`; NaN where it has no equilibrium.
 Forecast forecast(const vjm::Robot& robot, const PlanModel& model, const Campaign& planned,
                   const std::vector<Eigen::Index>& components, int threads,
                   common::Progress& progress);
 
-/// The same in a campaign of its own, where what is uncertain is refitted: nothing is known of it
-/// but its size.
-PlanModel refitted_alone(PlanModel model);
+/// The same in a campaign of its own, where what is uncertain is fitted: nothing is known of it but
+/// its size.
+PlanModel fitted_alone(PlanModel model);
 
 /// The same without what it adds to loads: as under known weights instead of the load cell.
 PlanModel under_known_weights(const vjm::Robot& robot, PlanModel model);
 
-/// Zeros and frames that a planned session brings along, as columns over the noise by a width that
-/// says that nothing is known of them. `mean`: of any of the models.
+/// Zero offsets and frames that a planned session brings along, as columns in units of the noise by
+/// a width that says that nothing is known of them. `mean`: of any of the models.
 Eigen::MatrixXd session_unknowns(const Campaign& like, const Campaign& planned,
                                  const std::vector<Eigen::Index>& components,
                                  const Eigen::VectorXd& mean);

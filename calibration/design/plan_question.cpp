@@ -14,8 +14,14 @@ namespace {
 
 using io::Json;
 
-constexpr std::size_t most_suspects = 10;
+constexpr std::size_t most_open = 10;
 constexpr double visible = 4;  // d' from which readings show an effect
+
+// In the words of ranking.h, or in those of a diagnosis that was written before.
+bool says_confounded(const std::string& reason) {
+  return reason == confounded_with_fit ||
+         reason == "what it does, the refitted parameters do just as well in these readings";
+}
 
 std::string name_of(const Json& entry) {
   return fmt::format("{} at {}", entry.at("effect").get<std::string>(),
@@ -29,8 +35,7 @@ class Questioner {
 
   PlanQuestion ask(const std::vector<std::string>& show) const {
     PlanQuestion question;
-    const std::optional<Verdict> given =
-        verdict_named(diagnosis_.at("verdict").get<std::string>());
+    const std::optional<Verdict> given = verdict_named(diagnosis_.at("verdict").get<std::string>());
     if (!given)
       throw common::InputError({.file = file_,
                                 .key = "verdict",
@@ -44,10 +49,10 @@ class Questioner {
       add_shown(show, question);
     } else if (is(Verdict::narrowed_down) ||
                (is(Verdict::inconclusive) && !diagnosis_.at("ambiguous").empty())) {
-      if (!question.present.empty()) question.present.pop_back();  // it is one of the suspects
+      if (!question.present.empty()) question.present.pop_back();  // it is one of the candidates
       for (const Json& name : diagnosis_.at("ambiguous"))
-        question.suspects.push_back(suspect(name.get<std::string>(), question));
-      question.perhaps_nothing = question.suspects.size() == 1;
+        question.open.push_back(open(name.get<std::string>(), question));
+      question.perhaps_nothing = question.open.size() == 1;
     } else if (is(Verdict::unexplained)) {
       if (!question.present.empty()) question.present.pop_back();
       add_nearest(question);
@@ -58,7 +63,7 @@ class Questioner {
       else
         add_unseen(question);
     }
-    if (question.suspects.size() > most_suspects) question.suspects.resize(most_suspects);
+    if (question.open.size() > most_open) question.open.resize(most_open);
     return question;
   }
 
@@ -97,37 +102,37 @@ class Questioner {
     return steps.empty() ? none() : steps.back().at("ranking");
   }
 
-  Suspect suspect_of(const Json& entry) const {
-    Suspect suspect{.candidate = find(name_of(entry)), .log_evidence = {}};
-    if (!entry.contains("fit")) return suspect;
+  OpenCandidate open_candidate_of(const Json& entry) const {
+    OpenCandidate open{.candidate = find(name_of(entry)), .log_evidence = {}};
+    if (!entry.contains("fit")) return open;
     const Json& fit = entry.at("fit");
-    suspect.candidate = with_values(suspect.candidate, fit.at("values"));
-    suspect.is_fitted = true;
-    suspect.probability = fit.at("probability").get<double>();
-    suspect.log_evidence = fit.at("log_evidence").get<double>();
-    return suspect;
+    open.candidate = with_values(open.candidate, fit.at("values"));
+    open.is_fitted = true;
+    open.probability = fit.at("probability").get<double>();
+    open.log_evidence = fit.at("log_evidence").get<double>();
+    return open;
   }
 
   // As it was fitted in that round; else in the last one where it was.
-  Suspect suspect(const std::string& name, const PlanQuestion& question) const {
+  OpenCandidate open(const std::string& name, const PlanQuestion& question) const {
     std::vector<const Json*> rankings{&ranking(question)};
     const Json& steps = diagnosis_.at("steps");
     for (auto step = steps.rbegin(); step != steps.rend(); ++step)
       rankings.push_back(&step->at("ranking"));
     for (const Json* entries : rankings)
       for (const Json& entry : *entries)
-        if (name_of(entry) == name && entry.contains("fit")) return suspect_of(entry);
+        if (name_of(entry) == name && entry.contains("fit")) return open_candidate_of(entry);
     return {.candidate = find(name), .log_evidence = {}};
   }
 
   // Those that came nearest, though they do not explain the readings.
   void add_nearest(PlanQuestion& question) const {
     for (const Json& entry : ranking(question))
-      if (entry.contains("fit") && question.suspects.size() < 4)
-        question.suspects.push_back(suspect_of(entry));
+      if (entry.contains("fit") && question.open.size() < 4)
+        question.open.push_back(open_candidate_of(entry));
   }
 
-  // The best place of every kind that the readings could not show.
+  // The best place of every kind that was not observable.
   void add_unseen(PlanQuestion& question) const {
     question.perhaps_nothing = true;
     std::map<std::string, const Json*> best;
@@ -141,32 +146,32 @@ class Questioner {
     }
     for (const std::string& kind : order)
       if (best[kind]->at("detectability").get<double>() < visible)
-        question.suspects.push_back(suspect_of(*best[kind]));
+        question.open.push_back(open_candidate_of(*best[kind]));
   }
 
   void add_shown(const std::vector<std::string>& show, PlanQuestion& question) const {
     question.perhaps_nothing = true;
     for (const std::string& wanted : show) {
-      const std::size_t before = question.suspects.size();
+      const std::size_t before = question.open.size();
       for (const Candidate& candidate : all_)
         if ((candidate.name() == wanted || candidate.effect.kind->name == wanted) &&
-            question.suspects.size() < most_suspects)
-          question.suspects.push_back(suspect(candidate.name(), question));
-      if (question.suspects.size() == before)
+            question.open.size() < most_open)
+          question.open.push_back(open(candidate.name(), question));
+      if (question.open.size() == before)
         throw std::invalid_argument(
             fmt::format("this robot has no place for '{}', or has it already", wanted));
     }
     add_unseen_beside(question);
   }
 
-  // What acts as refitted parameters do, these will take up again.
+  // Effects that are confounded with fitted parameters will be so again.
   void add_unseen_beside(PlanQuestion& question) const {
     for (const Json& entry : ranking(question)) {
       const std::string name = name_of(entry);
-      const auto is_it = [&](const Suspect& s) { return s.candidate.name() == name; };
+      const auto is_it = [&](const OpenCandidate& s) { return s.candidate.name() == name; };
       if (entry.at("most_detectability").get<double>() < visible &&
-          entry.value("reason", "") != absorbed &&
-          std::none_of(question.suspects.begin(), question.suspects.end(), is_it))
+          !says_confounded(entry.value("reason", "")) &&
+          std::none_of(question.open.begin(), question.open.end(), is_it))
         question.unseen.push_back(find(name));
     }
   }

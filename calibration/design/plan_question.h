@@ -1,4 +1,4 @@
-// What readings so far leave open, as far as a diagnosis tells.
+// The candidates that readings so far leave open, by a diagnosis of them.
 #pragma once
 
 #include <filesystem>
@@ -12,28 +12,30 @@
 namespace kinetostat::calibration {
 
 /// Something that may be missing.
-struct Suspect {
+struct OpenCandidate {
   Candidate candidate;  // with fitted values, or of its usual size
   bool is_fitted = false;
-  double probability = 0;                   // among its rivals; 0: not known
-  std::optional<double> log_evidence = {};  // up to a constant that its rivals share
+  double probability = 0;                   // among the candidates; 0: not known
+  std::optional<double> log_evidence = {};  // up to a constant that the candidates share
 };
 
 struct PlanQuestion {
-  std::vector<Candidate> present = {};  // what was found and is not in doubt
-  std::vector<Suspect> suspects = {};   // what may be missing beside that
-  bool perhaps_nothing = false;         // that nothing is missing is a rival, too
-  /// Where the suspects were asked for: what else readings so far do not show, each of its usual
-  /// size. New readings that show the suspects may show these, too, and must not mix them up.
+  std::vector<Candidate> present = {};   // what was found and is not in doubt
+  std::vector<OpenCandidate> open = {};  // what may be missing beside that
+  bool perhaps_nothing = false;          // that nothing is missing is a candidate, too
+  /// Where the candidates were asked for: further effects that are not observable in the readings
+  /// so far, each of its usual size. New readings that show the candidates may show these, too, and
+  /// must distinguish them.
   std::vector<Candidate> unseen = {};
   std::string verdict = {};  // of the diagnosis
 };
 
-/// From what `diagnose` writes: its ambiguous set; where the data cannot tell, what they could not
-/// show, one place of each kind; where nothing explains them, the nearest rivals; else no suspects.
-/// `show`: effects (or "effect at place") that the next readings shall show, whatever was found.
-/// `file` is for messages. Throws common::InputError when the file is of another robot,
-/// std::invalid_argument for an effect that the robot cannot have.
+/// The question that a result of `diagnose` leaves: its ambiguous set; where it is inconclusive,
+/// the effects that were not observable, one place of each kind; where nothing explains the
+/// readings, the nearest candidates; else no candidates. `show`: effects (or "effect at place")
+/// that the next readings shall show, whatever was found. `file` is for messages. Throws
+/// common::InputError when the file is of another robot, std::invalid_argument for an effect that
+/// the robot cannot have.
 PlanQuestion question_of(const vjm::Robot& robot, const io::Json& diagnosis,
                          const std::filesystem::path& file, const std::vector<std::string>& show);
 

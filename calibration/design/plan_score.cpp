@@ -15,10 +15,10 @@ namespace {
 using io::Json;
 
 // The fit of a candidate in the last round that has one.
-const RivalFit* fit_of(const Diagnosis& diagnosis, const std::string& name) {
+const CandidateFit* fit_of(const Diagnosis& diagnosis, const std::string& name) {
   for (auto step = diagnosis.steps.rbegin(); step != diagnosis.steps.rend(); ++step)
-    for (const Rival& rival : step->ranking)
-      if (rival.fit && rival.candidate.name() == name) return &*rival.fit;
+    for (const RankedCandidate& ranked : step->ranking)
+      if (ranked.fit && ranked.candidate.name() == name) return &*ranked.fit;
   return nullptr;
 }
 
@@ -30,7 +30,7 @@ SplitScore score_split(const Json& split, const Diagnosis& diagnosis) {
                    .realised = {},
                    .why_not = {}};
   const Json& so_far = split.at("log_evidence_difference_so_far");
-  const RivalFit *a = fit_of(diagnosis, score.a), *b = fit_of(diagnosis, score.b);
+  const CandidateFit *a = fit_of(diagnosis, score.a), *b = fit_of(diagnosis, score.b);
   if (a == nullptr || b == nullptr)
     score.why_not = fmt::format("'{}' has no fit now", a == nullptr ? score.a : score.b);
   else if (so_far.is_null())
@@ -49,7 +49,7 @@ std::vector<std::pair<std::string, double>> deviations_now(const vjm::Robot& rob
   for (const FoundEffect& found : diagnosis.found) present.push_back(found.candidate);
   const Noise noise = noise_of(robot, campaign, threads, progress);
   const BaseFit fit =
-      Rivals(robot, campaign, noise, threads, progress).fit(present, nullptr, progress);
+      CandidateFitter(robot, campaign, noise, threads, progress).fit(present, nullptr, progress);
   std::vector<std::pair<std::string, double>> result;
   for (const ParameterEstimate& estimate : fit.parameters)
     result.emplace_back(estimate.parameter.phrase(), estimate.standard_error);

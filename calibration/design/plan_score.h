@@ -1,4 +1,4 @@
-// What a plan promised, and what its readings gave.
+// Score of a plan: the promised separation, and that of its readings.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +15,7 @@ namespace kinetostat::calibration {
 
 struct Diagnosis;  // diagnosis.h
 
-/// Two models that were to be told apart.
+/// Two models that were to be distinguished.
 struct SplitScore {
   std::string a, b;
   double expected = 0;             // gain of log evidence of the one over the other [nats]
@@ -35,8 +35,8 @@ struct PlanScore {
   std::vector<SharpeningScore> sharpened;
 };
 
-/// Of a plan as `plan --json` writes it, by a diagnosis of the readings so far with those of the
-/// plan. `file` is for messages. Throws common::InputError when it is no plan.
+/// Score of a plan as `plan --json` writes it, by a diagnosis of the readings so far with those of
+/// the plan. `file` is for messages. Throws common::InputError when it is no plan.
 PlanScore score_plan(const io::Json& plan, const std::filesystem::path& file,
                      const vjm::Robot& robot, const Campaign& campaign, const Diagnosis& diagnosis,
                      int threads, common::Progress& progress);

@@ -35,13 +35,13 @@ std::string block_of(const Adoption& adoption, bool adds_heading) {
   return text + ends + "\n";
 }
 
-// Where the line after the one at `at` begins.
+// Where the line after the one at `at` starts.
 std::size_t next_line(const std::string& text, std::size_t at) {
   const std::size_t end = text.find('\n', at);
   return end == std::string::npos ? text.size() : end + 1;
 }
 
-// The beginning of the line with a top-level `effects:`, or npos.
+// The start of the line with a top-level `effects:`, or npos.
 std::size_t heading_of(const std::string& text) {
   for (std::size_t at = 0; at < text.size(); at = next_line(text, at))
     if (text.compare(at, 8, "effects:") == 0) return at;

@@ -6,7 +6,7 @@
 
 namespace kinetostat::calibration {
 
-/// What is written: the effect, and why it is there.
+/// The effect that is written, and why it is there.
 struct Adoption {
   struct Value {
     std::string name, unit;  // SI; no unit for a plain number

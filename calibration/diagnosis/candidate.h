@@ -51,15 +51,15 @@ bool is_held_near_design(const BaseFit& fit);
 /// what else must be given at `others` times.
 Candidate at_size(const Candidate& candidate, double leading, double others);
 
-/// Sizes (leading, others) at which the shape of a mark is looked at: gaps, breakaway forces and
-/// corners show another shape when they are small beside what the readings do to them.
+/// Sizes (leading, others) at which the shape of a signature is looked at: gaps, breakaway forces
+/// and corners show another shape when they are small beside what the readings do to them.
 std::vector<std::pair<double, double>> sizes_of(const vjm::EffectKind& kind);
 
 /// The candidate with each of the values that design may have fixed.
 std::vector<Candidate> designs_of(const Candidate& candidate, const vjm::Manipulator& bare);
 
-/// Marks of one candidate, of its usual size and of others where its shape depends on that.
-struct CandidateMarks {
+/// Signatures of one candidate, of its usual size and of others where its shape depends on that.
+struct CandidateSignatures {
   std::vector<Signature> signatures;
   std::vector<Candidate> starts;  // the candidate at the size of each signature
   std::string failure;            // why there are none

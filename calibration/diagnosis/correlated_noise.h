@@ -1,5 +1,5 @@
-// Errors of readings that are not independent: the noise of a zero that many readings share, errors
-// that last from one reading to the next.
+// Errors of readings that are not independent: the noise of a datum that many readings share,
+// errors that last from one reading to the next.
 #pragma once
 
 #include <optional>
@@ -11,8 +11,8 @@
 namespace kinetostat::calibration {
 
 /// Ways in which the noise of readings may be correlated, and how probable each is beside
-/// independent noise. Effects, errors without a form and noise must be told apart: whoever takes
-/// correlated noise for independent finds effects in it.
+/// independent noise. Effects, unmodelled smooth errors and noise must be distinguished: correlated
+/// noise that is taken for independent looks like an effect.
 ///
 /// Differences: a reading of the unloaded state that all of a load cycle (without cycles: of a
 /// configuration in a session) is counted from, as noisy as the best of the others. All readings
@@ -27,8 +27,8 @@ class CorrelatedNoise {
   /// Part of a sentence: "readings of one cycle are off together, ...".
   const std::string& what(std::size_t way) const { return ways_.at(way).what; }
 
-  /// What makes such noise independent and of unit variance: whitened columns, one row a value,
-  /// times the inverse of a root of its covariance.
+  /// Whitened columns, one row a value, times the inverse of a root of the covariance: afterwards
+  /// such noise is independent and of unit variance.
   Eigen::MatrixXd decorrelated(std::size_t way, const Eigen::MatrixXd& columns) const;
 
   /// Log evidence of each such noise over independent noise, under a model with flat priors for all
@@ -36,8 +36,8 @@ class CorrelatedNoise {
   /// fit. Whatever the scale of the noise, which may be stated wrong.
   std::vector<double> log_evidences(const BaseFit& fit) const;
 
-  /// What the log evidence of a model grows by when its noise may be independent or, as likely, one
-  /// of these.
+  /// Gain of the log evidence of a model when its noise may be independent or, as likely, one of
+  /// these.
   double gain(const BaseFit& fit) const;
 
   /// The most probable one, where independent noise is out of question beside it.
@@ -45,8 +45,8 @@ class CorrelatedNoise {
 
  private:
   using Rows = std::vector<Eigen::Index>;
-  // Values of one block: either they share a zero, each with the covariance 1 + zero zero', or each
-  // is `fading` times the one before it and something new.
+  // Values of one block: either they share a datum, with the covariance 1 + zero zero', or each is
+  // `fading` times the one before it and something new.
   struct Block {
     Rows rows;
     Eigen::VectorXd zero = {};

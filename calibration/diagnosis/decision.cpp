@@ -28,7 +28,7 @@ std::string class_of(const vjm::EffectKind& kind) {
 struct Hypothesis {
   std::string family, place;
   double log_weight = 0;
-  const Rival* rival = nullptr;  // none: nothing is missing, or the smooth discrepancy
+  const RankedCandidate* ranked = nullptr;  // none: nothing is missing, or the smooth discrepancy
   std::size_t candidate = 0;
   double probability = 0;
 };
@@ -45,11 +45,10 @@ class Posterior {
   Posterior(const DiagnosisStep& step, const DecisionRules& rules) : step_(step), rules_(rules) {
     add_fitted();
     if (!hypotheses_.empty()) add_imitators();
-    hypotheses_.push_back(
-        {.family = nothing,
-         .place = "",
-         .log_weight = rules.exponent *
-                       (step.log_evidence_without + std::log(rules.odds_of_nothing))});
+    hypotheses_.push_back({.family = nothing,
+                           .place = "",
+                           .log_weight = rules.exponent * (step.log_evidence_without +
+                                                           std::log(rules.odds_of_nothing))});
     add_discrepancy();
     normalise();
   }
@@ -77,12 +76,12 @@ class Posterior {
  private:
   void add_fitted() {
     for (std::size_t c = 0; c < step_.ranking.size(); ++c) {
-      const Rival& rival = step_.ranking[c];
-      if (!rival.fit) continue;
-      hypotheses_.push_back({.family = family_of(*rival.candidate.effect.kind),
-                             .place = rival.candidate.effect.at,
-                             .log_weight = rules_.exponent * rival.fit->log_evidence,
-                             .rival = &rival,
+      const RankedCandidate& ranked = step_.ranking[c];
+      if (!ranked.fit) continue;
+      hypotheses_.push_back({.family = family_of(*ranked.candidate.effect.kind),
+                             .place = ranked.candidate.effect.at,
+                             .log_weight = rules_.exponent * ranked.fit->log_evidence,
+                             .ranked = &ranked,
                              .candidate = c});
     }
   }
@@ -91,12 +90,12 @@ class Posterior {
   void add_imitators() {
     const Hypothesis best = hypotheses_.front();
     for (std::size_t c = 0; c < step_.ranking.size(); ++c) {
-      const Rival& rival = step_.ranking[c];
-      if (rival.fit || !rival.imitates) continue;
-      hypotheses_.push_back({.family = family_of(*rival.candidate.effect.kind),
-                             .place = rival.candidate.effect.at,
+      const RankedCandidate& ranked = step_.ranking[c];
+      if (ranked.fit || !ranked.confounded) continue;
+      hypotheses_.push_back({.family = family_of(*ranked.candidate.effect.kind),
+                             .place = ranked.candidate.effect.at,
                              .log_weight = best.log_weight,
-                             .rival = &rival,
+                             .ranked = &ranked,
                              .candidate = c});
     }
   }
@@ -120,7 +119,7 @@ class Posterior {
         }
     }
     const bool has_place = std::any_of(hypotheses_.begin(), hypotheses_.end(), [&](const auto& h) {
-      return h.family == own.family && h.place == own.place && h.rival;
+      return h.family == own.family && h.place == own.place && h.ranked;
     });
     if (!has_place) own = {.family = unexplained, .place = "", .log_weight = own.log_weight};
     hypotheses_.push_back(own);
@@ -142,8 +141,9 @@ class Posterior {
 
   // Does the place of `h` predict what the best of all does?
   bool is_place_of_best(const Hypothesis& h, const Hypothesis& best) const {
-    if (!h.rival || h.family != best.family) return false;
-    return h.place == best.place || !h.rival->fit || h.rival->fit->told_apart < rules_.same_place;
+    if (!h.ranked || h.family != best.family) return false;
+    return h.place == best.place || !h.ranked->fit ||
+           h.ranked->fit->discriminability < rules_.same_place;
   }
 
   // Groups of hypotheses, the most probable first; those without laws are no answers.
@@ -151,14 +151,14 @@ class Posterior {
     std::map<std::pair<std::string, std::string>, std::vector<const Hypothesis*>> groups;
     const Hypothesis* best = nullptr;
     for (const Hypothesis& h : hypotheses_)
-      if (h.rival && h.rival->fit && (!best || h.log_weight > best->log_weight)) best = &h;
+      if (h.ranked && h.ranked->fit && (!best || h.log_weight > best->log_weight)) best = &h;
     std::vector<std::string> places_of_best;
     for (const Hypothesis& h : hypotheses_)
       if (best && is_place_of_best(h, *best)) places_of_best.push_back(h.place);
     for (const Hypothesis& h : hypotheses_) {
-      const bool with_best = best && h.family == best->family &&
-                             std::find(places_of_best.begin(), places_of_best.end(), h.place) !=
-                                 places_of_best.end();
+      const bool with_best =
+          best && h.family == best->family &&
+          std::find(places_of_best.begin(), places_of_best.end(), h.place) != places_of_best.end();
       groups[{h.family, with_best ? best->place : h.place}].push_back(&h);
     }
     std::vector<Answer> all;
@@ -170,21 +170,20 @@ class Posterior {
   }
 
   Answer answer_of(std::vector<const Hypothesis*> members) const {
-    std::stable_sort(members.begin(), members.end(), [](const auto* a, const auto* b) {
-      return a->probability > b->probability;
-    });
+    std::stable_sort(members.begin(), members.end(),
+                     [](const auto* a, const auto* b) { return a->probability > b->probability; });
     Answer answer;
     std::map<std::string, double> of_class;
     double of_laws = 0;
     for (const Hypothesis* h : members) {
       answer.probability += h->probability;
-      if (!h->rival) continue;
+      if (!h->ranked) continue;
       of_laws += h->probability;
-      of_class[class_of(*h->rival->candidate.effect.kind)] += h->probability;
+      of_class[class_of(*h->ranked->candidate.effect.kind)] += h->probability;
       if (std::find(answer.places.begin(), answer.places.end(), h->place) == answer.places.end())
         answer.places.push_back(h->place);
       answer.laws.push_back({.candidate = h->candidate,
-                             .effect = h->rival->candidate.effect.kind->name,
+                             .effect = h->ranked->candidate.effect.kind->name,
                              .at = h->place,
                              .share = h->probability});
     }

@@ -29,10 +29,10 @@ constexpr double believable_noise = 2;         // times the stated one, to accou
 constexpr double most_outliers = 0.04;     // of all values: more are something that is not known
 constexpr double unexplained_share = 0.3;  // of the misfit: more is another effect, not this one
 
-// So large that nobody has seen one, and no better than an error without a form, or it leaves much
-// of the misfit.
+// So large that nobody has seen one, and no better than an unmodelled smooth error, or it leaves
+// much of the misfit.
 bool is_absurd(const DiagnosisStep& step) {
-  const Rival& best = step.ranking[0];
+  const RankedCandidate& best = step.ranking[0];
   if (times_usual(best) <= unusual) return false;
   const double free_form = step.log_evidence_without + step.free_form.log;
   if (best.fit->log_evidence - free_form < doubtful_beside_free_form) return true;
@@ -54,21 +54,21 @@ double law_error_like(const std::vector<FoundEffect>& found, const Candidate& ca
   return most;
 }
 
-// What passes the gate, and helps to predict readings that it has not seen or is far more probable
-// than that nothing is missing. Beside another effect it must do both, stand out further, and not
-// be less likely than an error without a form.
+// A found effect exceeds the detection threshold, and improves the prediction of readings that it
+// was not fitted to or is far more probable than no missing effect. Beside another effect it must
+// do both, have a higher significance, and not be less likely than an unmodelled smooth error.
 bool is_found(const DiagnosisStep& step, const std::vector<FoundEffect>& found) {
   const bool first = step.beside.empty();
-  if (step.gate.p_value > (first ? significance_level : significance_of_more)) return false;
+  if (step.max_score.p_value > (first ? significance_level : significance_of_more)) return false;
   if (step.indistinguishable.empty()) return false;
   if (is_absurd(step)) return false;
-  const Rival& best = step.ranking[0];
+  const RankedCandidate& best = step.ranking[0];
   const bool predicts = best.fit->log_score_gain > best.fit->log_score_deviation;
   const bool probable = best.fit->log_evidence - step.log_evidence_without > doubtful;
   if (first) return predicts || probable;
   return predicts && probable && step.free_form_probability < 0.5 &&
-         best.fit->told_apart >= told_apart_from &&
-         best.fit->told_apart >= law_error_like(found, best.candidate);
+         best.fit->discriminability >= discriminable_from &&
+         best.fit->discriminability >= law_error_like(found, best.candidate);
 }
 
 // Probability of an effect's class at its place, and what it may be instead: the first law of each
@@ -90,31 +90,33 @@ void take_decision(const DiagnosisStep& step, FoundEffect& found) {
 }
 
 FoundEffect found_effect(const DiagnosisStep& step) {
-  const Rival& best = step.ranking[0];
+  const RankedCandidate& best = step.ranking[0];
   FoundEffect found{.candidate = best.candidate,
                     .deviations = best.fit->deviations,
                     .decision = {},
-                    .gate_p_value = step.gate.p_value,
+                    .false_alarm_chance = step.max_score.p_value,
                     .log_prior = best.fit->log_prior,
                     .times_usual = times_usual(best),
-                    .length = best.fit->told_apart,
+                    .length = best.fit->discriminability,
                     .log_score_gain = best.fit->log_score_gain};
   found.candidate.effect.values = best.fit->values;
   take_decision(step, found);
   return found;
 }
 
-std::optional<BaseFit> fit_if_possible(const Rivals& rivals, const std::vector<Candidate>& added,
-                                       const BaseFit& start, common::Progress& progress) {
-  return if_possible([&] { return rivals.fit(added, &start, progress); });
+std::optional<BaseFit> fit_if_possible(const CandidateFitter& fitter,
+                                       const std::vector<Candidate>& added, const BaseFit& start,
+                                       common::Progress& progress) {
+  return if_possible([&] { return fitter.fit(added, &start, progress); });
 }
 
 // What a round beside all the other effects says of one that was found earlier.
 void confirm(const DiagnosisStep& step, FoundEffect& found) {
   const std::string name = found.candidate.name();
-  const auto it = std::find_if(step.ranking.begin(), step.ranking.end(),
-                               [&](const Rival& r) { return r.candidate.name() == name; });
-  found.gate_p_value = step.gate.p_value;
+  const auto it =
+      std::find_if(step.ranking.begin(), step.ranking.end(),
+                   [&](const RankedCandidate& r) { return r.candidate.name() == name; });
+  found.false_alarm_chance = step.max_score.p_value;
   found.log_score_gain = it != step.ranking.end() && it->fit ? it->fit->log_score_gain : 0;
   take_decision(step, found);
 }
@@ -122,11 +124,11 @@ void confirm(const DiagnosisStep& step, FoundEffect& found) {
 // One effect that does the work of several is the likelier one.
 void doubt_beside_one(const std::vector<BaseFit>& alone, const DiagnosisStep& first,
                       const BaseFit& together, std::vector<FoundEffect>& found) {
-  const double temper = common_temper(together, alone);
-  const double of_all = evidence(together, temper).log;
+  const double exponent = common_exponent(together, alone);
+  const double of_all = evidence(together, exponent).log;
   for (std::size_t c = 0; c < alone.size(); ++c) {
     const std::string name = first.ranking[c].candidate.name();
-    if (alone[c].values == 0 || of_all - evidence(alone[c], temper).log > doubtful) continue;
+    if (alone[c].values == 0 || of_all - evidence(alone[c], exponent).log > doubtful) continue;
     for (FoundEffect& f : found)
       if (f.candidate.name() != name &&
           std::find(f.instead.begin(), f.instead.end(), name) == f.instead.end())
@@ -148,21 +150,21 @@ void doubt_friction(const Campaign& campaign, Diagnosis& d) {
   }
 }
 
-// Of all that was found over the free-form rival in its place: log evidence. With independent
-// noise: what an effect leaves because it is the wrong one looks like correlated noise.
+// Log evidence of all effects that were found over that of the unmodelled smooth error in their
+// place. With independent noise: the residual of a wrong effect looks like correlated noise.
 double above_free_form(const BaseFit& without, const std::vector<BaseFit>& alone,
                        const BaseFit& together, const FreeForm& free_form, const Diagnosis& d,
                        FreeFormEvidence& instead) {
-  const double temper = std::max(common_temper(without, alone), temper_of(together));
-  instead = free_form.evidence({-without.at.residual, without.at.jacobian}, temper);
+  const double exponent = std::max(common_exponent(without, alone), exponent_of(together));
+  instead = free_form.evidence({-without.at.residual, without.at.jacobian}, exponent);
   double prior = 0;
   bool is_usual = true;
   for (const FoundEffect& found : d.found) {
     prior += found.log_prior;
     is_usual &= found.times_usual <= unusual;
   }
-  return evidence(together, temper, is_usual ? Sizes::usual : Sizes::any).log + prior -
-         evidence(without, temper).log - instead.log;
+  return evidence(together, exponent, is_usual ? Sizes::usual : Sizes::any).log + prior -
+         evidence(without, exponent).log - instead.log;
 }
 
 // Whether there is something more beside all that was found: of the round that looked for it.
@@ -173,10 +175,10 @@ void take_rest(Diagnosis& d) {
     return std::is_permutation(s.beside.begin(), s.beside.end(), names.begin(), names.end());
   });
   if (step == d.steps.end()) return;
-  d.rest_p_value = step->gate.p_value;
+  d.rest_p_value = step->max_score.p_value;
   if (step->ranking.empty() || !step->ranking[0].fit) return;
-  const Rival& best = step->ranking[0];
-  if (best.fit->told_apart < law_error_like(d.found, best.candidate))
+  const RankedCandidate& best = step->ranking[0];
+  if (best.fit->discriminability < law_error_like(d.found, best.candidate))
     d.rest_of_laws = best.candidate.name();
 }
 
@@ -216,15 +218,17 @@ double excess(const std::optional<ChiSquareTest>& test) {
 }
 
 bool can_show_anything(const DiagnosisStep& step) {
-  return std::any_of(step.ranking.begin(), step.ranking.end(),
-                     [](const Rival& r) { return r.detectability >= told_apart_from; });
+  return std::any_of(step.ranking.begin(), step.ranking.end(), [](const RankedCandidate& r) {
+    return r.detectability >= discriminable_from;
+  });
 }
 
-// Of the first round: what passes the gate, but only with an effect that nobody has seen so large.
+// The best candidate of the first round, where it exceeds the detection threshold but only at a
+// size that nobody has seen.
 std::string absurd_explanation(const Diagnosis& d) {
   if (d.steps.empty() || d.steps[0].indistinguishable.empty()) return {};
-  const Rival& best = d.steps[0].ranking[0];
-  if (d.steps[0].gate.p_value > significance_level || !is_absurd(d.steps[0])) return {};
+  const RankedCandidate& best = d.steps[0].ranking[0];
+  if (d.steps[0].max_score.p_value > significance_level || !is_absurd(d.steps[0])) return {};
   return fmt::format(
       "an effect that explains the misfit at a size that makes sense: {} comes nearest, but would "
       "have to be {:.0f} times as large as usual",
@@ -260,14 +264,14 @@ void judge(Diagnosis& d) {
           "how exact readings under load are: only readings without load are repeated, and the "
           "misfit is {:.2g} times what those show; repeat some under load, or state 'noise'",
           std::sqrt(d.after->reduced())));
-    } else if (d.instead_of_refit || d.steps.empty() || !can_show_anything(d.steps.front()))
+    } else if (d.common_cause || d.steps.empty() || !can_show_anything(d.steps.front()))
       d.verdict = Verdict::inconclusive;
     else
       d.verdict = Verdict::none_needed;
     return;
   }
-  d.verdict = structure_left && share_left > unexplained_share ? Verdict::unexplained
-                                                                : verdict_on_found(d);
+  d.verdict =
+      structure_left && share_left > unexplained_share ? Verdict::unexplained : verdict_on_found(d);
 }
 
 // A model that grows by one effect after the other.
@@ -281,7 +285,7 @@ struct Model {
 using AddStage = std::function<void(const std::string& name, const BaseFit& fit,
                                     const std::vector<Candidate>& added)>;
 
-// Until nothing more is found. The marks of the first round are there.
+// Until nothing more is found. The signatures of the first round are there.
 void add_effects(Search& search, const DiagnosisOptions& options, const AddStage& add_stage,
                  Model& model, Diagnosis& d) {
   while (model.present.size() < options.most_effects) {
@@ -307,18 +311,18 @@ struct Superfluous {
 
 // With all of them in the model each must still be needed, and what is best in its place: of the
 // first `count`.
-std::optional<Superfluous> weigh_again(const Rivals& rivals, Search& search, const Model& model,
-                                       std::size_t count, common::Progress& progress,
-                                       Diagnosis& d) {
+std::optional<Superfluous> weigh_again(const CandidateFitter& fitter, Search& search,
+                                       const Model& model, std::size_t count,
+                                       common::Progress& progress, Diagnosis& d) {
   for (std::size_t k = 0; k < count; ++k) {
     std::vector<Candidate> others = model.present;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
-    std::optional<BaseFit> without_it = fit_if_possible(rivals, others, model.fit, progress);
+    std::optional<BaseFit> without_it = fit_if_possible(fitter, others, model.fit, progress);
     if (!without_it) continue;  // then it is needed all the more
     search.screen(others, *without_it);
     std::vector<BaseFit> fits;
     DiagnosisStep step = search.step(others, *without_it, fits);
-    const bool needed = step.gate.p_value <= significance_level;
+    const bool needed = step.max_score.p_value <= significance_level;
     if (needed) confirm(step, d.found[k]);
     d.steps.push_back(std::move(step));
     if (!needed) return Superfluous{k, *std::move(without_it)};
@@ -326,7 +330,7 @@ std::optional<Superfluous> weigh_again(const Rivals& rivals, Search& search, con
   return std::nullopt;
 }
 
-void drop(Superfluous superfluous, const Rivals& rivals, const AddStage& add_stage,
+void drop(Superfluous superfluous, const CandidateFitter& fitter, const AddStage& add_stage,
           common::Progress& progress, Model& model, Diagnosis& d) {
   const auto k = static_cast<std::ptrdiff_t>(superfluous.which);
   model.present.erase(model.present.begin() + k);
@@ -338,32 +342,32 @@ void drop(Superfluous superfluous, const Rivals& rivals, const AddStage& add_sta
     const std::vector<Candidate> first(model.present.begin(),
                                        model.present.begin() + static_cast<std::ptrdiff_t>(n));
     const std::optional<BaseFit> fit =
-        n == model.present.size() ? model.fit : fit_if_possible(rivals, first, model.fit, progress);
+        n == model.present.size() ? model.fit : fit_if_possible(fitter, first, model.fit, progress);
     if (fit) add_stage("+ " + first.back().name(), *fit, first);
   }
 }
 
 // The last one has just been found beside all others, as long as all of these stay.
-void eliminate(const Rivals& rivals, Search& search, const AddStage& add_stage,
+void eliminate(const CandidateFitter& fitter, Search& search, const AddStage& add_stage,
                common::Progress& progress, Model& model, Diagnosis& d) {
   std::size_t count = model.present.empty() ? 0 : model.present.size() - 1;
-  while (auto superfluous = weigh_again(rivals, search, model, count, progress, d)) {
-    drop(*std::move(superfluous), rivals, add_stage, progress, model, d);
+  while (auto superfluous = weigh_again(fitter, search, model, count, progress, d)) {
+    drop(*std::move(superfluous), fitter, add_stage, progress, model, d);
     count = model.present.size() > 1 ? model.present.size() : 0;
   }
 }
 
 // Two effects that hide one another: neither passes alone, each does beside the other.
-void find_masked_pair(const Rivals& rivals, Search& search, const AddStage& add_stage,
+void find_masked_pair(const CandidateFitter& fitter, Search& search, const AddStage& add_stage,
                       common::Progress& progress, Model& model, Diagnosis& d) {
   for (std::vector<Candidate> pair : search.masked_pairs(model.fit)) {
-    const std::optional<BaseFit> both = fit_if_possible(rivals, pair, model.fit, progress);
+    const std::optional<BaseFit> both = fit_if_possible(fitter, pair, model.fit, progress);
     if (!both) continue;
     std::vector<DiagnosisStep> steps;
     std::vector<FoundEffect> found;
     std::optional<BaseFit> beside;  // in the end with the first alone
     for (const Candidate& other : {pair[1], pair[0]}) {
-      beside = fit_if_possible(rivals, {other}, *both, progress);
+      beside = fit_if_possible(fitter, {other}, *both, progress);
       if (!beside) break;
       search.screen({other}, *beside);
       std::vector<BaseFit> fits;
@@ -428,11 +432,12 @@ std::string to_string(Verdict verdict) {
 }
 
 std::optional<Verdict> verdict_named(const std::string& words) {
-  static const std::map<std::string, Verdict> old{{"named effect", Verdict::identified},
-                                                  {"ambiguous", Verdict::narrowed_down},
-                                                  {"none of the above", Verdict::unexplained},
-                                                  {"no effect needed", Verdict::none_needed},
-                                                  {"these data cannot tell", Verdict::inconclusive}};
+  static const std::map<std::string, Verdict> old{
+      {"named effect", Verdict::identified},
+      {"ambiguous", Verdict::narrowed_down},
+      {"none of the above", Verdict::unexplained},
+      {"no effect needed", Verdict::none_needed},
+      {"these data cannot tell", Verdict::inconclusive}};
   for (const Verdict verdict : {Verdict::identified, Verdict::narrowed_down, Verdict::unexplained,
                                 Verdict::none_needed, Verdict::inconclusive})
     if (words == to_string(verdict)) return verdict;
@@ -443,15 +448,15 @@ std::optional<Verdict> verdict_named(const std::string& words) {
 std::vector<UnseenKind> unseen_kinds(const Diagnosis& diagnosis) {
   if (diagnosis.steps.empty()) return {};
   std::map<std::string, UnseenKind> kinds;
-  for (const Rival& rival : diagnosis.steps.front().ranking) {
-    UnseenKind& kind = kinds[rival.candidate.effect.kind->name];
-    kind.name = rival.candidate.effect.kind->name;
-    kind.detectability = std::max(kind.detectability, rival.most_detectability);
-    kind.absorbed |= rival.unobservable == absorbed;
+  for (const RankedCandidate& ranked : diagnosis.steps.front().ranking) {
+    UnseenKind& kind = kinds[ranked.candidate.effect.kind->name];
+    kind.name = ranked.candidate.effect.kind->name;
+    kind.detectability = std::max(kind.detectability, ranked.most_detectability);
+    kind.confounded_with_fit |= ranked.unobservable == confounded_with_fit;
   }
   std::vector<UnseenKind> unseen;
   for (const auto& [name, kind] : kinds)
-    if (kind.detectability < told_apart_from) unseen.push_back(kind);
+    if (kind.detectability < discriminable_from) unseen.push_back(kind);
   for (const KindWithoutPlace& kind : diagnosis.without_place)
     unseen.push_back({.name = kind.name, .reason = kind.reason});
   std::sort(unseen.begin(), unseen.end(),
@@ -469,10 +474,10 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   d.noise = noise.source;
   d.noise_without_load = noise.only_unloaded;
   d.without_place = kinds_without_place(robot, options.kinds);
-  const Rivals all(robot, given, noise, threads, progress, options.journal);
+  const CandidateFitter all(robot, given, noise, threads, progress, options.journal);
   Search whole_search(all, tried, options, threads, progress);
-  BaseFit fit = with_hint_of_slip(all.predictor(), given, progress,
-                                  [&] { return all.fit({}, nullptr, progress); });
+  BaseFit fit = with_hint_of_unit_error(all.predictor(), given, progress,
+                                        [&] { return all.fit({}, nullptr, progress); });
   whole_search.screen({}, fit);
   std::vector<std::size_t> outliers = whole_search.outliers(fit);
   if (static_cast<double>(outliers.size()) >
@@ -481,18 +486,18 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
     outliers.clear();
   }
   const Campaign campaign = without(given, whole_search.values(), outliers, d.set_aside);
-  const Rivals rivals(robot, campaign, noise, threads, progress, options.journal);
-  Search search(rivals, tried, options, threads, progress);
-  search.take_marks(whole_search);
-  if (!d.set_aside.empty()) fit = rivals.fit({}, &fit, progress);
+  const CandidateFitter fitter(robot, campaign, noise, threads, progress, options.journal);
+  Search search(fitter, tried, options, threads, progress);
+  search.take_signatures(whole_search);
+  if (!d.set_aside.empty()) fit = fitter.fit({}, &fit, progress);
   search.prepare_free_form(fit);
   d.before = test_of(fit, noise.source);
   d.noise_check =
       test_of_stated_noise(pure_error(campaign, replicate_groups(campaign), noise), noise);
-  d.weak = rivals.kept_as_designed();
+  d.weak = fitter.kept_nominal();
   if (is_held_near_design(fit))
     d.weak.push_back(
-        "With nothing missing, some stiffness would fit best where it is infinite or zero: all "
+        "With no effect added, the best value of some stiffness is infinite or 0: all "
         "that are uncertain are fitted as known by design to a factor of 2.7, one standard "
         "deviation.");
   d.weak.insert(d.weak.end(), fit.weak.begin(), fit.weak.end());
@@ -503,24 +508,25 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
     d.waterfall.push_back(
         waterfall_stage(name, stage, search.values(), noise, search.groups(), options.seed));
     if (has_role(whole, Role::confirm))
-      d.waterfall.back().confirmed = rivals.error_on(kept, stage, added, progress);
+      d.waterfall.back().confirmed = fitter.error_on(kept, stage, added, progress);
   };
-  const BaseFit designed = fit_base(rivals.predictor(), campaign, noise, {}, progress);
-  d.unit_slip = unit_slip(campaign, designed.predicted);
-  add_stage("as designed", designed, {});
+  const BaseFit nominal = fit_base(fitter.predictor(), campaign, noise, {}, progress);
+  d.unit_error = unit_error(campaign, nominal.predicted);
+  add_stage("as designed", nominal, {});
   if (!fit.parameters.empty()) add_stage("refitted", fit, {});
   Model model{.present = {}, .fit = fit, .alone = {}, .without = fit};
   add_effects(search, options, add_stage, model, d);
-  const std::vector<Candidate> suspects = d.found.empty() && refutes_design(designed, fit)
-                                              ? search.like_the_refit(designed, fit)
-                                              : std::vector<Candidate>();
-  if (d.found.empty() && d.steps[0].gate.p_value > significance_level && options.most_effects > 1)
-    find_masked_pair(rivals, search, add_stage, progress, model, d);
+  const std::vector<Candidate> candidates = d.found.empty() && refutes_nominal(nominal, fit)
+                                                ? search.like_the_fit(nominal, fit)
+                                                : std::vector<Candidate>();
+  if (d.found.empty() && d.steps[0].max_score.p_value > significance_level &&
+      options.most_effects > 1)
+    find_masked_pair(fitter, search, add_stage, progress, model, d);
   else
-    eliminate(rivals, search, add_stage, progress, model, d);
+    eliminate(fitter, search, add_stage, progress, model, d);
   if (model.present.size() > 1) doubt_beside_one(model.alone, d.steps[0], model.fit, d.found);
   if (d.found.empty())
-    d.instead_of_refit = stand_in(robot, campaign, noise, fit, designed, suspects, threads,
+    d.common_cause = common_cause(robot, campaign, noise, fit, nominal, candidates, threads,
                                   progress, options.journal);
   d.after = test_of(model.fit, noise.source);
   if (!d.found.empty()) {
@@ -535,14 +541,14 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   list_ambiguous(d);
   d.waterfall.push_back(noise_floor(search.values(), noise));
   d.left = search.free_form().evidence({-model.fit.at.residual, model.fit.at.jacobian},
-                                       temper_of(model.fit));
+                                       exponent_of(model.fit));
   d.left.log -= search.correlated_noise().gain(model.fit);
   if (const auto way = search.correlated_noise().prevailing(model.fit))
     d.correlated_noise = search.correlated_noise().what(*way);
   judge(d);
-  if (d.verdict != Verdict::inconclusive) d.instead_of_refit.reset();
+  if (d.verdict != Verdict::inconclusive) d.common_cause.reset();
   if (options.profiles > 0)
-    d.profiles = profiles(rivals, model.present, model.fit, options.profiles, progress);
+    d.profiles = profiles(fitter, model.present, model.fit, options.profiles, progress);
   return d;
 }
 

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "kinetostat/calibration/comparison/waterfall.h"
+#include "kinetostat/calibration/diagnosis/decision.h"
 #include "kinetostat/calibration/diagnosis/diagnosis_options.h"
 #include "kinetostat/calibration/diagnosis/diagnosis_step.h"
-#include "kinetostat/calibration/diagnosis/decision.h"
 #include "kinetostat/calibration/diagnosis/free_form.h"
 #include "kinetostat/calibration/diagnosis/profile.h"
 #include "kinetostat/calibration/diagnosis/stand_in.h"
@@ -16,7 +16,7 @@
 
 namespace kinetostat::calibration {
 
-inline constexpr double structure_level = 0.01;  // of an error without a form, in what is left
+inline constexpr double structure_level = 0.01;  // of an unmodelled smooth error, in what is left
 
 enum class Verdict {
   identified,     // class and place of every effect that was found
@@ -35,10 +35,10 @@ struct FoundEffect {
   Eigen::VectorXd deviations;
   Decision decision;       // of the round that looked for it beside the others
   double probability = 0;  // of its answer there: its class at its place, or places
-  double gate_p_value = 1;
+  double false_alarm_chance = 1;
   double log_prior = 0;                   // of kind and place
   double times_usual = 0;                 // how large it is
-  double length = 0;                      // of its mark, over the noise
+  double length = 0;                      // of its signature, in units of the noise
   double log_score_gain = 0;              // on held-out readings, beside the others
   std::vector<std::string> instead = {};  // what it may be instead: a law of each other answer
 };
@@ -47,8 +47,8 @@ struct Diagnosis {
   Verdict verdict = Verdict::inconclusive;
   std::vector<FoundEffect> found;      // in the order of their finding
   std::vector<std::string> ambiguous;  // where one may be something else: itself, then the others
-  /// Where nothing was found: what the refit may have taken up.
-  std::optional<StandIn> instead_of_refit;
+  /// Where nothing was found: the one cause that fitted parameters may stand for.
+  std::optional<CommonCause> common_cause;
   std::vector<std::string> missing;    // what readings would have to have, in sentences
   std::vector<std::string> set_aside;  // readings that no candidate explains, with reasons
   /// Values that no candidate explains, where they are too many to be set aside.
@@ -63,17 +63,19 @@ struct Diagnosis {
   std::optional<ChiSquareTest> noise_check;
   /// How the noise of the readings is not independent, beside all that was found; else empty.
   std::string correlated_noise;
-  std::string unit_slip;  // what looks like a slip in a unit or a sign; else empty
-  /// Of an error without a form of its own: instead of what was found, and in what is left then.
+  std::string unit_error;  // unit error or sign error that the readings look like; else empty
+  /// Evidence of an unmodelled smooth error: instead of the effects found, and in the residual
+  /// beside them.
   FreeFormEvidence free_form, left;
-  /// Log evidence of all that was found over that of the free-form rival instead.
+  /// Log evidence of all that was found over that of the unmodelled smooth error instead.
   double above_free_form = 0;
   /// No stated noise is so wrong that it would account for what is left.
   bool is_left_open() const;
-  /// Gate beside all that was found: with a small one no effect explains the rest.
+  /// p-value of the max-statistic test beside all effects that were found: where it is small, no
+  /// effect explains the rest.
   double rest_p_value = 1;
-  /// What looks most like that rest, where it is no more than the laws of what was found may get
-  /// wrong.
+  /// The candidate most like that rest, where the rest is no more than the error of the laws that
+  /// were found.
   std::string rest_of_laws;
   /// Some effect that was found does not help to predict held-out readings.
   bool predicts_no_better() const;
@@ -83,21 +85,23 @@ struct Diagnosis {
   std::vector<Profile> profiles;
 };
 
-/// A kind of effect that would not show at its usual size, wherever it is (d' below that which
+/// A kind of effect that is not observable at its usual size, wherever it is (d' below that which
 /// names an effect), or that has no place.
 struct UnseenKind {
   std::string name;
-  double detectability = 0;  // d' at its best place
-  bool absorbed = false;     // because what is refitted does the same
-  std::string reason = {};   // why it has no place; else empty
+  double detectability = 0;          // d' at its best place
+  bool confounded_with_fit = false;  // the fitted parameters do the same
+  std::string reason = {};           // why it has no place; else empty
 };
-/// Of the first round; by name.
+/// Unseen kinds of the first round, by name.
 std::vector<UnseenKind> unseen_kinds(const Diagnosis& diagnosis);
 
-/// Refits what is uncertain under every rival, screens all candidates with score tests, passes a
-/// gate that knows how many were tried, fits what survives with the full model, ranks by evidence,
-/// and decides by class and place (decision.h). `robot` and `campaign` as
-/// read. Throws what fit_base() throws for the model as it stands.
+/// Search for the missing effect, step by step: fits the uncertain parameters under every
+/// candidate, screens all candidates with score tests, compares the largest score with the
+/// detection threshold (a max-statistic test, which allows for the number of candidates), fits the
+/// survivors with the full model, ranks them by evidence, and decides by class and place
+/// (decision.h). `robot` and `campaign` as read. Throws what fit_base() throws for the nominal
+/// model.
 Diagnosis diagnose(const vjm::Robot& robot, const Campaign& campaign,
                    const DiagnosisOptions& options, int threads, common::Progress& progress);
 

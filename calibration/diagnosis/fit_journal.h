@@ -1,4 +1,4 @@
-// Where fits and marks are kept, so that a search that was interrupted goes on where it was.
+// Where fits and signatures are kept, so that a search that was interrupted goes on where it was.
 #pragma once
 
 #include <optional>
@@ -7,9 +7,9 @@
 namespace kinetostat::calibration {
 
 /// Given to a search by whoever has a place to keep things; a search without one computes all anew.
-/// What is kept is the whole outcome, bit for bit: it holds the equilibria from which later fits
-/// begin, so a search that goes on gives the bytes of one that was never interrupted, and no figure
-/// depends on whether there is a journal.
+/// The whole outcome is kept, bit for bit: it holds the equilibria from which later fits start, so
+/// a search that goes on gives the bytes of one that was never interrupted, and no figure depends
+/// on whether there is a journal.
 class FitJournal {
  public:
   FitJournal() = default;

@@ -176,7 +176,7 @@ std::string joined(const List& list, const BytesOf& bytes_of_one) {
   return result;
 }
 
-enum class Outcome { fit, not_identifiable, marks };
+enum class Outcome { fit, not_identifiable, signatures };
 
 }  // namespace
 
@@ -195,9 +195,9 @@ std::string fit_key(const std::string& scope, const std::vector<vjm::Effect>& ef
                     bytes_of(unknowns, near != nullptr) + (near == nullptr ? "" : bytes_of(*near)));
 }
 
-std::string marks_key(const std::string& scope, const Candidate& candidate,
-                      const std::vector<Candidate>& present, const BaseFit& fit) {
-  return io::sha256(bytes_of(Outcome::marks, scope) + bytes_of_candidate(candidate) +
+std::string signatures_key(const std::string& scope, const Candidate& candidate,
+                           const std::vector<Candidate>& present, const BaseFit& fit) {
+  return io::sha256(bytes_of(Outcome::signatures, scope) + bytes_of_candidate(candidate) +
                     joined(present, bytes_of_candidate) + bytes_of(fit));
 }
 
@@ -207,10 +207,10 @@ std::string record_of(const common::NotIdentifiable& failure) {
   return bytes_of(Outcome::not_identifiable, std::string(failure.what()));
 }
 
-std::string record_of(const CandidateMarks& marks) {
+std::string record_of(const CandidateFitter::Signatures& signatures) {
   std::vector<Eigen::VectorXd> starts;
-  for (const Candidate& start : marks.starts) starts.push_back(start.effect.values);
-  return bytes_of(Outcome::marks, marks.signatures, starts, marks.failure);
+  for (const Candidate& start : signatures.starts) starts.push_back(start.effect.values);
+  return bytes_of(Outcome::signatures, signatures.all, starts, signatures.failure);
 }
 
 std::optional<BaseFit> recorded_fit(const std::string& record,
@@ -226,19 +226,19 @@ std::optional<BaseFit> recorded_fit(const std::string& record,
   return fit;
 }
 
-std::optional<CandidateMarks> recorded_marks(const std::string& record,
-                                             const Candidate& candidate) {
-  Outcome outcome = Outcome::marks;
-  CandidateMarks marks;
+std::optional<CandidateFitter::Signatures> recorded_signatures(const std::string& record,
+                                                               const Candidate& candidate) {
+  Outcome outcome = Outcome::signatures;
+  CandidateFitter::Signatures signatures;
   std::vector<Eigen::VectorXd> starts;
-  if (!read(record, outcome, marks.signatures, starts, marks.failure) ||
-      outcome != Outcome::marks || starts.size() != marks.signatures.size())
+  if (!read(record, outcome, signatures.all, starts, signatures.failure) ||
+      outcome != Outcome::signatures || starts.size() != signatures.all.size())
     return std::nullopt;
   for (Eigen::VectorXd& values : starts) {
-    marks.starts.push_back(candidate);
-    marks.starts.back().effect.values = std::move(values);
+    signatures.starts.push_back(candidate);
+    signatures.starts.back().effect.values = std::move(values);
   }
-  return marks;
+  return signatures;
 }
 
 }  // namespace kinetostat::calibration

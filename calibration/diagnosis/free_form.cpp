@@ -98,7 +98,7 @@ MatrixXd branches_of(const Campaign& campaign) {
   });
 }
 
-// Columns that tell the measured components apart.
+// Columns that distinguish the measured components.
 MatrixXd components_of(const std::vector<Value>& values) {
   MatrixXd result = MatrixXd::Zero(static_cast<Index>(values.size()), 6);
   for (std::size_t i = 0; i < values.size(); ++i)
@@ -131,7 +131,7 @@ std::vector<Track> tracks_of(const Campaign& campaign, const std::vector<Value>&
   return tracks;
 }
 
-// What is left of each step of the load since the cycle began, as far as what is uncertain feels
+// What is left of each step of the load since the cycle started, as far as what is uncertain feels
 // it: of every column the sum of its steps, each over e times less after the time of fading.
 MatrixXd memory(const std::vector<Track>& tracks, DisplacementKind displacement,
                 const MatrixXd& uncertain, double fading) {
@@ -150,9 +150,9 @@ MatrixXd memory(const std::vector<Track>& tracks, DisplacementKind displacement,
   return result;
 }
 
-// Of one process with the covariance root root', averaged over its amplitude: from a mark of about
-// three standard deviations in all the readings to one of two hundred.
-double log_evidence(const MatrixXd& root, const ResidualSpace& space, double temper) {
+// Of one process with the covariance root root', averaged over its amplitude: from a signature of
+// about three standard deviations in all the readings to one of two hundred.
+double log_evidence(const MatrixXd& root, const ResidualSpace& space, double exponent) {
   if (root.cols() == 0) return 0;  // a memory that has faded before the next reading
   const MatrixXd left = space.left_of(root);
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(left.transpose() * left);
@@ -167,7 +167,7 @@ double log_evidence(const MatrixXd& root, const ResidualSpace& space, double tem
       if (value < 1e-9 * largest) continue;
       const double signal = std::pow(10, 0.5 * half_powers) * value / trace;
       log +=
-          0.5 * (temper * seen[i] * seen[i] / value * signal / (1 + signal) - std::log1p(signal));
+          0.5 * (exponent * seen[i] * seen[i] / value * signal / (1 + signal) - std::log1p(signal));
     }
     logs.push_back(log);
   }
@@ -268,12 +268,12 @@ MatrixXd FreeForm::root_of_kernel(const Process& process) const {
   return root.leftCols(rank);
 }
 
-FreeFormEvidence FreeForm::evidence(const ResidualSpace& space, double temper) const {
+FreeFormEvidence FreeForm::evidence(const ResidualSpace& space, double exponent) const {
   FreeFormEvidence result;
   std::vector<double> logs;
   double most = 0;
   for (const Process& process : processes_) {
-    logs.push_back(log_evidence(root_of_kernel(process), space, temper));
+    logs.push_back(log_evidence(root_of_kernel(process), space, exponent));
     if (result.depends_on.empty() || logs.back() > most) {
       most = logs.back();
       result.depends_on = process.depends_on;

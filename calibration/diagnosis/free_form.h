@@ -1,5 +1,6 @@
-// A rival without a form of its own: is there anything smooth in a residual, whatever it is? It can
-// say that something is missing and what that depends on, never what it is.
+// Unmodelled smooth error (a Gaussian-process model discrepancy): is there anything smooth in a
+// residual, whatever it is? It shows that something is missing and on what that depends, never what
+// it is.
 #pragma once
 
 #include <memory>
@@ -12,10 +13,10 @@
 namespace kinetostat::calibration {
 
 struct FreeFormEvidence {
-  /// Logarithm of the evidence of a free-form error over that of noise alone. Averaged over
-  /// processes whose priors are fixed beforehand, it is a bet against the noise: with nothing
-  /// missing its exponential is above 1/p with a probability of at most p (Ville 1939; Gruenwald
-  /// et al., J. R. Stat. Soc. B 86, 2024).
+  /// Logarithm of the evidence of an unmodelled smooth error over that of noise alone. Averaged
+  /// over processes whose priors are fixed beforehand, it is a bet against the noise: with nothing
+  /// missing its exponential is above 1/p with a probability of at most p (Ville 1939; Gruenwald et
+  /// al., J. R. Stat. Soc. B 86, 2024).
   double log = 0;
   std::string depends_on;  // the most probable process: "posture, as a force on the platform does"
   std::string drive;       // whose law that is: "x.rho"; empty for other processes
@@ -23,8 +24,8 @@ struct FreeFormEvidence {
   double p_value() const;
 };
 
-/// What an error without a form of its own may act through: changes of the whitened values, one row
-/// each. None may be there.
+/// Ways in which an unmodelled smooth error may act: changes of the whitened values, one row each.
+/// Each may be empty.
 struct FreeFormWays {
   Eigen::MatrixXd force;      // with a force on the platform, three columns
   Eigen::MatrixXd uncertain;  // with what every fit changes
@@ -46,9 +47,9 @@ class FreeForm {
  public:
   FreeForm(const Campaign& campaign, const std::vector<Value>& values, const FreeFormWays& ways);
 
-  /// In a residual beside all that the space's fit can produce, with flat priors for that
-  /// (restricted likelihood). `temper`: as in evidence().
-  FreeFormEvidence evidence(const ResidualSpace& space, double temper) const;
+  /// Evidence in a residual beside everything that the space's fit can produce, with flat priors
+  /// for that (restricted likelihood). `exponent`: as in evidence().
+  FreeFormEvidence evidence(const ResidualSpace& space, double exponent) const;
 
  private:
   // An unknown function of `of_reading` (one row a reading) that acts through `columns` (one row a

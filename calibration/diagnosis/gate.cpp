@@ -9,21 +9,21 @@
 namespace kinetostat::calibration {
 namespace {
 
-std::pair<double, std::size_t> largest_surprise(const Screen& screen,
-                                                const Eigen::VectorXd& residual) {
+std::pair<double, std::size_t> largest_significance(const Screen& screen,
+                                                    const Eigen::VectorXd& residual) {
   std::pair<double, std::size_t> largest{0, 0};
   for (std::size_t i = 0; i < screen.size(); ++i) {
-    const double surprise = screen.surprise(screen.score(i, residual), residual);
-    if (surprise > largest.first) largest = {surprise, i};
+    const double significance = screen.significance(screen.score(i, residual), residual);
+    if (significance > largest.first) largest = {significance, i};
   }
   return largest;
 }
 
 }  // namespace
 
-Gate gate_of(const LargestScore& largest, const ResidualSpace& space, double level, int draws,
-             std::uint64_t seed, int threads) {
-  Gate result{.draws = draws};
+MaxScoreTest max_score_test(const LargestScore& largest, const ResidualSpace& space, double level,
+                            int draws, std::uint64_t seed, int threads) {
+  MaxScoreTest result{.draws = draws};
   std::tie(result.largest, result.where) = largest(space.residual());
   std::vector<double> simulated(static_cast<std::size_t>(draws));
   common::Progress silent;
@@ -43,11 +43,11 @@ Gate gate_of(const LargestScore& largest, const ResidualSpace& space, double lev
   return result;
 }
 
-Gate gate(const Screen& screen, const ResidualSpace& space, double level, int draws,
-          std::uint64_t seed, int threads) {
-  return gate_of(
-      [&](const Eigen::VectorXd& residual) { return largest_surprise(screen, residual); }, space,
-      level, draws, seed, threads);
+MaxScoreTest max_score_test(const Screen& screen, const ResidualSpace& space, double level,
+                            int draws, std::uint64_t seed, int threads) {
+  return max_score_test(
+      [&](const Eigen::VectorXd& residual) { return largest_significance(screen, residual); },
+      space, level, draws, seed, threads);
 }
 
 }  // namespace kinetostat::calibration

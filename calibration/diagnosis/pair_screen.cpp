@@ -11,7 +11,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Squared sine below which one direction is the other: to be told apart, both would have to be
+// Squared sine below which one direction is the other: to be distinguished, both would have to be
 // hundreds of times as long as the noise.
 constexpr double same = 1e-4;
 
@@ -51,7 +51,7 @@ PairScreen::PairScreen(const Screen& screen, const std::vector<std::size_t>& mem
     }
 }
 
-VectorXd PairScreen::surprises(const VectorXd& residual) const {
+VectorXd PairScreen::significances(const VectorXd& residual) const {
   const VectorXd along = basis_.transpose() * residual;
   const double total = residual.squaredNorm();
   VectorXd result = VectorXd::Zero(static_cast<Index>(additions_.size()));
@@ -71,10 +71,10 @@ VectorXd PairScreen::surprises(const VectorXd& residual) const {
   return result;
 }
 
-std::pair<double, std::size_t> PairScreen::largest_surprise(const VectorXd& residual) const {
+std::pair<double, std::size_t> PairScreen::largest_significance(const VectorXd& residual) const {
   if (additions_.empty()) return {0, 0};
   Index where = 0;
-  const double largest = surprises(residual).maxCoeff(&where);
+  const double largest = significances(residual).maxCoeff(&where);
   return {largest, static_cast<std::size_t>(where)};
 }
 

@@ -9,20 +9,21 @@
 
 namespace kinetostat::calibration {
 
-/// All pairs of some signatures, prepared for many residuals.
+/// All pairs of some signatures, prepared for many residuals: the score test of a pair uses both
+/// spans together.
 class PairScreen {
  public:
   /// `members`: which signatures of the screen take part, each with all others.
   PairScreen(const Screen& screen, const std::vector<std::size_t>& members);
 
-  /// How unlikely noise alone explains as much as the most surprising pair does together: a
-  /// standard normal deviate (Wilson and Hilferty 1931), the noise as in Screen::surprise(). The
-  /// second number is the pair's, in the order of pairs().
-  std::pair<double, std::size_t> largest_surprise(const Eigen::VectorXd& residual) const;
+  /// How unlikely noise alone explains as much as the most significant pair does together: a
+  /// standard normal deviate (Wilson and Hilferty 1931), the noise as in Screen::significance().
+  /// The second number is the pair's, in the order of pairs().
+  std::pair<double, std::size_t> largest_significance(const Eigen::VectorXd& residual) const;
   /// The same of all pairs.
-  Eigen::VectorXd surprises(const Eigen::VectorXd& residual) const;
+  Eigen::VectorXd significances(const Eigen::VectorXd& residual) const;
 
-  /// Pairs of signatures that can be told from one another at all.
+  /// Pairs of signatures that are distinguishable at all.
   const std::vector<std::pair<std::size_t, std::size_t>>& pairs() const { return pairs_; }
 
  private:

@@ -22,9 +22,9 @@ double crossing(const ProfilePoint& inner, const ProfilePoint& outer) {
 
 class Profiler {
  public:
-  Profiler(const Rivals& rivals, const std::vector<Candidate>& added, const BaseFit& best,
+  Profiler(const CandidateFitter& fitter, const std::vector<Candidate>& added, const BaseFit& best,
            common::Progress& progress)
-      : rivals_(rivals), added_(added), best_(best), progress_(progress) {}
+      : fitter_(fitter), added_(added), best_(best), progress_(progress) {}
 
   Profile of(std::size_t parameter) const {
     Profile profile;
@@ -54,7 +54,7 @@ class Profiler {
         profile.ended = "its range ends";
       }
       try {
-        near = rivals_.fit_held(added_, near, parameter, value, progress_);
+        near = fitter_.fit_held(added_, near, parameter, value, progress_);
       } catch (const common::Cancelled&) {
         throw;
       } catch (const std::runtime_error& error) {
@@ -69,7 +69,7 @@ class Profiler {
     }
   }
 
-  const Rivals& rivals_;
+  const CandidateFitter& fitter_;
   const std::vector<Candidate>& added_;
   const BaseFit& best_;
   common::Progress& progress_;
@@ -77,7 +77,7 @@ class Profiler {
 
 }  // namespace
 
-std::vector<Profile> profiles(const Rivals& rivals, const std::vector<Candidate>& added,
+std::vector<Profile> profiles(const CandidateFitter& fitter, const std::vector<Candidate>& added,
                               const BaseFit& best, std::size_t most, common::Progress& progress) {
   std::size_t base = best.parameters.size();
   for (const Candidate& c : added) base -= static_cast<std::size_t>(c.effect.values.size());
@@ -85,7 +85,7 @@ std::vector<Profile> profiles(const Rivals& rivals, const std::vector<Candidate>
   for (std::size_t k = base; k < best.parameters.size(); ++k) order.push_back(k);
   for (std::size_t k = 0; k < base; ++k) order.push_back(k);
   order.resize(std::min(order.size(), most));
-  const Profiler profiler(rivals, added, best, progress);
+  const Profiler profiler(fitter, added, best, progress);
   std::vector<Profile> result;
   for (const std::size_t k : order) {
     result.push_back(profiler.of(k));

@@ -12,9 +12,8 @@ namespace kinetostat::calibration {
 
 struct ProfilePoint {
   double value = 0;  // of the coordinate
-  /// Of the cost, with all other unknowns fitted again, above that of the best fit: squares of
-  /// whitened residuals and of what is known beforehand. About ((value - best) / deviation)^2 where
-  /// the model is as good as linear.
+  /// Rise of the cost (penalised_error()) above that of the best fit, with all other unknowns
+  /// fitted again. About ((value - best) / deviation)^2 where the model is as good as linear.
   double rise = 0;
 };
 
@@ -27,10 +26,10 @@ struct Profile {
   std::string ended;  // why there are no points, or none further out, on a side; else empty
 };
 
-/// Of the values of `added`, then of what is uncertain anyway, at most `most` together: twelve
-/// points each, to three standard deviations on both sides or to the bounds. `best`: the fit of
-/// `rivals` with `added`. Each point costs a fit, begun at its neighbour.
-std::vector<Profile> profiles(const Rivals& rivals, const std::vector<Candidate>& added,
+/// Profiles of the values of `added`, then of the uncertain parameters, at most `most` together:
+/// twelve points each, to three standard deviations on both sides or to the bounds. `best`: the fit
+/// of `fitter` with `added`. Each point costs a fit, started at its neighbour.
+std::vector<Profile> profiles(const CandidateFitter& fitter, const std::vector<Candidate>& added,
                               const BaseFit& best, std::size_t most, common::Progress& progress);
 
 }  // namespace kinetostat::calibration

@@ -22,15 +22,16 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Marks of two sizes, the first and the one after it, that differ by no more than their length.
+// Signatures of two sizes, the first and the one after it, that differ by no more than their
+// length.
 bool is_proportional(const std::vector<Signature>& signatures, std::size_t first, double ratio) {
   const VectorXd large = signatures[first].columns.col(0);
   const VectorXd small = signatures[first + 1].columns.col(0);
   return (small - ratio * large).norm() < 0.02 * ratio * large.norm();
 }
 
-// By how much a mark must grow to be seen. A usual size is a guess; an effect ten times as large is
-// rare but real.
+// By how much a signature must grow to be seen. A usual size is a guess; an effect ten times as
+// large is rare but real.
 double growth_to_be_seen(double length) {
   constexpr double seen = 1, most = 10;
   return length >= seen || length < least_visible / most ? 1 : most;
@@ -50,7 +51,7 @@ double usual_interval(const Campaign& campaign) {
   return *middle;
 }
 
-// A time over which an effect comes or goes: readings farther apart do not tell it.
+// A time over which an effect comes or goes: readings farther apart do not determine it.
 bool is_duration(const vjm::EffectParameter& parameter) {
   return parameter.is_shape && parameter.linear == spatial::dimension::time;
 }
@@ -70,7 +71,7 @@ bool believe_design(std::vector<Parameter>& parameters) {
   return any;
 }
 
-// The first `count` unknowns begin where another fit has them, which may know them by design.
+// The first `count` unknowns start where another fit has them, which may know them by design.
 void begin_at(const BaseFit& start, std::size_t count, std::vector<Parameter>& unknowns) {
   for (std::size_t k = 0; k < count; ++k) {
     const auto& [there, value, error, hit] = start.parameters[k];
@@ -86,8 +87,9 @@ void begin_at(const BaseFit& start, std::size_t count, std::vector<Parameter>& u
 
 }  // namespace
 
-Rivals::Rivals(const vjm::Robot& robot, const Campaign& campaign, const Noise& noise, int threads,
-               common::Progress& progress, FitJournal* journal)
+CandidateFitter::CandidateFitter(const vjm::Robot& robot, const Campaign& campaign,
+                                 const Noise& noise, int threads, common::Progress& progress,
+                                 FitJournal* journal)
     : robot_(robot),
       campaign_(campaign),
       noise_(noise),
@@ -99,7 +101,7 @@ Rivals::Rivals(const vjm::Robot& robot, const Campaign& campaign, const Noise& n
   kept_ = keep_undetermined(predictor_, campaign, noise, base_, progress);
 }
 
-Candidate Rivals::resolved(Candidate candidate) const {
+Candidate CandidateFitter::resolved(Candidate candidate) const {
   for (Index k = 0; k < candidate.effect.values.size(); ++k) {
     const auto& parameter = candidate.effect.kind->parameters[static_cast<std::size_t>(k)];
     if (is_duration(parameter))
@@ -110,8 +112,8 @@ Candidate Rivals::resolved(Candidate candidate) const {
 }
 
 // What is uncertain anyway, then all values of the added effects.
-std::vector<Parameter> Rivals::parameters(const std::vector<vjm::Effect>& effects,
-                                          const std::vector<Candidate>& added) const {
+std::vector<Parameter> CandidateFitter::parameters(const std::vector<vjm::Effect>& effects,
+                                                   const std::vector<Candidate>& added) const {
   std::vector<Parameter> result = base_;
   int group = -1;
   for (std::size_t a = 0; a < added.size(); ++a) {
@@ -146,40 +148,41 @@ std::vector<Parameter> Rivals::parameters(const std::vector<vjm::Effect>& effect
   return result;
 }
 
-std::vector<Parameter> Rivals::own_parameters(const std::vector<Candidate>& added) const {
+std::vector<Parameter> CandidateFitter::own_parameters(const std::vector<Candidate>& added) const {
   std::vector<Parameter> all = parameters(effects_with(robot_, added), added);
   return {all.end() - added.back().effect.values.size(), all.end()};
 }
 
-BaseFit Rivals::fit(const std::vector<Candidate>& added, const BaseFit* start,
-                    common::Progress& progress) const {
+BaseFit CandidateFitter::fit(const std::vector<Candidate>& added, const BaseFit* start,
+                             common::Progress& progress) const {
   const std::vector<vjm::Effect> effects = effects_with(robot_, added);
   std::vector<Parameter> unknowns = parameters(effects, added);
   if (start != nullptr) begin_at(*start, base_.size(), unknowns);
   try {
     return fitted(effects, unknowns, start, progress);
   } catch (const common::NotIdentifiable&) {
-    // What is missing may look like a spring without end; a slip in a sign does, too.
-    if (start != nullptr || !unit_slip(campaign_, predictor_, progress).empty() ||
+    // A missing effect may look like an infinite stiffness; so does a sign error.
+    if (start != nullptr || !unit_error(campaign_, predictor_, progress).empty() ||
         !believe_design(unknowns))
       throw;
     return fitted(effects, unknowns, start, progress);
   }
 }
 
-BaseFit Rivals::fit_held(const std::vector<Candidate>& added, const BaseFit& start,
-                         std::size_t held, double value, common::Progress& progress) const {
+BaseFit CandidateFitter::fit_held(const std::vector<Candidate>& added, const BaseFit& start,
+                                  std::size_t held, double value,
+                                  common::Progress& progress) const {
   const std::vector<vjm::Effect> effects = effects_with(robot_, added);
   std::vector<Parameter> unknowns = parameters(effects, added);
   begin_at(start, unknowns.size(), unknowns);
   unknowns[held].start = unknowns[held].lower = unknowns[held].upper = value;
-  unknowns[held].bounds_stated = true;  // held, not running away
+  unknowns[held].bounds_stated = true;  // held, not diverging
   return fitted(effects, unknowns, &start, progress);
 }
 
-BaseFit Rivals::fitted(const std::vector<vjm::Effect>& effects,
-                       const std::vector<Parameter>& unknowns, const BaseFit* near,
-                       common::Progress& progress) const {
+BaseFit CandidateFitter::fitted(const std::vector<vjm::Effect>& effects,
+                                const std::vector<Parameter>& unknowns, const BaseFit* near,
+                                common::Progress& progress) const {
   const Predictions* model = near == nullptr ? nullptr : &near->model;
   const auto compute = [&] {
     return fit_base(predictor_.with_effects(effects), campaign_, noise_, unknowns, progress,
@@ -202,7 +205,7 @@ BaseFit Rivals::fitted(const std::vector<vjm::Effect>& effects,
   }
 }
 
-MatrixXd Rivals::by_force(const BaseFit& fit, common::Progress& progress) const {
+MatrixXd CandidateFitter::by_force(const BaseFit& fit, common::Progress& progress) const {
   const Predictions predictions =
       predictor_.predict_with_compliance(base_, values_of(fit), progress);
   const std::vector<Value> values = values_in_use(campaign_);
@@ -220,8 +223,8 @@ MatrixXd Rivals::by_force(const BaseFit& fit, common::Progress& progress) const 
 }
 
 // Of each drive with a spring.
-std::vector<FreeFormWays::Drive> Rivals::drives(const BaseFit& fit,
-                                                common::Progress& progress) const {
+std::vector<FreeFormWays::Drive> CandidateFitter::drives(const BaseFit& fit,
+                                                         common::Progress& progress) const {
   std::vector<FreeFormWays::Drive> result;
   std::vector<Parameter> unknowns = base_;
   const auto& chains = robot_.without_effects().chains();
@@ -253,12 +256,13 @@ std::vector<FreeFormWays::Drive> Rivals::drives(const BaseFit& fit,
   return result;
 }
 
-FreeFormWays Rivals::free_form_ways(const BaseFit& fit, common::Progress& progress) const {
+FreeFormWays CandidateFitter::free_form_ways(const BaseFit& fit, common::Progress& progress) const {
   return {by_force(fit, progress), fit.at.jacobian, drives(fit, progress)};
 }
 
-double Rivals::error_on(const Campaign& others, const BaseFit& fit,
-                        const std::vector<Candidate>& added, common::Progress& progress) const {
+double CandidateFitter::error_on(const Campaign& others, const BaseFit& fit,
+                                 const std::vector<Candidate>& added,
+                                 common::Progress& progress) const {
   try {
     const BaseFit predicted = predict_others(predictor_.with_effects(effects_with(robot_, added)),
                                              others, noise_, fit, progress);
@@ -268,9 +272,10 @@ double Rivals::error_on(const Campaign& others, const BaseFit& fit,
   }
 }
 
-std::optional<Signature> Rivals::mark_of(const Predictor& predictor,
-                                         const std::vector<Candidate>& added, double growth,
-                                         const BaseFit& fit, common::Progress& progress) const {
+std::optional<Signature> CandidateFitter::signature_of(const Predictor& predictor,
+                                                       const std::vector<Candidate>& added,
+                                                       double growth, const BaseFit& fit,
+                                                       common::Progress& progress) const {
   const Candidate& candidate = added.back();
   const std::vector<Parameter> unknowns = parameters(effects_with(robot_, added), added);
   VectorXd values = starts_of(unknowns);
@@ -280,76 +285,79 @@ std::optional<Signature> Rivals::mark_of(const Predictor& predictor,
   const auto there =
       linearised_at(predictor, campaign_, noise_, unknowns, values, fit, count - 1, progress);
   if (!there) return std::nullopt;
-  // Whitened residuals are predicted minus measured; so a mark is their change.
-  Signature mark{.columns = there->residual - fit.at.residual,
-                 .growth = Eigen::RowVectorXd::Constant(1, growth)};
+  // Whitened residuals are predicted minus measured; so a signature is their change.
+  Signature signature{.columns = there->residual - fit.at.residual,
+                      .growth = Eigen::RowVectorXd::Constant(1, growth)};
   for (Index k = 1; k < count; ++k) {
     if (!usual_values(candidate.effect, k, robot_.without_effects()).empty()) continue;
     const auto i = static_cast<std::size_t>(k);
-    const Index at = mark.columns.cols();
-    mark.columns.conservativeResize(Eigen::NoChange, at + 1);
-    mark.growth.conservativeResize(at + 1);
-    mark.columns.col(at) = candidate.deviations[i] *
-                           there->jacobian.col(static_cast<Index>(unknowns.size()) - count + k);
+    const Index at = signature.columns.cols();
+    signature.columns.conservativeResize(Eigen::NoChange, at + 1);
+    signature.growth.conservativeResize(at + 1);
+    signature.columns.col(at) =
+        candidate.deviations[i] *
+        there->jacobian.col(static_cast<Index>(unknowns.size()) - count + k);
     // How the effect acts shows as far as the effect itself does.
-    mark.growth[at] = candidate.effect.kind->parameters[i].is_shape ? growth : 1;
+    signature.growth[at] = candidate.effect.kind->parameters[i].is_shape ? growth : 1;
   }
-  return mark;
+  return signature;
 }
 
-void Rivals::add_marks(const Predictor& predictor, const Candidate& candidate,
-                       std::vector<Candidate> added, const BaseFit& fit, Marks& marks,
-                       common::Progress& progress) const {
-  const std::size_t before = marks.signatures.size();
+void CandidateFitter::add_signatures(const Predictor& predictor, const Candidate& candidate,
+                                     std::vector<Candidate> added, const BaseFit& fit,
+                                     Signatures& signatures, common::Progress& progress) const {
+  const std::size_t before = signatures.all.size();
   const auto sizes = sizes_of(*candidate.effect.kind);
   double growth = 0;  // not known yet
   for (const auto& [leading, others] : sizes) {
     added.back() = resolved(at_size(candidate, std::max(1.0, growth) * leading, others));
-    auto mark = mark_of(predictor, added, std::max(1.0, growth), fit, progress);
-    if (mark && growth == 0) {
-      growth = growth_to_be_seen(mark->columns.col(0).norm());
+    auto signature = signature_of(predictor, added, std::max(1.0, growth), fit, progress);
+    if (signature && growth == 0) {
+      growth = growth_to_be_seen(signature->columns.col(0).norm());
       if (growth > 1) {
         added.back() = resolved(at_size(candidate, growth * leading, others));
-        mark = mark_of(predictor, added, growth, fit, progress);
+        signature = signature_of(predictor, added, growth, fit, progress);
       }
     }
-    if (!mark) marks.failure = "the model with it has no equilibrium for some reading";
-    if (!mark || !mark->columns.allFinite()) continue;
-    marks.signatures.push_back(std::move(*mark));
-    marks.starts.push_back(added.back());
-    // A mark that only grows with its size is the same direction at every size.
-    if (leading == sizes[1].first && marks.signatures.size() == before + 2 &&
-        sizes.back().second == 1 && is_proportional(marks.signatures, before, leading)) {
-      marks.signatures.pop_back();
-      marks.starts.pop_back();
+    if (!signature) signatures.failure = "the model with it has no equilibrium for some reading";
+    if (!signature || !signature->columns.allFinite()) continue;
+    signatures.all.push_back(std::move(*signature));
+    signatures.starts.push_back(added.back());
+    // A signature that only grows with its size is the same direction at every size.
+    if (leading == sizes[1].first && signatures.all.size() == before + 2 &&
+        sizes.back().second == 1 && is_proportional(signatures.all, before, leading)) {
+      signatures.all.pop_back();
+      signatures.starts.pop_back();
       break;
     }
   }
 }
 
-Rivals::Marks Rivals::marks_of(const Candidate& candidate, const std::vector<Candidate>& present,
-                               const BaseFit& fit, common::Progress& progress) const {
-  if (journal_ == nullptr) return computed_marks(candidate, present, fit, progress);
-  const std::string key = marks_key(scope_, candidate, present, fit);
+CandidateFitter::Signatures CandidateFitter::signatures_of(const Candidate& candidate,
+                                                           const std::vector<Candidate>& present,
+                                                           const BaseFit& fit,
+                                                           common::Progress& progress) const {
+  if (journal_ == nullptr) return computed_signatures(candidate, present, fit, progress);
+  const std::string key = signatures_key(scope_, candidate, present, fit);
   if (const auto record = journal_->find(key))
-    if (auto marks = recorded_marks(*record, candidate)) return *std::move(marks);
-  Marks marks = computed_marks(candidate, present, fit, progress);
-  journal_->keep(key, record_of(marks));
-  return marks;
+    if (auto signatures = recorded_signatures(*record, candidate)) return *std::move(signatures);
+  Signatures signatures = computed_signatures(candidate, present, fit, progress);
+  journal_->keep(key, record_of(signatures));
+  return signatures;
 }
 
-Rivals::Marks Rivals::computed_marks(const Candidate& candidate,
-                                     const std::vector<Candidate>& present, const BaseFit& fit,
-                                     common::Progress& progress) const {
-  Marks marks;
+CandidateFitter::Signatures CandidateFitter::computed_signatures(
+    const Candidate& candidate, const std::vector<Candidate>& present, const BaseFit& fit,
+    common::Progress& progress) const {
+  Signatures signatures;
   for (const Candidate& design : designs_of(candidate, robot_.without_effects())) {
     std::vector<Candidate> added = present;
     added.push_back(design);
-    add_marks(predictor_.with_effects(effects_with(robot_, added)), design, added, fit, marks,
-              progress);
+    add_signatures(predictor_.with_effects(effects_with(robot_, added)), design, added, fit,
+                   signatures, progress);
   }
-  if (!marks.signatures.empty()) marks.failure.clear();
-  return marks;
+  if (!signatures.all.empty()) signatures.failure.clear();
+  return signatures;
 }
 
 }  // namespace kinetostat::calibration

@@ -14,22 +14,23 @@
 namespace kinetostat::calibration {
 
 /// A robot, a campaign, and the fits of models with something more.
-class Rivals {
+class CandidateFitter {
  public:
-  /// Throws what Predictor does. Keeps references. What `journal` (or nullptr) has of fits and
-  /// marks is not computed.
-  Rivals(const vjm::Robot& robot, const Campaign& campaign, const Noise& noise, int threads,
-         common::Progress& progress, FitJournal* journal = nullptr);
+  /// Throws what Predictor does. Keeps references. Fits and signatures that `journal` (or nullptr)
+  /// has are not computed.
+  CandidateFitter(const vjm::Robot& robot, const Campaign& campaign, const Noise& noise,
+                  int threads, common::Progress& progress, FitJournal* journal = nullptr);
 
-  /// What is fitted under every rival: what the user declared uncertain, zeros and frames. Where
-  /// the first fit (without `start`) cannot determine a stiffness, and no slip in units or signs is
-  /// why, all that are uncertain and without stated bounds are known by design to a factor of e,
-  /// and no farther off than its third power, in it and in those that begin at it. Throws
+  /// Fits the parameters that are fitted under every candidate (declared uncertain by the user,
+  /// zero offsets, frames) and the values of the added effects. Where the first fit (without
+  /// `start`) cannot determine a stiffness, and no unit error or sign error explains that, every
+  /// uncertain stiffness without stated bounds gets a prior: its nominal value, to a factor of e,
+  /// and no farther off than e^3. The prior holds in that fit and in those that start at it. Throws
   /// common::NotIdentifiable where that does not help.
   BaseFit fit(const std::vector<Candidate>& added, const BaseFit* start,
               common::Progress& progress) const;
 
-  /// The same with one parameter held at a value, begun at a fit with the same effects.
+  /// The same with one parameter held at a value, starting at a fit with the same effects.
   BaseFit fit_held(const std::vector<Candidate>& added, const BaseFit& start, std::size_t held,
                    double value, common::Progress& progress) const;
 
@@ -37,29 +38,30 @@ class Rivals {
   /// range.
   std::vector<Parameter> own_parameters(const std::vector<Candidate>& added) const;
 
-  /// Marks of one candidate beside a model that is fitted already (with `present` effects): of its
-  /// usual size, and of other sizes where its shape depends on that. Empty with a reason where the
-  /// model has no equilibrium with it.
-  using Marks = CandidateMarks;
-  Marks marks_of(const Candidate& candidate, const std::vector<Candidate>& present,
-                 const BaseFit& fit, common::Progress& progress) const;
+  /// Signatures of one candidate beside a model that is fitted already (with `present` effects): of
+  /// its usual size, and of other sizes where its shape depends on that. Empty with a reason where
+  /// the model has no equilibrium with it.
+  using Signatures = CandidateSignatures;
+  Signatures signatures_of(const Candidate& candidate, const std::vector<Candidate>& present,
+                           const BaseFit& fit, common::Progress& progress) const;
 
-  /// What the free-form rival may act through, in `fit` of the model without anything added.
+  /// Ways in which the unmodelled smooth error may act, in `fit` of the model without anything
+  /// added.
   FreeFormWays free_form_ways(const BaseFit& fit, common::Progress& progress) const;
 
-  /// Rms over the noise of other readings of the campaign, predicted by such a fit that did not use
-  /// them; NaN where the model has no equilibrium for one.
+  /// Rms error, in units of the noise, of other readings of the campaign, predicted by such a fit
+  /// that did not use them; NaN where the model has no equilibrium for one.
   double error_on(const Campaign& others, const BaseFit& fit, const std::vector<Candidate>& added,
                   common::Progress& progress) const;
 
-  /// Of the robot as its file has it.
+  /// Predictor of the robot as its file has it.
   const Predictor& predictor() const { return predictor_; }
   const Campaign& campaign() const { return campaign_; }
   bool has_gravity() const { return !robot_.manipulator.gravity().isZero(0); }
   const Noise& noise() const { return noise_; }
-  /// What was declared uncertain and stays as designed, because these readings do not determine it,
-  /// in sentences.
-  const std::vector<std::string>& kept_as_designed() const { return kept_; }
+  /// Uncertain parameters that stay at their nominal values, because these readings do not
+  /// determine them, in sentences.
+  const std::vector<std::string>& kept_nominal() const { return kept_; }
 
  private:
   Eigen::MatrixXd by_force(const BaseFit& fit, common::Progress& progress) const;
@@ -68,17 +70,17 @@ class Rivals {
                                     const std::vector<Candidate>& added) const;
   BaseFit fitted(const std::vector<vjm::Effect>& effects, const std::vector<Parameter>& unknowns,
                  const BaseFit* near, common::Progress& progress) const;
-  Marks computed_marks(const Candidate& candidate, const std::vector<Candidate>& present,
-                       const BaseFit& fit, common::Progress& progress) const;
-  // Of the last of the added ones, at its values, which are `growth` times usual; nothing where
-  // there is no equilibrium.
-  std::optional<Signature> mark_of(const Predictor& predictor, const std::vector<Candidate>& added,
-                                   double growth, const BaseFit& fit,
-                                   common::Progress& progress) const;
-  // Of one design, in the place of the last of the added ones.
-  void add_marks(const Predictor& predictor, const Candidate& candidate,
-                 std::vector<Candidate> added, const BaseFit& fit, Marks& marks,
-                 common::Progress& progress) const;
+  Signatures computed_signatures(const Candidate& candidate, const std::vector<Candidate>& present,
+                                 const BaseFit& fit, common::Progress& progress) const;
+  // Signature of the last candidate at its current values, which are `growth` times usual. nullopt
+  // if the model has no equilibrium.
+  std::optional<Signature> signature_of(const Predictor& predictor,
+                                        const std::vector<Candidate>& added, double growth,
+                                        const BaseFit& fit, common::Progress& progress) const;
+  // Adds the signatures of one design, in the place of the last candidate.
+  void add_signatures(const Predictor& predictor, const Candidate& candidate,
+                      std::vector<Candidate> added, const BaseFit& fit, Signatures& signatures,
+                      common::Progress& progress) const;
 
   Candidate resolved(Candidate candidate) const;
 

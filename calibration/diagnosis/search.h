@@ -1,5 +1,5 @@
-// One round of the search for what is missing: screen all candidates beside a fitted model, pass
-// the gate, fit what survives.
+// One round of the search for the missing effect: screen all candidates beside a fitted model,
+// compare the largest score with the detection threshold, fit the survivors.
 #pragma once
 
 #include <optional>
@@ -14,20 +14,20 @@ namespace kinetostat::calibration {
 /// Rounds on the same readings with the same candidates. Keeps references.
 class Search {
  public:
-  Search(const Rivals& rivals, const std::vector<Candidate>& candidates,
+  Search(const CandidateFitter& fitter, const std::vector<Candidate>& candidates,
          const DiagnosisOptions& options, int threads, common::Progress& progress)
-      : rivals_(rivals),
+      : fitter_(fitter),
         candidates_(candidates),
         options_(options),
         threads_(threads),
         progress_(progress),
-        values_(values_in_use(rivals.campaign())),
-        groups_(held_out_groups(rivals.campaign(), values_)),
-        correlated_(rivals.campaign(), values_, rivals.noise()) {}
+        values_(values_in_use(fitter.campaign())),
+        groups_(held_out_groups(fitter.campaign(), values_)),
+        correlated_(fitter.campaign(), values_, fitter.noise()) {}
 
-  /// What the free-form rival may act through: that of the model without anything added.
+  /// Prepares the unmodelled smooth error from the fit of the model without anything added.
   void prepare_free_form(const BaseFit& fit) {
-    free_form_.emplace(rivals_.campaign(), values_, rivals_.free_form_ways(fit, progress_));
+    free_form_.emplace(fitter_.campaign(), values_, fitter_.free_form_ways(fit, progress_));
   }
   const FreeForm& free_form() const { return *free_form_; }
   const CorrelatedNoise& correlated_noise() const { return correlated_; }
@@ -38,22 +38,23 @@ class Search {
   /// Screens all candidates beside what is present.
   void screen(const std::vector<Candidate>& present, const BaseFit& fit);
 
-  /// Takes over the marks from a search with the same readings and more.
-  void take_marks(const Search& wider);
+  /// Takes over the signatures from a search with the same readings and more.
+  void take_signatures(const Search& wider);
 
   /// Values that not all the catalogue together explains: outliers, where they are few.
   std::vector<std::size_t> outliers(const BaseFit& fit) const;
 
-  /// Pairs of candidates that show together though none shows alone, sized as their marks ask, the
-  /// most surprising first; empty unless their own gate lets them pass. After screen().
+  /// Pairs of candidates that are significant together though none is alone, sized as their
+  /// signatures ask, the most significant first; empty unless they exceed their own detection
+  /// threshold. After screen().
   std::vector<std::vector<Candidate>> masked_pairs(const BaseFit& fit) const;
 
-  /// Candidates that do not show beside the refit, of which some mark alone is about what refitting
-  /// does to the predictions of the model as designed. After screen() without anything added.
-  std::vector<Candidate> like_the_refit(const BaseFit& designed, const BaseFit& refitted) const;
+  /// Candidates that are confounded with the fitted parameters, of which some signature alone is
+  /// about the change from nominal to fitted predictions. After screen() without anything added.
+  std::vector<Candidate> like_the_fit(const BaseFit& nominal, const BaseFit& fitted) const;
 
   /// The round itself, after screen(); `fit` is that of the model with what is present. `fits`: of
-  /// the rivals, in the order of the ranking; without values where there is none.
+  /// the candidates, in the order of the ranking; without values where there is none.
   DiagnosisStep step(const std::vector<Candidate>& present, const BaseFit& fit,
                      std::vector<BaseFit>& fits);
 
@@ -61,8 +62,8 @@ class Search {
   void fit_survivors(const std::vector<Candidate>& present, const BaseFit& fit,
                      const Screen& screen, const ResidualSpace& space, DiagnosisStep& step,
                      std::vector<BaseFit>& fits);
-  Gate gate_under_noise_of(const BaseFit& fit, const Screen& screen,
-                           const ResidualSpace& space) const;
+  MaxScoreTest max_score_test_under_noise_of(const BaseFit& fit, const Screen& screen,
+                                             const ResidualSpace& space) const;
   double explained_by(std::size_t candidate, const Screen& screen,
                       const ResidualSpace& space) const;
   struct Look {
@@ -73,10 +74,10 @@ class Search {
                              const BaseFit& fit, const Screen& screen,
                              const ResidualSpace& space) const;
   static std::vector<Candidate> starts_of(const std::vector<Look>& looks);
-  void find_imitators(const BaseFit& without, const BaseFit& best, DiagnosisStep& step) const;
+  void find_confounded(const BaseFit& without, const BaseFit& best, DiagnosisStep& step) const;
   void confuse(const Screen& screen, DiagnosisStep& step) const;
 
-  const Rivals& rivals_;
+  const CandidateFitter& fitter_;
   const std::vector<Candidate>& candidates_;
   const DiagnosisOptions& options_;
   int threads_;
@@ -85,9 +86,9 @@ class Search {
   HeldOutGroups groups_;
   CorrelatedNoise correlated_;
   std::optional<FreeForm> free_form_;
-  std::vector<Rivals::Marks> marks_;  // one a candidate
+  std::vector<CandidateFitter::Signatures> candidate_signatures_;  // one a candidate
   std::vector<Signature> signatures_;
-  std::vector<std::pair<std::size_t, std::size_t>> owner_;  // candidate, its mark
+  std::vector<std::pair<std::size_t, std::size_t>> owner_;  // candidate, its signature
 };
 
 }  // namespace kinetostat::calibration

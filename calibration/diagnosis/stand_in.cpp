@@ -9,12 +9,12 @@ constexpr double as_well = 0.05;  // chance of a misfit as large, of a model tha
 
 // Chance that noise makes a model with fewer unknowns this much worse; nothing where it has no
 // fewer.
-std::optional<double> p_value_beside(const BaseFit& fewer, const BaseFit& refitted) {
-  const auto n = static_cast<double>(fewer.degrees_of_freedom() - refitted.degrees_of_freedom());
-  const auto rest = static_cast<double>(refitted.degrees_of_freedom());
+std::optional<double> p_value_beside(const BaseFit& fewer, const BaseFit& with_all) {
+  const auto n = static_cast<double>(fewer.degrees_of_freedom() - with_all.degrees_of_freedom());
+  const auto rest = static_cast<double>(with_all.degrees_of_freedom());
   if (n < 1 || rest < 1) return std::nullopt;
-  const double noise = std::max(1.0, refitted.squared_error / rest);
-  const double f = (fewer.squared_error - refitted.squared_error) / n / noise;
+  const double noise = std::max(1.0, with_all.squared_error / rest);
+  const double f = (fewer.squared_error - with_all.squared_error) / n / noise;
   return f > 0 ? chance_of_larger_f(f, n, rest) : 1;
 }
 
@@ -35,44 +35,45 @@ bool is_at(const Parameter& parameter, const vjm::Effect& effect, const vjm::Man
 
 }  // namespace
 
-bool refutes_design(const BaseFit& designed, const BaseFit& refitted) {
-  return p_value_beside(designed, refitted).value_or(1) <= certain_level;
+bool refutes_nominal(const BaseFit& nominal, const BaseFit& with_all) {
+  return p_value_beside(nominal, with_all).value_or(1) <= certain_level;
 }
 
-std::optional<StandIn> stand_in(const vjm::Robot& robot, const Campaign& campaign,
-                                const Noise& noise, const BaseFit& refitted,
-                                const BaseFit& designed, const std::vector<Candidate>& suspects,
-                                int threads, common::Progress& progress, FitJournal* journal) {
-  if (suspects.empty() || !refutes_design(designed, refitted)) return std::nullopt;
+std::optional<CommonCause> common_cause(const vjm::Robot& robot, const Campaign& campaign,
+                                        const Noise& noise, const BaseFit& with_all,
+                                        const BaseFit& nominal,
+                                        const std::vector<Candidate>& candidates, int threads,
+                                        common::Progress& progress, FitJournal* journal) {
+  if (candidates.empty() || !refutes_nominal(nominal, with_all)) return std::nullopt;
   const std::vector<Parameter> uncertain = uncertain_parameters(robot);
   const Predictor predictor(robot.without_effects(), robot.effects, campaign, threads, progress);
   const auto is_enough = [&](const std::vector<Parameter>& some) {
     const auto fit =
         if_possible([&] { return fit_base(predictor, campaign, noise, some, progress); });
-    return fit && p_value_beside(*fit, refitted).value_or(1) > certain_level;
+    return fit && p_value_beside(*fit, with_all).value_or(1) > certain_level;
   };
   for (const Parameter& one : uncertain)
     if (is_enough({one})) return std::nullopt;
 
-  vjm::Robot as_designed = robot;
-  as_designed.uncertain.clear();
-  as_designed.uncertain_values.clear();
-  const Rivals rivals(as_designed, campaign, noise, threads, progress, journal);
-  std::optional<StandIn> best;
-  for (const Candidate& suspect : suspects) {
-    const auto fit = if_possible([&] { return rivals.fit({suspect}, nullptr, progress); });
-    if (!fit || p_value_beside(*fit, refitted).value_or(0) <= as_well) continue;
+  vjm::Robot all_known = robot;
+  all_known.uncertain.clear();
+  all_known.uncertain_values.clear();
+  const CandidateFitter fitter(all_known, campaign, noise, threads, progress, journal);
+  std::optional<CommonCause> best;
+  for (const Candidate& candidate : candidates) {
+    const auto fit = if_possible([&] { return fitter.fit({candidate}, nullptr, progress); });
+    if (!fit || p_value_beside(*fit, with_all).value_or(0) <= as_well) continue;
     const ChiSquareTest test = chi_square_test(fit->squared_error, fit->degrees_of_freedom());
     if (test.p_value < certain_level) continue;
     if (best && best->test.statistic <= fit->squared_error) continue;
     std::vector<Parameter> own;
     std::copy_if(uncertain.begin(), uncertain.end(), std::back_inserter(own),
                  [&](const Parameter& parameter) {
-                   return is_at(parameter, suspect.effect, robot.without_effects());
+                   return is_at(parameter, candidate.effect, robot.without_effects());
                  });
     if (!own.empty() && is_enough(own)) continue;
-    const FittedValues fitted = fitted_values(*fit, {suspect}).front();
-    best = {suspect, fitted.deviations, test};
+    const FittedValues fitted = fitted_values(*fit, {candidate}).front();
+    best = {candidate, fitted.deviations, test};
     best->candidate.effect.values = fitted.values;
   }
   return best;

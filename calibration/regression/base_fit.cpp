@@ -43,7 +43,7 @@ std::optional<Vector6> known_frame(const BaseFit& fit, std::size_t session) {
   return std::nullopt;
 }
 
-// The unknowns of a fit and where each stands in their vector: parameters, zeros, frames.
+// The unknowns of a fit and where each stands in their vector: parameters, zero offsets, frames.
 class Unknowns {
  public:
   Unknowns(const Campaign& campaign, const std::vector<Parameter>& parameters,
@@ -90,7 +90,7 @@ class Unknowns {
     for (const Parameter& p : parameters_)
       result.push_back({p.phrase(), true, p.is_logarithm(), p.unit, p.typical});
     for (const Zero& zero : zeros_)
-      result.push_back({fmt::format("the zero of {}{}",
+      result.push_back({fmt::format("the zero offset of {}{}",
                                     component_names[static_cast<std::size_t>(zero.component)],
                                     in_session(zero.session)),
                         false, false, is_rotation(zero.component) ? "rad" : "m"});
@@ -322,8 +322,8 @@ class Problem {
 void require_enough_values(const Problem& problem) {
   if (problem.values() > problem.unknowns().size() || problem.unknowns().size() == 0) return;
   throw common::NotIdentifiable(
-      fmt::format("{} measured values for {} unknowns (parameters, zeros and frames) leave nothing "
-                  "to judge the fit by. Measure more, or declare less uncertain.",
+      fmt::format("{} measured values for {} unknowns (parameters, zero offsets and frames) leave "
+                  "nothing to judge the fit by. Measure more, or declare less uncertain.",
                   problem.values(), problem.unknowns().size()));
 }
 
@@ -333,10 +333,10 @@ void require_bounded(const Problem& problem, const LeastSquaresResult& result) {
     if (result.hit[k] == BoundHit::none || parameter.bounds_stated) continue;
     const bool up = result.hit[k] == BoundHit::upper;
     throw common::NotIdentifiable(
-        fmt::format("{} runs away to {}: these readings {}. Check units and signs of load and "
-                    "displacement, seek what is missing with 'diagnose', or take it out of "
-                    "'uncertain' in the robot file.",
-                    parameter.phrase(), up ? "infinity" : "zero",
+        fmt::format("{} cannot be determined, its best value is {}: these readings {}. Check units "
+                    "and signs of load and displacement, seek the missing effect with 'diagnose', "
+                    "or take it out of 'uncertain' in the robot file.",
+                    parameter.phrase(), up ? "infinite" : "0",
                     up ? "show no such compliance" : "are larger than any spring explains"));
   }
 }
@@ -372,10 +372,10 @@ void hold_undetermined_frames(Problem& problem, const VectorXd& start,
   const std::optional<Linearisation> there = problem.at(start, 0);
   if (!there) return;  // which the fit says better
   const Index first = unknowns.frame_at(0);
-  const MatrixXd marks = there->jacobian.rightCols(unknowns.size() - first);
+  const MatrixXd signatures = there->jacobian.rightCols(unknowns.size() - first);
   const VectorXd least =
-      (alike * marks.colwise().norm()).cwiseMax(sensitivity_rounding * problem.scale());
-  for (const Index k : made_up_by_those_before(marks, least))
+      (alike * signatures.colwise().norm()).cwiseMax(sensitivity_rounding * problem.scale());
+  for (const Index k : made_up_by_those_before(signatures, least))
     options.lower[first + k] = options.upper[first + k] = start[first + k];
 }
 
@@ -427,7 +427,7 @@ void require_usable_noise(const Campaign& campaign, const Noise& noise, bool has
     throw common::InputError(
         {.file = campaign.file,
          .key = "noise",
-         .what = "a robust fit must know how large the noise is, to tell an outlier from it",
+         .what = "a robust fit must know how large the noise is, to distinguish an outlier from it",
          .cure = "State 'noise: {translation: ...}', or repeat readings"});
 }
 

@@ -1,5 +1,5 @@
-// Refits what the user declared uncertain, so that a model is not blamed for a parameter that
-// nobody claimed to know.
+// Fits the parameters that the user declared uncertain, so that a model is not blamed for a
+// parameter that nobody claimed to know.
 #pragma once
 
 #include <optional>
@@ -26,7 +26,7 @@ std::vector<Value> values_in_use(const Campaign& campaign);
 double norm_over_noise(const std::vector<Value>& values, const Campaign& campaign,
                        const Noise& noise);
 
-/// The unknown constant of one session and component [m or rad].
+/// The zero offset of one session and component [m or rad].
 struct Zero {
   std::size_t session = 0;
   Eigen::Index component = 0;
@@ -35,8 +35,8 @@ struct Zero {
 };
 
 /// Where the measuring frame of one session really was: position [m] and rotation vector [rad] of
-/// the stated frame, seen from it. In differences only the rotation matters; the position is NaN.
-/// What no reading tells has no standard error (NaN) and is where the fit began.
+/// the stated frame, seen from it. In differences only the rotation matters; the position is NaN. A
+/// coordinate that no reading determines keeps its starting value and has no standard error (NaN).
 struct FrameEstimate {
   std::size_t session = 0;
   spatial::Vector6 value, standard_error;
@@ -49,34 +49,34 @@ struct ParameterEstimate {
   BoundHit hit = BoundHit::none;  // then there is no standard error
 };
 
-/// A model with its parameters, zeros and frames at their best values.
+/// A model with its parameters, zero offsets and frames at their best values.
 struct BaseFit {
   std::vector<ParameterEstimate> parameters;
   std::vector<Zero> zeros;
   std::vector<FrameEstimate> frames;
-  Eigen::MatrixXd covariance;  // of the parameters, zeros and frames, in that order
+  Eigen::MatrixXd covariance;  // of the parameters, zero offsets and frames, in that order
   /// Where the standard errors come from; `unknown`: from the residual itself, so they take the
   /// model to be right.
   NoiseSource error_source = NoiseSource::unknown;
-  std::vector<std::string> weak;  // what the data hardly tell apart, in sentences
+  std::vector<std::string> weak;  // what the data hardly distinguish, in sentences
   Loss loss = Loss::squares;
   /// One entry a value in use, in the order of values_in_use: how much it counted.
   std::vector<double> weights;
-  /// One entry a reading: what the table should show, zeros and frames included [m; rad].
+  /// Predicted entry of the table, zero offsets and frames included [m; rad]; one a reading.
   std::vector<spatial::Vector6> predicted;
   /// The wrench that works on it, one entry a reading: [force; moment about what is measured] in
   /// the axes of the displacements [N, N m].
   std::vector<spatial::Vector6> work;
-  Predictions model;  // at or near the best values, without zeros, frames and derivatives
+  Predictions model;  // at or near the best values, without zero offsets, frames and derivatives
   /// Whitened predicted minus measured of the values in use, and its derivatives with respect to
-  /// the parameters, zeros and frames, at the best values.
+  /// the parameters, zero offsets and frames, at the best values.
   Linearisation at;
   double squared_error = 0;  // sum of squares of the whitened residuals in use
   Eigen::Index values = 0;   // how many there are
   int iterations = 0;
 
-  /// Number of parameters, zeros and frame coordinates that were estimated; one that a bound holds
-  /// was not.
+  /// Number of parameters, zero offsets and frame coordinates that were estimated; one that a bound
+  /// holds was not.
   Eigen::Index estimated = 0;
   Eigen::Index degrees_of_freedom() const { return values - estimated; }
 };
@@ -93,16 +93,16 @@ struct BaseFitOptions {
   bool accept_unsettled = false;      // the best so far, where the iteration does not converge
 };
 
-/// What a fitted model says about other readings of its campaign, of which `others` uses none that
-/// the fit used: parameters, and the zeros and frames of sessions that the fit knows, stay as they
-/// are; those of further sessions are estimated from `others` itself.
+/// Predictions of a fitted model for other readings of its campaign. `others` uses no reading that
+/// the fit used. Parameters stay as fitted, and so do zero offsets and frames of sessions that the
+/// fit knows. Those of further sessions are estimated from `others` itself.
 BaseFit predict_others(const Predictor& predictor, const Campaign& others, const Noise& noise,
                        const BaseFit& fit, common::Progress& progress);
 
 /// Weighted least squares within bounds on exact implicit derivatives. Without parameters only the
-/// zeros and frames are estimated, as far as the campaign asks for them. Throws
+/// zero offsets and frames are estimated, as far as the campaign asks for them. Throws
 /// common::NotIdentifiable naming the parameters (or the combination) that no reading depends on,
-/// or one that runs away; common::NoConvergence with the reading that has no equilibrium, or when
+/// or one that diverges; common::NoConvergence with the reading that has no equilibrium, or when
 /// the iteration stalls; common::InputError when noise is needed to compare translations with
 /// rotations, or for a robust loss, and nothing states it, and naming a value whose error over its
 /// noise is too large to compute with.
@@ -122,9 +122,9 @@ std::optional<BaseFit> if_possible(const Fit& fit) {
   }
 }
 
-/// The same equations at other values of the parameters (and with other parameters), zeros and
-/// frames as in `fit`. Derivatives are with respect to the last `differentiated` parameters; the
-/// columns of the others are zero. Nothing where the model has no equilibrium for a reading.
+/// The same equations at other values of the parameters (and with other parameters), zero offsets
+/// and frames as in `fit`. Derivatives are with respect to the last `differentiated` parameters;
+/// the columns of the others are zero. nullopt where the model has no equilibrium for a reading.
 std::optional<Linearisation> linearised_at(const Predictor& predictor, const Campaign& campaign,
                                            const Noise& noise,
                                            const std::vector<Parameter>& parameters,

@@ -34,11 +34,11 @@ std::vector<Index> that_count(const BaseFit& fit) {
 // The posterior about a fit as a normal distribution, for any width of the priors.
 class Posterior {
  public:
-  Posterior(const BaseFit& fit, double temper)
-      : fit_(fit), kept_(that_count(fit)), fixed_(-0.5 * temper * fit.squared_error) {
+  Posterior(const BaseFit& fit, double exponent)
+      : fit_(fit), kept_(that_count(fit)), fixed_(-0.5 * exponent * fit.squared_error) {
     const auto n = static_cast<Index>(kept_.size());
     const MatrixXd j = fit.at.jacobian(Eigen::all, kept_);
-    curvature_ = temper * j.transpose() * j;
+    curvature_ = exponent * j.transpose() * j;
     distance_ = deviation_ = VectorXd::Zero(n);
     scales_ = fitted_ = VectorXd::Ones(n);
     group_.assign(kept_.size(), -1);
@@ -53,7 +53,7 @@ class Posterior {
     // At the best values the readings pull as much as the priors of the fit hold back. Read off
     // the priors, so that a fit that still moves is not credited with where it might have gone.
     scales_ = fitted_;
-    force_ = temper * precisions().cwiseProduct(distance_);
+    force_ = exponent * precisions().cwiseProduct(distance_);
     scales_.setOnes();
   }
 
@@ -147,7 +147,7 @@ double log_mean_exp(const std::vector<double>& logs) {
   return largest + std::log(sum / static_cast<double>(logs.size()));
 }
 
-double temper_of(const BaseFit& fit) {
+double exponent_of(const BaseFit& fit) {
   const auto freedom = static_cast<double>(std::max<Index>(1, fit.degrees_of_freedom()));
   return std::min(1.0, freedom / std::max(fit.squared_error, 1e-300));
 }
@@ -161,9 +161,9 @@ double penalised_error(const BaseFit& fit) {
 }
 
 // Groups hardly depend on one another's scale: each is averaged over beside the best of the others.
-Evidence evidence(const BaseFit& fit, double temper, Sizes sizes) {
+Evidence evidence(const BaseFit& fit, double exponent, Sizes sizes) {
   constexpr int rounds = 2;
-  Posterior posterior(fit, temper);
+  Posterior posterior(fit, exponent);
   const std::set<int> groups = posterior.groups();
   double averaging = 0;
   for (int round = 0; round < rounds; ++round) {

@@ -79,16 +79,16 @@ VectorXd prior_information(const BaseFit& fit) {
 }
 
 HeldOut held_out(const Linearisation& fit, const VectorXd& information, const HeldOutGroups& groups,
-                 double temper) {
+                 double exponent) {
   const MatrixXd& j = fit.jacobian;
   const Index n = j.cols();
   // Columns of unit length, so that units do not matter; what nothing tells has no part.
   VectorXd scale(n);
   for (Index k = 0; k < n; ++k) {
-    const double length = std::sqrt(temper * j.col(k).squaredNorm() + information[k]);
+    const double length = std::sqrt(exponent * j.col(k).squaredNorm() + information[k]);
     scale[k] = length > 1e-150 ? 1 / length : 0;  // whose square is a number
   }
-  MatrixXd a = temper * scale.asDiagonal() * (j.transpose() * j) * scale.asDiagonal();
+  MatrixXd a = exponent * scale.asDiagonal() * (j.transpose() * j) * scale.asDiagonal();
   a.diagonal() += information.cwiseProduct(scale.cwiseAbs2());
   a.diagonal().array() += 1e-12;
   const Eigen::LDLT<MatrixXd> factor(a);
@@ -98,16 +98,16 @@ HeldOut held_out(const Linearisation& fit, const VectorXd& information, const He
     const auto count = static_cast<Index>(group.size());
     const MatrixXd part = j(group, Eigen::all) * scale.asDiagonal();
     const VectorXd residual = -fit.residual(group);
-    MatrixXd rest = -temper * part * factor.solve(part.transpose());
+    MatrixXd rest = -exponent * part * factor.solve(part.transpose());
     rest.diagonal().array() += 1;  // I - H
     // A group alone may determine an unknown; nothing is then predicted in that direction.
     const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(0.5 * (rest + rest.transpose()));
     const VectorXd values = eigen.eigenvalues().cwiseMax(1e-9);
     const VectorXd along = eigen.eigenvectors().transpose() * residual;
-    result.log_score.push_back(-0.5 * temper * along.cwiseAbs2().cwiseQuotient(values).sum() +
+    result.log_score.push_back(-0.5 * exponent * along.cwiseAbs2().cwiseQuotient(values).sum() +
                                0.5 * values.array().log().sum() +
                                0.5 * static_cast<double>(count) *
-                                   std::log(temper / (2 * std::numbers::pi)));
+                                   std::log(exponent / (2 * std::numbers::pi)));
     const VectorXd errors = eigen.eigenvectors() * along.cwiseQuotient(values);
     for (Index k = 0; k < count; ++k) result.error[group[static_cast<std::size_t>(k)]] = errors[k];
   }

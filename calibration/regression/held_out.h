@@ -19,22 +19,25 @@ HeldOutGroups held_out_groups(const Campaign& campaign, const std::vector<Value>
 struct HeldOut {
   /// Logarithm of the predictive density of each group, given all the others.
   std::vector<double> log_score;
-  Eigen::VectorXd error;  // measured minus predicted over noise, each value left out with its group
+  Eigen::VectorXd error;  // measured minus predicted, whitened, each value left out with its group
 
   double total() const;
 };
 
-/// What a bound holds does not move when readings are left out: precision to match.
+/// Gives each value that a bound holds a precision so large that it does not move when readings are
+/// left out.
 void hold_bounds(const BaseFit& fit, Eigen::VectorXd& information);
-/// Precision of each unknown of a fit without any reading: of its prior, else of its range, within
-/// which it stays when the readings that tell it are left out; 0 for what is free.
+/// Precision of each unknown of a fit without any reading: that of its prior, else that of its
+/// range, within which it stays when the readings that determine it are left out; 0 for an unknown
+/// without either.
 Eigen::VectorXd prior_information(const BaseFit& fit);
 
 /// Leaves every group out in turn, by the linear model about the fit: exact for a linear model, one
 /// Gauss-Newton step otherwise. `information`: prior precision of each unknown of the fit (0:
-/// none); an unknown that neither a prior nor any reading tells changes nothing. `temper`: the
-/// readings count for so much (1, or less where the noise is larger than stated).
+/// none); an unknown that neither a prior nor any reading determines changes nothing. `exponent`:
+/// power-posterior exponent, the weight of the readings (1, or less where the noise is larger than
+/// stated).
 HeldOut held_out(const Linearisation& fit, const Eigen::VectorXd& information,
-                 const HeldOutGroups& groups, double temper);
+                 const HeldOutGroups& groups, double exponent);
 
 }  // namespace kinetostat::calibration

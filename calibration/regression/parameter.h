@@ -1,4 +1,4 @@
-// What a base fit may change in a model: the only file that knows the kinds of parameters.
+// Parameters that a base fit may change in a model: the only file that knows their kinds.
 #pragma once
 
 #include <optional>
@@ -10,24 +10,23 @@
 
 namespace kinetostat::calibration {
 
-/// Springs of one name, scaled together, or a value of an effect. The coordinate in which the
-/// former is fitted is the natural logarithm of the factor: 0 as designed; the latter is its own
-/// coordinate, in SI.
+/// Springs of one name, scaled together, or a value of an effect. The coordinate of the former is
+/// ln(stiffness / nominal stiffness); the latter is its own coordinate, in SI.
 struct Parameter {
   std::string name;  // as in the robot file: "leg", or "x.rho"; "k3 of hardening at x.rho"
   std::vector<vjm::SpringParameter> springs;
-  /// Stiffness as designed, where all the springs are one-dimensional and equal [N/m or N m/rad].
+  /// Nominal stiffness, where all the springs are one-dimensional and equal [N/m or N m/rad].
   std::optional<double> stiffness;
   bool is_torsional = false;
 
-  // Of the coordinate: where the fit starts, its bounds, and its longest step.
+  // Start of the fit, bounds and longest step of the coordinate.
   double start = 0, lower = -runaway, upper = runaway, longest_step = 1;
-  /// The bounds mean something: the user or physics sets them. Otherwise a fit that hits one is
-  /// running away.
+  /// The bounds mean something: the user or physics sets them. Otherwise a fit that hits one
+  /// diverges.
   bool bounds_stated = false;
   std::string unit = {};  // of the coordinate, SI; empty for a logarithm
   double typical = 1;     // a change of it that is worth knowing
-  /// What is known of the coordinate beside the readings; enters the fit as one more reading.
+  /// Knowledge of the coordinate beside the readings; it enters the fit as one more reading.
   struct Prior {
     double mean = 0, deviation = 1;
     /// Priors of one group are known up to a common factor (evidence.h); -1: there is none.
@@ -54,7 +53,7 @@ Parameter effect_parameter(const std::vector<vjm::Effect>& effects, std::size_t 
 /// Where a fit of them starts, in their order.
 Eigen::VectorXd starts_of(const std::vector<Parameter>& parameters);
 
-/// What the robot file declares uncertain.
+/// The parameters that the robot file declares uncertain.
 std::vector<Parameter> uncertain_parameters(const vjm::Robot& robot);
 
 /// The model with its parameters at `values`.

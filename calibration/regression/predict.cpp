@@ -161,7 +161,7 @@ std::vector<vjm::Conditions> conditions_of(const Campaign& campaign) {
   return result;
 }
 
-// In differences a reading counts from the state without load when its session began.
+// In differences a reading counts from the state without load when its session started.
 vjm::Conditions without_load(vjm::Conditions conditions) {
   conditions.time = conditions.time_in_cycle = conditions.elapsed = 0;
   conditions.unloaded = true;
@@ -251,7 +251,7 @@ void Predictor::observe(vjm::Response& response) const {
   response.observed = campaign_.observation.seen(response.observed);
 }
 
-// States without load, from which differences are measured and histories begin.
+// States without load, from which differences are measured and histories start.
 std::vector<vjm::Response> Predictor::references(const Run& run, common::Progress& progress) const {
   const vjm::Response rest = run.model.at_rest(run.parameters.size());
   std::vector<vjm::Response> states(references_.size(), rest);

@@ -1,4 +1,4 @@
-// What a model says that each reading of a campaign should be.
+// Predictions of a model for each reading of a campaign.
 #pragma once
 
 #include <map>
@@ -25,14 +25,14 @@ struct PredictionFailure {
 struct Predictions {
   /// Displacement of the platform's reference point [m; rad], in the sense of the campaign: change
   /// from the state without load (weight, preloads and geometric errors act in both), or position
-  /// and rotation vector of the pose. Of the equivalent rotation vectors the one nearest to the
-  /// measured. NaN for a masked reading that fails.
+  /// and rotation vector of the pose. The rotation vector is the one nearest to the measured among
+  /// equivalent ones. NaN for a masked reading that fails.
   std::vector<spatial::Vector6> displacement;
   /// Its derivatives with respect to the parameters; empty when not asked for.
   std::vector<Eigen::Matrix<double, 6, Eigen::Dynamic>> derivatives;
   /// Its change with the wrench [force; moment] of the reading, base axes, about the stated point:
-  /// the compliance of the loaded robot as the campaign measures it. What a history carries on to
-  /// later readings is not in it. Empty but from predict_with_compliance().
+  /// the compliance of the loaded robot as the campaign measures it. The part that a history
+  /// carries on to later readings is not in it. Empty but from predict_with_compliance().
   std::vector<spatial::Matrix6> by_wrench;
   /// The stated wrench [force; moment about the target] as it works on the displacement, in its
   /// axes, at the predicted pose.
@@ -63,7 +63,7 @@ class Predictor {
             common::Progress& progress);
 
   const std::vector<vjm::Effect>& effects() const { return effects_; }
-  /// Of a reading, without load.
+  /// Posture of a reading, without load.
   const vjm::Posture& posture_of(std::size_t reading) const {
     return (*postures_)[campaign_.readings[reading].configuration].posture;
   }
@@ -90,7 +90,7 @@ class Predictor {
     std::size_t configuration = 0, conditions = 0;
     std::size_t reading = 0;  // the first of those that share it
   };
-  // What several readings may share.
+  // Load case that several readings may share.
   struct LoadCase {
     std::size_t configuration = 0;
     vjm::Load load;

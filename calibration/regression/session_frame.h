@@ -16,8 +16,8 @@ struct SeenFromFrame {
 
 /// `frame`: position [m] and rotation vector [rad] of the measuring frame that the campaign states,
 /// seen from the one that the session really had; 0: the same. Absolute poses are moved and turned
-/// by it; differences are turned only, so that its position does not matter. Of equivalent rotation
-/// vectors the one nearest to `measured`.
+/// by it; differences are turned only, so that its position does not matter. The result has the
+/// rotation vector nearest to `measured` among equivalent ones.
 SeenFromFrame seen_from(const spatial::Vector6& frame, const spatial::Vector6& displacement,
                         DisplacementKind kind, const spatial::Vector6& measured);
 

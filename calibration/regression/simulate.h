@@ -21,11 +21,11 @@ struct SimulationOptions {
   std::array<bool, 6> components = {true, true, true, true, true, true};
   std::uint64_t seed = 1;
   int threads = 1;
-  /// Effects that act beside those of the robot file, and that the campaign does not tell of.
+  /// Effects that act beside those of the robot file, and that the campaign does not mention.
   std::vector<vjm::Effect> hidden = {};
 };
 
-/// What hidden effects change in one component that is written [m or rad].
+/// Change by hidden effects of one component that is written [m or rad].
 struct HiddenTrace {
   Eigen::Index component = 0;
   double rms = 0, max = 0;
@@ -38,7 +38,8 @@ struct SimulatedCampaign {
   std::string readings;                 // the plan with columns of displacement
   std::vector<std::string> warnings;    // columns of the plan that may be meant otherwise
   std::vector<HiddenTrace> trace = {};  // one a component; empty without hidden effects
-  /// Norm of all that they change over the noise, the d' of diagnosis; where there is noise.
+  /// Norm of their change of all readings in units of the noise, the d' of diagnosis; where there
+  /// is noise.
   std::optional<double> detectability = {};
 };
 

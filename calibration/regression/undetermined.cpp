@@ -16,19 +16,19 @@ using Eigen::VectorXd;
 
 constexpr double unseen = 0.3;  // d' of a change that is worth knowing: a factor of e
 
-// Derivatives of the values in use over their noise, one column a parameter, for a change that is
-// worth knowing.
-MatrixXd marks_of(const Predictions& predictions, const std::vector<Value>& values,
-                  const Noise& noise, const std::vector<Parameter>& parameters) {
-  MatrixXd marks(static_cast<Index>(values.size()), static_cast<Index>(parameters.size()));
-  for (Index v = 0; v < marks.rows(); ++v) {
+// Derivatives of the values in use in units of their noise, one column a parameter, for a change
+// that is worth knowing.
+MatrixXd signatures_of(const Predictions& predictions, const std::vector<Value>& values,
+                       const Noise& noise, const std::vector<Parameter>& parameters) {
+  MatrixXd signatures(static_cast<Index>(values.size()), static_cast<Index>(parameters.size()));
+  for (Index v = 0; v < signatures.rows(); ++v) {
     const auto& [reading, component] = values[static_cast<std::size_t>(v)];
-    marks.row(v) =
+    signatures.row(v) =
         predictions.derivatives[reading].row(component) / noise.sigma[reading][component];
   }
-  for (Index k = 0; k < marks.cols(); ++k)
-    marks.col(k) *= parameters[static_cast<std::size_t>(k)].typical;
-  return marks;
+  for (Index k = 0; k < signatures.cols(); ++k)
+    signatures.col(k) *= parameters[static_cast<std::size_t>(k)].typical;
+  return signatures;
 }
 
 }  // namespace
@@ -41,16 +41,17 @@ std::vector<std::string> keep_undetermined(const Predictor& predictor, const Cam
   const Predictions there = predictor.predict(parameters, starts_of(parameters), true, progress);
   if (there.failure) return kept;
   const std::vector<Value> values = values_in_use(campaign);
-  const MatrixXd marks = marks_of(there, values, noise, parameters);
+  const MatrixXd signatures = signatures_of(there, values, noise, parameters);
   const double visible =
       std::max(unseen, sensitivity_rounding * norm_over_noise(values, campaign, noise));
-  for (const Index k : made_up_by_those_before(marks, VectorXd::Constant(marks.cols(), visible))) {
+  for (const Index k :
+       made_up_by_those_before(signatures, VectorXd::Constant(signatures.cols(), visible))) {
     Parameter& parameter = parameters[static_cast<std::size_t>(k)];
     parameter.lower = parameter.upper = parameter.start;
     parameter.bounds_stated = true;
-    kept.push_back(fmt::format("{} stays as designed: {}.", parameter.phrase(),
-                               marks.col(k).norm() > visible
-                                   ? "these readings do not tell it from what is refitted"
+    kept.push_back(fmt::format("{} stays at its nominal value: {}.", parameter.phrase(),
+                               signatures.col(k).norm() > visible
+                                   ? "it is confounded with the fitted parameters"
                                    : "no reading depends on it"));
   }
   return kept;

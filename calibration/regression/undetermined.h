@@ -1,4 +1,4 @@
-// What was declared uncertain, but is not determined by the readings at hand.
+// Parameters that were declared uncertain, but are not identifiable from the readings at hand.
 #pragma once
 
 #include <string>
@@ -9,10 +9,9 @@
 
 namespace kinetostat::calibration {
 
-/// Fixes each parameter where it starts that no reading depends on, or that does to all readings
-/// what those before it do, as far as their noise can show: predictions are the same without it.
-/// Returns which, in sentences. A model without an equilibrium for some reading keeps them all
-/// free.
+/// Fixes at its start each parameter that no reading depends on, or that is confounded with those
+/// before it to within the noise: predictions are the same without it. Returns which, in sentences.
+/// A model without an equilibrium for some reading keeps them all free.
 std::vector<std::string> keep_undetermined(const Predictor& predictor, const Campaign& campaign,
                                            const Noise& noise, std::vector<Parameter>& parameters,
                                            common::Progress& progress);

@@ -1,5 +1,5 @@
-// What the noise of a load cell does to displacements: a load that is not the one that is written
-// down moves the robot elsewhere.
+// Effect of the noise of a load cell on displacements: a load that differs from the one that is
+// written down moves the robot elsewhere.
 #pragma once
 
 #include "kinetostat/calibration/campaign/noise_estimate.h"
@@ -16,7 +16,7 @@ Noise with_wrench_noise(const Noise& noise, const Campaign& campaign, const Pred
                         common::Progress& progress);
 
 /// The noise of a campaign, that of the wrenches through the compliance of the robot once what is
-/// uncertain has been refitted. Throws what fit_base() throws, when wrenches have noise.
+/// uncertain has been fitted. Throws what fit_base() throws, when wrenches have noise.
 Noise noise_of(const vjm::Robot& robot, const Campaign& campaign, int threads,
                common::Progress& progress);
 

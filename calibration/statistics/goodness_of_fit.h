@@ -8,7 +8,7 @@ namespace kinetostat::calibration {
 
 /// For one question; several tests of it share the level (Bonferroni).
 inline constexpr double significance_level = 0.05;
-/// Where a model is to be refuted beyond doubt.
+/// Level of a rejection beyond doubt.
 inline constexpr double certain_level = 0.001;
 
 /// Chance that a sum of squares of normal deviates, or a quotient of two mean ones, is larger.
@@ -41,8 +41,8 @@ struct LackOfFitTest {
   double p_value = 1;
 };
 
-/// Of the two sums of squares, in the same whitening. Requires both degrees of freedom > 0 and a
-/// pure error above zero.
+/// F test of the two sums of squares, in the same whitening. Requires both degrees of freedom > 0
+/// and a pure error > 0.
 LackOfFitTest lack_of_fit_test(double lack, Eigen::Index degrees_of_freedom_lack, double pure,
                                Eigen::Index degrees_of_freedom_pure,
                                double level = significance_level);

@@ -106,7 +106,7 @@ void require_identifiable(const std::vector<UnknownName>& names, const Eigen::Ma
       weak_combinations(jacobian, free, 1 / sensitivity_rounding);
   if (weak.empty()) return;
   throw common::NotIdentifiable(
-      fmt::format("these data cannot tell {} apart: they change all readings in the same "
+      fmt::format("these data do not distinguish {}: they change all readings in the same "
                   "proportion. Measure other poses, loads or components, or declare fewer of them "
                   "uncertain.",
                   fmt::join(phrases(names, members_of(weak.front())), " and ")));

@@ -1,4 +1,4 @@
-// What a fit knows and what it does not, in words.
+// Identifiability of the unknowns of a fit, in sentences.
 #pragma once
 
 #include <string>
@@ -14,19 +14,19 @@ inline constexpr double sensitivity_rounding = 1e-9;
 /// An unknown of a fit as it is called in sentences.
 struct UnknownName {
   std::string phrase;         // "the stiffness of 'leg'"
-  bool is_parameter = false;  // of the model; else a zero or a frame of a session
+  bool is_parameter = false;  // of the model; else a zero offset or a frame of a session
   bool is_logarithm = false;  // a change of it is a factor
   std::string unit = {};      // SI, where it is no logarithm
   double typical = 1;         // size of a change that is worth knowing, in SI (or of a logarithm)
 };
 
-/// Columns that those before them, as far as these are not such ones, make up to less than `least`
-/// (one entry a column).
+/// Indices of columns that depend linearly on earlier independent columns: residual norm after
+/// projection below `least` (one entry a column).
 std::vector<Eigen::Index> made_up_by_those_before(const Eigen::MatrixXd& columns,
                                                   const Eigen::VectorXd& least);
 
 /// Throws common::NotIdentifiable naming the unknowns among `free` that no residual depends on, or
-/// a combination of them that changes none. `scale`: norm of the readings, over their noise.
+/// a combination of them that changes none. `scale`: norm of the readings, in units of their noise.
 void require_identifiable(const std::vector<UnknownName>& names, const Eigen::MatrixXd& jacobian,
                           const std::vector<Eigen::Index>& free, double scale);
 

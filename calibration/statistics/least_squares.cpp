@@ -83,8 +83,8 @@ struct StepProblem {
 };
 
 // Active sets: the unknown that leaves its box most is held at its bound, and one that would rather
-// come back is released. Without bounds a weak unknown beside a strong one that is far off runs
-// away on what the strong one's curvature leaves over.
+// come back is released. Without bounds a weak unknown beside a strong one that is far off diverges
+// on the remainder of the strong one's curvature.
 VectorXd bounded_step(const StepProblem& problem, double damping) {
   const Index n = problem.jacobian.cols();
   std::vector<Index> moving(static_cast<std::size_t>(n)), held;
@@ -108,7 +108,7 @@ VectorXd bounded_step(const StepProblem& problem, double damping) {
       moving.erase(moving.begin() + static_cast<std::ptrdiff_t>(where));
       continue;
     }
-    // Releasing may go round in circles when rounding decides; then the step is good enough.
+    // Releasing may go round in circles at the level of rounding; then the step is good enough.
     const std::optional<Index> back =
         turn < 2 * n + 2 ? problem.to_release(held, step, damping) : std::nullopt;
     if (!back) return step;

@@ -1,4 +1,4 @@
-// Nonlinear least squares within bounds: the one solver behind every fit of this room.
+// Nonlinear least squares within bounds: the one solver behind every fit of this module.
 #pragma once
 
 #include <functional>
@@ -20,9 +20,9 @@ struct Linearisation {
 /// Empty where x has no residual; the solver then comes back with a shorter step.
 using ResidualFunction = std::function<std::optional<Linearisation>(const Eigen::VectorXd& x)>;
 
-/// What a residual of r standard deviations costs: r^2; or less, so that outliers count less. The
-/// widths are those at which 95 % efficiency is left when the noise is normal after all (Holland
-/// and Welsch 1977).
+/// Cost rho(r) of a residual of r standard deviations: r^2, or less, so that outliers count less.
+/// The widths are those at which 95 % efficiency is left when the noise is normal after all
+/// (Holland and Welsch 1977).
 enum class Loss {
   squares,
   huber,  // r^2 up to 1.345, then a straight line: convex, one minimum

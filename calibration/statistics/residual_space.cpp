@@ -44,7 +44,7 @@ Screen::Screen(const ResidualSpace& space, const std::vector<Signature>& signatu
   for (const Signature& signature : signatures) {
     const MatrixXd left = space.left_of(signature.columns);
     detectability_.push_back(left.cols() == 0 ? 0 : left.col(0).norm());
-    // Nor is what is rounding of what was absorbed.
+    // Rounding of the part that the fit produces is no signature either.
     spans_.push_back(span_of(left, std::max(least_visible, 1e-7 * signature.columns.norm())));
   }
 }
@@ -55,7 +55,7 @@ Score Screen::score(std::size_t i, const VectorXd& residual) const {
           .explained = (spans_[i].transpose() * residual).squaredNorm()};
 }
 
-double Screen::surprise(const Score& score, const VectorXd& residual) const {
+double Screen::significance(const Score& score, const VectorXd& residual) const {
   const auto k = static_cast<double>(score.dimension);
   const auto rest = static_cast<double>(dimension_ - score.dimension);
   if (score.dimension == 0 || rest < 1) return 0;

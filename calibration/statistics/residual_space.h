@@ -1,5 +1,5 @@
-// A campaign near its best fit, as linear algebra: what is left of the readings, and how much of
-// the mark of something missing the fitted parameters cannot absorb.
+// A campaign near its best fit, as linear algebra: the residual of the readings, and the part of a
+// signature that is not confounded with the fitted parameters.
 #pragma once
 
 #include <optional>
@@ -10,20 +10,21 @@
 
 namespace kinetostat::calibration {
 
-/// Whitened values that are left once everything that is fitted anyway has been fitted: residuals
-/// are projected on the complement of what the fit can produce. Under noise alone they are standard
-/// normal there.
+/// Residual space of a fit: r_N = N r with the projector N = I - Q Q', where the columns of Q are
+/// orthonormal and span those of the whitened Jacobian J. Under noise alone r_N is standard normal
+/// in that space, of dimension n - rank(J).
 class ResidualSpace {
  public:
-  /// `residual`: measured minus predicted over noise, at the best fit. `fitted`: derivatives of the
-  /// predictions over noise, one column each; their rank may be anything.
+  /// `residual`: r, measured minus predicted in units of the noise, at the best fit. `fitted`: J,
+  /// derivatives of the predictions in units of the noise, one column each; their rank may be
+  /// anything.
   ResidualSpace(const Eigen::VectorXd& residual, const Eigen::MatrixXd& fitted);
 
-  /// What of whitened columns the fit cannot absorb.
+  /// N C for whitened columns C: the part that is not confounded with the fitted parameters.
   Eigen::MatrixXd left_of(const Eigen::MatrixXd& columns) const;
   const Eigen::VectorXd& residual() const { return residual_; }
   Eigen::Index dimension() const { return residual_.size() - basis_.cols(); }
-  /// Orthonormal columns that span what the fit can produce.
+  /// Q: orthonormal columns that span what the fit can produce.
   const Eigen::MatrixXd& basis() const { return basis_; }
 
  private:
@@ -35,15 +36,15 @@ class ResidualSpace {
 /// have been taken away from one another are dropped (columns are in standard deviations of noise).
 Eigen::MatrixXd span_of(const Eigen::MatrixXd& columns, double smallest = 0);
 
-/// Length [standard deviations] below which a mark is not there, for any purpose.
+/// Length [standard deviations of the noise] below which a signature counts as absent.
 inline constexpr double least_visible = 0.1;
 
-/// The mark of a candidate of one shape and size in the readings: the change of all predictions
-/// over their noise when it is present with its usual size, first; then, when it has further
-/// values, their derivatives by one prior standard deviation each.
+/// The signature S of a candidate of one shape and size in the readings. First column: s = (y(usual
+/// size) - y(0)) / sigma, the change of all predictions y in units of their noise sigma. Further
+/// columns: derivatives of s with respect to further values, by one prior standard deviation each.
 struct Signature {
   Eigen::MatrixXd columns;
-  /// By how much each column was lengthened, to be seen in the readings; empty: not at all.
+  /// Factor by which each column was lengthened, to be visible in the readings; empty: 1.
   Eigen::RowVectorXd growth = {};
 
   Eigen::MatrixXd of_usual_size() const {
@@ -51,14 +52,14 @@ struct Signature {
   }
 };
 
-/// A score test of one signature: is any of it in the residual?
+/// Score test of one signature: is any of it in the residual?
 struct Score {
-  double detectability = 0;    // d': length of the mark that the fit cannot absorb
+  double detectability = 0;    // d' = |N s|, in standard deviations
   Eigen::Index dimension = 0;  // of the space that it spans there; 0: nothing can be seen
   double explained = 0;        // sum of squares of the residual in that space
 };
 
-/// Signatures prepared for many residuals: their spans beside what the fit absorbs.
+/// Signatures prepared for many residuals: orthonormal columns U_i that span N S_i.
 class Screen {
  public:
   Screen(const ResidualSpace& space, const std::vector<Signature>& signatures);
@@ -69,11 +70,15 @@ class Screen {
   const Eigen::MatrixXd& span(std::size_t i) const { return spans_[i]; }
   Eigen::Index dimension() const { return dimension_; }  // of the residual
   Score score(std::size_t i, const Eigen::VectorXd& residual) const;
-  /// Significance of a score, minus its natural logarithm: how unlikely that much is explained by
-  /// noise, the noise taken to be what is left over when that is more than what it is said to be.
-  double surprise(const Score& score, const Eigen::VectorXd& residual) const;
-  /// Largest cosine between a direction of one span and one of another: 1 when something that the
-  /// one does, the other can do too. 0 for spans of nothing.
+  /// Significance -ln p of a score, p = P(F(k, m) > f), for a residual in the space:
+  ///
+  ///   f = (explained / k) / max(1, (|r_N|^2 - explained) / m),   m = dimension() - k,
+  ///   explained = |U_i' r_N|^2,   k = columns of U_i
+  ///
+  /// The noise is estimated from the rest where the rest is larger than the stated noise.
+  double significance(const Score& score, const Eigen::VectorXd& residual) const;
+  /// Largest cosine between two spans, the largest singular value of U_i' U_j: 1 when some
+  /// direction of the one is one of the other (aliased). 0 for empty spans.
   double confusion(std::size_t i, std::size_t j) const;
 
  private:

@@ -114,7 +114,7 @@ Eigen::MatrixXd motion_of(const TetMesh& mesh, std::span<const int> element, con
 // Adds element stiffnesses to some rows of the global matrix.
 class Scatter {
  public:
-  // `matrix` begins with the row `first_row`.
+  // `matrix` starts with the row `first_row`.
   Scatter(const TetMesh& mesh, const DofMap& unknowns, const Part& rows, int first_row,
           BlockMatrix& matrix)
       : mesh_(mesh), unknowns_(unknowns), rows_(rows), first_row_(first_row), matrix_(matrix) {}

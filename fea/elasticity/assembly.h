@@ -20,9 +20,9 @@ struct GroundSpring {
   Matrix3 stiffness;
 };
 
-/// What moves freely. Unknowns come in blocks of three: first the displacements of the free nodes
-/// along a space-filling curve, so that neighbours are near in memory, then the translation and the
-/// rotation of each reference body.
+/// The degrees of freedom. Unknowns come in blocks of three: first the displacements of the free
+/// nodes along a space-filling curve, so that neighbours are near in memory, then the translation
+/// and the rotation of each reference body.
 class DofMap {
  public:
   /// Throws std::invalid_argument when a node has two masters, or is fixed and has one.

@@ -12,8 +12,8 @@ struct ErrorEstimate {
   /// Symmetric, positive semidefinite, rows and columns as those of the flexibility. To be added
   /// to it.
   Eigen::MatrixXd total;
-  /// What each element contributes, in its column: the upper triangle of the matrix column by
-  /// column (00, 01, 11, 02 ...).
+  /// Contribution of each element, in its column: the upper triangle of the matrix column by column
+  /// (00, 01, 11, 02 ...).
   Eigen::MatrixXd by_element;
 };
 

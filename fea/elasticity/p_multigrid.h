@@ -17,7 +17,7 @@ namespace kinetostat::fea {
 /// the background, so that the others have work meanwhile.
 class CoarseLevel {
  public:
-  /// Assembles, and begins to analyse.
+  /// Assembles, and starts to analyse.
   CoarseLevel(const TetMesh& mesh, const std::vector<Material>& materials, const DofMap& unknowns,
               common::ThreadPool& pool, common::Progress& progress);
   CoarseLevel(const CoarseLevel&) = delete;
@@ -28,19 +28,19 @@ class CoarseLevel {
   FactorisationStats analyse();
   /// Takes aggregates instead of the factors. Requires analyse(). Throws std::bad_alloc, Cancelled.
   void aggregate(double most_operations, common::Progress& progress);
-  /// Begins, after analyse().
+  /// Starts, after analyse().
   void begin_factorisation();
   /// Waits for its end. Throws SingularStiffness and std::bad_alloc.
   void finish_factorisation();
   /// correction = P S P' residual, for the first `columns` lanes; S is (P'AP)^-1, or near it.
   void correct(const MultiVector& residual, int columns, MultiVector& correction);
 
-  /// What it takes in memory while it is factorised, and afterwards [bytes]. Require analyse().
+  /// Memory while it is factorised, and afterwards [bytes]. Require analyse().
   double working_bytes() const { return own_bytes() + stats().bytes; }
   double bytes() const { return own_bytes() + stats().factor_bytes; }
-  /// Of each level, the corners first.
+  /// Unknowns of each level, the corners first.
   std::vector<std::size_t> unknowns() const;
-  /// Of what is factorised.
+  /// Statistics of the factorised level.
   const FactorisationStats& stats() const;
 
  private:

@@ -1,5 +1,5 @@
-// What kinetostat and its helper program kinetostat-petsc say to one another: a model and its
-// loads, and the displacements.
+// Protocol between kinetostat and its helper program kinetostat-petsc: a model and its loads, and
+// the displacements.
 //
 // The first process of the helper reads a request from the file that its first argument names and
 // writes an answer to the second; a relative tolerance of the energy is the third. Both as

@@ -36,8 +36,7 @@ struct PetscSolution {
 /// The helper program kinetostat-petsc is installed.
 bool has_petsc();
 
-/// What all its processes together take [bytes]; found on a foot of 30,000 to 160,000
-/// unknowns.
+/// Memory of all its processes together [bytes]; found on a foot of 30,000 to 160,000 unknowns.
 double petsc_bytes(std::size_t unknowns, std::size_t columns, int processes);
 
 /// Requires order 2 and has_petsc(). Throws PetscFailure, Cancelled.

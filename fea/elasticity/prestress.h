@@ -1,4 +1,4 @@
-// What a stress that is already there adds to the stiffness: the stress (geometric) stiffness.
+// Stress (geometric) stiffness: the stiffness that is added by an existing stress.
 #pragma once
 
 #include <array>
@@ -34,7 +34,7 @@ class Prestress {
   std::vector<Matrix3> stresses_;  // at the points of the elements in turn [Pa]
 };
 
-/// What the stress adds to the energy of a reference body at `point` that follows the forces
+/// Energy that the stress adds to a reference body at `point` that follows the forces
 /// `nodal_forces` on its nodes: in a rotation by the vector r, 1/2 r' A r [N m]. The nodes move by
 /// r x a + 1/2 r x (r x a), and the forces do work in the second part too.
 Matrix3 body_stress_stiffness(const TetMesh& mesh, const ReferenceBody& body,

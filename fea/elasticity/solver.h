@@ -28,7 +28,7 @@ struct SolverOptions {
   SolverMethod method = SolverMethod::automatic;
   int threads = 1;          // at least 1; no digit of the result depends on it
   double tolerance = 1e-8;  // of multigrid: energy of the error, its root beside the solution's
-  /// Of multigrid: floating-point operations that the factors of a coarse level may take; a level
+  /// Floating-point operations that the factors of a coarse level of multigrid may take; a level
   /// that would take more gets a level of rigid aggregates below it.
   double most_coarse_operations = 1e10;
   double memory = 0;  // [bytes] that the process may have; 0: its share of what is free
@@ -46,7 +46,7 @@ class MemoryLimit : public std::bad_alloc {
   std::string text_;
 };
 
-/// What a method will cost, as far as that is known before.
+/// Cost of a method, as far as it is known before.
 struct SolverForecast {
   double bytes = 0;    // at most at a time, beside what the process held before
   double seconds = 0;  // rough: for a processor of 2020, on the threads that it uses

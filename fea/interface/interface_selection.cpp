@@ -130,7 +130,7 @@ class Membership {
   double tolerance_;
 };
 
-// The facet first met by the ray, or -1. Sides count as inside, so that no ray slips between
+// The facet first met by the ray, or -1. Sides count as inside, so that no ray passes between
 // facets.
 int first_hit(const SurfaceMesh& surface, const NearestFaceSelector& ray) {
   int nearest = -1;
@@ -215,7 +215,7 @@ class Suggestion {
   std::string operator()(const PlaneSelector& plane) const {
     const double size = bounding_box(surface_.points).diagonal().norm();
     return flat_candidates([&](const FlatFace& face) {
-      // A slip in the sign of the normal is a smaller one than a wrong direction.
+      // A sign error of the normal is a smaller mistake than a wrong direction.
       const double cosine = plane.normal.dot(face.normal);
       return std::abs(plane.normal.dot(face.centroid - plane.point)) / size +
              (1 - std::abs(cosine)) + 0.05 * (1 - cosine);

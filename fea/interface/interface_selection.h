@@ -54,7 +54,7 @@ using Selector = std::variant<PlaneSelector, CylinderSelector, BoxSelector, Near
 /// the diagonal of the bounding box, radii also to 1 %, normals of planes to 1 degree.
 std::vector<int> select_facets(const SurfaceMesh& surface, const Selector& selector);
 
-/// What would have been a selection near the one asked for, in a sentence; lengths in `unit`.
+/// Selections near the one asked for, in a sentence; lengths in `unit`.
 std::string nearest_candidates(const SurfaceMesh& surface, const Selector& selector,
                                const std::string& unit);
 

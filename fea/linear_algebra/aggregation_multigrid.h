@@ -1,5 +1,5 @@
-// What stands for the factors of a matrix that is too large for them: multigrid over levels of
-// rigid aggregates, the last of which is factorised.
+// Preconditioner for a matrix that is too large to factorise: multigrid over levels of rigid
+// aggregates, the last of which is factorised.
 #pragma once
 
 #include <memory>
@@ -25,11 +25,11 @@ class AggregationMultigrid {
   /// lanes. Requires factorise().
   void solve(const MultiVector& b, int columns, MultiVector& x) { solve(0, columns, b, x); }
 
-  /// Of the levels below the matrix, the factorised one last.
+  /// Unknowns of the levels below the matrix, the factorised one last.
   std::vector<std::size_t> unknowns() const;
-  /// Of the last level.
+  /// Statistics of the last level.
   const FactorisationStats& stats() const { return factorisation_->stats(); }
-  /// What it takes in memory, but for what stats() says [bytes].
+  /// Memory beside that of stats() [bytes].
   double bytes_beside_factor() const;
 
  private:

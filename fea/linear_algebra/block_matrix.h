@@ -34,7 +34,7 @@ struct BlockMatrix {
   Block block(std::size_t place) const { return Block(value.data() + 9 * place); }
   Eigen::Index size() const { return 3 * static_cast<Eigen::Index>(pattern.blocks()); }
 
-  /// What it takes in memory.
+  /// Memory of the matrix.
   std::size_t bytes() const {
     return sizeof(double) * value.size() +
            sizeof(int) * (pattern.partner.size() + pattern.start.size());

@@ -23,7 +23,7 @@ class ChebyshevSmoother {
   void smooth(MultiVector& x, MultiVector& r, MultiVector& d, MultiVector& w,
               bool needs_residual) const;
 
-  /// Of D^-1 A.
+  /// Largest eigenvalue of D^-1 A.
   double largest_eigenvalue() const { return largest_eigenvalue_; }
   std::size_t bytes() const { return sizeof(double) * inverse_.size(); }
 

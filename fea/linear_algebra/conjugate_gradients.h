@@ -25,7 +25,8 @@ struct ConjugateGradientResult {
   /// sqrt(r'Mr) at the end beside the start, the largest of all lanes.
   double residual = 0;
   bool converged = false;
-  /// Of each iteration: the step along the direction, and how much of it the next one keeps.
+  /// Coefficients of each iteration: the step along the direction, and how much of it the next one
+  /// keeps.
   std::vector<Lanes> alpha = {}, beta = {};
 };
 

@@ -1,4 +1,4 @@
-// What is known of the error of a link's compliance, for programs.
+// Error estimate of a link's compliance, for programs.
 #pragma once
 
 #include "kinetostat/fea/link/refinement.h"

@@ -51,7 +51,7 @@ class Deck {
   int rotation_node(std::size_t i) const { return translation_node(i) + 1; }
 
   void heading(const std::string& title) {
-    // CalculiX takes a line that begins with '*' for a keyword, *INCLUDE among them, and cuts long
+    // CalculiX takes a line that starts with '*' for a keyword, *INCLUDE among them, and cuts long
     // lines in two.
     add("*HEADING\nLink {}\n** SI units: m, N, Pa. Interfaces:\n", common::plain_name(title));
     for (std::size_t i = 0; i < interfaces_.size(); ++i)

@@ -1,5 +1,5 @@
-// What the assumption about the fastening is worth: the same mesh with the stiffest and the softest
-// coupling.
+// Effect of the clamping assumption, lower and upper bound: the same mesh with the stiffest and the
+// softest coupling.
 #pragma once
 
 #include <vector>

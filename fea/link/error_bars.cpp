@@ -82,14 +82,14 @@ void compare_with_change(const MeshOutcome& before, const MeshOutcome& last, Err
 }
 
 // Of one load case: an estimate that falls more slowly than a crack would let it, or grows, is that
-// of an error which the meshes begin to see, as the warping of a rod whose facets are one element
+// of an error which the meshes start to see, as the warping of a rod whose facets are one element
 // wide. It is enlarged by what it should have fallen.
 double unseen(double before, double last, double growth, double best_rate) {
   if (!(before > 0 && last > 0) || last / before <= std::pow(growth, -slowest_rate)) return 1;
   return std::min(last / before * std::pow(growth, best_rate), ErrorBars::most_unseen);
 }
 
-// The recovery, enlarged where it has not begun to fall.
+// The recovery, enlarged where it has not started to fall.
 MatrixXd believed(const std::vector<MeshOutcome>& sequence, double best_rate) {
   const MeshOutcome& last = sequence.back();
   if (sequence.size() < 2) return last.recovery_error;

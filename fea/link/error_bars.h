@@ -1,5 +1,5 @@
-// What is known of the error of a flexibility matrix from a sequence of meshes: an error bar for
-// every entry, and whether two independent estimates agree. docs/theory/link-accuracy.md says why.
+// Error of a flexibility matrix, estimated from a sequence of meshes: an error bar for every entry,
+// and whether two independent estimates agree. The reasons are in docs/theory/link-accuracy.md.
 #pragma once
 
 #include <optional>
@@ -20,8 +20,9 @@ struct MeshOutcome {
 };
 
 struct ErrorBars {
-  /// Of the entries |C_ij| >= significance * sqrt(C_ii C_jj), a measure that no choice of units
-  /// changes. The others are small by symmetry or nearly so: they have a bar, but no relative one.
+  /// Entries with a relative bar: |C_ij| >= significance * sqrt(C_ii C_jj), a measure that no
+  /// choice of units changes. The others are small by symmetry or nearly so: they have a bar, but
+  /// no relative one.
   static constexpr double significance = 0.05;
   /// A bar is this times the recovery's estimate, enlarged by the calibration where that is above
   /// 1, and never below the extrapolation's ...

@@ -31,10 +31,10 @@ struct GeometricStiffness {
   double buckling_free, buckling_held;
 };
 
-/// Of a link with two rigid interfaces; `response` is that of the same model. `preload` is the
-/// wrench on the loaded interface at its point. Two factorisations, and a few tens of solutions.
-/// Throws std::invalid_argument for other interfaces, BeyondBuckling, and what Factorisation
-/// throws.
+/// Geometric stiffness of a link with two rigid interfaces; `response` is that of the same model.
+/// `preload` is the wrench on the loaded interface at its point. Two factorisations, and a few tens
+/// of solutions. Throws std::invalid_argument for other interfaces, BeyondBuckling, and what
+/// Factorisation throws.
 GeometricStiffness geometric_stiffness(const TetMesh& mesh, const std::vector<Material>& materials,
                                        const std::vector<CoupledInterface>& interfaces,
                                        const LinkResponse& response, const Vector6& preload,

@@ -28,8 +28,9 @@ struct LinkResult {
       : name(std::move(link_name)), material(link_material) {}
 
   std::string name;
-  /// Of the first loaded interface at its point, mesh axes; the fixed interface does not move. All
-  /// of `response.flexibility` where there is one loaded interface, else a part of it.
+  /// Compliance of the first loaded interface at its point, mesh axes; the fixed interface does not
+  /// move. It is all of `response.flexibility` where there is one loaded interface, else a part of
+  /// it.
   spatial::Compliance6 compliance{Matrix6::Zero()};
   double symmetry_defect = 0;  // of the matrix before it was made symmetric
   Material material;

@@ -47,8 +47,8 @@ void pick_body(const LinkSpec& spec, SurfaceMesh& surface) {
   throw InputError(details);
 }
 
-std::vector<std::string> mended(const LinkSpec& spec, SurfaceMesh& surface,
-                                common::Progress& progress) {
+std::vector<std::string> repaired(const LinkSpec& spec, SurfaceMesh& surface,
+                                  common::Progress& progress) {
   if (spec.repair.steps.empty()) return {};
   RepairOptions options = spec.repair;
   options.unit = spec.unit;
@@ -66,7 +66,7 @@ void require_sound(const LinkSpec& spec, const LinkMesh& mesh) {
        .what = fmt::format("the surface does not bound a solid: {}", fmt::join(wrong, "; ")),
        .cure = spec.repair.steps.empty()
                    ? "See the offending facets with 'kinetostat mesh check --vtu', or let "
-                     "'mesh: {repair: [weld, orient, fill, unite, drop, wrap]}' mend them"
+                     "'mesh: {repair: [weld, orient, fill, unite, drop, wrap]}' repair them"
                    : "See the offending facets with 'kinetostat mesh check --vtu'"},
       offending_facets(mesh.imported.mesh, mesh.report));
 }
@@ -121,7 +121,7 @@ LinkMesh read_link_mesh(const LinkSpec& spec, common::Progress& progress) {
   LinkMesh mesh{.imported = with_unit(spec, read_surface), .report = {}};
   SurfaceMesh& surface = mesh.imported.mesh;
   pick_body(spec, surface);
-  mesh.notes = mended(spec, surface, progress);
+  mesh.notes = repaired(spec, surface, progress);
   mesh.report = check_surface(surface, mesh.imported.weld.tolerance);
   require_sound(spec, mesh);
   require_one_body(spec, mesh);

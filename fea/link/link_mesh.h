@@ -1,4 +1,4 @@
-// What the mesh file of a link holds: read, one body picked, repaired on request, checked.
+// Mesh of a link from its file: read, one body picked, repaired on request, checked.
 #pragma once
 
 #include <optional>
@@ -37,7 +37,7 @@ struct LinkMesh {
 };
 
 /// Throws SurfaceError when the surface does not bound one solid, InputError for everything else
-/// that the user can mend, Cancelled.
+/// that the user can repair, Cancelled.
 LinkMesh read_link_mesh(const LinkSpec& spec, common::Progress& progress);
 
 }  // namespace kinetostat::fea

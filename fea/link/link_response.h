@@ -18,14 +18,14 @@ struct LinkResponse {
   Eigen::MatrixXd flexibility;
   /// Displacements of all nodes [m] in each load case.
   std::vector<Eigen::Matrix3Xd> fields;
-  /// Of every interface: the root mean square over its area of what its displacement differs from
-  /// its rigid motion, beside the root mean square of the displacement of the interface that moves
-  /// most; the largest of all load cases. 0 where the coupling is rigid.
+  /// Warping of every interface: root mean square, over its area, of the difference between its
+  /// displacement and its rigid motion, relative to the root mean square displacement of the
+  /// interface that moves most; the largest of all load cases. 0 where the coupling is rigid.
   std::vector<double> fit_residuals;
 
   SolverStats solver;
 
-  /// Of the first loaded interface.
+  /// Compliance of the first loaded interface.
   Matrix6 compliance() const { return flexibility.topLeftCorner<6, 6>(); }
 };
 

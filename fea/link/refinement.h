@@ -29,8 +29,8 @@ using Solve = std::function<LinkModel(const SizeField&)>;
 struct RefinementOptions {
   double accuracy = 0.01;               // of every significant entry, error bar beside entry, > 0
   std::size_t most_meshes = 8;          // >= 1
-  std::size_t most_unknowns = 3000000;  // no mesh beyond is begun
-  double time_limit = 0;                // [s] after which no further mesh is begun; 0: none
+  std::size_t most_unknowns = 3000000;  // no mesh beyond is started
+  double time_limit = 0;                // [s] after which no further mesh is started; 0: none
   int threads = 1;                      // of the error estimate; no digit depends on it
 };
 
@@ -40,7 +40,7 @@ struct Concentration {
   Vector3 place = Vector3::Zero();  // [m] centroid of the element with the most
 };
 
-/// What is known of the error of a model.
+/// Error estimate of a model.
 struct Accuracy {
   std::vector<MeshOutcome> meshes;  // the last one is the model's
   ErrorBars bars;
@@ -61,7 +61,7 @@ Accuracy accuracy_of(const LinkModel& model, int threads);
 
 /// Refines, at least once, until the accuracy is reached and the two estimates of the error agree.
 /// When a mesh after the first cannot be finished, or the user cancels then, the last good one is
-/// returned, not converged, and says why. What goes wrong with the first mesh is thrown on.
+/// returned, not converged, and says why. Errors with the first mesh are thrown on.
 RefinedModel refine(const Solve& solve, SizeField first, const RefinementOptions& options,
                     common::Progress& progress);
 

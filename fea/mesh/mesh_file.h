@@ -1,4 +1,4 @@
-// What a mesh file of a finite-element program says, before anything is made of it.
+// Content of a mesh file of a finite-element program, as read.
 #pragma once
 
 #include <array>

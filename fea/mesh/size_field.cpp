@@ -17,7 +17,7 @@ constexpr double least_part = 0.25;
 // Likewise of a radius: finer rounding is left to the refinement by errors.
 constexpr double least_radius_part = 0.1;
 constexpr double most_samples = 20000;
-// On the surface, to begin with: elements as small as a thin wall everywhere would be millions.
+// On the surface, to start with: elements as small as a thin wall everywhere would be millions.
 constexpr double most_triangles = 40000;
 // Edges that turn by less belong to a curved face, not to two that meet in an edge of the part.
 constexpr double most_turn = 0.6;  // [rad]

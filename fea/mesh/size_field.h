@@ -25,13 +25,13 @@ struct SizeField {
 SizeField size_from_surface(const SurfaceMesh& surface);
 
 /// From an error on a mesh, `error_of[e]` >= 0 from element e. The mesh with the fewest elements
-/// whose errors sum to a share of the present sum has, with elements of order p,
-/// h_new = h (K / error)^(1/(2p + 3)) where stresses are smooth [Zienkiewicz and Zhu 1987, Int. J.
-/// Numer. Meth. Engng 24:337; elements that are expensive because they are small are refined less].
-/// Beside an edge where they are singular as r^(lambda - 1) the error falls as h^(2 lambda), and
-/// the exponent is 1/(2 lambda + 3). What is refined has the larger exponent, that of lambda = 3/4,
-/// for most of the error is there; what is coarsened has the smaller one. K follows from what is
-/// aimed at. Sizes change by a factor of 1/5 to 1.5.
+/// whose errors sum to a share of the present sum has, with elements of order p, h_new = h (K /
+/// error)^(1/(2p + 3)) where stresses are smooth [Zienkiewicz and Zhu 1987, Int. J. Numer. Meth.
+/// Engng 24:337; elements that are expensive because they are small are refined less]. Beside an
+/// edge where they are singular as r^(lambda - 1) the error falls as h^(2 lambda), and the exponent
+/// is 1/(2 lambda + 3). Refined elements have the larger exponent, that of lambda = 3/4, for most
+/// of the error is there; coarsened ones have the smaller one. K follows from the aim. Sizes change
+/// by a factor of 1/5 to 1.5.
 struct RefinementAim {
   double share = 0.5;                        // of the present error, in (0, 1]
   double least_growth = 1, most_growth = 8;  // of the number of elements, whatever the error

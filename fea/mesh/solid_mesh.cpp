@@ -73,7 +73,7 @@ constexpr std::array ladder{
 };
 constexpr double share_of_later_meshes = 0.6;  // for the rung that made the one before
 
-// To begin with; a first mesh that has more may be made again by the next rung on the same surface.
+// To start with; a first mesh that has more may be made again by the next rung on the same surface.
 constexpr std::size_t comfortable_elements = 300'000;
 constexpr double most_good_elements = 600'000;
 
@@ -343,7 +343,7 @@ TetMesh SolidMesher::fill(const TetrahedralizeOptions& options, common::Progress
       return *std::move(mesh);
     }
     attempt.fail(ladder[rung_],
-                 fmt::format("{} elements are many to begin with", mesh->element_count()));
+                 fmt::format("{} elements are many to start with", mesh->element_count()));
     if (large && large->element_count() <= mesh->element_count()) continue;
     large = std::move(mesh);
     rung_of_large = rung_;

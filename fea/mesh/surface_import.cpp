@@ -65,7 +65,7 @@ void check_ascii_stl(const std::filesystem::path& file, const std::string& lower
   if (count.facets != count.facet_ends || !count.ends)
     throw InputError(
         file,
-        fmt::format("this ASCII STL is cut short: {} facets begin, {} end{}", count.facets,
+        fmt::format("this ASCII STL is cut short: {} facets start, {} end{}", count.facets,
                     count.facet_ends, count.ends ? "" : ", no 'endsolid'"),
         "Export the mesh again");
 }
@@ -106,7 +106,7 @@ void refuse_placeholder(const std::filesystem::path& file, const std::string& by
 [[noreturn]] void refuse_text(const std::filesystem::path& file, const std::string& bytes) {
   throw InputError(
       file,
-      fmt::format("this is text, but no ASCII STL: it begins with '{}', not with "
+      fmt::format("this is text, but no ASCII STL: it starts with '{}', not with "
                   "'solid'",
                   bytes.substr(0, std::min<std::size_t>(bytes.find_first_of("\r\n"), 40))),
       "Export the mesh as STL");
@@ -119,7 +119,7 @@ void check_stl(const std::filesystem::path& file, std::string& bytes) {
   if (bytes.size() >= stl_header) std::memcpy(&count, bytes.data() + 80, sizeof count);
   const std::size_t expected = stl_header + stl_facet * std::size_t{count};
   if (bytes.size() >= stl_header && bytes.size() == expected) return;
-  // Not binary then. Editors put marks before the text and zeros after it.
+  // Not binary then. Editors put a byte-order sign before the text and zeros after it.
   const bool has_mark = bytes.starts_with("\xef\xbb\xbf");
   const std::size_t first = bytes.find_first_not_of(" \t\r\n", has_mark ? 3 : 0);
   const std::size_t last = bytes.find_last_not_of(std::string_view(" \t\r\n\0", 5));
@@ -257,7 +257,7 @@ bool is_step(const std::string& kind) { return kind == "step" || kind == "stp"; 
 // gmsh takes other files for models too; only STEP models go to it.
 void check_step(const std::filesystem::path& file, const std::string& bytes) {
   if (bytes.substr(0, 1000).find("ISO-10303-21") == std::string::npos)
-    throw InputError(file, "not a STEP file: it does not begin with 'ISO-10303-21'",
+    throw InputError(file, "not a STEP file: it does not start with 'ISO-10303-21'",
                      "Export the link again, as STEP AP214 or as STL");
 }
 

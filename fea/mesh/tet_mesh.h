@@ -71,7 +71,7 @@ struct MassProperties {
   Matrix3 second_moment = Matrix3::Zero();  // integral of r r' dV about the centroid [m^5]
 };
 MassProperties mass_properties(const TetMesh& mesh);
-/// Of the solid within a closed surface that faces outwards.
+/// Mass properties of the solid within a closed surface that faces outwards.
 MassProperties mass_properties(const SurfaceMesh& surface);
 
 /// Inertia [kg m^2] about the centre of mass of a body of uniform density [kg/m^3].

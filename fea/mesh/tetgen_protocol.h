@@ -1,5 +1,5 @@
-// What kinetostat and its helper program kinetostat-tetgen say to one another. Nothing but the
-// standard library, so that the helper shares no code with the rest.
+// Protocol between kinetostat and its helper program kinetostat-tetgen. Nothing but the standard
+// library, so that the helper shares no code with the rest.
 //
 // The helper reads one request from standard input and writes one answer to file descriptor
 // answer_descriptor, both as byte_blocks.h has it:

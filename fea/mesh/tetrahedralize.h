@@ -29,8 +29,8 @@ class MeshingError : public std::runtime_error {
   std::vector<int> facets_;
 };
 
-/// What is asked for of the shape of the elements. Sharp corners of the part can make an angle
-/// impossible, and TetGen then may never end; and good elements are no larger than a wall is thick.
+/// Demands on the shape of the elements. Sharp corners of the part can make an angle impossible,
+/// and TetGen then may never end; and good elements are no larger than a wall is thick.
 enum class ElementShape {
   good,   // radius_edge_ratio and least_dihedral
   fair,   // radius_edge_ratio

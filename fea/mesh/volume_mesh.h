@@ -35,7 +35,7 @@ bool holds_volume_mesh(const std::filesystem::path& file);
 
 /// Reads .msh and .inp whose lengths are in `unit`. Nodes that no tetrahedron uses are left out.
 /// Throws InputError with the line: besides what parse_msh() and parse_inp() refuse, mixed orders,
-/// elements that are flat or turned inside out (all of them mirrored is mended with a warning),
+/// elements that are flat or turned inside out (all of them mirrored is repaired with a warning),
 /// elements that share a side three times, mid nodes that differ between neighbours; MissingUnit.
 ImportedVolume read_volume_mesh(const std::filesystem::path& file, const std::string& unit);
 

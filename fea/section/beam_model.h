@@ -14,9 +14,9 @@ struct BeamElement {
   SectionProperties section;  // in the y-z plane of `middle`
 };
 
-/// What one metre of the beam gives way by under a wrench at the centroid of the section, in the
-/// axes of the section: [strain and shears; twist and curvatures] per [force; moment]. Axial force
-/// and bending act at the centroid, shear and torsion at the shear centre.
+/// Compliance of one metre of the beam under a wrench at the centroid of the section, in the axes
+/// of the section: [strain and shears; twist and curvatures] per [force; moment]. Axial force and
+/// bending act at the centroid, shear and torsion at the shear centre.
 Matrix6 compliance_per_length(const SectionProperties& section, const Material& material);
 
 /// Compliance at `point` [m], mesh axes, of beams clamped to one another: every beam's own

@@ -28,7 +28,7 @@ class Curve {
   double length_ = 0;
 };
 
-/// What a plane across the link cuts out of it.
+/// Section of the link by a plane across it.
 struct Section {
   spatial::Frame frame;  // x along the axis; the pieces are in its y-z plane
   std::vector<SectionPiece> pieces;
@@ -48,9 +48,9 @@ class SectionCutter {
   explicit SectionCutter(const LinkBody& body);
 
   /// The section at a point near the axis: the piece around the point (or nearest to it), and those
-  /// beside it that are as far through the link, as the potential between the interfaces tells. A
-  /// leg of the same link that lies across the plane but further along is left out. Empty when the
-  /// plane meets nothing.
+  /// beside it that are as far through the link, by the potential between the interfaces. A leg of
+  /// the same link that lies across the plane but further along is left out. Empty when the plane
+  /// meets nothing.
   std::optional<Section> section_at(const Vector3& point, const Vector3& tangent) const;
 
   /// The axis runs from where the flow of the potential enters through the fixed interface to where

@@ -10,8 +10,8 @@
 namespace kinetostat::fea {
 
 /// A piece of the surface that stands for itself: what goes by one name in the file, or, where
-/// names do not tell the shells apart, an outermost shell with what lies within it, named "1", "2",
-/// ... in the order of the file.
+/// names do not distinguish the shells, an outermost shell with what lies within it, named "1",
+/// "2", ... in the order of the file.
 struct Body {
   std::string name;
   std::vector<int> facets;  // ascending

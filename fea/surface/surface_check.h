@@ -55,7 +55,7 @@ std::vector<std::string> describe(const SurfaceReport& report, const std::string
 /// A question when the box is too small or too large for a link in this unit; else empty.
 std::string doubt_about_unit(const Box& box, const std::string& unit);
 
-/// What to do about a defect, one sentence.
+/// Cure of a defect, one sentence.
 std::string cure(DefectKind kind);
 
 /// The offending facets; one cell field of 0 and 1 per kind of defect, named after it, and the

@@ -20,7 +20,7 @@ class SurfaceLocator {
   };
   /// Requires a surface with facets.
   Place nearest(const Vector3& point) const;
-  /// Of a point from one facet [m].
+  /// Distance of a point from one facet [m].
   double distance(const Vector3& point, int facet) const;
 
  private:

@@ -50,7 +50,7 @@ double ray_hit(const SurfaceMesh& surface, std::size_t facet, const Vector3& fro
 
 Box bounding_box(const std::vector<Vector3>& points);
 
-/// What welding did.
+/// Result of welding.
 struct WeldReport {
   double tolerance = 0;  // [m]: points nearer than this became one
   std::size_t points_before = 0, points_after = 0;

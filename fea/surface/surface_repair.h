@@ -1,4 +1,4 @@
-// Surfaces that do not bound a solid, mended on request, and how much that changed them.
+// Surfaces that do not bound a solid, repaired on request, and how much that changed them.
 #pragma once
 
 #include <filesystem>
@@ -31,7 +31,7 @@ std::string name(RepairStep step);
 RepairStep repair_step(const std::string& name);
 
 struct RepairOptions {
-  std::vector<RepairStep> steps = {};  // allowed; taken where there is something to mend
+  std::vector<RepairStep> steps = {};  // allowed; taken where there is something to repair
   double tolerance = 0;                // [m] of weld, >= 0; 0: 1e-4 of the bounding box's diagonal
   double limit = 0.01;  // the enclosed volume may change by this fraction, what is dropped
                         // included, and no point of the new surface be farther than this fraction
@@ -51,20 +51,20 @@ struct RepairAction {
 };
 
 struct RepairReport {
-  std::vector<RepairAction> actions = {};  // steps that had nothing to mend are not listed
+  std::vector<RepairAction> actions = {};  // steps that had nothing to repair are not listed
   std::optional<double> volume_before;     // [m^3] enclosed, overlaps counted once; none when the
-                                           // surface is too open to tell
+                                           // surface is too open for a volume
   double volume_after = 0;                 // [m^3], measured the same way
   double distance = 0;    // [m] largest distance of the new surface from the old one, patches of
                           // holes apart
   double patch_area = 0;  // [m^2] of the patches of holes
 };
 
-/// Mends the surface by the steps that are allowed, each only while check_surface() finds something
-/// that it can mend; a result that moved beyond the limit is given up and the action says by how
-/// much. Groups of facets are kept. The same input gives the same surface. Throws only Cancelled
-/// and std::invalid_argument for options out of bounds: what could not be mended is left to the
-/// check.
+/// Repairs the surface by the steps that are allowed, each only while check_surface() finds
+/// something that it can repair; a result that moved beyond the limit is given up and the action
+/// says by how much. Groups of facets are kept. The same input gives the same surface. Throws only
+/// Cancelled and std::invalid_argument for options out of bounds: what could not be repaired is
+/// left to the check.
 RepairReport repair(SurfaceMesh& mesh, const RepairOptions& options, common::Progress& progress);
 
 /// One sentence an action, and the change as a whole.

@@ -18,8 +18,9 @@ struct EdgeWeldReport {
 /// surface is closed no point moves.
 EdgeWeldReport weld_open_edges(SurfaceMesh& mesh, double tolerance);
 
-/// Of facets with the same three corners one is kept; none when the facets around close the surface
-/// without them, as at the wall between two bodies that share a face. Returns how many went.
+/// Keeps one of the facets with the same three corners; none when the facets around close the
+/// surface without them, as at the wall between two bodies that share a face. Returns how many
+/// went.
 std::size_t remove_repeated_facets(SurfaceMesh& mesh);
 
 }  // namespace kinetostat::fea

@@ -53,7 +53,7 @@ export function againstLoad(readings, view, source) {
     id: "against-load",
     title: "Residual against load",
     n: () => pick().used.length,
-    say: "Loading ▲ and unloading ▽; a loop is friction, a step at zero a gap, a bend hardening. Grey: twice the noise. With a pose chosen only that pose.",
+    say: "Loading ▲ and unloading ▽; a loop is friction, a step at 0 a gap, a bend hardening. Grey: twice the noise. With a pose chosen only that pose.",
     numbers: () => {
       const { component, name, used } = pick();
       return {

@@ -91,7 +91,7 @@ export function beamSection({ result }) {
           curve(
             (t) => `area, at most ${number(t * 1e6)} mm²`,
             (x) => x.area,
-            look.refitted,
+            look.fitted,
           ),
           curve(
             (t) => `I1, ${number(t * 1e12)} mm⁴`,
@@ -101,7 +101,7 @@ export function beamSection({ result }) {
           curve(
             (t) => `I2, ${number(t * 1e12)} mm⁴`,
             (x) => x.second_moments[1],
-            look.mended,
+            look.final,
           ),
           curve(
             (t) => `J, ${number(t * 1e12)} mm⁴`,

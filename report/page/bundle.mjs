@@ -38,5 +38,5 @@ const parts = {
   "@PLOTLY@": deflateSync(readFileSync(plotly), { level: 9 }).toString("base64"),
 };
 let page = readFileSync(join(folder, "page.html"), "utf8");
-for (const [mark, text] of Object.entries(parts)) page = page.replace(mark, () => text);
+for (const [placeholder, text] of Object.entries(parts)) page = page.replace(placeholder, () => text);
 writeFileSync(out, page);

@@ -36,8 +36,8 @@ export function compensationSection({ result }) {
       }),
       draw: (look) => ({
         data: [
-          ["before", "error", look.designed],
-          ["after", "residual", look.mended],
+          ["before", "error", look.nominal],
+          ["after", "residual", look.final],
         ].map(([name, key, color]) => ({
           type: "scatter",
           mode: "lines+markers",

@@ -1,16 +1,16 @@
-// What a diagnosis tried: ranking with the gate, and which effects leave the same marks.
+// Candidates of a diagnosis: ranking with the detection threshold, and effects with similar signatures.
 import { bars } from "./bars.js";
 import { plain } from "./dom.js";
 import { axis, layout, onColours, rising } from "./look.js";
-import { number, probability } from "./units.js";
+import { number } from "./units.js";
 
 const shown = 16;
-const rivalName = (rival) => `${rival.effect} at ${rival.at}`;
+const nameOf = (candidate) => `${candidate.effect} at ${candidate.at}`;
 
 export function ranking(step, round, source) {
-  const observable = step.ranking.filter((rival) => rival.observable);
+  const observable = step.ranking.filter((candidate) => candidate.observable);
   const rows = observable.slice(0, shown);
-  const suspects = new Set(step.indistinguishable.map((k) => rivalName(step.ranking[k])));
+  const open = new Set(step.indistinguishable.map((k) => nameOf(step.ranking[k])));
   const hidden = step.ranking.length - observable.length;
   const rest = observable.length - rows.length;
   return {
@@ -24,20 +24,20 @@ export function ranking(step, round, source) {
     least: 420,
     height: 90 + 24 * rows.length,
     paper: 90 + 16 * rows.length,
-    say: `Surprise of each candidate's mark, -ln p. Right of the gate is more than noise, although ${step.ranking.length} candidates were tried (${probability(step.gate.p_value)}, ${step.gate.draws} simulated campaigns). ${suspects.size > 1 ? "Coloured: what these readings do not tell apart. " : ""}${rest} more with smaller marks, ${hidden} not observable.`,
+    say: `Significance of each candidate's signature, -ln p. Right of the detection threshold is more than noise, although ${step.ranking.length} candidates were tried (chance of a false alarm ${number(100 * step.gate.p_value, 2)} %, ${step.gate.draws} simulations). ${open.size > 1 ? "Coloured: not distinguished by these readings. " : ""}${rest} more with smaller signatures, ${hidden} not observable.`,
     numbers: () => ({
       columns: [
         "candidate",
         "observable",
-        "surprise -ln p",
+        "significance -ln p",
         "d' at usual size",
         "probability",
         "held-out gain",
-        "told apart d'",
+        "discriminability d'",
         "reason",
       ],
       rows: step.ranking.map((r) => [
-        rivalName(r),
+        nameOf(r),
         r.observable ? "yes" : "no",
         r.surprise,
         r.detectability,
@@ -48,13 +48,13 @@ export function ranking(step, round, source) {
       ]),
     }),
     draw(look) {
-      const least = 0.3; // a logarithmic axis has no zero
+      const least = 0.3; // a logarithmic axis has no 0
       const most = 1.3 * Math.max(step.gate.critical, ...rows.map((r) => r.surprise));
-      const gateIsRight = step.gate.critical > Math.sqrt(least * most);
+      const thresholdIsRight = step.gate.critical > Math.sqrt(least * most);
       return bars(look, {
-        names: rows.map((r) => plain(rivalName(r))),
+        names: rows.map((r) => plain(nameOf(r))),
         values: rows.map((r) => Math.max(r.surprise, least)),
-        colours: rows.map((r) => (suspects.has(rivalName(r)) ? look.mended : look.designed)),
+        colours: rows.map((r) => (open.has(nameOf(r)) ? look.final : look.nominal)),
         text: rows.map((r) =>
           r.fit
             ? r.fit.probability >= 0.001
@@ -64,11 +64,11 @@ export function ranking(step, round, source) {
         ),
         hover: rows.map(
           (r) =>
-            `${plain(rivalName(r))}<br>-ln p = ${number(r.surprise)}, d' at usual size ${number(r.detectability)}${r.fit ? `<br>probability ${number(r.fit.probability)}, held-out gain ${number(r.fit.log_score_gain)} ± ${number(r.fit.log_score_deviation)}` : ""}`,
+            `${plain(nameOf(r))}<br>-ln p = ${number(r.surprise)}, d' at usual size ${number(r.detectability)}${r.fit ? `<br>probability ${number(r.fit.probability)}, held-out gain ${number(r.fit.log_score_gain)} ± ${number(r.fit.log_score_deviation)}` : ""}`,
         ),
         limits: [[step.gate.critical, look.bad, 2]],
         x: {
-          title: "surprise, -ln p; on the bars: probability",
+          title: "significance, -ln p; on the bars: probability",
           type: "log",
           dtick: 1,
           range: [least, most].map(Math.log10),
@@ -81,10 +81,10 @@ export function ranking(step, round, source) {
               y: 1,
               yref: "paper",
               yanchor: "bottom",
-              text: "gate, noise alone reaches it in 5 %",
+              text: "detection threshold, noise alone reaches it in 5 %",
               showarrow: false,
               font: { color: look.bad, size: 11 },
-              xanchor: gateIsRight ? "right" : "left",
+              xanchor: thresholdIsRight ? "right" : "left",
             },
           ],
         },
@@ -96,13 +96,13 @@ export function ranking(step, round, source) {
 export function confusion({ candidates, cosines }, round, source) {
   return {
     id: `confusion-${round}`,
-    title: "Which effects leave the same marks",
+    title: "Which effects have the same signature",
     n: candidates.length ** 2,
     source,
     least: 480,
     height: Math.min(640, 200 + 26 * candidates.length),
     paper: 160 + 15 * candidates.length,
-    say: "Cosine of the marks of two effects in these readings, after the refit has absorbed what it can: 1, and no amount of such readings tells them apart; 0, and each is seen for itself.",
+    say: "Cosine between the signatures of two effects in these readings, beside the fitted parameters: at 1 no amount of such readings distinguishes them; at 0 each is observable by itself.",
     numbers: () => ({
       columns: ["", ...candidates],
       rows: candidates.map((name, i) => [name, ...cosines[i]]),

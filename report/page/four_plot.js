@@ -13,18 +13,18 @@ export function fourPlot(readings, view, source) {
   };
   return ofReadings(readings, view, source, {
     id: "four-plot",
-    title: "Four-plot: is what is left noise?",
+    title: "Four-plot: is the residual noise?",
     wide: true,
     height: 520,
     tall: 1200,
-    say: "Run order (drift), each against the one before (dependence), histogram and normal plot (outliers). Pure noise: level, round, bell-shaped, straight; grey marks that.",
+    say: "Run order (drift), each against the one before (dependence), histogram and normal plot (outliers). Pure noise: level, round, bell-shaped, straight; grey shows that.",
     numbers: () => {
       const { used, errors } = values();
       return {
         columns: [
           "reading",
           "order",
-          readings.sigma ? "residual over noise" : "residual [m or rad]",
+          readings.sigma ? "residual, times the noise" : "residual [m or rad]",
         ],
         rows: used.map((i, k) => [readings.id[i], k + 1, errors[k]]),
       };
@@ -83,7 +83,7 @@ export function fourPlot(readings, view, source) {
             xaxis: "x3",
             yaxis: "y3",
             showlegend: false,
-            marker: { color: look.refitted, opacity: 0.8 },
+            marker: { color: look.fitted, opacity: 0.8 },
             xbins: { start: -most - width / 2, end: most + width, size: width },
           },
           { ...guide, x: bell, y: bell.map(density), xaxis: "x3", yaxis: "y3" },

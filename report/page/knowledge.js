@@ -1,4 +1,4 @@
-// What the fit knows: parameters with their errors, and what the error depends on.
+// Knowledge of the fit: parameters with their errors, and dependences of the error.
 import { bars } from "./bars.js";
 import { plain } from "./dom.js";
 import { number, stated } from "./units.js";
@@ -11,7 +11,7 @@ export function identifiability(assessment, source) {
   const rows = assessment.parameters;
   const value = (p) =>
     p.fitted === undefined ? `factor ${number(p.factor)}` : stated(p.fitted, p.unit ?? "");
-  const designed = (p) => (p.designed === undefined ? "1" : stated(p.designed, p.unit ?? ""));
+  const nominal = (p) => (p.designed === undefined ? "1" : stated(p.designed, p.unit ?? ""));
   return {
     id: "identifiability",
     title: "How well the readings know each parameter",
@@ -19,12 +19,12 @@ export function identifiability(assessment, source) {
     source,
     height: 110 + 30 * rows.length,
     say:
-      "Standard error of what was refitted; below 5 % is well known, above 50 % these readings hardly say anything. " +
+      "Standard error of the fitted parameters; below 5 % is well known, above 50 % these readings hardly determine it. " +
       (assessment.weak_combinations.length
         ? `Weak: ${assessment.weak_combinations.join("; ")}`
         : "No combination of them is weak."),
     numbers: () => ({
-      columns: ["parameter", "designed", "fitted", "unit", "standard error [%]", "at a bound"],
+      columns: ["parameter", "nominal", "fitted", "unit", "standard error [%]", "at a bound"],
       rows: rows.map((p) => [
         p.parameter,
         p.designed ?? 1,
@@ -44,7 +44,7 @@ export function identifiability(assessment, source) {
         colours: shown.map((v) => (v > 50 ? look.bad : v > 5 ? look.held : look.good)),
         hover: rows.map(
           (p) =>
-            `${plain(p.parameter)}: ${plain(designed(p))} as designed, ${plain(value(p))} ± ${number(looseness(p), 2)} %`,
+            `${plain(p.parameter)}: ${plain(nominal(p))} nominal, ${plain(value(p))} ± ${number(looseness(p), 2)} %`,
         ),
         limits: [5, 50].map((at) => [at, look.noise, 2]),
         x: { title: "standard error [%]", type: "log", dtick: 1, range: [-1.5, 2.3] },
@@ -53,7 +53,7 @@ export function identifiability(assessment, source) {
   };
 }
 
-/** What the residual depends on: -log10 of Holm's p-value of each test. */
+/** Dependences of the residual: -log10 of Holm's p-value of each test. */
 export function dependences(assessment, source) {
   const smaller = (f) => Math.min(f.mean?.holm_p_value ?? 1, f.size?.holm_p_value ?? 1);
   const rows = assessment.patterns.factors
@@ -79,7 +79,7 @@ export function dependences(assessment, source) {
       return bars(look, {
         names: rows.map(([name]) => plain(name)),
         values: size,
-        colours: size.map((v) => (v > 1.301 ? look.held : look.designed)),
+        colours: size.map((v) => (v > 1.301 ? look.held : look.nominal)),
         text: size.map((v) => number(v, 2)),
         hover: size.map((v) => number(v)),
         limits: [[1.301, look.bad, 2]],

@@ -1,4 +1,4 @@
-// Section of identify: surface, compliance, bracket of the fastening, convergence.
+// Section of identify: surface, compliance, bounds of the clamping assumption, convergence.
 import { element, list } from "./dom.js";
 import { Figure } from "./figure.js";
 import { surfaceFigure } from "./link_surface.js";
@@ -23,10 +23,10 @@ function bracketFigure(result, source) {
   const high = (e) => 100 * (e[2] / e[3] - 1);
   return {
     id: "bracket",
-    title: "What the fastening decides",
+    title: "Effect of the clamping assumption: lower and upper bound",
     n: 6,
     source,
-    say: "Compliance with all interfaces rigid (lower bound) and distributing (upper bound), beside the coupling of the link file: the honest uncertainty of how the link is fastened.",
+    say: "Compliance with all interfaces rigid (lower bound) and distributing (upper bound), beside the coupling of the link file: the uncertainty of how the link is clamped.",
     numbers: () => ({
       columns: ["entry", "rigid [SI]", "distributing [SI]", "as in the link file"],
       rows: entries,
@@ -44,7 +44,7 @@ function bracketFigure(result, source) {
           line: { color: look.noise, width: 6 },
         })),
         ...[
-          ["rigid", low, look.refitted],
+          ["rigid", low, look.fitted],
           ["distributing", high, look.held],
         ].map(([name, f, color]) => ({
           type: "scatter",
@@ -84,7 +84,7 @@ function convergenceFigure(result, source) {
           name: "estimated error",
           x: meshes.map((m) => m.unknowns),
           y: meshes.map((m) => 100 * m.relative_error),
-          line: { color: look.refitted },
+          line: { color: look.fitted },
           marker: { size: 9 },
         },
       ],

@@ -11,9 +11,9 @@ export function look() {
       "line",
       "paper",
       "panel",
-      "designed",
-      "refitted",
-      "mended",
+      "nominal",
+      "fitted",
+      "final",
       "held",
       "noise",
       "chosen",
@@ -27,9 +27,9 @@ export function look() {
   );
 }
 
-/** Of a model, by its place among the models: before, refitted, mended. */
+/** Colour of a model, by its place among the models: nominal, fitted, final. */
 export const modelColour = (look, index) =>
-  [look.designed, look.refitted, look.mended][Math.min(index, 2)];
+  [look.nominal, look.fitted, look.final][Math.min(index, 2)];
 
 export function axis(look, title, more = {}) {
   return {

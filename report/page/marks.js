@@ -1,13 +1,13 @@
-// One mark a reading: how marks look, and how they link the charts.
+// One point a reading: how points look, and how they link the charts.
 import { plain } from "./dom.js";
 import { largest } from "./numbers.js";
 import { kindOf, unitFor } from "./units.js";
 
-export const many = 3000; // more marks than that are drawn by WebGL
+export const many = 3000; // more points than that are drawn by WebGL
 
 export const scatterType = (count) => (count > many ? "scattergl" : "scatter");
 
-/** Traces of marks: fitted, kept out, and those of the chosen pose on top. `place(i)`: [x, y]. */
+/** Traces of points: fitted, kept out, and those of the chosen pose on top. `place(i)`: [x, y]. */
 export function marks(readings, view, look, indices, place, more = {}) {
   const chosen = view.get("pose");
   const symbols = (i) =>
@@ -35,7 +35,7 @@ export function marks(readings, view, look, indices, place, more = {}) {
   });
   const fitted = indices.filter((i) => !readings.heldOut(i));
   const held = indices.filter((i) => readings.heldOut(i));
-  const traces = [trace("fitted", fitted, look.refitted, 5)];
+  const traces = [trace("fitted", fitted, look.fitted, 5)];
   if (held.length) traces.push(trace("kept out", held, look.held, 6));
   const selected = indices.filter((i) => readings.pose[i] === chosen);
   traces.push({
@@ -57,7 +57,7 @@ export const choosing = (readings, view) => ({
   },
 });
 
-/** A chart with a mark for each reading: what such charts have in common, and what is said of this one. */
+/** A chart with a point for each reading: the common parts, and the words of this one. */
 export const ofReadings = (readings, view, source, spec) => ({
   n: () => readings.used(view.get("component")).length,
   source,

@@ -1,4 +1,4 @@
-// The section of one campaign: what a comparison and a diagnosis found, most important first.
+// The section of one campaign: findings of a comparison and a diagnosis, most important first.
 import { againstLoad } from "./against_load.js";
 import { certificateTable, errorShares } from "./certificate.js";
 import { choice, element, list } from "./dom.js";
@@ -14,6 +14,7 @@ import { studioPanel } from "./studio.js";
 import { number, stated, statedWithError } from "./units.js";
 import { View } from "./view.js";
 import { stagesOfDiagnosis, stagesOfReadings, waterfall } from "./waterfall.js";
+import { probabilityInWords, verdictInWords } from "./words.js";
 import { arrows, poseMap } from "./workspace.js";
 
 const isBeforeAfter = (result) => Boolean(result.before?.as_designed && result.after?.as_designed);
@@ -26,8 +27,8 @@ export const isMeasurement = ({ result }) =>
 /** Two models with the same readings: the last state of each. */
 function columnsOfBoth({ before, after, configurations }) {
   const last = (columns, name) => ({ ...columns.models.at(-1), name });
-  const [old, mended] = [before, after].map((result) => columnsFromResult(result, configurations));
-  return { ...mended, models: [last(old, "before"), last(mended, "after")] };
+  const [old, corrected] = [before, after].map((result) => columnsFromResult(result, configurations));
+  return { ...corrected, models: [last(old, "before"), last(corrected, "after")] };
 }
 
 /** Entries about one campaign belong together: {name, diagnosis, comparison, both, columns}. */
@@ -101,7 +102,7 @@ function diagnosisVerdict(diagnosis) {
       "p",
       {},
       "Verdict: ",
-      element("strong", {}, kind),
+      element("strong", {}, verdictInWords(kind)),
       names.length ? `. ${lead}` : ".",
     ),
     ...lines,
@@ -113,7 +114,7 @@ function comparisonVerdict(comparison, switched) {
     adequate: "The model is adequate: no test finds more than noise.",
     inadequate: "The model fails: its error is more than noise.",
     not_evaluated:
-      "Nothing but the residual itself tells the noise, so that the model cannot be judged.",
+      "The noise is known from nothing but the residual itself, so that the model cannot be judged.",
   };
   return element(
     "div",
@@ -124,7 +125,7 @@ function comparisonVerdict(comparison, switched) {
       "p",
       {},
       (comparison.refitted &&
-        comparison.findings.find((text) => text.startsWith("The refitted model"))) ||
+        comparison.findings.find((text) => /^The (re)?fitted model/.test(text))) ||
         comparison.findings[0] ||
         "",
     ),
@@ -135,7 +136,7 @@ function bothVerdict({ waterfall: stages }) {
   const last = (name) => stages.filter((s) => s.name.startsWith(name)).at(-1)?.whitened;
   const [before, after] = [last("before"), last("after")];
   if (before === undefined || after === undefined)
-    return element("div", { class: "verdict" }, "Nothing but the residual tells the noise.");
+    return element("div", { class: "verdict" }, "The noise is known from nothing but the residual.");
   const falls = after < before;
   const words = `The held-out error ${falls ? "falls" : "rises"} from ${number(before)} to ${number(after)} times the noise.`;
   return element(
@@ -188,7 +189,7 @@ function tools(readings, view) {
   return [node, said];
 }
 
-// The component with the largest error over its noise is looked at first.
+// The component with the largest error in units of its noise is looked at first.
 function worstComponent(readings) {
   const size = (c) => {
     const used = readings.used(c);
@@ -202,7 +203,7 @@ function findings(comparison) {
   return element("div", {}, element("h3", {}, "Findings, worst first"), list(comparison.findings));
 }
 
-/** What JSON of a diagnosis alone leaves out, and where it is to be had. */
+/** The note on data that JSON of a diagnosis leaves out, and where to get them. */
 const withoutReadings = () =>
   element(
     "p",
@@ -250,8 +251,8 @@ export function measurementSection({ name, diagnosis, comparison, both, columns,
         : comparisonVerdict(comparison, switched),
   );
   const first = charts();
-  const told = [diagnosis, both].find((result) => result?.waterfall?.length);
-  const stages = told ? stagesOfDiagnosis(told) : readings ? stagesOfReadings(readings) : null;
+  const known = [diagnosis, both].find((result) => result?.waterfall?.length);
+  const stages = known ? stagesOfDiagnosis(known) : readings ? stagesOfReadings(readings) : null;
   if (stages) add(first, waterfall(stages, source, readings?.count ?? stages.stages.length), view);
   if (readings) {
     add(first, errorShares(readings, view, source), view);

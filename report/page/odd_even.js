@@ -82,7 +82,7 @@ export function oddEvenPanel(readings, view, source) {
       const noise = readings.noiseOf(component);
       const pairs = rows.length ? mean(rows.map((row) => row[5])) : 1;
       return {
-        data: [one("odd", 1, look.refitted), one("even", 3, look.held)],
+        data: [one("odd", 1, look.fitted), one("even", 3, look.held)],
         layout: layout(look, {
           shapes: band(look, noise && (2 * noise) / Math.sqrt(2 * pairs) / r.factor),
           xaxis: axis(look, `|${name()}| [${f.unit}]`, { rangemode: "tozero" }),

@@ -173,7 +173,7 @@ function cursorFigure(result, lines, view, source) {
     height: 480,
     heavy: true,
     follows: ["at"],
-    say: "The chains, springs deflected to scale; grey: where the path begins.",
+    say: "The chains, springs deflected to scale; grey: where the path starts.",
     numbers: () => ({
       columns: ["chain", "x [m]", "y [m]", "z [m]"],
       rows: lines[view.get("at")[0]][view.get("at")[1]].flatMap((chain, c) =>
@@ -203,7 +203,7 @@ function cursorFigure(result, lines, view, source) {
       return {
         data: [
           ...draw(lines[0][0], look.noise, 3, "start"),
-          ...draw(lines[b][i], look.refitted, 6, "at the cursor"),
+          ...draw(lines[b][i], look.fitted, 6, "at the cursor"),
         ],
         layout: layout(look, { margin: { l: 0, r: 0, t: 30, b: 0 }, scene: box }),
       };

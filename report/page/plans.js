@@ -1,4 +1,4 @@
-// What to measure next: the batch, what it would tell apart, and what it would know better.
+// Experimental design: the batch, the pairs that it would distinguish, and the parameters that it would sharpen.
 import { bars } from "./bars.js";
 import { element, list, plain, table } from "./dom.js";
 import { Figure } from "./figure.js";
@@ -88,12 +88,12 @@ function splitsFigure(splits, source) {
   const name = (s) => `${s.a} from ${s.b}`;
   return {
     id: "plan-splits",
-    title: "What the batch would tell apart",
+    title: "What the batch would distinguish",
     n: splits.length,
     source,
     height: 110 + 30 * splits.length,
     least: 420,
-    say: "Evidence that these readings are expected to give for the right one of each pair, in nats; from 4.6 on (a factor of 100) a pair counts as told apart.",
+    say: "Evidence that these readings are expected to give for the right one of each pair, in nats; from 4.6 on (a factor of 100) a pair counts as distinguished.",
     numbers: () => ({
       columns: ["a", "b", "nats expected", "most that any batch could give", "d'"],
       rows: splits.map((s) => [s.a, s.b, s.nats, s.most, s.separation]),
@@ -102,7 +102,7 @@ function splitsFigure(splits, source) {
       bars(look, {
         names: splits.map((s) => `${plain(s.a)}<br>from ${plain(s.b)}`),
         values: splits.map((s) => s.nats),
-        colours: splits.map((s) => (s.nats >= 4.6 ? look.mended : look.designed)),
+        colours: splits.map((s) => (s.nats >= 4.6 ? look.final : look.nominal)),
         text: splits.map((s) => number(s.nats)),
         hover: splits.map(
           (s) =>
@@ -132,7 +132,7 @@ function sharpenedFigure(sharpened, source) {
       return bars(look, {
         names: sharpened.map((s) => plain(s.name)),
         values: share,
-        colours: look.mended,
+        colours: look.final,
         text: sharpened.map((s) =>
           plain(
             `${stated(s.deviation_now, s.unit, 2)} to ${stated(s.deviation_expected, s.unit, 2)}`,

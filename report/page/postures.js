@@ -109,7 +109,7 @@ function wrenchFigure(result, source) {
           yaxis,
           x: chains.map((c) => plain(c.name)),
           y: chains.map((c) => c.wrench[key][k] / u.factor),
-          marker: { color: [look.refitted, look.held, look.mended][k] },
+          marker: { color: [look.fitted, look.held, look.final][k] },
           hovertemplate: `${letter}${name} = %{y:.4g} ${u.unit}<extra>%{x}</extra>`,
         })),
       ),

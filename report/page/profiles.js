@@ -13,7 +13,7 @@ function scaleOfProfile(profile) {
     const { factor, unit } = unitOf(size, profile.unit ?? "");
     return { of: (v) => v / factor, unit };
   }
-  if (profile.designed === undefined) return { of: Math.exp, unit: "times as designed" };
+  if (profile.designed === undefined) return { of: Math.exp, unit: "times nominal" };
   const { factor, unit } = unitOf(profile.designed, profile.unit);
   return { of: (v) => (profile.designed * Math.exp(v)) / factor, unit };
 }
@@ -66,8 +66,8 @@ export function likelihoodProfile(profile, place, source) {
           x: profile.points.map((p) => of(p.value)),
           y: profile.points.map((p) => p.rise),
           hovertemplate: "%{x:.5g}: %{y:.3g} above the least<extra></extra>",
-          line: { color: look.mended, width: 2.5 },
-          marker: { color: look.mended, size: 6 },
+          line: { color: look.final, width: 2.5 },
+          marker: { color: look.final, size: 6 },
         },
       ],
       layout: layout(look, {

@@ -1,9 +1,11 @@
-// Readings in columns, and what charts ask of them. SI throughout.
+// Readings in columns, and the questions of charts to them. SI throughout.
 import { groups, largest, rms } from "./numbers.js";
+import { modelInWords } from "./words.js";
 
 export class Readings {
   constructor(columns) {
     Object.assign(this, columns);
+    this.models = this.models.map((model) => ({ ...model, name: modelInWords(model.name) }));
     this.count = this.id.length;
     this.usedBy = new Map();
     this.components = Object.keys(this.measured);
@@ -42,7 +44,7 @@ export class Readings {
   residual(model, component, i) {
     return this.models[model].residual[component][i];
   }
-  /** Over the noise; over nothing where it is not known. */
+  /** In units of the noise, or [m or rad] where it is not known. */
   whitened(model, component, i) {
     const value = this.residual(model, component, i);
     return this.sigma ? value / this.sigma[component][i] : value;
@@ -116,9 +118,9 @@ export function columnsFromResult(comparison, poses = comparison.configurations)
     label: last ? `posture ${k + 1}` : "",
     position: [0, 0, 0],
   }));
-  const models = [{ name: "as designed", residual: component("residual") }];
+  const models = [{ name: "nominal", residual: component("residual") }];
   if (comparison.refitted)
-    models.push({ name: "refitted", residual: component("refitted_residual") });
+    models.push({ name: "fitted", residual: component("refitted_residual") });
   return {
     noise: comparison.noise,
     sessions,

@@ -1,13 +1,14 @@
-// The error falls: on readings that were kept out of the fit, from the design to the noise floor.
+// The error falls: on readings that were kept out of the fit, from the nominal model to the noise floor.
 import { plain } from "./dom.js";
 import { axis, layout } from "./look.js";
 import { groups, rms, rmsInterval } from "./numbers.js";
 import { number, unitFor } from "./units.js";
+import { modelInWords } from "./words.js";
 
 /** From a diagnosis: {stages, what, unit}. */
 export function stagesOfDiagnosis(diagnosis) {
   return {
-    stages: diagnosis.waterfall,
+    stages: diagnosis.waterfall.map((stage) => ({ ...stage, name: modelInWords(stage.name) })),
     what: `${diagnosis.held_out} left out of the fit in turn`,
     unit: "times the noise",
     factor: 1,
@@ -102,10 +103,10 @@ export function waterfall({ stages, what, unit, factor }, source, count) {
         s === floor
           ? look.noise
           : k === 0
-            ? look.designed
+            ? look.nominal
             : /^(\+|with|after)/.test(s.name)
-              ? look.mended
-              : look.refitted;
+              ? look.final
+              : look.fitted;
       const drops = stages.slice(1).map((s, k) => ({
         type: "line",
         x0: k + 0.4,

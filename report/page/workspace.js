@@ -127,7 +127,7 @@ export function arrows(readings, view, source) {
           lines(
             "fitted",
             used.filter((i) => !readings.heldOut(i)),
-            look.refitted,
+            look.fitted,
             3,
           ),
           ...(held.length ? [lines("kept out", held, look.held, 3)] : []),

@@ -11,8 +11,8 @@ struct Outcome {
   std::string out, err;
 };
 
-/// A folder that looks like the source folder, with data and meshes in it. What commands write
-/// there is thrown away when the test program ends.
+/// A folder that looks like the source folder, with data and meshes in it. Files that commands
+/// write there are thrown away when the test program ends.
 const std::filesystem::path& working_folder();
 
 /// `arguments` as they are typed; the working folder is working_folder(). Ends after two minutes.

@@ -74,7 +74,7 @@ function faint() {
     const large = parseFloat(style.fontSize) >= 24;
     check(text.data.trim(), numbers(style.color), behind(node), large);
   }
-  // Of charts: writing on the paper, on bars and on coloured cells; lines and marks by which they are read.
+  // Of charts: writing on the paper, on bars and on coloured cells; lines and points by which they are read.
   const root = getComputedStyle(document.documentElement);
   const colour = (name) => {
     const hex = root.getPropertyValue(`--${name}`).trim();
@@ -83,7 +83,7 @@ function faint() {
   const grounds = { paper: ["ink", "bad"], ink: ["noise", "panel", "cold", "hot", "warm", "hottest"] };
   for (const [a, others] of Object.entries(grounds))
     for (const b of others) check(`${b} and ${a} in charts`, colour(a), colour(b));
-  for (const bar of ["designed", "refitted", "mended", "held"])
+  for (const bar of ["nominal", "fitted", "final", "held"])
     check(`writing on bars: ${bar}`, colour("paper"), colour(bar));
   for (const line of ["noise", "chosen", "good", "accent"])
     check(`line: ${line}`, colour(line), colour("paper"), true);

@@ -118,7 +118,7 @@ const { stages } = stagesOfReadings(offset);
 assert.deepEqual(
   stages.map((s) => [s.name, s.whitened]),
   [
-    ["as designed", 2.5],
+    ["nominal", 2.5],
     ["noise floor", 1],
   ],
 );

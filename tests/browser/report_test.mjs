@@ -103,7 +103,7 @@ async function comparison(browser) {
   run("compare", "robot.yaml", "campaign/campaign.yaml", "--html", "compare.html");
   const points = await look(browser, "compare.html");
   assert.equal(points.parity, readings);
-  assert.equal(points.waterfall, 3); // as designed, refitted, noise floor
+  assert.equal(points.waterfall, 3); // nominal, fitted, noise floor
   assert.equal(points["pose-map"], 4 * 6);
   assert.equal(points.arrows, 3 * 0 + 2 * readings); // both ends of every arrow
   assert.equal(points["four-plot"], 4 * readings - 1);
@@ -165,7 +165,7 @@ async function diagnosis(browser) {
   const diagnose = ["diagnose", "slide.yaml", "slide/campaign.yaml", "--draws", "99"];
   run(...diagnose, "--effects", "clearance,friction", "--html", "diagnose.html");
   const points = await look(browser, "diagnose.html");
-  assert.equal(points.waterfall, 4); // as designed, refitted, with the clearance, noise floor
+  assert.equal(points.waterfall, 4); // nominal, fitted, with the clearance, noise floor
   assert.equal(points["profile-1"], 13);
   assert.equal(points["profile-2"], 13);
   assert.equal(points["ranking-1"], 2);

@@ -28,7 +28,7 @@ function writeFiles() {
   const noise = ["--noise-translation", "2um"];
   const hidden = ["--effect", "clearance", "--at", "drive", "--size", "50 um"];
   run(...simulated, ...noise, ...hidden, "--out", "campaign");
-  run(...simulated, ...noise, "--noise-force", "20 N", "--out", "loud");
+  run(...simulated, ...noise, "--noise-force", "20 N", "--out", "noisy");
 }
 
 /** The running program and the address that it printed. */
@@ -276,7 +276,7 @@ async function slowClients(address) {
 
 /** Readings under a load of which the cell knows little are weighed by what that does to them. */
 async function loadCellsHaveNoise() {
-  const { studio, address } = await start("loud");
+  const { studio, address } = await start("noisy");
   try {
     const { status, text } = await request(address, `${address.pathname}fit`, {
       method: "POST",

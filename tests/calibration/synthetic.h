@@ -80,7 +80,7 @@ inline std::vector<Planned> orthoglide_plan(int poses, int loads, unsigned seed)
   return plan;
 }
 
-/// What an ideal instrument reads: the change of the platform pose from the unloaded posture.
+/// Reading of an ideal instrument: the change of the platform pose from the unloaded posture.
 inline void measure(const vjm::Manipulator& manipulator, std::vector<Planned>& plan) {
   for (Planned& reading : plan) {
     const vjm::PostureResult start =

@@ -44,7 +44,7 @@ TEST(Parallel, PassesOnTheExceptionOfTheSmallestItemThatThrows) {
   }
 }
 
-// Room for a few stacks more than there are.
+// Memory for a few stacks more than there are.
 void leave_room_for_few_threads() {
   std::size_t pages = 0;
   std::ifstream("/proc/self/statm") >> pages;

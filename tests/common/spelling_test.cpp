@@ -5,7 +5,7 @@
 namespace kinetostat::common {
 namespace {
 
-TEST(Spelling, FindsSlips) {
+TEST(Spelling, FindsTypingErrors) {
   const std::vector<std::string> keys{"length", "section", "material", "segments"};
   EXPECT_EQ(nearest_spelling("lenght", keys), "length");       // swapped
   EXPECT_EQ(nearest_spelling("segment", keys), "segments");    // left out

@@ -1,4 +1,4 @@
-// Uses something of every room, so that every library and its dependencies must link.
+// Uses something of every module, so that every library and its dependencies must link.
 #include <cmath>
 #include <cstdio>
 #include <kinetostat/calibration/statistics/goodness_of_fit.h>

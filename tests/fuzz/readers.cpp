@@ -219,14 +219,14 @@ Reader record_reader() {
   calibration::BaseFit fit;
   fit.predicted.resize(2, spatial::Vector6::Ones());
   fit.weak = {"a", "b"};
-  return {
-      .name = "fit_record",
-      .sound = {calibration::record_of(fit), calibration::record_of(calibration::Rivals::Marks{})},
-      .others = {calibration::record_of(common::NotIdentifiable("cannot be told"))},
-      .read = [](const std::string& bytes) {
-        (void)calibration::recorded_fit(bytes, {});
-        (void)calibration::recorded_marks(bytes, {});
-      }};
+  return {.name = "fit_record",
+          .sound = {calibration::record_of(fit),
+                    calibration::record_of(calibration::CandidateFitter::Signatures{})},
+          .others = {calibration::record_of(common::NotIdentifiable("cannot be told"))},
+          .read = [](const std::string& bytes) {
+            (void)calibration::recorded_fit(bytes, {});
+            (void)calibration::recorded_signatures(bytes, {});
+          }};
 }
 
 // The program's own exit codes say what it took for a fault of its own.

@@ -140,7 +140,7 @@ INSTANTIATE_TEST_SUITE_P(
         Broken{"fx,dz\n1,1e999\n", "dz: '1e999' is too large or too small to compute with"},
         Broken{"fx,dz\n1,-1e101\n", "dz: '-1e101' is too large or too small to compute with"},
         Broken{"fx,dz\n1,1e-400\n", "dz: '1e-400' is too large or too small to compute with"},
-        Broken{"fx,dz\n\"1,2\n", "readings.csv:2:1: the quote that begins here is not closed"},
+        Broken{"fx,dz\n\"1,2\n", "readings.csv:2:1: the quote that starts here is not closed"},
         Broken{"fx,dz\n\"1\"2,3\n", "readings.csv:2:4: text follows the quote"},
         Broken{"\xff\xfe"
                "f",

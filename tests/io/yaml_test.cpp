@@ -100,7 +100,7 @@ TEST(Yaml, WrongKindsAreNamed) {
               HasSubstr("a map of keys is expected"));
   EXPECT_THAT(wrong("3", [](auto& x) { (void)x.at("a"); }), HasSubstr("a map with the key 'a'"));
   EXPECT_THAT(wrong("abc", [](auto& x) { (void)x.number(); }),
-              HasSubstr("'abc' does not begin with a number"));
+              HasSubstr("'abc' does not start with a number"));
   EXPECT_THAT(wrong("3 mm", [](auto& x) { (void)x.number(); }), HasSubstr("a plain number"));
   EXPECT_THAT(wrong(".nan", [](auto& x) { (void)x.number(); }), HasSubstr("number"));
   EXPECT_THAT(wrong("inf", [](auto& x) { (void)x.number(); }), HasSubstr("not a finite number"));
@@ -260,7 +260,7 @@ TEST(Yaml, SyntaxErrorsNameThePlace) {
   EXPECT_THAT(complaint("a: 1\nb: [1, 2\nc: 3\n", [](const YamlNode&) {}),
               HasSubstr("robot.yaml:3"));
   EXPECT_THAT(complaint("a: 1\n\tb: 2\n", [](const YamlNode&) {}), HasSubstr("not valid YAML"));
-  EXPECT_THAT(complaint("", [](const YamlNode&) {}), HasSubstr("begins with 'kinetostat: 1'"));
+  EXPECT_THAT(complaint("", [](const YamlNode&) {}), HasSubstr("starts with 'kinetostat: 1'"));
   EXPECT_THAT(complaint("just words\n", [](const YamlNode&) {}), HasSubstr("not a map of keys"));
 }
 

@@ -54,7 +54,7 @@ TEST_F(Page, TakesNoNameForMarkup) {
   EXPECT_THAT(html, Not(HasSubstr("alert(1)</script>")));
   EXPECT_THAT(html, Not(HasSubstr("<img src=x")));
   EXPECT_THAT(html, HasSubstr("<title>&lt;/script&gt;&lt;script&gt;alert(1)"));
-  // A mark of the shell in a name is text, too.
+  // A placeholder of the shell in a name is text, too.
   EXPECT_THAT(page("@RESULTS@ @TEXT@", two_results()),
               HasSubstr("<title>@RESULTS@ @TEXT@</title>"));
 }

@@ -138,7 +138,7 @@ std::vector<Case> suite() {
           for (const double d : {8., 15.})
             add("outside", menu, fmt::format("creep_d{:g}", d), {{effect, d}});
   }
-  // So large that the laws of product and twin, which differ, can be told apart. A joint that
+  // So large that the laws of product and twin, which differ, can be distinguished. A joint that
   // hardens ends up rigid, which an arm with its other joints hardly shows.
   for (const Menu& menu : menus())
     for (const HiddenEffect& effect : menu.effects)
@@ -255,7 +255,8 @@ void write_case(const Case& spec, const std::filesystem::path& folder,
     const Eigen::VectorXd mark = whitened.mark_of(respond(alone, plan, false));
     hidden += fmt::format(
         "{}\n    {{\"effect\": \"{}\", \"at\": \"{}\", \"size\": {:.6g}, \"d_prime\": {:.4g}}}",
-        hidden.empty() ? "" : ",", effect.name, place_in_file(world.robot, effect.at), effect.size, mark.norm());
+        hidden.empty() ? "" : ",", effect.name, place_in_file(world.robot, effect.at), effect.size,
+        mark.norm());
   }
   const Responses clear = real.effects.empty() ? base : respond(real, plan, false);
   std::filesystem::create_directories(folder);

@@ -18,8 +18,8 @@ struct Target {
 };
 
 struct Case {
-  std::string name;  // tells the rest, in the list of cases
-  std::string kind;  // class of the suite: clean, off_base, loud, single, pair, outside, blind
+  std::string name;  // identifies the case in the list of cases
+  std::string kind;  // class of the suite: clean, off_base, noisy, single, pair, outside, blind
   std::string robot, plan;
   std::vector<Target> targets = {};
   std::uint64_t seed = 1;
@@ -42,9 +42,8 @@ std::vector<Case> trial_suite();
 void write_case(const Case& spec, const std::filesystem::path& folder,
                 const std::filesystem::path& truth);
 
-/// What looks most like the first effect that is hidden in a case, which has that size there; or
-/// the first that does so by more than `enough`. Throws std::invalid_argument where nothing is
-/// hidden.
+/// Nearest confounder of the first effect that is hidden in a case, which has that size there; or
+/// the first whose cosine is above `enough`. Throws std::invalid_argument where nothing is hidden.
 Confuser confuser_in(const Case& spec, double size, double enough = 1);
 
 /// A campaign without noise on a robot whose file says the truth: the product must agree with it.

@@ -81,8 +81,9 @@ TEST(TwinCases, DetectabilityIsTheOutputOfAMatchedFilter) {
   EXPECT_NEAR(std::sqrt(squares / campaigns - mean * mean), 1, 0.15);
 }
 
-// What is refitted leaves no mark: neither stiffness nor, as forces go, a gain of the load cell.
-TEST(TwinCases, WhatIsRefittedIsNotDetectable) {
+// Fitted parameters leave no signature: neither stiffness nor, as forces go, a gain of the load
+// cell.
+TEST(TwinCases, WhatIsFittedIsNotDetectable) {
   Random random(5);
   World world{.robot = arm_3r(), .factors = std::vector<double>(6, 1.), .effects = {}};
   const Plan plan = cycle_plan(world.robot, random);
@@ -101,7 +102,7 @@ TEST(TwinCases, WhatIsRefittedIsNotDetectable) {
 }
 
 // What can be hidden is among what it can look like, and so is what points elsewhere.
-TEST(TwinCases, LooksOfAnEffectMakeUpItsMark) {
+TEST(TwinCases, ShapesOfAnEffectMakeUpItsSignature) {
   Random random(5);
   World world{.robot = arm_3r(), .factors = std::vector<double>(6, 1.), .effects = {}};
   const Plan plan = pose_plan(world.robot, random);

@@ -30,8 +30,8 @@ std::vector<HiddenEffect> all_effects(const RobotSpec& robot) {
   return all;
 }
 
-// Orthonormal columns that span all marks but those that are seen only as a difference of others,
-// twenty times as large.
+// Orthonormal columns that span all signatures but those that are seen only as a difference of
+// others, twenty times as large.
 Eigen::MatrixXd span_of(const std::vector<Eigen::VectorXd>& marks) {
   Eigen::MatrixXd span(marks.empty() ? 0 : marks.front().size(), 0);
   for (const Eigen::VectorXd& mark : marks) {

@@ -14,8 +14,7 @@ namespace {
 constexpr double degree = std::numbers::pi / 180;
 
 Posture random_posture(const RobotSpec& robot, Random& random) {
-  if (!robot.serial)
-  {
+  if (!robot.serial) {
     Vector3 point = robot.centre;
     for (int i = 0; i < 3; ++i)
       if (robot.reach[i] > 0) point[i] += random.uniform(-robot.reach[i], robot.reach[i]);

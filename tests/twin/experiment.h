@@ -9,7 +9,7 @@
 
 namespace twin {
 
-/// What is done to a robot.
+/// Loads and postures of an experiment.
 struct Plan {
   bool absolute = false;   // poses in a session frame that nobody knows, or differences
   bool rotations = false;  // read beside translations
@@ -29,7 +29,7 @@ Plan weight_plan(const RobotSpec& robot, Random& random);
 Plan pose_plan(const RobotSpec& robot, Random& random);
 Plan plan_named(const std::string& name, const RobotSpec& robot, Random& random);
 
-/// What would be read without noise; 6 rows [m; rad], one column a reading.
+/// Readings without noise; 6 rows [m; rad], one column a reading.
 struct Responses {
   Eigen::Matrix<double, 6, Eigen::Dynamic> read;
   Eigen::Matrix<double, 6, Eigen::Dynamic> elastic;  // the part of it that the load causes
@@ -53,13 +53,13 @@ Eigen::Matrix<double, 6, Eigen::Dynamic> stated_noise(const RobotSpec& robot,
                                                       const Responses& base);
 constexpr double wrench_noise = 0.0075;
 
-/// Whitened difference between worlds, after everything that the product refits has been taken out:
+/// Whitened difference between worlds, after everything that the product fits has been taken out:
 /// spring stiffnesses, and in absolute readings the frame of each session.
 class Whitened {
  public:
   Whitened(const Plan& plan, const Responses& base,
            const Eigen::Matrix<double, 6, Eigen::Dynamic>& noise);
-  /// What is left of the difference to the base; its length is the detectability d'.
+  /// Residual of the difference to the base; its length is the detectability d'.
   Eigen::VectorXd mark_of(const Responses& other) const;
 
  private:

@@ -1,5 +1,5 @@
-// What can be hidden in a twin: the effects of the product's catalogue in other mathematical forms,
-// and some that no catalogue has.
+// Effects that can be hidden in a twin: those of the product's catalogue in other mathematical
+// forms, and some that no catalogue has.
 #pragma once
 
 #include <string>
@@ -21,7 +21,7 @@ struct Row {
   int posture = 0;
   std::string session;
   int cycle = 0, step = 0;
-  double time = 0;                                 // [s], since the session began
+  double time = 0;                                 // [s], since the session started
   double temperature = 20, link_temperature = 20;  // as read; of the links, which lag behind [degC]
   Vector3 force = Vector3::Zero();                 // [N], at the platform's reference point
   bool unloading = false;
@@ -32,7 +32,7 @@ struct Row {
 /// std::invalid_argument for a name that nobody knows.
 double usual_size(const RobotSpec& robot, const HiddenEffect& effect);
 
-/// What a reading shows of it depends on the loads before.
+/// Whether its readings depend on the loads before.
 bool remembers_loads(const HiddenEffect& effect);
 
 /// All that an effect can look like: one of these lists, and of its members, which have their usual
@@ -49,7 +49,7 @@ void apply_conditions(const std::vector<HiddenEffect>& effects, const std::vecto
 /// The load that really acts.
 DeadLoad actual_load(const std::vector<HiddenEffect>& effects, const Row& row,
                      const Mark& platform);
-/// The pose that the instrument shows for one of the platform, `seconds` after its session began.
+/// The pose that the instrument shows for one of the platform, `seconds` after its session started.
 Pose seen(const std::vector<HiddenEffect>& effects, const Pose& platform, double seconds);
 
 }  // namespace twin

@@ -343,18 +343,17 @@ RobotSpec orthoglide() {
 }
 
 RobotSpec scara() {
-  return {
-      "four-axis SCARA",
-      {{"chain",
-        {},
-        {},
-        {reach({0, 0, 0.4}), actuator("q1", 5, 4.0e4, 20 * degree),
-         link("upper", aluminium_tube(0.35, 0.11, 0.095, Vector3::UnitX())),
-         actuator("q2", 5, 2.2e4, -50 * degree),
-         link("fore", aluminium_tube(0.3, 0.09, 0.078, Vector3::UnitX())),
-         actuator("slide", 2, 6.0e6, -0.15), reach({0.04, 0, -0.1})}}},
-      true,
-      60};
+  return {"four-axis SCARA",
+          {{"chain",
+            {},
+            {},
+            {reach({0, 0, 0.4}), actuator("q1", 5, 4.0e4, 20 * degree),
+             link("upper", aluminium_tube(0.35, 0.11, 0.095, Vector3::UnitX())),
+             actuator("q2", 5, 2.2e4, -50 * degree),
+             link("fore", aluminium_tube(0.3, 0.09, 0.078, Vector3::UnitX())),
+             actuator("slide", 2, 6.0e6, -0.15), reach({0.04, 0, -0.1})}}},
+          true,
+          60};
 }
 
 RobotSpec arm_7r() {
@@ -388,9 +387,7 @@ RobotSpec gantry() {
 
 namespace {
 
-Pose turned_about_z(double angle) {
-  return {Vector3::Zero(), rotation_of(Vector3(0, 0, angle))};
-}
+Pose turned_about_z(double angle) { return {Vector3::Zero(), rotation_of(Vector3(0, 0, angle))}; }
 
 Item passive_at(std::string name, int axis, double home) {
   Item item = passive(std::move(name), {axis});
@@ -408,7 +405,8 @@ RobotSpec planar_3rrr() {
   for (int i = 0; i < 3; ++i) {
     const Pose turn = turned_about_z(i * 120 * degree);
     // From 0.32 m out, a dog leg to 0.07 m from the middle.
-    ChainSpec chain{names[i], turn * Pose{{0.32, 0, 0}, Matrix3::Identity()},
+    ChainSpec chain{names[i],
+                    turn * Pose{{0.32, 0, 0}, Matrix3::Identity()},
                     turn * Pose{{0.07, 0, 0}, Matrix3::Identity()},
                     {}};
     chain.items = {actuator("q", 5, 1.5e4, 128 * degree),
@@ -452,7 +450,8 @@ RobotSpec delta() {
   const char* names[] = {"a", "b", "c"};
   for (int i = 0; i < 3; ++i) {
     const Pose turn = turned_about_z(i * 120 * degree);
-    ChainSpec chain{names[i], turn * Pose{{0.18, 0, 0}, Matrix3::Identity()},
+    ChainSpec chain{names[i],
+                    turn * Pose{{0.18, 0, 0}, Matrix3::Identity()},
                     turn * Pose{{0.05, 0, 0}, Matrix3::Identity()},
                     {}};
     // The rod turns in the plane of the arm, then out of it, and back again.
@@ -486,7 +485,8 @@ std::string item_lines(const Item& item, const std::string& link_name, double fa
           turns ? item.home / degree : item.home * 1e3);
     case Item::passive: {
       std::string axes, home;
-      for (const int axis : item.axes) axes += (axes.empty() ? "" : ", ") + std::string(axis_names[axis]);
+      for (const int axis : item.axes)
+        axes += (axes.empty() ? "" : ", ") + std::string(axis_names[axis]);
       if (item.home != 0) home = fmt::format(", home: [{:.10g}]", item.home / degree);
       return fmt::format("    - passive: {{name: {}, axes: [{}]{}}}\n", item.name, axes, home);
     }
@@ -542,8 +542,8 @@ std::string robot_file(const RobotSpec& robot, const std::vector<double>& believ
       ++spring;
     }
     if (!robot.serial)
-      chains += fmt::format("    - {{name: {}, type: puu_{}, base: {}{}}}\n", chain.name, chain.name,
-                            frame_text(chain.base), platform_text(chain));
+      chains += fmt::format("    - {{name: {}, type: puu_{}, base: {}{}}}\n", chain.name,
+                            chain.name, frame_text(chain.base), platform_text(chain));
   }
   return fmt::format(
       "kinetostat: 1\nname: {}\nunits: {{length: mm, force: N, angle: deg, mass: kg, temperature: "

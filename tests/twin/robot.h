@@ -49,7 +49,8 @@ struct RobotSpec {
   bool links_known = false;  // the stiffness of drives scatters only
   bool planar = false;       // moves and is loaded in the plane of x and y
 
-  /// Places of the stiffnesses that scatter, in order: actuators and, unless known, links, "x.rho" or "q1".
+  /// Places of the stiffnesses that scatter, in order: actuators and, unless known, links, "x.rho"
+  /// or "q1".
   std::vector<std::string> springs() const;
   std::string place(const ChainSpec& chain, const Item& item) const;
   /// Number of joint coordinates of a chain.
@@ -79,9 +80,9 @@ struct Posture {
   std::vector<Eigen::VectorXd> q;
   Pose platform;
 };
-/// Of a serial robot.
+/// Posture of a serial robot.
 Posture posture_of(const RobotSpec& robot, const Eigen::VectorXd& q);
-/// Of any robot, platform parallel to the base, by Gauss and Newton from home. Throws
+/// Posture of any robot, platform parallel to the base, by Gauss and Newton from home. Throws
 /// std::runtime_error out of reach.
 Posture posture_at(const RobotSpec& robot, const Vector3& point);
 

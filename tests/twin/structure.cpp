@@ -22,7 +22,7 @@ void add_block(Triplets& triplets, int row_body, int column_body, const Matrix6&
 
 // One coupling where it stands. Motions are ordered [u_a, w_a, u_b, w_b].
 struct Structure::Local {
-  Vector3 arm_a, arm_b, r;  // from bodies to marks, and from mark to mark; base axes
+  Vector3 arm_a, arm_b, r;  // from bodies to points, and from point to point; base axes
   Eigen::Matrix<double, 6, 12> B;
   Vector6 force;  // dE/de
   Matrix6 slope;

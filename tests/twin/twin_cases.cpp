@@ -15,7 +15,8 @@ namespace {
 
 constexpr const char* usage =
     "usage: twin_cases --list                         names, classes and rounds\n"
-    "       twin_cases --trial                        the same of the trial robots; round 0: held back\n"
+    "       twin_cases --trial                        the same of the trial robots; round 0: held "
+    "back\n"
     "       twin_cases --case NAME FOLDER TRUTH.json  writes one case\n"
     "       twin_cases --confuser NAME SIZE ENOUGH CONFUSER.json\n"
     "                      what looks like that which is hidden in it, up to a cosine\n"

@@ -24,8 +24,8 @@ inline Effect effect(const Manipulator& m, const std::string& kind, const std::s
   return result;
 }
 
-/// What an effect of this kind does is there without load, too: differences to the unloaded robot
-/// do not show it, poses do.
+/// Whether an effect of this kind acts without load, too: it is not observable in differences to
+/// the unloaded robot, but in poses.
 inline bool displaces_without_load(const std::string& kind) {
   static const std::set<std::string> kinds = {
       "geometric_error",  "thermal_expansion", "eccentricity",        "preload",

@@ -11,7 +11,7 @@
 
 namespace kinetostat::vjm {
 
-/// Of a robot file with this text that lies beside the shipped ones: it may use data/links/.
+/// Robot of a file with this text that lies beside the shipped ones: it may use data/links/.
 inline Robot robot_from(const std::string& text) {
   const test::TemporaryFolder folder;
   const std::filesystem::path data = std::filesystem::path(KINETOSTAT_SOURCE_DIR) / "data";

@@ -16,7 +16,7 @@ inline constexpr double length = 0.3, k0 = 393.75;  // 70 GPa, 15 x 6 mm
 enum class Springs { actuators, planar, spatial, planar_beam, spatial_beam };
 enum class Shape { straight, bent, zigzag };
 
-// What gives way at the end of a link.
+// Springs at the end of a link.
 inline void add_link(Chain& chain, Springs springs, int number) {
   const std::string n = std::to_string(number);
   const spatial::Pose offset = spatial::Pose::translation({length, 0, 0});

@@ -74,7 +74,7 @@ class CoordinateLaw {
   /// Whether the force bends within a step from a state so that its tangent there says little of
   /// where the step ends. `step` [m or rad] may be made shorter: to where the force is steep, when
   /// it is flat on both sides of that.
-  virtual bool bends(const JointState& /*from*/, double& /*step*/) const { return false; }
+  virtual bool kinks(const JointState& /*from*/, double& /*step*/) const { return false; }
 };
 
 /// A joint that may move freely between two stops and meets a contact spring beyond them.
@@ -96,7 +96,7 @@ class StopLaw : public CoordinateLaw {
 
 /// A drive that leads its joint elsewhere than commanded: to u + shift + cosine cos(order u) +
 /// sine sin(order u) for the command u [m or rad].
-struct RestShift {
+struct TransmissionError {
   Eigen::Index coordinate = 0;
   double shift = 0, cosine = 0, sine = 0, order = 0;
 
@@ -187,8 +187,8 @@ class Chain {
   /// on. Errors and displacements of the "end" are those of the chain, in front of that.
   Chain& attach(const spatial::Pose& to_reference);
 
-  /// What effects change in a chain that is built. `element` is "base", "end", a joint or a link;
-  /// all throw std::invalid_argument for another name.
+  /// Changes of a built chain by effects. `element` is "base", "end", a joint or a link; all throw
+  /// std::invalid_argument for another name.
   ///
   /// A compliance in series with the spring of a joint; several add up.
   Chain& add_series_compliance(const std::string& joint, double compliance);
@@ -200,7 +200,7 @@ class Chain {
                                double compliance);
   Chain& add_displacement(const std::string& element, bool in_front,
                           const spatial::Vector6& displacement);
-  Chain& add_rest_shift(const RestShift& shift);
+  Chain& add_transmission_error(const TransmissionError& shift);
   /// A mass [kg] in the frame that the first `joints` joints lead to.
   Chain& add_mass(const std::string& name, double mass, Eigen::Index joints,
                   const spatial::Vector3& position);
@@ -221,7 +221,7 @@ class Chain {
     return laws_;
   }
   const std::vector<ChainDisplacement>& displacements() const { return displacements_; }
-  const std::vector<RestShift>& rest_shifts() const { return rest_shifts_; }
+  const std::vector<TransmissionError>& transmission_errors() const { return transmission_errors_; }
   Eigen::Index size() const { return static_cast<Eigen::Index>(coordinates_.size()); }
 
   /// How many joints lead to the frame right behind an element.
@@ -280,7 +280,7 @@ class Chain {
   spatial::Pose tail_, nominal_tail_, attachment_;
   bool has_errors_ = false;
   std::vector<ChainDisplacement> displacements_;
-  std::vector<RestShift> rest_shifts_;
+  std::vector<TransmissionError> transmission_errors_;
   std::vector<Node> nodes_;
   std::vector<std::size_t> nodes_by_joints_;
   std::vector<PointMass> masses_;

@@ -24,7 +24,7 @@ bool is_segment_of(const std::string& spring, const std::string& link) {
 
 }  // namespace
 
-double RestShift::at(double command) const {
+double TransmissionError::at(double command) const {
   return shift + cosine * std::cos(order * command) + sine * std::sin(order * command);
 }
 
@@ -57,7 +57,7 @@ Index Chain::first_joint_of(const std::string& element) const {
 
 Eigen::VectorXd Chain::rest_for(const Eigen::VectorXd& commands) const {
   Eigen::VectorXd rest = commands;
-  for (const RestShift& shift : rest_shifts_)
+  for (const TransmissionError& shift : transmission_errors_)
     rest[shift.coordinate] += shift.at(commands[shift.coordinate]);
   return rest;
 }
@@ -166,7 +166,7 @@ Chain& Chain::add_mass(const std::string& name, double mass, Index joints,
   return *this;
 }
 
-Chain& Chain::add_rest_shift(const RestShift& shift) {
+Chain& Chain::add_transmission_error(const TransmissionError& shift) {
   const Coordinate& coordinate = coordinates_.at(static_cast<std::size_t>(shift.coordinate));
   const bool has_spring = stiffness_(shift.coordinate, shift.coordinate) != 0;
   if (coordinate.role != Role::actuated && !has_spring)
@@ -174,7 +174,7 @@ Chain& Chain::add_rest_shift(const RestShift& shift) {
         fmt::format("joint '{}' of chain '{}' has neither a drive nor a spring that could lead it "
                     "elsewhere",
                     coordinate.name, name_));
-  rest_shifts_.push_back(shift);
+  transmission_errors_.push_back(shift);
   return *this;
 }
 

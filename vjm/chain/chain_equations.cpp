@@ -153,11 +153,11 @@ void ChainEquations::add_increment(const VectorXd& scaled, double factor, Vector
     full[free_[static_cast<std::size_t>(k)]] += factor * scaled[k] / unit_[k];
 }
 
-bool ChainEquations::bends(const VectorXd& from, VectorXd& to) const {
+bool ChainEquations::kinks(const VectorXd& from, VectorXd& to) const {
   bool any = false;
   for (const auto& [k, law] : chain_.laws()) {
     double step = to[k] - from[k];
-    if (!law->bends({from[k], from[k] - rest_[k], chain_.stiffness()(k, k), from[k] - commands_[k]},
+    if (!law->kinks({from[k], from[k] - rest_[k], chain_.stiffness()(k, k), from[k] - commands_[k]},
                     step))
       continue;
     any = true;

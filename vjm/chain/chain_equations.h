@@ -1,4 +1,4 @@
-// The equations of equilibrium of one chain and their derivatives. Internal to this room.
+// The equations of equilibrium of one chain and their derivatives. Internal to this module.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace kinetostat::vjm {
 
-/// What makes lengths and rotations, forces and moments comparable.
+/// Scale that makes lengths and rotations, forces and moments comparable.
 struct Scale {
   double length = 1;     // reach of the longest chain [m]
   double stiffness = 1;  // of the stiffest spring [N/m]
@@ -53,13 +53,13 @@ class ChainEquations {
 
   /// Left side of the balance, scaled.
   void unbalanced(Eigen::VectorXd& result) const;
-  /// What the chain presses on the body it starts from, about that body's origin; unscaled.
+  /// Wrench of the chain on the body it starts from, about that body's origin; unscaled.
   spatial::Vector6 wrench_on_origin() const;
   /// 6 x size() Jacobian, scaled.
   Eigen::MatrixXd jacobian() const;
   /// Second derivative of the energy, scaled: -(lower block + its transpose) / 2.
   Eigen::MatrixXd energy_hessian() const;
-  /// Of that, as EnergyHessian has it.
+  /// Rounding of the energy, as EnergyHessian has it.
   Eigen::VectorXd energy_rounding() const;
 
   /// With a moving origin, scaled: displacement of the end (6x6), derivative of the balance
@@ -92,7 +92,7 @@ class ChainEquations {
   void add_increment(const Eigen::VectorXd& scaled, double factor, Eigen::VectorXd& full) const;
   /// Whether a law bends between coordinates; the step to `to` is made shorter as CoordinateLaw has
   /// it.
-  bool bends(const Eigen::VectorXd& from, Eigen::VectorXd& to) const;
+  bool kinks(const Eigen::VectorXd& from, Eigen::VectorXd& to) const;
   /// The inverse, for the coordinates that are free.
   Eigen::VectorXd scaled_increment(const Eigen::VectorXd& full) const;
 

@@ -12,7 +12,7 @@ namespace kinetostat::vjm {
 
 using Matrix6X = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
-/// What direct kinematics gives at one state; kept between calls so that no memory is allocated.
+/// Results of direct kinematics at one state; kept between calls so that no memory is allocated.
 struct ChainKinematics {
   spatial::Pose end;      // of the end frame, in base axes
   Matrix6X jacobian;      // 6 x coordinates, [v; w] at the end point, base axes

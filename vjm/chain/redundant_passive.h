@@ -1,4 +1,4 @@
-// Passive joints that repeat what others of their chain do. Internal to this room.
+// Passive joints that repeat what others of their chain do. Internal to this module.
 #pragma once
 
 #include <vector>

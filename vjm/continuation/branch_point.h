@@ -1,5 +1,5 @@
-// What tells a bifurcation from a limit point, and in which directions branches leave it. Internal
-// to this room.
+// Classification of a critical point as bifurcation or limit point, and the directions in which
+// branches leave it. Internal to this module.
 //
 // Along a path the derivative D = [dr/dy dr/dp], n x (n + 1), has one null vector, the tangent. At
 // a limit point that is all; where branches meet, D has the tangents of all of them (H. B. Keller,

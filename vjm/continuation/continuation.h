@@ -1,4 +1,4 @@
-// Steps along a path of equilibria. Internal to this room: path.h is what others use.
+// Steps along a path of equilibria. Internal to this module: path.h is what others use.
 #pragma once
 
 #include <optional>

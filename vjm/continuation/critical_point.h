@@ -1,4 +1,4 @@
-// Where a step of a path passes a limit point or a bifurcation. Internal to this room.
+// Where a step of a path passes a limit point or a bifurcation. Internal to this module.
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
 // Equilibria of a manipulator along one parameter, as equations that do not care whether the
-// parameter turns back. Internal to this room: path.h is what others use.
+// parameter turns back. Internal to this module: path.h is what others use.
 #pragma once
 
 #include "kinetostat/vjm/continuation/path_result.h"
@@ -45,7 +45,7 @@ class PathEquations {
   /// `share` of itself: between neighbours it has a jump there.
   bool law_differs(const PathState& a, const PathState& b, double share);
 
-  /// Of the energy on the motions that the task allows; at the state of the last
+  /// Spectrum of the energy on the motions that the task allows; at the state of the last
   /// right_hand_side(), after derivative(). Empty where no motion is left.
   EnergySpectrum spectrum() const;
 

@@ -1,4 +1,4 @@
-// What was the case when a reading was taken, as far as effects depend on it.
+// Conditions under which a reading was taken, as far as effects depend on them.
 #pragma once
 
 #include <map>

@@ -14,9 +14,9 @@
 
 namespace kinetostat::vjm {
 
-/// What an effect acts on: an element of a chain (a flexible link, one of these or a joint, what
-/// has a mass or is a flexible link), where it starts or ends, the platform, the wrench that is
-/// stated, or the instrument.
+/// Place on which an effect acts: an element of a chain (a flexible link, one of these or a joint,
+/// an element with a mass or a flexible link), its start or end, the platform, the stated wrench,
+/// or the instrument.
 enum class EffectPlace { joint, link, element, mass, base, end, platform, load, sensor };
 std::string to_string(EffectPlace place);
 
@@ -65,11 +65,11 @@ struct EffectParameter {
   std::vector<double> usual_linear = {}, usual_angular = {};
 };
 
-/// What an effect is told when it acts.
+/// Inputs of an effect.
 struct EffectInput {
   const Eigen::VectorXd& values;  // of its parameters
   const Conditions& conditions;
-  const Eigen::VectorXd& history;  // its state after the reading before; zero at the beginning
+  const Eigen::VectorXd& history;  // its state after the reading before; zero at the start
 };
 
 /// An equilibrium of one chain, as an effect sees it.
@@ -116,7 +116,7 @@ class ChainColumns {
   void add_displacement(Eigen::Index column, const std::string& element, bool in_front,
                         const spatial::Vector6& change);
   /// The change of the rest value of a coordinate [m or rad].
-  void add_rest_shift(Eigen::Index column, Eigen::Index coordinate, double change);
+  void add_transmission_error(Eigen::Index column, Eigen::Index coordinate, double change);
   /// The change of a compliance behind an element, Chain::add_compliance_behind.
   void add_compliance_behind(Eigen::Index column, const std::string& element,
                              const std::string& name, Motion motion, double change);

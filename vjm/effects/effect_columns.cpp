@@ -121,7 +121,7 @@ void ChainColumns::add_displacement(Index column, const std::string& element, bo
   add_motion(column, place, place.pose * Vector3(value.head<3>()), motion);
 }
 
-void ChainColumns::add_rest_shift(Index column, Index coordinate, double change) {
+void ChainColumns::add_transmission_error(Index column, Index coordinate, double change) {
   if (state_.chain.stiffness()(coordinate, coordinate) != 0) {
     add_drive_force(column, coordinate, change * state_.drive_stiffness(coordinate));
     return;

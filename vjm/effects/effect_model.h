@@ -10,8 +10,8 @@
 
 namespace kinetostat::vjm {
 
-/// What the derivatives of a response are taken with respect to: the logarithm of the stiffness of
-/// springs that scale together, or one value of an effect (in SI).
+/// Variable of the derivatives of a response: the logarithm of the stiffness of springs that scale
+/// together, or one value of an effect (in SI).
 struct ModelParameter {
   std::vector<SpringParameter> springs;
   std::size_t effect = 0;  // when there are no springs
@@ -46,7 +46,7 @@ class EffectModel {
   /// Without load the platform stands where the posture has it.
   bool is_relaxed_when_unloaded() const;
 
-  /// The beginning of a sequence.
+  /// The start of a sequence.
   Response at_rest(std::size_t parameters) const;
   /// The equilibrium under a stated load, after `before`. `posture` is one of the bare manipulator;
   /// `near` (or nullptr) a state close to the solution, which saves time.

@@ -15,7 +15,7 @@ struct ReadingErrors {
   spatial::Vector6 sensor = spatial::Vector6::Zero();  // displacement of all that is read [m; rad]
   spatial::Vector3 target = spatial::Vector3::Zero();  // what is read on the platform, its axes [m]
 
-  /// All zero: the beginning of a derivative.
+  /// All zero: the start of a derivative.
   static ReadingErrors tangent();
   ReadingErrors& operator+=(const ReadingErrors& tangent);
   bool is_none() const;

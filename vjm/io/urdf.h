@@ -61,7 +61,7 @@ struct UrdfChain {
 /// when there are several candidates (they are listed), or no way from base to tip.
 UrdfChain find_chain(const UrdfModel& model, const std::string& base, const std::string& tip);
 
-/// What URDF does not say and a stiffness model needs.
+/// Data of a stiffness model that URDF lacks.
 struct MissingStiffness {
   std::string key;   // place in the robot file: "links.upper_arm"
   std::string what;  // in words

@@ -62,7 +62,8 @@ Manipulator Manipulator::with_chain(std::size_t index, Chain chain) const {
 bool Manipulator::is_relaxed_when_unloaded() const {
   for (const Chain& chain : chains_) {
     if (!chain.masses().empty() && !gravity_.isZero(0)) return false;
-    if (chain.has_errors() || !chain.laws().empty() || !chain.rest_shifts().empty()) return false;
+    if (chain.has_errors() || !chain.laws().empty() || !chain.transmission_errors().empty())
+      return false;
     for (const Spring& spring : chain.springs())
       if (chain.coordinates()[static_cast<std::size_t>(spring.first)].role == Role::passive)
         return false;

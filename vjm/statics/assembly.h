@@ -1,4 +1,4 @@
-// What geometric errors of the chains do to an assembled manipulator (NONPERF section 3).
+// Assembly of a manipulator whose chains have geometric errors (NONPERF section 3).
 #pragma once
 
 #include <vector>

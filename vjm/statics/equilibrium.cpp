@@ -64,7 +64,7 @@ NewtonResult newton(EquilibriumSystem& system, const SystemState& start, const L
   };
   system.hold_platform(platform_held);
   go_to(result.state);
-  int bends = damping == Damping::none ? options.max_bends : 0;
+  int kinks = damping == Damping::none ? options.max_kinks : 0;
   for (int i = 0; i < options.max_iterations; ++i) {
     // The system stands at the state, with its right-hand side, as every round leaves them.
     system.linearise(platform_held);
@@ -78,8 +78,8 @@ NewtonResult newton(EquilibriumSystem& system, const SystemState& start, const L
     if (!std::isfinite(size) || size > 1e6 * reach) return result;
 
     system.moved(result.state, correction, 1, next);
-    if (bends < options.max_bends && system.bends(result.state, next)) {
-      ++bends;
+    if (kinks < options.max_kinks && system.kinks(result.state, next)) {
+      ++kinks;
       go_to(next);
       result.state = next;
       continue;
@@ -205,9 +205,9 @@ FoundState follow(EquilibriumSystem& system, const Task& task, const Equilibrium
   return found;
 }
 
-// Between stops a joint may move freely, so Newton's method cannot tell where a load takes it. The
-// gap is bridged by springs that become softer and softer, until the joint lies at a stop, or is
-// balanced without.
+// Between stops a joint may move freely, so Newton's method has no direction in which a load moves
+// it. The gap is bridged by springs that become softer and softer, until the joint lies at a stop,
+// or is balanced without.
 FoundState follow_through_gaps(EquilibriumSystem& exact, const Manipulator& manipulator,
                                const Posture& posture, const Task& task,
                                const EquilibriumOptions& options) {

@@ -19,7 +19,7 @@ enum class EquilibriumStatus {
 };
 
 struct EquilibriumOptions {
-  int max_bends = 12;        // corrections that may cross a bend of a law untested
+  int max_kinks = 12;        // corrections that may cross a bend of a law untested
   int max_iterations = 30;   // Newton corrections per load step
   int max_steps = 200;       // load steps (the whole load is tried first)
   double tolerance = 1e-11;  // of the last correction, relative to the reach of the robot

@@ -1,4 +1,4 @@
-// Equilibria as states: found, then described. Internal to this room.
+// Equilibria as states: found, then described. Internal to this module.
 #pragma once
 
 #include "kinetostat/vjm/statics/equilibrium_result.h"
@@ -6,7 +6,7 @@
 
 namespace kinetostat::vjm {
 
-/// Where a search for an equilibrium ended; Equilibrium tells what the members mean.
+/// State in which a search for an equilibrium ended; the members are those of Equilibrium.
 struct FoundState {
   EquilibriumStatus status = EquilibriumStatus::not_converged;
   std::string reason;

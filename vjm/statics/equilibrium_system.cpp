@@ -73,7 +73,7 @@ SystemState EquilibriumSystem::relaxed_state() const {
     const Chain& chain = manipulator_.chains()[c];
     state.coordinates.push_back(posture_.coordinates_of(chain, c));
     // A drive starts where it leads its joint; without a spring it stays there.
-    for (const RestShift& shift : chain.rest_shifts())
+    for (const TransmissionError& shift : chain.transmission_errors())
       state.coordinates[c][shift.coordinate] += shift.at(state.coordinates[c][shift.coordinate]);
   }
   return state;
@@ -407,10 +407,10 @@ void EquilibriumSystem::moved(const SystemState& state, const SystemVector& corr
   }
 }
 
-bool EquilibriumSystem::bends(const SystemState& from, SystemState& to) const {
+bool EquilibriumSystem::kinks(const SystemState& from, SystemState& to) const {
   bool any = false;
   for (std::size_t c = 0; c < chains_.size(); ++c)
-    any |= chains_[c].bends(from.coordinates[c], to.coordinates[c]);
+    any |= chains_[c].kinks(from.coordinates[c], to.coordinates[c]);
   return any;
 }
 

@@ -1,4 +1,4 @@
-// The equations of equilibrium of a manipulator and their Newton matrix. Internal to this room:
+// The equations of equilibrium of a manipulator and their Newton matrix. Internal to this module:
 // equilibrium.h, stiffness.h and sensitivity.h are what others use.
 //
 // Unknowns are the poses t_b of the bodies and, for every chain i, the wrench F_i that the body at
@@ -75,7 +75,7 @@ class EquilibriumSystem {
              SystemState& next) const;
   /// Whether a law bends between two states; the step to `to` is made shorter as CoordinateLaw has
   /// it.
-  bool bends(const SystemState& from, SystemState& to) const;
+  bool kinks(const SystemState& from, SystemState& to) const;
   /// Size of the wrenches between chains and bodies in a state, scaled.
   double wrench_norm(const SystemState& state) const;
   /// The correction that leads from one state to another nearby.

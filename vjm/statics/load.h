@@ -1,4 +1,4 @@
-// What acts on a manipulator from outside.
+// External loads on a manipulator.
 #pragma once
 
 #include <vector>

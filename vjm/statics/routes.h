@@ -10,8 +10,8 @@
 
 namespace kinetostat::vjm {
 
-/// What the papers' formulas are written in, for one chain in one posture, springs relaxed.
-/// Jacobians at the end point, base axes, SI.
+/// Quantities of the papers' formulas, for one chain in one posture, springs relaxed. Jacobians at
+/// the end point, base axes, SI.
 struct VirtualJointModel {
   Matrix6X springs = {};           // J_theta: actuators, links, passive joints with a spring
   Eigen::MatrixXd stiffness = {};  // K_theta, symmetric positive definite
@@ -60,7 +60,7 @@ spatial::Matrix6 with_passive_joint(const spatial::Matrix6& stiffness,
 
 /// IROS11 eq. 19-20: a passive joint along or about axis p (0 to 5: x y z, about x y z) at the
 /// reference point: K_jk <- K_jk - K_jp K_pk / K_pp, row and column p vanish. The paper prints K_jk
-/// K_kj in the numerator, which is a slip: its own eq. 4 and 15 have the product used here.
+/// K_kj in the numerator, a misprint: its own eq. 4 and 15 have the product used here.
 spatial::Matrix6 with_trivial_joint(const spatial::Matrix6& stiffness, int axis);
 
 /// Alici and Shirinzadeh, Chen and Kao (MMT11 Table 1): K_c = J^-T (K_theta - K_F) J^-1 of a serial

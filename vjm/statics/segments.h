@@ -1,4 +1,4 @@
-// What one spring per link is worth: results over the number of segments of the beams.
+// Lumping error of one spring per link: results over the number of segments of the beams.
 #pragma once
 
 #include <functional>
@@ -30,12 +30,11 @@ struct SegmentStudy {
 SegmentStudy study_segments(const std::vector<int>& multiples,
                             const std::function<std::optional<double>(int)>& result);
 
-/// Of the same robot and load, once as given and once with every beam in twice the segments.
-/// Richardson's estimate of the relative error of the first: of the displacement of a free
-/// platform, or of the force that holds it (of rotation or moment when there is none). The springs
-/// of a straight unloaded beam are exact with any number; under load the difference is the share of
-/// geometric stiffness that lumped springs miss. Nothing when either has not converged or nothing
-/// moves.
+/// Richardson's estimate of the relative error of `given`, from the same robot and load with every
+/// beam in twice the segments. The error is that of the displacement of a free platform, or of the
+/// force that holds it (of rotation or moment when there is none). The springs of a straight
+/// unloaded beam are exact with any number; under load the difference is the share of geometric
+/// stiffness that lumped springs miss. nullopt when either has not converged or nothing moves.
 std::optional<double> lumping_error(const Equilibrium& given, const Equilibrium& twice,
                                     bool platform_held);
 

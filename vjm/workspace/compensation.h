@@ -45,8 +45,8 @@ struct Compensation {
 /// Solves NONPERF eq. 22 for the commands of the actuators: errors by compliance, weight, assembly
 /// and geometry together. The paper's iteration (eq. 23) shifts the target in all six components by
 /// the error that is left; here the commands are corrected, so that manipulators of lower mobility
-/// are served too, with Broyden's update of the nominal Jacobian. What the actuators cannot reach
-/// (the tilt of a translational robot) stays in `residual`.
+/// are served too, with Broyden's update of the nominal Jacobian. The part that the actuators
+/// cannot reach (the tilt of a translational robot) stays in `residual`.
 Compensation compensate(const Manipulator& manipulator, const TargetPose& target,
                         const CompensationOptions& options = {});
 

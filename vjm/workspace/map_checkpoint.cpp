@@ -59,7 +59,7 @@ class CheckpointReader {
         {.file = file_,
          .line = line_,
          .what = fmt::format("the checkpoint of the map {}", what),
-         .cure = "Delete the file to begin the map afresh, or name another with --checkpoint"});
+         .cure = "Delete the file to start the map afresh, or name another with --checkpoint"});
   }
 
  private:
@@ -91,7 +91,7 @@ std::vector<MapPoint> read_map_checkpoint(const MapCheckpoint& checkpoint, std::
   CheckpointReader reader(checkpoint.file, text);
   const std::string_view first = reader.line();
   if (first == older) reader.fail("was written by an older version of this program");
-  if (first != heading) reader.fail("does not begin as one");
+  if (first != heading) reader.fail("does not start as one");
   const std::string request = request_line(checkpoint, poses);
   if (reader.line() != request)
     reader.fail("belongs to another robot, other poses or other indices");

@@ -1,4 +1,4 @@
-// The file that lets an interrupted map go on. Internal to this room.
+// The file that lets an interrupted map go on. Internal to this module.
 #pragma once
 
 #include <filesystem>

@@ -297,7 +297,7 @@ std::vector<MapPoint> workspace_map(const Manipulator& manipulator,
   common::Progress silent;
   Clock::time_point saved = Clock::now();
   // Blocks of about half a second, so that progress, cancelling and saving come between them; their
-  // size decides nothing else.
+  // size has no other effect.
   std::size_t block = 64;
   while (points.size() < targets.size()) {
     const std::size_t first = points.size(), count = std::min(block, targets.size() - first);

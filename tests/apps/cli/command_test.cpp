@@ -194,7 +194,7 @@ TEST(Program, PartOfAResultIsDeliveredAndExitsAsNotConverged) {
   EXPECT_THAT(outcome.err, HasSubstr("still swings"));
 }
 
-TEST(Program, HelpOfACommandBeginsWithItsOwnOptions) {
+TEST(Program, HelpOfACommandStartsWithItsOwnOptions) {
   const std::string help = run({"weigh", "--help"}, weigh).out;
   EXPECT_LT(help.find("--load"), help.find("--json"));
   EXPECT_THAT(help, HasSubstr("kinetostat weigh thing.yaml"));
@@ -235,10 +235,11 @@ TEST(Program, FullDiskBehindStandardOutputIsAnError) {
 }
 
 TEST(Program, RunningOutOfMemoryHasAnExitCodeOfItsOwn) {
-  for (const Outcome& outcome :
-       {run_throwing([] { throw std::bad_alloc(); }), run_throwing([] {
-          throw std::system_error(EAGAIN, std::generic_category());  // no room for a thread's stack
-        })}) {
+  for (const Outcome& outcome : {run_throwing([] { throw std::bad_alloc(); }), run_throwing([] {
+                                   throw std::system_error(
+                                       EAGAIN,
+                                       std::generic_category());  // no memory for a thread's stack
+                                 })}) {
     EXPECT_EQ(outcome.code, out_of_memory);
     EXPECT_THAT(outcome.err, HasSubstr("not enough memory"));
   }

@@ -37,7 +37,7 @@ TEST(ProgressBar, BarIsWipedAtTheEnd) {
 TEST(ProgressBar, NoneShowsNothing) { EXPECT_EQ(shown(ProgressBar::Style::none), ""); }
 
 // 100 s for the whole, of which the first 60 % were there before.
-TEST(Pace, WhatWasFoundAtTheBeginningDoesNotCount) {
+TEST(Pace, WhatWasFoundAtTheStartDoesNotCount) {
   Pace pace;
   for (int i = 0; i <= 60; ++i) pace.add(1e-3 * i, 0.01 * i);
   EXPECT_FALSE(pace.left());

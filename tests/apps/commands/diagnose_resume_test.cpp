@@ -57,7 +57,7 @@ TEST_F(DiagnoseResume, AskedAgainItSaysTheSameFromTheCache) {
   for (const char* threads : {" --threads 1", " --threads 2"}) {
     const Outcome again = kinetostat(command + threads);
     EXPECT_THAT(again.err,
-                HasSubstr(fmt::format("{0} of {0} fits and marks from the cache", kept)));
+                HasSubstr(fmt::format("{0} of {0} fits and signatures from the cache", kept)));
     EXPECT_EQ(again.out, first.out);
     EXPECT_EQ(bytes(), expected);
   }
@@ -95,7 +95,8 @@ TEST_F(DiagnoseResume, PlanTakesTheFitsOfDiagnose) {
   const std::size_t kept = entries().size();
   const Outcome plan =
       kinetostat("plan data/measurements/nist_load_cell/campaign.yaml --draws 99 --minutes 5");
-  EXPECT_THAT(plan.err, HasSubstr(fmt::format("{0} of {0} fits and marks from the cache", kept)));
+  EXPECT_THAT(plan.err,
+              HasSubstr(fmt::format("{0} of {0} fits and signatures from the cache", kept)));
 }
 
 TEST_F(DiagnoseResume, DamagedEntriesAreComputedAnew) {
@@ -113,7 +114,7 @@ TEST_F(DiagnoseResume, DamagedEntriesAreComputedAnew) {
   }
   const Outcome again = kinetostat(command);
   EXPECT_EQ(again.code, 0);
-  EXPECT_THAT(again.err, HasSubstr(fmt::format("{} of {} fits and marks from the cache",
+  EXPECT_THAT(again.err, HasSubstr(fmt::format("{} of {} fits and signatures from the cache",
                                                kept.size() / 2, kept.size())));
   EXPECT_EQ(bytes(), expected);
 }

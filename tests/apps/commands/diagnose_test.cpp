@@ -25,7 +25,7 @@ using test::Outcome;
 using test::working_folder;
 using testing::HasSubstr;
 
-// A few rivals of several sorts: the whole catalogue takes longer than a test should.
+// A few candidates of several sorts: the whole catalogue takes longer than a test should.
 const std::string few =
     " --effects clearance,friction,hardening,joint_compliance,preload,wrench_gain --draws 199 ";
 
@@ -83,14 +83,14 @@ TEST_F(Diagnose, NamesTheHiddenClearanceAndAdoptingItLetsTheErrorFall) {
 
   const Outcome adopted = kinetostat("adopt shown.yaml diagnosis.json -o better.yaml");
   ASSERT_EQ(adopted.code, 0) << adopted.err;
-  EXPECT_THAT(adopted.out, HasSubstr("'uncertain' keeps the values it has in the file"));
+  EXPECT_THAT(adopted.out, HasSubstr("'uncertain' keep their values in the file"));
   const std::string better = io::read_text(working_folder() / "better.yaml");
   EXPECT_TRUE(better.starts_with(shown_));
   // To the last bit: the shortest decimal that is read as the same number.
   EXPECT_THAT(better, HasSubstr(fmt::format("{} m", gap)));
   const Outcome compared =
       kinetostat("compare better.yaml campaign/campaign.yaml -q --json better.json");
-  EXPECT_THAT(compared.out, HasSubstr("is not refuted by the stated noise"));
+  EXPECT_THAT(compared.out, HasSubstr("is consistent with the stated noise"));
   // Its refit ends where the search for the effect did, as far as that settled.
   const io::Json parity = io::read_json(working_folder() / "better.json");
   EXPECT_NEAR(parity["refitted"]["chi_square"]["chi_square"].get<double>(),
@@ -124,7 +124,7 @@ TEST_F(Diagnose, NamesNothingInReadingsWithNothingHidden) {
 }
 
 // A wrench gain and a global change of stiffness are the same in such readings: no confident name.
-TEST_F(Diagnose, DoesNotNameWhatTheRefitAbsorbs) {
+TEST_F(Diagnose, DoesNotNameWhatIsConfoundedWithTheFit) {
   measure("effects:\n  - {effect: wrench_gain, at: load, gain: 1.1}\n");
   const Outcome outcome = diagnose();
   EXPECT_EQ(outcome.code, 5);
@@ -135,12 +135,12 @@ TEST_F(Diagnose, DoesNotNameWhatTheRefitAbsorbs) {
   EXPECT_NEAR(json["instead_of_refit"]["values"][0].get<double>(), 1.1, 0.002);
   EXPECT_TRUE(json["found"].empty());
   bool said = false;
-  for (const io::Json& rival : json["steps"][0]["ranking"])
-    said |= rival["effect"] == "wrench_gain" && !rival["observable"].get<bool>();
+  for (const io::Json& ranked : json["steps"][0]["ranking"])
+    said |= ranked["effect"] == "wrench_gain" && !ranked["observable"].get<bool>();
   EXPECT_TRUE(said);
 }
 
-TEST_F(Diagnose, CannotTellWithoutKnownNoise) {
+TEST_F(Diagnose, IsInconclusiveWithoutKnownNoise) {
   measure("");
   std::string campaign = io::read_text(working_folder() / "campaign/campaign.yaml");
   const std::size_t at = campaign.find("noise:");
@@ -243,7 +243,7 @@ TEST(Adopt, TakesAllThatWasFoundTogether) {
   EXPECT_EQ(all.code, 0) << all.err;
   EXPECT_THAT(all.out, HasSubstr("preload at arm.q1 and preload at arm.q2"));
   EXPECT_THAT(kinetostat("compare both.yaml lifts/campaign.yaml -q").out,
-              HasSubstr("is not refuted by the stated noise"));
+              HasSubstr("is consistent with the stated noise"));
 
   // What only came nearest is not adopted, unless somebody insists.
   json["verdict"] = "none of the above";
@@ -260,7 +260,7 @@ TEST(Adopt, TakesAllThatWasFoundTogether) {
   const Outcome one = kinetostat("adopt arms.yaml arms.json --force -o forced.yaml");
   EXPECT_THAT(one.out, HasSubstr("not adopted: preload at arm.q2"));
   EXPECT_THAT(one.out, HasSubstr("preload at arm.q1 may be something else: clearance at arm.q1"));
-  EXPECT_THAT(one.out, HasSubstr("something that the catalogue lacks"));
+  EXPECT_THAT(one.out, HasSubstr("an effect outside the catalogue"));
 }
 
 TEST(CompareBeforeAfter, RefusesARobotThatWasNotMeasured) {

@@ -138,7 +138,7 @@ TEST(Pipes, EndWithATerminationRequest) {
   }
 }
 
-// Nobody is there to be told; the exit code says it, and no file that is opened takes its place.
+// There is nowhere to report to; the exit code says it, and no file that is opened takes its place.
 TEST(StandardError, MayBeFullOrClosed) {
   for (const char* where : {"2>/dev/full", "2>&-"}) {
     EXPECT_EQ(shell(fmt::format("$K stiffness missing.yaml --at 0,0,0 {}", where)), 3) << where;
@@ -170,7 +170,7 @@ TEST(LittleMemory, EndsWithAnExitCodeOfItsOwn) {
                     "2>little",
                     1000 * megabytes));
     const std::string said = text_of("little");
-    // 127: the system's loader found no room for the libraries.
+    // 127: the system's loader found no memory for the libraries.
     EXPECT_THAT(code, testing::AnyOf(0, 3, 6, 127)) << megabytes << said;
     if (code == 6) {
       EXPECT_THAT(said, HasSubstr("memory")) << megabytes;
@@ -201,7 +201,7 @@ TEST(Names, HaveNoLineEnds) {
   EXPECT_THAT(outcome.err, HasSubstr("control character"));
 }
 
-// A table opens in a spreadsheet, which computes what begins with '='.
+// A table opens in a spreadsheet, which computes what starts with '='.
 TEST(Names, AreNoFormulas) {
   put("formula.yaml", robot_called("\"x,=cmd|' /C calc'!A0\""));
   const Outcome outcome =
@@ -217,7 +217,7 @@ TEST(LongNames, AreKnownBeforeTheWork) {
                                      " --grid x=-60:60:200,y=-60:60:200,z=0 --index "
                                      "weakest-translation -o " +
                                      longest);
-  EXPECT_EQ(outcome.code, 3);  // no room for '.part', which is known before 40,000 poses
+  EXPECT_EQ(outcome.code, 3);  // no space for '.part', which is known before 40,000 poses
   EXPECT_THAT(outcome.err, HasSubstr("Choose a shorter name"));
 }
 

@@ -90,7 +90,7 @@ TEST_F(IdentifyCache, KnowsAnInputByItsMeaning) {
   EXPECT_THAT(other_bytes.out, Not(HasSubstr("computed before")));
 }
 
-TEST_F(IdentifyCache, KeepsNothingWhenToldNotTo) {
+TEST_F(IdentifyCache, KeepsNothingWhenAskedNotTo) {
   identify("--no-cache");
   EXPECT_FALSE(std::filesystem::exists(cache()));
 }

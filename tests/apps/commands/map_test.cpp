@@ -116,7 +116,7 @@ INSTANTIATE_TEST_SUITE_P(
         MapMistake{"too_many", "--grid x=0:1:9999,y=0:1:9999 --index rotation", 2, "poses, more"},
         MapMistake{"missing_path", "--path nowhere.csv --index weakest-rotation", 3, "nowhere.csv"},
         MapMistake{"column", "--path typo.csv --index weakest-rotation", 3, "typo.csv:1: zz"},
-        MapMistake{"no_pose", "--path no_pose.csv --index weakest-rotation", 3, "no column tells"},
+        MapMistake{"no_pose", "--path no_pose.csv --index weakest-rotation", 3, "no column states"},
         MapMistake{"column_unit", "--path weights.csv --index weakest-rotation", 3, "x [kg]"},
         MapMistake{"two_loads", "--path loaded.csv --wrench 1,0,0 --index rotation", 2,
                    "loads of its own"},

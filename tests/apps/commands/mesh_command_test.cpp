@@ -48,12 +48,12 @@ std::string cube(const std::string& name, double x, int missing = 0, double slip
 TEST(MeshCommand, RepairIsReportedAndTheResultIsSound) {
   write("seams.stl", cube("a", 0, 0, 1e-5));
   EXPECT_EQ(kinetostat("mesh check seams.stl --unit mm").code, 3);
-  const Outcome outcome =
-      kinetostat("mesh check seams.stl --unit mm --repair weld,orient -o mended.stl --json r.json");
+  const Outcome outcome = kinetostat(
+      "mesh check seams.stl --unit mm --repair weld,orient -o repaired.stl --json r.json");
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_TRUE(json("r.json")["repair"]["actions"][0]["done"].get<bool>());
   EXPECT_NEAR(json("r.json")["volume"].get<double>(), 1e-6, 1e-10);
-  EXPECT_EQ(kinetostat("mesh check mended.stl --unit mm").code, 0);
+  EXPECT_EQ(kinetostat("mesh check repaired.stl --unit mm").code, 0);
 }
 
 TEST(MeshCommand, MassPropertiesOfACubeAreThoseOfACube) {

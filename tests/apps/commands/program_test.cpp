@@ -117,7 +117,7 @@ TEST(ProgramRun, CompareSaysWhenAnotherRobotIsUsedThanTheCampaignNames) {
   EXPECT_TRUE(std::filesystem::exists(working_folder() / "residuals.csv"));
 }
 
-TEST(ProgramRun, CompareEndsWithFiveWhenTheReadingsCannotTell) {
+TEST(ProgramRun, CompareEndsWithFiveWhenTheReadingsAreInconclusive) {
   io::write_atomically(working_folder() / "unloaded.yaml",
                        "kinetostat: 1\ncampaign: c\nunits: {length: mm, force: N}\n"
                        "displacement: difference\nreadings: unloaded.csv\n");
@@ -128,7 +128,7 @@ TEST(ProgramRun, CompareEndsWithFiveWhenTheReadingsCannotTell) {
 }
 
 // Poses in mm that are said to be in um: the refit goes astray, and both commands say why.
-TEST(ProgramRun, AUnitThatIsWrongIsSaidWhereTheRefitFindsNoEnd) {
+TEST(ProgramRun, AUnitErrorIsReportedWhereTheFitDoesNotConverge) {
   const std::filesystem::path folder = working_folder() / "wrong_unit";
   std::filesystem::remove_all(folder);
   std::filesystem::copy(std::string(KINETOSTAT_SOURCE_DIR) + "/data/measurements/six_axis_balancer",

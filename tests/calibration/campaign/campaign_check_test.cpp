@@ -77,7 +77,7 @@ TEST(CampaignCheck, MaskedReadingsDoNotCount) {
 
 TEST(CampaignCheck, DifferencesHideOffsetsAndThatIsSaid) {
   EXPECT_THAT(topic(campaign("fz,dz\n1,1\n"), "offsets").sentence,
-              HasSubstr("Gravity, geometric errors and thermal offsets do not show"));
+              HasSubstr("Gravity, geometric errors and thermal offsets are not observable"));
 }
 
 TEST(CampaignCheck, UnknownFramesOfSessionsHideThePlaceOfTheRobot) {
@@ -118,7 +118,7 @@ TEST(LoadHistory, LevelDoesNotDependOnThePointOfTheWrench) {
   EXPECT_DOUBLE_EQ(level_of({{0, 0, 0}, {0, 2, 0}}), 2);
 }
 
-// Zeros of sessions are unknowns, too.
+// Zero offsets of sessions are unknowns, too.
 TEST(CampaignCheck, CountsTheUnknownsOfSessions) {
   const std::string csv = "session,fz,dz\na,100,0.1\nb,200,0.2\nc,300,0.3\n";
   EXPECT_TRUE(topic(campaign(csv), "parameters").observable);

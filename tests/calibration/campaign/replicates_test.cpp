@@ -57,13 +57,13 @@ TEST(Replicates, NeverContainMaskedReadings) {
   EXPECT_EQ(sizes(campaign("fz,dz,mask,mask_reason\n1,1,,\n1,9,1,slipped\n1,2,,\n")), (Sizes{2}));
 }
 
-TEST(Replicates, OfDifferentSessionsCountOnlyWhenTheZeroIsKnown) {
+TEST(Replicates, OfDifferentSessionsCountOnlyWhenTheDatumIsKnown) {
   const std::string csv = "fz,session,dz\n1,a,1\n1,b,2\n";
   EXPECT_EQ(sizes(campaign(csv)), (Sizes{2}));
   EXPECT_EQ(sizes(campaign(csv, "zero: estimate\n")), (Sizes{1, 1}));
 }
 
-// Zero load at the begin and the end of each run: the difference within a run is not pure error.
+// Zero load at the start and the end of each run: the difference within a run is not pure error.
 TEST(Replicates, VisitsWithinOneReplicateAreKeptApart) {
   const Campaign c = campaign(
       "fz,replicate,time,dz\n"

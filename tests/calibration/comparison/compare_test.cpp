@@ -17,8 +17,8 @@ namespace {
 // Every figure of a comparison that must not depend on how the campaign is written down.
 std::vector<double> figures(const Comparison& c) {
   std::vector<double> result;
-  std::vector<const Assessment*> assessments = {&c.as_designed};
-  if (c.refitted) assessments.push_back(&*c.refitted);
+  std::vector<const Assessment*> assessments = {&c.nominal};
+  if (c.fitted) assessments.push_back(&*c.fitted);
   for (const Assessment* a : assessments) {
     result.insert(result.end(),
                   {a->fit.squared_error, a->chi_square->statistic, a->chi_square->p_value});
@@ -124,9 +124,9 @@ TEST_F(Invariance, WhereThePointOfTheWrenchIsWritten) {
         robot_, test::write(plan_, {.more = noise + more, .cycle = 9, .with_point = columns}));
   };
   const Comparison reference = compared(true, "");
-  ASSERT_TRUE(reference.refitted);
-  EXPECT_EQ(reference.refitted->patterns.loops.each.size(), 6u);
-  EXPECT_EQ(reference.refitted->patterns.reversal->pairs, 18);
+  ASSERT_TRUE(reference.fitted);
+  EXPECT_EQ(reference.fitted->patterns.loops.each.size(), 6u);
+  EXPECT_EQ(reference.fitted->patterns.reversal->pairs, 18);
   expect_same_figures(reference, compared(false, "wrench_point: [30, -20, 50]\n"));
   expect_same_figures(reference, compared(true, "wrench_point: reference\n"));
   expect_same_figures(reference, compared(false,
@@ -158,7 +158,7 @@ TEST_F(Invariance, PointAboutWhichTheWrenchIsTaken) {
     return test::compare_files(known, test::write(plan, {.more = noise, .cycle = 9}));
   };
   const Comparison a = compared(plan_), b = compared(moved);
-  EXPECT_EQ(a.as_designed.patterns.reversal->pairs, 18);
+  EXPECT_EQ(a.nominal.patterns.reversal->pairs, 18);
   expect_same_figures(a, b);
 }
 
@@ -202,31 +202,31 @@ TEST(Adequacy, NoiseIsNeverTakenFromTheResidual) {
   const Bench wrong{.runs = 1, .noise = 0.01, .bend = 0.2};
   const Comparison silent = wrong.compare();
   EXPECT_EQ(silent.noise.source, NoiseSource::unknown);
-  for (const Assessment* a : {&silent.as_designed, &*silent.refitted}) {
+  for (const Assessment* a : {&silent.nominal, &*silent.fitted}) {
     EXPECT_EQ(a->adequacy, Adequacy::not_evaluated);
     EXPECT_FALSE(a->chi_square);
     EXPECT_FALSE(a->lack_of_fit);
   }
   Bench stated = wrong;
   stated.stated = 0.01;
-  const Assessment against_stated = *stated.compare().refitted;
+  const Assessment against_stated = *stated.compare().fitted;
   EXPECT_GT(against_stated.chi_square->reduced(), 100);
   EXPECT_EQ(against_stated.adequacy, Adequacy::inadequate);
 
   Bench repeated = wrong;
   repeated.runs = 3;
-  const Assessment against_replicates = *repeated.compare().refitted;
+  const Assessment against_replicates = *repeated.compare().fitted;
   EXPECT_GT(against_replicates.lack_of_fit->f, 100);
   EXPECT_EQ(against_replicates.adequacy, Adequacy::inadequate);
 }
 
 TEST(Adequacy, ASoundModelPassesBothTests) {
   const Comparison c = Bench{.runs = 3, .noise = 0.01, .stated = 0.01, .seed = 2}.compare();
-  EXPECT_EQ(c.refitted->adequacy, Adequacy::adequate);
-  EXPECT_EQ(c.refitted->chi_square->degrees_of_freedom, 29);
-  EXPECT_EQ(c.refitted->lack_of_fit->degrees_of_freedom_lack, 9);
-  EXPECT_EQ(c.refitted->lack_of_fit->degrees_of_freedom_pure, 20);
-  EXPECT_EQ(c.as_designed.lack_of_fit->degrees_of_freedom_lack, 10);
+  EXPECT_EQ(c.fitted->adequacy, Adequacy::adequate);
+  EXPECT_EQ(c.fitted->chi_square->degrees_of_freedom, 29);
+  EXPECT_EQ(c.fitted->lack_of_fit->degrees_of_freedom_lack, 9);
+  EXPECT_EQ(c.fitted->lack_of_fit->degrees_of_freedom_pure, 20);
+  EXPECT_EQ(c.nominal.lack_of_fit->degrees_of_freedom_lack, 10);
 }
 
 // The third trap: the replicates contradict the stated noise, and the report says so first.
@@ -244,7 +244,7 @@ TEST(Adequacy, AMisstatedNoiseIsNoticed) {
 
 TEST(Adequacy, IdenticalReplicatesAreNotANoise) {
   const Comparison c = Bench{.runs = 2, .noise = 0, .bend = 0.1}.compare();
-  EXPECT_EQ(c.refitted->adequacy, Adequacy::not_evaluated);
+  EXPECT_EQ(c.fitted->adequacy, Adequacy::not_evaluated);
 }
 
 // Over many campaigns of a sound model the verdicts are wrong as often as they say. Bounds are
@@ -256,7 +256,7 @@ TEST(Adequacy, VerdictsAreWrongAsOftenAsTheySay) {
     const Comparison c =
         Bench{.runs = 2, .noise = 0.01, .stated = 0.01, .seed = 100u + static_cast<unsigned>(i)}
             .compare(test::bench(1.1e6));
-    const Assessment& a = *c.refitted;
+    const Assessment& a = *c.fitted;
     chi_square_inside += a.chi_square->p_value > 0.025 && a.chi_square->lower_p_value > 0.025;
     lack_of_fit_inside += a.lack_of_fit->p_value > 0.05;
     false_alarms += a.adequacy == Adequacy::inadequate;
@@ -279,7 +279,7 @@ TEST(Statistics, AreThoseOfTheResiduals) {
       "a,s,1000,1.3,,\nb,s,2000,2.1,,\nc,t,3000,2.6,,\nd,t,3000,99,1,slipped\n");
   vjm::Robot robot = test::bench();
   robot.uncertain.clear();
-  const Assessment a = test::compare_files(robot, file).as_designed;
+  const Assessment a = test::compare_files(robot, file).nominal;
   // Residuals 0.3, 0.1, -0.4 mm.
   ASSERT_EQ(a.by_component.size(), 1u);
   const ResidualStatistics& s = a.by_component[0];

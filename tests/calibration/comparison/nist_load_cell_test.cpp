@@ -63,31 +63,31 @@ class NistLoadCell : public testing::Test {
         vjm::read_robot(*robot_named_in(folder + "/campaign.yaml")), folder + "/campaign.yaml");
     return c;
   }
-  static const Assessment& refitted() { return comparison().refitted.value(); }
+  static const Assessment& fitted() { return comparison().fitted.value(); }
 };
 
 TEST_F(NistLoadCell, StraightLineFailsWithThePublishedFigure) {
-  const LackOfFitTest& test = refitted().lack_of_fit.value();
+  const LackOfFitTest& test = fitted().lack_of_fit.value();
   EXPECT_NEAR(test.f, 214.7, 0.05);
   EXPECT_NEAR(test.critical, 2.15, 0.005);
   EXPECT_EQ(test.degrees_of_freedom_lack, 18);
   EXPECT_EQ(test.degrees_of_freedom_pure, 20);
-  EXPECT_EQ(refitted().adequacy, Adequacy::inadequate);
+  EXPECT_EQ(fitted().adequacy, Adequacy::inadequate);
 }
 
 TEST_F(NistLoadCell, FitIsTheStraightLineOfTheTextbook) {
   const StraightLine line = straight_line();
-  EXPECT_NEAR(refitted().lack_of_fit->f, line.lack_of_fit, 1e-8 * line.lack_of_fit);
-  EXPECT_NEAR(*refitted().residual_deviation * 1e3, line.deviation, 1e-10 * line.deviation);
-  const ParameterEstimate& spring = refitted().fit.parameters.at(0);
+  EXPECT_NEAR(fitted().lack_of_fit->f, line.lack_of_fit, 1e-8 * line.lack_of_fit);
+  EXPECT_NEAR(*fitted().residual_deviation * 1e3, line.deviation, 1e-10 * line.deviation);
+  const ParameterEstimate& spring = fitted().fit.parameters.at(0);
   const double stiffness = 1e-3 * *spring.parameter.stiffness * std::exp(spring.value);
   EXPECT_NEAR(stiffness * line.slope, 1, 1e-10);
-  EXPECT_NEAR(refitted().fit.zeros.at(0).value * 1e3, line.intercept, 1e-10);
+  EXPECT_NEAR(fitted().fit.zeros.at(0).value * 1e3, line.intercept, 1e-10);
 }
 
 TEST_F(NistLoadCell, WithoutAStatedNoiseThereIsNoChiSquare) {
   EXPECT_EQ(comparison().noise.source, NoiseSource::replicates);
-  EXPECT_FALSE(refitted().chi_square);
+  EXPECT_FALSE(fitted().chi_square);
   EXPECT_FALSE(comparison().noise_check);
 }
 
@@ -97,8 +97,8 @@ TEST_F(NistLoadCell, HardeningReachesTheCertifiedQuadratic) {
   const vjm::Robot robot =
       vjm::read_robot(std::string(KINETOSTAT_SOURCE_DIR) + "/data/robots/bench_hardening.yaml");
   const Comparison c = test::compare_files(robot, folder + "/campaign.yaml");
-  ASSERT_TRUE(c.refitted) << c.refit_failure;
-  const Assessment& fitted = *c.refitted;
+  ASSERT_TRUE(c.fitted) << c.refit_failure;
+  const Assessment& fitted = *c.fitted;
   ASSERT_EQ(fitted.fit.parameters.size(), 2u);
   const ParameterEstimate &spring = fitted.fit.parameters[0], &b = fitted.fit.parameters[1];
   const double b1 = 1e3 / (*spring.parameter.stiffness * std::exp(spring.value));
@@ -133,11 +133,11 @@ TEST_F(NistLoadCell, OneRunAloneIsNotJudged) {
       csv);
   const Comparison c = test::compare_files(test::bench(1.37e9), file);
   EXPECT_EQ(c.noise.source, NoiseSource::unknown);
-  EXPECT_EQ(c.refitted->adequacy, Adequacy::not_evaluated);
-  EXPECT_FALSE(c.refitted->lack_of_fit);
-  EXPECT_FALSE(c.refitted->chi_square);
+  EXPECT_EQ(c.fitted->adequacy, Adequacy::not_evaluated);
+  EXPECT_FALSE(c.fitted->lack_of_fit);
+  EXPECT_FALSE(c.fitted->chi_square);
   // The standard error of the slope is then the textbook's, from the residual, and says so.
-  EXPECT_EQ(c.refitted->fit.error_source, NoiseSource::unknown);
+  EXPECT_EQ(c.fitted->fit.error_source, NoiseSource::unknown);
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ struct Compared {
   Campaign campaign;
   Comparison comparison;
 
-  const Patterns& patterns() const { return comparison.as_designed.patterns; }
+  const Patterns& patterns() const { return comparison.nominal.patterns; }
   double p(const std::string& factor) const {
     for (const Pattern& pattern : patterns().factors)
       if (pattern.factor == factor) return pattern.holm_p_value();
@@ -216,8 +216,8 @@ TEST(Patterns, APerfectModelHasNone) {
   vjm::Robot robot = test::bench();
   robot.uncertain.clear();
   const Comparison c = test::compare_files(robot, file);
-  EXPECT_TRUE(c.as_designed.is_exact);
-  EXPECT_TRUE(c.as_designed.patterns.factors.empty());
+  EXPECT_TRUE(c.nominal.is_exact);
+  EXPECT_TRUE(c.nominal.patterns.factors.empty());
   const auto sentences = report::findings(read_campaign(file, robot.manipulator), c);
   EXPECT_THAT(sentences, testing::ElementsAre(HasSubstr("no error beyond rounding")));
 }

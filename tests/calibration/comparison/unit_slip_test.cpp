@@ -18,8 +18,8 @@ using spatial::Vector6;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-// Displacements that are `factor` times the predicted ones, with a zero of their own and some
-// noise.
+// Displacements that are `factor` times the predicted ones, with a zero offset of their own and
+// some noise.
 struct Scaled {
   Campaign campaign;
   std::vector<Vector6> predicted;
@@ -42,10 +42,10 @@ struct Scaled {
       campaign.readings.push_back(reading);
     }
   }
-  std::string slip() const { return unit_slip(campaign, predicted); }
+  std::string slip() const { return unit_error(campaign, predicted); }
 };
 
-TEST(UnitSlip, IsSeenByItsFactorAndSign) {
+TEST(UnitError, IsSeenByItsFactorAndSign) {
   EXPECT_THAT(Scaled(1000, {0, 1, 2}).slip(), HasSubstr("as of um taken for mm"));
   EXPECT_THAT(Scaled(1e-3, {2}).slip(), HasSubstr("as of mm taken for um"));
   EXPECT_THAT(Scaled(25.4, {0}).slip(), HasSubstr("as of mm taken for inch"));
@@ -56,7 +56,7 @@ TEST(UnitSlip, IsSeenByItsFactorAndSign) {
   EXPECT_THAT(Scaled(100, {0, 1, 2}).slip(), testing::Not(HasSubstr("as of")));
 }
 
-TEST(UnitSlip, IsNoWrongStiffnessAndNoNoise) {
+TEST(UnitError, IsNoWrongStiffnessAndNoNoise) {
   EXPECT_THAT(Scaled(1, {0, 1, 2, 3, 4, 5}).slip(), IsEmpty());
   EXPECT_THAT(Scaled(5, {0, 1, 2}).slip(), IsEmpty());
   EXPECT_THAT(Scaled(0.2, {0, 1, 2}).slip(), IsEmpty());
@@ -64,7 +64,7 @@ TEST(UnitSlip, IsNoWrongStiffnessAndNoNoise) {
 }
 
 // A load cell in kN whose readings were written down as N: said first, before what follows of it.
-TEST(UnitSlip, IsTheFirstThingThatIsSaid) {
+TEST(UnitError, IsTheFirstFinding) {
   test::Laboratory laboratory(
       "kinetostat: 1\nname: slide\nunits: {length: mm, force: N, angle: deg}\nchain_types:\n"
       "  cell:\n    - actuator: {name: q, axis: Tz, stiffness: 1000}\n"
@@ -72,7 +72,7 @@ TEST(UnitSlip, IsTheFirstThingThatIsSaid) {
   Campaign campaign = laboratory.measure(
       "id,cycle,step,fz\na,1,1,0\nb,1,2,300\nc,1,3,600\nd,1,4,0\ne,1,5,-300\nf,1,6,-600\n");
   common::Progress silent;
-  EXPECT_THAT(compare(laboratory.robot(), campaign, 1, silent).unit_slip, IsEmpty());
+  EXPECT_THAT(compare(laboratory.robot(), campaign, 1, silent).unit_error, IsEmpty());
   for (Reading& reading : campaign.readings) reading.load = reading.load.scaled(1e-3);
   EXPECT_THAT(report::findings(campaign, compare(laboratory.robot(), campaign, 1, silent)).at(0),
               HasSubstr("wrenches in kN for N"));

@@ -57,8 +57,8 @@ TEST(Discrimination, AddsUpOverReadings) {
   EXPECT_EQ(Separation().squared(), 0);
 }
 
-// What either model can absorb with a parameter that nobody knows tells nothing.
-TEST(Discrimination, DoesNotCountWhatAParameterAbsorbs) {
+// Readings that are confounded with an unknown parameter of either model give no information.
+TEST(Discrimination, DoesNotCountWhatIsConfoundedWithAParameter) {
   Case c(4);
   c.b.mean = c.a.mean + 7 * c.a.spread.col(0);
   c.common.setZero();

@@ -125,9 +125,9 @@ TEST(Plan, AsksForTheWayBackOfFriction) {
   ASSERT_GT(before.steps.size(), 1u);
   const PlanQuestion question =
       question_of(laboratory.robot(), laboratory.json(campaign, before), "diagnosis.json", {});
-  ASSERT_GT(question.suspects.size(), 1u);
-  EXPECT_EQ(question.suspects[0].candidate.name(), "friction at cell.q");
-  EXPECT_TRUE(question.suspects[0].is_fitted);
+  ASSERT_GT(question.open.size(), 1u);
+  EXPECT_EQ(question.open[0].candidate.name(), "friction at cell.q");
+  EXPECT_TRUE(question.open[0].is_fitted);
   const Plan p = plan(laboratory.robot(), campaign, question, {.minutes = 60}, 2, silent);
   ASSERT_FALSE(p.blocks.empty());
   for (const PlanBlock& block : p.blocks) EXPECT_TRUE(block.pattern->takes_back());
@@ -138,8 +138,8 @@ TEST(Plan, AsksForTheWayBackOfFriction) {
   EXPECT_EQ(after.found[0].candidate.name(), "friction at cell.q");
 }
 
-// Loads that are all far above a gap do not tell it from a drive that hardens.
-TEST(Plan, ClearanceIsToldFromHardening) {
+// Loads that are all far above a gap do not distinguish it from a drive that hardens.
+TEST(Plan, ClearanceIsDistinguishedFromHardening) {
   Laboratory laboratory(slide);
   laboratory.options().translation_noise = 3e-6;
   laboratory.hide("clearance", "q", "gap=12 um");
@@ -148,7 +148,7 @@ TEST(Plan, ClearanceIsToldFromHardening) {
   EXPECT_EQ(story.before.verdict, Verdict::narrowed_down);
   EXPECT_THAT(story.before.ambiguous, testing::Contains("clearance at cell.q"));
   expect_named(story, "clearance at cell.q");
-  // Of the rivals that were in doubt, what was promised is what came, to a factor.
+  // Of the candidates that were in doubt, what was promised is what came, to a factor.
   ASSERT_FALSE(story.score.splits.empty());
   for (const SplitScore& split : story.score.splits) {
     EXPECT_GT(split.expected, 8) << split.a << ", " << split.b;
@@ -179,8 +179,8 @@ TEST(Plan, WeightInDifferencesNeedsAbsoluteReadings) {
   const Diagnosis diagnosis = laboratory.diagnose(campaign, {"payload", "joint_compliance"});
   const PlanQuestion question = question_of(
       laboratory.robot(), laboratory.json(campaign, diagnosis), "diagnosis.json", {"payload"});
-  ASSERT_EQ(question.suspects.size(), 1u);
-  EXPECT_TRUE(question.unseen.empty());  // the other kind acts as what is refitted
+  ASSERT_EQ(question.open.size(), 1u);
+  EXPECT_TRUE(question.unseen.empty());  // the other kind acts as what is fitted
   common::Progress silent;
   const Plan p = plan(laboratory.robot(), campaign, question, {.minutes = 90}, 2, silent);
   EXPECT_TRUE(p.asks_for_absolute);
@@ -227,11 +227,11 @@ std::string turning_arm_readings() {
   return csv;
 }
 
-// In a frame that is not known one posture says nothing of a mass, nor do two; and what else sags
-// or is out of place looks like one. The plan takes several postures together, tells the mass from
-// its look-alikes, and what it asks for stands by itself: the name is right, and helps to predict
-// postures that are left out.
-TEST(Plan, TellsAMassFromWhatLooksLikeOne) {
+// In a frame that is not known one posture says nothing of a mass, nor do two; and other sagging or
+// displacement is confounded with one. The plan takes several postures together and distinguishes
+// the mass from its confounders, and its readings stand by themselves: the name is right, and helps
+// to predict postures that are left out.
+TEST(Plan, DistinguishesAMassFromItsConfounders) {
   const std::vector<std::string> kinds = {"payload", "eccentricity", "target_lever_arm",
                                           "geometric_error", "gravity_compensator"};
   Laboratory laboratory(turning_arm());
@@ -245,13 +245,14 @@ TEST(Plan, TellsAMassFromWhatLooksLikeOne) {
   common::Progress silent;
   const Plan p = plan(laboratory.robot(), campaign, question, {}, 2, silent);
   ASSERT_TRUE(p.asks_for_absolute);
-  std::set<std::string> rivals;
+  std::set<std::string> candidates;
   for (const PlannedSplit& split : p.splits) {
     EXPECT_EQ(split.a, "payload at platform");
     EXPECT_GT(split.separation, 4) << split.b;
-    rivals.insert(split.b.substr(0, split.b.find(" at ")));
+    candidates.insert(split.b.substr(0, split.b.find(" at ")));
   }
-  EXPECT_THAT(rivals, testing::IsSupersetOf({"nothing more", "geometric_error", "eccentricity"}));
+  EXPECT_THAT(candidates,
+              testing::IsSupersetOf({"nothing more", "geometric_error", "eccentricity"}));
   std::set<std::size_t> postures;
   for (const PlanBlock& block : p.blocks) postures.insert(block.configuration);
   EXPECT_GT(postures.size(), 3u);
@@ -267,7 +268,7 @@ TEST(Plan, TellsAMassFromWhatLooksLikeOne) {
   ASSERT_FALSE(after.found.empty());
   EXPECT_EQ(after.found[0].candidate.name(), "payload at platform");
   EXPECT_NEAR(after.found[0].candidate.effect.values[0], 10, 3 * after.found[0].deviations[0]);
-  ASSERT_EQ(after.waterfall.size(), 4u);  // as designed, refitted, with the mass, noise floor
+  ASSERT_EQ(after.waterfall.size(), 4u);  // nominal, fitted, with the mass, noise floor
   EXPECT_LT(after.waterfall[2].whitened, 0.5 * after.waterfall[1].whitened);
 }
 
@@ -275,20 +276,20 @@ PlanQuestion between(const vjm::Robot& robot, const std::vector<std::string>& na
   PlanQuestion question{.verdict = "ambiguous"};
   for (const Candidate& candidate : candidates(robot, {}))
     if (std::find(names.begin(), names.end(), candidate.name()) != names.end())
-      question.suspects.push_back({.candidate = candidate, .probability = 0.5});
-  EXPECT_EQ(question.suspects.size(), names.size());
+      question.open.push_back({.candidate = candidate, .probability = 0.5});
+  EXPECT_EQ(question.open.size(), names.size());
   return question;
 }
 
 // A gain of the load cell and a softer spring do the same under every load that the cell reads.
-TEST(Plan, SaysWhatNoPlanCanTellApart) {
+TEST(Plan, SaysWhatNoPlanCanDistinguish) {
   Laboratory laboratory(slide.substr(0, slide.find("uncertain")));
   const Campaign campaign = laboratory.measure(loads_only_up({0, 300, 600, 900}));
   PlanQuestion question =
       between(laboratory.robot(), {"wrench_gain at load", "joint_compliance at cell.q"});
-  for (Suspect& suspect : question.suspects)
-    suspect.candidate.effect.values[0] =
-        suspect.candidate.effect.kind->name == "wrench_gain" ? 1.05 : 0.05 / 1e6;
+  for (OpenCandidate& open : question.open)
+    open.candidate.effect.values[0] =
+        open.candidate.effect.kind->name == "wrench_gain" ? 1.05 : 0.05 / 1e6;
   common::Progress silent;
   const Plan p = plan(laboratory.robot(), campaign, question, {.minutes = 60}, 2, silent);
   ASSERT_EQ(p.splits.size(), 1u);
@@ -296,7 +297,7 @@ TEST(Plan, SaysWhatNoPlanCanTellApart) {
   EXPECT_THAT(p.splits[0].advice, HasSubstr("known weights"));
 }
 
-// Asked for by name, though what is refitted has taken it up: then only known weights show it, and
+// Asked for by name, though what is fitted has taken it up: then only known weights show it, and
 // the plan is for these.
 TEST(Plan, WhatIsTakenUpByTheFitShowsUnderKnownWeights) {
   Laboratory laboratory(slide);
@@ -315,9 +316,9 @@ TEST(Plan, WhatIsTakenUpByTheFitShowsUnderKnownWeights) {
               HasSubstr("Load it by known weights"));
 }
 
-// What only known weights tell is told by them: readings of another session, to which the load cell
-// has nothing to say.
-TEST(Plan, KnownWeightsTellAGainOfTheLoadCellFromASofterSpring) {
+// Known weights show what only they can show: readings of another session, in which the load cell
+// has no part.
+TEST(Plan, KnownWeightsDistinguishAGainOfTheLoadCellFromASofterSpring) {
   const std::string up = loads_only_up({0, 300, 600, 900});
   const auto replace_all = [](std::string text, const std::string& from, const std::string& to) {
     for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
@@ -334,7 +335,7 @@ TEST(Plan, KnownWeightsTellAGainOfTheLoadCellFromASofterSpring) {
     const std::vector<std::string> kinds = {"wrench_gain", "clearance"};
     const Diagnosis before = laboratory.diagnose(laboratory.measure(up), kinds);
     EXPECT_NE(before.verdict,
-              Verdict::identified);  // the spring is refitted, which does the same
+              Verdict::identified);  // the spring is fitted, which does the same
     if (gain) laboratory.options().hidden.clear();
     const Diagnosis after =
         laboratory.diagnose(laboratory.measure(by_weights, "known_loads: [weights]\n"), kinds);
@@ -376,7 +377,7 @@ TEST(Plan, SharpensAsPromised) {
   }
 }
 
-TEST(Plan, BeginsWithReplicatesWhereNothingTellsTheNoise) {
+TEST(Plan, StartsWithReplicatesWhereTheNoiseIsUnknown) {
   Laboratory laboratory(slide);
   laboratory.options().translation_noise = 0;
   const Campaign campaign = laboratory.measure("id,fz\na,0\nb,300\nc,600\n");

@@ -172,7 +172,7 @@ const std::vector<std::string> kinds = {
     "friction", "creep",         "hardening",           "clearance",        "preload",
     "payload",  "session_drift", "piecewise_stiffness", "thermal_expansion"};
 
-TEST(Verdict, ZerosThatCyclesShareAreNoEffect) {
+TEST(Verdict, DatumsThatCyclesShareAreNoEffect) {
   for (const std::uint64_t seed : {11, 22, 33}) {
     Laboratory laboratory(slide);
     const Campaign campaign = from_noisy_zeros(laboratory, seed);
@@ -221,7 +221,7 @@ TEST(Verdict, LastingErrorsGiveTheWrongEffectNoName) {
   }
 }
 
-TEST(Verdict, AnEffectIsFoundBesideZerosThatCyclesShare) {
+TEST(Verdict, AnEffectIsFoundBesideDatumsThatCyclesShare) {
   Laboratory laboratory(slide);
   laboratory.hide("friction", "q", "force=10 N,presliding=2 um");
   const Diagnosis d = laboratory.diagnose(from_noisy_zeros(laboratory, 44), kinds);

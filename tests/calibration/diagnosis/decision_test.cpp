@@ -12,19 +12,19 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-Rival fitted(const std::string& kind, const std::string& at, double log_evidence,
-             double told_apart = 20) {
-  Rival rival;
-  rival.candidate.effect.kind = vjm::effect_kind(kind);
-  rival.candidate.effect.at = at;
-  rival.fit = RivalFit{};
-  rival.fit->log_evidence = log_evidence;
-  rival.fit->told_apart = told_apart;
-  return rival;
+RankedCandidate fitted(const std::string& kind, const std::string& at, double log_evidence,
+                       double discriminability = 20) {
+  RankedCandidate ranked;
+  ranked.candidate.effect.kind = vjm::effect_kind(kind);
+  ranked.candidate.effect.at = at;
+  ranked.fit = CandidateFit{};
+  ranked.fit->log_evidence = log_evidence;
+  ranked.fit->discriminability = discriminability;
+  return ranked;
 }
 
 // Nothing missing is out of the question, unless a test says otherwise.
-DiagnosisStep round_of(std::vector<Rival> ranking, double without = -100) {
+DiagnosisStep round_of(std::vector<RankedCandidate> ranking, double without = -100) {
   DiagnosisStep step;
   step.ranking = std::move(ranking);
   step.log_evidence_without = without;
@@ -34,9 +34,9 @@ DiagnosisStep round_of(std::vector<Rival> ranking, double without = -100) {
 }
 
 TEST(Decision, LawsOfOneCurveAddUp) {
-  const Decision d = decide(round_of({fitted("clearance", "q1", 0),
-                                      fitted("piecewise_stiffness", "q1", -0.3),
-                                      fitted("hardening", "q1", -1), fitted("creep", "q1", -20)}));
+  const Decision d =
+      decide(round_of({fitted("clearance", "q1", 0), fitted("piecewise_stiffness", "q1", -0.3),
+                       fitted("hardening", "q1", -1), fitted("creep", "q1", -20)}));
   ASSERT_TRUE(d.is_identified);
   ASSERT_EQ(d.answers.size(), 1u);
   EXPECT_THAT(d.answers[0].places, ElementsAre("q1"));
@@ -50,19 +50,19 @@ TEST(Decision, LawsOfOneCurveAddUp) {
 }
 
 TEST(Decision, TheClassIsNamedAloneWhereItHoldsTheLevel) {
-  const Decision d = decide(
-      round_of({fitted("clearance", "q1", 0), fitted("piecewise_stiffness", "q1", -8)}));
+  const Decision d =
+      decide(round_of({fitted("clearance", "q1", 0), fitted("piecewise_stiffness", "q1", -8)}));
   ASSERT_TRUE(d.is_identified);
   EXPECT_EQ(d.answers[0].effect_class, "backlash");
 }
 
 TEST(Decision, PlacesThatPredictAlikeAreOneAnswer) {
-  const Decision alike =
-      decide(round_of({fitted("base_compliance", "base", 0), fitted("bearing_compliance", "q1", -0.5, 1.5)}));
+  const Decision alike = decide(round_of(
+      {fitted("base_compliance", "base", 0), fitted("bearing_compliance", "q1", -0.5, 1.5)}));
   ASSERT_TRUE(alike.is_identified);
   EXPECT_THAT(alike.answers[0].places, ElementsAre("base", "q1"));
-  const Decision apart =
-      decide(round_of({fitted("base_compliance", "base", 0), fitted("bearing_compliance", "q1", -0.5, 9)}));
+  const Decision apart = decide(round_of(
+      {fitted("base_compliance", "base", 0), fitted("bearing_compliance", "q1", -0.5, 9)}));
   EXPECT_FALSE(apart.is_identified);
   EXPECT_TRUE(apart.is_narrowed_down);
   ASSERT_EQ(apart.answers.size(), 2u);
@@ -93,9 +93,9 @@ TEST(Decision, ADiscrepancyCountsForTheDriveWhoseLawItIs) {
 }
 
 TEST(Decision, WhatImitatesTheBestCountsAsItDoes) {
-  Rival imitator = fitted("friction", "q2", 0);
+  RankedCandidate imitator = fitted("friction", "q2", 0);
   imitator.fit.reset();
-  imitator.imitates = true;
+  imitator.confounded = true;
   const Decision same_class = decide(round_of({fitted("friction", "q1", 0), imitator}));
   ASSERT_TRUE(same_class.is_identified);
   EXPECT_THAT(same_class.answers[0].places, ElementsAre("q1", "q2"));
@@ -106,7 +106,7 @@ TEST(Decision, WhatImitatesTheBestCountsAsItDoes) {
 }
 
 TEST(Decision, ALongListIsNone) {
-  std::vector<Rival> ranking;
+  std::vector<RankedCandidate> ranking;
   for (const char* kind : {"friction", "creep", "eccentricity", "payload", "thermal_expansion",
                            "wrench_gain", "target_lever_arm"})
     ranking.push_back(fitted(kind, "q1", 0));
@@ -117,8 +117,8 @@ TEST(Decision, ALongListIsNone) {
 
 // What explains nothing, and the order of what stands behind the best, change nothing.
 TEST(Decision, DependsOnNeitherOrderNorIdleCandidates) {
-  std::vector<Rival> ranking{fitted("clearance", "q1", 0), fitted("friction", "q1", -1),
-                             fitted("creep", "q2", -2, 1), fitted("hardening", "q1", -3)};
+  std::vector<RankedCandidate> ranking{fitted("clearance", "q1", 0), fitted("friction", "q1", -1),
+                                       fitted("creep", "q2", -2, 1), fitted("hardening", "q1", -3)};
   const Decision before = decide(round_of(ranking));
   std::reverse(ranking.begin() + 1, ranking.end());
   ranking.push_back(fitted("payload", "platform", -60));
@@ -130,9 +130,7 @@ TEST(Decision, DependsOnNeitherOrderNorIdleCandidates) {
   }
 }
 
-TEST(Decision, WithoutFitsThereIsNone) {
-  EXPECT_TRUE(decide(DiagnosisStep{}).answers.empty());
-}
+TEST(Decision, WithoutFitsThereIsNone) { EXPECT_TRUE(decide(DiagnosisStep{}).answers.empty()); }
 
 }  // namespace
 }  // namespace kinetostat::calibration

@@ -1,4 +1,4 @@
-// Which effect looks most like which: the nearest confusers that the catalogue names are computed.
+// Confounders: the nearest ones that the catalogue names are computed.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -52,10 +52,10 @@ Campaign plan_for(const Bench& bench, bool arm, DisplacementKind displacement) {
   return campaign;
 }
 
-// Marks over noise beside the model without effects, by the readings of one plan.
-class Marks {
+// Signatures in units of the noise beside the model without effects, by the readings of one plan.
+class Signatures {
  public:
-  Marks(const Bench& bench, bool arm, DisplacementKind kind)
+  Signatures(const Bench& bench, bool arm, DisplacementKind kind)
       : robot_{.file = "bench",
                .name = bench.name,
                .units = {},
@@ -72,11 +72,11 @@ class Marks {
         spans_[candidate.effect.kind->name].push_back(span_of_candidate(candidate.effect));
   }
 
-  VectorXd mark(const vjm::Effect& effect) const { return predicted({effect}) - plain_; }
+  VectorXd signature(const vjm::Effect& effect) const { return predicted({effect}) - plain_; }
 
-  // How much of a mark each other kind can make, at its best place; largest first.
-  std::vector<std::pair<double, std::string>> confusers(const vjm::Effect& effect) const {
-    const VectorXd own = mark(effect).normalized();
+  // How much of a signature each other kind can make, at its best place; largest first.
+  std::vector<std::pair<double, std::string>> confounders(const vjm::Effect& effect) const {
+    const VectorXd own = signature(effect).normalized();
     std::vector<std::pair<double, std::string>> all;
     for (const auto& [kind, spans] : spans_) {
       if (kind == effect.kind->name) continue;
@@ -105,7 +105,7 @@ class Marks {
 
   // Of its usual size, and of each value that may be left out by itself.
   MatrixXd span_of_candidate(const vjm::Effect& effect) const {
-    std::vector<VectorXd> columns = {mark(effect)};
+    std::vector<VectorXd> columns = {signature(effect)};
     for (Eigen::Index k = 1; k < effect.values.size(); ++k) {
       const vjm::EffectParameter& p = effect.kind->parameters[static_cast<std::size_t>(k)];
       if (p.required) continue;
@@ -113,7 +113,7 @@ class Marks {
       alone.values[k] = std::clamp(p.none + vjm::prior_deviation(effect, k, robot_.manipulator),
                                    p.lower, p.upper);
       try {
-        columns.push_back(mark(alone) - columns[0]);
+        columns.push_back(signature(alone) - columns[0]);
       } catch (const std::invalid_argument&) {
         continue;  // a bearing does not yield along a joint that slides
       }
@@ -150,18 +150,18 @@ std::vector<std::string> kinds_in(const std::string& text) {
   return names;
 }
 
-// On one robot at least, a named confuser makes at least 90 % of what the nearest of all makes.
-TEST(EffectConfuser, TheCatalogueNamesTheNearestOne) {
+// On one robot at least, a named confounder makes at least 90 % of what the nearest of all makes.
+TEST(EffectConfounder, TheCatalogueNamesTheNearestOne) {
   std::map<std::string, double> best;        // of the named ones, over the nearest of all
   std::map<std::string, std::string> found;  // for the documentation
   for (const bool arm : {false, true}) {
     const Bench bench = arm ? vjm::test::arm_bench() : vjm::test::parallel_bench();
-    const Marks difference(bench, arm, DisplacementKind::difference);
-    const Marks absolute(bench, arm, DisplacementKind::absolute);
+    const Signatures difference(bench, arm, DisplacementKind::difference);
+    const Signatures absolute(bench, arm, DisplacementKind::absolute);
     for (const vjm::Effect& effect : bench.effects) {
       const std::string& name = effect.kind->name;
       const auto all =
-          (vjm::test::displaces_without_load(name) ? absolute : difference).confusers(effect);
+          (vjm::test::displaces_without_load(name) ? absolute : difference).confounders(effect);
       const std::vector<std::string> named = kinds_in(effect.kind->confuser);
       EXPECT_FALSE(named.empty()) << name << ": " << effect.kind->confuser;
       for (const auto& [cosine, kind] : all)

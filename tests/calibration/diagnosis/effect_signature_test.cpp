@@ -69,8 +69,8 @@ std::vector<Vector6> predicted(const Bench& bench, const std::vector<vjm::Effect
   return p.displacement;
 }
 
-// Differences to the unloaded robot for what yields to the load; poses for what displaces the robot
-// without load, which differences do not show.
+// Differences to the unloaded robot for effects that yield to the load; poses for effects that
+// displace the robot without load, which are not observable in differences.
 DisplacementKind kind_of_readings(const vjm::Effect& effect) {
   return vjm::test::displaces_without_load(effect.kind->name) ? DisplacementKind::absolute
                                                               : DisplacementKind::difference;
@@ -222,23 +222,23 @@ TEST_P(EffectSignature, IsSeenWhereItIsAndGoneWithTheEffect) {
   common::Progress silent;
   const Comparison plain = compare(robot_with(bench, {}), campaign, 1, silent);
   const Comparison with = compare(robot_with(bench, {effect}), campaign, 1, silent);
-  EXPECT_EQ(plain.as_designed.adequacy, Adequacy::inadequate) << effect.kind->name;
+  EXPECT_EQ(plain.nominal.adequacy, Adequacy::inadequate) << effect.kind->name;
 
-  const std::vector<std::string> found = findings(plain.as_designed);
+  const std::vector<std::string> found = findings(plain.nominal);
   ASSERT_FALSE(found.empty()) << effect.kind->name;
   const std::string who = effect.kind->name + " on the " + bench.name;
   const Assessment clear =
-      compare(robot_with(bench, {}), measured(bench, effect, arm, 0), 1, silent).as_designed;
-  expect_points_to_the_effect(plain.as_designed, clear, who);
+      compare(robot_with(bench, {}), measured(bench, effect, arm, 0), 1, silent).nominal;
+  expect_points_to_the_effect(plain.nominal, clear, who);
   const auto share = [&clear](const std::string& axis) {
     for (const ResidualStatistics& s : clear.by_component)
       if (component_names[static_cast<std::size_t>(s.component)] == axis) return s.share;
     return 0.0;
   };
-  EXPECT_GT(share(worst_axis(plain.as_designed)), 0.8 * share(worst_axis(clear))) << who;
+  EXPECT_GT(share(worst_axis(plain.nominal)), 0.8 * share(worst_axis(clear))) << who;
   if (const std::string axis = axis_of(effect); !arm && !axis.empty()) {
-    EXPECT_EQ(worst_axis(plain.as_designed), "d" + axis) << who;
-    for (const Pattern& pattern : plain.as_designed.patterns.factors)
+    EXPECT_EQ(worst_axis(plain.nominal), "d" + axis) << who;
+    for (const Pattern& pattern : plain.nominal.patterns.factors)
       if (pattern.factor == "direction of load" && pattern.holm_p_value() < 1e-4) {
         EXPECT_EQ(named(pattern).label.substr(1), "f" + axis) << who;
       }
@@ -253,17 +253,17 @@ TEST_P(EffectSignature, IsSeenWhereItIsAndGoneWithTheEffect) {
       << effect.kind->name << " on the " << bench.name << " shows in "
       << fmt::format("{}", fmt::join(found, ", "));
 
-  const ChiSquareTest& chi = *with.as_designed.chi_square;
+  const ChiSquareTest& chi = *with.nominal.chi_square;
   const boost::math::chi_squared law(static_cast<double>(chi.degrees_of_freedom));
   const double dof = static_cast<double>(chi.degrees_of_freedom);
   EXPECT_GT(chi.reduced(), boost::math::quantile(law, 0.025) / dof) << effect.kind->name;
   EXPECT_LT(chi.reduced(), boost::math::quantile(law, 0.975) / dof) << effect.kind->name;
 
-  std::string list = worst_axis(plain.as_designed);
+  std::string list = worst_axis(plain.nominal);
   for (const std::string& name : found) list += ", " + name;
   RecordProperty("row", fmt::format("| `{}` | {} | {} | {:.2f} | {:.3f} |", effect.kind->name,
                                     bench.name + ", " + effect.at, list,
-                                    plain.as_designed.chi_square->reduced(), chi.reduced()));
+                                    plain.nominal.chi_square->reduced(), chi.reduced()));
 }
 
 // The value whose half the readings miss most.
@@ -299,8 +299,8 @@ TEST_P(EffectSignature, IsFitted) {
   robot.uncertain_values = {{0, v}};
   common::Progress silent;
   const Comparison c = compare(robot, measured(bench, truth, arm), 1, silent);
-  ASSERT_TRUE(c.refitted) << c.refit_failure;
-  const ParameterEstimate& e = c.refitted->fit.parameters.at(0);
+  ASSERT_TRUE(c.fitted) << c.refit_failure;
+  const ParameterEstimate& e = c.fitted->fit.parameters.at(0);
   EXPECT_LT(std::abs(e.value - truth.values[v]), 4 * e.standard_error) << e.parameter.name;
   EXPECT_LT(e.standard_error, 0.5 * std::abs(truth.values[v] - none)) << e.parameter.name;
 }

@@ -83,7 +83,7 @@ TEST_F(FitJournalTest, StoppedAfterEveryOtherStepItGoesOnAndEndsWithTheSameBytes
   }
 }
 
-// Asks for the search to be stopped when it begins a fit, or marks.
+// Asks for the search to be stopped when it starts a fit, or signatures.
 class StoppedAtBeginning : public Memory {
  public:
   explicit StoppedAtBeginning(int of) : of_(of) {}
@@ -148,10 +148,10 @@ TEST(FitRecord, NumbersOfAnySizeAreNoRecord) {
 
 TEST_F(FitJournalTest, RecordsHoldEveryBit) {
   const Noise noise = noise_of(robot_, campaign_, 1, silent_);
-  const Rivals rivals(robot_, campaign_, noise, 1, silent_);
-  const BaseFit base = rivals.fit({}, nullptr, silent_);
+  const CandidateFitter fitter(robot_, campaign_, noise, 1, silent_);
+  const BaseFit base = fitter.fit({}, nullptr, silent_);
   const std::vector<Candidate> added = {candidates(robot_, {"load_hardening"}).front()};
-  const BaseFit fit = rivals.fit(added, &base, silent_);
+  const BaseFit fit = fitter.fit(added, &base, silent_);
   std::vector<Parameter> unknowns;
   for (const ParameterEstimate& estimate : fit.parameters) unknowns.push_back(estimate.parameter);
   const std::optional<BaseFit> back = recorded_fit(record_of(fit), unknowns);
@@ -162,17 +162,18 @@ TEST_F(FitJournalTest, RecordsHoldEveryBit) {
   EXPECT_EQ(back->parameters[0].parameter.phrase(), fit.parameters[0].parameter.phrase());
   EXPECT_FALSE(recorded_fit(record_of(fit), {})) << "of other parameters";
 
-  const Rivals::Marks marks = rivals.marks_of(added[0], {}, base, silent_);
-  const std::optional<Rivals::Marks> marks_back = recorded_marks(record_of(marks), added[0]);
-  ASSERT_TRUE(marks_back);
-  EXPECT_EQ(record_of(*marks_back), record_of(marks));
-  EXPECT_EQ(marks_back->signatures[0].columns, marks.signatures[0].columns);
-  EXPECT_EQ(marks_back->starts[0].name(), added[0].name());
-  EXPECT_FALSE(recorded_marks(record_of(fit), added[0]));
-  EXPECT_FALSE(recorded_fit(record_of(marks), unknowns));
+  const CandidateFitter::Signatures signatures = fitter.signatures_of(added[0], {}, base, silent_);
+  const std::optional<CandidateFitter::Signatures> signatures_back =
+      recorded_signatures(record_of(signatures), added[0]);
+  ASSERT_TRUE(signatures_back);
+  EXPECT_EQ(record_of(*signatures_back), record_of(signatures));
+  EXPECT_EQ(signatures_back->all[0].columns, signatures.all[0].columns);
+  EXPECT_EQ(signatures_back->starts[0].name(), added[0].name());
+  EXPECT_FALSE(recorded_signatures(record_of(fit), added[0]));
+  EXPECT_FALSE(recorded_fit(record_of(signatures), unknowns));
 }
 
-TEST_F(FitJournalTest, KnowsWhatReadingsCannotTell) {
+TEST_F(FitJournalTest, KnowsWhatReadingsCannotDetermine) {
   try {
     (void)recorded_fit(record_of(common::NotIdentifiable("no reading depends on it")), {});
     ADD_FAILURE() << "it must throw";
@@ -192,8 +193,8 @@ TEST_F(FitJournalTest, OtherQuestionsHaveOtherKeys) {
   larger.sigma[5][2] *= 1 + 1e-15;
   EXPECT_NE(fit_scope(campaign_, larger), scope);
 
-  const Rivals rivals(robot_, campaign_, noise, 1, silent_);
-  const BaseFit base = rivals.fit({}, nullptr, silent_);
+  const CandidateFitter fitter(robot_, campaign_, noise, 1, silent_);
+  const BaseFit base = fitter.fit({}, nullptr, silent_);
   std::vector<vjm::Effect> effects = {candidates(robot_, {"clearance"}).front().effect};
   const std::vector<Parameter> unknowns = {base.parameters[0].parameter};
   const auto key_with = [&](const auto& change) {
@@ -221,12 +222,12 @@ TEST_F(FitJournalTest, OtherQuestionsHaveOtherKeys) {
   const Candidate candidate = candidates(robot_, {"clearance"}).front();
   BaseFit moved = base;
   moved.parameters[0].value += 1e-12;
-  keys.push_back(marks_key(scope, candidate, {}, base));
-  keys.push_back(marks_key(scope, candidate, {}, moved));
-  keys.push_back(marks_key(scope, candidate, {candidate}, base));
+  keys.push_back(signatures_key(scope, candidate, {}, base));
+  keys.push_back(signatures_key(scope, candidate, {}, moved));
+  keys.push_back(signatures_key(scope, candidate, {candidate}, base));
   Candidate wider = candidate;
   wider.deviations[0] *= 2;
-  keys.push_back(marks_key(scope, wider, {}, base));
+  keys.push_back(signatures_key(scope, wider, {}, base));
   for (std::size_t i = 0; i < keys.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) EXPECT_NE(keys[i], keys[j]) << i << " and " << j;
 }

@@ -42,7 +42,7 @@ TEST(PairScreen, ExplainsWhatBothSpansTogetherExplain) {
   const Screen screen(space, signatures(n));
   const PairScreen pairs(screen, all_of(screen));
   ASSERT_EQ(pairs.pairs().size(), 13u * 12 / 2);
-  const VectorXd surprises = pairs.surprises(space.residual());
+  const VectorXd significances = pairs.significances(space.residual());
   for (std::size_t p = 0; p < pairs.pairs().size(); ++p) {
     const auto [a, b] = pairs.pairs()[p];
     MatrixXd both(n, screen.span(a).cols() + screen.span(b).cols());
@@ -52,7 +52,7 @@ TEST(PairScreen, ExplainsWhatBothSpansTogetherExplain) {
     const double explained = fitted.squaredNorm();
     const double noise = std::max(1.0, (space.residual().squaredNorm() - explained) / rest);
     const double spread = 2 / (9 * k);
-    EXPECT_NEAR(surprises[static_cast<Index>(p)],
+    EXPECT_NEAR(significances[static_cast<Index>(p)],
                 (std::cbrt(explained / noise / k) - 1 + spread) / std::sqrt(spread), 1e-9);
   }
 }
@@ -70,10 +70,11 @@ TEST(PairScreen, SeesWhatNoSingleEffectShows) {
   for (std::uint64_t c = 0; c < campaigns; ++c) {
     const ResidualSpace space(9 * left + random_matrix(n, 1, 1000 + c), fitted);
     const Screen screen(space, tried);
-    alone += gate(screen, space, 0.05, 99, 500'000, 2).p_value <= 0.05 ? 1 : 0;
+    alone += max_score_test(screen, space, 0.05, 99, 500'000, 2).p_value <= 0.05 ? 1 : 0;
     const PairScreen pairs(screen, all_of(screen));
-    const auto largest = [&](const VectorXd& r) { return pairs.largest_surprise(r); };
-    const Gate both = gate_of(largest, space, significance_of_pairs, 199, 500'000, 2);
+    const auto largest = [&](const VectorXd& r) { return pairs.largest_significance(r); };
+    const MaxScoreTest both =
+        max_score_test(largest, space, significance_of_pairs, 199, 500'000, 2);
     together += both.p_value <= significance_of_pairs ? 1 : 0;
     right += pairs.pairs()[both.where] == std::pair<std::size_t, std::size_t>(1, 12) ? 1 : 0;
   }
@@ -90,7 +91,7 @@ TEST(MaskedPair, IsFoundThoughNeitherShowsAlone) {
   laboratory.hide("preload", "q2", fmt::format("force={}", kinetostat::test::torque_2));
   const Diagnosis d = laboratory.diagnose(laboratory.measure(kinetostat::test::lifts()),
                                           {"preload", "clearance", "wrench_gain"});
-  EXPECT_GT(d.steps[0].gate.p_value, 0.05);  // nothing shows alone
+  EXPECT_GT(d.steps[0].max_score.p_value, 0.05);  // nothing shows alone
   EXPECT_EQ(d.verdict, Verdict::identified);
   ASSERT_EQ(d.found.size(), 2u);
   std::vector<std::string> names = {d.found[0].candidate.name(), d.found[1].candidate.name()};

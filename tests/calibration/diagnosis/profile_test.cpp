@@ -32,14 +32,14 @@ Campaign campaign(double gap) {
 
 // With the compliance u = exp(-q) / k in the place of the logarithm q it is a straight line through
 // the readings, whose zero is fitted, too: the rise is sum((F - mean F)^2) (u - best)^2 / sigma^2.
-TEST(Profile, OfOneSpringAndItsZeroIsThatOfAStraightLine) {
+TEST(Profile, OfOneSpringAndItsZeroOffsetIsThatOfAStraightLine) {
   const vjm::Robot robot = test::bench();
   const Campaign read = campaign(0);
   const Noise noise = noise_of(read, {});
   common::Progress silent;
-  const Rivals rivals(robot, read, noise, 1, silent);
-  const BaseFit best = rivals.fit({}, nullptr, silent);
-  const std::vector<Profile> found = profiles(rivals, {}, best, 5, silent);
+  const CandidateFitter fitter(robot, read, noise, 1, silent);
+  const BaseFit best = fitter.fit({}, nullptr, silent);
+  const std::vector<Profile> found = profiles(fitter, {}, best, 5, silent);
   ASSERT_EQ(found.size(), 1u);
   double mean = 0, squares = 0;
   for (const double f : loads) mean += f / static_cast<double>(loads.size());
@@ -61,12 +61,12 @@ TEST(Profile, EndsWhereTheRangeOfAValueEnds) {
   const Campaign read = campaign(5e-6);
   const Noise noise = noise_of(read, {});
   common::Progress silent;
-  const Rivals rivals(robot, read, noise, 1, silent);
+  const CandidateFitter fitter(robot, read, noise, 1, silent);
   std::vector<Candidate> gap = candidates(robot, {"clearance"});
   gap.resize(1);
   gap[0].effect.values[0] = 5e-6;
-  const BaseFit best = rivals.fit(gap, nullptr, silent);
-  const std::vector<Profile> found = profiles(rivals, gap, best, 1, silent);
+  const BaseFit best = fitter.fit(gap, nullptr, silent);
+  const std::vector<Profile> found = profiles(fitter, gap, best, 1, silent);
   ASSERT_EQ(found.size(), 1u);  // the value of the effect comes first
   const ParameterEstimate& estimate = found[0].estimate;
   ASSERT_LT(estimate.value, 3 * estimate.standard_error);

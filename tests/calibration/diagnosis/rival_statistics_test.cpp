@@ -30,7 +30,7 @@ std::vector<Signature> signatures(Index rows) {
   return result;
 }
 
-TEST(ResidualSpace, KeepsWhatTheFitCannotAbsorb) {
+TEST(ResidualSpace, KeepsWhatIsNotConfoundedWithTheFit) {
   MatrixXd fitted(30, 4);
   fitted.leftCols(3) = random_matrix(30, 3, 1);
   fitted.col(3) = 1e9 * (fitted.col(0) - 2 * fitted.col(1));  // redundant, in another unit
@@ -60,9 +60,9 @@ TEST(Screen, DetectabilityIsTheLengthThatIsLeftAndConfusionItsCosine) {
   EXPECT_NEAR(screen.score(0, space.residual()).explained, 0.36, 1e-12);
 }
 
-// Family-wise: one campaign in twenty with nothing missing passes the gate, though many candidates
-// are tried. Without the maximum over all of them it would be about half of them.
-TEST(Gate, HoldsItsLevelOverManyCandidates) {
+// Family-wise: one campaign in twenty with nothing missing exceeds the detection threshold, though
+// many candidates are tried. Without the maximum over all of them it would be about half of them.
+TEST(MaxScoreTest, HoldsItsLevelOverManyCandidates) {
   constexpr Index n = 60;
   constexpr int campaigns = 250;
   const MatrixXd fitted = random_matrix(n, 5, 7);
@@ -71,7 +71,7 @@ TEST(Gate, HoldsItsLevelOverManyCandidates) {
   for (int c = 0; c < campaigns; ++c) {
     const ResidualSpace space(random_matrix(n, 1, 10'000 + static_cast<std::uint64_t>(c)), fitted);
     const Screen screen(space, tried);
-    const Gate result = gate(screen, space, 0.05, 99, 500'000, 2);
+    const MaxScoreTest result = max_score_test(screen, space, 0.05, 99, 500'000, 2);
     passed += result.p_value <= 0.05 ? 1 : 0;
     passed_uncorrected += result.largest >= -std::log(0.05) ? 1 : 0;
   }
@@ -81,7 +81,7 @@ TEST(Gate, HoldsItsLevelOverManyCandidates) {
 }
 
 // Noise that is 1.6 times as large as stated must not pass for an effect.
-TEST(Gate, IsNotFooledByNoiseThatIsLargerThanStated) {
+TEST(MaxScoreTest, IsNotFooledByNoiseThatIsLargerThanStated) {
   constexpr Index n = 60;
   constexpr int campaigns = 150;
   const MatrixXd fitted = random_matrix(n, 5, 7);
@@ -90,30 +90,33 @@ TEST(Gate, IsNotFooledByNoiseThatIsLargerThanStated) {
   for (int c = 0; c < campaigns; ++c) {
     const ResidualSpace space(1.6 * random_matrix(n, 1, 20'000 + static_cast<std::uint64_t>(c)),
                               fitted);
-    passed += gate(Screen(space, tried), space, 0.05, 99, 500'000, 2).p_value <= 0.05 ? 1 : 0;
+    passed +=
+        max_score_test(Screen(space, tried), space, 0.05, 99, 500'000, 2).p_value <= 0.05 ? 1 : 0;
   }
   EXPECT_LT(passed, 0.05 * campaigns + 4 * std::sqrt(campaigns * 0.05 * 0.95));
 }
 
-TEST(Gate, FindsWhatIsThere) {
+TEST(MaxScoreTest, FindsWhatIsThere) {
   constexpr Index n = 60;
   const MatrixXd fitted = random_matrix(n, 5, 7);
   const std::vector<Signature> tried = signatures(n);
-  const VectorXd mark = ResidualSpace(VectorXd::Zero(n), fitted).left_of(tried[6].columns).col(0);
+  const VectorXd signature =
+      ResidualSpace(VectorXd::Zero(n), fitted).left_of(tried[6].columns).col(0);
   int found = 0;
   for (std::uint64_t c = 0; c < 100; ++c) {
-    const VectorXd residual = random_matrix(n, 1, 30'000 + c) + 8 * mark / mark.norm();
+    const VectorXd residual = random_matrix(n, 1, 30'000 + c) + 8 * signature / signature.norm();
     const ResidualSpace space(residual, fitted);
-    const Gate result = gate(Screen(space, tried), space, 0.05, 99, 500'000, 2);
+    const MaxScoreTest result = max_score_test(Screen(space, tried), space, 0.05, 99, 500'000, 2);
     found += result.p_value <= 0.05 && result.where == 6 ? 1 : 0;
   }
   EXPECT_GE(found, 95);
 }
 
-TEST(Gate, DoesNotDependOnTheNumberOfThreads) {
+TEST(MaxScoreTest, DoesNotDependOnTheNumberOfThreads) {
   const ResidualSpace space(random_matrix(40, 1, 3), random_matrix(40, 2, 4));
   const Screen screen(space, signatures(40));
-  const Gate one = gate(screen, space, 0.05, 200, 9, 1), two = gate(screen, space, 0.05, 200, 9, 2);
+  const MaxScoreTest one = max_score_test(screen, space, 0.05, 200, 9, 1),
+                     two = max_score_test(screen, space, 0.05, 200, 9, 2);
   EXPECT_EQ(one.p_value, two.p_value);
   EXPECT_EQ(one.critical, two.critical);
 }
@@ -186,7 +189,7 @@ TEST(HeldOut, WhatABoundHoldsDoesNotMove) {
 }
 
 // An unknown that no reading tells, such as how an effect acts that is not there.
-TEST(HeldOut, WhatNothingTellsChangesNothing) {
+TEST(HeldOut, AnUndeterminedUnknownChangesNothing) {
   constexpr Index n = 24;
   const MatrixXd x = random_matrix(n, 2, 12);
   MatrixXd more(n, 3);
@@ -200,9 +203,9 @@ TEST(HeldOut, WhatNothingTellsChangesNothing) {
   EXPECT_EQ(held.total(), without.total());
 }
 
-// A value that only the readings of one group tell is predicted for that group from its range, not
-// from what chance makes of it in the others.
-TEST(HeldOut, StaysWithinTheRangeWhereTheRestTellsNothing) {
+// A value that only the readings of one group determine is predicted for that group from its range,
+// not from what chance makes of it in the others.
+TEST(HeldOut, StaysWithinTheRangeWhereTheRestDeterminesNothing) {
   constexpr Index n = 24;
   BaseFit fit;
   MatrixXd x(n, 2);

@@ -15,7 +15,7 @@ namespace {
 using test::Laboratory;
 
 // An arm of three drives, all of unsure stiffness, pushed two ways at six postures.
-class StandInTest : public testing::Test {
+class CommonCauseTest : public testing::Test {
  protected:
   static std::string arm(double softer, double stiffer) {
     return fmt::format(
@@ -50,46 +50,46 @@ class StandInTest : public testing::Test {
   }
 };
 
-TEST_F(StandInTest, AGainOfTheLoadCellMakesAllSpringsSofterAtOnce) {
-  Laboratory arm(StandInTest::arm(1, 1));
+TEST_F(CommonCauseTest, AGainOfTheLoadCellMakesAllSpringsSofterAtOnce) {
+  Laboratory arm(CommonCauseTest::arm(1, 1));
   arm.hide("wrench_gain", "load", "gain=1.05");
   const Diagnosis d = diagnose(measure(arm), arm);
   EXPECT_EQ(d.verdict, Verdict::inconclusive);
-  ASSERT_TRUE(d.instead_of_refit.has_value());
-  EXPECT_EQ(d.instead_of_refit->candidate.name(), "wrench_gain at load");
-  EXPECT_NEAR(d.instead_of_refit->candidate.effect.values[0], 1.05, 0.005);
-  EXPECT_GT(d.instead_of_refit->test.p_value, 0.001);
+  ASSERT_TRUE(d.common_cause.has_value());
+  EXPECT_EQ(d.common_cause->candidate.name(), "wrench_gain at load");
+  EXPECT_NEAR(d.common_cause->candidate.effect.values[0], 1.05, 0.005);
+  EXPECT_GT(d.common_cause->test.p_value, 0.001);
 }
 
-// One spring softer and another one stiffer than designed: no single cause does that; one spring
+// One spring softer and another one stiffer than nominal: no single cause does that; one spring
 // alone needs none.
-TEST_F(StandInTest, StiffnessesThatAreWrongNeedNoOtherCause) {
+TEST_F(CommonCauseTest, StiffnessesThatAreWrongNeedNoOtherCause) {
   for (const double stiffer : {1.15, 1.0}) {
     Laboratory real(arm(1.1, stiffer));
     const Laboratory model(arm(1, 1));
     const Diagnosis d = diagnose(measure(real), model);
     EXPECT_EQ(d.verdict, Verdict::none_needed);
-    EXPECT_FALSE(d.instead_of_refit.has_value());
+    EXPECT_FALSE(d.common_cause.has_value());
   }
 }
 
-TEST_F(StandInTest, AModelThatIsRightNeedsNone) {
-  Laboratory arm(StandInTest::arm(1, 1));
+TEST_F(CommonCauseTest, AModelThatIsRightNeedsNone) {
+  Laboratory arm(CommonCauseTest::arm(1, 1));
   const Diagnosis d = diagnose(measure(arm), arm);
   EXPECT_EQ(d.verdict, Verdict::none_needed);
-  EXPECT_FALSE(d.instead_of_refit.has_value());
+  EXPECT_FALSE(d.common_cause.has_value());
 }
 
-// What is asked for next are readings that tell the one from the other.
-TEST_F(StandInTest, ThePlanAsksForKnownWeights) {
-  Laboratory arm(StandInTest::arm(1, 1));
+// The plan asks for readings that distinguish the one from the other.
+TEST_F(CommonCauseTest, ThePlanAsksForKnownWeights) {
+  Laboratory arm(CommonCauseTest::arm(1, 1));
   arm.hide("wrench_gain", "load", "gain=1.05");
   const Campaign campaign = measure(arm);
   const Diagnosis d = diagnose(campaign, arm);
   const PlanQuestion question =
       question_of(arm.robot(), arm.json(campaign, d), "diagnosis.json", {});
-  ASSERT_EQ(question.suspects.size(), 1u);
-  EXPECT_EQ(question.suspects[0].candidate.name(), "wrench_gain at load");
+  ASSERT_EQ(question.candidates.size(), 1u);
+  EXPECT_EQ(question.candidates[0].candidate.name(), "wrench_gain at load");
   common::Progress silent;
   const Plan p =
       kinetostat::calibration::plan(arm.robot(), campaign, question, {.minutes = 60}, 2, silent);

@@ -70,11 +70,11 @@ TEST(Verdict, WhatAnErrorWithoutAFormExplainsBetterIsNoSecondEffect) {
   ASSERT_EQ(d.found.size(), 1u);
   EXPECT_EQ(d.found[0].candidate.name(), "friction at cell.q");
   ASSERT_EQ(d.steps.size(), 2u);
-  EXPECT_LT(d.steps[1].gate.p_value, 0.01);
+  EXPECT_LT(d.steps[1].max_score.p_value, 0.01);
   EXPECT_GT(d.steps[1].free_form_probability, 0.9);
 }
 
-// Two effects that together beat an error without a form, while one beside the other does not.
+// Two effects that together beat an unmodelled smooth error, while one beside the other does not.
 TEST(Verdict, NoNameThatIsLessLikelyThanAllElse) {
   Diagnosis d;
   d.found.resize(2);
@@ -122,8 +122,8 @@ TEST(Verdict, AnEffectOfUnusualSizeThatFitsHasItsName) {
               HasSubstr("12 times as large as such an effect usually is"));
 }
 
-// A straight drift of twenty times its usual size. An error without a form has no size of its own:
-// that is no evidence for it.
+// A straight drift of twenty times its usual size. An unmodelled smooth error has no size of its
+// own: that is no evidence for it.
 TEST(Verdict, AnUnusualSizeIsNoReasonForAnErrorWithoutAForm) {
   Laboratory laboratory(slide);
   laboratory.hide("session_drift", "sensor", "z=0.1 um/s");
@@ -154,7 +154,7 @@ TEST(Verdict, WhatALawGetsWrongIsNoSecondEffect) {
   EXPECT_EQ(d.rest_of_laws, "piecewise_stiffness at cell.q");
   EXPECT_FALSE(d.or_something_else);
   EXPECT_THAT(report::text(laboratory.robot(), campaign, d),
-              HasSubstr("no more than the law of what was found may get wrong"));
+              HasSubstr("no larger than the error of an idealised law may be"));
 }
 
 // Beside one effect another one of a thirtieth of its size may be its law; one of a seventh is
@@ -203,7 +203,7 @@ TEST(Verdict, ABalancerIsFoundWhateverItsPhase) {
 
 // A joint that was assembled askew stands as one that is pushed: the one number of the push is no
 // evidence against the six of the frame.
-TEST(Verdict, ARivalThatFitsAsWellStaysWhateverItsPrior) {
+TEST(Verdict, ACandidateThatFitsAsWellStaysWhateverItsPrior) {
   Laboratory laboratory(
       "kinetostat: 1\nname: arm\nunits: {length: mm, force: N, angle: deg}\nchain_types:\n  arm:\n"
       "    - actuator: {name: q1, axis: Rz, stiffness: 4.0e4 N m/rad}\n    - tool: [400, 0, 0]\n"
@@ -227,9 +227,9 @@ TEST(Verdict, CreepIsNotFasterThanTheReadings) {
   Laboratory laboratory(slide);
   laboratory.hide("friction", "q", "force=60 N,presliding=3 um");
   const Diagnosis d = laboratory.diagnose(laboratory.measure(loops()), {"creep", "friction"});
-  const auto creep =
-      std::find_if(d.steps[0].ranking.begin(), d.steps[0].ranking.end(),
-                   [](const Rival& rival) { return rival.candidate.effect.kind->name == "creep"; });
+  const auto creep = std::find_if(
+      d.steps[0].ranking.begin(), d.steps[0].ranking.end(),
+      [](const RankedCandidate& ranked) { return ranked.candidate.effect.kind->name == "creep"; });
   ASSERT_NE(creep, d.steps[0].ranking.end());
   ASSERT_TRUE(creep->fit);
   EXPECT_GE(creep->fit->values[1], 30);  // tau [s]
@@ -258,7 +258,7 @@ TEST(Verdict, NothingToTryIsNoCrash) {
 }
 
 // Nanoseconds that are taken for seconds: no creep that an effect may have is slow enough.
-TEST(Verdict, ReadingsThatAreYearsApartTellNoCreep) {
+TEST(Verdict, ReadingsThatAreYearsApartShowNoCreep) {
   Laboratory laboratory(slide);
   laboratory.hide("friction", "q", "force=60 N,presliding=3 um");
   Campaign campaign = laboratory.measure(loops());
@@ -268,7 +268,7 @@ TEST(Verdict, ReadingsThatAreYearsApartTellNoCreep) {
 }
 
 // Weight that is put on against friction, or that has settled: either is found as what it was.
-TEST(Verdict, FrictionIsNamedHoweverItsCyclesBegin) {
+TEST(Verdict, FrictionIsNamedHoweverItsCyclesStart) {
   for (const int settled : {0, 1}) {
     Laboratory laboratory(
         "kinetostat: 1\nname: slide\nunits: {length: mm, force: N, angle: deg}\n"
@@ -286,9 +286,9 @@ TEST(Verdict, FrictionIsNamedHoweverItsCyclesBegin) {
   }
 }
 
-// A spring that no load reaches, and one that yields in proportion to another, stay as designed and
-// are named; the verdict is that of the rest.
-TEST(Verdict, WhatTheReadingsDoNotDetermineStaysAsDesigned) {
+// A spring that no load reaches, and one that yields in proportion to another, stay at their
+// nominal values and are named; the verdict is that of the rest.
+TEST(Verdict, WhatTheReadingsDoNotDetermineStaysNominal) {
   Laboratory laboratory(
       "kinetostat: 1\nname: slide\nunits: {length: mm, force: N, angle: deg}\nchain_types:\n  "
       "cell:\n"
@@ -303,10 +303,11 @@ TEST(Verdict, WhatTheReadingsDoNotDetermineStaysAsDesigned) {
   ASSERT_FALSE(d.found.empty());
   EXPECT_EQ(d.found[0].candidate.effect.kind->name, "friction");
   ASSERT_GE(d.weak.size(), 2u);
-  EXPECT_EQ(d.weak[0], "the stiffness of 'p' stays as designed: no reading depends on it.");
+  EXPECT_EQ(d.weak[0],
+            "the stiffness of 'p' stays at its nominal value: no reading depends on it.");
   EXPECT_EQ(d.weak[1],
-            "the stiffness of 'q' stays as designed: these readings do not tell it from what is "
-            "refitted.");
+            "the stiffness of 'q' stays at its nominal value: it is confounded with the fitted "
+            "parameters.");
 }
 
 // A drift against the load, by more than the spring yields: without it the spring would be rigid.
@@ -321,11 +322,11 @@ TEST(Verdict, WhatDrivesAStiffnessToInfinityIsFound) {
   const Diagnosis d = laboratory.diagnose(campaign, {"session_drift", "creep", "clearance"});
   ASSERT_EQ(d.verdict, Verdict::identified);
   EXPECT_EQ(d.found[0].candidate.name(), "session_drift at sensor");
-  EXPECT_THAT(d.weak.at(0), HasSubstr("infinite or zero"));
+  EXPECT_THAT(d.weak.at(0), HasSubstr("infinite or 0"));
 }
 
-// A slip in a sign does so as well, and no effect is sought in what it leaves.
-TEST(Verdict, ASlipInASignIsNoMissingEffect) {
+// A sign error does so as well, and no effect is sought in the rest.
+TEST(Verdict, ASignErrorIsNoMissingEffect) {
   Laboratory laboratory(slide);
   Campaign campaign = laboratory.measure(loops());
   for (Reading& reading : campaign.readings) reading.displacement *= -1;
@@ -378,7 +379,7 @@ TEST(Verdict, BalancersAreSoughtAtDrives) {
 }
 
 // A drive about a vertical axis lifts nothing, and neither do those behind it about parallel axes;
-// one that tilts makes room for all behind it. Where gravity is not known any may lift.
+// one that tilts allows it for all behind it. Where gravity is not known any may lift.
 TEST(Verdict, BalancersAreSoughtWhereWeightActs) {
   const auto balanced = [](const std::string& gravity, const std::string& second) {
     Laboratory laboratory(
@@ -412,7 +413,7 @@ TEST(Verdict, SaysThatGravityIsMissing) {
       laboratory.measure("id,q1,fz\na,90,20\nb,90,-20\nc,60,40\nd,60,-40\ne,30,20\nf,30,-20\n");
   const Diagnosis d = laboratory.diagnose(campaign, {"payload", "clearance"});
   const auto& ranking = d.steps.at(0).ranking;
-  const auto payload = std::find_if(ranking.begin(), ranking.end(), [](const Rival& r) {
+  const auto payload = std::find_if(ranking.begin(), ranking.end(), [](const RankedCandidate& r) {
     return r.candidate.effect.kind->name == "payload";
   });
   ASSERT_NE(payload, ranking.end());
@@ -435,12 +436,13 @@ TEST(Verdict, SaysWhatItCouldNotSee) {
   const std::vector<UnseenKind> unseen = unseen_kinds(d);
   ASSERT_EQ(unseen.size(), 2u);
   EXPECT_EQ(unseen[0].name, "payload");
-  EXPECT_FALSE(unseen[0].absorbed);
+  EXPECT_FALSE(unseen[0].confounded_with_fit);
   EXPECT_EQ(unseen[1].name, "wrench_gain");
-  EXPECT_TRUE(unseen[1].absorbed);
+  EXPECT_TRUE(unseen[1].confounded_with_fit);
   const std::string text = report::text(laboratory.robot(), campaign, d);
-  EXPECT_THAT(text, testing::HasSubstr("would not show, at their usual sizes: payload."));
-  EXPECT_THAT(text, testing::HasSubstr("do not tell from what is refitted: wrench_gain."));
+  EXPECT_THAT(
+      text, testing::HasSubstr("Not observable in these readings at their usual sizes: payload."));
+  EXPECT_THAT(text, testing::HasSubstr("Confounded with fitted parameters: wrench_gain."));
 }
 
 }  // namespace

@@ -89,8 +89,8 @@ TEST(Evidence, PriorsHaveTheScaleThatTheReadingsAskFor) {
   EXPECT_LT(deviation, 15);
 }
 
-// Two rivals that look alike, one of which is there, and noise 1.6 times as large as stated: the
-// third trap. What is said to be right at 80 % must be right in 80 of 100 campaigns.
+// Two candidates that look alike, one of which is there, and noise 1.6 times as large as stated:
+// the third trap. What is said to be right at 80 % must be right in 80 of 100 campaigns.
 TEST(Evidence, IsAsOftenRightAsItSaysThoughTheNoiseIsLargerThanStated) {
   constexpr Eigen::Index n = 60;
   constexpr int campaigns = 2400;
@@ -101,26 +101,26 @@ TEST(Evidence, IsAsOftenRightAsItSaysThoughTheNoiseIsLargerThanStated) {
     return x;
   };
   const VectorXd common = random(1);
-  const std::array<VectorXd, 2> marks = {common + 0.3 * random(2), common + 0.3 * random(3)};
-  double stated = 0, right = 0, stated_untempered = 0;
+  const std::array<VectorXd, 2> signatures = {common + 0.3 * random(2), common + 0.3 * random(3)};
+  double stated = 0, right = 0, stated_unweighted = 0;
   for (std::uint64_t c = 0; c < campaigns; ++c) {
     const std::size_t truth = c % 2;
-    const VectorXd y = marks[truth] + 1.6 * random(100 + c);
+    const VectorXd y = signatures[truth] + 1.6 * random(100 + c);
     std::array<BaseFit, 2> fits;
-    double temper = 0;
+    double exponent = 0;
     for (std::size_t k = 0; k < 2; ++k) {
-      fits[k] = fit_of(y, marks[k], 1, 0);
-      temper = std::max(temper, temper_of(fits[k]));
+      fits[k] = fit_of(y, signatures[k], 1, 0);
+      exponent = std::max(exponent, exponent_of(fits[k]));
     }
-    const double log_ratio = evidence(fits[1], temper).log - evidence(fits[0], temper).log;
-    const double untempered = evidence(fits[1], 1).log - evidence(fits[0], 1).log;
+    const double log_ratio = evidence(fits[1], exponent).log - evidence(fits[0], exponent).log;
+    const double unweighted = evidence(fits[1], 1).log - evidence(fits[0], 1).log;
     stated += 1 / (1 + std::exp(-std::abs(log_ratio)));
-    stated_untempered += 1 / (1 + std::exp(-std::abs(untempered)));
+    stated_unweighted += 1 / (1 + std::exp(-std::abs(unweighted)));
     right += (log_ratio > 0) == (truth == 1) ? 1 : 0;
   }
   // Four standard deviations of a binomial count.
   EXPECT_NEAR(stated / campaigns, right / campaigns, 4 * 0.5 / std::sqrt(campaigns));
-  EXPECT_GT(stated_untempered / campaigns, right / campaigns + 0.05);
+  EXPECT_GT(stated_unweighted / campaigns, right / campaigns + 0.05);
 }
 
 }  // namespace

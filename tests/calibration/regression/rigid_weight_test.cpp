@@ -63,11 +63,11 @@ TEST(RigidWeight, TwelveKilogramsTooMuchOnLinkFourAreFound) {
   EXPECT_EQ(found.candidate.name(), "self_weight at arm.link4");
   EXPECT_NEAR(found.candidate.effect.values[0], 12, 0.5);
   // It fits best of all that were fitted.
-  for (const Rival& rival : d.steps.front().ranking)
-    if (rival.fit) {
+  for (const RankedCandidate& ranked : d.steps.front().ranking)
+    if (ranked.fit) {
       EXPECT_LE(d.steps.front().ranking.front().fit->squared_error,
-                rival.fit->squared_error * (1 + 1e-9))
-          << rival.candidate.name();
+                ranked.fit->squared_error * (1 + 1e-9))
+          << ranked.candidate.name();
     }
 }
 

@@ -34,7 +34,7 @@ Comparison against_the_model(const SimulatedCampaign& made) {
 
 TEST(Simulate, WithoutNoiseTheModelIsExact) {
   for (const auto kind : {DisplacementKind::difference, DisplacementKind::absolute})
-    EXPECT_TRUE(against_the_model(simulated({.displacement = kind})).as_designed.is_exact);
+    EXPECT_TRUE(against_the_model(simulated({.displacement = kind})).nominal.is_exact);
 }
 
 TEST(Simulate, TheNoiseIsTheStatedOne) {
@@ -42,7 +42,7 @@ TEST(Simulate, TheNoiseIsTheStatedOne) {
   for (int i = 0; i < 300; ++i) csv += fmt::format("0,0,0,{}\n", i);
   const Comparison c = against_the_model(
       simulated({.translation_noise = 5e-6, .rotation_noise = 2e-5, .seed = 3}, csv));
-  const ChiSquareTest& test = c.as_designed.chi_square.value();
+  const ChiSquareTest& test = c.nominal.chi_square.value();
   EXPECT_EQ(test.degrees_of_freedom, 1800);
   EXPECT_GT(test.p_value, 1e-3);
   EXPECT_GT(test.lower_p_value, 1e-3);

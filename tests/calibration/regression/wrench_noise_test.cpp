@@ -63,22 +63,22 @@ TEST(WrenchNoise, ChiSquareIsOneWhenItIsStatedAndFarAboveWhenItIsNot) {
   vjm::Robot robot = test::orthoglide();
   robot.uncertain.clear();
   for (unsigned seed = 1; seed <= 3; ++seed) {
-    const ChiSquareTest stated = *compared(seed, true, robot).as_designed.chi_square;
+    const ChiSquareTest stated = *compared(seed, true, robot).nominal.chi_square;
     EXPECT_EQ(stated.degrees_of_freedom, 240);
     EXPECT_GT(stated.reduced(), band(stated).first);
     EXPECT_LT(stated.reduced(), band(stated).second);
-    EXPECT_GT(compared(seed, false, robot).as_designed.chi_square->reduced(), 5);
+    EXPECT_GT(compared(seed, false, robot).nominal.chi_square->reduced(), 5);
   }
 }
 
-// The robot that is compared is 25 % too stiff: once refitted the noise is that of the right one.
-TEST(WrenchNoise, FollowsTheRefittedCompliance) {
+// The robot that is compared is 25 % too stiff: once fitted the noise is that of the right one.
+TEST(WrenchNoise, FollowsTheFittedCompliance) {
   const vjm::Robot robot = test::scaled(test::orthoglide(), {1.25, 1.25});
   const Comparison c = compared(5, true, robot);
-  ASSERT_TRUE(c.refitted);
-  EXPECT_GT(c.refitted->chi_square->reduced(), band(*c.refitted->chi_square).first);
-  EXPECT_LT(c.refitted->chi_square->reduced(), band(*c.refitted->chi_square).second);
-  for (const ParameterEstimate& p : c.refitted->fit.parameters)
+  ASSERT_TRUE(c.fitted);
+  EXPECT_GT(c.fitted->chi_square->reduced(), band(*c.fitted->chi_square).first);
+  EXPECT_LT(c.fitted->chi_square->reduced(), band(*c.fitted->chi_square).second);
+  for (const ParameterEstimate& p : c.fitted->fit.parameters)
     EXPECT_NEAR(p.value, std::log(1 / 1.25), 4 * p.standard_error);
 }
 

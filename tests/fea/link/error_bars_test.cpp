@@ -51,7 +51,7 @@ TEST(ErrorBars, FindTheRateAndTheLimitOfAConvergingSequence) {
   }
 }
 
-// An error that the meshes have only begun to see: its estimate does not fall.
+// An error that the meshes have only started to see: its estimate does not fall.
 TEST(ErrorBars, AreEnlargedWhereTheEstimateDoesNotFall) {
   auto meshes = sequence({1000, 2000}, 1.0, 1.0);
   const ErrorBars falling = error_bars(meshes, 2);
@@ -89,7 +89,7 @@ TEST(ErrorBars, AreEnlargedByWhatTheEstimatesDifferTooMuch) {
   EXPECT_NEAR(error_bars(sequence(unknowns, 1, 6), 2).difference(), 6, 1e-5);
 }
 
-// A sequence that begins with a very coarse mesh seems to converge faster than elements can.
+// A sequence that starts with a very coarse mesh seems to converge faster than elements can.
 TEST(ErrorBars, DoNotBelieveARateBeyondTheory) {
   const auto meshes = sequence({1000, 2000, 4000}, 4, 1);
   const ErrorBars bars = error_bars(meshes, 2);

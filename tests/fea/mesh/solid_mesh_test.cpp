@@ -7,13 +7,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "kinetostat/fea/mesh/flat_elements.h"
 #include "kinetostat/fea/interface/interface_selection.h"
+#include "kinetostat/fea/mesh/flat_elements.h"
 #include "kinetostat/fea/surface/surface_check.h"
 #include "kinetostat/fea/surface/surface_distance.h"
 
-#include "fea/surface/hard_surfaces.h"
 #include "fea/shapes.h"
+#include "fea/surface/hard_surfaces.h"
 
 namespace kinetostat::fea {
 namespace {

@@ -118,7 +118,7 @@ TEST(VolumeMesh, DamageIsNamedWithItsLine) {
   EXPECT_THAT(inp("LOWER, S1", "UPPER, S1"), HasSubstr("'UPPER' is neither"));
 }
 
-TEST(VolumeMesh, AMirroredFileIsMendedWithAWarning) {
+TEST(VolumeMesh, AMirroredFileIsRepairedWithAWarning) {
   const TemporaryFolder folder;
   const auto file = folder.file(
       "a.msh", replaced(replaced(two_22, "1 1 2 3 4\n", "1 2 1 3 4\n"), "2 4 5 3\n", "4 2 5 3\n"));

@@ -35,7 +35,7 @@ void write_case(const std::filesystem::path& folder, const std::string& name,
   write(folder / (name + ".clean.stl"), stl_bytes(part.clean, 1));
   write(folder / (name + ".clean.yaml"), link(name + ".clean.stl", ""));
   if (part.is_broken) {
-    write(folder / (name + ".mended.yaml"), link(name + ".mended.stl", ""));
+    write(folder / (name + ".repaired.yaml"), link(name + ".repaired.stl", ""));
     write(folder / (name + ".repair.yaml"),
           link(name + ".stl", ", repair: [weld, orient, fill, unite, drop, wrap]"));
   }

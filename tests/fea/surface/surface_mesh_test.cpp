@@ -82,7 +82,7 @@ TEST(ReadSurface, SaysWhatLiesInPlaceOfAMesh) {
   EXPECT_THAT(message_of(folder.file("b.stl", "<?xml version=\"1.0\"?>\n" + std::string(500, ' ') +
                                                   "<COLLADA/>"),
                          "mm"),
-              HasSubstr("begins with '<?xml version=\"1.0\"?>', not with 'solid'"));
+              HasSubstr("starts with '<?xml version=\"1.0\"?>', not with 'solid'"));
   EXPECT_THAT(message_of(folder.file("c.dae", "<COLLADA/>"), "mm"),
               HasSubstr("'.dae' is not a surface format"));
 }

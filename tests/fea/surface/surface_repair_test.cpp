@@ -205,7 +205,7 @@ TEST(Repair, WithoutItsHelperSaysSo) {
   EXPECT_THAT(report.actions[0].words, HasSubstr("cannot be run"));
 }
 
-TEST(EnclosedVolume, CountsOverlapsOnceAndKnowsWhenItCannotTell) {
+TEST(EnclosedVolume, CountsOverlapsOnceAndKnowsWhenItIsUndetermined) {
   SurfaceMesh mesh = box;
   append(mesh, box_surface({2, 0, 0}, {5, 2, 1}));
   EXPECT_NEAR(enclosed_volume(mesh).value(), 10, 0.1);
@@ -321,7 +321,7 @@ TEST(RepairByCgal, UniteKeepsCavities) {
 }
 
 // The middle of an edge of the top is pulled out through the bottom.
-TEST(RepairByCgal, UniteMendsABodyThatCrossesItself) {
+TEST(RepairByCgal, UniteRepairsABodyThatCrossesItself) {
   SurfaceMesh mesh = fine_box();
   const auto pulled = std::find_if(mesh.points.begin(), mesh.points.end(), [](const Vector3& p) {
     return (p - Vector3(1.5, 0, 1)).norm() < 1e-9;

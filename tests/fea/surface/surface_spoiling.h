@@ -1,5 +1,5 @@
-// What exporters, decimators and careless modelling do to a good surface. Lengths in the unit of
-// the surface. Everything is repeatable: randomness comes from a seed.
+// Defects that exporters, decimators and careless modelling put into a good surface. Lengths in the
+// unit of the surface. Everything is repeatable: randomness comes from a seed.
 #pragma once
 
 #include <cstdint>

@@ -188,7 +188,7 @@ TEST_F(RobotFile, InlineMatricesAndIdentifiedLinksAreTheSameLink) {
   EXPECT_EQ(identified.link_files.size(), 1u);
 }
 
-// A link file mended by hand: its mass is either usable or refused by name.
+// A link file repaired by hand: its mass is either usable or refused by name.
 TEST_F(RobotFile, TheMassOfAnIdentifiedLinkNeedsACentre) {
   const auto refusal = [&](const io::Json& mass, const io::Json& center) {
     io::Json link = io::to_json(beam_compliance(0.4, Section::circle(0.03, 0.3),

@@ -40,29 +40,29 @@ Matrix6 weighed(const Matrix6& stiffness, double length) {
   return scale.asDiagonal() * stiffness * scale.asDiagonal();
 }
 
-void expect_all_routes_agree(const Case& c) {
+void expect_all_formulas_agree(const Case& c) {
   const Matrix6 expected =
       weighed(unloaded_stiffness(c.chain, c.kinematics).value().matrix(), c.model.length);
   // Where little or nothing is left, it is compared with what there was before the joints.
   const double size = weighed(locked_stiffness(c.model), c.model.length).cwiseAbs().maxCoeff();
-  for (const Matrix6& route : {block_inverse_stiffness(c.model), two_term_stiffness(c.model),
-                               recursive_stiffness(c.model)})
-    EXPECT_TRUE(test::matrix_near(weighed(route, c.model.length), expected, 1e-10 * size));
+  for (const Matrix6& result : {block_inverse_stiffness(c.model), two_term_stiffness(c.model),
+                                recursive_stiffness(c.model)})
+    EXPECT_TRUE(test::matrix_near(weighed(result, c.model.length), expected, 1e-10 * size));
 }
 
-TEST(Routes, AgreeOnRandomChains) {
+TEST(PublishedFormulas, AgreeOnRandomChains) {
   for (unsigned seed = 1; seed <= 60; ++seed) {
     RandomChains random(seed);
     for (int passive = 0; passive <= 5; ++passive) {
       const Chain chain = random.chain(passive);
       SCOPED_TRACE(::testing::Message() << "seed " << seed << ", " << passive << " passive joints");
-      expect_all_routes_agree(evaluated(chain, random.state(chain, 0.5)));
+      expect_all_formulas_agree(evaluated(chain, random.state(chain, 0.5)));
     }
   }
 }
 
 // More passive joints than motions, and the same joint twice.
-TEST(Routes, AgreeWithRedundantPassiveJoints) {
+TEST(PublishedFormulas, AgreeWithRedundantPassiveJoints) {
   for (unsigned seed = 1; seed <= 40; ++seed) {
     RandomChains random(seed);
     Chain chain = random.chain(2);
@@ -74,12 +74,12 @@ TEST(Routes, AgreeWithRedundantPassiveJoints) {
       for (int i = 0; i < 4; ++i)
         chain.passive("more" + std::to_string(i), random.motion()).offset(random.pose(0.1));
     SCOPED_TRACE(seed);
-    expect_all_routes_agree(evaluated(chain, random.state(chain, 0.5)));
+    expect_all_formulas_agree(evaluated(chain, random.state(chain, 0.5)));
   }
 }
 
 // A stretched arm whose passive axes are parallel or meet: its usual Jacobian is singular.
-TEST(Routes, AgreeInSingularPostures) {
+TEST(PublishedFormulas, AgreeInSingularPostures) {
   RandomChains random(7);
   for (const Motion second : {Motion::ry, Motion::rz, Motion::rx}) {
     Chain chain("stretched");
@@ -89,11 +89,11 @@ TEST(Routes, AgreeInSingularPostures) {
     chain.link("l2", Pose::translation({0.3, 0, 0}), random.compliance());
     chain.passive("p2", second).passive("p3", Motion::rx);
     chain.offset(Pose::translation({0.2, 0, 0})).passive("p4", Motion::rx);
-    expect_all_routes_agree(evaluated(chain, Eigen::VectorXd::Zero(chain.size())));
+    expect_all_formulas_agree(evaluated(chain, Eigen::VectorXd::Zero(chain.size())));
   }
 }
 
-TEST(Routes, FewerThanSixSpringsHaveOnlyTheBlockInverse) {
+TEST(PublishedFormulas, FewerThanSixSpringsHaveOnlyTheBlockInverse) {
   Chain leg("leg");
   leg.passive("b1", Motion::rx).passive("b2", Motion::ry).actuator("length", Motion::tz, 1e6, 0.7);
   leg.passive("p1", Motion::rx).passive("p2", Motion::ry).passive("p3", Motion::rz);
@@ -105,7 +105,7 @@ TEST(Routes, FewerThanSixSpringsHaveOnlyTheBlockInverse) {
   EXPECT_TRUE(matrix_near_relative(block_inverse_stiffness(c.model), expected, 1e-12));
 }
 
-TEST(Routes, WrenchThatMeetsNoSpringIsRefused) {
+TEST(PublishedFormulas, WrenchThatMeetsNoSpringIsRefused) {
   Chain chain("rigid but for one joint");
   chain.actuator("a", Motion::rz, 1e5).offset(Pose::translation({0.3, 0, 0}));
   const Case c = evaluated(chain, Eigen::VectorXd::Zero(1));
@@ -122,7 +122,7 @@ Chain six_joints(RandomChains& random) {
   return chain;
 }
 
-TEST(Routes, SalisburyAgreesForElasticActuators) {
+TEST(PublishedFormulas, SalisburyAgreesForElasticActuators) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     RandomChains random(seed);
     const Chain chain = six_joints(random);
@@ -134,7 +134,7 @@ TEST(Routes, SalisburyAgreesForElasticActuators) {
   }
 }
 
-TEST(Routes, SalisburyRefusesASingularJacobian) {
+TEST(PublishedFormulas, SalisburyRefusesASingularJacobian) {
   Matrix6 singular = Matrix6::Identity();
   singular(5, 5) = 0;
   EXPECT_THROW(salisbury_stiffness(singular, Matrix6::Identity()), std::domain_error);
@@ -172,7 +172,7 @@ TEST_P(GosselinAndLegs, Agree) {
 INSTANTIATE_TEST_SUITE_P(Platforms, GosselinAndLegs,
                          ::testing::Values("stewart_gough_a.yaml", "stewart_gough_b.yaml"));
 
-TEST(Routes, TrivialJointsAreZerosAndSchurComplements) {
+TEST(PublishedFormulas, TrivialJointsAreZerosAndSchurComplements) {
   RandomChains random(3);
   const Matrix6 link = random.compliance().inverse().matrix();
   Chain chain("link with a universal joint at its end");
@@ -189,7 +189,7 @@ TEST(Routes, TrivialJointsAreZerosAndSchurComplements) {
               1e-9 * std::abs(link(0, 1)));
 }
 
-TEST(Routes, ChainsAtOtherPointsAddUpAtTheReferencePoint) {
+TEST(PublishedFormulas, ChainsAtOtherPointsAddUpAtTheReferencePoint) {
   RandomChains random(11);
   const Vector3 reference(0.1, 0.2, -0.3);
   std::vector<ChainAtPoint> parts;
@@ -203,7 +203,7 @@ TEST(Routes, ChainsAtOtherPointsAddUpAtTheReferencePoint) {
   EXPECT_TRUE(matrix_near_relative(aggregated_stiffness(parts, reference), expected, 1e-12));
 }
 
-TEST(Routes, LoadedSerialFormulaIsTheTangentOfTheEquilibrium) {
+TEST(PublishedFormulas, LoadedSerialFormulaIsTheTangentOfTheEquilibrium) {
   RandomChains random(5);
   const Chain chain = six_joints(random);
   const Manipulator arm("arm", {chain});

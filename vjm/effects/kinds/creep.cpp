@@ -62,14 +62,15 @@ class Creep : public EffectKind {
 
   void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
     spring_of_joint(chain, joint);
-    chain.add_rest_shift({.coordinate = chain.index_of(joint), .shift = Step(input).crept_now});
+    chain.add_transmission_error(
+        {.coordinate = chain.index_of(joint), .shift = Step(input).crept_now});
   }
 
   void differentiate(ChainColumns& columns, const std::string& joint,
                      const EffectInput& input) const override {
     const Eigen::Vector4d gradient = Step(input).gradient(input);
     const Eigen::Index k = columns.state().chain.index_of(joint);
-    for (Eigen::Index i = 0; i < 4; ++i) columns.add_rest_shift(i, k, gradient[i]);
+    for (Eigen::Index i = 0; i < 4; ++i) columns.add_transmission_error(i, k, gradient[i]);
   }
 
   // The drive's force is a function of the deflection x - command - shift.

@@ -48,10 +48,10 @@ class Eccentricity : public EffectKind {
   }
 
   void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
-    chain.add_rest_shift({.coordinate = chain.index_of(joint),
-                          .cosine = input.values[cosine],
-                          .sine = input.values[sine],
-                          .order = input.values[order]});
+    chain.add_transmission_error({.coordinate = chain.index_of(joint),
+                                  .cosine = input.values[cosine],
+                                  .sine = input.values[sine],
+                                  .order = input.values[order]});
   }
 
   void differentiate(ChainColumns& columns, const std::string& joint,
@@ -60,9 +60,10 @@ class Eccentricity : public EffectKind {
     const double command = columns.state().x[k] - columns.state().travel[k];
     const double c = std::cos(input.values[order] * command);
     const double s = std::sin(input.values[order] * command);
-    columns.add_rest_shift(cosine, k, c);
-    columns.add_rest_shift(sine, k, s);
-    columns.add_rest_shift(order, k, command * (input.values[sine] * c - input.values[cosine] * s));
+    columns.add_transmission_error(cosine, k, c);
+    columns.add_transmission_error(sine, k, s);
+    columns.add_transmission_error(order, k,
+                                   command * (input.values[sine] * c - input.values[cosine] * s));
   }
 };
 

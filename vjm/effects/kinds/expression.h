@@ -9,7 +9,7 @@
 
 namespace kinetostat::vjm {
 
-/// What is wrong with a formula, and where: the column counts from 1.
+/// Error in a formula, and its place: the column counts from 1.
 struct ExpressionError : std::runtime_error {
   ExpressionError(const std::string& what, int at) : std::runtime_error(what), column(at) {}
   int column;
@@ -17,8 +17,8 @@ struct ExpressionError : std::runtime_error {
 
 /// A smooth function of named variables in the notation of muParser: + - * / ^, parentheses,
 /// numbers, _pi, _e, and sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp ln log
-/// log2 log10 sqrt. What jumps or has a kink (abs, sign, min, max, comparisons, a ? b : c) is
-/// refused: equilibrium needs derivatives. Immutable; may be evaluated by several threads.
+/// log2 log10 sqrt. Functions that jump or have a kink (abs, sign, min, max, comparisons, a ? b :
+/// c) are refused: equilibrium needs derivatives. Immutable; may be evaluated by several threads.
 class Expression {
  public:
   /// A value with its derivative in one direction.

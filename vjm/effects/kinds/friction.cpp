@@ -56,7 +56,7 @@ class FrictionLaw : public CoordinateLaw {
   }
   bool is_beside_drive() const override { return true; }
   // From one direction of slipping to the other, through where it sticks.
-  bool bends(const JointState& from, double& step) const override {
+  bool kinks(const JointState& from, double& step) const override {
     const double start = history_[stretch] + (from.travel - history_[effects::travel]) / length_;
     const double end = start + step / length_;
     const auto slips = [](double u) { return u > 1 ? 1 : u < -1 ? -1 : 0; };

@@ -1,4 +1,4 @@
-// A chain that is built otherwise than designed.
+// A chain whose built geometry differs from the nominal one.
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {

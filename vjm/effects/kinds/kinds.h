@@ -1,4 +1,4 @@
-// The kinds of effects, one file each. Internal to this room; effect.h lists them.
+// The kinds of effects, one file each. Internal to this module; effect.h lists them.
 #pragma once
 
 #include "kinetostat/vjm/effects/effect.h"

@@ -1,4 +1,4 @@
-// A link that is softer or stiffer than designed by one factor: its modulus, or its section.
+// A link that is softer or stiffer than nominal by one factor: its modulus, or its section.
 #include <stdexcept>
 
 #include <fmt/format.h>

@@ -30,7 +30,7 @@ class Preload : public EffectKind {
     law = "F = k d - force";
     source = "MMT11 eq. 2: passive joints with preloaded springs";
     signature = "an offset without load; internal loads change the stiffness of closed loops";
-    confuser = "eccentricity or geometric_error of the joint; the zero of the session";
+    confuser = "eccentricity or geometric_error of the joint; the zero offset of the session";
     place = EffectPlace::joint;
     parameters = {{.name = "force",
                    .linear = spatial::dimension::force,

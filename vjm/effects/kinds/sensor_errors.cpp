@@ -71,7 +71,7 @@ Kind session_drift() {
   kind->summary = "readings drift with the time since they were zeroed";
   kind->law =
       "read pose = [exp(r t), v t] pose, v = [x, y, z], r = [rx, ry, rz] per time; t since the "
-      "session began, or with each_cycle = 1 the load cycle";
+      "session started, or with each_cycle = 1 the load cycle";
   kind->source = "drift of an instrument: ISO 230-3, environmental temperature variation error";
   kind->signature =
       "residuals grow in proportion to time in each session or cycle, whatever the load";

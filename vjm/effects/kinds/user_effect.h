@@ -9,7 +9,7 @@
 
 namespace kinetostat::vjm::effects {
 
-/// What the formula of a user's effect gives, about one joint, SI.
+/// Meaning of the formula of a user's effect, about one joint, SI.
 enum class UserLaw {
   force,      // that the joint resists with, beside its drive [N or N m]
   offset,     // by which the drive leads the joint elsewhere [m or rad]

@@ -14,7 +14,7 @@ class WrenchGain : public EffectKind {
     source = "gain error of a force transducer: ISO 376";
     signature = "all displacements too large or too small in one proportion";
     confuser =
-        "link_compliance of all links, a common scale of all compliances: not to be told apart "
+        "link_compliance of all links, a common scale of all compliances: not distinguishable "
         "without self-weight";
     place = EffectPlace::load;
     parameters = {{.name = "gain",

@@ -1,0 +1,16 @@
+// Words for people, where JSON has kept older ones.
+
+/** A verdict as `diagnose` writes it. */
+export const verdictInWords = (kind) =>
+  kind === "these data cannot tell" ? "inconclusive" : kind;
+
+/** The name of a model, or of a stage of the falling error. */
+export const modelInWords = (name) =>
+  name.replace(/\bas designed$/, "nominal").replace(/\brefitted$/, "fitted");
+
+/** "over 99.9 %", "56.3 %", "0.11 % (odds 1 : 876)". */
+export function probabilityInWords(p) {
+  if (p > 0.999) return "over 99.9 %";
+  const percent = (digits) => `${Number((100 * p).toPrecision(digits))} %`;
+  return p >= 0.01 || p <= 0 ? percent(3) : `${percent(2)} (odds 1 : ${Math.round(1 / p - 1)})`;
+}
