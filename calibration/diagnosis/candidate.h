@@ -60,7 +60,7 @@ std::vector<Candidate> designs_of(const Candidate& candidate, const vjm::Manipul
 
 /// Signatures of one candidate, of its usual size and of others where its shape depends on that.
 struct CandidateSignatures {
-  std::vector<Signature> signatures;
+  std::vector<Signature> all;
   std::vector<Candidate> starts;  // the candidate at the size of each signature
   std::string failure;            // why there are none
 };

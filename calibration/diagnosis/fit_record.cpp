@@ -207,7 +207,7 @@ std::string record_of(const common::NotIdentifiable& failure) {
   return bytes_of(Outcome::not_identifiable, std::string(failure.what()));
 }
 
-std::string record_of(const CandidateFitter::Signatures& signatures) {
+std::string record_of(const CandidateSignatures& signatures) {
   std::vector<Eigen::VectorXd> starts;
   for (const Candidate& start : signatures.starts) starts.push_back(start.effect.values);
   return bytes_of(Outcome::signatures, signatures.all, starts, signatures.failure);
@@ -226,10 +226,10 @@ std::optional<BaseFit> recorded_fit(const std::string& record,
   return fit;
 }
 
-std::optional<CandidateFitter::Signatures> recorded_signatures(const std::string& record,
+std::optional<CandidateSignatures> recorded_signatures(const std::string& record,
                                                                const Candidate& candidate) {
   Outcome outcome = Outcome::signatures;
-  CandidateFitter::Signatures signatures;
+  CandidateSignatures signatures;
   std::vector<Eigen::VectorXd> starts;
   if (!read(record, outcome, signatures.all, starts, signatures.failure) ||
       outcome != Outcome::signatures || starts.size() != signatures.all.size())

@@ -20,13 +20,13 @@ std::string signatures_key(const std::string& scope, const Candidate& candidate,
 std::string record_of(const BaseFit& fit);
 /// Record of the failure that the readings do not determine the parameters.
 std::string record_of(const common::NotIdentifiable& failure);
-std::string record_of(const CandidateFitter::Signatures& signatures);
+std::string record_of(const CandidateSignatures& signatures);
 
 /// Back again; nothing when a record is none of that question. Throws the common::NotIdentifiable
 /// that was recorded.
 std::optional<BaseFit> recorded_fit(const std::string& record,
                                     const std::vector<Parameter>& unknowns);
-std::optional<CandidateFitter::Signatures> recorded_signatures(const std::string& record,
+std::optional<CandidateSignatures> recorded_signatures(const std::string& record,
                                                                const Candidate& candidate);
 
 }  // namespace kinetostat::calibration

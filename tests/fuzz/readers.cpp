@@ -11,6 +11,7 @@
 #include "kinetostat/calibration/campaign/campaign_file.h"
 #include "kinetostat/calibration/design/plan_score.h"
 #include "kinetostat/calibration/diagnosis/fit_record.h"
+#include "kinetostat/calibration/diagnosis/diagnosis.h"
 #include "kinetostat/calibration/diagnosis/rivals.h"
 #include "kinetostat/fea/link/link_file.h"
 #include "kinetostat/fea/mesh/surface_import.h"

@@ -37,17 +37,4 @@ struct LinkModel {
   void append_to(Chain& chain, const std::string& name) const;
 };
 
-/// Options that override a link of a robot file.
-struct LinkOptions {
-  int segment_multiple = 1;  // every beam in so many times the segments that the file gives it
-  std::vector<std::filesystem::path> within = {};  // robot files of which this one is a part
-};
-
-/// Reads `{rigid: ...}`, `{beam: ...}`, `{compliance: file or 6x6, ...}`, `{stiffness: 6x6, ...}`
-/// or
-/// `{manipulator: file, ...}`. `materials` is the robot file's map of named materials, if it has
-/// one.
-LinkModel read_link(const io::YamlNode& node, const spatial::UnitSystem& units,
-                    const std::optional<io::YamlNode>& materials, const LinkOptions& options = {});
-
 }  // namespace kinetostat::vjm

@@ -88,8 +88,8 @@ TEST_F(CommonCauseTest, ThePlanAsksForKnownWeights) {
   const Diagnosis d = diagnose(campaign, arm);
   const PlanQuestion question =
       question_of(arm.robot(), arm.json(campaign, d), "diagnosis.json", {});
-  ASSERT_EQ(question.candidates.size(), 1u);
-  EXPECT_EQ(question.candidates[0].candidate.name(), "wrench_gain at load");
+  ASSERT_EQ(question.open.size(), 1u);
+  EXPECT_EQ(question.open[0].candidate.name(), "wrench_gain at load");
   common::Progress silent;
   const Plan p =
       kinetostat::calibration::plan(arm.robot(), campaign, question, {.minutes = 60}, 2, silent);

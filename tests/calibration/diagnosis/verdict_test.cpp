@@ -74,19 +74,6 @@ TEST(Verdict, WhatAnErrorWithoutAFormExplainsBetterIsNoSecondEffect) {
   EXPECT_GT(d.steps[1].free_form_probability, 0.9);
 }
 
-// Two effects that together beat an unmodelled smooth error, while one beside the other does not.
-TEST(Verdict, NoNameThatIsLessLikelyThanAllElse) {
-  Diagnosis d;
-  d.found.resize(2);
-  d.found[0].probability = 0.97;
-  d.found[1].probability = 0.6;
-  EXPECT_FALSE(d.has_improbable_name());
-  d.found[1].probability = 0.25;
-  EXPECT_TRUE(d.has_improbable_name());
-  d.found[1].instead = {"creep at cell.q"};  // with which it shares
-  EXPECT_FALSE(d.has_improbable_name());
-}
-
 // Nothing hidden, but noise that was stated too small: by little it is said, by much nothing is
 // sure.
 TEST(Verdict, AMisfitBeyondTheStatedNoiseIsNotNothing) {
