@@ -98,6 +98,11 @@ std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
             d.found.front().decision.depends_on,
             probability_in_words(d.found.front().decision.unexplained),
             d.found.front().candidate.name())};
+      if (d.above_free_form < calibration::beaten_by_free_form)
+        return {fmt::format(
+            "An unmodelled smooth error, which depends on {}, explains these readings better than "
+            "the nearest effect (log evidence {} more).",
+            d.free_form.depends_on, number(-d.above_free_form, 2))};
       if (d.found.empty() && d.is_left_open())
         return {
             fmt::format("No effect explains these readings: with the model as it is, they "

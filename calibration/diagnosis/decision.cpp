@@ -113,7 +113,7 @@ class Posterior {
     } else if (found.depends_on.find("earlier loads") != std::string::npos) {
       own.family = to_string(vjm::EffectClass::time);
       for (const Hypothesis& h : hypotheses_)
-        if (h.family == own.family) {
+        if (h.family == own.family && h.ranked && h.ranked->candidate.effect.kind->history > 0) {
           own.place = h.place;
           break;
         }

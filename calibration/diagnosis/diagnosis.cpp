@@ -235,6 +235,21 @@ std::string absurd_explanation(const Diagnosis& d) {
       best.candidate.name(), times_usual(best));
 }
 
+// The unmodelled smooth error is another law of what was found: of that drive, or over that time or
+// temperature.
+bool is_other_law(const Diagnosis& d) {
+  const std::string& over = d.free_form.depends_on;
+  return std::any_of(d.found.begin(), d.found.end(), [&](const FoundEffect& found) {
+    const vjm::EffectKind& kind = *found.candidate.effect.kind;
+    const std::string& at = found.candidate.effect.at;
+    if (kind.name == "session_drift") return over.starts_with("time");
+    if (kind.effect_class == vjm::EffectClass::temperature)
+      return over.starts_with("time") || over.starts_with("temperature");
+    return kind.place == vjm::EffectPlace::joint &&
+           (at == d.free_form.drive || d.free_form.drive.ends_with("." + at));
+  });
+}
+
 // Each that was found must be identified; a list that is too long says nothing.
 Verdict verdict_on_found(const Diagnosis& d) {
   constexpr double more_likely_than_not = 0.5;
@@ -270,8 +285,10 @@ void judge(Diagnosis& d) {
       d.verdict = Verdict::none_needed;
     return;
   }
-  d.verdict =
-      structure_left && share_left > unexplained_share ? Verdict::unexplained : verdict_on_found(d);
+  const bool unlike_any = d.above_free_form < beaten_by_free_form && !is_other_law(d);
+  d.verdict = unlike_any || (structure_left && share_left > unexplained_share)
+                  ? Verdict::unexplained
+                  : verdict_on_found(d);
 }
 
 // A model that grows by one effect after the other.

@@ -227,7 +227,7 @@ std::optional<BaseFit> recorded_fit(const std::string& record,
 }
 
 std::optional<CandidateSignatures> recorded_signatures(const std::string& record,
-                                                               const Candidate& candidate) {
+                                                       const Candidate& candidate) {
   Outcome outcome = Outcome::signatures;
   CandidateSignatures signatures;
   std::vector<Eigen::VectorXd> starts;

@@ -27,6 +27,6 @@ std::string record_of(const CandidateSignatures& signatures);
 std::optional<BaseFit> recorded_fit(const std::string& record,
                                     const std::vector<Parameter>& unknowns);
 std::optional<CandidateSignatures> recorded_signatures(const std::string& record,
-                                                               const Candidate& candidate);
+                                                       const Candidate& candidate);
 
 }  // namespace kinetostat::calibration

@@ -176,7 +176,7 @@ async function diagnosis(browser) {
     `({ verdict: document.querySelector(".verdict").innerText, title: document.querySelector("#waterfall h3").textContent,
         end: document.querySelector("#waterfall .plot").getBoundingClientRect().bottom, height: innerHeight })`,
   );
-  assert.ok(first.verdict.includes("named effect") && first.verdict.includes("clearance at arm.drive"));
+  assert.ok(first.verdict.includes("identified") && first.verdict.includes("clearance at arm.drive"));
   assert.equal(first.title, "The error falls");
   assert.ok(first.end <= first.height, `the chart ends at ${first.end} of ${first.height}`);
   // From JSON alone, the page says how to come by what is not there.

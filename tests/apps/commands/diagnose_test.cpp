@@ -62,7 +62,7 @@ TEST_F(Diagnose, NamesTheHiddenClearanceAndAdoptingItLetsTheErrorFall) {
   const Outcome outcome = diagnose();
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const io::Json json = result();
-  EXPECT_EQ(json["verdict"], "named effect");
+  EXPECT_EQ(json["verdict"], "identified");
   ASSERT_EQ(json["found"].size(), 1u);
   EXPECT_EQ(json["found"][0]["effect"], "clearance");
   EXPECT_EQ(json["found"][0]["at"], "y.rho");
@@ -114,7 +114,7 @@ TEST_F(Diagnose, NamesNothingInReadingsWithNothingHidden) {
   for (const char* seed : {"3", "4"}) {
     measure("", "5um", seed);
     EXPECT_EQ(diagnose().code, 0);
-    EXPECT_EQ(result()["verdict"], "no effect needed") << seed;
+    EXPECT_EQ(result()["verdict"], "none needed") << seed;
     EXPECT_TRUE(result()["found"].empty());
   }
   const Outcome nothing = kinetostat("adopt shown.yaml diagnosis.json -o x.yaml");
@@ -130,7 +130,7 @@ TEST_F(Diagnose, DoesNotNameWhatIsConfoundedWithTheFit) {
   EXPECT_EQ(outcome.code, 5);
   EXPECT_THAT(outcome.out, HasSubstr("wrench_gain at load alone, at gain = 1.1"));
   const io::Json json = result();
-  EXPECT_EQ(json["verdict"], "these data cannot tell");
+  EXPECT_EQ(json["verdict"], "inconclusive");
   EXPECT_EQ(json["instead_of_refit"]["effect"], "wrench_gain");
   EXPECT_NEAR(json["instead_of_refit"]["values"][0].get<double>(), 1.1, 0.002);
   EXPECT_TRUE(json["found"].empty());
@@ -149,7 +149,7 @@ TEST_F(Diagnose, IsInconclusiveWithoutKnownNoise) {
   io::write_atomically(working_folder() / "campaign/campaign.yaml", campaign);
   const Outcome outcome = diagnose();
   EXPECT_EQ(outcome.code, 5);
-  EXPECT_EQ(result()["verdict"], "these data cannot tell");
+  EXPECT_EQ(result()["verdict"], "inconclusive");
   EXPECT_THAT(outcome.out, HasSubstr("how exact the readings are"));
 }
 

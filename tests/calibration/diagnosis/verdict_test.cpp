@@ -189,7 +189,7 @@ TEST(Verdict, ABalancerIsFoundWhateverItsPhase) {
 }
 
 // A joint that was assembled askew stands as one that is pushed: the one number of the push is no
-// evidence against the six of the frame.
+// evidence against the six of the frame. Both are laws of one class at one place.
 TEST(Verdict, ACandidateThatFitsAsWellStaysWhateverItsPrior) {
   Laboratory laboratory(
       "kinetostat: 1\nname: arm\nunits: {length: mm, force: N, angle: deg}\nchain_types:\n  arm:\n"
@@ -204,9 +204,16 @@ TEST(Verdict, ACandidateThatFitsAsWellStaysWhateverItsPrior) {
   for (int i = 0; i < 24; ++i)
     plan += fmt::format("p{},{},{},{}\n", i, 15 * (i % 6), 10 + 30 * (i / 6), 40 * (i % 3));
   const Diagnosis d = laboratory.diagnose(laboratory.measure(plan), {"preload", "geometric_error"});
-  EXPECT_EQ(d.verdict, Verdict::narrowed_down);
-  EXPECT_THAT(d.ambiguous,
-              testing::IsSupersetOf({"preload at arm.q2", "geometric_error at arm.q2"}));
+  EXPECT_EQ(d.verdict, Verdict::identified);
+  ASSERT_EQ(d.found.size(), 1u);
+  ASSERT_EQ(d.found[0].decision.answers.size(), 1u);
+  const Answer& answer = d.found[0].decision.answers[0];
+  EXPECT_EQ(answer.effect_class, "geometry");
+  EXPECT_THAT(answer.places, testing::Contains("arm.q2"));
+  for (const char* law : {"preload", "geometric_error"})
+    EXPECT_TRUE(std::any_of(answer.laws.begin(), answer.laws.end(), [&](const LawShare& share) {
+      return share.effect == law && share.share > 0.01;
+    })) << law;
 }
 
 // A lag of one reading is no creep: it would be a name for every hysteresis.
@@ -286,8 +293,10 @@ TEST(Verdict, WhatTheReadingsDoNotDetermineStaysNominal) {
       "uncertain:\n  - {stiffness: p}\n  - {stiffness: r}\n  - {stiffness: q}\n");
   laboratory.hide("friction", "q", "force=60 N,presliding=3 um");
   const Diagnosis d = laboratory.diagnose(laboratory.measure(loops()), {"friction", "creep"});
-  EXPECT_EQ(d.verdict, Verdict::narrowed_down);  // r and q stand in one line
   ASSERT_FALSE(d.found.empty());
+  EXPECT_EQ(d.verdict, Verdict::identified);  // r and q stand in one line: one answer
+  EXPECT_THAT(d.found[0].decision.answers[0].places,
+              testing::UnorderedElementsAre("cell.r", "cell.q"));
   EXPECT_EQ(d.found[0].candidate.effect.kind->name, "friction");
   ASSERT_GE(d.weak.size(), 2u);
   EXPECT_EQ(d.weak[0],
