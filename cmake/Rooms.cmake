@@ -1,8 +1,9 @@
-# kinetostat_room(NAME SOURCES a.cpp ... [PUBLIC lib ...] [PRIVATE lib ...])
+# kinetostat_room(NAME SOURCES a.cpp ... [PUBLIC lib ...] [PRIVATE lib ...] [LIGHT])
 #
-# A room is a folder, a namespace and one static library: kinetostat::NAME. Its headers lie beside its sources.
+# A room is a folder, a namespace and one static library: kinetostat::NAME. Its headers lie beside its sources. A LIGHT
+# one reads, writes and formats, and is compiled quickly instead of running quickly.
 function(kinetostat_room name)
-  cmake_parse_arguments(ROOM "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ROOM "LIGHT" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   set(target kinetostat_${name})
   add_library(${target} STATIC ${ROOM_SOURCES})
   add_library(kinetostat::${name} ALIAS ${target})
@@ -14,6 +15,12 @@ function(kinetostat_room name)
   target_link_libraries(${target}
     PUBLIC ${ROOM_PUBLIC}
     PRIVATE ${ROOM_PRIVATE} $<BUILD_INTERFACE:kinetostat_settings>)
+  if(ROOM_LIGHT)
+    target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:kinetostat_light>)
+    kinetostat_use_precompiled(${target} kinetostat_parsed_light)
+  else()
+    kinetostat_use_precompiled(${target} kinetostat_parsed)
+  endif()
   install(TARGETS ${target} EXPORT kinetostat ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
   install(DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/kinetostat/${name}
