@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include "kinetostat/spatial/decomposition.h"
 
 namespace kinetostat::calibration {
 
@@ -34,7 +33,7 @@ double Separation::squared() const {
   if (gram_.size() == 0) return std::max(0.0, difference_);
   MatrixXd a = gram_;
   a.diagonal().array() += 1;
-  return std::max(0.0, difference_ - along_.dot(a.ldlt().solve(along_)));
+  return std::max(0.0, difference_ - along_.dot(spatial::solve_symmetric(a, along_).col(0)));
 }
 
 MatrixXd Knowledge::gain(const Forecast& forecast, const MatrixXd& common) {
@@ -44,11 +43,11 @@ MatrixXd Knowledge::gain(const Forecast& forecast, const MatrixXd& common) {
   MatrixXd a = common.transpose() * common;
   a.diagonal().array() += 1;
   const MatrixXd shared = common.transpose() * j;
-  return gain - shared.transpose() * a.ldlt().solve(shared);
+  return gain - shared.transpose() * spatial::solve_symmetric(a, shared);
 }
 
 MatrixXd Knowledge::covariance() const {
-  return gain_.ldlt().solve(MatrixXd::Identity(gain_.rows(), gain_.cols()));
+  return spatial::solve_symmetric(gain_, MatrixXd::Identity(gain_.rows(), gain_.cols()));
 }
 
 double Knowledge::mean_square(const MatrixXd& spread) const {
@@ -63,10 +62,10 @@ MatrixXd root_of(const MatrixXd& covariance) {
   const VectorXd deviations = covariance.diagonal().cwiseMax(0).cwiseSqrt();
   VectorXd inverse = deviations;
   for (double& d : inverse) d = d > 0 ? 1 / d : 0;
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(inverse.asDiagonal() * covariance *
-                                                      inverse.asDiagonal());
-  const VectorXd roots = eigen.eigenvalues().cwiseMax(0).cwiseSqrt();
-  MatrixXd root = deviations.asDiagonal() * eigen.eigenvectors() * roots.asDiagonal();
+  const spatial::SymmetricEigen eigen =
+      spatial::symmetric_eigen(inverse.asDiagonal() * covariance * inverse.asDiagonal());
+  const VectorXd roots = eigen.values.cwiseMax(0).cwiseSqrt();
+  MatrixXd root = deviations.asDiagonal() * eigen.vectors * roots.asDiagonal();
   MatrixXd kept(n, 0);
   for (Index k = 0; k < n; ++k) {
     if (!(roots[k] > 0)) continue;

@@ -7,6 +7,7 @@
 
 #include "kinetostat/calibration/diagnosis/rivals.h"
 #include "kinetostat/calibration/regression/session_frame.h"
+#include "kinetostat/spatial/decomposition.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -72,7 +73,7 @@ void take_up(const CandidateFitter& fitter, const PlanQuestion& question, const 
   if (signatures.all.empty()) return;
   const Signature& signature = signatures.all.front();
   const VectorXd at_usual_size = signature.columns.col(0) / signature.growth[0];
-  const VectorXd change = base.at.jacobian.colPivHouseholderQr().solve(-at_usual_size);
+  const VectorXd change = spatial::least_squares_solution(base.at.jacobian, -at_usual_size);
   for (std::size_t k = 0; k < model.parameters.size(); ++k) {
     const Parameter& parameter = model.parameters[k];
     double& value = model.values[static_cast<Index>(k)];

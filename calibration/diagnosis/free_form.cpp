@@ -4,10 +4,9 @@
 #include <cmath>
 #include <map>
 
-#include <Eigen/Eigenvalues>
-
 #include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/calibration/regression/evidence.h"
+#include "kinetostat/spatial/decomposition.h"
 #include "kinetostat/spatial/rotation.h"
 
 namespace kinetostat::calibration {
@@ -155,15 +154,15 @@ MatrixXd memory(const std::vector<Track>& tracks, DisplacementKind displacement,
 double log_evidence(const MatrixXd& root, const ResidualSpace& space, double exponent) {
   if (root.cols() == 0) return 0;  // a memory that has faded before the next reading
   const MatrixXd left = space.left_of(root);
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(left.transpose() * left);
-  const VectorXd seen = eigen.eigenvectors().transpose() * (left.transpose() * space.residual());
-  const double largest = eigen.eigenvalues().maxCoeff(), trace = eigen.eigenvalues().sum();
+  const spatial::SymmetricEigen eigen = spatial::symmetric_eigen(left.transpose() * left);
+  const VectorXd seen = eigen.vectors.transpose() * (left.transpose() * space.residual());
+  const double largest = eigen.values.maxCoeff(), trace = eigen.values.sum();
   if (!(largest > 0)) return 0;
   std::vector<double> logs;
   for (int half_powers = 2; half_powers <= 9; ++half_powers) {
     double log = 0;
     for (Index i = 0; i < seen.size(); ++i) {
-      const double value = eigen.eigenvalues()[i];
+      const double value = eigen.values[i];
       if (value < 1e-9 * largest) continue;
       const double signal = std::pow(10, 0.5 * half_powers) * value / trace;
       log +=

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
+#include "kinetostat/spatial/decomposition.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -38,14 +38,14 @@ PairScreen::PairScreen(const Screen& screen, const std::vector<std::size_t>& mem
       if (members_[a].size == 0 || members_[b].size == 0) continue;
       const MatrixXd between =
           cosines.block(members_[a].at, members_[b].at, members_[a].size, members_[b].size);
-      const Eigen::SelfAdjointEigenSolver<MatrixXd> left(
+      const spatial::SymmetricEigen left = spatial::symmetric_eigen(
           MatrixXd::Identity(members_[b].size, members_[b].size) - between.transpose() * between);
       std::vector<Index> kept;
-      for (Index i = 0; i < left.eigenvalues().size(); ++i)
-        if (left.eigenvalues()[i] > same) kept.push_back(i);
+      for (Index i = 0; i < left.values.size(); ++i)
+        if (left.values[i] > same) kept.push_back(i);
       if (kept.empty()) continue;
-      const MatrixXd directions = left.eigenvectors()(Eigen::all, kept) *
-                                  left.eigenvalues()(kept).cwiseSqrt().cwiseInverse().asDiagonal();
+      const MatrixXd directions = left.vectors(Eigen::all, kept) *
+                                  left.values(kept).cwiseSqrt().cwiseInverse().asDiagonal();
       additions_.push_back({a, b, -(between * directions).transpose(), directions.transpose()});
       pairs_.emplace_back(members[a], members[b]);
     }

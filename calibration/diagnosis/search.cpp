@@ -4,13 +4,11 @@
 #include <cmath>
 #include <numbers>
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
-
 #include "kinetostat/calibration/diagnosis/pair_screen.h"
 #include "kinetostat/calibration/regression/evidence.h"
 #include "kinetostat/calibration/statistics/goodness_of_fit.h"
 #include "kinetostat/common/error.h"
+#include "kinetostat/spatial/decomposition.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -142,7 +140,7 @@ std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
     MatrixXd a = x.transpose() * weights.asDiagonal() * x;
     a.diagonal().tail(extra).array() += 1;
     a.diagonal().head(base).array() += 1e-9;
-    const VectorXd solution = a.ldlt().solve(x.transpose() * weights.cwiseProduct(y));
+    const VectorXd solution = spatial::solve_symmetric(a, x.transpose() * weights.cwiseProduct(y));
     left = y - x * solution;
     for (Index i = 0; i < n; ++i)
       weights[i] = std::min(1.0, bend / std::max(1e-300, std::abs(left[i])));
@@ -323,7 +321,8 @@ std::vector<std::vector<Candidate>> Search::masked_pairs(const BaseFit& fit) con
     const auto [a, b] = pairs.pairs()[p];
     MatrixXd signatures(space.residual().size(), 2);
     signatures << signatures_[a].columns.col(0), signatures_[b].columns.col(0);
-    const VectorXd sizes = space.left_of(signatures).colPivHouseholderQr().solve(space.residual());
+    const VectorXd sizes =
+        spatial::least_squares_solution(space.left_of(signatures), space.residual());
     const auto start = [&](std::size_t i, double size) {
       return resized(candidate_signatures_[owner_[i].first].starts[owner_[i].second], size);
     };
@@ -384,7 +383,7 @@ void Search::find_confounded(const BaseFit& without, const BaseFit& best,
     // An effect of one sign is not confounded with its own opposite.
     const vjm::EffectParameter& leading = ranked.candidate.effect.kind->parameters.front();
     const bool one_sided = leading.lower >= leading.none;
-    if (one_sided && columns.colPivHouseholderQr().solve(signature)[0] < 0) continue;
+    if (one_sided && spatial::least_squares_solution(columns, signature)(0, 0) < 0) continue;
     ranked.confounded |= left < discriminable_from;
   }
 }

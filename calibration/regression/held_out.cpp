@@ -7,7 +7,8 @@
 #include <numeric>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+
+#include "kinetostat/spatial/decomposition.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -101,14 +102,14 @@ HeldOut held_out(const Linearisation& fit, const VectorXd& information, const He
     MatrixXd rest = -exponent * part * factor.solve(part.transpose());
     rest.diagonal().array() += 1;  // I - H
     // A group alone may determine an unknown; nothing is then predicted in that direction.
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(0.5 * (rest + rest.transpose()));
-    const VectorXd values = eigen.eigenvalues().cwiseMax(1e-9);
-    const VectorXd along = eigen.eigenvectors().transpose() * residual;
+    const spatial::SymmetricEigen eigen = spatial::symmetric_eigen(0.5 * (rest + rest.transpose()));
+    const VectorXd values = eigen.values.cwiseMax(1e-9);
+    const VectorXd along = eigen.vectors.transpose() * residual;
     result.log_score.push_back(-0.5 * exponent * along.cwiseAbs2().cwiseQuotient(values).sum() +
                                0.5 * values.array().log().sum() +
                                0.5 * static_cast<double>(count) *
                                    std::log(exponent / (2 * std::numbers::pi)));
-    const VectorXd errors = eigen.eigenvectors() * along.cwiseQuotient(values);
+    const VectorXd errors = eigen.vectors * along.cwiseQuotient(values);
     for (Index k = 0; k < count; ++k) result.error[group[static_cast<std::size_t>(k)]] = errors[k];
   }
   return result;

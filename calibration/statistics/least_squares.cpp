@@ -6,7 +6,8 @@
 #include <stdexcept>
 
 #include <Eigen/QR>
-#include <Eigen/SVD>
+
+#include "kinetostat/spatial/decomposition.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -62,7 +63,7 @@ struct StepProblem {
     matrix.bottomRows(n) = std::sqrt(damping) * MatrixXd::Identity(n, n);
     VectorXd extended = VectorXd::Zero(m + n);
     extended.head(m) = -right;
-    return matrix.colPivHouseholderQr().solve(extended).cwiseQuotient(d);
+    return spatial::least_squares_solution(matrix, extended).cwiseQuotient(d);
   }
 
   // Held unknowns that would lower the damped cost by moving inwards.
@@ -355,12 +356,13 @@ std::vector<WeakCombination> weak_combinations(const MatrixXd& jacobian,
   std::vector<WeakCombination> result;
   if (free.size() < 2) return result;
   const Scaled columns = scaled(jacobian, free);
-  const Eigen::JacobiSVD<MatrixXd> svd(triangle(columns.matrix), Eigen::ComputeFullV);
-  const VectorXd& values = svd.singularValues();
+  const spatial::SingularValues svd =
+      spatial::singular_value_decomposition(triangle(columns.matrix));
+  const VectorXd& values = svd.values;
   for (Index i = values.size() - 1; i >= 0 && values[0] >= from * values[i]; --i) {
     WeakCombination weak{VectorXd::Zero(jacobian.cols()), VectorXd::Zero(jacobian.cols()),
                          infinity};
-    const VectorXd v = svd.matrixV().col(i);
+    const VectorXd v = svd.v.col(i);
     const bool singular = !(values[i] > 1e-14 * values[0]);
     if (!singular) weak.condition_index = values[0] / values[i];
     weak.direction(free) = v.cwiseQuotient(columns.lengths) / (singular ? 1 : values[i]);

@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
-
 #include "kinetostat/calibration/statistics/goodness_of_fit.h"
+#include "kinetostat/spatial/decomposition.h"
 
 namespace kinetostat::calibration {
 
@@ -23,10 +21,7 @@ MatrixXd span_of(const MatrixXd& columns, double smallest) {
   for (Index j = 0; j < columns.cols(); ++j)
     if (const double length = columns.col(j).norm(); length > std::max(smallest, 1e-12 * longest))
       scaled.col(kept++) = columns.col(j) / length;
-  Eigen::ColPivHouseholderQR<MatrixXd> qr;
-  qr.setThreshold(1e-9);
-  qr.compute(scaled.leftCols(kept));
-  return qr.householderQ() * MatrixXd::Identity(columns.rows(), qr.rank());
+  return spatial::range_of(scaled.leftCols(kept), 1e-9);
 }
 
 ResidualSpace::ResidualSpace(const VectorXd& residual, const MatrixXd& fitted)
@@ -68,7 +63,7 @@ double Screen::significance(const Score& score, const VectorXd& residual) const 
 double Screen::confusion(std::size_t i, std::size_t j) const {
   if (spans_[i].cols() == 0 || spans_[j].cols() == 0) return 0;
   const MatrixXd cosines = spans_[i].transpose() * spans_[j];
-  return std::min(1.0, Eigen::JacobiSVD<MatrixXd>(cosines).singularValues()[0]);
+  return std::min(1.0, spatial::singular_value_decomposition(cosines).values[0]);
 }
 
 }  // namespace kinetostat::calibration

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include <Eigen/Eigenvalues>
+#include "kinetostat/spatial/decomposition.h"
 
 namespace kinetostat::fea {
 namespace {
@@ -117,9 +117,7 @@ double largest_ritz_value(const ConjugateGradientResult& result) {
       diagonal[i] = 1 / alpha(i) + (i > 0 ? beta(i - 1) / alpha(i - 1) : 0);
       if (i + 1 < steps) off[i] = std::sqrt(beta(i)) / alpha(i);
     }
-    Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen;
-    eigen.computeFromTridiagonal(diagonal, off, Eigen::EigenvaluesOnly);
-    largest = std::max(largest, eigen.eigenvalues().maxCoeff());
+    largest = std::max(largest, spatial::tridiagonal_eigen(diagonal, off).values.maxCoeff());
   }
   return largest;
 }

@@ -5,11 +5,11 @@
 #include <limits>
 #include <random>
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 #include "kinetostat/fea/elasticity/prestress.h"
 #include "kinetostat/fea/linear_algebra/factorisation.h"
+#include "kinetostat/spatial/decomposition.h"
 #include "kinetostat/spatial/stiffness.h"
 
 namespace kinetostat::fea {
@@ -99,9 +99,9 @@ double largest_reciprocal_factor(const StressedModel& model, common::Progress& p
     forces.col(k) = force / length;
     force = -(model.prestress() * basis.col(k));
     diagonal[k] = basis.col(k).dot(force);
-    Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen;
-    eigen.computeFromTridiagonal(diagonal.head(k + 1), beside.head(k));
-    const double largest = eigen.eigenvalues()[k], share = eigen.eigenvectors()(k, k);
+    const spatial::SymmetricEigen eigen =
+        spatial::tridiagonal_eigen(diagonal.head(k + 1), beside.head(k));
+    const double largest = eigen.values[k], share = eigen.vectors(k, k);
     // The residual of the pair is at most the next off-diagonal entry times this share.
     if (k > 8 && std::abs(largest - last) < tolerance * std::abs(largest) && std::abs(share) < 1e-4)
       return std::max(largest, 0.0);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/LU>
-#include <Eigen/QR>
 
 namespace kinetostat::vjm {
 
@@ -29,7 +28,6 @@ class RobustFactor {
  private:
   Eigen::MatrixXd matrix_;
   Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> orthogonal_;
   bool singular_ = false;
 };
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include <Eigen/SVD>
+#include "kinetostat/spatial/decomposition.h"
 
 namespace kinetostat::vjm {
 namespace {
@@ -12,8 +12,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 // Ascending.
-VectorXd singular_values(Continuation& continuation, const Station& station) {
-  return Eigen::BDCSVD<MatrixXd>(continuation.derivative(station)).singularValues().reverse();
+VectorXd singular_values_at(Continuation& continuation, const Station& station) {
+  return spatial::singular_values(continuation.derivative(station)).reverse();
 }
 
 int count_zero(const VectorXd& ascending) {
@@ -24,18 +24,18 @@ int count_zero(const VectorXd& ascending) {
 
 // Right singular vectors of the smallest singular values, the null vector included.
 MatrixXd smallest_directions(Continuation& continuation, const Station& station, Index count) {
-  const Eigen::BDCSVD<MatrixXd> svd(continuation.derivative(station), Eigen::ComputeFullV);
-  return svd.matrixV().rightCols(std::min(count, svd.matrixV().cols()));
+  const MatrixXd v = spatial::right_singular_vectors(continuation.derivative(station)).v;
+  return v.rightCols(std::min(count, v.cols()));
 }
 
 }  // namespace
 
 int idle_directions(Continuation& continuation, const Station& station) {
-  return count_zero(singular_values(continuation, station));
+  return count_zero(singular_values_at(continuation, station));
 }
 
 double distance_to_branch_point(Continuation& continuation, const Station& station, int idle) {
-  const VectorXd values = singular_values(continuation, station);
+  const VectorXd values = singular_values_at(continuation, station);
   return idle < values.size() ? values[idle] : 0;
 }
 
@@ -43,8 +43,8 @@ std::vector<VectorXd> leaving_directions(Continuation& continuation, const Stati
                                          const Station& at, int idle, int count) {
   const MatrixXd here = smallest_directions(continuation, at, idle + 1 + count);
   const MatrixXd path = smallest_directions(continuation, beside, idle + 1);
-  const Eigen::BDCSVD<MatrixXd> common(path.transpose() * here, Eigen::ComputeFullV);
-  const MatrixXd rest = here * common.matrixV().rightCols(here.cols() - path.cols());
+  const MatrixXd common = spatial::right_singular_vectors(path.transpose() * here).v;
+  const MatrixXd rest = here * common.rightCols(here.cols() - path.cols());
   std::vector<VectorXd> directions;
   for (Index j = 0; j < rest.cols(); ++j) directions.push_back(rest.col(j).normalized());
   return directions;

@@ -2,10 +2,9 @@
 
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <fmt/format.h>
+
+#include "kinetostat/spatial/decomposition.h"
 
 namespace kinetostat::vjm {
 namespace {
@@ -70,17 +69,15 @@ struct TwistSpace {
 };
 
 TwistSpace split(const Matrix6X& twists, double length) {
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(length * twists.bottomRows<3>(),
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Index rotating = 0;
-  for (Eigen::Index i = 0; i < svd.singularValues().size(); ++i)
-    rotating += svd.singularValues()[i] > small;
-  const Matrix6X turned = twists * svd.matrixV();
+  const spatial::SingularValues svd =
+      spatial::singular_value_decomposition(length * twists.bottomRows<3>());
+  const Eigen::Index rotating = (svd.values.array() > small).count();
+  const Matrix6X turned = twists * svd.v;
   TwistSpace space;
   const Matrix3X sliding = turned.topRightCorner(3, twists.cols() - rotating);
   if (sliding.cols() > 0) {
-    const Eigen::JacobiSVD<Eigen::MatrixXd> basis(sliding, Eigen::ComputeThinU);
-    space.translations = basis.matrixU();
+    space.translations = spatial::singular_value_decomposition(sliding).u.leftCols(
+        std::min<Eigen::Index>(3, sliding.cols()));
   } else {
     space.translations.resize(3, 0);
   }
@@ -106,10 +103,7 @@ bool common_point(const TwistSpace& space, double length, Vector3& point) {
     system.middleRows<3>(3 * i) = -fixed * spatial::skew(space.rotations.col(i));
     right.segment<3>(3 * i) = space.velocities.col(i);
   }
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
-  solver.setThreshold(small);
-  solver.compute(system);
-  point = solver.solve(right);
+  point = spatial::shortest_least_squares_solution(system, right, small);
   return (system * point - right).norm() < small * length;
 }
 
@@ -120,10 +114,10 @@ ScrewMotion screw_of(const Vector3& w, const Vector3& v) {
 // Principal screws: orthogonal axes on which the pitch is stationary.
 std::vector<ScrewMotion> principal_screws(const TwistSpace& space) {
   const Eigen::MatrixXd map = space.rotations.transpose() * space.velocities;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(0.5 * (map + map.transpose()));
+  const Eigen::MatrixXd mixes = spatial::symmetric_eigen(0.5 * (map + map.transpose())).vectors;
   std::vector<ScrewMotion> screws;
   for (Eigen::Index i = 0; i < map.cols(); ++i) {
-    const Eigen::VectorXd mix = solver.eigenvectors().col(i);
+    const Eigen::VectorXd mix = mixes.col(i);
     screws.push_back(screw_of(space.rotations * mix, space.velocities * mix));
   }
   return screws;
@@ -187,11 +181,11 @@ FreeMotions describe(const Matrix6X& twists, const spatial::Frame& frame, double
 Matrix6X null_vectors(const spatial::Matrix6& matrix, const Vector6& scale, double tolerance) {
   const spatial::Matrix6 scaled =
       scale.asDiagonal() * (0.5 * (matrix + matrix.transpose())) * scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<spatial::Matrix6> solver(scaled);
-  const double limit = tolerance * solver.eigenvalues().cwiseAbs().maxCoeff();
+  const spatial::SymmetricEigen eigen = spatial::symmetric_eigen(scaled);
+  const double limit = tolerance * eigen.values.cwiseAbs().maxCoeff();
   Eigen::Index zero = 0;
-  while (zero < 6 && solver.eigenvalues()[zero] <= limit) ++zero;
-  return scale.asDiagonal() * solver.eigenvectors().leftCols(zero);
+  while (zero < 6 && eigen.values[zero] <= limit) ++zero;
+  return scale.asDiagonal() * eigen.vectors.leftCols(zero);
 }
 
 Vector6 rotation_scale(double factor) {

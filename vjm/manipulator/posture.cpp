@@ -4,10 +4,10 @@
 #include <optional>
 #include <stdexcept>
 
-#include <Eigen/Cholesky>
 #include <fmt/format.h>
 
 #include "kinetostat/common/spelling.h"
+#include "kinetostat/spatial/decomposition.h"
 #include "kinetostat/vjm/chain/kinematics.h"
 
 namespace kinetostat::vjm {
@@ -36,7 +36,7 @@ VectorXd solve_least_squares(VectorXd z, const Evaluate& evaluate, double tolera
     const VectorXd gradient = now.jacobian.transpose() * now.error;
     MatrixXd normal = now.jacobian.transpose() * now.jacobian;
     normal.diagonal().array() += damping * std::max(1e-12, normal.diagonal().maxCoeff());
-    const VectorXd step = -normal.ldlt().solve(gradient);
+    const VectorXd step = -spatial::solve_symmetric(normal, gradient);
     const VectorXd candidate = z + step;
     evaluate(candidate, next);
     if (next.error.squaredNorm() < now.error.squaredNorm()) {

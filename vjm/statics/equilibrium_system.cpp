@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "kinetostat/spatial/decomposition.h"
+
 namespace kinetostat::vjm {
 namespace {
 
@@ -549,11 +551,7 @@ Matrix6X EquilibriumSystem::motions_without_energy() const {
   rows << e.constraint, e.hessian;
   const MatrixXd null = null_space(rows, 1e-11).topRows<6>();
   if (null.cols() == 0) return Matrix6X(6, 0);
-  Eigen::ColPivHouseholderQR<MatrixXd> qr;
-  qr.setThreshold(1e-9);
-  qr.compute(null);
-  const MatrixXd q = qr.householderQ() * MatrixXd::Identity(6, qr.rank());
-  return scale_.twist().cwiseInverse().asDiagonal() * q;
+  return scale_.twist().cwiseInverse().asDiagonal() * spatial::range_of(null, 1e-9);
 }
 
 }  // namespace kinetostat::vjm

@@ -5,8 +5,9 @@
 #include <numeric>
 #include <vector>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
+
+#include "kinetostat/spatial/decomposition.h"
 
 namespace kinetostat::vjm {
 namespace {
@@ -29,8 +30,9 @@ struct Level {
 
 // Rayleigh and Ritz in the motions of a basis.
 Level level_of(const MatrixXd& hessian, const MatrixXd& basis) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(EnergyHessian{hessian, basis}.reduced());
-  return {eigen.eigenvalues(), basis * eigen.eigenvectors()};
+  const spatial::SymmetricEigen eigen =
+      spatial::symmetric_eigen(EnergyHessian{hessian, basis}.reduced());
+  return {eigen.values, basis * eigen.vectors};
 }
 
 MatrixXd orthonormal(const MatrixXd& columns) {

@@ -4,9 +4,9 @@
 #include <map>
 #include <vector>
 
-#include <Eigen/QR>
 #include <fmt/format.h>
 
+#include "kinetostat/spatial/decomposition.h"
 #include "kinetostat/vjm/chain/kinematics.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
@@ -141,9 +141,7 @@ class Compensator {
       result_.components = *options_.components;
       return;
     }
-    Eigen::ColPivHouseholderQR<MatrixXd> qr;
-    qr.setThreshold(1e-6);
-    if (qr.compute(jacobian).rank() < 6)
+    if (spatial::rank_of(jacobian, 1e-6) < 6)
       result_.components = {true, true, true, false, false, false};
   }
 
@@ -161,10 +159,8 @@ class Compensator {
   // command can take away.
   void iterate(MatrixXd jacobian) {
     VectorXd error = selected_rows(scaled(result_.residual));
-    Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
-    solver.setThreshold(1e-6);
     for (int i = 1; i <= options_.max_iterations; ++i) {
-      const VectorXd change = -solver.compute(jacobian).solve(error);
+      const VectorXd change = -spatial::shortest_least_squares_solution(jacobian, error, 1e-6);
       const PostureResult next = commanded(result_.corrected, change);
       if (!next.reached) {
         fail(CompensationStatus::unreachable, next.reason);

@@ -1,4 +1,4 @@
-#include "kinetostat/vjm/statics/routes.h"
+#include "vjm/statics/routes.h"
 
 #include <cmath>
 #include <stdexcept>
