@@ -50,10 +50,9 @@ class Posterior {
           deviation_[i] > 0 ? 1 / (widest_prior * widest_prior * deviation_[i] * deviation_[i]) : 0;
       lengths_.push_back(std::sqrt(std::max(1e-300, curvature_(i, i) + widest)));
     }
-    // At the best values the readings pull as much as the priors of the fit hold back. Read off
-    // the priors, so that a fit that still moves is not credited with where it might have gone.
     scales_ = fitted_;
-    force_ = exponent * precisions().cwiseProduct(distance_);
+    take_force(exponent * precisions().cwiseProduct(distance_),
+               -exponent * (j.transpose() * fit.at.residual));
     scales_.setOnes();
   }
 
@@ -83,8 +82,9 @@ class Posterior {
     double normalisation = 0;
     for (const double p : precision)
       if (p > 0) normalisation += std::log(p);
-    return fixed_ - 0.5 * distance_.cwiseAbs2().dot(precision) +
-           0.5 * push.dot(factor.solve(push)) + 0.5 * normalisation - 0.5 * determinant;
+    const double gained =
+        0.5 * push.dot(factor.solve(push)) - 0.5 * distance_.cwiseAbs2().dot(precision);
+    return fixed_ + std::min(gained, most_gained_) + 0.5 * normalisation - 0.5 * determinant;
   }
 
   VectorXd information() const {
@@ -95,6 +95,22 @@ class Posterior {
   }
 
  private:
+  // At the best values the readings pull as much as the priors of the fit hold back. Of the two the
+  // smaller, so that neither a fit that still moves is credited with where it might have gone, nor
+  // a value that the readings do not see with what its prior would gain.
+  void take_force(const VectorXd& of_priors, const VectorXd& of_readings) {
+    force_ = of_priors.binaryExpr(of_readings, [](double a, double b) {
+      return a * b > 0 ? std::copysign(std::min(std::abs(a), std::abs(b)), a) : 0;
+    });
+    // No values at all explain more than the part of the residual that is in their range.
+    const Eigen::Map<const VectorXd> length(lengths_.data(), of_readings.size());
+    MatrixXd a =
+        length.cwiseInverse().asDiagonal() * curvature_ * length.cwiseInverse().asDiagonal();
+    a.diagonal().array() += 1e-12;
+    const VectorXd pull = of_readings.cwiseQuotient(length);
+    most_gained_ = pull.size() == 0 ? 0 : 0.5 * pull.dot(Eigen::LDLT<MatrixXd>(a).solve(pull));
+  }
+
   void add_parameter(const ParameterEstimate& estimate, Index i) {
     if (estimate.hit != BoundHit::none) held_.push_back(i);
     const auto& prior = estimate.parameter.prior;
@@ -126,6 +142,7 @@ class Posterior {
   double fixed_;
   MatrixXd curvature_;
   VectorXd force_;                          // minus the gradient without priors
+  double most_gained_ = 0;                  // by better values, whatever the priors
   VectorXd distance_, deviation_, scales_;  // from the mean, usual width, times which
   VectorXd fitted_;                         // times which it was fitted with
   std::vector<double> lengths_;

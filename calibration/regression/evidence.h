@@ -33,6 +33,9 @@ enum class Sizes { usual, any };
 ///   A = t J'J + P,   P = diag(1 / (g s_k)^2),   d_k = x_k - m_k,   b = (t P_0 - P) d
 ///   log E = log of the mean of E(g) over the scales g of each group in turn
 ///
+/// with b limited to the pull -t J'r of the readings, and b'A^-1 b - d'P d to what the values can
+/// explain of r at all: no evidence exceeds the best fit of the readings alone.
+///
 /// r: whitened residual at the best fit x; J: its Jacobian; m_k, s_k: mean and usual deviation of
 /// the prior of x_k; P_0: the P of the fit itself; det P is over the values that have a prior. b
 /// has no entry for values that a bound holds. A value at the end of its range costs 5, and a

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <gtest/gtest.h>
 
 #include "kinetostat/calibration/statistics/normal.h"
@@ -67,6 +68,51 @@ TEST(Evidence, AveragesOverAnUnknownScale) {
       EXPECT_NEAR(evidence(fit_of(y, ramp(), 0.8, 0), 1, sizes).log,
                   std::log(sum / double(scales.size())), 1e-9);
     }
+  }
+}
+
+// A second value that no reading sees, far from its prior: it must not gain anything by a wider
+// one.
+TEST(Evidence, AValueThatReadingsDoNotSeeGainsNothing) {
+  const VectorXd y = measured(0.4);
+  BaseFit fit = fit_of(y, ramp(), 0.8, -1);
+  const double alone = evidence(fit, 1, Sizes::any).log;
+  for (const double far : {1.0, 10.0, 300.0}) {
+    BaseFit with = fit;
+    Parameter unseen{.name = "unseen", .springs = {}, .stiffness = {}};
+    unseen.prior = {0, widest_prior * 1.0, 0};
+    with.parameters.push_back({unseen, far});
+    with.at.jacobian.conservativeResize(Eigen::NoChange, 2);
+    with.at.jacobian.col(1).setZero();
+    EXPECT_LE(evidence(with, 1, Sizes::any).log, alone + 1e-3) << far;
+  }
+}
+
+// Whatever the priors and wherever the iteration stopped: half the least chi-square is the most.
+TEST(Evidence, NeverExceedsTheBestFitOfTheReadings) {
+  std::uint64_t state = 7;
+  const auto random = [&state] {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    return double(state >> 11) / double(1ull << 53) - 0.5;
+  };
+  for (int trial = 0; trial < 300; ++trial) {
+    BaseFit fit;
+    const Eigen::Index n = 1 + trial % 4;
+    fit.at = {VectorXd::NullaryExpr(readings, [&] { return 40 * random(); }),
+              MatrixXd::NullaryExpr(readings, n, [&] { return std::pow(10, 6 * random()); })};
+    for (Eigen::Index k = 0; k < n; ++k) {
+      Parameter p{.name = "p", .springs = {}, .stiffness = {}};
+      p.prior = {0, std::pow(10, 4 * random()), trial % 3 == 0 ? -1 : int(k % 2)};
+      fit.parameters.push_back({p, 10 * random()});
+    }
+    fit.squared_error = fit.at.residual.squaredNorm();
+    fit.values = readings;
+    const MatrixXd& j = fit.at.jacobian;
+    const VectorXd best = j.colPivHouseholderQr().solve(fit.at.residual);
+    const double least = (fit.at.residual - j * best).squaredNorm();
+    for (const Sizes sizes : {Sizes::usual, Sizes::any})
+      EXPECT_LE(evidence(fit, 0.7, sizes).log, -0.35 * least + double(n) * std::log(2.0) + 1e-3)
+          << trial;
   }
 }
 
