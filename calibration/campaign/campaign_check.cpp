@@ -23,7 +23,8 @@ std::string levels_text(std::size_t count) { return counted(count, "level") + " 
 
 class Check {
  public:
-  Check(const Campaign& campaign, const vjm::Robot& robot) : campaign_(campaign), robot_(robot) {
+  Check(const Campaign& campaign, const vjm::Robot& robot)
+      : campaign_(campaign), robot_(robot), changing_(changing_loads(campaign)) {
     for (std::size_t i = 0; i < campaign.readings.size(); ++i)
       if (is_used(campaign.readings[i])) used_.push_back(i);
   }
@@ -153,14 +154,14 @@ class Check {
     using Line = std::pair<spatial::Vector6, std::vector<double>>;  // direction, levels
     std::map<std::size_t, std::vector<Line>> lines;
     for (const std::size_t i : used_) {
-      const spatial::Vector6 u = direction_of(reading(i).load);
+      const spatial::Vector6 u = direction_of(changing_[i]);
       if (u.isZero(0)) continue;
       auto& known = lines[reading(i).configuration];
       auto line = std::find_if(known.begin(), known.end(), [&u](const auto& other) {
         return (other.first - u).norm() <= same_load;
       });
       if (line == known.end()) line = known.insert(known.end(), {u, {}});
-      line->second.push_back(level_of(reading(i).load));
+      line->second.push_back(level_of(changing_[i]));
     }
     std::size_t most = 0;
     for (const auto& [configuration, known] : lines)
@@ -218,9 +219,9 @@ class Check {
     for (const Cycle& cycle : load_cycles(campaign_)) {
       bool loaded = false;
       double size = 0;
-      for (const std::size_t i : cycle) size = std::max(size, level_of(reading(i).load));
+      for (const std::size_t i : cycle) size = std::max(size, level_of(changing_[i]));
       for (const std::size_t i : cycle) {
-        const bool zero = level_of(reading(i).load) <= same_load * size;
+        const bool zero = level_of(changing_[i]) <= same_load * size;
         returns += zero && loaded;
         loaded = loaded || !zero;
       }
@@ -335,6 +336,7 @@ class Check {
 
   const Campaign& campaign_;
   const vjm::Robot& robot_;
+  std::vector<vjm::Load> changing_;
   std::vector<std::size_t> used_;
 };
 

@@ -26,7 +26,77 @@ bool opposite(const vjm::Load& a, const vjm::Load& b) {
          (moment_a + moment_b).norm() <= same_load * moment;
 }
 
+bool is_constant(const std::vector<vjm::Load>& loads, const auto& component) {
+  double least = component(loads.front()), most = least;
+  for (const vjm::Load& load : loads) {
+    least = std::min(least, component(load));
+    most = std::max(most, component(load));
+  }
+  return most - least <= same_load * std::max(std::abs(least), std::abs(most));
+}
+
+bool share_a_point(const std::vector<vjm::Load>& loads) {
+  return std::all_of(loads.begin(), loads.end(), [&](const vjm::Load& load) {
+    return load.point_on_platform == loads.front().point_on_platform;
+  });
+}
+
+bool is_ever_without(const std::vector<vjm::Load>& loads) {
+  double force = 0, moment = 0;
+  for (const vjm::Load& load : loads) {
+    force = std::max(force, load.force.norm());
+    moment = std::max(moment, load.moment.norm());
+  }
+  return std::any_of(loads.begin(), loads.end(), [&](const vjm::Load& load) {
+    return load.force.norm() <= same_load * force && load.moment.norm() <= same_load * moment;
+  });
+}
+
+// Forces and moments that all have in common become 0; false where that is all there is.
+bool take_off_constant(std::vector<vjm::Load>& loads) {
+  bool changes = false;
+  const std::vector<vjm::Load> given = loads;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    if (is_constant(given, [k](const vjm::Load& load) { return load.force[k]; }))
+      for (vjm::Load& load : loads) load.force[k] = 0;
+    else
+      changes = true;
+    if (is_constant(given, [k](const vjm::Load& load) { return load.moment[k]; }))
+      for (vjm::Load& load : loads) load.moment[k] = 0;
+    else
+      changes = true;
+  }
+  return changes;
+}
+
+// The load with which all cycles start, within same_load of how far loads go from it.
+void take_off_start(const std::vector<Cycle>& cycles, std::vector<vjm::Load>& loads) {
+  if (cycles.empty()) return;
+  const vjm::Load start = loads[cycles.front().front()];
+  const auto from_start = [&start](const vjm::Load& load) {
+    return vjm::Load{.force = load.force - start.force, .moment = load.moment - start.moment};
+  };
+  double farthest = 0;
+  for (const vjm::Load& load : loads) farthest = std::max(farthest, level_of(from_start(load)));
+  for (const Cycle& cycle : cycles)
+    if (level_of(from_start(loads[cycle.front()])) > same_load * farthest) return;
+  for (vjm::Load& load : loads) {
+    load.force -= start.force;
+    load.moment -= start.moment;
+  }
+}
+
 }  // namespace
+
+std::vector<vjm::Load> changing_loads(const Campaign& campaign) {
+  std::vector<vjm::Load> loads;
+  for (const Reading& reading : campaign.readings) loads.push_back(reading.load);
+  if (loads.empty() || !share_a_point(loads) || is_ever_without(loads)) return loads;
+  std::vector<vjm::Load> changing = loads;
+  if (!take_off_constant(changing)) return loads;
+  if (!is_ever_without(changing)) take_off_start(cycles_as_run(campaign), changing);
+  return changing;
+}
 
 double level_of(const vjm::Load& load) {
   return load.force.isZero(0) ? load.moment.norm() : load.force.norm();
@@ -72,12 +142,13 @@ std::vector<Cycle> load_cycles(const Campaign& campaign) {
 std::vector<LoadDirection> branches(const Campaign& campaign) {
   std::vector<LoadDirection> result;
   for (const Reading& reading : campaign.readings) result.push_back(reading.direction);
+  const std::vector<vjm::Load> loads = changing_loads(campaign);
   for (const Cycle& cycle : load_cycles(campaign))
     for (std::size_t k = 1; k < cycle.size(); ++k) {
       const Reading &now = campaign.readings[cycle[k]], &before = campaign.readings[cycle[k - 1]];
       if (now.direction != LoadDirection::unstated || now.configuration != before.configuration)
         continue;
-      const double a = level_of(before.load), b = level_of(now.load);
+      const double a = level_of(loads[cycle[k - 1]]), b = level_of(loads[cycle[k]]);
       if (std::abs(a - b) > held * std::max(a, b))
         result[cycle[k]] = b > a ? LoadDirection::loading : LoadDirection::unloading;
     }
@@ -92,6 +163,7 @@ bool has_branch(const Campaign& campaign, LoadDirection branch) {
 }
 
 std::vector<std::pair<std::size_t, std::size_t>> reversed_pairs(const Campaign& campaign) {
+  const std::vector<vjm::Load> loads = changing_loads(campaign);
   // In the order of ids, so that it does not depend on that of the rows.
   std::map<std::size_t, std::vector<std::size_t>> by_configuration;
   for (std::size_t i = 0; i < campaign.readings.size(); ++i)
@@ -100,18 +172,17 @@ std::vector<std::pair<std::size_t, std::size_t>> reversed_pairs(const Campaign& 
   std::vector<std::pair<std::size_t, std::size_t>> pairs;
   std::vector<bool> taken(campaign.readings.size());
   for (auto& [configuration, members] : by_configuration) {
-    const auto key = [&campaign](std::size_t i) {
-      const Reading& r = campaign.readings[i];
-      return std::tuple(level_of(r.load), std::string_view(r.id));
+    const auto key = [&](std::size_t i) {
+      return std::tuple(level_of(loads[i]), std::string_view(campaign.readings[i].id));
     };
     std::sort(members.begin(), members.end(),
               [&key](std::size_t a, std::size_t b) { return key(a) < key(b); });
     for (std::size_t a = 0; a < members.size(); ++a) {
-      const double level = level_of(campaign.readings[members[a]].load);
+      const double level = level_of(loads[members[a]]);
       for (std::size_t b = a + 1; b < members.size() && !taken[members[a]]; ++b) {
-        const vjm::Load& other = campaign.readings[members[b]].load;
+        const vjm::Load& other = loads[members[b]];
         if (level_of(other) > level * (1 + same_load)) break;
-        if (taken[members[b]] || !opposite(campaign.readings[members[a]].load, other)) continue;
+        if (taken[members[b]] || !opposite(loads[members[a]], other)) continue;
         taken[members[a]] = taken[members[b]] = true;
         pairs.emplace_back(members[a], members[b]);
       }

@@ -19,6 +19,12 @@ double level_of(const vjm::Load& load);
 /// without load.
 spatial::Vector6 direction_of(const vjm::Load& load);
 
+/// The loads of all readings less what is on them all the time: forces and moments that stay within
+/// same_load while others change, and the load with which every cycle starts. As they are where
+/// some reading is without load, where nothing changes, or where points of application differ.
+/// Directions, levels, branches and reversals follow from these.
+std::vector<vjm::Load> changing_loads(const Campaign& campaign);
+
 /// One load cycle: readings of one session and one name in the column `cycle`, in the order of step
 /// and time, else of rows.
 using Cycle = std::vector<std::size_t>;

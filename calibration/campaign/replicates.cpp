@@ -36,11 +36,13 @@ int side_of(const vjm::Load& load) {
 // it apart from those of the other side. 0 where it has load, or comes from none.
 std::vector<int> sides_of_return(const Campaign& campaign) {
   std::vector<int> result(campaign.readings.size(), 0);
+  const std::vector<vjm::Load> loads = changing_loads(campaign);
   for (const Cycle& cycle : cycles_as_run(campaign))
     for (std::size_t k = 1; k < cycle.size(); ++k) {
       const Reading &now = campaign.readings[cycle[k]], &before = campaign.readings[cycle[k - 1]];
-      if (level_of(now.load) == 0 && now.configuration == before.configuration)
-        result[cycle[k]] = level_of(before.load) == 0 ? result[cycle[k - 1]] : side_of(before.load);
+      const vjm::Load& load_before = loads[cycle[k - 1]];
+      if (level_of(loads[cycle[k]]) == 0 && now.configuration == before.configuration)
+        result[cycle[k]] = level_of(load_before) == 0 ? result[cycle[k - 1]] : side_of(load_before);
     }
   return result;
 }

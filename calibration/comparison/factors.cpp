@@ -22,7 +22,8 @@ constexpr double rounding = 1e-9;  // of a direction
 
 class Finder {
  public:
-  explicit Finder(const Campaign& campaign) : campaign_(campaign) {}
+  explicit Finder(const Campaign& campaign)
+      : campaign_(campaign), changing_(changing_loads(campaign)) {}
 
   std::vector<Factor> all() const {
     std::vector<Factor> factors = {postures(), reach(),         load_directions(),
@@ -132,7 +133,7 @@ class Finder {
 
   Factor load_directions() const {
     return by_text("direction of load", [this](std::size_t i) -> std::string {
-      const Vector6 u = direction_of(reading(i).load);
+      const Vector6 u = direction_of(changing_[i]);
       for (Index k = 0; k < 6; ++k)  // the first of equals, whatever rounding makes of them
         if (!u.isZero(0) && std::abs(u[k]) >= u.cwiseAbs().maxCoeff() - rounding)
           return fmt::format(
@@ -144,13 +145,14 @@ class Finder {
 
   // Forces only, or moments where there is no force at all: they have no common scale.
   Factor levels() const {
-    const bool forces = std::any_of(campaign_.readings.begin(), campaign_.readings.end(),
-                                    [](const Reading& r) { return !r.load.force.isZero(0); });
+    const bool forces = std::any_of(changing_.begin(), changing_.end(),
+                                    [](const vjm::Load& load) { return !load.force.isZero(0); });
     const std::string unit =
         forces ? campaign_.units.force : campaign_.units.force + " " + campaign_.units.length;
-    Factor factor = by_number("level of load", unit, [forces](const Reading& r) {
-      const bool has = forces ? !r.load.force.isZero(0) : !r.load.moment.isZero(0);
-      return has ? std::optional(level_of(r.load)) : std::nullopt;
+    Factor factor = by_number("level of load", unit, [&](const Reading& r) {
+      const vjm::Load& load = changing_[static_cast<std::size_t>(&r - campaign_.readings.data())];
+      const bool has = forces ? !load.force.isZero(0) : !load.moment.isZero(0);
+      return has ? std::optional(level_of(load)) : std::nullopt;
     });
     factor.number.clear();  // a curve, not a line
     factor.along_load = true;
@@ -212,6 +214,7 @@ class Finder {
   }
 
   const Campaign& campaign_;
+  std::vector<vjm::Load> changing_;
 };
 
 }  // namespace

@@ -16,7 +16,11 @@ class Finder {
  public:
   Finder(const Campaign& campaign, const std::vector<Vector6>& residual,
          const std::vector<Vector6>& work, const Noise& noise)
-      : campaign_(campaign), residual_(residual), work_(work), noise_(noise) {}
+      : campaign_(campaign),
+        changing_(changing_loads(campaign)),
+        residual_(residual),
+        work_(work),
+        noise_(noise) {}
 
   LoadLoops find() {
     LoadLoops result;
@@ -47,7 +51,7 @@ class Finder {
     double size = 0;
     for (const std::size_t i : cycle) {
       if (reading(i).configuration != reading(cycle[0]).configuration) return false;
-      size = std::max(size, level_of(reading(i).load));
+      size = std::max(size, level_of(changing_[i]));
     }
     // Predictions follow the same loads, so that a gap between both ends hardly matters.
     const vjm::Load &first = reading(cycle.front()).load, &last = reading(cycle.back()).load;
@@ -85,9 +89,9 @@ class Finder {
   void add_return(const Cycle& cycle, Loop& loop) {
     std::optional<std::size_t> first, last;
     double size = 0;
-    for (const std::size_t i : cycle) size = std::max(size, level_of(reading(i).load));
+    for (const std::size_t i : cycle) size = std::max(size, level_of(changing_[i]));
     for (const std::size_t i : cycle)
-      if (level_of(reading(i).load) <= same_load * size) (first ? last : first) = i;
+      if (level_of(changing_[i]) <= same_load * size) (first ? last : first) = i;
     if (!last) return;
     loop.return_to_zero = residual_[*last] - residual_[*first];
     if (noise_.source == NoiseSource::unknown) return;
@@ -113,6 +117,7 @@ class Finder {
   }
 
   const Campaign& campaign_;
+  std::vector<vjm::Load> changing_;
   const std::vector<Vector6>& residual_;
   const std::vector<Vector6>& work_;
   const Noise& noise_;

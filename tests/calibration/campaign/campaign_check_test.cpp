@@ -5,6 +5,7 @@
 
 #include "kinetostat/calibration/campaign/campaign_file.h"
 #include "kinetostat/calibration/campaign/load_history.h"
+#include "kinetostat/calibration/campaign/replicates.h"
 
 #include "calibration/synthetic.h"
 
@@ -116,6 +117,32 @@ TEST(LoadHistory, PairsEqualAndOppositeLoadsOnce) {
 TEST(LoadHistory, LevelDoesNotDependOnThePointOfTheWrench) {
   EXPECT_DOUBLE_EQ(level_of({{3, 4, 0}, {100, 0, 0}, {1, 2, 3}}), 5);
   EXPECT_DOUBLE_EQ(level_of({{0, 0, 0}, {0, 2, 0}}), 2);
+}
+
+// A weight that hangs on all readings changes nothing that follows from the loads.
+TEST(LoadHistory, IsToldFromWhatChanges) {
+  const std::string moments[] = {"0", "50", "100", "50", "0", "-50", "-100", "-50", "0"};
+  const auto with = [&](const std::string& weight) {
+    std::string csv = "cycle,step,fz,mx,dz\n";
+    for (int cycle = 0; cycle < 2; ++cycle)
+      for (int step = 0; step < 9; ++step)
+        csv += std::to_string(cycle) + "," + std::to_string(step) + "," + weight + "," +
+               moments[step] + ",0." + std::to_string(step) + "\n";
+    return campaign(csv, "wrench_point: reference\n");
+  };
+  const Campaign bare = with("0"), loaded = with("-424");
+  EXPECT_EQ(branches(loaded), branches(bare));
+  EXPECT_EQ(reversed_pairs(loaded), reversed_pairs(bare));
+  EXPECT_EQ(replicate_groups(loaded).size(), replicate_groups(bare).size());
+  for (const char* name : {"reversal", "hysteresis", "clearance_or_friction", "return_to_zero"})
+    EXPECT_TRUE(topic(loaded, name).observable) << topic(loaded, name).sentence;
+  // The same weight along the force that changes: cycles start with it.
+  const Campaign along = campaign(
+      "cycle,step,fz,dz\na,1,-14,0\na,2,36,1\na,3,86,2\na,4,36,1\na,5,-14,0\na,6,-64,-1\n"
+      "a,7,-114,-2\na,8,-64,-1\na,9,-14,0\n");
+  EXPECT_EQ(reversed_pairs(along).size(), 3u);
+  EXPECT_EQ(branches(along)[1], LoadDirection::loading);
+  EXPECT_EQ(branches(along)[6], LoadDirection::loading);
 }
 
 // Zero offsets of sessions are unknowns, too.
