@@ -33,6 +33,11 @@ std::string shown(const Campaign& campaign, Eigen::Index component, double si, i
 
 std::string hit_text(BoundHit hit) { return hit == BoundHit::lower ? "lower" : "upper"; }
 
+// Instead of an error: at which bound a parameter ends, or that it was kept where it starts.
+std::string held_text(const ParameterEstimate& e) {
+  return e.parameter.is_held() ? "kept" : hit_text(e.hit) + " bound";
+}
+
 // Nominal and fitted value in a unit, with the factor between the two if there is one.
 struct Shown {
   double nominal = 1, fitted = 1, error = 0;
@@ -61,8 +66,8 @@ std::string parameters_text(const Campaign& campaign, const BaseFit& fit) {
   for (const ParameterEstimate& e : fit.parameters) {
     const Shown shown = shown_parameter(campaign, e);
     table.add_row({e.parameter.name, number(shown.nominal, 6), number(shown.fitted, 7),
-                   e.hit == BoundHit::none ? number(shown.error, 2) : hit_text(e.hit) + " bound",
-                   shown.unit, e.parameter.is_logarithm() ? number(std::exp(e.value), 6) : "-"});
+                   e.hit == BoundHit::none ? number(shown.error, 2) : held_text(e), shown.unit,
+                   e.parameter.is_logarithm() ? number(std::exp(e.value), 6) : "-"});
   }
   return "\n" + table.text();
 }
@@ -103,7 +108,7 @@ std::string frames_text(const Campaign& campaign, const BaseFit& fit) {
 std::vector<std::string> bound_sentences(const BaseFit& fit) {
   std::vector<std::string> sentences;
   for (const ParameterEstimate& e : fit.parameters)
-    if (e.hit != BoundHit::none)
+    if (e.hit != BoundHit::none && !e.parameter.is_held())
       sentences.push_back(fmt::format(
           "The fit of {} ends at its {} bound: the readings would have it beyond what is "
           "possible, so that something else is missing from the model, or the bound is wrong.",
@@ -167,7 +172,7 @@ Json covariance_json(const Eigen::MatrixXd& covariance) {
 
 Json to_json(const ParameterEstimate& e) {
   Json json{{"parameter", e.parameter.name}, {"bound", nullptr}};
-  if (e.hit != BoundHit::none) json["bound"] = hit_text(e.hit);
+  if (e.hit != BoundHit::none) json["bound"] = e.parameter.is_held() ? "kept" : hit_text(e.hit);
   if (!e.parameter.is_logarithm()) {
     json.update({{"designed", e.parameter.start},
                  {"fitted", e.value},

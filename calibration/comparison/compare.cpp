@@ -9,6 +9,7 @@
 #include "kinetostat/calibration/campaign/noise_estimate.h"
 #include "kinetostat/calibration/campaign/pure_error.h"
 #include "kinetostat/calibration/comparison/unit_slip.h"
+#include "kinetostat/calibration/regression/undetermined.h"
 #include "kinetostat/calibration/regression/wrench_noise.h"
 #include "kinetostat/common/error.h"
 
@@ -185,8 +186,8 @@ bool mixes_kinds(const Evidence& evidence) {
          !std::all_of(evidence.groups.begin(), evidence.groups.end(), rotation);
 }
 
-std::vector<std::string> notes(const Evidence& evidence) {
-  std::vector<std::string> result;
+// Why a test was not made.
+void add_notes(const Evidence& evidence, std::vector<std::string>& result) {
   const bool stated = evidence.noise.source == NoiseSource::stated;
   if (!stated) result.push_back("No noise is stated, so there is no chi-square test.");
   if (evidence.pure.degrees_of_freedom == 0)
@@ -194,8 +195,7 @@ std::vector<std::string> notes(const Evidence& evidence) {
   else if (!(evidence.pure.sum > 0))
     result.push_back(
         "Repeated readings are equal to the last digit: they say nothing about the noise, so "
-        "there "
-        "is no lack-of-fit test.");
+        "there is no lack-of-fit test.");
   if (evidence.noise.only_unloaded)
     result.push_back(
         "Only readings without load are repeated, and the noise under load may be larger: repeat "
@@ -208,7 +208,60 @@ std::vector<std::string> notes(const Evidence& evidence) {
     result.push_back(
         "Adequacy is not evaluated: the noise is known from nothing but the residual. State "
         "'noise' in the campaign file, or repeat readings.");
-  return result;
+}
+
+// What a reader should know of fitted stiffnesses, in sentences.
+std::vector<std::string> doubts_about(const BaseFit& fit) {
+  std::vector<std::string> doubts;
+  for (const auto& [parameter, value, error, hit] : fit.parameters) {
+    if (!parameter.is_logarithm()) continue;
+    if (std::abs(value) > std::log(doubtful_factor))
+      doubts.push_back(
+          fmt::format("{} is fitted to {:.3g} times its nominal value: check units and the robot "
+                      "file, or the model lacks an effect ('diagnose').",
+                      parameter.phrase(), std::exp(value)));
+  }
+  if (is_held_near_design(fit))
+    doubts.push_back(
+        "The readings alone leave some stiffness open, or drive it far from its design: all that "
+        "are uncertain are fitted as known by design to a factor of 2.7, one standard deviation.");
+  return doubts;
+}
+
+bool is_all_held(const std::vector<Parameter>& parameters) {
+  return std::all_of(parameters.begin(), parameters.end(),
+                     [](const Parameter& p) { return p.is_held(); });
+}
+
+// Fits what the robot file declares uncertain, as far as the readings determine it.
+template <class Fit>
+std::optional<BaseFit> refit(const vjm::Robot& robot, const Predictor& predictor,
+                             const Evidence& evidence, const Fit& fit, common::Progress& progress,
+                             Comparison& result) {
+  const std::vector<Parameter> declared = uncertain_parameters(robot);
+  if (declared.empty()) return std::nullopt;
+  std::vector<Parameter> uncertain = declared;
+  std::vector<std::string> said =
+      keep_undetermined(predictor, evidence.campaign, evidence.noise, uncertain, progress);
+  const bool nothing_seen = is_all_held(uncertain);
+  if (nothing_seen) {  // the fit says why
+    uncertain = declared;
+    said.clear();
+  }
+  const auto may_believe = [&] {
+    return !nothing_seen && evidence.noise.source != NoiseSource::unknown &&
+           result.unit_error.empty();
+  };
+  try {
+    BaseFit fitted = fit_near_design(uncertain, fit, may_believe);
+    const std::vector<std::string> doubts = doubts_about(fitted);
+    said.insert(said.end(), doubts.begin(), doubts.end());
+    result.notes = std::move(said);
+    return fitted;
+  } catch (const common::NotIdentifiable& error) {
+    result.refit_failure = error.what();
+    return std::nullopt;
+  }
 }
 
 }  // namespace
@@ -224,6 +277,7 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
     evidence.pure = pure_error(to_fit, evidence.groups, evidence.noise);
   };
   const auto fit = [&](const std::vector<Parameter>& parameters) {
+    know({}, {});
     const auto once = [&] {
       return with_hint_of_unit_error(predictor, to_fit, progress, [&] {
         return fit_base(predictor, to_fit, evidence.noise, parameters, progress, {.loss = loss});
@@ -235,23 +289,21 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
       know(parameters, values_of(result));
       result = once();
     }
-    return assess(predictor, campaign, evidence, std::move(result), progress);
+    return result;
   };
-  know({}, {});
+  const auto assessed = [&](BaseFit found) {
+    return assess(predictor, campaign, evidence, std::move(found), progress);
+  };
   Comparison result;
   result.groups = static_cast<Eigen::Index>(evidence.groups.size());
-  result.nominal = fit({});
+  result.nominal = assessed(fit({}));
   result.unit_error = unit_error(to_fit, result.nominal.fit.predicted);
-  try {
-    if (const std::vector<Parameter> uncertain = uncertain_parameters(robot); !uncertain.empty())
-      result.fitted = fit(uncertain);
-  } catch (const common::NotIdentifiable& error) {
-    result.refit_failure = error.what();
-  }
+  if (std::optional<BaseFit> found = refit(robot, predictor, evidence, fit, progress, result))
+    result.fitted = assessed(*std::move(found));
   result.noise = evidence.noise;
   if (evidence.pure.degrees_of_freedom > 0) result.replicates = evidence.pure;
   result.noise_check = test_of_stated_noise(evidence.pure, evidence.noise);
-  result.notes = notes(evidence);
+  add_notes(evidence, result.notes);
   return result;
 }
 

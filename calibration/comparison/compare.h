@@ -1,6 +1,7 @@
 // Compares a model with measurements: where does it fail, and is that more than noise?
 #pragma once
 
+#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
@@ -60,6 +61,11 @@ struct Assessment {
   std::optional<ChiSquareTest> chi_square;   // only with a stated noise
   std::optional<LackOfFitTest> lack_of_fit;  // only with replicates
   Adequacy adequacy = Adequacy::not_evaluated;
+
+  /// Root mean square of the whitened residuals.
+  double error_over_noise() const {
+    return std::sqrt(fit.squared_error / static_cast<double>(fit.values));
+  }
 };
 
 struct Comparison {
@@ -75,7 +81,8 @@ struct Comparison {
   Assessment nominal;
   std::optional<Assessment> fitted;  // when the robot file declares something uncertain
   std::string refit_failure;         // which of it the data cannot determine, and why; else empty
-  std::vector<std::string> notes;    // why a test was not made
+  /// What stays at its nominal value, what to make of fitted stiffnesses, why a test was not made.
+  std::vector<std::string> notes;
 
   /// The fitted model where there is one.
   const Assessment& best() const { return fitted ? *fitted : nominal; }

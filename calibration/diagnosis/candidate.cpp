@@ -158,12 +158,6 @@ std::vector<FittedValues> fitted_values(const BaseFit& fit, const std::vector<Ca
   return result;
 }
 
-bool is_held_near_design(const BaseFit& fit) {
-  return std::any_of(fit.parameters.begin(), fit.parameters.end(), [](const auto& estimate) {
-    return estimate.parameter.is_logarithm() && estimate.parameter.prior;
-  });
-}
-
 std::vector<vjm::Effect> effects_with(const vjm::Robot& robot,
                                       const std::vector<Candidate>& added) {
   std::vector<vjm::Effect> effects = robot.effects;

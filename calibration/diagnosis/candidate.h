@@ -43,10 +43,6 @@ struct FittedValues {
 /// Of each of the added effects: their values are the last parameters of the fit.
 std::vector<FittedValues> fitted_values(const BaseFit& fit, const std::vector<Candidate>& added);
 
-/// Whether stiffnesses are known by design in such a fit, because readings alone drive one to
-/// infinity or zero.
-bool is_held_near_design(const BaseFit& fit);
-
 /// The candidate with its leading value at `leading` times its usual distance from nothing, and
 /// what else must be given at `others` times.
 Candidate at_size(const Candidate& candidate, double leading, double others);

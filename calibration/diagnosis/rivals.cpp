@@ -56,21 +56,6 @@ bool is_duration(const vjm::EffectParameter& parameter) {
   return parameter.is_shape && parameter.linear == spatial::dimension::time;
 }
 
-// Adds to each uncertain stiffness that design tells it; returns whether there is any. The range
-// keeps it where readings still depend on it, for the effect that sets it right.
-bool believe_design(std::vector<Parameter>& parameters) {
-  constexpr double deviation = 1, farthest = 3;  // factors of e
-  bool any = false;
-  for (Parameter& p : parameters)
-    if (p.is_logarithm() && !p.bounds_stated) {
-      p.prior = Parameter::Prior{.mean = p.start, .deviation = deviation};
-      p.lower = p.start - farthest * deviation;
-      p.upper = p.start + farthest * deviation;
-      p.bounds_stated = any = true;
-    }
-  return any;
-}
-
 // The first `count` unknowns start where another fit has them, which may know them by design.
 void begin_at(const BaseFit& start, std::size_t count, std::vector<Parameter>& unknowns) {
   for (std::size_t k = 0; k < count; ++k) {
@@ -158,15 +143,13 @@ BaseFit CandidateFitter::fit(const std::vector<Candidate>& added, const BaseFit*
   const std::vector<vjm::Effect> effects = effects_with(robot_, added);
   std::vector<Parameter> unknowns = parameters(effects, added);
   if (start != nullptr) begin_at(*start, base_.size(), unknowns);
-  try {
-    return fitted(effects, unknowns, start, progress);
-  } catch (const common::NotIdentifiable&) {
-    // A missing effect may look like an infinite stiffness; so does a sign error.
-    if (start != nullptr || !unit_error(campaign_, predictor_, progress).empty() ||
-        !believe_design(unknowns))
-      throw;
-    return fitted(effects, unknowns, start, progress);
-  }
+  const auto once = [&](const std::vector<Parameter>& parameters) {
+    return fitted(effects, parameters, start, progress);
+  };
+  if (start != nullptr) return once(unknowns);
+  // A missing effect may look like an infinite stiffness; so does a sign error.
+  return fit_near_design(unknowns, once,
+                         [&] { return unit_error(campaign_, predictor_, progress).empty(); });
 }
 
 BaseFit CandidateFitter::fit_held(const std::vector<Candidate>& added, const BaseFit& start,
@@ -178,6 +161,12 @@ BaseFit CandidateFitter::fit_held(const std::vector<Candidate>& added, const Bas
   unknowns[held].start = unknowns[held].lower = unknowns[held].upper = value;
   unknowns[held].bounds_stated = true;  // held, not diverging
   return fitted(effects, unknowns, &start, progress);
+}
+
+BaseFit CandidateFitter::as_fitted(const std::vector<Candidate>& added, const BaseFit& fit,
+                                   common::Progress& progress) const {
+  return fit_base(predictor_.with_effects(effects_with(robot_, added)), campaign_, noise_,
+                  held_parameters(fit), progress);
 }
 
 BaseFit CandidateFitter::fitted(const std::vector<vjm::Effect>& effects,

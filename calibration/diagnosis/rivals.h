@@ -30,7 +30,12 @@ class CandidateFitter {
   BaseFit fit(const std::vector<Candidate>& added, const BaseFit* start,
               common::Progress& progress) const;
 
-  /// The same with one parameter held at a value, starting at a fit with the same effects.
+  /// All parameters of a fit with these effects held, against the readings here: zero offsets and
+  /// frames are fitted anew.
+  BaseFit as_fitted(const std::vector<Candidate>& added, const BaseFit& fit,
+                    common::Progress& progress) const;
+
+  /// fit() with one parameter held at a value, starting at a fit with the same effects.
   BaseFit fit_held(const std::vector<Candidate>& added, const BaseFit& start, std::size_t held,
                    double value, common::Progress& progress) const;
 

@@ -521,6 +521,17 @@ VectorXd values_of(const BaseFit& fit) {
   return values;
 }
 
+std::vector<Parameter> held_parameters(const BaseFit& fit) {
+  std::vector<Parameter> parameters;
+  for (const ParameterEstimate& e : fit.parameters) {
+    parameters.push_back(e.parameter);
+    parameters.back().start = parameters.back().lower = parameters.back().upper = e.value;
+    parameters.back().bounds_stated = true;
+    parameters.back().prior.reset();
+  }
+  return parameters;
+}
+
 BaseFit fit_base(const Predictor& predictor, const Campaign& campaign, const Noise& noise,
                  const std::vector<Parameter>& parameters, common::Progress& progress,
                  const BaseFitOptions& options) {
@@ -533,13 +544,7 @@ BaseFit fit_base(const Predictor& predictor, const Campaign& campaign, const Noi
 
 BaseFit predict_others(const Predictor& predictor, const Campaign& others, const Noise& noise,
                        const BaseFit& fit, common::Progress& progress) {
-  std::vector<Parameter> parameters;
-  for (const ParameterEstimate& e : fit.parameters) {
-    parameters.push_back(e.parameter);
-    parameters.back().start = parameters.back().lower = parameters.back().upper = e.value;
-    parameters.back().bounds_stated = true;
-    parameters.back().prior.reset();
-  }
+  const std::vector<Parameter> parameters = held_parameters(fit);
   Problem problem(predictor, others, noise, parameters, &fit, progress);
   return fitted(problem, noise, {});
 }

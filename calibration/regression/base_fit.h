@@ -84,6 +84,9 @@ struct BaseFit {
 /// Best values of the parameters, in their order.
 Eigen::VectorXd values_of(const BaseFit& fit);
 
+/// The parameters of a fit, each held at its best value and without a prior.
+std::vector<Parameter> held_parameters(const BaseFit& fit);
+
 struct BaseFitOptions {
   int max_iterations = 100;
   /// Ends when a step changes the predictions by less than this, relative to the readings.

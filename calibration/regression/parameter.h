@@ -42,6 +42,7 @@ struct Parameter {
   static constexpr double runaway = 10;
 
   bool is_logarithm() const { return !springs.empty(); }
+  bool is_held() const { return lower == upper; }  // it stays where it starts
   std::string phrase() const;  // "the stiffness of 'leg'", "the k3 of hardening at x.rho"
 };
 

@@ -1,10 +1,10 @@
 #include "kinetostat/calibration/regression/undetermined.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
-#include "kinetostat/calibration/regression/base_fit.h"
 #include "kinetostat/calibration/statistics/identifiability.h"
 
 namespace kinetostat::calibration {
@@ -14,7 +14,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double unseen = 0.3;  // d' of a change that is worth knowing: a factor of e
+constexpr double deviation_of_design = 1;  // of the logarithm of a stiffness: a factor of e
+constexpr double unseen = 0.3;             // d' of a change that is worth knowing: a factor of e
 
 // Derivatives of the values in use in units of their noise, one column a parameter, for a change
 // that is worth knowing.
@@ -42,8 +43,9 @@ std::vector<std::string> keep_undetermined(const Predictor& predictor, const Cam
   if (there.failure) return kept;
   const std::vector<Value> values = values_in_use(campaign);
   const MatrixXd signatures = signatures_of(there, values, noise, parameters);
+  const double rounding = sensitivity_rounding * norm_over_noise(values, campaign, noise);
   const double visible =
-      std::max(unseen, sensitivity_rounding * norm_over_noise(values, campaign, noise));
+      noise.source == NoiseSource::unknown ? rounding : std::max(unseen, rounding);
   for (const Index k :
        made_up_by_those_before(signatures, VectorXd::Constant(signatures.cols(), visible))) {
     Parameter& parameter = parameters[static_cast<std::size_t>(k)];
@@ -55,6 +57,34 @@ std::vector<std::string> keep_undetermined(const Predictor& predictor, const Cam
                                    : "no reading depends on it"));
   }
   return kept;
+}
+
+bool believe_design(std::vector<Parameter>& parameters) {
+  constexpr double farthest = 3;  // standard deviations
+  bool any = false;
+  for (Parameter& p : parameters)
+    if (p.is_logarithm() && !p.bounds_stated) {
+      p.prior = Parameter::Prior{.mean = p.start, .deviation = deviation_of_design};
+      p.lower = p.start - farthest * deviation_of_design;
+      p.upper = p.start + farthest * deviation_of_design;
+      p.bounds_stated = any = true;
+    }
+  return any;
+}
+
+bool is_held_near_design(const BaseFit& fit) {
+  return std::any_of(fit.parameters.begin(), fit.parameters.end(), [](const auto& estimate) {
+    return estimate.parameter.is_logarithm() && estimate.parameter.prior;
+  });
+}
+
+bool strays_from_design(const BaseFit& fit) {
+  return std::any_of(fit.parameters.begin(), fit.parameters.end(), [](const auto& estimate) {
+    const Parameter& p = estimate.parameter;
+    return p.is_logarithm() && !p.bounds_stated && estimate.hit == BoundHit::none &&
+           std::abs(estimate.value) > std::log(doubtful_factor) &&
+           estimate.standard_error > deviation_of_design;
+  });
 }
 
 }  // namespace kinetostat::calibration

@@ -5,15 +5,49 @@
 #include <vector>
 
 #include "kinetostat/calibration/campaign/noise.h"
+#include "kinetostat/calibration/regression/base_fit.h"
 #include "kinetostat/calibration/regression/predict.h"
+#include "kinetostat/common/error.h"
 
 namespace kinetostat::calibration {
 
+/// A stiffness this many times its nominal value, or less than one in so many, is hardly what was
+/// built: units, or something that the model lacks.
+inline constexpr double doubtful_factor = 3;
+
 /// Fixes at its start each parameter that no reading depends on, or that is confounded with those
-/// before it to within the noise: predictions are the same without it. Returns which, in sentences.
-/// A model without an equilibrium for some reading keeps them all free.
+/// before it: to within the noise, where that is known, else to within rounding. Predictions are
+/// the same without it. Returns which, in sentences. A model without an equilibrium for some
+/// reading keeps them all free.
 std::vector<std::string> keep_undetermined(const Predictor& predictor, const Campaign& campaign,
                                            const Noise& noise, std::vector<Parameter>& parameters,
                                            common::Progress& progress);
+
+/// Adds to each stiffness without stated bounds that design tells it to a factor of e, one standard
+/// deviation; returns whether there is any. It may go to three of them, for the effect that sets it
+/// right.
+bool believe_design(std::vector<Parameter>& parameters);
+
+/// Whether some stiffness of the fit is believed so.
+bool is_held_near_design(const BaseFit& fit);
+
+/// Whether some stiffness without stated bounds is fitted to more than three times its nominal
+/// value, or less than a third, by readings that know it less well than design does.
+bool strays_from_design(const BaseFit& fit);
+
+/// The fit of parameters by `fit(parameters)`, once more with what design tells where the readings
+/// alone drive a stiffness to zero or infinity (common::NotIdentifiable), or astray. `may_believe`:
+/// whether nothing speaks against it, asked only then.
+template <class Fit, class MayBelieve>
+BaseFit fit_near_design(std::vector<Parameter> parameters, const Fit& fit,
+                        const MayBelieve& may_believe) {
+  try {
+    BaseFit result = fit(parameters);
+    if (!strays_from_design(result) || !may_believe() || !believe_design(parameters)) return result;
+  } catch (const common::NotIdentifiable&) {
+    if (!may_believe() || !believe_design(parameters)) throw;
+  }
+  return fit(parameters);
+}
 
 }  // namespace kinetostat::calibration

@@ -24,7 +24,7 @@ export function identifiability(assessment, source) {
         ? `Weak: ${assessment.weak_combinations.join("; ")}`
         : "No combination of them is weak."),
     numbers: () => ({
-      columns: ["parameter", "nominal", "fitted", "unit", "standard error [%]", "at a bound"],
+      columns: ["parameter", "nominal", "fitted", "unit", "standard error [%]", "bound"],
       rows: rows.map((p) => [
         p.parameter,
         p.designed ?? 1,
@@ -38,7 +38,7 @@ export function identifiability(assessment, source) {
       const shown = rows.map((p) => (p.bound ? null : Math.max(looseness(p), 0.01)));
       return bars(look, {
         names: rows.map(
-          (p) => `${plain(p.parameter)}<br>${plain(value(p))}${p.bound ? " (at a bound)" : ""}`,
+          (p) => `${plain(p.parameter)}<br>${plain(value(p))}${p.bound ? (p.bound === "kept" ? " (kept)" : " (at a bound)") : ""}`,
         ),
         values: shown,
         colours: shown.map((v) => (v > 50 ? look.bad : v > 5 ? look.held : look.good)),

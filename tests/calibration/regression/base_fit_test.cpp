@@ -100,19 +100,74 @@ TEST(BaseFit, SaysWhichStiffnessNoReadingDependsOn) {
               HasSubstr("no reading depends on the stiffness of 'spring'"));
 }
 
-TEST(BaseFit, SaysWhichUnknownsAreNotDistinguishable) {
+// Two springs in series: one of them is fitted, and the other stays where it is.
+TEST(BaseFit, KeepsWhatTheReadingsDoNotDistinguishAtItsNominalValue) {
   vjm::Robot robot = test::bench();
   vjm::Chain chain("cell");
   chain.actuator("spring", vjm::Motion::tz, 1e6).actuator("screw", vjm::Motion::tz, 2e6);
   robot.manipulator = vjm::Manipulator("bench", {chain});
   robot.uncertain.push_back({"screw", {{0, "screw"}}});
-  const auto file = bench_campaign("fz,dz\n1000,1\n2000,2\n3000,3\n");
-  EXPECT_THAT(
-      message<common::NotIdentifiable>(robot, file),
-      HasSubstr("do not distinguish the stiffness of 'spring' and the stiffness of 'screw'"));
-  const auto one_load = bench_campaign("fz,dz\n1000,1\n1000,2\n1000,3\n", "zero: estimate\n");
-  EXPECT_THAT(message<common::NotIdentifiable>(test::bench(), one_load),
-              HasSubstr("do not distinguish the stiffness of 'spring' and the zero offset of dz"));
+  for (const char* noise : {"", "noise: {translation: 1 um}\n"}) {
+    const Comparison c =
+        test::compare_files(robot, bench_campaign("fz,dz\n1000,1\n2000,2\n3000,3\n", noise));
+    ASSERT_TRUE(c.fitted) << c.refit_failure;
+    EXPECT_NEAR(factor(c, 0), 2, 1e-9);  // 1 mm/kN is 0.5 and 0.5
+    EXPECT_EQ(factor(c, 1), 1);
+    EXPECT_THAT(c.notes, testing::Contains(HasSubstr("the stiffness of 'screw' stays at its "
+                                                     "nominal value: it is confounded")));
+  }
+}
+
+// A stiffness and a zero offset under one load: design distinguishes them.
+TEST(BaseFit, HoldsAStiffnessNearItsDesignWhereAZeroOffsetDoesTheSame) {
+  const Comparison c = test::compare_files(
+      test::bench(), bench_campaign("fz,dz\n1000,1\n1000,2\n1000,3\n", "zero: estimate\n"));
+  ASSERT_TRUE(c.fitted) << c.refit_failure;
+  EXPECT_THAT(c.notes, testing::Contains(HasSubstr("known by design to a factor of 2.7")));
+}
+
+TEST(BaseFit, KeepsAStiffnessThatNoReadingTurnsAtItsNominalValue) {
+  vjm::Robot robot = test::bench();
+  vjm::Chain chain("cell");
+  chain.actuator("slide", vjm::Motion::tx, 1e6).actuator("spring", vjm::Motion::tz, 1e6);
+  robot.manipulator = vjm::Manipulator("bench", {chain});
+  robot.uncertain = {{"slide", {{0, "slide"}}}, {"spring", {{0, "spring"}}}};
+  const Comparison c = test::compare_files(
+      robot, bench_campaign("fz,dz\n1000,0.5\n2000,1\n3000,1.5\n", "noise: {translation: 1 um}\n"));
+  ASSERT_TRUE(c.fitted) << c.refit_failure;
+  EXPECT_EQ(factor(c, 0), 1);
+  EXPECT_NEAR(factor(c, 1), 2, 1e-9);
+  EXPECT_EQ(c.fitted->fit.estimated, 1);
+  EXPECT_EQ(c.best().adequacy, Adequacy::adequate);
+  EXPECT_THAT(c.notes, testing::Contains(HasSubstr(
+                           "the stiffness of 'slide' stays at its nominal value: no reading")));
+}
+
+// Readings that hardly load a spring know it less well than its design does.
+TEST(BaseFit, AWeaklySeenStiffnessIsHeldNearItsDesign) {
+  vjm::Robot robot = test::bench();
+  vjm::Chain chain("cell");
+  chain.actuator("slide", vjm::Motion::tx, 1e6).actuator("spring", vjm::Motion::tz, 1e6);
+  robot.manipulator = vjm::Manipulator("bench", {chain});
+  robot.uncertain = {{"slide", {{0, "slide"}}}, {"spring", {{0, "spring"}}}};
+  // 1 N on the slide is 1 um; the readings of x have an error of 2 um that would make it infinite.
+  const Comparison c = test::compare_files(
+      robot, bench_campaign("fx,fz,dx,dz\n1,1000,-0.002,1\n1,2000,0.001,2\n1,3000,-0.003,3\n",
+                            "noise: {translation: 2 um}\n"));
+  ASSERT_TRUE(c.fitted) << c.refit_failure;
+  EXPECT_GT(factor(c, 0), 1 / std::exp(3.0));
+  EXPECT_LT(factor(c, 0), std::exp(3.0));
+  EXPECT_NEAR(factor(c, 1), 1, 2e-3);
+  EXPECT_THAT(c.notes, testing::Contains(HasSubstr("known by design to a factor of 2.7")));
+}
+
+TEST(BaseFit, DoubtsAStiffnessFarFromItsDesign) {
+  const Comparison c = test::compare_files(
+      test::bench(),
+      bench_campaign("fz,dz\n1000,4\n2000,8\n3000,12\n", "noise: {translation: 1 um}\n"));
+  ASSERT_TRUE(c.fitted) << c.refit_failure;
+  EXPECT_NEAR(factor(c, 0), 0.25, 1e-9);
+  EXPECT_THAT(c.notes, testing::Contains(HasSubstr("is fitted to 0.25 times its nominal value")));
 }
 
 TEST(BaseFit, SaysWhenThereAreTooFewValues) {
