@@ -216,6 +216,13 @@ std::vector<Effect> read_effects(const YamlNode& top, const EffectKinds& kinds,
   return effects;
 }
 
+void read_effect_value(const YamlNode& node, const spatial::UnitSystem& units,
+                       const Manipulator& manipulator, Eigen::Index parameter, Effect& effect) {
+  read_parameter(node, effect.kind->parameters.at(static_cast<std::size_t>(parameter)),
+                 turns(effect, manipulator), units, effect.values[parameter],
+                 effect.deviations[parameter]);
+}
+
 Effect effect_from_words(const std::string& kind, const std::string& at, const std::string& size,
                          const EffectKinds& kinds, const Manipulator& manipulator,
                          const spatial::UnitSystem& units) {

@@ -16,6 +16,11 @@ EffectKinds read_effect_kinds(const io::YamlNode& top);
 std::vector<Effect> read_effects(const io::YamlNode& top, const EffectKinds& kinds,
                                  const Manipulator& manipulator, const spatial::UnitSystem& units);
 
+/// Reads another value for one parameter of an effect, a quantity or `{value, sd}`. Throws
+/// common::InputError for one outside its physical range.
+void read_effect_value(const io::YamlNode& node, const spatial::UnitSystem& units,
+                       const Manipulator& manipulator, Eigen::Index parameter, Effect& effect);
+
 /// An effect as words of a command line have it: `size` is the value of the first parameter with
 /// its unit, or "force=50 N,presliding=10 um". Throws common::InputError, or std::invalid_argument
 /// for an unknown kind.

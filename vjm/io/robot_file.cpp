@@ -426,8 +426,19 @@ std::pair<double, double> read_factors(const YamlNode& node) {
   return {lower, upper};
 }
 
-std::vector<UncertainStiffness> read_uncertain(const YamlNode& top,
-                                               const Manipulator& manipulator) {
+// By what `fitted:` has multiplied a spring.
+double factor_on(const SpringParameter& spring, const std::vector<FittedStiffness>& fitted) {
+  double factor = 1;
+  for (const FittedStiffness& f : fitted)
+    if (std::any_of(f.springs.begin(), f.springs.end(), [&](const SpringParameter& s) {
+          return s.chain == spring.chain && s.spring == spring.spring;
+        }))
+      factor *= f.factor;
+  return factor;
+}
+
+std::vector<UncertainStiffness> read_uncertain(const YamlNode& top, const Manipulator& manipulator,
+                                               const std::vector<FittedStiffness>& fitted) {
   std::vector<UncertainStiffness> result;
   const auto list = top.find("uncertain");
   if (!list) return result;
@@ -443,15 +454,18 @@ std::vector<UncertainStiffness> read_uncertain(const YamlNode& top,
                      found.springs.end(), same))
         item.at("stiffness")
             .fail(fmt::format("names what '{}' names already", other.name), "List it once");
+    if (const auto between = item.find("between")) {
+      const double factor = factor_on(found.springs.front(), fitted);
+      const auto [lower, upper] = read_factors(*between);
+      found.between = {lower / factor, upper / factor};
+    }
     result.push_back(std::move(found));
-    if (const auto between = item.find("between")) result.back().between = read_factors(*between);
   }
   return result;
 }
 
 // `{effect: hardening, at: x.rho, parameter: k3}`: a value of an effect that the file has.
 UncertainValue find_value(const YamlNode& item, const std::vector<Effect>& effects) {
-  item.allow_only({"effect", "at", "parameter"});
   std::vector<std::string> kinds, places, names;
   for (const Effect& effect : effects) kinds.push_back(effect.kind->name);
   if (kinds.empty())
@@ -475,8 +489,53 @@ std::vector<UncertainValue> read_uncertain_values(const YamlNode& top,
   const auto list = top.find("uncertain");
   if (!list) return result;
   for (const YamlNode& item : list->items())
-    if (item.has("effect")) result.push_back(find_value(item, effects));
+    if (item.has("effect")) {
+      item.allow_only({"effect", "at", "parameter"});
+      result.push_back(find_value(item, effects));
+    }
   return result;
+}
+
+// `{stiffness: q1, factor: 0.87}`, or `factor: {value: 0.87, sd: 0.004}`.
+std::vector<FittedStiffness> read_fitted(const YamlNode& top, const Manipulator& manipulator) {
+  std::vector<FittedStiffness> result;
+  const auto list = top.find("fitted");
+  if (!list) return result;
+  for (const YamlNode& item : list->items()) {
+    if (item.has("effect")) continue;
+    item.allow_only({"stiffness", "factor"});
+    const UncertainStiffness springs = find_springs(manipulator, item.at("stiffness"));
+    const YamlNode given = item.at("factor");
+    if (given.is_map()) given.allow_only({"value", "sd"});
+    const YamlNode value = given.is_map() ? given.at("value") : given;
+    FittedStiffness& fitted =
+        result.emplace_back(FittedStiffness{springs.name, springs.springs, value.number()});
+    if (!(fitted.factor > 0)) value.fail("a factor on a stiffness must be positive");
+    if (const auto sd = given.is_map() ? given.find("sd") : std::nullopt) {
+      fitted.deviation = sd->number();
+      if (!(fitted.deviation >= 0)) sd->fail("a standard deviation must not be negative");
+    }
+  }
+  return result;
+}
+
+// `{effect: hardening, at: x.rho, parameter: k3, value: ...}`: in the place of what the effect has.
+void take_fitted_values(const YamlNode& top, const Manipulator& bare,
+                        const spatial::UnitSystem& units, std::vector<Effect>& effects) {
+  const auto list = top.find("fitted");
+  if (!list) return;
+  for (const YamlNode& item : list->items()) {
+    if (!item.has("effect")) continue;
+    item.allow_only({"effect", "at", "parameter", "value"});
+    const UncertainValue place = find_value(item, effects);
+    read_effect_value(item.at("value"), units, bare, place.value, effects[place.effect]);
+  }
+}
+
+Manipulator with_fitted(Manipulator manipulator, const std::vector<FittedStiffness>& fitted) {
+  for (const FittedStiffness& f : fitted)
+    manipulator = with_scaled(manipulator, {f.name, f.springs}, f.factor);
+  return manipulator;
 }
 
 }  // namespace
@@ -492,7 +551,7 @@ namespace {
 Robot robot_of(const YamlNode& top, const std::filesystem::path& file, const LinkOptions& options) {
   io::check_format_version(top);
   top.allow_only({"kinetostat", "name", "origin", "units", "gravity", "materials", "links",
-                  "chain_types", "manipulator", "uncertain", "effects", "effect_kinds"});
+                  "chain_types", "manipulator", "uncertain", "fitted", "effects", "effect_kinds"});
   Parts parts{.units = io::read_units(top.at("units")), .links = {}};
   LinkOptions link_options = options;
   std::error_code error;
@@ -521,22 +580,25 @@ Robot robot_of(const YamlNode& top, const std::filesystem::path& file, const Lin
   try {
     const Manipulator bare(name, std::move(assembly.chains), std::move(assembly.spans),
                            std::move(assembly.inner_bodies));
-    const Manipulator plain = bare.with_gravity(gravity);
+    std::vector<FittedStiffness> fitted = read_fitted(top, bare);
+    const Manipulator plain = with_fitted(bare, fitted).with_gravity(gravity);
     EffectKinds own_kinds = read_effect_kinds(top);
     EffectKinds kinds = effect_kinds();
     kinds.insert(kinds.end(), own_kinds.begin(), own_kinds.end());
     std::vector<Effect> effects = read_effects(top, kinds, plain, parts.units);
+    take_fitted_values(top, plain, parts.units, effects);
     Manipulator manipulator = with_effects(plain, effects);
     Robot robot{.file = file,
                 .name = name,
                 .units = parts.units,
                 .manipulator = std::move(manipulator),
-                .uncertain = read_uncertain(top, plain),
+                .uncertain = read_uncertain(top, plain, fitted),
                 .link_files = link_files,
                 .has_beams = has_beams,
                 .effects = std::move(effects)};
     if (!robot.effects.empty()) robot.bare = plain;
     robot.uncertain_values = read_uncertain_values(top, robot.effects);
+    robot.fitted = std::move(fitted);
     robot.own_kinds = std::move(own_kinds);
     return robot;
   } catch (const std::invalid_argument& fault) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -20,8 +21,18 @@ namespace kinetostat::vjm {
 struct UncertainStiffness {
   std::string name;  // as written: "leg", or "x.rho"
   std::vector<SpringParameter> springs;
-  /// Bounds of the factor on the stiffness that are physically possible, when stated.
+  /// Bounds of the factor on the stiffness (that `fitted:` has scaled already) that are physically
+  /// possible, when stated.
   std::optional<std::pair<double, double>> between = {};
+};
+
+/// A factor on stiffnesses that measurements have shown: `fitted:` in the robot file. The springs
+/// of the manipulator have it.
+struct FittedStiffness {
+  std::string name;  // as UncertainStiffness::name
+  std::vector<SpringParameter> springs;
+  double factor = 1;
+  double deviation = std::numeric_limits<double>::quiet_NaN();  // NaN where not stated
 };
 
 /// A value of an effect that its owner declares uncertain.
@@ -41,7 +52,8 @@ struct Robot {
   std::vector<Effect> effects = {};               // as in the file
   std::optional<Manipulator> bare = {};           // without the effects, if there are any
   std::vector<UncertainValue> uncertain_values = {};
-  EffectKinds own_kinds = {};  // that the file describes beside the catalogue
+  std::vector<FittedStiffness> fitted = {};  // as in the file
+  EffectKinds own_kinds = {};                // that the file describes beside the catalogue
 
   /// The catalogue, then its own.
   EffectKinds kinds() const;

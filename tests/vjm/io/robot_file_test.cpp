@@ -89,6 +89,42 @@ TEST_F(RobotFile, IsReadWithItsUnits) {
   EXPECT_EQ(robot.uncertain[0].springs.at(0).spring, "upper");
 }
 
+// Twice on one spring multiplies; a bound stays where the file's own stiffness puts it.
+TEST_F(RobotFile, FittedFactorsMultiplyTheSprings) {
+  const std::string uncertain = "uncertain: [{stiffness: upper}]";
+  const Robot as_built = read(good);
+  const Robot robot = read(replaced(
+      good, uncertain,
+      "uncertain: [{stiffness: q1, between: [0.5, 2]}]\nfitted:\n"
+      "  - {stiffness: q1, factor: {value: 0.8, sd: 0.1}}\n  - {stiffness: arm.upper, factor: 2}\n"
+      "  - {stiffness: q1, factor: 0.5}\n"));
+  const auto& before = as_built.manipulator.chains()[0].springs();
+  const auto& after = robot.manipulator.chains()[0].springs();
+  EXPECT_NEAR(after[0].stiffness(0, 0), 0.4 * before[0].stiffness(0, 0), 1e-9);
+  EXPECT_LT((after[1].stiffness - 2 * before[1].stiffness).norm(),
+            1e-12 * before[1].stiffness.norm());
+  EXPECT_EQ(after[2].stiffness, before[2].stiffness);
+  ASSERT_EQ(robot.fitted.size(), 3u);
+  EXPECT_DOUBLE_EQ(robot.fitted[0].deviation, 0.1);
+  EXPECT_TRUE(std::isnan(robot.fitted[1].deviation));
+  ASSERT_TRUE(robot.uncertain[0].between);
+  EXPECT_NEAR(robot.uncertain[0].between->first, 0.5 / 0.4, 1e-12);
+  EXPECT_NEAR(robot.uncertain[0].between->second, 2 / 0.4, 1e-12);
+}
+
+TEST_F(RobotFile, AFittedValueTakesThePlaceOfTheEffects) {
+  const std::string with_effect = replaced(good, "uncertain:",
+                                           "effects: [{effect: preload, at: q1, force: 3 N m}]\n"
+                                           "fitted: [{effect: preload, at: q1, parameter: force, "
+                                           "value: {value: 5 N m, sd: 0.1 N m}}]\nuncertain:");
+  const Robot robot = read(with_effect);
+  ASSERT_EQ(robot.effects.size(), 1u);
+  EXPECT_DOUBLE_EQ(robot.effects[0].values[0], 5);
+  EXPECT_DOUBLE_EQ(robot.effects[0].deviations[0], 0.1);
+  EXPECT_THAT(error_of(replaced(with_effect, "parameter: force", "parameter: forze")),
+              HasSubstr("Did you mean 'force'?"));
+}
+
 TEST_F(RobotFile, ABeamLinkHasTheBeamsStiffness) {
   const Robot robot = read(good);
   const auto tip = beam_compliance(0.4, Section::circle(0.03, 0.3), {210e9, 210e9 / 2.6, {}},
@@ -275,6 +311,8 @@ const Mistake mistakes[] = {
     {"uncertain", "[{stiffness: upper}]", "[{stiffness: uper}]", ":17:", "Did you mean 'upper'?"},
     {"uncertain_twice", "[{stiffness: upper}]", "[{stiffness: upper}, {stiffness: upper}]",
      ":17:", "names what 'upper' names already"},
+    {"fitted",
+     "uncertain:", "fitted: [{stiffness: q1, factor: -1}]\nuncertain:", ":17:", "must be positive"},
     {"not_yaml", "{chain: arm}", "{chain: arm", ":1", "not valid YAML"},
     {"no_inverse", "length: 400", "length: 4e20", ":7:", "has no inverse to working precision"},
     {"slide_for_turn", "home: 10}", "home: 10 mm}", ":11:", "an angle such as"},
