@@ -299,6 +299,13 @@ std::string error_text(const Assessment& assessment) {
   return {};
 }
 
+// Root mean square of the errors in units of their noise, of a model as it stands.
+std::string error_over_noise_text(const Assessment& assessment) {
+  if (assessment.fit.error_source == NoiseSource::unknown || assessment.fit.values == 0) return {};
+  return fmt::format("  Error {} times the noise (rms of {} values).\n",
+                     number(assessment.error_over_noise(), 4), assessment.fit.values);
+}
+
 std::string deviation_text(const Campaign& campaign, const Assessment& assessment) {
   if (!assessment.residual_deviation) return {};
   return fmt::format(
@@ -342,9 +349,9 @@ std::string held_out_text(const Campaign& campaign, const Assessment& assessment
 std::string assessment_text(const Campaign& campaign, const std::string& title,
                             const Assessment& assessment) {
   return fmt::format("\n{}\n{}\n", title, std::string(title.size(), '-')) +
-         statistics_text(campaign, assessment) + deviation_text(campaign, assessment) +
-         held_out_text(campaign, assessment) + report::text(campaign, assessment.fit) +
-         error_text(assessment);
+         statistics_text(campaign, assessment) + error_over_noise_text(assessment) +
+         deviation_text(campaign, assessment) + held_out_text(campaign, assessment) +
+         report::text(campaign, assessment.fit) + error_text(assessment);
 }
 
 Json to_json(const ChiSquareTest& test) {
@@ -468,9 +475,12 @@ Json to_json(const Campaign& campaign, const Assessment& assessment) {
             {"estimated", fit.estimated},
             {"degrees_of_freedom", fit.degrees_of_freedom()},
             {"whitened_sum_of_squares", fit.squared_error},
+            {"error_over_noise", nullptr},
             {"residual_standard_deviation", nullptr},
             {"chi_square", nullptr},
             {"lack_of_fit", nullptr}};
+  if (fit.error_source != NoiseSource::unknown && fit.values > 0)
+    json["error_over_noise"] = assessment.error_over_noise();
   if (assessment.residual_deviation)
     json["residual_standard_deviation"] = *assessment.residual_deviation;
   if (assessment.chi_square) json["chi_square"] = to_json(*assessment.chi_square);

@@ -399,6 +399,24 @@ Json profile_json(const calibration::Profile& profile) {
   return json;
 }
 
+// Of what the robot file declares uncertain; a value of an effect with its place.
+Json estimates_json(const vjm::Robot& robot,
+                    const std::vector<calibration::ParameterEstimate>& estimates) {
+  Json list = Json::array();
+  for (const calibration::ParameterEstimate& e : estimates) {
+    Json json = to_json(e);
+    if (!e.parameter.is_logarithm()) {
+      const vjm::Effect& effect = robot.effects.at(e.parameter.effect);
+      const auto value = static_cast<std::size_t>(e.parameter.value);
+      json.update({{"effect", effect.kind->name},
+                   {"at", effect.at},
+                   {"value_of", effect.kind->parameters.at(value).name}});
+    }
+    list.push_back(std::move(json));
+  }
+  return list;
+}
+
 Json test_json(const std::optional<calibration::ChiSquareTest>& test) {
   if (!test) return {};
   return {{"chi_square", test->statistic},
@@ -475,6 +493,9 @@ Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, con
               {"depends_on", d.left.depends_on},
               {"log_evidence", d.left.log}}},
             {"waterfall", waterfall},
+            {"fitted",
+             {{"without_effects", estimates_json(robot, d.fitted_without)},
+              {"with_effects", estimates_json(robot, d.fitted_beside)}}},
             {"held_out", d.held_out},
             {"correlated_noise", d.correlated_noise.empty() ? Json() : Json(d.correlated_noise)},
             {"far_values", d.far_values},

@@ -80,7 +80,14 @@ std::string waterfall_text(const calibration::Campaign& campaign,
     if (confirmed) row.push_back(std::isnan(s.confirmed) ? "-" : number(s.confirmed, 4));
     table.add_row(row);
   }
-  return fmt::format("\nError on {} left out of the fit\n{}", held_out, table.text());
+  const bool is_adopted = std::any_of(stages.begin(), stages.end(), [](const auto& stage) {
+    return stage.name == calibration::as_adopted;
+  });
+  return fmt::format("\nError on {} left out of the fit{}\n{}", held_out,
+                     is_adopted ? fmt::format(", {} on all readings whether set aside or not",
+                                              calibration::as_adopted)
+                                : "",
+                     table.text());
 }
 
 Json to_json(const WaterfallStage& s) {

@@ -37,8 +37,8 @@ io::Json diagnosis_picture(const vjm::Robot& robot, const calibration::Campaign&
 void require_same_robot(const io::Json& diagnosis, const std::filesystem::path& file,
                         const std::filesystem::path& robot);
 
-/// Writes `robot` with an effect that `diagnosis` found to `out`, and says so. Among several
-/// effects it takes the one named by `effect` ("clearance at x.rho"), else the first. Throws
+/// Writes `robot` with what `diagnosis` found and fitted to `out`, and says so: all effects, or the
+/// one named by `effect` ("clearance at x.rho"), then with the stiffnesses as they are. Throws
 /// common::NotIdentifiable when there is none, or (unless `force`) when the held-out error does not
 /// fall or the verdict is that no effect of the catalogue explains the readings.
 io::Json adopt_effect(const std::filesystem::path& robot, const std::filesystem::path& diagnosis,

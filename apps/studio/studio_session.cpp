@@ -47,11 +47,11 @@ void take_values(const BaseFit& fit, std::vector<Candidate>& added) {
   }
 }
 
-calibration::Adoption adoption_of(const Candidate& candidate, const vjm::Robot& robot,
-                                  const calibration::Campaign& campaign) {
+calibration::AdoptedEffect adopted_effect(const Candidate& candidate, const vjm::Robot& robot,
+                                          const calibration::Campaign& campaign) {
   const vjm::EffectKind& kind = *candidate.effect.kind;
   const bool angular = turns(candidate.effect, robot.without_effects());
-  calibration::Adoption adoption{
+  calibration::AdoptedEffect adoption{
       .effect = kind.name, .at = candidate.effect.at, .values = {}, .reasons = {}};
   for (std::size_t k = 0; k < kind.parameters.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
@@ -186,8 +186,10 @@ Json StudioSession::save(const Json& request) {
   const std::filesystem::path file = folder_ / name;
   const bool ours = std::find(saved_.begin(), saved_.end(), name) != saved_.end();
   std::string text = io::read_text(robot_.file);
+  calibration::Adoption adoption;
   for (const Candidate& effect : last_)
-    text = calibration::adopted(text, adoption_of(effect, robot_, campaign_));
+    adoption.effects.push_back(adopted_effect(effect, robot_, campaign_));
+  text = calibration::adopted(text, adoption);
   // Whoever may write to the folder may have put a link there since: nothing outside is written.
   if (!write_robot_in_place_of(ours ? io::Replace::entry : io::Replace::nothing, file, text))
     throw common::InputError("file", fmt::format("'{}' is there already", name),

@@ -9,9 +9,14 @@
 
 namespace kinetostat::calibration {
 
-/// Error on readings that were left out of the fit.
+/// Name of the stage of the model that 'adopt' writes.
+inline constexpr const char* as_adopted = "as adopted";
+
+/// Error on readings that were left out of the fit; of the stage "as adopted" on all readings, also
+/// those that were set aside: what compare() says of the file as it is written.
 struct WaterfallStage {
-  /// As JSON has it: "as designed", "refitted", "+ clearance at x.rho", "noise floor".
+  /// As JSON has it: "as designed", "refitted", "+ clearance at x.rho", "as adopted", "noise
+  /// floor".
   std::string name;
   double whitened = 0;          // rms in units of the noise; 1 is as good as the readings allow
   double translation = 0;       // rms [m]; NaN where not measured

@@ -1,7 +1,10 @@
 #include "kinetostat/calibration/diagnosis/adoption.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <stdexcept>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,27 +15,57 @@
 namespace kinetostat::calibration {
 namespace {
 
-constexpr const char* begins = "  # >>> adopted effect";
-constexpr const char* ends = "  # <<< adopted effect";
-constexpr const char* heading_added = " (with the heading)";
+// Blocks stand between "  # >>> adopted effect 2 (with the heading)" and "  # <<< adopted effect".
+// Adoptions are numbered from 1; those before numbers were written have none.
+constexpr std::string_view begins = "  # >>> adopted ";
+constexpr std::string_view ends = "  # <<< adopted ";
+constexpr std::string_view with_heading = " (with the heading)";
+
+// The digits that a twentieth of a percent of the deviation asks for, at least four.
+double rounded(double value, double deviation) {
+  if (std::isnan(deviation) || !(deviation > 0) || value == 0) return value;
+  const double asked = std::ceil(std::log10(std::abs(value) / deviation)) + 4;
+  const int digits = static_cast<int>(std::clamp(asked, 4.0, 17.0));
+  return std::stod(fmt::format("{:.{}e}", value, digits - 1));
+}
 
 std::string quantity(double value, const std::string& unit) {
   return unit.empty() ? fmt::format("{}", value) : fmt::format("{} {}", value, unit);
 }
 
-std::string block_of(const Adoption& adoption, bool adds_heading) {
-  std::string text = fmt::format("{}{}\n", begins, adds_heading ? heading_added : "");
-  for (const std::string& reason : adoption.reasons)
-    text += "  # " + common::printable(reason) + "\n";
-  std::vector<std::string> values;
-  for (const Adoption::Value& v : adoption.values)
-    values.push_back(std::isnan(v.deviation)
-                         ? fmt::format("{}: {}", v.name, quantity(v.value, v.unit))
-                         : fmt::format("{}: {{value: {}, sd: {}}}", v.name,
-                                       quantity(v.value, v.unit), quantity(v.deviation, v.unit)));
-  text += fmt::format("  - {{effect: {}, at: {}, {}}}\n", io::yaml_scalar(adoption.effect),
-                      io::yaml_scalar(adoption.at), fmt::join(values, ", "));
-  return text + ends + "\n";
+// "gap: {value: 0.05 mm, sd: 0.003 mm}"
+std::string entry(const AdoptedValue& v) {
+  const std::string value = quantity(rounded(v.value, v.deviation), v.unit);
+  if (std::isnan(v.deviation)) return fmt::format("{}: {}", v.name, value);
+  return fmt::format("{}: {{value: {}, sd: {}}}", v.name, value,
+                     quantity(rounded(v.deviation, v.deviation), v.unit));
+}
+
+std::string block_of(const std::vector<AdoptedEffect>& effects) {
+  std::string text;
+  for (const AdoptedEffect& adopted : effects) {
+    for (const std::string& reason : adopted.reasons)
+      text += "  # " + common::printable(reason) + "\n";
+    std::vector<std::string> values;
+    for (const AdoptedValue& v : adopted.values) values.push_back(entry(v));
+    text += fmt::format("  - {{effect: {}, at: {}, {}}}\n", io::yaml_scalar(adopted.effect),
+                        io::yaml_scalar(adopted.at), fmt::join(values, ", "));
+  }
+  return text;
+}
+
+std::string block_of(const std::vector<AdoptedParameter>& fitted) {
+  std::string text;
+  for (const AdoptedParameter& p : fitted) {
+    const std::string what =
+        p.effect.empty()
+            ? fmt::format("stiffness: {}", io::yaml_scalar(p.stiffness))
+            : fmt::format("effect: {}, at: {}, parameter: {}", io::yaml_scalar(p.effect),
+                          io::yaml_scalar(p.at), io::yaml_scalar(p.parameter));
+    text += fmt::format("  - {{{}, {}}}", what, entry(p.value));
+    text += p.remark.empty() ? "\n" : "  # " + common::printable(p.remark) + "\n";
+  }
+  return text;
 }
 
 // Where the line after the one at `at` starts.
@@ -41,10 +74,10 @@ std::size_t next_line(const std::string& text, std::size_t at) {
   return end == std::string::npos ? text.size() : end + 1;
 }
 
-// The start of the line with a top-level `effects:`, or npos.
-std::size_t heading_of(const std::string& text) {
+// The start of the line with a top-level key ("effects:"), or npos.
+std::size_t heading_of(const std::string& text, const std::string& key) {
   for (std::size_t at = 0; at < text.size(); at = next_line(text, at))
-    if (text.compare(at, 8, "effects:") == 0) return at;
+    if (text.compare(at, key.size(), key) == 0) return at;
   return std::string::npos;
 }
 
@@ -69,46 +102,106 @@ std::size_t end_of_block(const std::string& text, std::size_t heading) {
   return end;
 }
 
+// A block of an earlier adoption.
+struct Block {
+  std::size_t begin = 0, end = 0;  // of its lines, the first and last included
+  int number = 0;
+  std::string what;  // "effect" or "fitted"
+  bool has_heading = false;
+};
+
+// What the first line of a block says: "effect 2 (with the heading)".
+Block block_named(std::string words, std::size_t begin) {
+  Block block{.begin = begin, .what = {}};
+  if (words.ends_with(with_heading)) {
+    block.has_heading = true;
+    words.erase(words.size() - with_heading.size());
+  }
+  const std::size_t blank = words.find(' ');
+  block.what = words.substr(0, blank);
+  if (blank != std::string::npos) block.number = std::atoi(words.c_str() + blank + 1);
+  return block;
+}
+
+std::vector<Block> blocks_in(const std::string& text) {
+  std::vector<Block> blocks;
+  for (std::size_t at = 0; at < text.size(); at = next_line(text, at)) {
+    if (text.compare(at, begins.size(), begins) != 0) continue;
+    const std::size_t from = at + begins.size();
+    Block block = block_named(text.substr(from, text.find('\n', from) - from), at);
+    const std::size_t end = text.find(ends, at);
+    if (end == std::string::npos)
+      throw std::invalid_argument("the end of an adopted effect was taken away");
+    block.end = next_line(text, end);
+    blocks.push_back(std::move(block));
+  }
+  return blocks;
+}
+
+std::string key_of(const Block& block) { return block.what == "effect" ? "effects:" : "fitted:"; }
+
+std::string without(const std::string& text, const Block& block) {
+  std::string before = text.substr(0, block.begin);
+  if (block.has_heading) {
+    const std::string heading = key_of(block) + "\n";
+    if (!before.ends_with(heading))
+      throw std::invalid_argument(
+          fmt::format("the heading '{}' of what was adopted was changed", key_of(block)));
+    before.erase(before.size() - heading.size());
+  }
+  return before + text.substr(block.end);
+}
+
+// The text with lines added under a top-level key.
+std::string with_block(const std::string& text, Block block, const std::string& lines) {
+  const std::string key = key_of(block);
+  const std::size_t heading = heading_of(text, key);
+  const std::size_t end = heading == std::string::npos ? text.size() : end_of_block(text, heading);
+  if (end > 0 && text[end - 1] != '\n')
+    throw std::invalid_argument("the robot file does not end with a line break; add one");
+  if (heading != std::string::npos) {
+    const std::size_t rest = heading + key.size();
+    const std::string inline_part =
+        without_comment(text.substr(rest, next_line(text, rest) - rest));
+    if (!inline_part.empty())
+      throw std::invalid_argument(
+          fmt::format("'{} {}' is written in one line; write one entry a line, '  - {{...}}', or "
+                      "nothing at all when there is none",
+                      key, inline_part));
+  }
+  block.has_heading = heading == std::string::npos;
+  return text.substr(0, end) + (block.has_heading ? key + "\n" : "") +
+         fmt::format("{}{} {}{}\n{}{}{}\n", begins, block.what, block.number,
+                     block.has_heading ? with_heading : "", lines, ends, block.what) +
+         text.substr(end);
+}
+
 }  // namespace
 
 std::string adopted(const std::string& robot_file, const Adoption& adoption) {
-  const std::size_t heading = heading_of(robot_file);
-  if (heading == std::string::npos) {
-    const std::string gap = robot_file.empty() || robot_file.back() == '\n' ? "" : "\n";
-    if (!gap.empty())
-      throw std::invalid_argument("the robot file does not end with a line break; add one");
-    return robot_file + "effects:\n" + block_of(adoption, true);
-  }
-  const std::size_t line_end = next_line(robot_file, heading);
-  const std::string inline_part =
-      without_comment(robot_file.substr(heading + 8, line_end - heading - 8));
-  if (!inline_part.empty())
-    throw std::invalid_argument(
-        fmt::format("'effects: {}' is written in one line; write one effect a line, '  - {{effect: "
-                    "...}}', or nothing at all when there is none",
-                    inline_part));
-  const std::size_t at = end_of_block(robot_file, heading);
-  std::string before = robot_file.substr(0, at);
-  if (before.back() != '\n')
-    throw std::invalid_argument("the robot file does not end with a line break; add one");
-  return before + block_of(adoption, false) + robot_file.substr(at);
+  const std::vector<Block> earlier = blocks_in(robot_file);
+  int number = static_cast<int>(earlier.size()) + 1;
+  for (const Block& block : earlier) number = std::max(number, block.number + 1);
+  std::string text = robot_file;
+  if (!adoption.effects.empty())
+    text = with_block(text, {.number = number, .what = "effect"}, block_of(adoption.effects));
+  if (!adoption.fitted.empty())
+    text = with_block(text, {.number = number, .what = "fitted"}, block_of(adoption.fitted));
+  return text;
 }
 
 std::string reverted(const std::string& robot_file) {
-  const std::size_t begin = robot_file.rfind(begins);
-  const std::size_t end = robot_file.rfind(ends);
-  if (begin == std::string::npos || end == std::string::npos || end < begin)
-    throw std::invalid_argument("no adopted effect is in this robot file");
-  std::string before = robot_file.substr(0, begin);
-  const std::string after = robot_file.substr(next_line(robot_file, end));
-  const std::size_t line = next_line(robot_file, begin);
-  if (robot_file.substr(begin, line - begin).find(heading_added) != std::string::npos) {
-    const std::string heading = "effects:\n";
-    if (!before.ends_with(heading))
-      throw std::invalid_argument("the heading 'effects:' of the adopted effect was changed");
-    before.erase(before.size() - heading.size());
+  const std::vector<Block> blocks = blocks_in(robot_file);
+  if (blocks.empty()) throw std::invalid_argument("no adopted effect is in this robot file");
+  int last = 0;
+  for (const Block& block : blocks) last = std::max(last, block.number);
+  std::string text = robot_file;
+  for (auto block = blocks.rbegin(); block != blocks.rend(); ++block) {
+    if (block->number != last) continue;
+    text = without(text, *block);
+    if (last == 0) break;  // one at a time, where they have no numbers
   }
-  return before + after;
+  return text;
 }
 
 }  // namespace kinetostat::calibration

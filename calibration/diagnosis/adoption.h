@@ -1,4 +1,4 @@
-// An effect that was found goes into the robot file, and can be taken out again.
+// What a diagnosis found goes into the robot file, and can be taken out again.
 #pragma once
 
 #include <string>
@@ -6,21 +6,39 @@
 
 namespace kinetostat::calibration {
 
-/// The effect that is written, and why it is there.
-struct Adoption {
-  struct Value {
-    std::string name, unit;  // SI; no unit for a plain number
-    double value = 0;
-    double deviation = 0;  // NaN when not known
-  };
+/// A number with its standard deviation, in SI or in the unit given (none for a plain number). It
+/// is written with four digits, or with as many more as a twentieth of a percent of its deviation
+/// asks for; in full where nothing is known of its deviation (NaN).
+struct AdoptedValue {
+  std::string name, unit;
+  double value = 0, deviation = 0;
+};
+
+/// An effect that is written under `effects:`.
+struct AdoptedEffect {
   std::string effect, at;
-  std::vector<Value> values;
+  std::vector<AdoptedValue> values;
   std::vector<std::string> reasons;  // lines of provenance, written as comments
 };
 
-/// The text of a robot file with the effect added to `effects:` at its end: all else stays as it
-/// is, byte for byte. Numbers read back exactly. Throws std::invalid_argument when `effects:` is
-/// written in one line with something in it.
+/// A factor on a stiffness of the robot file, or (`effect` not empty) the new value of an effect
+/// that the file has; written under `fitted:`.
+struct AdoptedParameter {
+  std::string stiffness;              // as under `uncertain:`
+  std::string effect, at, parameter;  // instead of it
+  AdoptedValue value;                 // "factor", or "value"
+  std::string remark;                 // what it was and what it is now, written as a comment
+};
+
+/// All that is written together, and taken out together.
+struct Adoption {
+  std::vector<AdoptedEffect> effects;
+  std::vector<AdoptedParameter> fitted;
+};
+
+/// The text of a robot file with the adoption added to `effects:` and `fitted:`, or at its end: all
+/// else stays as it is, byte for byte. Throws std::invalid_argument when one of these is written in
+/// one line with something in it.
 std::string adopted(const std::string& robot_file, const Adoption& adoption);
 
 /// The text without what the last adopted() added: byte for byte what it was before. Throws

@@ -14,6 +14,7 @@
 #include "kinetostat/calibration/comparison/unit_slip.h"
 #include "kinetostat/calibration/diagnosis/search.h"
 #include "kinetostat/calibration/regression/evidence.h"
+#include "kinetostat/calibration/regression/undetermined.h"
 #include "kinetostat/calibration/regression/wrench_noise.h"
 #include "kinetostat/common/error.h"
 
@@ -413,6 +414,19 @@ void list_ambiguous(Diagnosis& d) {
   }
 }
 
+// The model that is written, against all readings, those that were set aside included.
+void add_as_adopted(const CandidateFitter& all, const Search& whole_search,
+                    const DiagnosisOptions& options, std::size_t uncertain, const Model& model,
+                    common::Progress& progress, Diagnosis& d) {
+  const std::vector<ParameterEstimate>& found = model.fit.parameters;
+  d.fitted_beside.assign(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(uncertain));
+  const std::optional<BaseFit> written =
+      if_possible([&] { return all.as_fitted(model.present, model.fit, progress); });
+  if (written)
+    d.waterfall.push_back(waterfall_stage(as_adopted, -written->at.residual, whole_search.values(),
+                                          all.noise(), whole_search.groups(), options.seed));
+}
+
 Diagnosis cannot_tell_without_noise() {
   Diagnosis d;
   d.missing.push_back(
@@ -556,6 +570,9 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   take_values(fitted_values(model.fit, model.present), d.found);
   doubt_friction(campaign, d);
   list_ambiguous(d);
+  d.fitted_without = fit.parameters;
+  if (!d.found.empty())
+    add_as_adopted(all, whole_search, options, fit.parameters.size(), model, progress, d);
   d.waterfall.push_back(noise_floor(search.values(), noise));
   d.left = search.free_form().evidence({-model.fit.at.residual, model.fit.at.jacobian},
                                        exponent_of(model.fit));

@@ -81,6 +81,9 @@ struct Diagnosis {
   bool predicts_no_better() const;
   bool or_something_else = false;  // that the catalogue lacks, may be what is missing
   std::vector<WaterfallStage> waterfall;
+  /// What the robot file declares uncertain, fitted to the readings without any effect added, and
+  /// beside all that was found.
+  std::vector<ParameterEstimate> fitted_without, fitted_beside;
   std::string held_out;  // what was left out together: "configurations"
   std::vector<Profile> profiles;
 };

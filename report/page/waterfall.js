@@ -104,7 +104,7 @@ export function waterfall({ stages, what, unit, factor }, source, count) {
           ? look.noise
           : k === 0
             ? look.nominal
-            : /^(\+|with|after)/.test(s.name)
+            : /^(\+|with|after|as adopted)/.test(s.name)
               ? look.final
               : look.fitted;
       const drops = stages.slice(1).map((s, k) => ({

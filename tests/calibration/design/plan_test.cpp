@@ -268,7 +268,7 @@ TEST(Plan, DistinguishesAMassFromItsConfounders) {
   ASSERT_FALSE(after.found.empty());
   EXPECT_EQ(after.found[0].candidate.name(), "payload at platform");
   EXPECT_NEAR(after.found[0].candidate.effect.values[0], 10, 3 * after.found[0].deviations[0]);
-  ASSERT_EQ(after.waterfall.size(), 4u);  // nominal, fitted, with the mass, noise floor
+  ASSERT_EQ(after.waterfall.size(), 5u);  // nominal, fitted, with the mass, as adopted, floor
   EXPECT_LT(after.waterfall[2].whitened, 0.5 * after.waterfall[1].whitened);
 }
 

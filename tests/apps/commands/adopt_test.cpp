@@ -1,0 +1,77 @@
+// What 'adopt' writes has the error that the diagnosis showed.
+#include <cmath>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kinetostat/io/json.h"
+#include "kinetostat/io/text_file.h"
+
+#include "apps/run_program.h"
+
+namespace kinetostat::apps {
+namespace {
+
+using test::kinetostat;
+using test::Outcome;
+using test::working_folder;
+using testing::HasSubstr;
+
+io::Json result(const std::string& name) { return io::read_json(working_folder() / name); }
+
+double last_bar(const io::Json& diagnosis) {
+  for (const io::Json& stage : diagnosis["waterfall"])
+    if (stage["name"] == "as adopted") return stage["whitened"];
+  ADD_FAILURE() << "no stage 'as adopted'";
+  return std::nan("");
+}
+
+class ShippedCampaign : public testing::TestWithParam<const char*> {};
+
+TEST_P(ShippedCampaign, AdoptedAsShown) {
+  const std::string folder = fmt::format("data/measurements/{}/", GetParam());
+  const std::string campaign = folder + "campaign.yaml", name = GetParam();
+  ASSERT_EQ(kinetostat(fmt::format("diagnose {} -q -o {}.json", campaign, name)).code, 0);
+  ASSERT_EQ(
+      kinetostat(fmt::format("adopt {}robot.yaml {}.json -o {}.yaml", folder, name, name)).code, 0);
+  const Outcome compared =
+      kinetostat(fmt::format("compare {0}.yaml {1} -q --json {0}.after.json", name, campaign));
+  ASSERT_EQ(compared.code, 0) << compared.err;
+  const double shown = last_bar(result(name + ".json"));
+  EXPECT_NEAR(result(name + ".after.json")["as_designed"]["error_over_noise"].get<double>(), shown,
+              5e-4 * shown);
+  ASSERT_EQ(kinetostat(fmt::format("revert {}.yaml -q", name)).code, 0);
+  EXPECT_EQ(io::read_text(working_folder() / (name + ".yaml")),
+            io::read_text(working_folder() / (folder + "robot.yaml")));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, ShippedCampaign,
+                         testing::Values("arm_hysteresis", "arm_thermal_day", "six_axis_balancer",
+                                         "orthoglide_clearance"),
+                         [](const auto& campaign) { return campaign.param; });
+
+// Beside nothing at all: the calibrated model, if that is asked for.
+TEST(Adopt, WritesTheCalibratedModelWithoutAnEffect) {
+  const std::string folder = "data/measurements/arm_nothing_hidden/";
+  ASSERT_EQ(kinetostat("diagnose " + folder + "campaign.yaml -q -o nothing.json").code, 0);
+  const Outcome refused = kinetostat("adopt " + folder + "robot.yaml nothing.json -o nothing.yaml");
+  EXPECT_EQ(refused.code, 5);
+  EXPECT_THAT(refused.err, HasSubstr("--stiffnesses-only"));
+  const Outcome adopted =
+      kinetostat("adopt " + folder + "robot.yaml nothing.json --stiffnesses-only -o nothing.yaml");
+  ASSERT_EQ(adopted.code, 0) << adopted.err;
+  const auto compared = [&](const std::string& robot) {
+    EXPECT_EQ(
+        kinetostat("compare " + robot + " " + folder + "campaign.yaml -q --json after.json").code,
+        0);
+    return result("after.json");
+  };
+  const double fitted =
+      compared(folder + "robot.yaml")["refitted"]["error_over_noise"].get<double>();
+  EXPECT_NEAR(compared("nothing.yaml")["as_designed"]["error_over_noise"].get<double>(), fitted,
+              5e-4 * fitted);
+}
+
+}  // namespace
+}  // namespace kinetostat::apps
