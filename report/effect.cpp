@@ -20,6 +20,15 @@ std::string prior_unit(const vjm::EffectParameter& parameter) {
       return "times the stiffness of the joint's spring";
     case vjm::PriorUnit::compliance:
       return "over the stiffness of the joint's spring";
+    case vjm::PriorUnit::joint_load:
+      return "times what the readings load the joint with";
+    case vjm::PriorUnit::joint_travel:
+      return "times the motion of the joint that the readings would show as such a load";
+    case vjm::PriorUnit::cubic_stiffness:
+      return "times the stiffness of the joint's spring over the square of how far the readings "
+             "deflect it";
+    case vjm::PriorUnit::load_compliance:
+      return "over the stiffness of the joint's spring and what the readings load it with";
     case vjm::PriorUnit::soft_compliance:
       return "times the compliance of the softest joint, at a lever of 0.3 m where the one shifts "
              "and the other turns";

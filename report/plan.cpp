@@ -214,6 +214,7 @@ std::string plan_table(const vjm::Robot& robot, const Plan& plan) {
   const PostureColumns postures(robot, plan.readings);
   const bool moments = has_moments(plan),
              repeats = !plan.readings.readings.front().replicate.empty();
+  const spatial::Vector3& point = plan.readings.readings.front().load.point_on_platform;
   const std::string kind = kind_text(plan);
   std::string text = io::csv_comment(fmt::format(
       "Readings to take, in the units of {}: {}, {}, {}, {}; about {} min. {}",
@@ -223,7 +224,8 @@ std::string plan_table(const vjm::Robot& robot, const Plan& plan) {
       fmt::format("'kinetostat simulate ROBOT --plan' takes this file as it is{}.",
                   plan.displacement == DisplacementKind::absolute ? ", with --absolute" : ""));
   text += "id,session,cycle,step,time" + std::string(repeats ? ",replicate" : "") +
-          postures.header() + ",fx,fy,fz" + (moments ? ",mx,my,mz" : "") + "\n";
+          postures.header() + ",fx,fy,fz" + (moments ? ",mx,my,mz" : "") +
+          (point.isZero(0) ? "" : ",px,py,pz") + "\n";
   std::size_t block = 0;
   std::string cycle;
   for (const Reading& r : plan.readings.readings) {
@@ -244,6 +246,8 @@ std::string plan_table(const vjm::Robot& robot, const Plan& plan) {
     for (const double f : r.load.force) text += "," + figure(units.force(f));
     if (moments)
       for (const double m : r.load.moment) text += "," + figure(units.moment(m));
+    if (!point.isZero(0))
+      for (const double x : point) text += "," + figure(units.length(x));
     text += "\n";
   }
   return text;

@@ -6,6 +6,7 @@
 
 #include "kinetostat/apps/cli/write_robot.h"
 #include "kinetostat/calibration/diagnosis/adoption.h"
+#include "kinetostat/calibration/regression/joint_scales.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/comparison.h"
@@ -75,7 +76,8 @@ StudioSession::StudioSession(vjm::Robot robot, calibration::Campaign campaign,
       fitted_(only(campaign_, {calibration::Role::fit})),
       folder_(std::move(folder)),
       threads_(threads),
-      candidates_(calibration::candidates(robot_, {})) {
+      candidates_(calibration::candidates(
+          robot_, {}, calibration::joint_scales(robot_, fitted_, threads, progress))) {
   const calibration::Comparison comparison =
       calibration::compare(robot_, campaign_, threads_, progress);
   noise_ = comparison.noise;

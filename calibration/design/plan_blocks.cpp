@@ -123,8 +123,27 @@ std::vector<std::pair<std::string, Vector6>> loads_to_try(const Campaign& campai
   return loads;
 }
 
-vjm::Load load_of(const Vector6& wrench) {
-  return {.force = wrench.head<3>(), .moment = wrench.tail<3>()};
+// Where most loads of the campaign act; of equals the first.
+spatial::Vector3 usual_point(const Campaign& campaign) {
+  std::vector<std::pair<spatial::Vector3, int>> points;
+  for (const Reading& reading : campaign.readings) {
+    if (!is_used(reading) || level_of(reading.load) == 0) continue;
+    const auto known = std::find_if(points.begin(), points.end(), [&](const auto& point) {
+      return point.first == reading.load.point_on_platform;
+    });
+    if (known == points.end())
+      points.emplace_back(reading.load.point_on_platform, 1);
+    else
+      ++known->second;
+  }
+  const auto most =
+      std::max_element(points.begin(), points.end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  return most == points.end() ? spatial::Vector3::Zero().eval() : most->first;
+}
+
+vjm::Load load_of(const Vector6& wrench, const spatial::Vector3& point) {
+  return {.force = wrench.head<3>(), .moment = wrench.tail<3>(), .point_on_platform = point};
 }
 
 vjm::PostureResult posture_of(const vjm::Manipulator& manipulator,
@@ -134,8 +153,8 @@ vjm::PostureResult posture_of(const vjm::Manipulator& manipulator,
 }
 
 bool is_borne(const vjm::Manipulator& manipulator, const vjm::Posture& posture,
-              const Vector6& wrench) {
-  const vjm::Equilibrium e = vjm::equilibrium_under_load(manipulator, posture, load_of(wrench));
+              const vjm::Load& load) {
+  const vjm::Equilibrium e = vjm::equilibrium_under_load(manipulator, posture, load);
   return e.status == vjm::EquilibriumStatus::converged && e.free.stable();
 }
 
@@ -176,6 +195,7 @@ PlanChoices plan_choices(const vjm::Robot& robot, const Campaign& campaign,
   PlanChoices choices;
   const std::vector<Configuration> tried = configurations_to_try(campaign, more);
   const auto loads = loads_to_try(campaign, options);
+  const spatial::Vector3 point = usual_point(campaign);
   // For each posture: reached, then either sign of each load borne with the margin.
   std::vector<std::vector<bool>> borne(tried.size());
   common::parallel_for(
@@ -185,7 +205,8 @@ PlanChoices plan_choices(const vjm::Robot& robot, const Campaign& campaign,
         if (!posture.reached) return;
         for (const auto& [name, wrench] : loads)
           for (const double sign : {options.margin, -options.margin})
-            borne[i].push_back(is_borne(robot.manipulator, posture.posture, sign * wrench));
+            borne[i].push_back(
+                is_borne(robot.manipulator, posture.posture, load_of(sign * wrench, point)));
       });
   std::map<std::string, std::size_t> refused;
   for (std::size_t i = 0; i < tried.size(); ++i) {
@@ -243,6 +264,7 @@ Campaign planned_readings(const Campaign& like, DisplacementKind displacement,
   campaign.noise_stated = true;
   campaign.sessions = {"planned"};
   campaign.configurations = configurations;
+  const spatial::Vector3 point = usual_point(like);
   std::map<decltype(identity(blocks[0])), int> times_done;
   for (const PlanBlock& block : blocks) ++times_done[identity(block)];
   const bool repeats = std::any_of(times_done.begin(), times_done.end(),
@@ -269,7 +291,7 @@ Campaign planned_readings(const Campaign& like, DisplacementKind displacement,
       reading.time = 60 * minutes;
       if (repeats) reading.replicate = std::to_string(run);
       reading.configuration = block.configuration;
-      reading.load = load_of(step.level * block.load);
+      reading.load = load_of(step.level * block.load, point);
       reading.displacement.setConstant(std::numeric_limits<double>::quiet_NaN());
       for (const Eigen::Index c : components) reading.displacement[c] = 0;
       reading.sigma = sigma;

@@ -39,7 +39,7 @@ struct LoadPattern {
 /// One load cycle, or one reading without load.
 struct PlanBlock {
   std::size_t configuration = 0;         // in the planned campaign
-  spatial::Vector6 load;                 // the largest: [N; N m] about the reference point
+  spatial::Vector6 load;                 // the largest: [N; N m] about the campaign's point
   std::string direction;                 // "+fx"; empty without load
   const LoadPattern* pattern = nullptr;  // of load_patterns()
   double minutes = 0;                    // without the change of posture
@@ -62,8 +62,8 @@ struct PlanChoices {
 
 /// Postures of the campaign and others between and about them (`more`, too, where the campaign
 /// gives its postures as poses); forces along the base axes, and moments where the campaign has
-/// any; all patterns. Postures that are out of reach and loads that the robot cannot bear with the
-/// margin are left out.
+/// any, at the point where most of its loads act; all patterns. Postures that are out of reach and
+/// loads that the robot cannot bear with the margin are left out.
 PlanChoices plan_choices(const vjm::Robot& robot, const Campaign& campaign,
                          const std::vector<spatial::Pose>& more, const MeasuringOptions& options,
                          int threads, common::Progress& progress);

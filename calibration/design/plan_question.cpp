@@ -31,7 +31,10 @@ std::string name_of(const Json& entry) {
 class Questioner {
  public:
   Questioner(const vjm::Robot& robot, const Json& diagnosis, const std::filesystem::path& file)
-      : diagnosis_(diagnosis), file_(file), all_(candidates(robot, {})) {}
+      : diagnosis_(diagnosis), file_(file), all_(candidates(robot, {})) {
+    for (const Json& step : diagnosis.at("steps"))
+      for (const Json& entry : step.at("ranking")) take_priors(entry);
+  }
 
   PlanQuestion ask(const std::vector<std::string>& show) const {
     PlanQuestion question;
@@ -68,6 +71,18 @@ class Questioner {
   }
 
  private:
+  // Usual sizes are those of the diagnosis, which its readings have set.
+  void take_priors(const Json& entry) {
+    const std::string name = name_of(entry);
+    for (Candidate& candidate : all_) {
+      const Json& parameters = entry.at("parameters");
+      if (candidate.name() != name || parameters.size() != candidate.deviations.size()) continue;
+      for (std::size_t k = 0; k < parameters.size(); ++k)
+        candidate.deviations[k] = parameters[k].at("prior_sd").get<double>();
+      candidate = at_size(candidate, 1, 1);
+    }
+  }
+
   Candidate find(const std::string& name) const {
     for (const Candidate& candidate : all_)
       if (candidate.name() == name) return candidate;

@@ -58,9 +58,16 @@ bool lifts_weight(const vjm::EffectSite& site, const vjm::Manipulator& bare) {
   return bare.gravity().isZero(0) || !from_base || !stays_vertical(chain, k, bare.gravity());
 }
 
+bool is_moved(const vjm::EffectSite& site, const vjm::Manipulator& bare,
+              const vjm::JointScales& scales) {
+  if (scales.empty()) return true;
+  const Index k = bare.chains()[site.chain].index_of(site.element);
+  return scales[site.chain][static_cast<std::size_t>(k)].is_moved;
+}
+
 std::optional<Candidate> candidate_at(const vjm::Robot& robot,
                                       const std::shared_ptr<const vjm::EffectKind>& kind,
-                                      const std::string& place) {
+                                      const std::string& place, const vjm::JointScales& scales) {
   const vjm::Manipulator& bare = robot.without_effects();
   Candidate candidate;
   candidate.effect = {.kind = kind,
@@ -70,13 +77,15 @@ std::optional<Candidate> candidate_at(const vjm::Robot& robot,
   if (has(robot, candidate.effect)) return std::nullopt;
   if (kind->balances_weight &&
       std::none_of(candidate.effect.sites.begin(), candidate.effect.sites.end(),
-                   [&](const vjm::EffectSite& site) { return lifts_weight(site, bare); }))
+                   [&](const vjm::EffectSite& site) {
+                     return lifts_weight(site, bare) && is_moved(site, bare, scales);
+                   }))
     return std::nullopt;
   for (std::size_t k = 0; k < kind->parameters.size(); ++k) {
     const vjm::EffectParameter& parameter = kind->parameters[k];
     const auto i = static_cast<Index>(k);
     candidate.effect.values[i] = parameter.none;
-    const double deviation = vjm::prior_deviation(candidate.effect, i, bare);
+    const double deviation = vjm::prior_deviation(candidate.effect, i, bare, scales);
     candidate.deviations.push_back(deviation);
     if (!(deviation > 0) || !std::isfinite(deviation)) return std::nullopt;
     if (k == 0 || parameter.required)
@@ -92,7 +101,8 @@ std::string Candidate::name() const {
   return fmt::format("{} at {}", effect.kind->name, effect.at);
 }
 
-std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std::string>& kinds) {
+std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std::string>& kinds,
+                                  const vjm::JointScales& scales) {
   std::vector<Candidate> result;
   for (const auto& kind : robot.kinds()) {
     if (!kinds.empty() && std::find(kinds.begin(), kinds.end(), kind->name) == kinds.end())
@@ -101,7 +111,7 @@ std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std
     for (const std::string& place : vjm::effect_places(*kind, robot.without_effects())) {
       // Some kinds cannot act at every place of their sort: a joint without a spring, say.
       try {
-        auto candidate = candidate_at(robot, kind, place);
+        auto candidate = candidate_at(robot, kind, place, scales);
         // With one chain a joint of it and that joint of every chain are the same.
         if (candidate && std::none_of(result.begin(), result.end(), [&](const Candidate& other) {
               return same_sites(other.effect, candidate->effect);
@@ -118,8 +128,9 @@ std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std
 }
 
 std::vector<KindWithoutPlace> kinds_without_place(const vjm::Robot& robot,
-                                                  const std::vector<std::string>& kinds) {
-  const std::vector<Candidate> all = candidates(robot, kinds);
+                                                  const std::vector<std::string>& kinds,
+                                                  const vjm::JointScales& scales) {
+  const std::vector<Candidate> all = candidates(robot, kinds, scales);
   std::vector<KindWithoutPlace> result;
   for (const auto& kind : robot.kinds()) {
     const auto is_of_kind = [&](const vjm::Effect& effect) {
@@ -132,10 +143,12 @@ std::vector<KindWithoutPlace> kinds_without_place(const vjm::Robot& robot,
         std::any_of(all.begin(), all.end(),
                     [&](const Candidate& candidate) { return is_of_kind(candidate.effect); }))
       continue;
-    result.push_back({kind->name, kind->place == vjm::EffectPlace::mass
-                                      ? "no link of the robot file yields or has a 'mass'"
-                                      : fmt::format("the robot has no {} on which it could act",
-                                                    vjm::to_string(kind->place))});
+    const std::string reason =
+        kind->balances_weight ? "no drive that lifts weight is moved in these readings"
+        : kind->place == vjm::EffectPlace::mass
+            ? "no link of the robot file yields or has a 'mass'"
+            : fmt::format("the robot has no {} on which it could act", vjm::to_string(kind->place));
+    result.push_back({kind->name, reason});
   }
   return result;
 }

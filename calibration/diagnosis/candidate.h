@@ -23,7 +23,10 @@ struct Candidate {
 
 /// All of them, in the order of the catalogue, then of the places. `kinds`: of these kinds only;
 /// empty: all. A place that stands for several (a joint of each chain) is a candidate beside them.
-std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std::string>& kinds);
+/// `scales`: what the readings do to each joint, which usual sizes are counted in. What balances
+/// weight is looked for only at drives that the readings move.
+std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std::string>& kinds,
+                                  const vjm::JointScales& scales = {});
 
 /// A kind of effect that the robot has no place for, and why.
 struct KindWithoutPlace {
@@ -31,7 +34,8 @@ struct KindWithoutPlace {
 };
 /// Of the kinds that candidates() tries; those that the robot has already do not count.
 std::vector<KindWithoutPlace> kinds_without_place(const vjm::Robot& robot,
-                                                  const std::vector<std::string>& kinds);
+                                                  const std::vector<std::string>& kinds,
+                                                  const vjm::JointScales& scales = {});
 
 /// Those of the robot, then the added ones.
 std::vector<vjm::Effect> effects_with(const vjm::Robot& robot, const std::vector<Candidate>& added);

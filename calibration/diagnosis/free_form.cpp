@@ -50,12 +50,12 @@ MatrixXd postures_of(const Campaign& campaign) {
   return standardised(features);
 }
 
-// Not about their mean: the sign of a load matters.
+// About one point, however they are written. Not about their mean: the sign of a load matters.
 MatrixXd loads_of(const Campaign& campaign) {
   MatrixXd features(static_cast<Index>(campaign.readings.size()), 6);
   for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
-    const vjm::Load& load = campaign.readings[i].load;
-    features.row(static_cast<Index>(i)) << load.force.transpose(), load.moment.transpose();
+    features.row(static_cast<Index>(i)) =
+        campaign.readings[i].load.at_reference_point(spatial::Pose()).transpose();
   }
   Index kept = 0;
   for (Index j = 0; j < 6; ++j) {

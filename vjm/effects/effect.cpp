@@ -232,17 +232,49 @@ double softest(const Manipulator& manipulator, bool angular) {
 
 }  // namespace
 
-double prior_deviation(const Effect& effect, Index value, const Manipulator& bare) {
+namespace {
+
+// The largest of its sites.
+JointScale scale_of(const Effect& effect, const Manipulator& bare, const JointScales& scales) {
+  if (scales.empty()) return {};
+  JointScale largest{.load = 0, .travel = 0, .play = 0};
+  for (const EffectSite& site : effect.sites) {
+    const Index k = bare.chains()[site.chain].index_of(site.element);
+    const JointScale& scale = scales[site.chain][static_cast<std::size_t>(k)];
+    largest.load = std::max(largest.load, scale.load);
+    largest.travel = std::max(largest.travel, scale.travel);
+    largest.play = std::max(largest.play, scale.play);
+  }
+  return largest;
+}
+
+}  // namespace
+
+double prior_deviation(const Effect& effect, Index value, const Manipulator& bare,
+                       const JointScales& scales) {
   const EffectParameter& parameter = effect.kind->parameters[static_cast<std::size_t>(value)];
+  const double share = parameter.prior_sd;
   if (parameter.prior_unit == PriorUnit::soft_compliance)
-    return parameter.prior_sd * softest(bare, parameter.linear.angle != 0);
-  if (parameter.prior_unit == PriorUnit::absolute || effect.sites.empty())
-    return parameter.prior_sd;
+    return share * softest(bare, parameter.linear.angle != 0);
+  if (parameter.prior_unit == PriorUnit::absolute || effect.sites.empty()) return share;
   const Chain& chain = bare.chains()[effect.sites[0].chain];
   const Index k = chain.index_of(effect.sites[0].element);
   const double stiffness = chain.stiffness()(k, k);
-  return parameter.prior_unit == PriorUnit::stiffness ? parameter.prior_sd * stiffness
-                                                      : parameter.prior_sd / stiffness;
+  const JointScale scale = scale_of(effect, bare, scales);
+  switch (parameter.prior_unit) {
+    case PriorUnit::joint_load:
+      return share * scale.load;
+    case PriorUnit::joint_travel:
+      return share * scale.play;
+    case PriorUnit::cubic_stiffness:
+      return share * stiffness / (scale.travel * scale.travel);
+    case PriorUnit::load_compliance:
+      return share / stiffness / scale.load;
+    case PriorUnit::stiffness:
+      return share * stiffness;
+    default:
+      return share / stiffness;
+  }
 }
 
 namespace {

@@ -39,12 +39,26 @@ std::string to_string(EffectClass effect_class);
 
 /// What a prior width is counted in.
 enum class PriorUnit {
-  absolute,        // SI
-  stiffness,       // of the joint's spring, or
-  compliance,      // one over that
-  soft_compliance  // the same of the softest joint of the manipulator, at a lever of 0.3 m where
-                   // the one slides or shifts and the other turns
+  absolute,         // SI
+  stiffness,        // of the joint's spring, or
+  compliance,       // one over that
+  joint_load,       // the load that the joint bears
+  joint_travel,     // the motion of it that would show as much as the readings do
+  cubic_stiffness,  // of a spring that its deflection by that load makes twice as stiff
+  load_compliance,  // compliance over load: what such a load adds to the spring's
+  soft_compliance   // the same of the softest joint of the manipulator, at a lever of 0.3 m where
+                    // the one slides or shifts and the other turns
 };
+
+/// How far a joint is loaded and deflected: what sizes of effects there are counted in.
+struct JointScale {
+  double load = 500;     // [N or N m]
+  double travel = 1e-3;  // by its spring [m or rad]
+  double play = 1e-3;    // what would move the robot as far as it is seen to move [m or rad]
+  bool is_moved = true;  // its command is not the same in all readings
+};
+/// One a chain and coordinate.
+using JointScales = std::vector<std::vector<JointScale>>;
 
 /// One number of an effect; SI inside.
 struct EffectParameter {
@@ -221,8 +235,10 @@ std::vector<EffectSite> effect_sites(const EffectKind& kind, const Manipulator& 
                                      const std::string& name);
 /// The names that effect_sites knows.
 std::vector<std::string> effect_places(const EffectKind& kind, const Manipulator& manipulator);
-/// Prior standard deviation of a value [SI], where the manipulator has the effect.
-double prior_deviation(const Effect& effect, Eigen::Index value, const Manipulator& bare);
+/// Prior standard deviation of a value [SI], where the manipulator has the effect. `scales`: what
+/// readings do to each joint; a usual load and travel where there are none.
+double prior_deviation(const Effect& effect, Eigen::Index value, const Manipulator& bare,
+                       const JointScales& scales = {});
 /// Whether the unit of an effect's parameters there is that of a joint that turns.
 bool turns(const Effect& effect, const Manipulator& manipulator);
 

@@ -97,7 +97,7 @@ TEST(MaskedPair, IsFoundThoughNeitherShowsAlone) {
   std::vector<std::string> names = {d.found[0].candidate.name(), d.found[1].candidate.name()};
   EXPECT_THAT(names, testing::UnorderedElementsAre("preload at arm.q1", "preload at arm.q2"));
   for (const FoundEffect& found : d.found) {
-    EXPECT_GT(found.probability, 0.9);
+    EXPECT_GT(found.probability, 0.85);
     const double truth = found.candidate.effect.at == "arm.q1" ? -1.45 : 1.8;
     EXPECT_NEAR(found.candidate.effect.values[0], truth, 4 * found.deviations[0]);
   }

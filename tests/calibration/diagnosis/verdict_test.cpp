@@ -99,14 +99,14 @@ TEST(Verdict, AMisfitBeyondTheStatedNoiseIsNotNothing) {
 // Larger than anybody has seen one, but it explains all that is read: why should it have no name?
 TEST(Verdict, AnEffectOfUnusualSizeThatFitsHasItsName) {
   Laboratory laboratory(slide);
-  laboratory.hide("clearance", "q", "gap=1.2 mm");
+  laboratory.hide("creep", "q", "c=1.5e-6 m/N,tau=100 s");
   const Campaign campaign = laboratory.measure(loops());
   const Diagnosis d = laboratory.diagnose(campaign, {"clearance", "creep"});
   EXPECT_EQ(d.verdict, Verdict::identified);
   ASSERT_EQ(d.found.size(), 1u);
   EXPECT_GT(d.found[0].times_usual, unusual);
   EXPECT_THAT(report::text(laboratory.robot(), campaign, d),
-              HasSubstr("12 times as large as such an effect usually is"));
+              HasSubstr("15 times as large as such an effect usually is"));
 }
 
 // A straight drift of twenty times its usual size. An unmodelled smooth error has no size of its

@@ -45,7 +45,8 @@ class Clearance : public EffectKind {
                    .angular = spatial::dimension::angle,
                    .lower = 0,
                    .upper = 0.1,
-                   .prior_sd = 1e-4}};
+                   .prior_sd = 0.1,
+                   .prior_unit = PriorUnit::joint_travel}};
   }
 
   void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {

@@ -20,7 +20,8 @@ class Eccentricity : public EffectKind {
                              .angular = spatial::dimension::angle,
                              .lower = -0.1,
                              .upper = 0.1,
-                             .prior_sd = 1e-4,
+                             .prior_sd = 0.1,
+                             .prior_unit = PriorUnit::joint_travel,
                              .required = false};
     };
     name = "eccentricity";

@@ -33,8 +33,8 @@ class Hardening : public EffectKind {
                    .angular = {.length = 2, .mass = 1, .time = -2, .angle = -3},
                    .lower = 0,
                    .upper = 1e30,
-                   .prior_sd = 1e6,
-                   .prior_unit = PriorUnit::stiffness}};
+                   .prior_sd = 1,
+                   .prior_unit = PriorUnit::cubic_stiffness}};
   }
 
   void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {

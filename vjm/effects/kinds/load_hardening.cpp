@@ -70,8 +70,8 @@ class LoadHardening : public EffectKind {
                    .angular = {.length = -4, .mass = -2, .time = 4, .angle = 1},
                    .lower = 0,
                    .upper = 1,
-                   .prior_sd = 1e-4,
-                   .prior_unit = PriorUnit::compliance}};
+                   .prior_sd = 0.05,
+                   .prior_unit = PriorUnit::load_compliance}};
   }
 
   void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {

@@ -83,12 +83,13 @@ class PiecewiseStiffness : public EffectKind {
       return EffectParameter{.name = called,
                              .linear = spatial::dimension::force,
                              .angular = spatial::dimension::moment,
-                             .lower = 1e-6,
+                             .lower = 1e-12,
                              .upper = 1e9,
                              .prior_sd = usual,
+                             .prior_unit = PriorUnit::joint_load,
                              .is_shape = true};
     };
-    parameters = {ratio("ratio2"), ratio("ratio3"), force("force1", 50), force("force2", 200)};
+    parameters = {ratio("ratio2"), ratio("ratio3"), force("force1", 0.1), force("force2", 0.4)};
   }
 
   void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {

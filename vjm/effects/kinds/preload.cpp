@@ -37,7 +37,8 @@ class Preload : public EffectKind {
                    .angular = spatial::dimension::moment,
                    .lower = -1e6,
                    .upper = 1e6,
-                   .prior_sd = 100}};
+                   .prior_sd = 0.2,
+                   .prior_unit = PriorUnit::joint_load}};
   }
 
   void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {

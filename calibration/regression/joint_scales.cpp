@@ -1,0 +1,123 @@
+#include "kinetostat/calibration/regression/joint_scales.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "kinetostat/calibration/campaign/load_history.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::Index;
+
+// Least and largest deflection of a coordinate in each configuration.
+struct Range {
+  double least = 0, most = 0;
+  bool any = false;
+
+  void add(double value) {
+    least = any ? std::min(least, value) : value;
+    most = any ? std::max(most, value) : value;
+    any = true;
+  }
+};
+
+double travel_of(const Predictor& predictor, const Predictions& predictions,
+                 const Campaign& campaign, std::size_t chain, Index coordinate) {
+  constexpr double rounding = 1e-9;
+  std::map<std::size_t, Range> ranges;
+  double farthest = 0;
+  for (std::size_t r = 0; r < campaign.readings.size(); ++r) {
+    const auto& loaded = predictions.loaded[r].coordinates;
+    if (!is_used(campaign.readings[r]) || chain >= loaded.size()) continue;
+    const double deflection =
+        loaded[chain][coordinate] - predictor.posture_of(r).coordinates[chain][coordinate];
+    ranges[campaign.readings[r].configuration].add(deflection);
+    farthest = std::max(farthest, std::abs(deflection));
+  }
+  double travel = 0;
+  for (const auto& [configuration, range] : ranges)
+    travel = std::max(travel, range.most - range.least);
+  return travel > rounding * farthest ? travel : farthest;
+}
+
+// The largest change within a configuration that was measured, of translations [m] or of rotations
+// [rad]; 0 where there is none.
+double measured_change(const Campaign& campaign, bool rotations) {
+  double largest = 0;
+  for (Index k = rotations ? 3 : 0; k < (rotations ? 6 : 3); ++k) {
+    std::map<std::size_t, Range> ranges;
+    for (const Reading& reading : campaign.readings)
+      if (reading.uses(k)) ranges[reading.configuration].add(reading.displacement[k]);
+    for (const auto& [configuration, range] : ranges)
+      largest = std::max(largest, range.most - range.least);
+  }
+  return largest;
+}
+
+// What a joint would move that is alone behind all that was measured; where it turns and only
+// translations were measured, or the reverse, at a usual lever.
+double play_of(const Campaign& campaign, bool turns) {
+  constexpr double lever = 0.3;  // m
+  if (const double same = measured_change(campaign, turns); same > 0) return same;
+  const double other = measured_change(campaign, !turns);
+  return turns ? other / lever : other * lever;
+}
+
+bool is_moved(const Predictor& predictor, const Campaign& campaign, std::size_t chain,
+              Index coordinate) {
+  Range range;
+  for (std::size_t r = 0; r < campaign.readings.size(); ++r)
+    if (is_used(campaign.readings[r]))
+      range.add(predictor.posture_of(r).coordinates[chain][coordinate]);
+  return range.most > range.least;
+}
+
+// Scales of a thousandth of the largest, at the least.
+void lift(const std::vector<vjm::JointScale*>& sort, double play) {
+  constexpr double least = 1e-3;
+  vjm::JointScale largest{.load = 0, .travel = 0, .play = 0};
+  for (const vjm::JointScale* scale : sort) {
+    largest.load = std::max(largest.load, scale->load);
+    largest.travel = std::max(largest.travel, scale->travel);
+  }
+  for (vjm::JointScale* scale : sort) {
+    if (!(largest.load > 0 && largest.travel > 0)) *scale = {.is_moved = scale->is_moved};
+    // A joint without a spring bears what the others do.
+    if (scale->load == 0) scale->load = largest.load;
+    scale->load = std::max(scale->load, least * largest.load);
+    scale->travel = std::max(scale->travel, least * largest.travel);
+    scale->play = std::max(scale->travel, play);
+  }
+}
+
+}  // namespace
+
+vjm::JointScales joint_scales(const vjm::Robot& robot, const Campaign& campaign, int threads,
+                              common::Progress& progress) {
+  const vjm::Manipulator& bare = robot.without_effects();
+  const Predictor predictor(bare, robot.effects, campaign, threads, progress);
+  const Predictions predictions = predictor.predict({}, {}, false, progress);
+  if (predictions.failure) return {};
+  vjm::JointScales scales(bare.size());
+  std::vector<vjm::JointScale*> slides, turns;
+  for (std::size_t c = 0; c < bare.size(); ++c) {
+    const vjm::Chain& chain = bare.chains()[c];
+    scales[c].assign(static_cast<std::size_t>(chain.size()), {.load = 0, .travel = 0, .play = 0});
+    for (Index k = 0; k < chain.size(); ++k) {
+      vjm::JointScale& scale = scales[c][static_cast<std::size_t>(k)];
+      const vjm::Coordinate& coordinate = chain.coordinates()[static_cast<std::size_t>(k)];
+      (vjm::is_rotation(coordinate.motion) ? turns : slides).push_back(&scale);
+      scale.is_moved = is_moved(predictor, campaign, c, k);
+      if (!(chain.stiffness()(k, k) > 0) || coordinate.role == vjm::Role::elastic) continue;
+      scale.travel = travel_of(predictor, predictions, campaign, c, k);
+      scale.load = chain.stiffness()(k, k) * scale.travel;
+    }
+  }
+  lift(slides, play_of(campaign, false));
+  lift(turns, play_of(campaign, true));
+  return scales;
+}
+
+}  // namespace kinetostat::calibration

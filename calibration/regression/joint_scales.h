@@ -1,0 +1,17 @@
+// What readings do to each joint of the model.
+#pragma once
+
+#include "kinetostat/calibration/regression/predict.h"
+
+namespace kinetostat::calibration {
+
+/// Whether each joint is moved between readings, and how far the nominal model has each joint
+/// deflected and loaded by the changing part of the loads: within a configuration, or from its
+/// command where there is but one load. A joint that is loaded a thousand times less than another
+/// of its sort counts as if it were a thousandth of that. What slides and what turns have scales of
+/// their own; a sort without any spring that is loaded has the usual scale. Where the nominal model
+/// has no equilibrium for some reading, all have that.
+vjm::JointScales joint_scales(const vjm::Robot& robot, const Campaign& campaign, int threads,
+                              common::Progress& progress);
+
+}  // namespace kinetostat::calibration
