@@ -14,6 +14,8 @@ namespace kinetostat::vjm {
 struct SpringParameter {
   std::size_t chain = 0;
   std::string spring;
+
+  bool operator==(const SpringParameter&) const = default;
 };
 
 /// How the equations of equilibrium change with one parameter, the state held.

@@ -223,6 +223,12 @@ std::string add_element(Chain& chain, const YamlNode& element, const Parts& part
   return has_name ? value.at("name").text() : "";
 }
 
+// Of a list that may be left out.
+std::vector<YamlNode> items_of(const YamlNode& node, const char* key) {
+  const auto list = node.find(key);
+  return list ? list->items() : std::vector<YamlNode>();
+}
+
 // A geometric error of one chain: after the element `at` ("base", "end", or the name of a joint,
 // link, mass or node).
 struct ChainError {
@@ -232,9 +238,7 @@ struct ChainError {
 
 std::vector<ChainError> read_errors(const YamlNode& chain, const UnitSystem& units) {
   std::vector<ChainError> errors;
-  const auto list = chain.find("errors");
-  if (!list) return errors;
-  for (const YamlNode& item : list->items()) {
+  for (const YamlNode& item : items_of(chain, "errors")) {
     item.allow_only({"at", "point", "rotation_vector"});
     spatial::Vector6 displacement = spatial::Vector6::Zero();
     if (const auto point = item.find("point"))
@@ -430,9 +434,7 @@ std::pair<double, double> read_factors(const YamlNode& node) {
 double factor_on(const SpringParameter& spring, const std::vector<FittedStiffness>& fitted) {
   double factor = 1;
   for (const FittedStiffness& f : fitted)
-    if (std::any_of(f.springs.begin(), f.springs.end(), [&](const SpringParameter& s) {
-          return s.chain == spring.chain && s.spring == spring.spring;
-        }))
+    if (std::find(f.springs.begin(), f.springs.end(), spring) != f.springs.end())
       factor *= f.factor;
   return factor;
 }
@@ -440,18 +442,12 @@ double factor_on(const SpringParameter& spring, const std::vector<FittedStiffnes
 std::vector<UncertainStiffness> read_uncertain(const YamlNode& top, const Manipulator& manipulator,
                                                const std::vector<FittedStiffness>& fitted) {
   std::vector<UncertainStiffness> result;
-  const auto list = top.find("uncertain");
-  if (!list) return result;
-  for (const YamlNode& item : list->items()) {
+  for (const YamlNode& item : items_of(top, "uncertain")) {
     if (item.has("effect")) continue;
     item.allow_only({"stiffness", "between"});
     UncertainStiffness found = find_springs(manipulator, item.at("stiffness"));
-    const auto same = [](const SpringParameter& a, const SpringParameter& b) {
-      return a.chain == b.chain && a.spring == b.spring;
-    };
     for (const UncertainStiffness& other : result)
-      if (std::equal(other.springs.begin(), other.springs.end(), found.springs.begin(),
-                     found.springs.end(), same))
+      if (other.springs == found.springs)
         item.at("stiffness")
             .fail(fmt::format("names what '{}' names already", other.name), "List it once");
     if (const auto between = item.find("between")) {
@@ -486,9 +482,7 @@ UncertainValue find_value(const YamlNode& item, const std::vector<Effect>& effec
 std::vector<UncertainValue> read_uncertain_values(const YamlNode& top,
                                                   const std::vector<Effect>& effects) {
   std::vector<UncertainValue> result;
-  const auto list = top.find("uncertain");
-  if (!list) return result;
-  for (const YamlNode& item : list->items())
+  for (const YamlNode& item : items_of(top, "uncertain"))
     if (item.has("effect")) {
       item.allow_only({"effect", "at", "parameter"});
       result.push_back(find_value(item, effects));
@@ -499,9 +493,7 @@ std::vector<UncertainValue> read_uncertain_values(const YamlNode& top,
 // `{stiffness: q1, factor: 0.87}`, or `factor: {value: 0.87, sd: 0.004}`.
 std::vector<FittedStiffness> read_fitted(const YamlNode& top, const Manipulator& manipulator) {
   std::vector<FittedStiffness> result;
-  const auto list = top.find("fitted");
-  if (!list) return result;
-  for (const YamlNode& item : list->items()) {
+  for (const YamlNode& item : items_of(top, "fitted")) {
     if (item.has("effect")) continue;
     item.allow_only({"stiffness", "factor"});
     const UncertainStiffness springs = find_springs(manipulator, item.at("stiffness"));
@@ -522,9 +514,7 @@ std::vector<FittedStiffness> read_fitted(const YamlNode& top, const Manipulator&
 // `{effect: hardening, at: x.rho, parameter: k3, value: ...}`: in the place of what the effect has.
 void take_fitted_values(const YamlNode& top, const Manipulator& bare,
                         const spatial::UnitSystem& units, std::vector<Effect>& effects) {
-  const auto list = top.find("fitted");
-  if (!list) return;
-  for (const YamlNode& item : list->items()) {
+  for (const YamlNode& item : items_of(top, "fitted")) {
     if (!item.has("effect")) continue;
     item.allow_only({"effect", "at", "parameter", "value"});
     const UncertainValue place = find_value(item, effects);
