@@ -31,6 +31,12 @@ SymmetricEigen tridiagonal_eigen(const VectorXd& diagonal, const VectorXd& besid
   return {solver.eigenvalues(), solver.eigenvectors()};
 }
 
+VectorXd tridiagonal_eigenvalues(const VectorXd& diagonal, const VectorXd& beside) {
+  Eigen::SelfAdjointEigenSolver<MatrixXd> solver;
+  solver.computeFromTridiagonal(diagonal, beside, Eigen::EigenvaluesOnly);
+  return solver.eigenvalues();
+}
+
 SingularValues singular_value_decomposition(const MatrixXd& matrix) {
   const Eigen::JacobiSVD<MatrixXd> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
   return {svd.singularValues(), svd.matrixU(), svd.matrixV()};

@@ -13,6 +13,9 @@ struct SymmetricEigen {
 SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& matrix);
 /// Of the tridiagonal matrix with these entries.
 SymmetricEigen tridiagonal_eigen(const Eigen::VectorXd& diagonal, const Eigen::VectorXd& beside);
+/// Its values alone, which cost the square of its size and not the cube.
+Eigen::VectorXd tridiagonal_eigenvalues(const Eigen::VectorXd& diagonal,
+                                        const Eigen::VectorXd& beside);
 
 /// A = U diag(values) V', values descending, U and V square and orthogonal. By Jacobi's method:
 /// small singular values are as exact as large ones.

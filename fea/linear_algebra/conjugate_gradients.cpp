@@ -117,7 +117,7 @@ double largest_ritz_value(const ConjugateGradientResult& result) {
       diagonal[i] = 1 / alpha(i) + (i > 0 ? beta(i - 1) / alpha(i - 1) : 0);
       if (i + 1 < steps) off[i] = std::sqrt(beta(i)) / alpha(i);
     }
-    largest = std::max(largest, spatial::tridiagonal_eigen(diagonal, off).values.maxCoeff());
+    largest = std::max(largest, spatial::tridiagonal_eigenvalues(diagonal, off).maxCoeff());
   }
   return largest;
 }

@@ -14,13 +14,15 @@ void RobustFactor::compute(const MatrixXd& matrix) {
   singular_ = !(pivots.minCoeff() > 1e-13 * pivots.maxCoeff());
   if (!singular_) return;
   matrix_ = matrix;
+  orthogonal_.setThreshold(1e-11);
+  orthogonal_.compute(matrix);
 }
 
 MatrixXd RobustFactor::solve(const MatrixXd& right, bool* consistent) const {
   if (consistent) *consistent = true;
   if (right.rows() == 0) return right;
   if (!singular_) return lu_.solve(right);
-  MatrixXd solution = spatial::shortest_least_squares_solution(matrix_, right, 1e-11);
+  MatrixXd solution = orthogonal_.solve(right);
   if (consistent) *consistent = (matrix_ * solution - right).norm() <= 1e-8 * right.norm();
   return solution;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/LU>
+#include <Eigen/QR>
 
 namespace kinetostat::vjm {
 
@@ -28,6 +29,7 @@ class RobustFactor {
  private:
   Eigen::MatrixXd matrix_;
   Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> orthogonal_;
   bool singular_ = false;
 };
 
