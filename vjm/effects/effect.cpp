@@ -264,7 +264,7 @@ double prior_deviation(const Effect& effect, Index value, const Manipulator& bar
   switch (parameter.prior_unit) {
     case PriorUnit::joint_load:
       return share * scale.load;
-    case PriorUnit::joint_travel:
+    case PriorUnit::joint_play:
       return share * scale.play;
     case PriorUnit::cubic_stiffness:
       return share * stiffness / (scale.travel * scale.travel);

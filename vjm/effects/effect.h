@@ -43,7 +43,7 @@ enum class PriorUnit {
   stiffness,        // of the joint's spring, or
   compliance,       // one over that
   joint_load,       // the load that the joint bears
-  joint_travel,     // the motion of it that would show as much as the readings do
+  joint_play,       // the motion of it that would show as much as the readings do
   cubic_stiffness,  // of a spring that its deflection by that load makes twice as stiff
   load_compliance,  // compliance over load: what such a load adds to the spring's
   soft_compliance   // the same of the softest joint of the manipulator, at a lever of 0.3 m where

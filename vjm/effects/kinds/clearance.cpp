@@ -46,7 +46,7 @@ class Clearance : public EffectKind {
                    .lower = 0,
                    .upper = 0.1,
                    .prior_sd = 0.1,
-                   .prior_unit = PriorUnit::joint_travel}};
+                   .prior_unit = PriorUnit::joint_play}};
   }
 
   void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {

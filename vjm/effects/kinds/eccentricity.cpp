@@ -21,7 +21,7 @@ class Eccentricity : public EffectKind {
                              .lower = -0.1,
                              .upper = 0.1,
                              .prior_sd = 0.1,
-                             .prior_unit = PriorUnit::joint_travel,
+                             .prior_unit = PriorUnit::joint_play,
                              .required = false};
     };
     name = "eccentricity";

@@ -103,7 +103,7 @@ class Friction : public EffectKind {
                    .lower = 0,
                    .upper = 0.1,
                    .prior_sd = 0.02,
-                   .prior_unit = PriorUnit::joint_travel,
+                   .prior_unit = PriorUnit::joint_play,
                    .is_shape = true},
                   {.name = "settled",
                    .linear = spatial::dimension::none,
