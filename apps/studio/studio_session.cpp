@@ -75,9 +75,11 @@ StudioSession::StudioSession(vjm::Robot robot, calibration::Campaign campaign,
       campaign_(std::move(campaign)),
       fitted_(only(campaign_, {calibration::Role::fit})),
       folder_(std::move(folder)),
-      threads_(threads),
-      candidates_(calibration::candidates(
-          robot_, {}, calibration::joint_scales(robot_, fitted_, threads, progress))) {
+      threads_(threads) {
+  const calibration::Predictor nominal(robot_.without_effects(), robot_.effects, fitted_, threads_,
+                                       progress);
+  candidates_ = calibration::candidates(
+      robot_, {}, calibration::joint_scales(nominal, robot_.without_effects(), fitted_, progress));
   const calibration::Comparison comparison =
       calibration::compare(robot_, campaign_, threads_, progress);
   noise_ = comparison.noise;

@@ -213,14 +213,12 @@ void add_notes(const Evidence& evidence, std::vector<std::string>& result) {
 // What a reader should know of fitted stiffnesses, in sentences.
 std::vector<std::string> doubts_about(const BaseFit& fit) {
   std::vector<std::string> doubts;
-  for (const auto& [parameter, value, error, hit] : fit.parameters) {
-    if (!parameter.is_logarithm()) continue;
-    if (std::abs(value) > std::log(doubtful_factor))
+  for (const auto& [parameter, value, error, hit] : fit.parameters)
+    if (parameter.is_logarithm() && std::abs(value) > std::log(doubtful_factor))
       doubts.push_back(
           fmt::format("{} is fitted to {:.3g} times its nominal value: check units and the robot "
                       "file, or the model lacks an effect ('diagnose').",
                       parameter.phrase(), std::exp(value)));
-  }
   if (is_held_near_design(fit))
     doubts.push_back(
         "The readings alone leave some stiffness open, or drive it far from its design: all that "

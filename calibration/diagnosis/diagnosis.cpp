@@ -499,15 +499,16 @@ std::vector<UnseenKind> unseen_kinds(const Diagnosis& diagnosis) {
 Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const DiagnosisOptions& options,
                    int threads, common::Progress& progress) {
   const Campaign given = only(whole, {Role::fit, Role::select});
-  const vjm::JointScales scales = joint_scales(robot, given, threads, progress);
-  const std::vector<Candidate> tried = candidates(robot, options.kinds, scales);
   const Noise noise = noise_of(robot, whole, threads, progress);
   if (noise.source == NoiseSource::unknown) return cannot_tell_without_noise();
   Diagnosis d;
   d.noise = noise.source;
   d.noise_without_load = noise.only_unloaded;
-  d.without_place = kinds_without_place(robot, options.kinds, scales);
   const CandidateFitter all(robot, given, noise, threads, progress, options.journal);
+  const vjm::JointScales scales =
+      joint_scales(all.predictor(), robot.without_effects(), given, progress);
+  const std::vector<Candidate> tried = candidates(robot, options.kinds, scales);
+  d.without_place = kinds_without_place(robot, options.kinds, scales);
   Search whole_search(all, tried, options, threads, progress);
   BaseFit fit = with_hint_of_unit_error(all.predictor(), given, progress,
                                         [&] { return all.fit({}, nullptr, progress); });

@@ -94,11 +94,9 @@ void lift(const std::vector<vjm::JointScale*>& sort, double play) {
 
 }  // namespace
 
-vjm::JointScales joint_scales(const vjm::Robot& robot, const Campaign& campaign, int threads,
-                              common::Progress& progress) {
-  const vjm::Manipulator& bare = robot.without_effects();
-  const Predictor predictor(bare, robot.effects, campaign, threads, progress);
-  const Predictions predictions = predictor.predict({}, {}, false, progress);
+vjm::JointScales joint_scales(const Predictor& nominal, const vjm::Manipulator& bare,
+                              const Campaign& campaign, common::Progress& progress) {
+  const Predictions predictions = nominal.predict({}, {}, false, progress);
   if (predictions.failure) return {};
   vjm::JointScales scales(bare.size());
   std::vector<vjm::JointScale*> slides, turns;
@@ -109,9 +107,9 @@ vjm::JointScales joint_scales(const vjm::Robot& robot, const Campaign& campaign,
       vjm::JointScale& scale = scales[c][static_cast<std::size_t>(k)];
       const vjm::Coordinate& coordinate = chain.coordinates()[static_cast<std::size_t>(k)];
       (vjm::is_rotation(coordinate.motion) ? turns : slides).push_back(&scale);
-      scale.is_moved = is_moved(predictor, campaign, c, k);
+      scale.is_moved = is_moved(nominal, campaign, c, k);
       if (!(chain.stiffness()(k, k) > 0) || coordinate.role == vjm::Role::elastic) continue;
-      scale.travel = travel_of(predictor, predictions, campaign, c, k);
+      scale.travel = travel_of(nominal, predictions, campaign, c, k);
       scale.load = chain.stiffness()(k, k) * scale.travel;
     }
   }

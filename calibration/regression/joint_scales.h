@@ -11,7 +11,8 @@ namespace kinetostat::calibration {
 /// of its sort counts as if it were a thousandth of that. What slides and what turns have scales of
 /// their own; a sort without any spring that is loaded has the usual scale. Where the nominal model
 /// has no equilibrium for some reading, all have that.
-vjm::JointScales joint_scales(const vjm::Robot& robot, const Campaign& campaign, int threads,
-                              common::Progress& progress);
+/// `bare`: the manipulator of `nominal` without its effects; `campaign`: that of `nominal`.
+vjm::JointScales joint_scales(const Predictor& nominal, const vjm::Manipulator& bare,
+                              const Campaign& campaign, common::Progress& progress);
 
 }  // namespace kinetostat::calibration
