@@ -23,7 +23,7 @@ std::string prior_unit(const vjm::EffectParameter& parameter) {
     case vjm::PriorUnit::joint_load:
       return "times what the readings load the joint with";
     case vjm::PriorUnit::joint_play:
-      return "times the motion of the joint that the readings would show as such a load";
+      return "times the motion of the joint that would show as much as the readings do";
     case vjm::PriorUnit::cubic_stiffness:
       return "times the stiffness of the joint's spring over the square of how far the readings "
              "deflect it";

@@ -262,18 +262,33 @@ class Splitter {
 
 }  // namespace
 
-std::vector<ModelPair> pairs_of(const std::vector<PlanModel>& models, bool perhaps_nothing) {
+namespace {
+
+bool are_laws_of_one_answer(const PlanModel& a, const PlanModel& b) {
+  return !a.family.empty() && a.family == b.family && a.place == b.place && !b.is_look_alike;
+}
+
+std::vector<ModelPair> pairs_of(const std::vector<PlanModel>& models, bool perhaps_nothing,
+                                bool with_laws) {
   std::vector<ModelPair> pairs;
   const std::size_t nothing = models.size() - 1;
   for (std::size_t a = 0; a < models.size(); ++a)
     for (std::size_t b = a + 1; b < models.size(); ++b) {
       if (models[a].is_look_alike || (b == nothing && !perhaps_nothing)) continue;
+      if (!with_laws && are_laws_of_one_answer(models[a], models[b])) continue;
       const double weight = models[a].weight * models[b].weight;
       pairs.push_back({a, b, models[b].any_size, weight});
       if (models[a].any_size && b != nothing && !models[b].is_look_alike)
         pairs.push_back({b, a, true, weight});
     }
   return pairs;
+}
+
+}  // namespace
+
+std::vector<ModelPair> pairs_of(const std::vector<PlanModel>& models, bool perhaps_nothing) {
+  std::vector<ModelPair> pairs = pairs_of(models, perhaps_nothing, false);
+  return pairs.empty() ? pairs_of(models, perhaps_nothing, true) : pairs;
 }
 
 Campaign PlanTask::readings(DisplacementKind kind, const std::vector<PlanBlock>& blocks,

@@ -21,7 +21,8 @@ struct ModelPair {
 
 /// The last model adds nothing: it is one of the candidates, or only what they are compared with.
 /// Candidates of which nothing is known are paired both ways: each at its usual size with the other
-/// at any. A confounder of a candidate is paired with the candidates.
+/// at any. A confounder of a candidate is paired with the candidates. Laws of one class at one
+/// place are paired only where there is nothing else to distinguish.
 std::vector<ModelPair> pairs_of(const std::vector<PlanModel>& models, bool perhaps_nothing);
 
 /// Inputs of every step of a plan.

@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 
+#include "kinetostat/calibration/diagnosis/decision.h"
 #include "kinetostat/calibration/diagnosis/rivals.h"
 #include "kinetostat/calibration/regression/session_frame.h"
 #include "kinetostat/spatial/decomposition.h"
@@ -56,6 +57,8 @@ void add_open_candidate(const vjm::Robot& robot, const CandidateFitter& fitter,
   }
   model.name = open.candidate.name();
   model.kind = open.candidate.effect.kind->name;
+  model.family = family_of(*open.candidate.effect.kind);
+  model.place = open.candidate.effect.at;
   model.weight = open.probability;
   model.log_evidence = open.log_evidence;
   model.on_load = open.candidate.effect.kind->place == vjm::EffectPlace::load;

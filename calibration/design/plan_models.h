@@ -13,6 +13,8 @@ namespace kinetostat::calibration {
 struct PlanModel {
   std::string name;  // of what it adds; "nothing more"
   std::string kind;  // of that effect
+  /// Its family_of() and place: laws of one answer need not be distinguished.
+  std::string family = {}, place = {};
   std::vector<vjm::Effect> effects;
   std::vector<Parameter> parameters;
   Eigen::VectorXd values;

@@ -198,6 +198,11 @@ std::vector<std::pair<double, double>> sizes_of(const vjm::EffectKind& kind) {
   const bool has_others = std::any_of(parameters.begin() + 1, parameters.end(),
                                       [](const auto& parameter) { return parameter.required; });
   if (has_others) sizes.insert(sizes.end(), {{1, 0.2}, {1, 0.04}, {1, 0.008}});
+  // A shape of either sign.
+  if (std::any_of(parameters.begin() + 1, parameters.end(), [](const auto& parameter) {
+        return parameter.required && parameter.lower < parameter.none;
+      }))
+    sizes.insert(sizes.end(), {{1, -1}, {1, -0.2}});
   return sizes;
 }
 

@@ -7,19 +7,6 @@
 namespace kinetostat::calibration {
 namespace {
 
-// Classes that are counted together: the curve of load over deflection.
-std::string family_of(const vjm::EffectKind& kind) {
-  switch (kind.effect_class) {
-    case vjm::EffectClass::backlash:
-    case vjm::EffectClass::stiffening:
-      return "load-deflection curve";
-    case vjm::EffectClass::other:
-      return kind.name;
-    default:
-      return to_string(kind.effect_class);
-  }
-}
-
 std::string class_of(const vjm::EffectKind& kind) {
   return kind.effect_class == vjm::EffectClass::other ? kind.name : to_string(kind.effect_class);
 }
@@ -213,6 +200,18 @@ class Posterior {
 };
 
 }  // namespace
+
+std::string family_of(const vjm::EffectKind& kind) {
+  switch (kind.effect_class) {
+    case vjm::EffectClass::backlash:
+    case vjm::EffectClass::stiffening:
+      return "load-deflection curve";
+    case vjm::EffectClass::other:
+      return kind.name;
+    default:
+      return to_string(kind.effect_class);
+  }
+}
 
 Decision decide(const DiagnosisStep& step, const DecisionRules& rules) {
   if (step.ranking.empty() || !step.ranking.front().fit) return {};

@@ -46,12 +46,16 @@ struct Decision {
   bool is_narrowed_down = false;     // a short list does
 };
 
+/// Kinds that a decision counts together: backlash and stiffening are laws of one curve of load
+/// over deflection, else those of a class.
+std::string family_of(const vjm::EffectKind& kind);
+
 /// Adds up posterior probabilities over laws and over places. With evidence Z_i of candidate i,
 /// which includes its prior, the weights are w_i = Z_i^exponent; "nothing" has (odds_of_nothing
 /// Z_0) ^exponent with the evidence Z_0 of the model as it is, and the smooth model discrepancy its
 /// own. The discrepancy counts for the drive whose load-deflection law it is, for creep where it is
-/// a memory of earlier loads, and as unexplained otherwise. Backlash and stiffening are laws of the
-/// same curve and counted together; the answer names the one that holds the level. Candidates that
+/// a memory of earlier loads, and as unexplained otherwise. Kinds of one family_of()
+/// are counted together; the answer names the class that holds the level. Candidates that
 /// were not fitted because they do what the best does count as it does. A pure function of the
 /// round: `step` as arrange() leaves it.
 Decision decide(const DiagnosisStep& step, const DecisionRules& rules = {});

@@ -145,7 +145,8 @@ void doubt_friction(const Campaign& campaign, Diagnosis& d) {
   for (FoundEffect& found : d.found) {
     if (found.candidate.effect.kind->name != "friction") continue;
     const std::string gap = "clearance at " + found.candidate.effect.at;
-    if (std::find(found.instead.begin(), found.instead.end(), gap) == found.instead.end())
+    if (std::none_of(found.instead.begin(), found.instead.end(),
+                     [&](const std::string& other) { return other.ends_with(gap); }))
       found.instead.push_back(gap);
     d.missing.push_back(
         "loads that are taken back or reversed: without them friction looks like a clearance");

@@ -138,5 +138,25 @@ TEST(WrittenOtherwise, TheSameLoadsGiveTheSameVerdict) {
   expect_same(turned(true), turned(false));
 }
 
+// Play whose jump is not at zero load: a weight of 14 N m that nobody stated leans on one flank.
+TEST(PlayWithABias, IsBacklashWithItsBias) {
+  for (const unsigned seed : {1u, 2u, 3u, 4u}) {
+    Laboratory laboratory(joint(1, 1));
+    laboratory.options().components = {false, false, false, false, false, true};
+    laboratory.options().rotation_noise = exactness;
+    laboratory.options().seed = seed;
+    laboratory.hide("preload", "q", "14 N m");
+    laboratory.hide("clearance", "q", "1.5 mrad");
+    const Diagnosis d = laboratory.diagnose(laboratory.measure(loops(1, 0)), {});
+    EXPECT_EQ(to_string(d.verdict), "identified");
+    ASSERT_EQ(d.found.size(), 1u);
+    EXPECT_EQ(d.found[0].decision.answers.at(0).effect_class, "backlash");
+    EXPECT_EQ(d.found[0].candidate.effect.kind->name, "biased_clearance");
+    for (Eigen::Index k = 0; k < 2; ++k)
+      EXPECT_NEAR(d.found[0].candidate.effect.values[k], k == 0 ? 1.5e-3 : 14.0,
+                  4 * d.found[0].deviations[k]);
+  }
+}
+
 }  // namespace
 }  // namespace kinetostat::calibration

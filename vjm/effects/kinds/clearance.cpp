@@ -1,4 +1,7 @@
-// Play in series with the spring of a joint.
+// Play in series with the spring of a joint, by itself or with a constant load that holds the joint
+// to one side of it.
+#include <optional>
+
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
@@ -8,22 +11,49 @@ namespace {
 // its gap has no stiffness at all, and the derivatives jump.
 constexpr double rounding = 0.2;
 
-// What the gap takes from the linear spring k d: together they give k times the dead zone.
+EffectParameter gap_parameter() {
+  return {.name = "gap",
+          .linear = spatial::dimension::length,
+          .angular = spatial::dimension::angle,
+          .lower = 0,
+          .upper = 0.1,
+          .prior_sd = 0.1,
+          .prior_unit = PriorUnit::joint_play};
+}
+
+// What the gap takes from the linear spring k d, whose drive bears `bias` beside what the joint
+// does: together they give k dead(d + bias / k, gap) - bias.
 class GapLaw : public CoordinateLaw {
  public:
-  explicit GapLaw(double gap) : gap_(gap) {}
+  GapLaw(double gap, double bias) : gap_(gap), bias_(bias) {}
   Value at(const JointState& joint) const override {
-    const double d = joint.deflection, k = joint.stiffness;
-    const DeadZone zone(d, gap_, rounding * gap_);
-    return {.energy = k * (zone.integral - d * d / 2),
-            .force = k * (zone.value - d),
+    const double d = joint.deflection, k = joint.stiffness, shift = bias_ / k;
+    const DeadZone zone(d + shift, gap_, rounding * gap_);
+    return {.energy = k * (zone.integral - d * d / 2) - bias_ * d,
+            .force = k * (zone.value - d) - bias_,
             .tangent = k * (zone.slope - 1),
-            .force_by_stiffness = zone.value - d};
+            .force_by_stiffness = zone.value - d - shift * zone.slope};
   }
 
  private:
-  double gap_;
+  double gap_, bias_;
 };
+
+void add_gap(Chain& chain, const std::string& joint, double gap, double bias) {
+  spring_of_joint(chain, joint);
+  chain.law(joint, std::make_shared<GapLaw>(gap, bias));
+}
+
+// By the gap in column 0, by the bias in column 1 where there is one.
+void differentiate_gap(ChainColumns& columns, const std::string& joint, double gap,
+                       std::optional<double> bias) {
+  const ChainState& state = columns.state();
+  const Spring& spring = spring_of_joint(state.chain, joint);
+  const double k = spring.stiffness(0, 0);
+  const DeadZone zone(state.deflection[spring.first] + bias.value_or(0) / k, gap, rounding * gap);
+  columns.add_drive_force(0, spring.first, -k * (zone.by_gap + rounding * zone.by_width));
+  if (bias) columns.add_drive_force(1, spring.first, 1 - zone.slope);
+}
 
 class Clearance : public EffectKind {
  public:
@@ -40,33 +70,59 @@ class Clearance : public EffectKind {
     signature = "a jump of twice the gap where the load changes its sign, none at high load";
     confuser = "hardening, and friction when the load does not reverse";
     place = EffectPlace::joint;
-    parameters = {{.name = "gap",
-                   .linear = spatial::dimension::length,
-                   .angular = spatial::dimension::angle,
-                   .lower = 0,
-                   .upper = 0.1,
-                   .prior_sd = 0.1,
-                   .prior_unit = PriorUnit::joint_play}};
+    parameters = {gap_parameter()};
   }
 
   void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
-    spring_of_joint(chain, joint);
-    chain.law(joint, std::make_shared<GapLaw>(input.values[0]));
+    add_gap(chain, joint, input.values[0], 0);
   }
 
   void differentiate(ChainColumns& columns, const std::string& joint,
                      const EffectInput& input) const override {
-    const ChainState& state = columns.state();
-    const Spring& spring = spring_of_joint(state.chain, joint);
-    const double gap = input.values[0];
-    const DeadZone zone(state.deflection[spring.first], gap, rounding * gap);
-    columns.add_drive_force(0, spring.first,
-                            -spring.stiffness(0, 0) * (zone.by_gap + rounding * zone.by_width));
+    differentiate_gap(columns, joint, input.values[0], std::nullopt);
+  }
+};
+
+class BiasedClearance : public EffectKind {
+ public:
+  BiasedClearance() {
+    name = "biased_clearance";
+    effect_class = EffectClass::backlash;
+    summary = "play in series with the spring of a joint that a constant load holds to one side";
+    law =
+        "F = k dead(d + bias/k, gap) - bias: the gap is crossed where the load is -bias; bias "
+        "itself "
+        "deflects nothing";
+    source =
+        "gears loaded to one flank by weight or by a spring: Nordin and Gutman, Controlling "
+        "mechanical systems with backlash, Automatica 38 (2002) 1633";
+    signature = "a jump of twice the gap at one joint force, -bias, whatever the direction";
+    confuser = "clearance, whose jump is at zero; piecewise_stiffness";
+    place = EffectPlace::joint;
+    parameters = {gap_parameter(),
+                  {.name = "bias",
+                   .linear = spatial::dimension::force,
+                   .angular = spatial::dimension::moment,
+                   .lower = -1e9,
+                   .upper = 1e9,
+                   .prior_sd = 0.2,
+                   .prior_unit = PriorUnit::joint_load,
+                   .is_shape = true}};
+  }
+
+  void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
+    add_gap(chain, joint, input.values[0], input.values[1]);
+  }
+
+  void differentiate(ChainColumns& columns, const std::string& joint,
+                     const EffectInput& input) const override {
+    differentiate_gap(columns, joint, input.values[0], input.values[1]);
   }
 };
 
 }  // namespace
 
+Kind biased_clearance() { return std::make_shared<BiasedClearance>(); }
 Kind clearance() { return std::make_shared<Clearance>(); }
 
 }  // namespace kinetostat::vjm::effects

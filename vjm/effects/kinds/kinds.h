@@ -20,6 +20,7 @@ Kind hardening();
 Kind load_hardening();
 Kind piecewise_stiffness();
 Kind clearance();
+Kind biased_clearance();
 Kind friction();
 Kind preload();
 Kind gravity_compensator();
