@@ -71,6 +71,7 @@ MatrixXd least_squares_solution(const MatrixXd& a, const MatrixXd& b) {
 }
 
 MatrixXd shortest_least_squares_solution(const MatrixXd& a, const MatrixXd& b, double tolerance) {
+  if (a.cols() == 0) return MatrixXd(0, b.cols());  // Eigen's solver cannot
   Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
   solver.setThreshold(tolerance);
   solver.compute(a);

@@ -7,6 +7,7 @@
 #include "kinetostat/calibration/diagnosis/pair_screen.h"
 #include "kinetostat/calibration/regression/evidence.h"
 #include "kinetostat/calibration/statistics/goodness_of_fit.h"
+#include "kinetostat/calibration/statistics/robust_residual.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/spatial/decomposition.h"
 
@@ -121,32 +122,18 @@ void Search::take_signatures(const Search& wider) {
 
 std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
   constexpr double bend = 2;
-  Index extra = 0;
-  for (const Signature& s : signatures_) extra += s.columns.cols();
-  const Index n = fit.at.residual.size(), base = fit.at.jacobian.cols();
-  MatrixXd x(n, base + extra);
-  x.leftCols(base) = fit.at.jacobian;
-  Index at = base;
+  constexpr int rounds = 8;
+  Index columns = 0;
+  for (const Signature& s : signatures_) columns += s.columns.cols();
+  MatrixXd usual(fit.at.residual.size(), columns);
+  Index at = 0;
   for (const Signature& s : signatures_) {
-    x.middleCols(at, s.columns.cols()) = s.of_usual_size();
+    usual.middleCols(at, s.columns.cols()) = s.of_usual_size();
     at += s.columns.cols();
   }
-  const VectorXd y = -fit.at.residual;
-  VectorXd weights = VectorXd::Ones(n), left = y;
-  for (Index j = 0; j < base; ++j)
-    if (const double length = x.col(j).norm(); length > 0)
-      x.col(j) *= std::sqrt(double(n)) / length;
-  for (int round = 0; round < 8; ++round) {
-    MatrixXd a = x.transpose() * weights.asDiagonal() * x;
-    a.diagonal().tail(extra).array() += 1;
-    a.diagonal().head(base).array() += 1e-9;
-    const VectorXd solution = spatial::solve_symmetric(a, x.transpose() * weights.cwiseProduct(y));
-    left = y - x * solution;
-    for (Index i = 0; i < n; ++i)
-      weights[i] = std::min(1.0, bend / std::max(1e-300, std::abs(left[i])));
-  }
+  const VectorXd left = robust_residual(-fit.at.residual, fit.at.jacobian, usual, bend, rounds);
   std::vector<std::size_t> found;
-  for (Index i = 0; i < n; ++i)
+  for (Index i = 0; i < left.size(); ++i)
     if (std::abs(left[i]) > outlying) found.push_back(static_cast<std::size_t>(i));
   return found;
 }
