@@ -50,6 +50,7 @@ class Reader {
     campaign_.readings.reserve(table_.rows());
     for (std::size_t row = 0; row < table_.rows(); ++row) read_row(row);
     check_ids();
+    count_copies_once();
     check_time();
     check_noise();
     read_covariates();
@@ -332,6 +333,42 @@ class Reader {
             fmt::format("the id '{}' is already used on line {}", reading.id, found->second),
             "Give each row its own id");
     }
+  }
+
+  // A table that was pasted twice would look twice as certain. Rows that are the same but for the
+  // id are one reading where they say when it was taken, or where every row is there more than
+  // once.
+  void count_copies_once() {
+    std::unordered_map<std::string, std::vector<std::size_t>> rows_of;
+    for (std::size_t row = 0; row < table_.rows(); ++row) rows_of[all_but_id(row)].push_back(row);
+    const bool all_twice = std::all_of(rows_of.begin(), rows_of.end(),
+                                       [](const auto& same) { return same.second.size() > 1; });
+    std::size_t copies = 0;
+    for (const auto& [text, rows] : rows_of) {
+      if (rows.size() < 2 || !(all_twice || says_when(campaign_.readings[rows[0]]))) continue;
+      for (std::size_t k = 1; k < rows.size(); ++k) {
+        Reading& copy = campaign_.readings[rows[k]];
+        if (copy.masked) continue;
+        copy.masked = true;
+        copy.mask_reason = fmt::format("the same row as on line {}", table_.line(rows[0]));
+        ++copies;
+      }
+    }
+    if (copies > 0)
+      campaign_.warnings.push_back(
+          fmt::format("{} of {} rows of {} are copies of other rows: each reading is counted once",
+                      copies, table_.rows(), campaign_.readings_file.filename().string()));
+  }
+
+  static bool says_when(const Reading& reading) {
+    return reading.time || (reading.step && !reading.cycle.empty());
+  }
+
+  std::string all_but_id(std::size_t row) const {
+    std::string text;
+    for (std::size_t column = 0; column < table_.columns().size(); ++column)
+      if (columns_.texts.at("id") != column) text += fmt::format("{}\n", table_.cell(row, column));
+    return text;
   }
 
   // Within a cycle time must not run backwards, in the order of steps, or of rows without steps.

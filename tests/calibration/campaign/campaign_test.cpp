@@ -106,6 +106,28 @@ TEST(CampaignFile, TakesActuatorCoordinatesByJointName) {
   EXPECT_EQ(chains.joint_columns.at("z.rho").column, "z.rho");
 }
 
+TEST(CampaignFile, CountsCopiesOfARowOnce) {
+  const auto used = [](const Campaign& campaign) {
+    return std::count_if(campaign.readings.begin(), campaign.readings.end(),
+                         [](const Reading& reading) { return !reading.masked; });
+  };
+  // The table pasted twice, in parts or whole.
+  const Campaign pasted =
+      read("id,cycle,step,fz,dz\na,1,1,5,1\nb,1,2,9,2\nc,1,2,9,2\nd,1,1,5,1\ne,2,1,5,1\n");
+  EXPECT_EQ(used(pasted), 3);
+  EXPECT_TRUE(pasted.readings[2].masked && pasted.readings[3].masked);
+  EXPECT_EQ(pasted.readings[2].mask_reason, "the same row as on line 3");
+  EXPECT_THAT(pasted.warnings, ElementsAre(HasSubstr("2 of 5 rows of")));
+  EXPECT_EQ(used(read("fz,dz\n5,1\n9,2\n9,2\n5,1\n")), 2);
+  EXPECT_EQ(used(read("time,fz,dz\n1,5,1\n2,5,1\n2,5,1\n")), 2);
+  // Repeated readings of a coarse gauge are readings.
+  const Campaign coarse = read("fz,dz\n5,1\n9,2\n5,1\n");
+  EXPECT_EQ(used(coarse), 3);
+  EXPECT_TRUE(coarse.warnings.empty());
+  EXPECT_EQ(used(read("cycle,fz,dz\n1,0,0\n1,5,1\n1,9,2\n1,5,1\n")), 4);
+  EXPECT_EQ(used(read("replicate,fz,dz\n1,5,1\n2,5,1\n")), 2);
+}
+
 // A gantry whose drives are called x, y and z, and its tool 100 mm below them.
 vjm::Manipulator gantry(const char* first = "x") {
   vjm::Chain chain("arm");
