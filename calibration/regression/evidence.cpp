@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <set>
 #include <span>
 
@@ -123,13 +124,18 @@ class Posterior {
       deviation_[i] /= widest_prior;
       fitted_[i] = widest_prior;
     }
+    const double rounding = 1e-9 * prior->deviation;
+    const auto is = [&](double value) { return std::abs(estimate.value - value) <= rounding; };
     // The range ends where the law has become another one, or absurd.
-    const bool at_end = estimate.value == parameter.lower || estimate.value == parameter.upper;
-    if (at_end && estimate.value != prior->mean) fixed_ -= at_bound;
-    // A range that ends where there is no effect holds all of the prior on one side; and of the
-    // posterior, too, where the value lies there.
+    if ((is(parameter.lower) || is(parameter.upper)) && !is(prior->mean)) fixed_ -= at_bound;
+    // A range that ends where there is no effect holds all of the prior on one side, and of the
+    // posterior the part that lies there: half where the value is at the end itself.
     const bool one_sided = prior->mean == parameter.lower || prior->mean == parameter.upper;
-    if (one_sided && estimate.value != prior->mean) fixed_ += std::log(2.0);
+    if (one_sided && !is(prior->mean))
+      fixed_ += estimate.hit == BoundHit::none
+                    ? std::log(std::erfc(-std::abs(distance_[i] / estimate.standard_error) /
+                                         std::numbers::sqrt2))
+                    : std::numbers::ln2;
   }
 
   VectorXd precisions() const {

@@ -42,18 +42,30 @@ double travel_of(const Predictor& predictor, const Predictions& predictions,
   return travel > rounding * farthest ? travel : farthest;
 }
 
-// The largest change within a configuration that was measured, of translations [m] or of rotations
-// [rad]; 0 where there is none.
+// Twice the largest distance of a reading from the mean of its configuration, of translations [m]
+// or of rotations [rad], whatever the axes; 0 where there is none.
 double measured_change(const Campaign& campaign, bool rotations) {
+  struct Mean {
+    spatial::Vector3 sum = spatial::Vector3::Zero(), count = spatial::Vector3::Zero();
+  };
+  const Index first = rotations ? 3 : 0;
+  std::map<std::size_t, Mean> means;  // of configurations
+  for (const Reading& reading : campaign.readings)
+    for (Index k = 0; k < 3; ++k) {
+      if (!reading.uses(first + k)) continue;
+      means[reading.configuration].sum[k] += reading.displacement[first + k];
+      means[reading.configuration].count[k] += 1;
+    }
   double largest = 0;
-  for (Index k = rotations ? 3 : 0; k < (rotations ? 6 : 3); ++k) {
-    std::map<std::size_t, Range> ranges;
-    for (const Reading& reading : campaign.readings)
-      if (reading.uses(k)) ranges[reading.configuration].add(reading.displacement[k]);
-    for (const auto& [configuration, range] : ranges)
-      largest = std::max(largest, range.most - range.least);
+  for (const Reading& reading : campaign.readings) {
+    const Mean& mean = means[reading.configuration];
+    double square = 0;
+    for (Index k = 0; k < 3; ++k)
+      if (reading.uses(first + k))
+        square += std::pow(reading.displacement[first + k] - mean.sum[k] / mean.count[k], 2);
+    largest = std::max(largest, square);
   }
-  return largest;
+  return 2 * std::sqrt(largest);
 }
 
 // What a joint would move that is alone behind all that was measured; where it turns and only
