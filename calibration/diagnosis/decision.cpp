@@ -97,16 +97,23 @@ class Posterior {
       own.place = found.drive;
       for (const Hypothesis& h : hypotheses_)
         if (h.family == own.family && ends_with_name(found.drive, h.place)) own.place = h.place;
-    } else if (found.depends_on.find("earlier loads") != std::string::npos) {
-      own.family = to_string(vjm::EffectClass::time);
+    } else {
+      const std::string& over = found.depends_on;
+      const bool is_memory = over.find("earlier loads") != std::string::npos;
+      const bool is_temperature = over.starts_with("temperature");
+      if (is_temperature) own.family = to_string(vjm::EffectClass::temperature);
+      if (is_memory || over.starts_with("time")) own.family = to_string(vjm::EffectClass::time);
       for (const Hypothesis& h : hypotheses_)
-        if (h.family == own.family && h.ranked && h.ranked->candidate.effect.kind->history > 0) {
+        if (h.family == own.family && h.ranked &&
+            (!is_memory || h.ranked->candidate.effect.kind->history > 0)) {
           own.place = h.place;
           break;
         }
     }
+    // A law there that explains something by itself.
     const bool has_place = std::any_of(hypotheses_.begin(), hypotheses_.end(), [&](const auto& h) {
-      return h.family == own.family && h.place == own.place && h.ranked;
+      return h.family == own.family && h.place == own.place && h.ranked &&
+             (!h.ranked->fit || h.ranked->fit->log_evidence > step_.log_evidence_without);
     });
     if (!has_place) own = {.family = unexplained, .place = "", .log_weight = own.log_weight};
     hypotheses_.push_back(own);

@@ -54,9 +54,10 @@ std::string family_of(const vjm::EffectKind& kind);
 /// which includes its prior, the weights are w_i = Z_i^exponent; "nothing" has (odds_of_nothing
 /// Z_0) ^exponent with the evidence Z_0 of the model as it is, and the smooth model discrepancy its
 /// own. The discrepancy counts for the drive whose load-deflection law it is, for creep where it is
-/// a memory of earlier loads, and as unexplained otherwise. Kinds of one family_of()
-/// are counted together; the answer names the class that holds the level. Candidates that
-/// were not fitted because they do what the best does count as it does. A pure function of the
+/// a memory of earlier loads, for the best of time or of temperature where it depends on these, as
+/// long as a law there explains something by itself, and as unexplained otherwise. Kinds of one
+/// family_of() are counted together; the answer names the class that holds the level. Candidates
+/// that were not fitted because they do what the best does count as it does. A pure function of the
 /// round: `step` as arrange() leaves it.
 Decision decide(const DiagnosisStep& step, const DecisionRules& rules = {});
 

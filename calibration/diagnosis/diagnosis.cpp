@@ -12,6 +12,7 @@
 #include "kinetostat/calibration/campaign/pure_error.h"
 #include "kinetostat/calibration/campaign/replicates.h"
 #include "kinetostat/calibration/comparison/unit_slip.h"
+#include "kinetostat/calibration/diagnosis/outliers.h"
 #include "kinetostat/calibration/diagnosis/search.h"
 #include "kinetostat/calibration/regression/evidence.h"
 #include "kinetostat/calibration/regression/joint_scales.h"

@@ -11,7 +11,6 @@
 
 namespace kinetostat::calibration {
 
-inline constexpr double outlying = 5;            // standard deviations, of an outlier
 inline constexpr double discriminable_from = 4;  // d' that names an effect against a candidate
 inline constexpr double doubtful = 4.6;  // difference of log evidence below which both remain
 /// The same for an effect and the unmodelled smooth error, which stands for all that the catalogue

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "kinetostat/calibration/diagnosis/outliers.h"
 #include "kinetostat/calibration/diagnosis/pair_screen.h"
 #include "kinetostat/calibration/regression/evidence.h"
 #include "kinetostat/calibration/statistics/goodness_of_fit.h"
-#include "kinetostat/calibration/statistics/robust_residual.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/spatial/decomposition.h"
 
@@ -121,21 +121,14 @@ void Search::take_signatures(const Search& wider) {
 }
 
 std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
-  constexpr double bend = 2;
-  constexpr int rounds = 8;
-  Index columns = 0;
-  for (const Signature& s : signatures_) columns += s.columns.cols();
-  MatrixXd usual(fit.at.residual.size(), columns);
-  Index at = 0;
-  for (const Signature& s : signatures_) {
-    usual.middleCols(at, s.columns.cols()) = s.of_usual_size();
-    at += s.columns.cols();
+  std::vector<MatrixXd> effects(candidates_.size(), MatrixXd(fit.at.residual.size(), 0));
+  for (std::size_t i = 0; i < signatures_.size(); ++i) {
+    MatrixXd& columns = effects[owner_[i].first];
+    const MatrixXd more = signatures_[i].of_usual_size();
+    columns.conservativeResize(Eigen::NoChange, columns.cols() + more.cols());
+    columns.rightCols(more.cols()) = more;
   }
-  const VectorXd left = robust_residual(-fit.at.residual, fit.at.jacobian, usual, bend, rounds);
-  std::vector<std::size_t> found;
-  for (Index i = 0; i < left.size(); ++i)
-    if (std::abs(left[i]) > outlying) found.push_back(static_cast<std::size_t>(i));
-  return found;
+  return calibration::outliers(-fit.at.residual, fit.at.jacobian, effects);
 }
 
 std::vector<Candidate> Search::like_the_fit(const BaseFit& nominal, const BaseFit& fitted) const {

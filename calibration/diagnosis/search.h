@@ -41,7 +41,7 @@ class Search {
   /// Takes over the signatures from a search with the same readings and more.
   void take_signatures(const Search& wider);
 
-  /// Values that not all the catalogue together explains: outliers, where they are few.
+  /// Values that no likely effects explain (outliers.h). After screen() without anything added.
   std::vector<std::size_t> outliers(const BaseFit& fit) const;
 
   /// Pairs of candidates that are significant together though none is alone, sized as their

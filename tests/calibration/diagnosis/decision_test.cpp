@@ -92,6 +92,24 @@ TEST(Decision, ADiscrepancyCountsForTheDriveWhoseLawItIs) {
   EXPECT_NEAR(other.unexplained, 0.5, 1e-3);
 }
 
+TEST(Decision, ADiscrepancyOverTimeCountsForDrift) {
+  DiagnosisStep step =
+      round_of({fitted("friction", "q1", -9), fitted("session_drift", "sensor", -1)});
+  step.log_evidence_without = -20;
+  step.free_form = {.log = 19, .depends_on = "time in the cycle", .drive = ""};
+  const Decision drift = decide(step);
+  ASSERT_TRUE(drift.is_identified);
+  EXPECT_THAT(drift.answers[0].places, ElementsAre("sensor"));
+  EXPECT_NEAR(drift.unexplained, 0, 1e-12);
+  step.free_form.depends_on = "temperature";
+  EXPECT_GT(decide(step).unexplained, 0.4);
+  // A drift that explains nothing lends its name to nothing.
+  step.free_form.depends_on = "time";
+  step.log_evidence_without = -0.5;
+  step.free_form.log = 0.5;
+  EXPECT_GT(decide(step, {.odds_of_nothing = 1e-6}).unexplained, 0.4);
+}
+
 TEST(Decision, WhatImitatesTheBestCountsAsItDoes) {
   RankedCandidate imitator = fitted("friction", "q2", 0);
   imitator.fit.reset();

@@ -13,7 +13,7 @@ using Eigen::VectorXd;
 
 // The gradient of the convex objective is zero: in b, E' psi = -e in e (what the columns take up).
 void expect_optimal(const VectorXd& y, const MatrixXd& free, const MatrixXd& usual, double bend) {
-  const VectorXd left = robust_residual(y, free, usual, bend, 400);
+  const VectorXd left = robust_residual(y, free, usual, bend, 400).left;
   const VectorXd psi = left.cwiseMin(bend).cwiseMax(-bend);
   EXPECT_LT((free.transpose() * psi).norm(), 1e-6 * y.norm());
   const VectorXd e = usual.transpose() * psi;
@@ -35,31 +35,48 @@ TEST(RobustResidual, IsThatOfTheMinimum) {
   }
 }
 
-// Few columns or many that say no more: the same, solved in the unknowns or in the values.
-TEST(RobustResidual, DoesNotDependOnHowItIsSolved) {
-  const MatrixXd free = test::random_matrix(30, 3, 4), usual = test::random_matrix(30, 10, 5);
-  const VectorXd y = test::random_matrix(30, 1, 6).col(0) * 10;
-  MatrixXd padded = MatrixXd::Zero(30, 50);
-  padded.leftCols(10) = usual;
-  const VectorXd a = robust_residual(y, free, usual, 2, 8),
-                 b = robust_residual(y, free, padded, 2, 8);
-  EXPECT_LT((a - b).norm(), 1e-7 * a.norm());
+// By hand: each value is left out, and predicted by the others under the same weights of one.
+TEST(RobustResidual, IsSurprisedByWhatTheOthersDoNotPredict) {
+  constexpr Index n = 12;
+  const MatrixXd free = test::random_matrix(n, 2, 11), usual = test::random_matrix(n, 5, 12);
+  const VectorXd y = test::random_matrix(n, 1, 13).col(0) * 0.5;  // all within the bend
+  const VectorXd surprise = robust_residual(y, free, usual, 20, 3).surprise;
+  for (Index i = 0; i < n; ++i) {
+    std::vector<Index> others;
+    for (Index k = 0; k < n; ++k)
+      if (k != i) others.push_back(k);
+    const MatrixXd b = free(others, Eigen::all), e = usual(others, Eigen::all);
+    const MatrixXd s_inverse = (e * e.transpose() + MatrixXd::Identity(n - 1, n - 1)).inverse();
+    const MatrixXd m = (b.transpose() * s_inverse * b).inverse();
+    const VectorXd values = m * b.transpose() * s_inverse * y(others);
+    const VectorXd k = e * usual.row(i).transpose();
+    const double mean = free.row(i).dot(values) + k.dot(s_inverse * (y(others) - b * values));
+    const VectorXd u = free.row(i).transpose() - b.transpose() * s_inverse * k;
+    const double variance = 1 + usual.row(i).squaredNorm() - k.dot(s_inverse * k) + u.dot(m * u);
+    EXPECT_NEAR(surprise[i], (y[i] - mean) / std::sqrt(variance), 1e-9);
+  }
 }
 
-TEST(RobustResidual, KeepsOutliersAsLargeAsTheyAre) {
-  const MatrixXd free = MatrixXd::Ones(50, 1), usual = test::random_matrix(50, 80, 7) * 0.01;
-  VectorXd y = test::random_matrix(50, 1, 8).col(0);
-  y[11] = 1000;
-  const VectorXd left = robust_residual(y, free, usual, 2, 20);
-  EXPECT_GT(left[11], 990);
-  EXPECT_LT((left.head(11)).cwiseAbs().maxCoeff(), 10);
+// Columns by which every value could have moved alone hide no outlier that they would need ten
+// times their usual size for.
+TEST(RobustResidual, SeesOutliersBesideManyColumns) {
+  constexpr Index n = 50;
+  const MatrixXd free = MatrixXd::Ones(n, 1);
+  MatrixXd usual(n, n + 80);
+  usual << MatrixXd::Identity(n, n), test::random_matrix(n, 80, 7) * 0.01;
+  VectorXd y = test::random_matrix(n, 1, 8).col(0);
+  y[11] = 14;
+  const RobustResidual result = robust_residual(y, free, usual, 2, 20);
+  EXPECT_GT(result.surprise[11], 9);
+  EXPECT_LT(result.surprise.head(11).cwiseAbs().maxCoeff(), 4);
+  EXPECT_LT(result.surprise.tail(38).cwiseAbs().maxCoeff(), 4);
 }
 
 TEST(RobustResidual, NeedsNoColumns) {
   const VectorXd y = test::random_matrix(20, 1, 9).col(0);
   const MatrixXd none(20, 0), usual = test::random_matrix(20, 30, 10);
-  EXPECT_EQ((robust_residual(y, none, none, 2, 8) - y).norm(), 0);
-  EXPECT_LT(robust_residual(y, none, usual, 2, 8).norm(), y.norm());
+  EXPECT_EQ((robust_residual(y, none, none, 2, 8).left - y).norm(), 0);
+  EXPECT_LT(robust_residual(y, none, usual, 2, 8).left.norm(), y.norm());
 }
 
 }  // namespace
