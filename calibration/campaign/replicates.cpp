@@ -1,11 +1,13 @@
 #include "kinetostat/calibration/campaign/replicates.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <numeric>
 #include <tuple>
 
 #include "kinetostat/calibration/campaign/load_history.h"
+#include "kinetostat/calibration/statistics/goodness_of_fit.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -51,9 +53,10 @@ using StateKey = std::tuple<std::size_t, LoadKey, LoadDirection, int, std::strin
 
 StateKey state_of(const Campaign& campaign, const Reading& reading, LoadDirection branch,
                   int side) {
-  const bool own_zero = campaign.zero == ZeroReading::estimated;
-  return {reading.configuration, key_of(reading.load),          branch, side,
-          reading.setting,       own_zero ? reading.session : 0};
+  const bool own_datum =
+      campaign.zero == ZeroReading::estimated || campaign.session_frame == SessionFrame::estimated;
+  return {reading.configuration, key_of(reading.load),           branch, side,
+          reading.setting,       own_datum ? reading.session : 0};
 }
 
 std::vector<std::size_t> in_order_of_time(const std::vector<Reading>& readings) {
@@ -66,6 +69,101 @@ std::vector<std::size_t> in_order_of_time(const std::vector<Reading>& readings) 
   std::stable_sort(order.begin(), order.end(),
                    [&key](std::size_t a, std::size_t b) { return key(a) < key(b); });
   return order;
+}
+
+double mean_sigma_square(const Campaign& campaign, const ReplicateGroup& group) {
+  if (!campaign.noise_stated) return 1;
+  double sum = 0;
+  for (const std::size_t i : group.readings)
+    sum += std::pow(campaign.readings[i].sigma[group.component], 2);
+  return sum / static_cast<double>(group.readings.size());
+}
+
+// Half the squared differences of the first and second reading, the third and fourth, and so on.
+double sum_over_pairs(const Campaign& campaign, const ReplicateGroup& group) {
+  double sum = 0;
+  for (std::size_t k = 1; k < group.readings.size(); k += 2) {
+    const auto value = [&](std::size_t i) {
+      return campaign.readings[group.readings[i]].displacement[group.component];
+    };
+    sum += std::pow(value(k) - value(k - 1), 2) / 2;
+  }
+  return sum;
+}
+
+double sum_about_mean(const Campaign& campaign, const ReplicateGroup& group) {
+  double sum = 0, squares = 0;
+  const auto count = static_cast<double>(group.readings.size());
+  const double first = campaign.readings[group.readings[0]].displacement[group.component];
+  for (const std::size_t i : group.readings) {
+    const double value = campaign.readings[i].displacement[group.component] - first;
+    sum += value;
+    squares += value * value;
+  }
+  return squares - sum * sum / count;
+}
+
+// Chance that readings as far apart as these, in the order of their groups, scatter so much more
+// than neighbours if all scatter alike: the contrasts are orthogonal, and the F test exact.
+double chance_of_no_trend(const Campaign& campaign, const std::vector<ReplicateGroup>& groups) {
+  double least = 1;
+  for (const bool rotations : {false, true}) {
+    double near = 0, far = 0, near_freedom = 0, far_freedom = 0;
+    for (const ReplicateGroup& group : groups) {
+      if (is_rotation(group.component) != rotations || group.readings.size() < 2) continue;
+      const double unit = mean_sigma_square(campaign, group);
+      const double pairs = sum_over_pairs(campaign, group) / unit;
+      const auto number = static_cast<double>(group.readings.size() / 2);
+      near += pairs;
+      near_freedom += number;
+      far += sum_about_mean(campaign, group) / unit - pairs;
+      far_freedom += static_cast<double>(group.readings.size() - 1) - number;
+    }
+    if (near > 0 && far > 0 && far_freedom > 0)
+      least = std::min(least, chance_of_larger_f((far / far_freedom) / (near / near_freedom),
+                                                 far_freedom, near_freedom));
+  }
+  return least;
+}
+
+std::vector<ReplicateGroup> in_order_of(std::optional<double> Reading::*key,
+                                        const Campaign& campaign,
+                                        std::vector<ReplicateGroup> groups) {
+  for (ReplicateGroup& group : groups)
+    std::stable_sort(group.readings.begin(), group.readings.end(),
+                     [&](std::size_t a, std::size_t b) {
+                       return campaign.readings[a].*key < campaign.readings[b].*key;
+                     });
+  return groups;
+}
+
+std::vector<ReplicateGroup> in_pairs(const std::vector<ReplicateGroup>& groups) {
+  std::vector<ReplicateGroup> result;
+  for (const ReplicateGroup& group : groups)
+    for (std::size_t k = 0; k < group.readings.size(); k += 2) {
+      result.push_back({group.component, {group.readings[k]}});
+      if (k + 1 < group.readings.size()) result.back().readings.push_back(group.readings[k + 1]);
+    }
+  return result;
+}
+
+// Where readings of one state differ the more the further apart in time or temperature they were
+// taken, only neighbours are repetitions: the rest is drift, creep or expansion, and no noise.
+std::vector<ReplicateGroup> without_trends(const Campaign& campaign,
+                                           std::vector<ReplicateGroup> groups) {
+  double least = 0.005;
+  std::vector<ReplicateGroup> result = groups;
+  for (const auto key : {&Reading::time, &Reading::temperature}) {
+    if (!std::all_of(campaign.readings.begin(), campaign.readings.end(),
+                     [key](const Reading& reading) { return (reading.*key).has_value(); }))
+      continue;
+    const std::vector<ReplicateGroup> ordered = in_order_of(key, campaign, groups);
+    const double chance = chance_of_no_trend(campaign, ordered);
+    if (chance >= least) continue;
+    least = chance;
+    result = in_pairs(ordered);
+  }
+  return result;
 }
 
 }  // namespace
@@ -87,7 +185,7 @@ std::vector<ReplicateGroup> replicate_groups(const Campaign& campaign) {
   }
   std::vector<ReplicateGroup> result;
   for (auto& [key, members] : groups) result.push_back({std::get<2>(key), std::move(members)});
-  return result;
+  return without_trends(campaign, std::move(result));
 }
 
 }  // namespace kinetostat::calibration

@@ -4,8 +4,9 @@
 #include <gtest/gtest.h>
 
 #include "kinetostat/calibration/campaign/campaign_file.h"
-#include "kinetostat/calibration/campaign/noise.h"
+#include "kinetostat/calibration/campaign/noise_estimate.h"
 #include "kinetostat/calibration/campaign/pure_error.h"
+#include "kinetostat/calibration/statistics/normal.h"
 
 #include "calibration/synthetic.h"
 
@@ -51,6 +52,53 @@ TEST(Replicates, WithoutLoadComeBackFromTheSameSide) {
   // From loads of one side, whatever their size; a rest in between is a state of its own.
   EXPECT_EQ(sizes(campaign("cycle,step,fz,dz\na,1,5,1\na,2,0,2\na,3,0,2\na,4,9,3\na,5,0,2\n")),
             (Sizes{2, 1, 1, 1}));
+}
+
+// Ten states, each read eight times over a day that warms the machine; 1 um of noise.
+std::string day(double drift, bool with_times) {
+  Normal normal(3);
+  std::string csv = with_times ? "time,temperature,fz,dz\n" : "fz,dz\n";
+  for (int visit = 0; visit < 8; ++visit)
+    for (int load = 1; load <= 10; ++load) {
+      if (with_times) csv += fmt::format("{},{},", 3600 * visit + load, 20 + visit % 4);
+      csv += fmt::format("{},{}\n", load, 0.01 * load + drift * visit + 1e-3 * normal());
+    }
+  return csv;
+}
+
+TEST(Replicates, FarApartInTimeAreNoneWhereSomethingDrifts) {
+  EXPECT_EQ(sizes(campaign(day(0, true))), Sizes(10, 8));
+  EXPECT_EQ(sizes(campaign(day(0.02, true))), Sizes(40, 2));
+  EXPECT_EQ(sizes(campaign(day(0.02, false))), Sizes(10, 8));  // nothing tells when
+  const Campaign drifting = campaign(day(0.003, true), "noise: {translation: 1 um}\n");
+  const Noise noise = noise_of(drifting, {});
+  const PureError scatter = pure_error(drifting, replicate_groups(drifting), noise);
+  EXPECT_EQ(scatter.degrees_of_freedom, 40);
+  // Of neighbours: 1 um, and the 3 um of an hour between them.
+  EXPECT_LT(scatter.sum / 40, 1 + 4.5 * 1.6);
+}
+
+TEST(Replicates, OfOneTemperatureAreRepetitions) {
+  std::string csv = "time,temperature,fz,dz\n";
+  Normal normal(4);
+  for (int visit = 0; visit < 12; ++visit)
+    csv += fmt::format("{},{},5,{}\n", visit, visit % 2 == 0 ? 20 : 30,
+                       (visit % 2 == 0 ? 0 : 0.1) + 1e-3 * normal());
+  const Campaign c = campaign(csv);
+  EXPECT_EQ(sizes(c), Sizes(6, 2));
+  EXPECT_NEAR(std::sqrt(noise_of(c, replicate_groups(c)).sigma[0][2] * 1e6), 1, 0.5);
+}
+
+// The test keeps its level: chance finds a trend in one campaign of a hundred.
+TEST(Replicates, AreKeptWhereNothingDrifts) {
+  int split = 0;
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    Normal normal(seed);
+    std::string csv = "time,fz,dz\n";
+    for (int i = 0; i < 40; ++i) csv += fmt::format("{},{},{}\n", i, i % 5, normal());
+    split += sizes(campaign(csv))[0] == 2;
+  }
+  EXPECT_LE(split, 6);
 }
 
 TEST(Replicates, NeverContainMaskedReadings) {
