@@ -123,6 +123,23 @@ std::vector<double> CorrelatedNoise::log_evidences(const BaseFit& fit) const {
   return logs;
 }
 
+double CorrelatedNoise::share_left(const BaseFit& without, const BaseFit& with) const {
+  const std::optional<std::size_t> way = prevailing(with);
+  const auto excess = [&](const BaseFit& fit) {
+    return squared_error(fit, way) - static_cast<double>(with.degrees_of_freedom());
+  };
+  const double before = excess(without), after = std::max(0.0, excess(with));
+  if (before > 0) return after / before;
+  return after > 0 ? 1 : 0;
+}
+
+double CorrelatedNoise::squared_error(const BaseFit& fit, std::optional<std::size_t> way) const {
+  if (!way) return fit.squared_error;
+  return ResidualSpace(decorrelated(*way, -fit.at.residual), decorrelated(*way, fit.at.jacobian))
+      .residual()
+      .squaredNorm();
+}
+
 double CorrelatedNoise::gain(const BaseFit& fit) const {
   if (ways_.empty()) return 0;
   const double correlated = log_mean_exp(log_evidences(fit));

@@ -40,10 +40,16 @@ class CorrelatedNoise {
   /// these.
   double gain(const BaseFit& fit) const;
 
+  /// How much of the misfit of a model another one leaves, (S_with - m) / (S_without - m) of their
+  /// squared residuals with m degrees of freedom, both under the noise that the other seems to
+  /// have: what readings share by their datum is no misfit, however many they are.
+  double share_left(const BaseFit& without, const BaseFit& with) const;
+
   /// The most probable one, where independent noise is out of question beside it.
   std::optional<std::size_t> prevailing(const BaseFit& fit) const;
 
  private:
+  double squared_error(const BaseFit& fit, std::optional<std::size_t> way) const;
   using Rows = std::vector<Eigen::Index>;
   // Values of one block: either they share a datum, with the covariance 1 + zero zero', or each is
   // `fading` times the one before it and something new.

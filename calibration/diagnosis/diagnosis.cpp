@@ -38,10 +38,8 @@ bool is_absurd(const DiagnosisStep& step) {
   const RankedCandidate& best = step.ranking[0];
   if (times_usual(best) <= unusual) return false;
   const double free_form = step.log_evidence_without + step.free_form.log;
-  if (best.fit->log_evidence - free_form < doubtful_beside_free_form) return true;
-  const auto freedom = static_cast<double>(best.fit->degrees_of_freedom);
-  return best.fit->squared_error - freedom >
-         unexplained_share * (step.squared_error_without - freedom);
+  return best.fit->log_evidence - free_form < doubtful_beside_free_form ||
+         step.share_left > unexplained_share;
 }
 
 // The length of what the laws of those that were found may get wrong, where that looks like a
@@ -217,10 +215,6 @@ Campaign without(const Campaign& campaign, const std::vector<Value>& values,
   return result;
 }
 
-double excess(const std::optional<ChiSquareTest>& test) {
-  return test ? test->statistic - static_cast<double>(test->degrees_of_freedom) : 0;
-}
-
 bool can_show_anything(const DiagnosisStep& step) {
   return std::any_of(step.ranking.begin(), step.ranking.end(), [](const RankedCandidate& r) {
     return r.detectability >= discriminable_from;
@@ -267,10 +261,9 @@ Verdict verdict_on_found(const Diagnosis& d) {
   return all_listed ? Verdict::narrowed_down : Verdict::inconclusive;
 }
 
-void judge(Diagnosis& d) {
+// `share_left`: of the misfit, by all that was found.
+void judge(double share_left, Diagnosis& d) {
   const bool structure_left = d.left.p_value() < structure_level;
-  const double before = excess(d.before);
-  const double share_left = before > 0 ? std::max(0.0, excess(d.after)) / before : 0;
   if (d.found.empty()) {
     if (const std::string nearest = absurd_explanation(d); !nearest.empty()) {
       d.verdict = Verdict::unexplained;
@@ -584,7 +577,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   d.left.log -= search.correlated_noise().gain(model.fit);
   if (const auto way = search.correlated_noise().prevailing(model.fit))
     d.correlated_noise = search.correlated_noise().what(*way);
-  judge(d);
+  judge(search.correlated_noise().share_left(model.without, model.fit), d);
   if (d.verdict != Verdict::inconclusive) d.common_cause.reset();
   if (options.profiles > 0)
     d.profiles = profiles(fitter, model.present, model.fit, options.profiles, progress);

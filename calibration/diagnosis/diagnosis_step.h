@@ -78,6 +78,7 @@ struct DiagnosisStep {
   std::vector<std::size_t> indistinguishable;  // in the ranking: the best and what may be it
   double log_evidence_without = 0;             // of the model as it is, nothing missing
   double squared_error_without = 0;            // whitened, of the same
+  double share_left = 0;                       // of the misfit, by the best; see CorrelatedNoise
   FreeFormEvidence free_form;  // beside that and its noise; as likely beforehand as a kind
   double free_form_probability = 0;
   /// The most significant candidates, and the largest cosine between a signature of the one and a

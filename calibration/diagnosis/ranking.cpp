@@ -197,6 +197,7 @@ std::size_t weigh(const BaseFit& without, const std::vector<BaseFit>& fits,
         fit->log_evidence = evidence(fits[c], exponent, Sizes::any).log + fit->log_prior + noise[c];
     best = most_probable(step);
   }
+  step.share_left = correlated.share_left(without, fits[best]);
   share_probability(step);
   distinguish(without, fits, best, step);
   return best;
