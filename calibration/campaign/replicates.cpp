@@ -49,13 +49,32 @@ std::vector<int> sides_of_return(const Campaign& campaign) {
   return result;
 }
 
-using StateKey = std::tuple<std::size_t, LoadKey, LoadDirection, int, std::string, std::size_t>;
+// The load from which a loaded reading is on its way back within its cycle: hysteresis depends on
+// it. None on the way up.
+std::vector<LoadKey> peaks(const Campaign& campaign, const std::vector<LoadDirection>& branch) {
+  std::vector<LoadKey> result(campaign.readings.size(), LoadKey{});
+  const std::vector<vjm::Load> loads = changing_loads(campaign);
+  for (const Cycle& cycle : cycles_as_run(campaign))
+    for (std::size_t k = 1; k < cycle.size(); ++k) {
+      const std::size_t now = cycle[k], before = cycle[k - 1];
+      if (branch[now] != LoadDirection::unloading || level_of(loads[now]) == 0 ||
+          campaign.readings[now].configuration != campaign.readings[before].configuration)
+        continue;
+      result[now] = branch[before] == LoadDirection::unloading
+                        ? result[before]
+                        : key_of(campaign.readings[before].load);
+    }
+  return result;
+}
+
+using StateKey =
+    std::tuple<std::size_t, LoadKey, LoadDirection, LoadKey, int, std::string, std::size_t>;
 
 StateKey state_of(const Campaign& campaign, const Reading& reading, LoadDirection branch,
-                  int side) {
+                  const LoadKey& peak, int side) {
   const bool own_datum =
       campaign.zero == ZeroReading::estimated || campaign.session_frame == SessionFrame::estimated;
-  return {reading.configuration, key_of(reading.load),           branch, side,
+  return {reading.configuration, key_of(reading.load),           branch, peak, side,
           reading.setting,       own_datum ? reading.session : 0};
 }
 
@@ -173,10 +192,11 @@ std::vector<ReplicateGroup> replicate_groups(const Campaign& campaign) {
   std::map<std::tuple<StateKey, std::string, Eigen::Index>, int> visits;
   std::map<std::tuple<StateKey, int, Eigen::Index>, std::vector<std::size_t>> groups;
   const std::vector<LoadDirection> branch = branches(campaign);
+  const std::vector<LoadKey> peak = peaks(campaign, branch);
   const std::vector<int> side = sides_of_return(campaign);
   for (const std::size_t i : in_order_of_time(campaign.readings)) {
     const Reading& reading = campaign.readings[i];
-    const StateKey state = state_of(campaign, reading, branch[i], side[i]);
+    const StateKey state = state_of(campaign, reading, branch[i], peak[i], side[i]);
     for (Eigen::Index k = 0; k < 6; ++k) {
       if (!reading.uses(k)) continue;
       const int visit = reading.replicate.empty() ? 0 : visits[{state, reading.replicate, k}]++;

@@ -29,6 +29,7 @@ using Eigen::VectorXd;
 constexpr double significance_of_more = 0.01;  // of a further effect beside one that was found
 constexpr double level_of_rest = 0.005;        // of a rest that no effect explains
 constexpr double believable_noise = 2;         // times the stated one, to account for a misfit
+constexpr std::size_t most_revisions = 8;      // of what was found
 constexpr double most_outliers = 0.04;     // of all values: more are something that is not known
 constexpr double unexplained_share = 0.3;  // of the misfit: more is another effect, not this one
 
@@ -317,17 +318,29 @@ void add_effects(Search& search, const DiagnosisOptions& options, const AddStage
   }
 }
 
-// One that is not needed beside the others, and the model without it.
-struct Superfluous {
+// One that is not needed beside the others, or in whose place another one is better.
+struct Revision {
   std::size_t which = 0;
-  BaseFit without;
+  BaseFit fit;                              // without it, or with the other one
+  std::optional<FoundEffect> instead = {};  // the other one
 };
 
-// With all of them in the model each must still be needed, and what is best in its place: of the
-// first `count`.
-std::optional<Superfluous> weigh_again(const CandidateFitter& fitter, Search& search,
-                                       const Model& model, std::size_t count,
-                                       common::Progress& progress, Diagnosis& d) {
+// Something fits better beside the others than the one that is there, and is decidedly likelier.
+bool is_better(const DiagnosisStep& step, const FoundEffect& found) {
+  const std::string name = found.candidate.name();
+  const auto own = std::find_if(step.ranking.begin(), step.ranking.end(),
+                                [&](const auto& r) { return r.candidate.name() == name; });
+  if (own == step.ranking.end() || !own->fit || !step.ranking[0].fit) return false;
+  const CandidateFit &best = *step.ranking[0].fit, &mine = *own->fit;
+  return best.log_evidence - mine.log_evidence > doubtful &&
+         best.squared_error < mine.squared_error;
+}
+
+// With all of them in the model each must still be needed, and the best in its place: of the first
+// `count`.
+std::optional<Revision> weigh_again(const CandidateFitter& fitter, Search& search,
+                                    const Model& model, std::size_t count,
+                                    common::Progress& progress, Diagnosis& d) {
   for (std::size_t k = 0; k < count; ++k) {
     std::vector<Candidate> others = model.present;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
@@ -337,20 +350,28 @@ std::optional<Superfluous> weigh_again(const CandidateFitter& fitter, Search& se
     std::vector<BaseFit> fits;
     DiagnosisStep step = search.step(others, *without_it, fits);
     const bool needed = step.max_score.p_value <= significance_level;
+    if (needed && is_better(step, d.found[k])) {
+      d.steps.push_back(step);
+      return Revision{k, std::move(fits[0]), found_effect(step)};
+    }
     if (needed) confirm(step, d.found[k]);
     d.steps.push_back(std::move(step));
-    if (!needed) return Superfluous{k, *std::move(without_it)};
+    if (!needed) return Revision{k, *std::move(without_it)};
   }
   return std::nullopt;
 }
 
-void drop(Superfluous superfluous, const CandidateFitter& fitter, const AddStage& add_stage,
-          common::Progress& progress, Model& model, Diagnosis& d) {
-  const auto k = static_cast<std::ptrdiff_t>(superfluous.which);
+void revise(Revision revision, const CandidateFitter& fitter, const AddStage& add_stage,
+            common::Progress& progress, Model& model, Diagnosis& d) {
+  const auto k = static_cast<std::ptrdiff_t>(revision.which);
   model.present.erase(model.present.begin() + k);
-  model.fit = std::move(superfluous.without);
+  model.fit = std::move(revision.fit);
   d.found.erase(d.found.begin() + k);
-  if (d.found.size() == 1) confirm(d.steps[0], d.found[0]);
+  if (revision.instead) {
+    model.present.push_back(revision.instead->candidate);
+    d.found.push_back(*std::move(revision.instead));
+  } else if (d.found.size() == 1)
+    confirm(d.steps[0], d.found[0]);
   std::erase_if(d.waterfall, [](const WaterfallStage& s) { return s.name.starts_with("+ "); });
   for (std::size_t n = 1; n <= model.present.size(); ++n) {
     const std::vector<Candidate> first(model.present.begin(),
@@ -361,12 +382,15 @@ void drop(Superfluous superfluous, const CandidateFitter& fitter, const AddStage
   }
 }
 
-// The last one has just been found beside all others, as long as all of these stay.
+// The last one has just been found beside all others, as long as all of these stay. A revision
+// makes the model more probable, or smaller: they end.
 void eliminate(const CandidateFitter& fitter, Search& search, const AddStage& add_stage,
                common::Progress& progress, Model& model, Diagnosis& d) {
   std::size_t count = model.present.empty() ? 0 : model.present.size() - 1;
-  while (auto superfluous = weigh_again(fitter, search, model, count, progress, d)) {
-    drop(*std::move(superfluous), fitter, add_stage, progress, model, d);
+  for (std::size_t revisions = 0; revisions < most_revisions; ++revisions) {
+    auto revision = weigh_again(fitter, search, model, count, progress, d);
+    if (!revision) return;
+    revise(*std::move(revision), fitter, add_stage, progress, model, d);
     count = model.present.size() > 1 ? model.present.size() : 0;
   }
 }

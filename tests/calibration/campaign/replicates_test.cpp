@@ -101,6 +101,13 @@ TEST(Replicates, AreKeptWhereNothingDrifts) {
   EXPECT_LE(split, 6);
 }
 
+// Two loops of different size have their ways back apart.
+TEST(Replicates, OnTheWayBackHaveTurnedAtTheSameLoad) {
+  const std::string loops = "cycle,step,fz,dz\na,1,0,1\na,2,5,2\na,3,1,3\nb,1,0,1\nb,2,5,2\n";
+  EXPECT_EQ(sizes(campaign(loops + "b,3,1,3\n")), (Sizes{2, 2, 2}));
+  EXPECT_EQ(sizes(campaign(loops + "b,3,9,4\nb,4,1,6\n")), (Sizes{2, 2, 1, 1, 1}));
+}
+
 TEST(Replicates, NeverContainMaskedReadings) {
   EXPECT_EQ(sizes(campaign("fz,dz,mask,mask_reason\n1,1,,\n1,9,1,slipped\n1,2,,\n")), (Sizes{2}));
 }
