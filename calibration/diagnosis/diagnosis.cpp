@@ -336,11 +336,36 @@ bool is_better(const DiagnosisStep& step, const FoundEffect& found) {
          best.squared_error < mine.squared_error;
 }
 
+// An effect of which no amplitude exceeds its own standard deviation is none.
+bool is_determined(const Candidate& candidate, const FittedValues& fitted) {
+  const auto& parameters = candidate.effect.kind->parameters;
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const auto i = static_cast<Index>(k);
+    const bool is_small = std::abs(fitted.values[i] - parameters[k].none) < fitted.deviations[i];
+    if (!parameters[k].is_shape && !is_small) return true;
+  }
+  return false;
+}
+
+std::optional<Revision> without_undetermined(const CandidateFitter& fitter, const Model& model,
+                                             common::Progress& progress) {
+  const std::vector<FittedValues> fitted = fitted_values(model.fit, model.present);
+  for (std::size_t k = 0; k < model.present.size() && model.present.size() > 1; ++k) {
+    if (is_determined(model.present[k], fitted[k])) continue;
+    std::vector<Candidate> others = model.present;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
+    if (auto without = fit_if_possible(fitter, others, model.fit, progress))
+      return Revision{k, *std::move(without)};
+  }
+  return std::nullopt;
+}
+
 // With all of them in the model each must still be needed, and the best in its place: of the first
 // `count`.
 std::optional<Revision> weigh_again(const CandidateFitter& fitter, Search& search,
                                     const Model& model, std::size_t count,
                                     common::Progress& progress, Diagnosis& d) {
+  if (auto smaller = without_undetermined(fitter, model, progress)) return smaller;
   for (std::size_t k = 0; k < count; ++k) {
     std::vector<Candidate> others = model.present;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));

@@ -1,0 +1,58 @@
+// Readings that were really taken: the diagnosis says what an expert would.
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "kinetostat/calibration/campaign/campaign_file.h"
+#include "kinetostat/calibration/diagnosis/diagnosis.h"
+#include "kinetostat/vjm/io/robot_file.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+// The thesis from which they are: play and friction as built, friction and less play preloaded.
+// Fits of its own laws to the drive as built, by other programs: 2.0 N m of friction.
+class CycloidalDrive : public testing::TestWithParam<const char*> {
+ protected:
+  static Diagnosis diagnosed(const std::string& name) {
+    const std::string folder =
+        std::string(KINETOSTAT_SOURCE_DIR) + "/data/measurements/cycloidal_drives/";
+    const vjm::Robot robot = vjm::read_robot(folder + "robot.yaml");
+    common::Progress silent;
+    return diagnose(robot, read_campaign(folder + name + ".yaml", robot.manipulator),
+                    {.draws = 199}, 2, silent);
+  }
+};
+
+bool is_found(const Diagnosis& d, const std::string& family) {
+  return std::any_of(d.found.begin(), d.found.end(), [&](const FoundEffect& found) {
+    return family_of(*found.candidate.effect.kind) == family;
+  });
+}
+
+TEST_P(CycloidalDrive, HasFrictionAndIsSoftAboutZero) {
+  const Diagnosis d = diagnosed(GetParam());
+  EXPECT_TRUE(d.verdict == Verdict::identified || d.verdict == Verdict::narrowed_down)
+      << to_string(d.verdict);
+  EXPECT_TRUE(is_found(d, "friction or hysteresis"));
+  EXPECT_TRUE(is_found(d, "load-deflection curve"));
+  const auto& bars = d.waterfall;
+  const auto bar = [&](const char* name) {
+    const auto found = std::find_if(bars.begin(), bars.end(),
+                                    [&](const WaterfallStage& s) { return s.name == name; });
+    return found == bars.end() ? 0 : found->whitened;
+  };
+  EXPECT_LT(bar(as_adopted), bar("refitted") / 1.9);
+  for (const FoundEffect& found : d.found) {
+    EXPECT_EQ(found.candidate.effect.at, "drive.q");
+    if (found.candidate.effect.kind->name == "friction")
+      EXPECT_NEAR(found.candidate.effect.values[0], 2.0, 0.4);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, CycloidalDrive, testing::Values("as_built", "split_discs"),
+                         [](const auto& drive) { return std::string(drive.param); });
+
+}  // namespace
+}  // namespace kinetostat::calibration
