@@ -112,14 +112,20 @@ std::optional<BaseFit> fit_if_possible(const CandidateFitter& fitter,
   return if_possible([&] { return fitter.fit(added, &start, progress); });
 }
 
-// What a round beside all the other effects says of one that was found earlier.
-void confirm(const DiagnosisStep& step, FoundEffect& found) {
+// Of an effect that was found, in a round; none where it was not fitted there.
+const CandidateFit* fit_of(const DiagnosisStep& step, const FoundEffect& found) {
   const std::string name = found.candidate.name();
-  const auto it =
+  const auto own =
       std::find_if(step.ranking.begin(), step.ranking.end(),
                    [&](const RankedCandidate& r) { return r.candidate.name() == name; });
+  return own != step.ranking.end() && own->fit ? &*own->fit : nullptr;
+}
+
+// What a round beside all the other effects says of one that was found earlier.
+void confirm(const DiagnosisStep& step, FoundEffect& found) {
+  const CandidateFit* own = fit_of(step, found);
   found.false_alarm_chance = step.max_score.p_value;
-  found.log_score_gain = it != step.ranking.end() && it->fit ? it->fit->log_score_gain : 0;
+  found.log_score_gain = own == nullptr ? 0 : own->log_score_gain;
   take_decision(step, found);
 }
 
@@ -327,13 +333,16 @@ struct Revision {
 
 // Something fits better beside the others than the one that is there, and is decidedly likelier.
 bool is_better(const DiagnosisStep& step, const FoundEffect& found) {
-  const std::string name = found.candidate.name();
-  const auto own = std::find_if(step.ranking.begin(), step.ranking.end(),
-                                [&](const auto& r) { return r.candidate.name() == name; });
-  if (own == step.ranking.end() || !own->fit || !step.ranking[0].fit) return false;
-  const CandidateFit &best = *step.ranking[0].fit, &mine = *own->fit;
+  const CandidateFit* own = fit_of(step, found);
+  if (own == nullptr || !step.ranking[0].fit) return false;
+  const CandidateFit &best = *step.ranking[0].fit, &mine = *own;
   return best.log_evidence - mine.log_evidence > doubtful &&
          best.squared_error < mine.squared_error;
+}
+
+std::vector<Candidate> all_but(std::vector<Candidate> present, std::size_t k) {
+  present.erase(present.begin() + static_cast<std::ptrdiff_t>(k));
+  return present;
 }
 
 // An effect of which no amplitude exceeds its own standard deviation is none.
@@ -352,8 +361,7 @@ std::optional<Revision> without_undetermined(const CandidateFitter& fitter, cons
   const std::vector<FittedValues> fitted = fitted_values(model.fit, model.present);
   for (std::size_t k = 0; k < model.present.size() && model.present.size() > 1; ++k) {
     if (is_determined(model.present[k], fitted[k])) continue;
-    std::vector<Candidate> others = model.present;
-    others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
+    const std::vector<Candidate> others = all_but(model.present, k);
     if (auto without = fit_if_possible(fitter, others, model.fit, progress))
       return Revision{k, *std::move(without)};
   }
@@ -367,8 +375,7 @@ std::optional<Revision> weigh_again(const CandidateFitter& fitter, Search& searc
                                     common::Progress& progress, Diagnosis& d) {
   if (auto smaller = without_undetermined(fitter, model, progress)) return smaller;
   for (std::size_t k = 0; k < count; ++k) {
-    std::vector<Candidate> others = model.present;
-    others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
+    const std::vector<Candidate> others = all_but(model.present, k);
     std::optional<BaseFit> without_it = fit_if_possible(fitter, others, model.fit, progress);
     if (!without_it) continue;  // then it is needed all the more
     search.screen(others, *without_it);

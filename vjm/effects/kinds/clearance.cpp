@@ -91,8 +91,7 @@ class BiasedClearance : public EffectKind {
     summary = "play in series with the spring of a joint that a constant load holds to one side";
     law =
         "F = k dead(d + bias/k, gap) - bias: the gap is crossed where the load is -bias; bias "
-        "itself "
-        "deflects nothing";
+        "itself deflects nothing";
     source =
         "gears loaded to one flank by weight or by a spring: Nordin and Gutman, Controlling "
         "mechanical systems with backlash, Automatica 38 (2002) 1633";
