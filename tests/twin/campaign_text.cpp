@@ -9,6 +9,8 @@
 namespace twin {
 namespace {
 
+using Readings = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+
 constexpr double degree = std::numbers::pi / 180;
 
 std::string head(const RobotSpec& robot, const Plan& plan) {
@@ -48,17 +50,12 @@ void write_text(const std::filesystem::path& path, const std::string& text) {
     throw std::runtime_error(fmt::format("cannot write {}", path.string()));
 }
 
-void write_campaign(const std::string& name, const RobotSpec& robot, const Plan& plan,
-                    const Eigen::Matrix<double, 6, Eigen::Dynamic>& read,
-                    const Eigen::Matrix<double, 6, Eigen::Dynamic>& noise, Random& random,
-                    const std::filesystem::path& folder) {
-  write_text(folder / "campaign.yaml",
-             fmt::format("kinetostat: 1\ncampaign: {}\norigin: simulated\nrobot: robot.yaml\n"
-                         "units: {{length: mm, force: N, angle: deg, time: s, temperature: degC}}\n"
-                         "displacement: {}\n{}wrench_point: reference\nreadings: readings.csv\n",
-                         name, plan.absolute ? "absolute" : "difference",
-                         plan.absolute ? "session_frame: estimate\n" : ""));
-  std::string table = head(robot, plan);
+namespace {
+
+// `prefix` makes ids and cycles that no other session has.
+std::string rows_of(const RobotSpec& robot, const Plan& plan, const Readings& read,
+                    const Readings& noise, const std::string& prefix, Random& random) {
+  std::string table;
   double humidity = 45;
   int person = 1;
   const int components = plan.rotations ? 6 : 3;
@@ -66,8 +63,9 @@ void write_campaign(const std::string& name, const RobotSpec& robot, const Plan&
     const Row& row = plan.rows[i];
     humidity += random.normal();
     if (row.starts) person = 1 + random.below(2);
-    table += fmt::format("{},{},{},{},{:.0f},{:.2f},{:.1f},{}", i + 1, row.session, row.cycle,
-                         row.step, row.time, row.temperature, humidity, person);
+    table +=
+        fmt::format("{0}{1},{2},{0}{3},{4},{5:.0f},{6:.2f},{7:.1f},{8}", prefix, i + 1, row.session,
+                    row.cycle, row.step, row.time, row.temperature, humidity, person);
     table += posture_cells(robot, plan.postures[static_cast<std::size_t>(row.posture)]);
     table += fmt::format(",{:.3f},{:.3f},{:.3f},{}", row.force.x(), row.force.y(), row.force.z(),
                          row.unloading ? "unloading" : "loading");
@@ -78,7 +76,60 @@ void write_campaign(const std::string& name, const RobotSpec& robot, const Plan&
       table += fmt::format(",{:.3g}", noise(c, column) * (c < 3 ? 1e3 : 1 / degree));
     table += "\n";
   }
-  write_text(folder / "readings.csv", table);
+  return table;
+}
+
+std::string displacement_line(bool absolute) {
+  return absolute ? "displacement: absolute\nsession_frame: estimate\n"
+                  : "displacement: difference\n";
+}
+
+std::string campaign_text(const std::string& name, bool absolute) {
+  return fmt::format(
+      "kinetostat: 1\ncampaign: {}\norigin: simulated\nrobot: robot.yaml\n"
+      "units: {{length: mm, force: N, angle: deg, time: s, temperature: degC}}\n"
+      "{}wrench_point: reference\nreadings: readings.csv\n",
+      name, displacement_line(absolute));
+}
+
+std::string content_of(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  std::string text{std::istreambuf_iterator<char>(file), {}};
+  if (!file) throw std::runtime_error(fmt::format("cannot read {}", path.string()));
+  return text;
+}
+
+}  // namespace
+
+void write_campaign(const std::string& name, const RobotSpec& robot, const Plan& plan,
+                    const Readings& read, const Readings& noise, Random& random,
+                    const std::filesystem::path& folder) {
+  write_text(folder / "campaign.yaml", campaign_text(name, plan.absolute));
+  write_text(folder / "readings.csv",
+             head(robot, plan) + rows_of(robot, plan, read, noise, "", random));
+}
+
+void add_session(const std::filesystem::path& from, bool known_loads, const RobotSpec& robot,
+                 const Plan& plan, const Readings& read, const Readings& noise, Random& random,
+                 const std::filesystem::path& folder) {
+  const std::string& session = plan.rows.front().session;
+  std::string campaign = content_of(from / "campaign.yaml"),
+              readings = content_of(from / "readings.csv");
+  if (plan.absolute && campaign.find(displacement_line(true)) == std::string::npos) {
+    campaign = campaign_text("planned", true);
+    readings = head(robot, plan);
+  }
+  if (known_loads) {
+    const std::string key = "known_loads: [";
+    const std::size_t before = campaign.find(key);
+    if (before == std::string::npos)
+      campaign += fmt::format("{}{}]\n", key, session);
+    else
+      campaign.insert(before + key.size(), session + ", ");
+  }
+  write_text(folder / "campaign.yaml", campaign);
+  write_text(folder / "readings.csv",
+             readings + rows_of(robot, plan, read, noise, session + "-", random));
 }
 
 }  // namespace twin

@@ -14,6 +14,13 @@ void write_campaign(const std::string& name, const RobotSpec& robot, const Plan&
                     const Eigen::Matrix<double, 6, Eigen::Dynamic>& read,
                     const Eigen::Matrix<double, 6, Eigen::Dynamic>& noise, Random& random,
                     const std::filesystem::path& folder);
+/// The readings of a further session behind those of the campaign in `from`, which has the same
+/// columns, into `folder`; poses after differences are a campaign of their own. `known_loads`: the
+/// session was loaded by known weights.
+void add_session(const std::filesystem::path& from, bool known_loads, const RobotSpec& robot,
+                 const Plan& plan, const Eigen::Matrix<double, 6, Eigen::Dynamic>& read,
+                 const Eigen::Matrix<double, 6, Eigen::Dynamic>& noise, Random& random,
+                 const std::filesystem::path& folder);
 /// Throws std::runtime_error when it cannot.
 void write_text(const std::filesystem::path& path, const std::string& text);
 

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "campaign_text.h"
+#include "plan_table.h"
 
 namespace twin {
 namespace {
@@ -222,6 +223,12 @@ Readings disturbed(const Case& spec, const Plan& plan, const Responses& clear,
   return read;
 }
 
+// Last in the list is applied last: friction beside whatever law there is.
+void hide(const HiddenEffect& effect, World& world) {
+  world.effects.insert(effect.name == "friction" ? world.effects.end() : world.effects.begin(),
+                       effect);
+}
+
 // As the robot file calls it: each chain of a parallel robot has links of its own.
 std::string place_in_file(const RobotSpec& robot, const std::string& at) {
   for (const ChainSpec& chain : robot.chains)
@@ -247,9 +254,7 @@ void write_case(const Case& spec, const std::filesystem::path& folder,
   for (const Target& target : spec.targets) {
     HiddenEffect effect = target.effect;
     if (effect.size == 0) effect.size = size_for(target, world, plan, whitened);
-    // Last in the list is applied last: friction beside whatever law there is.
-    real.effects.insert(effect.name == "friction" ? real.effects.end() : real.effects.begin(),
-                        effect);
+    hide(effect, real);
     World alone = world;
     alone.effects = {effect};
     const Eigen::VectorXd mark = whitened.mark_of(respond(alone, plan, false));
@@ -270,6 +275,32 @@ void write_case(const Case& spec, const std::filesystem::path& folder,
                   "\"seed\": {},\n  \"readings\": {}, \"values\": {},\n  \"effects\": [{}]}}\n",
                   spec.name, spec.kind, spec.robot, spec.plan, spec.seed, plan.rows.size(),
                   plan.rows.size() * (plan.rotations ? 6u : 3u), hidden));
+}
+
+void write_follow_up(const Case& spec, const std::vector<double>& sizes, const FollowUp& next,
+                     const std::filesystem::path& folder) {
+  if (sizes.size() != spec.targets.size())
+    throw std::invalid_argument(fmt::format("{} hides {} effects", spec.name, spec.targets.size()));
+  Random random(spec.seed);
+  auto [world, first] = setting_of(spec, random);
+  Random later(spec.seed + 1'000'000 * static_cast<std::uint64_t>(next.number));
+  Plan plan = plan_of_table(next.table, world.robot, fmt::format("planned{}", next.number), later);
+  plan.absolute = next.absolute;
+  plan.rotations = first.rotations;
+  for (Row& row : plan.rows) row.weighed = next.known_loads;
+  const Responses base = respond(world, plan, false);
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    HiddenEffect effect = spec.targets[i].effect;
+    effect.size = sizes[i];
+    hide(effect, world);
+  }
+  const Responses clear = world.effects.empty() ? base : respond(world, plan, false);
+  const Readings noise = stated_noise(world.robot, base);
+  const Readings read = disturbed(spec, plan, clear, noise, later);
+  std::filesystem::create_directories(folder);
+  std::filesystem::copy_file(next.from / "robot.yaml", folder / "robot.yaml",
+                             std::filesystem::copy_options::overwrite_existing);
+  add_session(next.from, next.known_loads, world.robot, plan, read, noise, later, folder);
 }
 
 Confuser confuser_in(const Case& spec, double size, double enough) {

@@ -42,6 +42,20 @@ std::vector<Case> trial_suite();
 void write_case(const Case& spec, const std::filesystem::path& folder,
                 const std::filesystem::path& truth);
 
+/// What the product asked to measure next in a case, measured: `table` is what `kinetostat plan -o`
+/// wrote after the campaign in `from`.
+struct FollowUp {
+  std::filesystem::path from, table;
+  int number = 1;            // of the plans in this case
+  bool absolute = false;     // it asks for poses
+  bool known_loads = false;  // it asks for known weights
+};
+
+/// Writes the campaign with the new readings into `folder`, or the one that they are by themselves.
+/// `sizes`: of the hidden effects, as in the truth. Throws std::runtime_error.
+void write_follow_up(const Case& spec, const std::vector<double>& sizes, const FollowUp& next,
+                     const std::filesystem::path& folder);
+
 /// Nearest confounder of the first effect that is hidden in a case, which has that size there; or
 /// the first whose cosine is above `enough`. Throws std::invalid_argument where nothing is hidden.
 Confuser confuser_in(const Case& spec, double size, double enough = 1);

@@ -1,15 +1,20 @@
 // Cases are what their list says: reproducible, and as detectable as wanted.
 #include "case.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 #include <set>
 #include <sstream>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "campaign_text.h"
 #include "confuser.h"
+#include "plan_table.h"
 #include "support/temporary_folder.h"
 
 namespace twin {
@@ -161,6 +166,96 @@ TEST(TwinCases, CosineIsThatOfTheCampaignAtHand) {
   EXPECT_EQ(here.name, "friction at q1");
   EXPECT_EQ(there.name, here.name);
   EXPECT_GT(std::abs(there.cosine - here.cosine), 1e-3);
+}
+
+// As the product writes it: a comment for each cycle, names of its own for session and columns that
+// the twin need not know.
+std::string table_of(const RobotSpec& robot, const Plan& plan) {
+  std::string table = "# Readings to take\nid,session,cycle,step,time,replicate";
+  for (const Item& item : robot.chains[0].items)
+    if (item.kind == Item::actuator) table += "," + item.name;
+  table += ",fx,fy,fz\n";
+  for (const Row& row : plan.rows) {
+    if (row.starts) table += "# p: a load that comes and goes; d' 1 to 6\n";
+    table += fmt::format("p{0}-{1},planned,p{0},{1},{2},1", row.cycle, row.step, row.time);
+    for (const double q : plan.postures[static_cast<std::size_t>(row.posture)].q[0])
+      table += fmt::format(",{:.12g}", q * 180 / std::numbers::pi);
+    table += fmt::format(",{},{},{}\n", row.force.x(), row.force.y(), row.force.z());
+  }
+  return table;
+}
+
+TEST(TwinCases, APlanIsMeasuredAsItIsAskedFor) {
+  const kinetostat::test::TemporaryFolder folder;
+  Random random(3), other(4);
+  World world{.robot = arm_3r(), .factors = {}, .effects = {{"friction", "q2", 5}}};
+  world.factors.assign(world.robot.springs().size(), 1.1);
+  const Plan asked = push_plan(world.robot, random);
+  write_text(folder.path() / "plan.csv", table_of(world.robot, asked));
+  const Plan measured = plan_of_table(folder.path() / "plan.csv", world.robot, "later", other);
+  ASSERT_EQ(measured.rows.size(), asked.rows.size());
+  for (const Row& row : measured.rows) EXPECT_EQ(row.session, "later");
+  EXPECT_LT((respond(world, measured, false).read - respond(world, asked, false).read)
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-12);
+}
+
+TEST(TwinCases, WhatIsMeasuredNextStandsBehindTheRest) {
+  const kinetostat::test::TemporaryFolder folder;
+  const Case c = first_with("bench_single_friction_d5");
+  const auto first = folder.path() / "first";
+  write_case(c, first, folder.path() / "truth.json");
+  write_text(folder.path() / "plan.csv",
+             "id,session,cycle,step,time,q1,fx,fy,fz\np1-1,planned,p1,1,30,0,0,0,0\n"
+             "p1-2,planned,p1,2,60,0,0,0,50\n");
+  const auto measured = [&](double size, const char* name) {
+    write_follow_up(c, {size}, {.from = first, .table = folder.path() / "plan.csv"},
+                    folder.path() / name);
+    return content(folder.path() / name / "readings.csv");
+  };
+  const std::string before = content(first / "readings.csv"), after = measured(5, "a");
+  ASSERT_TRUE(after.starts_with(before));
+  const std::string added = after.substr(before.size());
+  EXPECT_EQ(std::count(added.begin(), added.end(), '\n'), 2) << added;
+  EXPECT_EQ(content(folder.path() / "a" / "campaign.yaml"), content(first / "campaign.yaml"));
+  EXPECT_EQ(measured(5, "b"), after);
+  EXPECT_NE(measured(10, "c"), after);
+}
+
+// Poses have a frame and a weight that differences do not have; weights have no load cell.
+TEST(TwinCases, PosesAfterDifferencesAreACampaignOfTheirOwn) {
+  const kinetostat::test::TemporaryFolder folder;
+  const Case c = first_with("bench_single_friction_d5");
+  const auto first = folder.path() / "first";
+  write_case(c, first, folder.path() / "truth.json");
+  write_text(folder.path() / "plan.csv",
+             "id,session,cycle,step,time,q1,fx,fy,fz\np1-1,planned,p1,1,30,0,0,0,0\n");
+  FollowUp next{
+      .from = first, .table = folder.path() / "plan.csv", .absolute = true, .known_loads = true};
+  write_follow_up(c, {5}, next, folder.path() / "a");
+  const std::string campaign = content(folder.path() / "a" / "campaign.yaml");
+  EXPECT_NE(campaign.find("displacement: absolute\nsession_frame: estimate"), std::string::npos);
+  EXPECT_NE(campaign.find("known_loads: [planned1]"), std::string::npos);
+  const std::string alone = content(folder.path() / "a" / "readings.csv");
+  EXPECT_EQ(std::count(alone.begin(), alone.end(), '\n'), 2) << alone;
+  next.from = folder.path() / "a";
+  next.number = 2;
+  write_follow_up(c, {5}, next, folder.path() / "b");
+  EXPECT_TRUE(content(folder.path() / "b" / "readings.csv").starts_with(alone));
+  EXPECT_NE(content(folder.path() / "b" / "campaign.yaml").find("[planned2, planned1]"),
+            std::string::npos);
+}
+
+TEST(TwinCases, KnownWeightsHaveNoLoadCell) {
+  const World world{.robot = arm_3r(), .factors = {}, .effects = {{"wrench_gain", "load", 0.1}}};
+  Row row;
+  row.force = {0, 0, -100};
+  Row weighed = row;
+  weighed.weighed = true;
+  const Mark platform{};
+  EXPECT_NEAR(actual_load(world.effects, row, platform).force.z(), -110, 1e-12);
+  EXPECT_EQ(actual_load(world.effects, weighed, platform).force.z(), -100);
 }
 
 TEST(TwinCases, NothingLooksLikeNothing) {

@@ -8,6 +8,8 @@
 #include <Eigen/QR>
 #include <fmt/format.h>
 
+#include "day.h"
+
 namespace twin {
 namespace {
 
@@ -44,22 +46,6 @@ std::vector<Vector3> load_directions(const RobotSpec& robot, Random& random) {
   }
   return {Vector3::UnitX(), Vector3::UnitY(), Vector3::UnitZ(), random.direction()};
 }
-
-// Air over a day, and links that follow it with a time constant of half an hour.
-class Day {
- public:
-  explicit Day(Random& random) : rise_(random.uniform(3, 6)), phase_(random.uniform(-0.5, 0.5)) {}
-  void tell(Row& row) {
-    const double air = 20 + rise_ * std::sin(2 * std::numbers::pi * row.time / 28800 + phase_);
-    link_ = seconds_ < 0 ? air : air + (link_ - air) * std::exp(-(row.time - seconds_) / 1800);
-    seconds_ = row.time;
-    row.temperature = std::round(air * 100) / 100;
-    row.link_temperature = link_;
-  }
-
- private:
-  double rise_, phase_, link_ = 20, seconds_ = -1;
-};
 
 Vector3 rounded(const Vector3& force) { return (force.array() * 1e3).round() / 1e3; }
 

@@ -270,6 +270,7 @@ void apply_conditions(const std::vector<HiddenEffect>& effects, const std::vecto
 DeadLoad actual_load(const std::vector<HiddenEffect>& effects, const Row& row,
                      const Mark& platform) {
   DeadLoad load{platform, row.force, Vector3::Zero()};
+  if (row.weighed) return load;
   for (const HiddenEffect& effect : effects) {
     if (effect.name == "wrench_gain") load.force *= 1 + effect.size;
     if (effect.name == "wrench_misalignment")

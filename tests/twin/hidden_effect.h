@@ -25,7 +25,8 @@ struct Row {
   double temperature = 20, link_temperature = 20;  // as read; of the links, which lag behind [degC]
   Vector3 force = Vector3::Zero();                 // [N], at the platform's reference point
   bool unloading = false;
-  bool starts = false;  // a cycle: the unloaded state was read just before
+  bool starts = false;   // a cycle: the unloaded state was read just before
+  bool weighed = false;  // loaded by known weights: no error of the load cell acts
 };
 
 /// A usual size of an effect, from which the size for a wanted detectability is sought. Throws

@@ -20,6 +20,9 @@ constexpr const char* usage =
     "       twin_cases --case NAME FOLDER TRUTH.json  writes one case\n"
     "       twin_cases --confuser NAME SIZE ENOUGH CONFUSER.json\n"
     "                      what looks like that which is hidden in it, up to a cosine\n"
+    "       twin_cases --follow-up NAME FROM TABLE.csv NUMBER KIND FOLDER SIZE...\n"
+    "                      measures a plan after the campaign in FROM; KIND: differences, poses, "
+    "weights, poses,weights\n"
     "       twin_cases --agreement ROBOT PLAN FOLDER  no noise, nothing hidden, the true "
     "stiffnesses\n";
 
@@ -28,6 +31,18 @@ twin::Case case_named(const std::string& name) {
     for (const twin::Case& c : cases)
       if (c.name == name) return c;
   throw std::runtime_error("no case " + name);
+}
+
+void follow_up(const std::vector<std::string>& words) {
+  std::vector<double> sizes;
+  for (std::size_t i = 7; i < words.size(); ++i) sizes.push_back(std::stod(words[i]));
+  twin::write_follow_up(case_named(words[1]), sizes,
+                        {.from = words[2],
+                         .table = words[3],
+                         .number = std::stoi(words[4]),
+                         .absolute = words[5].find("poses") != std::string::npos,
+                         .known_loads = words[5].find("weights") != std::string::npos},
+                        words[6]);
 }
 
 int run(const std::vector<std::string>& words) {
@@ -46,6 +61,10 @@ int run(const std::vector<std::string>& words) {
   }
   if (words.size() == 4 && words[0] == "--case") {
     twin::write_case(case_named(words[1]), words[2], words[3]);
+    return 0;
+  }
+  if (words.size() >= 7 && words[0] == "--follow-up") {
+    follow_up(words);
     return 0;
   }
   if (words.size() == 5 && words[0] == "--confuser") {
