@@ -36,7 +36,7 @@ std::string posture_cells(const RobotSpec& robot, const Posture& posture) {
   Eigen::Index k = 0;
   for (const Item& item : robot.chains[0].items)
     for (const int axis : item.axes) {
-      cells += fmt::format(",{:.3f}", posture.q[0][k] / (axis < 3 ? 1e-3 : degree));
+      cells += fmt::format(",{:.9g}", posture.q[0][k] / (axis < 3 ? 1e-3 : degree));
       ++k;
     }
   return cells;

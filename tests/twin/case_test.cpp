@@ -201,6 +201,19 @@ TEST(TwinCases, APlanIsMeasuredAsItIsAskedFor) {
             1e-12);
 }
 
+// Poses see a thousandth of a degree.
+TEST(TwinCases, AReadingSaysThePostureInWhichItWasTaken) {
+  const kinetostat::test::TemporaryFolder folder;
+  const Case c = first_with("bench_single_friction_d5");
+  write_case(c, folder.path() / "first", folder.path() / "truth.json");
+  write_text(folder.path() / "plan.csv",
+             "id,session,cycle,step,time,q1,fx,fy,fz\np1-1,planned,p1,1,30,-7.91754545,0,0,0\n");
+  write_follow_up(c, {5}, {.from = folder.path() / "first", .table = folder.path() / "plan.csv"},
+                  folder.path() / "next");
+  EXPECT_NE(content(folder.path() / "next" / "readings.csv").find(",-7.91754545,"),
+            std::string::npos);
+}
+
 TEST(TwinCases, WhatIsMeasuredNextStandsBehindTheRest) {
   const kinetostat::test::TemporaryFolder folder;
   const Case c = first_with("bench_single_friction_d5");
