@@ -244,6 +244,11 @@ std::string verdict_text(const vjm::Robot& robot, const calibration::Campaign& c
                                     found.deviations));
     if (const std::string laws = laws_text(found.decision); !laws.empty())
       text += fmt::format("    which law: {}\n", laws);
+    if (!found.decision.answers.empty() && found.decision.answers.front().is_inseparable)
+      text +=
+          "    whatever is read at the platform, these move it alike: choose either; the current "
+          "or "
+          "torque of that drive tells them apart\n";
     text += fmt::format("    chance of a false alarm {}\n", percent(found.false_alarm_chance));
     if (found.times_usual > calibration::unusual)
       text += fmt::format("    {:.0f} times as large as such an effect usually is\n",
@@ -342,6 +347,7 @@ Json decision_json(const calibration::Decision& decision) {
     answers.push_back({{"class", answer.effect_class},
                        {"places", answer.places},
                        {"probability", answer.probability},
+                       {"inseparable", answer.is_inseparable},
                        {"laws", laws}});
   }
   return {{"answers", answers},

@@ -4,11 +4,19 @@
 #include <cmath>
 #include <map>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 namespace kinetostat::calibration {
 namespace {
 
 std::string class_of(const vjm::EffectKind& kind) {
   return kind.effect_class == vjm::EffectClass::other ? kind.name : to_string(kind.effect_class);
+}
+
+// The class that readings of the platform show.
+vjm::EffectClass shown_class(const vjm::EffectKind& kind) {
+  return kind.moves_like.value_or(kind.effect_class);
 }
 
 // Something that may be so, and its log weight.
@@ -140,6 +148,14 @@ class Posterior {
            h.ranked->fit->discriminability < rules_.same_place;
   }
 
+  // Is it of another class than the best, at its place, and moves the platform as that does?
+  bool moves_like_best(const Hypothesis& h, const Hypothesis& best) const {
+    return h.ranked && h.family != best.family && h.place == best.place &&
+           shown_class(*h.ranked->candidate.effect.kind) ==
+               shown_class(*best.ranked->candidate.effect.kind) &&
+           (!h.ranked->fit || h.ranked->fit->discriminability < rules_.same_place);
+  }
+
   // Groups of hypotheses, the most probable first; those without laws are no answers.
   std::vector<Answer> answers() const {
     std::map<std::pair<std::string, std::string>, std::vector<const Hypothesis*>> groups;
@@ -153,7 +169,10 @@ class Posterior {
       const bool with_best =
           best && h.family == best->family &&
           std::find(places_of_best.begin(), places_of_best.end(), h.place) != places_of_best.end();
-      groups[{h.family, with_best ? best->place : h.place}].push_back(&h);
+      if (with_best || (best && moves_like_best(h, *best)))
+        groups[{best->family, best->place}].push_back(&h);
+      else
+        groups[{h.family, h.place}].push_back(&h);
     }
     std::vector<Answer> all;
     for (const auto& [key, members] : groups) all.push_back(answer_of(members));
@@ -182,23 +201,29 @@ class Posterior {
                              .share = h->probability});
     }
     for (LawShare& law : answer.laws) law.share /= of_laws;
-    answer.effect_class = words_of(of_class, of_laws);
+    const std::vector<std::string> classes = classes_that_hold(of_class, of_laws);
+    answer.effect_class = fmt::format("{}", fmt::join(classes, ", or "));
+    answer.is_inseparable = classes.size() > 1 && members.front()->ranked &&
+                            std::any_of(members.begin(), members.end(), [&](const auto* h) {
+                              return moves_like_best(*h, *members.front());
+                            });
     return answer;
   }
 
-  // The class that holds the level within its family, or all of them, the most probable first.
-  std::string words_of(const std::map<std::string, double>& of_class, double sum) const {
+  // The class that holds the level within its answer, or all of them, the most probable first.
+  std::vector<std::string> classes_that_hold(const std::map<std::string, double>& of_class,
+                                             double sum) const {
     std::vector<std::pair<double, std::string>> order;
     for (const auto& [name, probability] : of_class) order.emplace_back(-probability, name);
     std::sort(order.begin(), order.end());
-    std::string words;
+    std::vector<std::string> classes;
     double held = 0;
     for (const auto& [probability, name] : order) {
       if (held >= rules_.level * sum) break;
       held -= probability;
-      words += (words.empty() ? "" : ", or ") + name;
+      classes.push_back(name);
     }
-    return words;
+    return classes;
   }
 
   const DiagnosisStep& step_;

@@ -31,6 +31,8 @@ struct LawShare {
 /// do not distinguish.
 struct Answer {
   std::string effect_class;  // "backlash", "backlash, or stiffens or softens under load"
+  /// Of several classes that move the platform alike, whatever is read there: see moves_like.
+  bool is_inseparable = false;
   std::vector<std::string> places = {};  // the most probable first
   std::vector<LawShare> laws = {};       // the most probable first
   double probability = 0;
@@ -56,7 +58,9 @@ std::string family_of(const vjm::EffectKind& kind);
 /// own. The discrepancy counts for the drive whose load-deflection law it is, for creep where it is
 /// a memory of earlier loads, for the best of time or of temperature where it depends on these, as
 /// long as a law there explains something by itself, and as unexplained otherwise. Kinds of one
-/// family_of() are counted together; the answer names the class that holds the level. Candidates
+/// family_of() are counted together; the answer names the class that holds the level. With the best
+/// go laws of other classes that in principle move the platform as it does
+/// (EffectKind::moves_like) and that these readings do not distinguish from it. Candidates
 /// that were not fitted because they do what the best does count as it does. A pure function of the
 /// round: `step` as arrange() leaves it.
 Decision decide(const DiagnosisStep& step, const DecisionRules& rules = {});

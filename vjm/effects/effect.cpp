@@ -70,6 +70,8 @@ std::string to_string(EffectClass effect_class) {
       return "more compliance than the model has";
     case EffectClass::geometry:
       return "geometry";
+    case EffectClass::preload:
+      return "a preloaded spring";
     case EffectClass::weight:
       return "weight";
     case EffectClass::temperature:

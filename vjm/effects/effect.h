@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,7 @@ enum class EffectClass {
   friction,    // or hysteresis
   compliance,  // more than the model has
   geometry,
+  preload,
   weight,
   temperature,
   time,  // creep, drift
@@ -169,6 +171,10 @@ class EffectKind {
   std::string signature;  // how it shows in measurements
   std::string confuser;   // the effect that looks most like it
   EffectClass effect_class = EffectClass::other;
+  /// The class whose laws at the same joint move the platform as it does, in any posture and under
+  /// any load: by an error of the joint that follows its own coordinate. No reading of the platform
+  /// tells the two apart in principle.
+  std::optional<EffectClass> moves_like = {};
   EffectPlace place = EffectPlace::joint;
   std::vector<EffectParameter> parameters;  // the first says how large it is
   bool varies = false;                      // with the conditions of a reading

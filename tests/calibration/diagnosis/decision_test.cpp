@@ -69,6 +69,33 @@ TEST(Decision, PlacesThatPredictAlikeAreOneAnswer) {
   EXPECT_THAT(apart.answers[1].places, ElementsAre("q1"));
 }
 
+// A balancer turns its joint by its angle, as an eccentric gear does: no reading of the platform
+// tells them apart, and more readings of the same kind are no use.
+TEST(Decision, WhatMovesThePlatformAlikeInPrincipleIsOneAnswer) {
+  const Decision d = decide(
+      round_of({fitted("eccentricity", "q2", 0), fitted("gravity_compensator", "q2", -0.5, 1.2),
+                fitted("payload", "platform", -30)}));
+  ASSERT_TRUE(d.is_identified);
+  EXPECT_EQ(d.answers[0].effect_class, "geometry, or weight");
+  EXPECT_TRUE(d.answers[0].is_inseparable);
+  EXPECT_THAT(d.answers[0].places, ElementsAre("q2"));
+  // Whichever is the better.
+  const Decision other = decide(
+      round_of({fitted("gravity_compensator", "q2", 0), fitted("eccentricity", "q2", -0.5, 1.2)}));
+  ASSERT_TRUE(other.is_identified);
+  EXPECT_EQ(other.answers[0].effect_class, "weight, or geometry");
+}
+
+TEST(Decision, WhatReadingsDistinguishIsNotOneAnswer) {
+  const auto narrowed = [](const std::string& at, double d_prime, const char* kind) {
+    return decide(round_of({fitted("eccentricity", "q2", 0), fitted(kind, at, -0.5, d_prime)}))
+        .is_narrowed_down;
+  };
+  EXPECT_TRUE(narrowed("q2", 3, "gravity_compensator"));
+  EXPECT_TRUE(narrowed("q3", 1, "gravity_compensator"));
+  EXPECT_TRUE(narrowed("q2", 1, "friction"));
+}
+
 TEST(Decision, NothingCompetesWithTheWeightOfAllKinds) {
   // 0.6 (0 - x) against 0.6 ln 25: even at x = ln 25.
   const Decision even = decide(round_of({fitted("friction", "q1", std::log(25.))}, 0));

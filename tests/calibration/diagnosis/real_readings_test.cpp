@@ -21,7 +21,7 @@ class CycloidalDrive : public testing::TestWithParam<const char*> {
     const vjm::Robot robot = vjm::read_robot(folder + "robot.yaml");
     common::Progress silent;
     return diagnose(robot, read_campaign(folder + name + ".yaml", robot.manipulator),
-                    {.draws = 199}, 2, silent);
+                    {.kinds = {}, .draws = 199}, 2, silent);
   }
 };
 
@@ -46,8 +46,9 @@ TEST_P(CycloidalDrive, HasFrictionAndIsSoftAboutZero) {
   EXPECT_LT(bar(as_adopted), bar("refitted") / 1.9);
   for (const FoundEffect& found : d.found) {
     EXPECT_EQ(found.candidate.effect.at, "drive.q");
-    if (found.candidate.effect.kind->name == "friction")
+    if (found.candidate.effect.kind->name == "friction") {
       EXPECT_NEAR(found.candidate.effect.values[0], 2.0, 0.4);
+    }
   }
 }
 

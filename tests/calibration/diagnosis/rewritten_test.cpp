@@ -75,7 +75,8 @@ std::string plan(int cycles) {
     for (int step = 0; step <= 12; ++step) {
       const int way = step <= 3 ? step : step <= 9 ? 6 - step : step - 12;
       const double level = 100 * way;
-      csv += fmt::format("r{},day,c{},{},{},{},{},0,{},{}\n", ++n, cycle, step, 60 * n,
+      ++n;
+      csv += fmt::format("r{},day,c{},{},{},{},{},0,{},{}\n", n, cycle, step, 60 * n,
                          cycle % 2 == 0 ? 0.2 : -0.5, cycle % 2 == 0 ? 0.4 : 1.1,
                          cycle % 3 == 2 ? 0.0 : level, cycle % 3 == 2 ? level : 0.0);
     }
@@ -113,7 +114,7 @@ Diagnosis diagnosed(const Campaign& campaign, const Writing& w) {
   const vjm::Robot robot = vjm::read_robot(folder.path() / "robot.yaml");
   const Campaign read = read_campaign(folder.path() / "campaign.yaml", robot.manipulator);
   common::Progress silent;
-  return diagnose(robot, read, {.draws = 199}, 2, silent);
+  return diagnose(robot, read, {.kinds = {}, .draws = 199}, 2, silent);
 }
 
 void expect_same(const Diagnosis& a, const Diagnosis& b) {

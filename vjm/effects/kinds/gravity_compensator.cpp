@@ -61,6 +61,7 @@ class GravityCompensator : public EffectKind {
     };
     name = "gravity_compensator";
     effect_class = EffectClass::weight;
+    moves_like = EffectClass::geometry;
     summary = "a spring balancer about a joint that turns";
     law =
         "M = stiffness (1 - free_length/s) arm distance sin(angle - q), "

@@ -25,7 +25,8 @@ class Preload : public EffectKind {
  public:
   Preload() {
     name = "preload";
-    effect_class = EffectClass::geometry;
+    effect_class = EffectClass::preload;
+    moves_like = EffectClass::geometry;
     summary = "a constant force that drives a joint in its positive direction";
     law = "F = k d - force";
     source = "MMT11 eq. 2: passive joints with preloaded springs";
