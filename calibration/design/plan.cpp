@@ -26,8 +26,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using spatial::Vector6;
 
-constexpr double unsplit = 2;  // d' of all that could be measured: no use to try
-
 // The median standard deviation of each component that is measured at all.
 Vector6 usual_noise(const Campaign& campaign, const Noise& noise) {
   Vector6 sigma = Vector6::Constant(std::numeric_limits<double>::quiet_NaN());
@@ -178,6 +176,9 @@ std::string advice_for(const PlanTask& task, const ModelPair& pair, const Campai
   if (has("creep") || has("session_drift"))
     return "hold a load, and no load, for hours, with the column time";
   if (pair.b + 1 == task.models.size()) return "nothing that is read depends on it";
+  if (a.place == b.place)
+    return "they do the same to the platform in all postures and under all loads that were tried: "
+           "choose either, or read the current or torque of that drive, which tells them apart";
   return "they do the same to the platform in all postures and under all loads that were tried: "
          "measure another point of the robot, between the two places";
 }
@@ -267,6 +268,12 @@ void plan_split(const PlanTask& task, Plan& plan) {
   }
   arrange(task, batch, plan);
   add_splits(task, prospects, plan);
+  const bool all_apart = std::all_of(
+      plan.splits.begin(), plan.splits.end(),
+      [&](const PlannedSplit& split) { return split.separation >= task.options.wanted; });
+  if (!plan.blocks.empty() && !all_apart && plan.minutes < 0.9 * task.options.minutes)
+    plan.notes.push_back(fmt::format(
+        "After {:.0f} min nothing more comes from readings of this kind.", plan.minutes));
 }
 
 // Without any noise no reading weighs anything: the only thing to do is to repeat.
