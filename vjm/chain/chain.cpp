@@ -98,6 +98,19 @@ Chain& Chain::actuator(const std::string& name, Motion motion, std::optional<dou
   return *this;
 }
 
+Chain& Chain::range(const std::string& name, double least, double largest) {
+  for (Coordinate& c : coordinates_) {
+    if (c.name != name || c.role != Role::actuated) continue;
+    if (!(least < largest))
+      throw std::invalid_argument(
+          fmt::format("the range of '{}' goes from {:g} to {:g}: the first must be less", name,
+                      least, largest));
+    c.range = {least, largest};
+    return *this;
+  }
+  throw std::invalid_argument(fmt::format("there is no actuated joint '{}'", name));
+}
+
 Chain& Chain::passive(const std::string& name, Motion motion, double home) {
   const Eigen::Index k = add_coordinate({name, Role::passive, motion, home});
   add_joint(motion, k, 1);

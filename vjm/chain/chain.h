@@ -37,6 +37,8 @@ struct Coordinate {
   Role role = Role::passive;
   Motion motion = Motion::tx;
   double home = 0;  // where the search for a posture starts
+  /// Where its command may lie, least and largest; none: not stated.
+  std::optional<std::array<double, 2>> range = {};
 };
 
 /// A linear spring over one coordinate, or over the six of a link: force = -stiffness (x - rest).
@@ -157,6 +159,8 @@ class Chain {
   /// An actuated joint. Stiffness [N/m or N m/rad]; none: it holds its command rigidly.
   Chain& actuator(const std::string& name, Motion motion, std::optional<double> stiffness,
                   double home = 0);
+  /// Where the command of an actuated joint may lie [m or rad].
+  Chain& range(const std::string& name, double least, double largest);
   /// A perfect passive joint.
   Chain& passive(const std::string& name, Motion motion, double home = 0);
   /// A passive joint with a spring that is relaxed at `rest` [m or rad] (MMT11 eq. 2).

@@ -46,13 +46,22 @@ double read_stiffness(const YamlNode& node, Motion motion, const UnitSystem& uni
 }
 
 void add_actuator(Chain& chain, const YamlNode& node, const UnitSystem& units) {
-  node.allow_only({"name", "axis", "stiffness", "home"});
+  node.allow_only({"name", "axis", "stiffness", "home", "range"});
   const Motion motion = read_motion(node.at("axis"));
   std::optional<double> stiffness;
   if (const auto given = node.find("stiffness")) stiffness = read_stiffness(*given, motion, units);
   const auto home = node.find("home");
   chain.actuator(node.at("name").text(), motion, stiffness,
                  home ? home->quantity(coordinate_dimension(motion), units) : 0);
+  if (const auto range = node.find("range")) {
+    const std::vector<YamlNode> ends = range->items(2);
+    const double least = ends[0].quantity(coordinate_dimension(motion), units),
+                 largest = ends[1].quantity(coordinate_dimension(motion), units);
+    if (!(least < largest))
+      range->fail("does not begin with the least value",
+                  "Write the least value first, as in range: [-90, 110]");
+    chain.range(node.at("name").text(), least, largest);
+  }
 }
 
 // `stops: {lower, upper, stiffness}`: contact springs beyond two values of the joint.

@@ -125,15 +125,15 @@ class Importer {
 
   void add_actuator(const UrdfJoint& joint, const std::string& axis) {
     double home = 0;
-    std::string comment;
+    std::string range;
     if (joint.limits) {
       const auto [lower, upper] = *joint.limits;
       if (lower > 0 || upper < 0) home = 0.5 * (lower + upper);
-      comment = fmt::format("   # limits {} to {}", lower, upper);
+      if (lower < upper) range = fmt::format(", range: [{:.6g}, {:.6g}]", lower, upper);
     }
     const std::string name = io::yaml_scalar(joint.name);
-    elements_ += fmt::format("    - actuator: {{name: {}, axis: {}{}}}{}\n", name, axis,
-                             home == 0 ? "" : fmt::format(", home: {:.6g}", home), comment);
+    elements_ += fmt::format("    - actuator: {{name: {}, axis: {}{}{}}}\n", name, axis,
+                             home == 0 ? "" : fmt::format(", home: {:.6g}", home), range);
     elements_ += fmt::format("      # MISSING: 'stiffness: ... {}' of drive and transmission\n",
                              turns(joint) ? "N m/rad" : "N/m");
     result_.missing.push_back(
