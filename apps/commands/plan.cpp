@@ -13,6 +13,7 @@
 #include "kinetostat/apps/commands/diagnosis_steps.h"
 #include "kinetostat/calibration/campaign/campaign_file.h"
 #include "kinetostat/common/error.h"
+#include "kinetostat/common/spelling.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/diagnosis.h"
 #include "kinetostat/report/manipulator.h"
@@ -24,7 +25,7 @@ namespace {
 struct PlanRequest {
   CampaignRequest campaign;
   std::string diagnosis, work_at, most_force, most_moment;
-  std::vector<std::string> show;
+  std::vector<std::string> show, within;
   calibration::PlanOptions options;
   calibration::DiagnosisOptions diagnose;
   bool no_cache = false;
@@ -60,6 +61,47 @@ calibration::PlanQuestion question_of(const PlanRequest& request, const vjm::Rob
   }
 }
 
+// A coordinate as configurations call it, and its dimension.
+std::pair<std::string, spatial::Dimension> coordinate_named(const vjm::Robot& robot,
+                                                            const std::string& name) {
+  if (name == "x" || name == "y" || name == "z") return {name, spatial::dimension::length};
+  std::vector<std::pair<std::string, spatial::Dimension>> found;
+  std::vector<std::string> known;
+  for (const vjm::Chain& chain : robot.manipulator.chains())
+    for (const vjm::Coordinate& c : chain.coordinates()) {
+      if (c.role != vjm::Role::actuated) continue;
+      const std::string full = chain.name() + "." + c.name;
+      known.insert(known.end(), {c.name, full});
+      if (name == c.name || name == full)
+        found.emplace_back(
+            full, is_rotation(c.motion) ? spatial::dimension::angle : spatial::dimension::length);
+    }
+  if (found.size() == 1) return found.front();
+  if (found.size() > 1)
+    throw UsageError("--within", fmt::format("several chains have a joint '{}'", name),
+                     fmt::format("Name its chain too, as in {}", found.front().first));
+  const std::string near = common::nearest_spelling(name, known);
+  throw UsageError("--within", fmt::format("there is no drive '{}'", name),
+                   near.empty() ? "" : fmt::format("Did you mean '{}'?", near));
+}
+
+// "q2=-90..110"
+void read_range(const std::string& text, const vjm::Robot& robot,
+                calibration::MeasuringOptions& measuring) {
+  const std::size_t equals = text.find('='), dots = text.find("..", equals);
+  if (equals == std::string::npos || dots == std::string::npos)
+    throw UsageError("--within", fmt::format("'{}' is no range of a joint", text),
+                     "Write --within q2=-90..110");
+  const auto [name, dimension] = coordinate_named(robot, text.substr(0, equals));
+  const double least = quantity("--within", text.substr(equals + 1, dots - equals - 1), dimension,
+                                robot.units),
+               largest = quantity("--within", text.substr(dots + 2), dimension, robot.units);
+  if (!(least < largest))
+    throw UsageError("--within", fmt::format("'{}' does not begin with the least value", text));
+  if (!measuring.within.emplace(name, std::array{least, largest}).second)
+    throw UsageError("--within", fmt::format("'{}' is given twice", name));
+}
+
 calibration::PlanOptions options_of(const PlanRequest& request, const vjm::Robot& robot) {
   calibration::PlanOptions options = request.options;
   const auto positive = [&](const char* name, const std::string& text,
@@ -73,6 +115,7 @@ calibration::PlanOptions options_of(const PlanRequest& request, const vjm::Robot
       positive("--most-force", request.most_force, spatial::dimension::force);
   options.measuring.most_moment =
       positive("--most-moment", request.most_moment, spatial::dimension::moment);
+  for (const std::string& range : request.within) read_range(range, robot, options.measuring);
   if (!request.work_at.empty())
     for (const vjm::TargetPose& pose : read_path(request.work_at, robot, {}).poses)
       options.work_at.push_back(pose.platform);
@@ -142,6 +185,11 @@ void add_plan(Program& program) {
          "--work-at", request->work_at,
          "Where the model is used: columns x y z rx ry rz (default: the campaign's postures)")
       ->type_name("POSES.csv");
+  app.add_option("--within", request->within,
+                 "How far joints may go, q2=-90..110,... (default: as far as in the campaign; a "
+                 "joint in question alone also through the 'range' of the robot file)")
+      ->delimiter(',')
+      ->type_name("RANGES");
   app.add_option("--most-force", request->most_force,
                  "Largest force (default: the largest of the campaign)");
   app.add_option("--most-moment", request->most_moment, "Largest moment (the same)");

@@ -323,6 +323,20 @@ void choose_look_alikes(PlanTask& task) {
                        session_unknowns(task.campaign, readings, task.components, all.back().mean));
 }
 
+// Joints where something may be missing.
+std::vector<std::string> joints_in(const PlanQuestion& question) {
+  std::vector<std::string> joints;
+  for (const OpenCandidate& open : question.open) {
+    const vjm::Effect& effect = open.candidate.effect;
+    if (effect.kind->place == vjm::EffectPlace::joint &&
+        std::find(joints.begin(), joints.end(), effect.at) == joints.end())
+      joints.push_back(effect.at);
+  }
+  constexpr std::size_t most = 3;
+  if (joints.size() > most) joints.resize(most);
+  return joints;
+}
+
 void require_choices(const PlanTask& task) {
   if (!task.choices.blocks.empty()) return;
   throw common::NotIdentifiable(
@@ -336,7 +350,8 @@ Plan plan(const vjm::Robot& robot, const Campaign& campaign, const PlanQuestion&
   Noise noise = noise_of(campaign, replicate_groups(campaign));
   PlanTask task{robot, campaign, options, threads, progress, {}, {}, {}, {}, {}};
   task.choices =
-      plan_choices(robot, campaign, options.work_at, options.measuring, threads, progress);
+      plan_choices(robot, campaign, {.work_at = options.work_at, .joints = joints_in(question)},
+                   options.measuring, threads, progress);
   require_choices(task);
   Plan plan;
   plan.displacement = campaign.displacement;

@@ -1,6 +1,7 @@
 #include "kinetostat/calibration/design/plan_blocks.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -68,37 +69,107 @@ double scattered(std::size_t index, std::size_t coordinate) {
   return value;
 }
 
-// Those of the campaign, evenly thinned out, then others within the space that they span.
-std::vector<Configuration> configurations_to_try(const Campaign& campaign,
-                                                 const std::vector<spatial::Pose>& more) {
+using Span = std::array<double, 2>;
+
+std::vector<std::size_t> used_configurations(const Campaign& campaign) {
   std::set<std::size_t> used;
   for (const Reading& reading : campaign.readings)
     if (is_used(reading)) used.insert(reading.configuration);
-  const std::vector<std::size_t> all(used.begin(), used.end());
-  std::vector<Configuration> result;
-  const std::size_t count = std::min(all.size(), most_used);
-  for (std::size_t i = 0; i < count; ++i)
-    result.push_back(campaign.configurations[all[i * all.size() / count]]);
-  std::map<std::string, std::pair<double, double>> range;
-  for (const std::size_t i : all)
+  return {used.begin(), used.end()};
+}
+
+// Least and largest value of each coordinate in a campaign.
+std::map<std::string, Span> spans_of(const Campaign& campaign,
+                                     const std::vector<std::size_t>& used) {
+  std::map<std::string, Span> spans;
+  for (const std::size_t i : used)
     for (const auto& [name, value] : coordinates_of(campaign.configurations[i])) {
-      const auto [found, fresh] = range.emplace(name, std::pair(value, value));
-      if (!fresh)
-        found->second = {std::min(found->second.first, value),
-                         std::max(found->second.second, value)};
+      Span& span = spans.try_emplace(name, Span{value, value}).first->second;
+      span = {std::min(span[0], value), std::max(span[1], value)};
     }
-  const bool moves = std::any_of(range.begin(), range.end(), [](const auto& entry) {
-    return entry.second.second > entry.second.first;
+  return spans;
+}
+
+// Those of the campaign, evenly thinned out.
+std::vector<Configuration> thinned_out(const Campaign& campaign,
+                                       const std::vector<std::size_t>& used) {
+  std::vector<Configuration> result;
+  const std::size_t count = std::min(used.size(), most_used);
+  for (std::size_t i = 0; i < count; ++i)
+    result.push_back(campaign.configurations[used[i * used.size() / count]]);
+  return result;
+}
+
+// Others, scattered in the space that they span.
+std::vector<Configuration> scattered_like(const Configuration& first,
+                                          const std::map<std::string, Span>& spans) {
+  std::vector<Configuration> result;
+  const bool moves = std::any_of(spans.begin(), spans.end(), [](const auto& entry) {
+    return entry.second[1] > entry.second[0];
   });
   for (std::size_t n = 1; moves && n <= most_new; ++n) {
     std::map<std::string, double> where;
     std::size_t coordinate = 0;
-    for (const auto& [name, ends] : range)
-      where[name] = ends.first + scattered(n, coordinate++) * (ends.second - ends.first);
-    result.push_back(moved_to(result.front(), where));
+    for (const auto& [name, span] : spans)
+      where[name] = span[0] + scattered(n, coordinate++) * (span[1] - span[0]);
+    result.push_back(moved_to(first, where));
   }
-  if (!result.empty() && result.front().target)
-    for (const spatial::Pose& pose : more) result.push_back({.target = pose, .joints = {}});
+  return result;
+}
+
+// One joint alone, turned through its range.
+std::vector<Configuration> swept(const Configuration& first, const std::string& joint, Span span) {
+  constexpr int steps = 6;
+  std::vector<Configuration> result;
+  for (int i = 0; i <= steps; ++i) {
+    Configuration& now = result.emplace_back(first);
+    now.joints[joint] = span[0] + (span[1] - span[0]) * i / steps;
+  }
+  return result;
+}
+
+// Where a joint may go: by what was asked for, the robot file, or what the campaign had.
+Span range_of(const std::string& joint, const vjm::Manipulator& manipulator,
+              const MeasuringOptions& options, Span in_campaign) {
+  if (const auto given = options.within.find(joint); given != options.within.end())
+    return given->second;
+  for (const vjm::Chain& chain : manipulator.chains())
+    for (const vjm::Coordinate& c : chain.coordinates())
+      if (chain.name() + "." + c.name == joint && c.range) return *c.range;
+  return in_campaign;
+}
+
+/// Postures to choose from; those from `first_swept` on are read without load only.
+struct Postures {
+  std::vector<Configuration> all;
+  std::size_t first_swept = 0;
+};
+
+Postures postures_to_try(const vjm::Manipulator& manipulator, const Campaign& campaign,
+                         const PlanPlaces& places, const MeasuringOptions& options) {
+  const std::vector<std::size_t> used = used_configurations(campaign);
+  Postures result;
+  if (used.empty()) return result;
+  const Configuration& first = campaign.configurations[used.front()];
+  result.all = thinned_out(campaign, used);
+  std::map<std::string, Span> spans = spans_of(campaign, used);
+  std::map<std::string, Span> wider = spans;
+  for (auto& [name, span] : wider)
+    if (const auto given = options.within.find(name); given != options.within.end())
+      span = given->second;
+  for (Configuration& other : scattered_like(first, wider)) result.all.push_back(std::move(other));
+  if (first.target)
+    for (const spatial::Pose& pose : places.work_at)
+      result.all.push_back({.target = pose, .joints = {}});
+  result.first_swept = result.all.size();
+  for (const std::string& joint : places.joints) {
+    const auto span = spans.find(joint);
+    if (first.target || span == spans.end()) continue;
+    const Span range = range_of(joint, manipulator, options, span->second);
+    if (range[0] < range[1])
+      for (Configuration& other : swept(first, joint, range))
+        result.all.push_back(std::move(other));
+  }
   return result;
 }
 
@@ -190,10 +261,11 @@ const std::vector<LoadPattern>& load_patterns() {
 }
 
 PlanChoices plan_choices(const vjm::Robot& robot, const Campaign& campaign,
-                         const std::vector<spatial::Pose>& more, const MeasuringOptions& options,
-                         int threads, common::Progress& progress) {
+                         const PlanPlaces& places, const MeasuringOptions& options, int threads,
+                         common::Progress& progress) {
   PlanChoices choices;
-  const std::vector<Configuration> tried = configurations_to_try(campaign, more);
+  const Postures postures = postures_to_try(robot.manipulator, campaign, places, options);
+  const std::vector<Configuration>& tried = postures.all;
   const auto loads = loads_to_try(campaign, options);
   const spatial::Vector3 point = usual_point(campaign);
   // For each posture: reached, then either sign of each load borne with the margin.
@@ -202,7 +274,7 @@ PlanChoices plan_choices(const vjm::Robot& robot, const Campaign& campaign,
       tried.size(), threads, "what the robot can bear", progress, [&](std::size_t i) {
         const auto posture = posture_of(robot.without_effects(), tried[i]);
         borne[i].push_back(posture.reached);
-        if (!posture.reached) return;
+        if (!posture.reached || i >= postures.first_swept) return;
         for (const auto& [name, wrench] : loads)
           for (const double sign : {options.margin, -options.margin})
             borne[i].push_back(
@@ -221,7 +293,7 @@ PlanChoices plan_choices(const vjm::Robot& robot, const Campaign& campaign,
       choices.blocks.push_back({here, load, direction, &pattern, minutes_of(pattern, options)});
     };
     add(Vector6::Zero(), "", load_patterns().back());
-    for (std::size_t l = 0; l < loads.size(); ++l) {
+    for (std::size_t l = 0; i < postures.first_swept && l < loads.size(); ++l) {
       const bool plus = borne[i][1 + 2 * l], minus = borne[i][2 + 2 * l];
       if (!plus || !minus) ++refused[loads[l].first];
       for (const LoadPattern& pattern : load_patterns()) {

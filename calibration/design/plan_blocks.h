@@ -1,6 +1,8 @@
 // Load cycles that could be measured next: reachable postures, directions of load, and histories.
 #pragma once
 
+#include <array>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +21,9 @@ struct MeasuringOptions {
   double most_force = 0, most_moment = 0;
   /// The robot must stand, and be stable, under so many times the load.
   double margin = 1.5;
+  /// How far coordinates may go, where not as far as in the campaign: "chain.joint" [m or rad], or
+  /// x, y, z of the platform [m].
+  std::map<std::string, std::array<double, 2>> within = {};
 };
 
 /// One reading of a cycle: its share of the largest load, and how long the load has been held.
@@ -53,6 +58,12 @@ struct PlanBlock {
 /// "up", "up and down", "reversed", "small and reversed", "held", "without load".
 const std::vector<LoadPattern>& load_patterns();
 
+/// Postures beyond those of a campaign.
+struct PlanPlaces {
+  std::vector<spatial::Pose> work_at = {};  // where the model is used
+  std::vector<std::string> joints = {};     // "chain.joint": turned alone, through their ranges
+};
+
 /// Everything that may be measured.
 struct PlanChoices {
   std::vector<Configuration> configurations;
@@ -60,13 +71,14 @@ struct PlanChoices {
   std::vector<std::string> left_out;  // what the robot cannot bear or reach, in sentences
 };
 
-/// Postures of the campaign and others between and about them (`more`, too, where the campaign
-/// gives its postures as poses); forces along the base axes, and moments where the campaign has
+/// Postures of the campaign and others between and about them (where the model is used, too, if the
+/// campaign gives its postures as poses; else joints of `places` turned alone, which are read
+/// without load); forces along the base axes, and moments where the campaign has
 /// any, at the point where most of its loads act; all patterns. Postures that are out of reach and
 /// loads that the robot cannot bear with the margin are left out.
 PlanChoices plan_choices(const vjm::Robot& robot, const Campaign& campaign,
-                         const std::vector<spatial::Pose>& more, const MeasuringOptions& options,
-                         int threads, common::Progress& progress);
+                         const PlanPlaces& places, const MeasuringOptions& options, int threads,
+                         common::Progress& progress);
 
 /// The readings of blocks in their order, one cycle each, in one session, with the time that each
 /// takes. They measure `components`, with `sigma`. `each_at` [min]: blocks after the first are not

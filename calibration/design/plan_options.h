@@ -10,7 +10,7 @@ namespace kinetostat::calibration {
 struct PlanOptions {
   MeasuringOptions measuring = {};
   double minutes = 120;  // that the batch may take
-  double wanted = 6;     // d' from which two models count as distinguished
+  double wanted = 5;     // d' from which two models count as distinguished
   std::vector<spatial::Pose> work_at =
       {};  // where the model is used; none: at the campaign's postures
 };

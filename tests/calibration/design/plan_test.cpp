@@ -2,6 +2,7 @@
 #include "kinetostat/calibration/design/plan.h"
 
 #include <algorithm>
+#include <numbers>
 #include <set>
 #include <tuple>
 
@@ -413,6 +414,39 @@ TEST(Plan, StaysAwayFromBuckling) {
     EXPECT_EQ(choices.left_out.empty(), allowed);
     for (const PlanBlock& block : choices.blocks) EXPECT_LT(block.load.norm(), 801);
   }
+}
+
+// Turned alone, without load: what no cycle of loads shows.
+TEST(Plan, TurnsAJointInQuestionThroughItsRange) {
+  std::string ranged = arm;
+  const std::string joint = "stiffness: 2.0e4 N m/rad, home: 40";
+  ranged.replace(ranged.find(joint), joint.size(), joint + ", range: [-90, 110]");
+  Laboratory laboratory(ranged);
+  std::string csv = "id,session,cycle,q1,q2,fz\n";
+  for (int i = 0; i < 4; ++i) csv += fmt::format("a{0},first,c{0},{1},{2},50\n", i, 5 * i, 10 * i);
+  const Campaign campaign = laboratory.measure(csv);
+  common::Progress silent;
+  const auto swept = [&](const MeasuringOptions& options) {
+    const PlanChoices choices = plan_choices(
+        laboratory.robot(), campaign, {.work_at = {}, .joints = {"arm.q2"}}, options, 1, silent);
+    std::vector<double> angles;
+    for (std::size_t c = choices.configurations.size() - 7; c < choices.configurations.size();
+         ++c) {
+      EXPECT_EQ(choices.configurations[c].joints.at("arm.q1"), 0);
+      angles.push_back(choices.configurations[c].joints.at("arm.q2") * 180 / std::numbers::pi);
+      for (const PlanBlock& block : choices.blocks)
+        EXPECT_TRUE(block.configuration != c || block.direction.empty());
+    }
+    return angles;
+  };
+  const auto from_to = [](double least, double largest) {
+    std::vector<testing::Matcher<double>> all;
+    for (int i = 0; i <= 6; ++i)
+      all.push_back(testing::DoubleNear(least + (largest - least) * i / 6, 1e-9));
+    return testing::ElementsAreArray(all);
+  };
+  EXPECT_THAT(swept({}), from_to(-90, 110));
+  EXPECT_THAT(swept({.within = {{"arm.q2", {0, std::numbers::pi / 4}}}}), from_to(0, 45));
 }
 
 TEST(Plan, IsTheSameForAnyNumberOfThreads) {
