@@ -246,9 +246,9 @@ std::string verdict_text(const vjm::Robot& robot, const calibration::Campaign& c
       text += fmt::format("    which law: {}\n", laws);
     if (!found.decision.answers.empty() && found.decision.answers.front().is_inseparable)
       text +=
-          "    whatever is read at the platform, these move it alike: choose either; the current "
-          "or "
-          "torque of that drive tells them apart\n";
+          "    whatever is read at the target, these move it alike; choose either: the torque of "
+          "the "
+          "drive, or another target, tells them apart\n";
     text += fmt::format("    chance of a false alarm {}\n", percent(found.false_alarm_chance));
     if (found.times_usual > calibration::unusual)
       text += fmt::format("    {:.0f} times as large as such an effect usually is\n",

@@ -148,9 +148,9 @@ class Posterior {
            h.ranked->fit->discriminability < rules_.same_place;
   }
 
-  // Is it of another class than the best, at its place, and moves the platform as that does?
+  // Is it of another class than the best, and moves the platform as that does?
   bool moves_like_best(const Hypothesis& h, const Hypothesis& best) const {
-    return h.ranked && h.family != best.family && h.place == best.place &&
+    return h.ranked && h.family != best.family &&
            shown_class(*h.ranked->candidate.effect.kind) ==
                shown_class(*best.ranked->candidate.effect.kind) &&
            (!h.ranked->fit || h.ranked->fit->discriminability < rules_.same_place);

@@ -171,9 +171,10 @@ class EffectKind {
   std::string signature;  // how it shows in measurements
   std::string confuser;   // the effect that looks most like it
   EffectClass effect_class = EffectClass::other;
-  /// The class whose laws at the same joint move the platform as it does, in any posture and under
-  /// any load: by an error of the joint that follows its own coordinate. No reading of the platform
-  /// tells the two apart in principle.
+  /// The class that has laws which move the target as it does, in any posture and under any load: a
+  /// balancer turns its joint by an angle that follows it, as an eccentric drive does, and a target
+  /// beside its place is one on an end that is beside its own. No reading of the target tells the
+  /// two apart in principle.
   std::optional<EffectClass> moves_like = {};
   EffectPlace place = EffectPlace::joint;
   std::vector<EffectParameter> parameters;  // the first says how large it is

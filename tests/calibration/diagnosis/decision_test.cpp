@@ -84,6 +84,13 @@ TEST(Decision, WhatMovesThePlatformAlikeInPrincipleIsOneAnswer) {
       round_of({fitted("gravity_compensator", "q2", 0), fitted("eccentricity", "q2", -0.5, 1.2)}));
   ASSERT_TRUE(other.is_identified);
   EXPECT_EQ(other.answers[0].effect_class, "weight, or geometry");
+  // Behind the last joint, and in front of one.
+  const Decision end = decide(round_of({fitted("target_lever_arm", "sensor", 0),
+                                        fitted("geometric_error", "end", -0.2, 0.1),
+                                        fitted("geometric_error", "fore", -0.4, 0.1)}));
+  ASSERT_TRUE(end.is_identified);
+  EXPECT_EQ(end.answers[0].effect_class, "geometry, or the instrument");
+  EXPECT_THAT(end.answers[0].places, ElementsAre("sensor", "end", "fore"));
 }
 
 TEST(Decision, WhatReadingsDistinguishIsNotOneAnswer) {
@@ -92,7 +99,7 @@ TEST(Decision, WhatReadingsDistinguishIsNotOneAnswer) {
         .is_narrowed_down;
   };
   EXPECT_TRUE(narrowed("q2", 3, "gravity_compensator"));
-  EXPECT_TRUE(narrowed("q3", 1, "gravity_compensator"));
+  EXPECT_TRUE(narrowed("q3", 1, "bearing_compliance"));
   EXPECT_TRUE(narrowed("q2", 1, "friction"));
 }
 

@@ -90,6 +90,7 @@ Kind target_lever_arm() {
   auto kind = std::make_shared<VectorError>(&ReadingErrors::target);
   kind->name = "target_lever_arm";
   kind->effect_class = EffectClass::instrument;
+  kind->moves_like = EffectClass::geometry;  // of the end
   kind->summary = "what is read is another point of the platform than stated";
   kind->law = "read position = position of the point [x, y, z] of the platform";
   kind->source = "Abbe's principle: an offset times the rotation; ISO 230-1";
