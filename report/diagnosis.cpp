@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "kinetostat/calibration/diagnosis/outliers.h"
+#include "kinetostat/calibration/search/outliers.h"
 #include "kinetostat/report/base_fit.h"
 #include "kinetostat/report/effect.h"
 #include "kinetostat/report/text.h"

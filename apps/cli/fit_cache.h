@@ -6,7 +6,7 @@
 
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/calibration/campaign/campaign.h"
-#include "kinetostat/calibration/diagnosis/fit_journal.h"
+#include "kinetostat/calibration/search/fit_journal.h"
 #include "kinetostat/io/cache.h"
 #include "kinetostat/vjm/io/robot_file.h"
 

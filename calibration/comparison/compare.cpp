@@ -8,7 +8,7 @@
 
 #include "kinetostat/calibration/campaign/noise_estimate.h"
 #include "kinetostat/calibration/campaign/pure_error.h"
-#include "kinetostat/calibration/comparison/unit_slip.h"
+#include "kinetostat/calibration/comparison/unit_error.h"
 #include "kinetostat/calibration/regression/undetermined.h"
 #include "kinetostat/calibration/regression/wrench_noise.h"
 #include "kinetostat/common/error.h"

@@ -13,8 +13,8 @@
 #include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/calibration/campaign/noise_estimate.h"
 #include "kinetostat/calibration/design/plan_choice.h"
-#include "kinetostat/calibration/diagnosis/ranking.h"
 #include "kinetostat/calibration/regression/wrench_noise.h"
+#include "kinetostat/calibration/search/ranking.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/parallel.h"
 

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/calibration/diagnosis/ranking.h"
+#include "kinetostat/calibration/search/ranking.h"
 #include "kinetostat/common/parallel.h"
 
 namespace kinetostat::calibration {

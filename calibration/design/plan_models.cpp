@@ -6,8 +6,8 @@
 #include <map>
 
 #include "kinetostat/calibration/diagnosis/decision.h"
-#include "kinetostat/calibration/diagnosis/rivals.h"
 #include "kinetostat/calibration/regression/session_frame.h"
+#include "kinetostat/calibration/search/candidate_fitter.h"
 #include "kinetostat/spatial/decomposition.h"
 
 namespace kinetostat::calibration {

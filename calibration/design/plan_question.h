@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "kinetostat/calibration/diagnosis/candidate.h"
+#include "kinetostat/calibration/search/candidate.h"
 #include "kinetostat/io/json.h"
 
 namespace kinetostat::calibration {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "kinetostat/calibration/diagnosis/ranking.h"
+#include "kinetostat/calibration/search/ranking.h"
 
 namespace kinetostat::calibration {
 

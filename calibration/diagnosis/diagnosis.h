@@ -6,42 +6,18 @@
 #include <vector>
 
 #include "kinetostat/calibration/comparison/waterfall.h"
-#include "kinetostat/calibration/diagnosis/decision.h"
-#include "kinetostat/calibration/diagnosis/diagnosis_options.h"
-#include "kinetostat/calibration/diagnosis/diagnosis_step.h"
-#include "kinetostat/calibration/diagnosis/free_form.h"
+#include "kinetostat/calibration/diagnosis/common_cause.h"
+#include "kinetostat/calibration/diagnosis/found_effect.h"
 #include "kinetostat/calibration/diagnosis/profile.h"
-#include "kinetostat/calibration/diagnosis/stand_in.h"
+#include "kinetostat/calibration/diagnosis/verdict.h"
+#include "kinetostat/calibration/search/diagnosis_options.h"
+#include "kinetostat/calibration/search/diagnosis_step.h"
+#include "kinetostat/calibration/search/free_form.h"
 #include "kinetostat/calibration/statistics/goodness_of_fit.h"
 
 namespace kinetostat::calibration {
 
 inline constexpr double structure_level = 0.01;  // of an unmodelled smooth error, in what is left
-
-enum class Verdict {
-  identified,     // class and place of every effect that was found
-  narrowed_down,  // to a short list
-  unexplained,    // something is missing that the catalogue lacks
-  none_needed,
-  inconclusive
-};
-std::string to_string(Verdict verdict);
-/// Reads the words of to_string(), and those of files written before 2027. None for others.
-std::optional<Verdict> verdict_named(const std::string& words);
-
-/// An effect that was found.
-struct FoundEffect {
-  Candidate candidate;  // with the fitted values
-  Eigen::VectorXd deviations;
-  Decision decision;       // of the round that looked for it beside the others
-  double probability = 0;  // of its answer there: its class at its place, or places
-  double false_alarm_chance = 1;
-  double log_prior = 0;                   // of kind and place
-  double times_usual = 0;                 // how large it is
-  double length = 0;                      // of its signature, in units of the noise
-  double log_score_gain = 0;              // on held-out readings, beside the others
-  std::vector<std::string> instead = {};  // what it may be instead: a law of each other answer
-};
 
 struct Diagnosis {
   Verdict verdict = Verdict::inconclusive;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "kinetostat/calibration/diagnosis/rivals.h"
+#include "kinetostat/calibration/search/candidate_fitter.h"
 
 namespace kinetostat::calibration {
 

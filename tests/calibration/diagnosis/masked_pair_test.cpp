@@ -5,8 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "kinetostat/calibration/diagnosis/gate.h"
-#include "kinetostat/calibration/diagnosis/pair_screen.h"
+#include "kinetostat/calibration/search/max_score_test.h"
+#include "kinetostat/calibration/search/pair_screen.h"
 
 #include "calibration/laboratory.h"
 #include "calibration/random_matrix.h"

@@ -1,0 +1,96 @@
+#include "kinetostat/calibration/diagnosis/found_effect.h"
+
+#include <algorithm>
+
+#include "kinetostat/calibration/search/search.h"
+#include "kinetostat/calibration/statistics/goodness_of_fit.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+constexpr double significance_of_more = 0.01;  // of a further effect beside one that was found
+
+// Probability of an effect's class at its place, and what it may be instead: the first law of each
+// other answer. Laws of one answer are no alternatives.
+void take_decision(const DiagnosisStep& step, FoundEffect& found) {
+  found.decision = decide(step);
+  found.probability = 0;
+  found.instead.clear();
+  const vjm::Effect& effect = found.candidate.effect;
+  for (const Answer& answer : found.decision.answers) {
+    const bool is_own = std::any_of(answer.laws.begin(), answer.laws.end(), [&](const auto& law) {
+      return law.effect == effect.kind->name && law.at == effect.at;
+    });
+    if (is_own)
+      found.probability = answer.probability;
+    else
+      found.instead.push_back(step.ranking[answer.laws.front().candidate].candidate.name());
+  }
+}
+
+}  // namespace
+
+bool is_absurd(const DiagnosisStep& step) {
+  const RankedCandidate& best = step.ranking[0];
+  if (times_usual(best) <= unusual) return false;
+  const double free_form = step.log_evidence_without + step.free_form.log;
+  return best.fit->log_evidence - free_form < doubtful_beside_free_form ||
+         step.share_left > unexplained_share;
+}
+
+double law_error_like(const std::vector<FoundEffect>& found, const Candidate& candidate) {
+  constexpr double relative_error = 0.25;
+  double most = 0;
+  for (const FoundEffect& f : found) {
+    const bool relatives = are_laws_of_one_joint(f.candidate, candidate) ||
+                           (f.candidate.effect.kind->varies && candidate.effect.kind->varies);
+    most = std::max(most, (relatives ? relative_error : law_error) * f.length);
+  }
+  return most;
+}
+
+bool is_found(const DiagnosisStep& step, const std::vector<FoundEffect>& found) {
+  const bool first = step.beside.empty();
+  if (step.max_score.p_value > (first ? significance_level : significance_of_more)) return false;
+  if (step.indistinguishable.empty()) return false;
+  if (is_absurd(step)) return false;
+  const RankedCandidate& best = step.ranking[0];
+  const bool predicts = best.fit->log_score_gain > best.fit->log_score_deviation;
+  const bool probable = best.fit->log_evidence - step.log_evidence_without > doubtful;
+  if (first) return predicts || probable;
+  return predicts && probable && step.free_form_probability < 0.5 &&
+         best.fit->discriminability >= discriminable_from &&
+         best.fit->discriminability >= law_error_like(found, best.candidate);
+}
+
+FoundEffect found_effect(const DiagnosisStep& step) {
+  const RankedCandidate& best = step.ranking[0];
+  FoundEffect found{.candidate = best.candidate,
+                    .deviations = best.fit->deviations,
+                    .decision = {},
+                    .false_alarm_chance = step.max_score.p_value,
+                    .log_prior = best.fit->log_prior,
+                    .times_usual = times_usual(best),
+                    .length = best.fit->discriminability,
+                    .log_score_gain = best.fit->log_score_gain};
+  found.candidate.effect.values = best.fit->values;
+  take_decision(step, found);
+  return found;
+}
+
+const CandidateFit* fit_of(const DiagnosisStep& step, const FoundEffect& found) {
+  const std::string name = found.candidate.name();
+  const auto own =
+      std::find_if(step.ranking.begin(), step.ranking.end(),
+                   [&](const RankedCandidate& r) { return r.candidate.name() == name; });
+  return own != step.ranking.end() && own->fit ? &*own->fit : nullptr;
+}
+
+void confirm(const DiagnosisStep& step, FoundEffect& found) {
+  const CandidateFit* own = fit_of(step, found);
+  found.false_alarm_chance = step.max_score.p_value;
+  found.log_score_gain = own == nullptr ? 0 : own->log_score_gain;
+  take_decision(step, found);
+}
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,47 @@
+// An effect that was found, by what the round that looked for it says.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kinetostat/calibration/diagnosis/decision.h"
+
+namespace kinetostat::calibration {
+
+inline constexpr double unexplained_share = 0.3;  // of the misfit: more is another effect
+
+/// An effect that was found.
+struct FoundEffect {
+  Candidate candidate;  // with the fitted values
+  Eigen::VectorXd deviations;
+  Decision decision;       // of the round that looked for it beside the others
+  double probability = 0;  // of its answer there: its class at its place, or places
+  double false_alarm_chance = 1;
+  double log_prior = 0;                   // of kind and place
+  double times_usual = 0;                 // how large it is
+  double length = 0;                      // of its signature, in units of the noise
+  double log_score_gain = 0;              // on held-out readings, beside the others
+  std::vector<std::string> instead = {};  // what it may be instead: a law of each other answer
+};
+
+/// A found effect exceeds the detection threshold, and improves the prediction of readings that it
+/// was not fitted to or is far more probable than no missing effect. Beside another effect it must
+/// do both, have a higher significance, and not be less likely than an unmodelled smooth error.
+bool is_found(const DiagnosisStep& step, const std::vector<FoundEffect>& found);
+
+/// The best of a round is so large that nobody has seen one, and no better than an unmodelled
+/// smooth error, or it leaves much of the misfit.
+bool is_absurd(const DiagnosisStep& step);
+
+/// The length of what the laws of those that were found may get wrong, where that looks like a
+/// candidate: more of it where both are laws of one joint, or of time and temperature.
+double law_error_like(const std::vector<FoundEffect>& found, const Candidate& candidate);
+
+/// The best of a round.
+FoundEffect found_effect(const DiagnosisStep& step);
+/// What a round beside all the other effects says of one that was found earlier.
+void confirm(const DiagnosisStep& step, FoundEffect& found);
+/// The fit of one that was found, in a round; none where it was not fitted there.
+const CandidateFit* fit_of(const DiagnosisStep& step, const FoundEffect& found);
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,248 @@
+#include "kinetostat/calibration/diagnosis/growth.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kinetostat/calibration/regression/evidence.h"
+#include "kinetostat/calibration/statistics/goodness_of_fit.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::Index;
+
+constexpr std::size_t most_revisions = 8;  // of what was found
+
+// One that is not needed beside the others, or in whose place another one is better.
+struct Revision {
+  std::size_t which = 0;
+  BaseFit fit;                              // without it, or with the other one
+  std::optional<FoundEffect> instead = {};  // the other one
+};
+
+// Something fits better beside the others than the one that is there, and is decidedly likelier.
+bool is_better(const DiagnosisStep& step, const FoundEffect& found) {
+  const CandidateFit* own = fit_of(step, found);
+  if (own == nullptr || !step.ranking[0].fit) return false;
+  const CandidateFit &best = *step.ranking[0].fit, &mine = *own;
+  return best.log_evidence - mine.log_evidence > doubtful &&
+         best.squared_error < mine.squared_error;
+}
+
+std::vector<Candidate> all_but(std::vector<Candidate> present, std::size_t k) {
+  present.erase(present.begin() + static_cast<std::ptrdiff_t>(k));
+  return present;
+}
+
+// An effect of which no amplitude exceeds its own standard deviation is none.
+bool is_determined(const Candidate& candidate, const FittedValues& fitted) {
+  const auto& parameters = candidate.effect.kind->parameters;
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const auto i = static_cast<Index>(k);
+    const bool is_small = std::abs(fitted.values[i] - parameters[k].none) < fitted.deviations[i];
+    if (!parameters[k].is_shape && !is_small) return true;
+  }
+  return false;
+}
+
+std::optional<Revision> without_undetermined(const CandidateFitter& fitter, const Model& model,
+                                             common::Progress& progress) {
+  const std::vector<FittedValues> fitted = fitted_values(model.fit, model.present);
+  for (std::size_t k = 0; k < model.present.size() && model.present.size() > 1; ++k) {
+    if (is_determined(model.present[k], fitted[k])) continue;
+    const std::vector<Candidate> others = all_but(model.present, k);
+    if (auto without = fit_if_possible(fitter, others, model.fit, progress))
+      return Revision{k, *std::move(without)};
+  }
+  return std::nullopt;
+}
+
+class Grower {
+ public:
+  Grower(const CandidateFitter& fitter, const HeldOutRefit& refit, Search& search,
+         const DiagnosisOptions& options, const BaseFit& fit, common::Progress& progress)
+      : fitter_(fitter), refit_(refit), search_(search), options_(options), progress_(progress) {
+    model_.fit = model_.without = fit;
+  }
+
+  // Until nothing more is found. The signatures of the first round are there.
+  void add_effects() {
+    while (model_.present.size() < options_.most_effects) {
+      if (!model_.present.empty()) search_.screen(model_.present, model_.fit);
+      std::vector<BaseFit> fits;
+      DiagnosisStep step = search_.step(model_.present, model_.fit, fits);
+      check_prediction(model_.present, model_.fit, fits, step);
+      grown_.steps.push_back(step);
+      if (!is_found(step, found_)) break;
+      model_.fit = fits[0];
+      model_.stages.emplace_back(fits[0]);
+      if (model_.present.empty()) model_.alone = std::move(fits);
+      model_.present.push_back(step.ranking[0].candidate);
+      model_.present.back().effect.values = step.ranking[0].fit->values;
+      found_.push_back(found_effect(step));
+    }
+  }
+
+  bool may_hide_a_pair() const {
+    return found_.empty() && grown_.steps[0].max_score.p_value > significance_level &&
+           options_.most_effects > 1;
+  }
+
+  // Two effects that hide one another: neither passes alone, each does beside the other.
+  void find_masked_pair() {
+    for (std::vector<Candidate> pair : search_.masked_pairs(model_.fit)) {
+      const std::optional<BaseFit> both = fit_if_possible(fitter_, pair, model_.fit, progress_);
+      if (!both) continue;
+      std::vector<DiagnosisStep> steps;
+      std::vector<FoundEffect> found;
+      std::optional<BaseFit> beside;  // in the end with the first alone
+      for (const Candidate& other : {pair[1], pair[0]}) {
+        beside = fit_if_possible(fitter_, {other}, *both, progress_);
+        if (!beside) break;
+        search_.screen({other}, *beside);
+        std::vector<BaseFit> fits;
+        steps.push_back(search_.step({other}, *beside, fits));
+        if (!is_found(steps.back(), found)) break;
+        found.push_back(found_effect(steps.back()));
+      }
+      if (found.size() < 2 || found[0].candidate.name() != pair[0].name() ||
+          found[1].candidate.name() != pair[1].name())
+        continue;
+      grown_.steps.insert(grown_.steps.end(), steps.begin(), steps.end());
+      found_ = std::move(found);
+      model_.present = std::move(pair);
+      model_.fit = *both;
+      model_.stages = {beside, both};
+      return;
+    }
+  }
+
+  // The last one has just been found beside all others, as long as all of these stay. A revision
+  // makes the model more probable, or smaller: they end.
+  void eliminate() {
+    std::size_t count = model_.present.empty() ? 0 : model_.present.size() - 1;
+    for (std::size_t revisions = 0; revisions < most_revisions; ++revisions) {
+      auto revision = weigh_again(count);
+      if (!revision) return;
+      revise(*std::move(revision));
+      count = model_.present.size() > 1 ? model_.present.size() : 0;
+    }
+  }
+
+  Growth result() && {
+    grown_.model = std::move(model_);
+    grown_.found = std::move(found_);
+    return std::move(grown_);
+  }
+
+ private:
+  // Something that is far more probable than nothing must predict, too: where it seems not to, by
+  // the linear model about its fit, it is fitted anew without the readings that it predicts.
+  void check_prediction(std::vector<Candidate> present, const BaseFit& without,
+                        const std::vector<BaseFit>& fits, DiagnosisStep& step) const {
+    if (step.ranking.empty() || !step.ranking[0].fit) return;
+    CandidateFit& best = *step.ranking[0].fit;
+    if (step.max_score.p_value > significance_level ||
+        best.log_score_gain > best.log_score_deviation ||
+        best.log_evidence - step.log_evidence_without <= doubtful)
+      return;
+    const auto plain = refit_.error(present, without, progress_);
+    present.push_back(step.ranking[0].candidate);
+    present.back().effect.values = best.values;
+    if (!plain) return;
+    if (const auto with = refit_.error(present, fits[0], progress_))
+      refit_.score(*plain, *with, best);
+  }
+
+  // With all of them in the model each must still be needed, and the best in its place: of the
+  // first `count`.
+  std::optional<Revision> weigh_again(std::size_t count) {
+    if (auto smaller = without_undetermined(fitter_, model_, progress_)) return smaller;
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::vector<Candidate> others = all_but(model_.present, k);
+      std::optional<BaseFit> without_it = fit_if_possible(fitter_, others, model_.fit, progress_);
+      if (!without_it) continue;  // then it is needed all the more
+      search_.screen(others, *without_it);
+      std::vector<BaseFit> fits;
+      DiagnosisStep step = search_.step(others, *without_it, fits);
+      check_prediction(others, *without_it, fits, step);
+      const bool needed = step.max_score.p_value <= significance_level;
+      if (needed && is_better(step, found_[k])) {
+        grown_.steps.push_back(step);
+        return Revision{k, std::move(fits[0]), found_effect(step)};
+      }
+      if (needed) confirm(step, found_[k]);
+      grown_.steps.push_back(std::move(step));
+      if (!needed) return Revision{k, *std::move(without_it)};
+    }
+    return std::nullopt;
+  }
+
+  void revise(Revision revision) {
+    const auto k = static_cast<std::ptrdiff_t>(revision.which);
+    model_.present.erase(model_.present.begin() + k);
+    model_.fit = std::move(revision.fit);
+    found_.erase(found_.begin() + k);
+    if (revision.instead) {
+      model_.present.push_back(revision.instead->candidate);
+      found_.push_back(*std::move(revision.instead));
+    } else if (found_.size() == 1) {
+      confirm(grown_.steps[0], found_[0]);
+    }
+    model_.stages.clear();
+    for (std::size_t n = 1; n < model_.present.size(); ++n)
+      model_.stages.push_back(fit_if_possible(
+          fitter_,
+          {model_.present.begin(), model_.present.begin() + static_cast<std::ptrdiff_t>(n)},
+          model_.fit, progress_));
+    if (!model_.present.empty()) model_.stages.emplace_back(model_.fit);
+  }
+
+  const CandidateFitter& fitter_;
+  const HeldOutRefit& refit_;
+  Search& search_;
+  const DiagnosisOptions& options_;
+  common::Progress& progress_;
+  Model model_;
+  std::vector<FoundEffect> found_;
+  Growth grown_;
+};
+
+// One effect that does the work of several is the likelier one.
+void doubt_beside_one(const std::vector<BaseFit>& alone, const DiagnosisStep& first,
+                      const BaseFit& together, std::vector<FoundEffect>& found) {
+  const double exponent = common_exponent(together, alone);
+  const double of_all = evidence(together, exponent).log;
+  for (std::size_t c = 0; c < alone.size(); ++c) {
+    const std::string name = first.ranking[c].candidate.name();
+    if (alone[c].values == 0 || of_all - evidence(alone[c], exponent).log > doubtful) continue;
+    for (FoundEffect& f : found)
+      if (f.candidate.name() != name &&
+          std::find(f.instead.begin(), f.instead.end(), name) == f.instead.end())
+        f.instead.push_back(name);
+  }
+}
+
+}  // namespace
+
+std::optional<BaseFit> fit_if_possible(const CandidateFitter& fitter,
+                                       const std::vector<Candidate>& added, const BaseFit& start,
+                                       common::Progress& progress) {
+  return if_possible([&] { return fitter.fit(added, &start, progress); });
+}
+
+Growth grow(const CandidateFitter& fitter, const HeldOutRefit& refit, Search& search,
+            const DiagnosisOptions& options, const BaseFit& fit, common::Progress& progress) {
+  Grower grower(fitter, refit, search, options, fit, progress);
+  grower.add_effects();
+  if (grower.may_hide_a_pair())
+    grower.find_masked_pair();
+  else
+    grower.eliminate();
+  Growth grown = std::move(grower).result();
+  if (grown.model.present.size() > 1)
+    doubt_beside_one(grown.model.alone, grown.steps[0], grown.model.fit, grown.found);
+  return grown;
+}
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,41 @@
+// A model that grows by one effect after the other, until nothing more is found.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "kinetostat/calibration/diagnosis/found_effect.h"
+#include "kinetostat/calibration/search/held_out_refit.h"
+#include "kinetostat/calibration/search/search.h"
+
+namespace kinetostat::calibration {
+
+/// A model with effects.
+struct Model {
+  std::vector<Candidate> present;  // with fitted values
+  BaseFit fit;                     // with all of them
+  /// With the first of them, the first two, ...; none where that has no fit. The last is `fit`.
+  std::vector<std::optional<BaseFit>> stages;
+  std::vector<BaseFit> alone;  // of models with one effect, in the order of the first ranking
+  BaseFit without;             // of the model before anything was added
+};
+
+struct Growth {
+  Model model;
+  std::vector<FoundEffect> found;    // one for each present effect
+  std::vector<DiagnosisStep> steps;  // the rounds, in their order
+};
+
+/// Adds the best effect of each round as long as one is found (found_effect.h); where none is,
+/// looks for two that hide one another; then weighs each of several again beside the others: one
+/// that is not needed is dropped, one that is fitted better by something else gives way. `fit`: of
+/// the model without anything added, for which `search` has been screened.
+Growth grow(const CandidateFitter& fitter, const HeldOutRefit& refit, Search& search,
+            const DiagnosisOptions& options, const BaseFit& fit, common::Progress& progress);
+
+/// fit() of a fitter; none where the model has no equilibrium or no solution.
+std::optional<BaseFit> fit_if_possible(const CandidateFitter& fitter,
+                                       const std::vector<Candidate>& added, const BaseFit& start,
+                                       common::Progress& progress);
+
+}  // namespace kinetostat::calibration

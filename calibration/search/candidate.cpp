@@ -1,0 +1,225 @@
+#include "kinetostat/calibration/search/candidate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "kinetostat/calibration/search/usual_values.h"
+#include "kinetostat/vjm/chain/kinematics.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+double within(const vjm::EffectParameter& parameter, double value) {
+  return std::clamp(value, parameter.lower, parameter.upper);
+}
+
+bool has(const vjm::Robot& robot, const vjm::Effect& wanted) {
+  return std::any_of(robot.effects.begin(), robot.effects.end(), [&](const vjm::Effect& effect) {
+    return effect.kind->name == wanted.kind->name && effect.at == wanted.at;
+  });
+}
+
+bool same_sites(const vjm::Effect& a, const vjm::Effect& b) {
+  return a.kind->name == b.kind->name &&
+         std::equal(a.sites.begin(), a.sites.end(), b.sites.begin(), b.sites.end(),
+                    [](const vjm::EffectSite& x, const vjm::EffectSite& y) {
+                      return x.chain == y.chain && x.element == y.element;
+                    });
+}
+
+// An axis along gravity that stays so, because all joints before it turn about such axes: no weight
+// can have a moment about it. A screw along gravity lifts all the same.
+bool stays_vertical(const vjm::Chain& chain, Index coordinate, const spatial::Vector3& gravity) {
+  vjm::ChainKinematics kinematics;
+  vjm::evaluate(chain, chain.home(), kinematics);
+  for (Index k = 0; k <= coordinate; ++k) {
+    const vjm::Coordinate& c = chain.coordinates()[static_cast<std::size_t>(k)];
+    const spatial::Vector3 axis = kinematics.jacobian.col(k).tail<3>();
+    if (c.role == vjm::Role::elastic || axis.isZero(0)) continue;
+    if (axis.cross(gravity).norm() > 1e-6 * gravity.norm()) return false;
+  }
+  const double rise = kinematics.jacobian.col(coordinate).head<3>().dot(gravity);
+  return std::abs(rise) <= 1e-6 * gravity.norm() * kinematics.reach;
+}
+
+// A drive of a joint that weight may turn, as far as gravity is known.
+bool lifts_weight(const vjm::EffectSite& site, const vjm::Manipulator& bare) {
+  const vjm::Chain& chain = bare.chains()[site.chain];
+  const Index k = chain.index_of(site.element);
+  if (chain.coordinates()[static_cast<std::size_t>(k)].role != vjm::Role::actuated) return false;
+  const bool from_base = bare.span(site.chain).from == vjm::Span::base;
+  return bare.gravity().isZero(0) || !from_base || !stays_vertical(chain, k, bare.gravity());
+}
+
+bool is_moved(const vjm::EffectSite& site, const vjm::Manipulator& bare,
+              const vjm::JointScales& scales) {
+  if (scales.empty()) return true;
+  const Index k = bare.chains()[site.chain].index_of(site.element);
+  return scales[site.chain][static_cast<std::size_t>(k)].is_moved;
+}
+
+std::optional<Candidate> candidate_at(const vjm::Robot& robot,
+                                      const std::shared_ptr<const vjm::EffectKind>& kind,
+                                      const std::string& place, const vjm::JointScales& scales) {
+  const vjm::Manipulator& bare = robot.without_effects();
+  Candidate candidate;
+  candidate.effect = {.kind = kind,
+                      .at = place,
+                      .sites = vjm::effect_sites(*kind, bare, place),
+                      .values = VectorXd(static_cast<Index>(kind->parameters.size()))};
+  if (has(robot, candidate.effect)) return std::nullopt;
+  if (kind->balances_weight &&
+      std::none_of(candidate.effect.sites.begin(), candidate.effect.sites.end(),
+                   [&](const vjm::EffectSite& site) {
+                     return lifts_weight(site, bare) && is_moved(site, bare, scales);
+                   }))
+    return std::nullopt;
+  for (std::size_t k = 0; k < kind->parameters.size(); ++k) {
+    const vjm::EffectParameter& parameter = kind->parameters[k];
+    const auto i = static_cast<Index>(k);
+    candidate.effect.values[i] = parameter.none;
+    const double deviation = vjm::prior_deviation(candidate.effect, i, bare, scales);
+    candidate.deviations.push_back(deviation);
+    if (!(deviation > 0) || !std::isfinite(deviation)) return std::nullopt;
+    if (k == 0 || parameter.required)
+      candidate.effect.values[i] = within(parameter, parameter.none + deviation);
+    candidate.designs *= std::max<std::size_t>(1, usual_values(candidate.effect, i, bare).size());
+  }
+  return candidate;
+}
+
+}  // namespace
+
+std::string Candidate::name() const {
+  return fmt::format("{} at {}", effect.kind->name, effect.at);
+}
+
+std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std::string>& kinds,
+                                  const vjm::JointScales& scales) {
+  std::vector<Candidate> result;
+  for (const auto& kind : robot.kinds()) {
+    if (!kinds.empty() && std::find(kinds.begin(), kinds.end(), kind->name) == kinds.end())
+      continue;
+    if (kind->parameters.empty()) continue;  // a formula that is what it is: nothing to find
+    for (const std::string& place : vjm::effect_places(*kind, robot.without_effects())) {
+      // Some kinds cannot act at every place of their sort: a joint without a spring, say.
+      try {
+        auto candidate = candidate_at(robot, kind, place, scales);
+        // With one chain a joint of it and that joint of every chain are the same.
+        if (candidate && std::none_of(result.begin(), result.end(), [&](const Candidate& other) {
+              return same_sites(other.effect, candidate->effect);
+            })) {
+          (void)vjm::with_effects(robot.without_effects(), {candidate->effect});
+          result.push_back(std::move(*candidate));
+        }
+      } catch (const std::invalid_argument&) {
+        continue;
+      }
+    }
+  }
+  return result;
+}
+
+std::vector<KindWithoutPlace> kinds_without_place(const vjm::Robot& robot,
+                                                  const std::vector<std::string>& kinds,
+                                                  const vjm::JointScales& scales) {
+  const std::vector<Candidate> all = candidates(robot, kinds, scales);
+  std::vector<KindWithoutPlace> result;
+  for (const auto& kind : robot.kinds()) {
+    const auto is_of_kind = [&](const vjm::Effect& effect) {
+      return effect.kind->name == kind->name;
+    };
+    const bool asked =
+        kinds.empty() || std::find(kinds.begin(), kinds.end(), kind->name) != kinds.end();
+    if (!asked || kind->parameters.empty() ||
+        std::any_of(robot.effects.begin(), robot.effects.end(), is_of_kind) ||
+        std::any_of(all.begin(), all.end(),
+                    [&](const Candidate& candidate) { return is_of_kind(candidate.effect); }))
+      continue;
+    const std::string reason =
+        kind->balances_weight ? "no drive that lifts weight is moved in these readings"
+        : kind->place == vjm::EffectPlace::mass
+            ? "no link of the robot file yields or has a 'mass'"
+            : fmt::format("the robot has no {} on which it could act", vjm::to_string(kind->place));
+    result.push_back({kind->name, reason});
+  }
+  return result;
+}
+
+std::vector<FittedValues> fitted_values(const BaseFit& fit, const std::vector<Candidate>& added) {
+  auto estimate = fit.parameters.end();
+  for (const Candidate& candidate : added) estimate -= candidate.effect.values.size();
+  std::vector<FittedValues> result;
+  for (const Candidate& candidate : added) {
+    const Index count = candidate.effect.values.size();
+    FittedValues fitted{VectorXd(count), VectorXd(count)};
+    for (Index k = 0; k < count; ++k, ++estimate) {
+      fitted.values[k] = estimate->value;
+      fitted.deviations[k] = estimate->hit == BoundHit::none
+                                 ? estimate->standard_error
+                                 : std::numeric_limits<double>::quiet_NaN();
+    }
+    result.push_back(std::move(fitted));
+  }
+  return result;
+}
+
+std::vector<vjm::Effect> effects_with(const vjm::Robot& robot,
+                                      const std::vector<Candidate>& added) {
+  std::vector<vjm::Effect> effects = robot.effects;
+  for (const Candidate& candidate : added) effects.push_back(candidate.effect);
+  return effects;
+}
+
+Candidate at_size(const Candidate& candidate, double leading, double others) {
+  Candidate result = candidate;
+  const auto& parameters = candidate.effect.kind->parameters;
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    if (k == 0 || parameters[k].required)
+      result.effect.values[static_cast<Index>(k)] =
+          within(parameters[k],
+                 parameters[k].none + (k == 0 ? leading : others) * candidate.deviations[k]);
+  return result;
+}
+
+std::vector<std::pair<double, double>> sizes_of(const vjm::EffectKind& kind) {
+  const auto& parameters = kind.parameters;
+  std::vector<std::pair<double, double>> sizes = {{1, 1}, {0.2, 1}};
+  if (parameters.front().lower < parameters.front().none) sizes.emplace_back(-1, 1);
+  if (parameters.front().lower == parameters.front().none)
+    sizes.insert(sizes.end(), {{0.04, 1}, {0.008, 1}});
+  const bool has_others = std::any_of(parameters.begin() + 1, parameters.end(),
+                                      [](const auto& parameter) { return parameter.required; });
+  if (has_others) sizes.insert(sizes.end(), {{1, 0.2}, {1, 0.04}, {1, 0.008}});
+  // A shape of either sign.
+  if (std::any_of(parameters.begin() + 1, parameters.end(), [](const auto& parameter) {
+        return parameter.required && parameter.lower < parameter.none;
+      }))
+    sizes.insert(sizes.end(), {{1, -1}, {1, -0.2}});
+  return sizes;
+}
+
+std::vector<Candidate> designs_of(const Candidate& candidate, const vjm::Manipulator& bare) {
+  std::vector<Candidate> designs = {candidate};
+  for (Index k = 0; k < candidate.effect.values.size(); ++k) {
+    const std::vector<double>& usual = usual_values(candidate.effect, k, bare);
+    if (usual.empty()) continue;
+    std::vector<Candidate> more;
+    for (const Candidate& design : designs)
+      for (const double value : usual) {
+        more.push_back(design);
+        more.back().effect.values[k] = value;
+      }
+    designs = std::move(more);
+  }
+  return designs;
+}
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,361 @@
+#include "kinetostat/calibration/search/candidate_fitter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include <fmt/format.h>
+
+#include "kinetostat/calibration/campaign/load_history.h"
+#include "kinetostat/calibration/comparison/unit_error.h"
+#include "kinetostat/calibration/regression/evidence.h"
+#include "kinetostat/calibration/regression/undetermined.h"
+#include "kinetostat/calibration/search/fit_record.h"
+#include "kinetostat/calibration/search/usual_values.h"
+#include "kinetostat/common/error.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Signatures of two sizes, the first and the one after it, that differ by no more than their
+// length.
+bool is_proportional(const std::vector<Signature>& signatures, std::size_t first, double ratio) {
+  const VectorXd large = signatures[first].columns.col(0);
+  const VectorXd small = signatures[first + 1].columns.col(0);
+  return (small - ratio * large).norm() < 0.02 * ratio * large.norm();
+}
+
+// By how much a signature must grow to be seen. A usual size is a guess; an effect ten times as
+// large is rare but real.
+double growth_to_be_seen(double length) {
+  constexpr double seen = 1, most = 10;
+  return length >= seen || length < least_visible / most ? 1 : most;
+}
+
+double usual_interval(const Campaign& campaign) {
+  std::vector<double> intervals;
+  for (const Cycle& cycle : load_cycles(campaign))
+    for (std::size_t k = 1; k < cycle.size(); ++k) {
+      const auto &now = campaign.readings[cycle[k]].time,
+                 &before = campaign.readings[cycle[k - 1]].time;
+      if (now && before) intervals.push_back(*now - *before);
+    }
+  if (intervals.empty()) return 0;
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  return *middle;
+}
+
+// A time over which an effect comes or goes: readings farther apart do not determine it.
+bool is_duration(const vjm::EffectParameter& parameter) {
+  return parameter.is_shape && parameter.linear == spatial::dimension::time;
+}
+
+// The first `count` unknowns start where another fit has them, which may know them by design.
+void begin_at(const BaseFit& start, std::size_t count, std::vector<Parameter>& unknowns) {
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto& [there, value, error, hit] = start.parameters[k];
+    Parameter& p = unknowns[k];
+    p.start = value;
+    if (!there.prior || p.bounds_stated) continue;
+    p.prior = there.prior;
+    p.lower = there.lower;
+    p.upper = there.upper;
+    p.bounds_stated = true;
+  }
+}
+
+}  // namespace
+
+CandidateFitter::CandidateFitter(const vjm::Robot& robot, const Campaign& campaign,
+                                 const Noise& noise, int threads, common::Progress& progress,
+                                 FitJournal* journal)
+    : robot_(robot),
+      campaign_(campaign),
+      noise_(noise),
+      predictor_(robot.without_effects(), robot.effects, campaign, threads, progress),
+      base_(uncertain_parameters(robot)),
+      journal_(journal),
+      scope_(journal == nullptr ? "" : fit_scope(campaign, noise)),
+      interval_(usual_interval(campaign)) {
+  kept_ = keep_undetermined(predictor_, campaign, noise, base_, progress);
+}
+
+Candidate CandidateFitter::resolved(Candidate candidate) const {
+  for (Index k = 0; k < candidate.effect.values.size(); ++k) {
+    const auto& parameter = candidate.effect.kind->parameters[static_cast<std::size_t>(k)];
+    if (is_duration(parameter))
+      candidate.effect.values[k] =
+          std::min(std::max(candidate.effect.values[k], interval_), parameter.upper);
+  }
+  return candidate;
+}
+
+// What is uncertain anyway, then all values of the added effects.
+std::vector<Parameter> CandidateFitter::parameters(const std::vector<vjm::Effect>& effects,
+                                                   const std::vector<Candidate>& added) const {
+  std::vector<Parameter> result = base_;
+  int group = -1;
+  for (std::size_t a = 0; a < added.size(); ++a) {
+    const vjm::Effect& effect = added[a].effect;
+    std::map<std::string, int> groups;  // of amplitudes, by their unit
+    for (Index k = 0; k < effect.values.size(); ++k) {
+      const vjm::EffectParameter& described = effect.kind->parameters[static_cast<std::size_t>(k)];
+      Parameter p =
+          effect_parameter(effects, robot_.effects.size() + a, k, robot_.without_effects());
+      if (is_duration(described)) {
+        p.lower = std::min(std::max(p.lower, interval_), p.upper);
+        p.start = std::max(p.start, p.lower);
+      }
+      if (!usual_values(effect, k, robot_.without_effects()).empty()) {
+        p.lower = p.upper = p.start;
+        result.push_back(std::move(p));
+        continue;
+      }
+      Parameter::Prior prior{described.none, added[a].deviations[static_cast<std::size_t>(k)]};
+      // What must be given has a size of its own; what need not be has one that is known.
+      if (!described.is_shape || described.required) {
+        const std::string& key = described.is_shape ? described.name : "in " + p.unit;
+        const auto [it, is_new] = groups.try_emplace(key, group + 1);
+        group += is_new ? 1 : 0;
+        prior.group = it->second;
+        prior.deviation *= widest_prior;
+      }
+      p.prior = prior;
+      result.push_back(std::move(p));
+    }
+  }
+  return result;
+}
+
+std::vector<Parameter> CandidateFitter::own_parameters(const std::vector<Candidate>& added) const {
+  std::vector<Parameter> all = parameters(effects_with(robot_, added), added);
+  return {all.end() - added.back().effect.values.size(), all.end()};
+}
+
+BaseFit CandidateFitter::fit(const std::vector<Candidate>& added, const BaseFit* start,
+                             common::Progress& progress) const {
+  const std::vector<vjm::Effect> effects = effects_with(robot_, added);
+  std::vector<Parameter> unknowns = parameters(effects, added);
+  if (start != nullptr) begin_at(*start, base_.size(), unknowns);
+  const auto once = [&](const std::vector<Parameter>& parameters) {
+    return fitted(effects, parameters, start, progress);
+  };
+  if (start != nullptr) return once(unknowns);
+  // A missing effect may look like an infinite stiffness; so does a sign error.
+  return fit_near_design(unknowns, once,
+                         [&] { return unit_error(campaign_, predictor_, progress).empty(); });
+}
+
+BaseFit CandidateFitter::fit_held(const std::vector<Candidate>& added, const BaseFit& start,
+                                  std::size_t held, double value,
+                                  common::Progress& progress) const {
+  const std::vector<vjm::Effect> effects = effects_with(robot_, added);
+  std::vector<Parameter> unknowns = parameters(effects, added);
+  begin_at(start, unknowns.size(), unknowns);
+  unknowns[held].start = unknowns[held].lower = unknowns[held].upper = value;
+  unknowns[held].bounds_stated = true;  // held, not diverging
+  return fitted(effects, unknowns, &start, progress);
+}
+
+BaseFit CandidateFitter::as_fitted(const std::vector<Candidate>& added, const BaseFit& fit,
+                                   common::Progress& progress) const {
+  return fit_base(predictor_.with_effects(effects_with(robot_, added)), campaign_, noise_,
+                  held_parameters(fit), progress);
+}
+
+BaseFit CandidateFitter::fitted(const std::vector<vjm::Effect>& effects,
+                                const std::vector<Parameter>& unknowns, const BaseFit* near,
+                                common::Progress& progress) const {
+  const Predictions* model = near == nullptr ? nullptr : &near->model;
+  // Whether one candidate of many has settled may be left open, but not the model that they are
+  // added to.
+  const bool is_candidate = unknowns.size() > base_.size();
+  const auto compute = [&] {
+    return fit_base(predictor_.with_effects(effects), campaign_, noise_, unknowns, progress,
+                    {.max_iterations = is_candidate ? 60 : 200,
+                     .tolerance = 1e-9,
+                     .near = model,
+                     .accept_unsettled = is_candidate});
+  };
+  if (journal_ == nullptr) return compute();
+  const std::string key = fit_key(scope_, effects, unknowns, model);
+  if (const auto record = journal_->find(key))
+    if (auto fit = recorded_fit(*record, unknowns)) return *std::move(fit);
+  try {
+    BaseFit fit = compute();
+    journal_->keep(key, record_of(fit));
+    return fit;
+  } catch (const common::NotIdentifiable& failure) {
+    journal_->keep(key, record_of(failure));
+    throw;
+  }
+}
+
+MatrixXd CandidateFitter::by_force(const BaseFit& fit, common::Progress& progress) const {
+  const Predictions predictions =
+      predictor_.predict_with_compliance(base_, values_of(fit), progress);
+  const std::vector<Value> values = values_in_use(campaign_);
+  MatrixXd columns = MatrixXd::Zero(static_cast<Index>(values.size()), 3);
+  for (std::size_t first = 0, next = 0; first < values.size(); first = next) {
+    std::vector<Index> used;
+    for (next = first; next < values.size() && values[next].reading == values[first].reading;)
+      used.push_back(values[next++].component);
+    MatrixXd rows = predictions.by_wrench[values[first].reading](used, Eigen::seqN(0, 3));
+    if (!rows.allFinite()) continue;
+    noise_.whiten(values[first].reading, used, rows);
+    columns.middleRows(static_cast<Index>(first), rows.rows()) = rows;
+  }
+  return columns;
+}
+
+// Of each drive with a spring.
+std::vector<FreeFormWays::Drive> CandidateFitter::drives(const BaseFit& fit,
+                                                         common::Progress& progress) const {
+  std::vector<FreeFormWays::Drive> result;
+  std::vector<Parameter> unknowns = base_;
+  const auto& chains = robot_.without_effects().chains();
+  for (std::size_t c = 0; c < chains.size(); ++c)
+    for (const vjm::Spring& spring : chains[c].springs()) {
+      const auto& joint = chains[c].coordinates()[static_cast<std::size_t>(spring.first)];
+      if (joint.role != vjm::Role::actuated) continue;
+      Parameter& parameter = unknowns.emplace_back();
+      parameter.name = chains[c].name() + "." + joint.name;
+      parameter.springs = {{c, spring.name}};
+      VectorXd deflection = VectorXd::Zero(static_cast<Index>(campaign_.readings.size()));
+      for (std::size_t r = 0; r < campaign_.readings.size(); ++r) {
+        const auto& loaded = fit.model.loaded[r].coordinates;
+        if (c < loaded.size())  // there is an equilibrium
+          deflection[static_cast<Index>(r)] =
+              loaded[c][spring.first] - predictor_.posture_of(r).coordinates[c][spring.first];
+      }
+      result.push_back({parameter.name, std::move(deflection), {}});
+    }
+  const auto count = static_cast<Index>(result.size());
+  VectorXd values = starts_of(unknowns);
+  values.head(static_cast<Index>(base_.size())) = values_of(fit);
+  const auto there =
+      linearised_at(predictor_, campaign_, noise_, unknowns, values, fit, count, progress);
+  if (!there || count == 0) return {};
+  const MatrixXd columns = there->jacobian.middleCols(static_cast<Index>(base_.size()), count);
+  for (Index k = 0; k < count; ++k)
+    result[static_cast<std::size_t>(k)].by_stiffness = columns.col(k);
+  return result;
+}
+
+FreeFormWays CandidateFitter::free_form_ways(const BaseFit& fit, common::Progress& progress) const {
+  return {by_force(fit, progress), fit.at.jacobian, drives(fit, progress)};
+}
+
+BaseFit CandidateFitter::predicted(const Campaign& others, const BaseFit& fit,
+                                   const std::vector<Candidate>& added,
+                                   common::Progress& progress) const {
+  return predict_others(predictor_.with_effects(effects_with(robot_, added)), others, noise_, fit,
+                        progress);
+}
+
+double CandidateFitter::error_on(const Campaign& others, const BaseFit& fit,
+                                 const std::vector<Candidate>& added,
+                                 common::Progress& progress) const {
+  try {
+    const BaseFit there = predicted(others, fit, added, progress);
+    return std::sqrt(there.squared_error / static_cast<double>(there.values));
+  } catch (const common::NoConvergence&) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+}
+
+std::optional<Signature> CandidateFitter::signature_of(const Predictor& predictor,
+                                                       const std::vector<Candidate>& added,
+                                                       double growth, const BaseFit& fit,
+                                                       common::Progress& progress) const {
+  const Candidate& candidate = added.back();
+  const std::vector<Parameter> unknowns = parameters(effects_with(robot_, added), added);
+  VectorXd values = starts_of(unknowns);
+  for (std::size_t k = 0; k < fit.parameters.size(); ++k)
+    values[static_cast<Index>(k)] = fit.parameters[k].value;
+  const Index count = candidate.effect.values.size();
+  const auto there =
+      linearised_at(predictor, campaign_, noise_, unknowns, values, fit, count - 1, progress);
+  if (!there) return std::nullopt;
+  // Whitened residuals are predicted minus measured; so a signature is their change.
+  Signature signature{.columns = there->residual - fit.at.residual,
+                      .growth = Eigen::RowVectorXd::Constant(1, growth)};
+  for (Index k = 1; k < count; ++k) {
+    if (!usual_values(candidate.effect, k, robot_.without_effects()).empty()) continue;
+    const auto i = static_cast<std::size_t>(k);
+    const Index at = signature.columns.cols();
+    signature.columns.conservativeResize(Eigen::NoChange, at + 1);
+    signature.growth.conservativeResize(at + 1);
+    signature.columns.col(at) =
+        candidate.deviations[i] *
+        there->jacobian.col(static_cast<Index>(unknowns.size()) - count + k);
+    // How the effect acts shows as far as the effect itself does.
+    signature.growth[at] = candidate.effect.kind->parameters[i].is_shape ? growth : 1;
+  }
+  return signature;
+}
+
+void CandidateFitter::add_signatures(const Predictor& predictor, const Candidate& candidate,
+                                     std::vector<Candidate> added, const BaseFit& fit,
+                                     Signatures& signatures, common::Progress& progress) const {
+  const std::size_t before = signatures.all.size();
+  const auto sizes = sizes_of(*candidate.effect.kind);
+  double growth = 0;  // not known yet
+  for (const auto& [leading, others] : sizes) {
+    added.back() = resolved(at_size(candidate, std::max(1.0, growth) * leading, others));
+    auto signature = signature_of(predictor, added, std::max(1.0, growth), fit, progress);
+    if (signature && growth == 0) {
+      growth = growth_to_be_seen(signature->columns.col(0).norm());
+      if (growth > 1) {
+        added.back() = resolved(at_size(candidate, growth * leading, others));
+        signature = signature_of(predictor, added, growth, fit, progress);
+      }
+    }
+    if (!signature) signatures.failure = "the model with it has no equilibrium for some reading";
+    if (!signature || !signature->columns.allFinite()) continue;
+    signatures.all.push_back(std::move(*signature));
+    signatures.starts.push_back(added.back());
+    // A signature that only grows with its size is the same direction at every size.
+    if (leading == sizes[1].first && signatures.all.size() == before + 2 &&
+        sizes.back().second == 1 && is_proportional(signatures.all, before, leading)) {
+      signatures.all.pop_back();
+      signatures.starts.pop_back();
+      break;
+    }
+  }
+}
+
+CandidateFitter::Signatures CandidateFitter::signatures_of(const Candidate& candidate,
+                                                           const std::vector<Candidate>& present,
+                                                           const BaseFit& fit,
+                                                           common::Progress& progress) const {
+  if (journal_ == nullptr) return computed_signatures(candidate, present, fit, progress);
+  const std::string key = signatures_key(scope_, candidate, present, fit);
+  if (const auto record = journal_->find(key))
+    if (auto signatures = recorded_signatures(*record, candidate)) return *std::move(signatures);
+  Signatures signatures = computed_signatures(candidate, present, fit, progress);
+  journal_->keep(key, record_of(signatures));
+  return signatures;
+}
+
+CandidateFitter::Signatures CandidateFitter::computed_signatures(
+    const Candidate& candidate, const std::vector<Candidate>& present, const BaseFit& fit,
+    common::Progress& progress) const {
+  Signatures signatures;
+  for (const Candidate& design : designs_of(candidate, robot_.without_effects())) {
+    std::vector<Candidate> added = present;
+    added.push_back(design);
+    add_signatures(predictor_.with_effects(effects_with(robot_, added)), design, added, fit,
+                   signatures, progress);
+  }
+  if (!signatures.all.empty()) signatures.failure.clear();
+  return signatures;
+}
+
+}  // namespace kinetostat::calibration

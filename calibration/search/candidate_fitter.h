@@ -1,0 +1,107 @@
+// The models that have something more than the robot file says.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kinetostat/calibration/regression/base_fit.h"
+#include "kinetostat/calibration/search/candidate.h"
+#include "kinetostat/calibration/search/fit_journal.h"
+#include "kinetostat/calibration/search/free_form.h"
+#include "kinetostat/calibration/statistics/residual_space.h"
+
+namespace kinetostat::calibration {
+
+/// A robot, a campaign, and the fits of models with something more.
+class CandidateFitter {
+ public:
+  /// Throws what Predictor does. Keeps references. Fits and signatures that `journal` (or nullptr)
+  /// has are not computed.
+  CandidateFitter(const vjm::Robot& robot, const Campaign& campaign, const Noise& noise,
+                  int threads, common::Progress& progress, FitJournal* journal = nullptr);
+
+  /// Fits the parameters that are fitted under every candidate (declared uncertain by the user,
+  /// zero offsets, frames) and the values of the added effects. Where the first fit (without
+  /// `start`) cannot determine a stiffness, and no unit error or sign error explains that, every
+  /// uncertain stiffness without stated bounds gets a prior: its nominal value, to a factor of e,
+  /// and no farther off than e^3. The prior holds in that fit and in those that start at it. Throws
+  /// common::NotIdentifiable where that does not help.
+  BaseFit fit(const std::vector<Candidate>& added, const BaseFit* start,
+              common::Progress& progress) const;
+
+  /// All parameters of a fit with these effects held, against the readings here: zero offsets and
+  /// frames are fitted anew.
+  BaseFit as_fitted(const std::vector<Candidate>& added, const BaseFit& fit,
+                    common::Progress& progress) const;
+
+  /// fit() with one parameter held at a value, starting at a fit with the same effects.
+  BaseFit fit_held(const std::vector<Candidate>& added, const BaseFit& start, std::size_t held,
+                   double value, common::Progress& progress) const;
+
+  /// The values of the last of the added ones, as a fit has them; those that design fixes have no
+  /// range.
+  std::vector<Parameter> own_parameters(const std::vector<Candidate>& added) const;
+
+  /// Signatures of one candidate beside a model that is fitted already (with `present` effects): of
+  /// its usual size, and of other sizes where its shape depends on that. Empty with a reason where
+  /// the model has no equilibrium with it.
+  using Signatures = CandidateSignatures;
+  Signatures signatures_of(const Candidate& candidate, const std::vector<Candidate>& present,
+                           const BaseFit& fit, common::Progress& progress) const;
+
+  /// Ways in which the unmodelled smooth error may act, in `fit` of the model without anything
+  /// added.
+  FreeFormWays free_form_ways(const BaseFit& fit, common::Progress& progress) const;
+
+  /// Other readings of the campaign, predicted by such a fit that did not use them
+  /// (predict_others).
+  BaseFit predicted(const Campaign& others, const BaseFit& fit, const std::vector<Candidate>& added,
+                    common::Progress& progress) const;
+  /// Rms error, in units of the noise, of other readings of the campaign, predicted by such a fit
+  /// that did not use them; NaN where the model has no equilibrium for one.
+  double error_on(const Campaign& others, const BaseFit& fit, const std::vector<Candidate>& added,
+                  common::Progress& progress) const;
+
+  /// Predictor of the robot as its file has it.
+  const Predictor& predictor() const { return predictor_; }
+  const Campaign& campaign() const { return campaign_; }
+  bool has_gravity() const { return !robot_.manipulator.gravity().isZero(0); }
+  const Noise& noise() const { return noise_; }
+  /// Uncertain parameters that stay at their nominal values, because these readings do not
+  /// determine them, in sentences.
+  const std::vector<std::string>& kept_nominal() const { return kept_; }
+
+ private:
+  Eigen::MatrixXd by_force(const BaseFit& fit, common::Progress& progress) const;
+  std::vector<FreeFormWays::Drive> drives(const BaseFit& fit, common::Progress& progress) const;
+  std::vector<Parameter> parameters(const std::vector<vjm::Effect>& effects,
+                                    const std::vector<Candidate>& added) const;
+  BaseFit fitted(const std::vector<vjm::Effect>& effects, const std::vector<Parameter>& unknowns,
+                 const BaseFit* near, common::Progress& progress) const;
+  Signatures computed_signatures(const Candidate& candidate, const std::vector<Candidate>& present,
+                                 const BaseFit& fit, common::Progress& progress) const;
+  // Signature of the last candidate at its current values, which are `growth` times usual. nullopt
+  // if the model has no equilibrium.
+  std::optional<Signature> signature_of(const Predictor& predictor,
+                                        const std::vector<Candidate>& added, double growth,
+                                        const BaseFit& fit, common::Progress& progress) const;
+  // Adds the signatures of one design, in the place of the last candidate.
+  void add_signatures(const Predictor& predictor, const Candidate& candidate,
+                      std::vector<Candidate> added, const BaseFit& fit, Signatures& signatures,
+                      common::Progress& progress) const;
+
+  Candidate resolved(Candidate candidate) const;
+
+  const vjm::Robot& robot_;
+  const Campaign& campaign_;
+  const Noise& noise_;
+  Predictor predictor_;  // of the robot as it is
+  std::vector<Parameter> base_;
+  std::vector<std::string> kept_;
+  FitJournal* journal_;
+  std::string scope_;  // of the journal's keys
+  double interval_;    // usual time between two readings of a cycle [s]; 0: there is none
+};
+
+}  // namespace kinetostat::calibration

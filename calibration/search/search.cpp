@@ -1,0 +1,371 @@
+#include "kinetostat/calibration/search/search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "kinetostat/calibration/regression/evidence.h"
+#include "kinetostat/calibration/search/outliers.h"
+#include "kinetostat/calibration/search/pair_screen.h"
+#include "kinetostat/calibration/statistics/goodness_of_fit.h"
+#include "kinetostat/common/error.h"
+#include "kinetostat/spatial/decomposition.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr std::size_t most_fits = 16;   // in one round
+constexpr std::size_t most_starts = 4;  // of one fit
+constexpr std::size_t most_pairs = 4;   // of masked ones
+constexpr double least_kept = 0.3;      // of what a signature explains: a fit with less has failed
+
+// Reason why a candidate is not observable although it has signatures.
+std::string why_unobservable(const Candidate& candidate,
+                             const CandidateFitter::Signatures& signatures,
+                             const CandidateFitter& fitter) {
+  if (!signatures.failure.empty()) return signatures.failure;
+  double largest = 0;
+  for (const Signature& signature : signatures.all)
+    largest = std::max(largest, signature.columns.norm());
+  if (largest > least_visible) return confounded_with_fit;
+  const bool is_weight = candidate.effect.kind->parameters[0].linear == spatial::dimension::mass;
+  if (is_weight && !fitter.has_gravity())
+    return "no reading depends on it: it acts by its weight, and the robot file states no "
+           "'gravity'";
+  if (fitter.campaign().displacement == DisplacementKind::difference &&
+      candidate.effect.kind->place != vjm::EffectPlace::joint)
+    return "no reading depends on it: in differences from the unloaded state it cancels";
+  return "no reading depends on it";
+}
+
+// With its leading value so many times as far from nothing, within its range.
+Candidate resized(Candidate start, double size) {
+  const vjm::EffectParameter& leading = start.effect.kind->parameters.front();
+  const bool one_sided = leading.lower >= leading.none;
+  const double value = leading.none + std::clamp(size, one_sided ? 0.002 : -20.0, 20.0) *
+                                          (start.effect.values[0] - leading.none);
+  start.effect.values[0] = std::clamp(value, leading.lower, leading.upper);
+  return start;
+}
+
+// The candidate turned by a quarter, a half and three quarters.
+std::vector<Candidate> other_phases(const Candidate& candidate) {
+  const auto& parameters = candidate.effect.kind->parameters;
+  std::vector<Candidate> result;
+  for (std::size_t k = 0; k < parameters.size(); ++k)
+    for (const int quarters : {1, 2, -1}) {
+      if (!parameters[k].is_phase) continue;
+      result.push_back(candidate);
+      result.back().effect.values[static_cast<Index>(k)] += quarters * std::numbers::pi / 2;
+    }
+  return result;
+}
+
+// Fits from both would be the same.
+bool are_near(const Candidate& a, const Candidate& b) {
+  const VectorXd &x = a.effect.values, &y = b.effect.values;
+  return ((x - y).array().abs() <= 0.1 * x.array().abs().max(y.array().abs())).all();
+}
+
+// Those that are worth a fit, the most significant first.
+std::vector<std::size_t> most_significant(const DiagnosisStep& step) {
+  std::vector<std::size_t> order;
+  for (std::size_t c = 0; c < step.ranking.size(); ++c)
+    if (step.ranking[c].unobservable.empty()) order.push_back(c);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return step.ranking[a].significance > step.ranking[b].significance;
+  });
+  if (order.size() > most_fits) order.resize(most_fits);
+  return order;
+}
+
+}  // namespace
+
+void Search::screen(const std::vector<Candidate>& present, const BaseFit& fit) {
+  candidate_signatures_.clear();
+  signatures_.clear();
+  owner_.clear();
+  for (std::size_t c = 0; c < candidates_.size(); ++c) {
+    progress_.report("screening", static_cast<double>(c) / static_cast<double>(candidates_.size()));
+    common::SilentPart silent(progress_);
+    const bool there = std::any_of(present.begin(), present.end(), [&](const Candidate& p) {
+      return p.name() == candidates_[c].name();
+    });
+    candidate_signatures_.push_back(
+        there ? CandidateFitter::Signatures{{}, {}, "it is in the model already"}
+              : fitter_.signatures_of(candidates_[c], present, fit, silent));
+    for (std::size_t s = 0; s < candidate_signatures_.back().all.size(); ++s) {
+      signatures_.push_back(candidate_signatures_.back().all[s]);
+      owner_.emplace_back(c, s);
+    }
+  }
+}
+
+void Search::take_signatures(const Search& wider) {
+  std::vector<Index> rows;
+  std::size_t row = 0;
+  for (const Value& value : values_) {
+    while (wider.values_[row].reading != value.reading ||
+           wider.values_[row].component != value.component)
+      ++row;
+    rows.push_back(static_cast<Index>(row));
+  }
+  candidate_signatures_ = wider.candidate_signatures_;
+  owner_ = wider.owner_;
+  for (const Signature& s : wider.signatures_)
+    signatures_.push_back({s.columns(rows, Eigen::all), s.growth});
+}
+
+std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
+  std::vector<MatrixXd> effects(candidates_.size(), MatrixXd(fit.at.residual.size(), 0));
+  for (std::size_t i = 0; i < signatures_.size(); ++i) {
+    MatrixXd& columns = effects[owner_[i].first];
+    const MatrixXd more = signatures_[i].of_usual_size();
+    columns.conservativeResize(Eigen::NoChange, columns.cols() + more.cols());
+    columns.rightCols(more.cols()) = more;
+  }
+  return calibration::outliers(-fit.at.residual, fit.at.jacobian, effects);
+}
+
+std::vector<Candidate> Search::like_the_fit(const BaseFit& nominal, const BaseFit& fitted) const {
+  constexpr double most_left =
+      0.2;  // of the change's length: what refitting does is no straight line
+  const auto parameters = static_cast<Index>(fitted.parameters.size());
+  const MatrixXd& all = fitted.at.jacobian;
+  const Screen beside(ResidualSpace(-fitted.at.residual, all), signatures_);
+  const ResidualSpace space(nominal.at.residual - fitted.at.residual,
+                            all.rightCols(all.cols() - parameters));
+  std::vector<Candidate> result;
+  for (std::size_t i = 0; i < signatures_.size(); ++i) {
+    const Candidate& candidate = candidates_[owner_[i].first];
+    if (!result.empty() && result.back().name() == candidate.name()) continue;
+    if (beside.detectability(i) / signatures_[i].growth[0] > discriminable_from) continue;
+    const MatrixXd span = span_of(space.left_of(signatures_[i].columns), least_visible);
+    const double left = (space.residual() - span * (span.transpose() * space.residual())).norm();
+    if (span.cols() > 0 && left < most_left * space.residual().norm()) result.push_back(candidate);
+  }
+  return result;
+}
+
+DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit& fit,
+                           std::vector<BaseFit>& fits) {
+  DiagnosisStep step;
+  for (const Candidate& candidate : present) step.beside.push_back(candidate.name());
+  const ResidualSpace space(-fit.at.residual, fit.at.jacobian);
+  const Screen screen(space, signatures_);
+  progress_.report("detection threshold", 0);
+  step.max_score = max_score_test_under_noise_of(fit, screen, space);
+  for (std::size_t c = 0; c < candidates_.size(); ++c)
+    step.ranking.emplace_back().candidate = candidates_[c];
+  std::vector<bool> seen(candidates_.size(), false);
+  for (std::size_t i = 0; i < signatures_.size(); ++i) {
+    RankedCandidate& ranked = step.ranking[owner_[i].first];
+    const Score score = screen.score(i, space.residual());
+    if (score.dimension > 0) seen[owner_[i].first] = true;
+    const double usual = score.detectability / signatures_[i].growth[0];
+    if (owner_[i].second == 0) ranked.detectability = usual;
+    ranked.most_detectability = std::max(ranked.most_detectability, usual);
+    ranked.significance =
+        std::max(ranked.significance, screen.significance(score, space.residual()));
+  }
+  for (std::size_t c = 0; c < candidates_.size(); ++c)
+    if (!seen[c])
+      step.ranking[c].unobservable =
+          why_unobservable(candidates_[c], candidate_signatures_[c], fitter_);
+  confuse(screen, step);
+  fits.assign(candidates_.size(), {});
+  if (step.max_score.p_value <= significance_level)
+    fit_survivors(present, fit, screen, space, step, fits);
+  const std::size_t best = weigh(fit, fits, groups_, *free_form_, correlated_, step);
+  if (best < fits.size()) find_confounded(fit, fits[best], step);
+  arrange(step, fits);
+  return step;
+}
+
+// With the noise that a fit seems to have.
+MaxScoreTest Search::max_score_test_under_noise_of(const BaseFit& fit, const Screen& screen,
+                                                   const ResidualSpace& space) const {
+  const auto pass = [&](const Screen& candidates, const ResidualSpace& beside) {
+    return max_score_test(candidates, beside, significance_level, options_.draws, options_.seed,
+                          threads_);
+  };
+  const std::optional<std::size_t> way = correlated_.prevailing(fit);
+  if (!way) return pass(screen, space);
+  const ResidualSpace independent(correlated_.decorrelated(*way, -fit.at.residual),
+                                  correlated_.decorrelated(*way, fit.at.jacobian));
+  std::vector<Signature> signatures = signatures_;
+  for (Signature& s : signatures) s.columns = correlated_.decorrelated(*way, s.columns);
+  return pass(Screen(independent, signatures), independent);
+}
+
+// Rows of the ranking are still those of the candidates.
+void Search::confuse(const Screen& screen, DiagnosisStep& step) const {
+  const std::vector<std::size_t> order = most_significant(step);
+  const auto n = static_cast<Index>(order.size());
+  step.confusion = MatrixXd::Identity(n, n);
+  for (const std::size_t c : order) step.confused.push_back(candidates_[c].name());
+  for (Index a = 0; a < n; ++a)
+    for (Index b = 0; b < a; ++b)
+      for (std::size_t i = 0; i < signatures_.size(); ++i)
+        for (std::size_t j = 0; j < signatures_.size(); ++j)
+          if (owner_[i].first == order[static_cast<std::size_t>(a)] &&
+              owner_[j].first == order[static_cast<std::size_t>(b)])
+            step.confusion(a, b) = step.confusion(b, a) =
+                std::max(step.confusion(a, b), screen.confusion(i, j));
+}
+
+double Search::explained_by(std::size_t candidate, const Screen& screen,
+                            const ResidualSpace& space) const {
+  double most = 0;
+  for (std::size_t i = 0; i < signatures_.size(); ++i)
+    if (owner_[i].first == candidate)
+      most = std::max(most, screen.score(i, space.residual()).explained);
+  return most;
+}
+
+// All places where fits of a candidate may start. Where it has a phase, that is tried all round,
+// and only the effect itself counts there, in its own direction: a signature with all its shapes
+// would explain as much from wherever it is looked at.
+std::vector<Search::Look> Search::looks_of(std::size_t candidate,
+                                           const std::vector<Candidate>& present,
+                                           const BaseFit& fit, const Screen& screen,
+                                           const ResidualSpace& space) const {
+  const std::vector<Candidate> turned = other_phases(candidates_[candidate]);
+  std::vector<Look> looks;
+  const auto add = [&](const Candidate& as_it_is, const Signature& signature, double explained) {
+    const VectorXd left = space.left_of(signature.columns.col(0));
+    const double length = std::max(1e-300, left.norm());
+    const double along = left.dot(space.residual()) / length;
+    if (!turned.empty()) explained = std::pow(std::max(0.0, along), 2);
+    looks.push_back({explained, as_it_is, resized(as_it_is, along / length)});
+  };
+  for (std::size_t i = 0; i < signatures_.size(); ++i)
+    if (owner_[i].first == candidate)
+      add(candidate_signatures_[candidate].starts[owner_[i].second], signatures_[i],
+          screen.score(i, space.residual()).explained);
+  common::SilentPart silent(progress_);
+  for (const Candidate& other : turned) {
+    const CandidateFitter::Signatures signatures =
+        fitter_.signatures_of(other, present, fit, silent);
+    for (std::size_t s = 0; s < signatures.all.size(); ++s)
+      add(signatures.starts[s], signatures.all[s], 0);
+  }
+  std::stable_sort(looks.begin(), looks.end(),
+                   [](const Look& a, const Look& b) { return a.explained > b.explained; });
+  return looks;
+}
+
+// Where fits of a candidate start: from the signatures that explain most, at the size that each
+// asks for, then as they are. Gaps, breakaway forces, corners and phases have several minima.
+std::vector<Candidate> Search::starts_of(const std::vector<Look>& looks) {
+  std::vector<Candidate> starts;
+  const auto keep = [&](const Candidate& start) {
+    if (std::none_of(starts.begin(), starts.end(),
+                     [&](const Candidate& other) { return are_near(start, other); }))
+      starts.push_back(start);
+  };
+  for (const Look& look : looks) keep(look.resized);
+  for (const Look& look : looks) keep(look.as_it_is);
+  return starts;
+}
+
+std::vector<std::vector<Candidate>> Search::masked_pairs(const BaseFit& fit) const {
+  const ResidualSpace space(-fit.at.residual, fit.at.jacobian);
+  const Screen screen(space, signatures_);
+  std::vector<std::size_t> members;  // of each candidate the first signature that can be seen
+  for (std::size_t i = 0; i < signatures_.size(); ++i) {
+    const bool is_first = members.empty() || owner_[members.back()].first != owner_[i].first;
+    if (is_first && screen.span(i).cols() > 0) members.push_back(i);
+  }
+  if (members.size() < 2) return {};
+  const PairScreen pairs(screen, members);
+  if (pairs.pairs().empty()) return {};
+  progress_.report("detection threshold of pairs", 0);
+  const MaxScoreTest passed =
+      max_score_test([&](const VectorXd& residual) { return pairs.largest_significance(residual); },
+                     space, significance_of_pairs, options_.draws, options_.seed, threads_);
+  if (passed.p_value > significance_of_pairs) return {};
+  const VectorXd significances = pairs.significances(space.residual());
+  std::vector<std::size_t> order(pairs.pairs().size());
+  for (std::size_t p = 0; p < order.size(); ++p) order[p] = p;
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return significances[static_cast<Index>(a)] > significances[static_cast<Index>(b)];
+  });
+  order.resize(std::min(order.size(), most_pairs));
+  std::vector<std::vector<Candidate>> result;
+  for (const std::size_t p : order) {
+    const auto [a, b] = pairs.pairs()[p];
+    MatrixXd signatures(space.residual().size(), 2);
+    signatures << signatures_[a].columns.col(0), signatures_[b].columns.col(0);
+    const VectorXd sizes =
+        spatial::least_squares_solution(space.left_of(signatures), space.residual());
+    const auto start = [&](std::size_t i, double size) {
+      return resized(candidate_signatures_[owner_[i].first].starts[owner_[i].second], size);
+    };
+    result.push_back({start(a, sizes[0]), start(b, sizes[1])});
+  }
+  return result;
+}
+
+void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit& fit,
+                           const Screen& screen, const ResidualSpace& space, DiagnosisStep& step,
+                           std::vector<BaseFit>& fits) {
+  const std::vector<std::size_t> order = most_significant(step);
+  for (std::size_t o = 0; o < order.size(); ++o) {
+    progress_.report("fits", static_cast<double>(o) / static_cast<double>(order.size()));
+    const std::size_t c = order[o];
+    const double promised = explained_by(c, screen, space);
+    const double slack = std::min(promised / 2, discriminable_from * discriminable_from);
+    std::string reason;
+    std::vector<Candidate> starts = starts_of(looks_of(c, present, fit, screen, space));
+    if (starts.size() > most_starts) starts.resize(most_starts);
+    for (const Candidate& start : starts) {
+      std::vector<Candidate> added = present;
+      added.push_back(start);
+      try {
+        common::SilentPart silent(progress_);
+        BaseFit found = fitter_.fit(added, &fit, silent);
+        if (fits[c].values == 0 || penalised_error(found) < penalised_error(fits[c]))
+          fits[c] = std::move(found);
+        // What its signature promised; far less is a minimum that is not the lowest.
+        if (fit.squared_error - fits[c].squared_error > promised - slack) break;
+      } catch (const common::Cancelled&) {
+        throw;
+      } catch (const std::runtime_error& error) {
+        reason = error.what();
+      }
+    }
+    // An unhappy fit proves nothing against a candidate.
+    if (fits[c].values > 0 && fit.squared_error - fits[c].squared_error < least_kept * promised) {
+      fits[c] = {};
+      reason = "its fits ended in minima that explain far less than its signature does";
+    }
+    if (fits[c].values == 0) step.ranking[c].not_fitted = reason;
+  }
+}
+
+// Candidates without a fit that do what the best does just as well, as far as their signatures
+// tell.
+void Search::find_confounded(const BaseFit& without, const BaseFit& best,
+                             DiagnosisStep& step) const {
+  const ResidualSpace space(VectorXd::Zero(without.at.residual.size()), without.at.jacobian);
+  const VectorXd signature = space.left_of(best.at.residual - without.at.residual);
+  for (std::size_t i = 0; i < signatures_.size(); ++i) {
+    RankedCandidate& ranked = step.ranking[owner_[i].first];
+    if (ranked.fit || ranked.not_fitted.empty()) continue;
+    const MatrixXd columns = space.left_of(signatures_[i].columns);
+    const MatrixXd span = span_of(columns, least_visible);
+    const double left = (signature - span * (span.transpose() * signature)).norm();
+    // An effect of one sign is not confounded with its own opposite.
+    const vjm::EffectParameter& leading = ranked.candidate.effect.kind->parameters.front();
+    const bool one_sided = leading.lower >= leading.none;
+    if (one_sided && spatial::least_squares_solution(columns, signature)(0, 0) < 0) continue;
+    ranked.confounded |= left < discriminable_from;
+  }
+}
+
+}  // namespace kinetostat::calibration

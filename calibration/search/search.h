@@ -1,0 +1,94 @@
+// One round of the search for the missing effect: screen all candidates beside a fitted model,
+// compare the largest score with the detection threshold, fit the survivors.
+#pragma once
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "kinetostat/calibration/search/diagnosis_options.h"
+#include "kinetostat/calibration/search/ranking.h"
+
+namespace kinetostat::calibration {
+
+/// Rounds on the same readings with the same candidates. Keeps references.
+class Search {
+ public:
+  Search(const CandidateFitter& fitter, const std::vector<Candidate>& candidates,
+         const DiagnosisOptions& options, int threads, common::Progress& progress)
+      : fitter_(fitter),
+        candidates_(candidates),
+        options_(options),
+        threads_(threads),
+        progress_(progress),
+        values_(values_in_use(fitter.campaign())),
+        groups_(held_out_groups(fitter.campaign(), values_)),
+        correlated_(fitter.campaign(), values_, fitter.noise()) {}
+
+  /// Prepares the unmodelled smooth error from the fit of the model without anything added.
+  void prepare_free_form(const BaseFit& fit) {
+    free_form_.emplace(fitter_.campaign(), values_, fitter_.free_form_ways(fit, progress_));
+  }
+  const FreeForm& free_form() const { return *free_form_; }
+  const CorrelatedNoise& correlated_noise() const { return correlated_; }
+
+  const std::vector<Value>& values() const { return values_; }
+  const HeldOutGroups& groups() const { return groups_; }
+
+  /// Screens all candidates beside what is present.
+  void screen(const std::vector<Candidate>& present, const BaseFit& fit);
+
+  /// Takes over the signatures from a search with the same readings and more.
+  void take_signatures(const Search& wider);
+
+  /// Values that no likely effects explain (outliers.h). After screen() without anything added.
+  std::vector<std::size_t> outliers(const BaseFit& fit) const;
+
+  /// Pairs of candidates that are significant together though none is alone, sized as their
+  /// signatures ask, the most significant first; empty unless they exceed their own detection
+  /// threshold. After screen().
+  std::vector<std::vector<Candidate>> masked_pairs(const BaseFit& fit) const;
+
+  /// Candidates that are confounded with the fitted parameters, of which some signature alone is
+  /// about the change from nominal to fitted predictions. After screen() without anything added.
+  std::vector<Candidate> like_the_fit(const BaseFit& nominal, const BaseFit& fitted) const;
+
+  /// The round itself, after screen(); `fit` is that of the model with what is present. `fits`: of
+  /// the candidates, in the order of the ranking; without values where there is none.
+  DiagnosisStep step(const std::vector<Candidate>& present, const BaseFit& fit,
+                     std::vector<BaseFit>& fits);
+
+ private:
+  void fit_survivors(const std::vector<Candidate>& present, const BaseFit& fit,
+                     const Screen& screen, const ResidualSpace& space, DiagnosisStep& step,
+                     std::vector<BaseFit>& fits);
+  MaxScoreTest max_score_test_under_noise_of(const BaseFit& fit, const Screen& screen,
+                                             const ResidualSpace& space) const;
+  double explained_by(std::size_t candidate, const Screen& screen,
+                      const ResidualSpace& space) const;
+  struct Look {
+    double explained;  // of the squared residual
+    Candidate as_it_is, resized;
+  };
+  std::vector<Look> looks_of(std::size_t candidate, const std::vector<Candidate>& present,
+                             const BaseFit& fit, const Screen& screen,
+                             const ResidualSpace& space) const;
+  static std::vector<Candidate> starts_of(const std::vector<Look>& looks);
+  void find_confounded(const BaseFit& without, const BaseFit& best, DiagnosisStep& step) const;
+  void confuse(const Screen& screen, DiagnosisStep& step) const;
+
+  const CandidateFitter& fitter_;
+  const std::vector<Candidate>& candidates_;
+  const DiagnosisOptions& options_;
+  int threads_;
+  common::Progress& progress_;
+  std::vector<Value> values_;
+  HeldOutGroups groups_;
+  CorrelatedNoise correlated_;
+  std::optional<FreeForm> free_form_;
+  std::vector<CandidateFitter::Signatures> candidate_signatures_;  // one a candidate
+  std::vector<Signature> signatures_;
+  std::vector<std::pair<std::size_t, std::size_t>> owner_;  // candidate, its signature
+};
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,84 @@
+#include "kinetostat/calibration/comparison/unit_error.h"
+
+#include <cmath>
+#include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kinetostat/calibration/comparison/compare.h"
+#include "kinetostat/report/comparison.h"
+
+#include "calibration/laboratory.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using spatial::Vector6;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+// Displacements that are `factor` times the predicted ones, with a zero offset of their own and
+// some noise.
+struct Scaled {
+  Campaign campaign;
+  std::vector<Vector6> predicted;
+
+  Scaled(double factor, std::vector<Eigen::Index> components, double noise = 0.02) {
+    std::mt19937 random(3);
+    std::normal_distribution<double> normal;
+    campaign.sessions = {"monday", "tuesday"};
+    for (std::size_t i = 0; i < 24; ++i) {
+      Vector6 y = Vector6::Constant(NAN);
+      Reading reading;
+      reading.session = i % 2;
+      reading.displacement = y;
+      for (const Eigen::Index k : components) {
+        y[k] = 1e-4 * normal(random);
+        reading.displacement[k] = factor * (y[k] + noise * 1e-4 * normal(random)) +
+                                  5 * static_cast<double>(reading.session) * factor * 1e-4;
+      }
+      predicted.push_back(y);
+      campaign.readings.push_back(reading);
+    }
+  }
+  std::string slip() const { return unit_error(campaign, predicted); }
+};
+
+TEST(UnitError, IsSeenByItsFactorAndSign) {
+  EXPECT_THAT(Scaled(1000, {0, 1, 2}).slip(), HasSubstr("as of um taken for mm"));
+  EXPECT_THAT(Scaled(1e-3, {2}).slip(), HasSubstr("as of mm taken for um"));
+  EXPECT_THAT(Scaled(25.4, {0}).slip(), HasSubstr("as of mm taken for inch"));
+  EXPECT_THAT(Scaled(180 / M_PI, {3, 4, 5}).slip(), HasSubstr("as of deg taken for rad"));
+  EXPECT_THAT(Scaled(-1, {0, 1, 2}).slip(), HasSubstr("against the predicted ones"));
+  EXPECT_THAT(Scaled(100, {0, 1, 2}).slip(),
+              HasSubstr("times the predicted ones, in the same pattern"));
+  EXPECT_THAT(Scaled(100, {0, 1, 2}).slip(), testing::Not(HasSubstr("as of")));
+}
+
+TEST(UnitError, IsNoWrongStiffnessAndNoNoise) {
+  EXPECT_THAT(Scaled(1, {0, 1, 2, 3, 4, 5}).slip(), IsEmpty());
+  EXPECT_THAT(Scaled(5, {0, 1, 2}).slip(), IsEmpty());
+  EXPECT_THAT(Scaled(0.2, {0, 1, 2}).slip(), IsEmpty());
+  EXPECT_THAT(Scaled(1000, {0, 1, 2}, 10).slip(), IsEmpty());
+}
+
+// A load cell in kN whose readings were written down as N: said first, before what follows of it.
+TEST(UnitError, IsTheFirstFinding) {
+  test::Laboratory laboratory(
+      "kinetostat: 1\nname: slide\nunits: {length: mm, force: N, angle: deg}\nchain_types:\n"
+      "  cell:\n    - actuator: {name: q, axis: Tz, stiffness: 1000}\n"
+      "manipulator: {chain: cell}\n");
+  Campaign campaign = laboratory.measure(
+      "id,cycle,step,fz\na,1,1,0\nb,1,2,300\nc,1,3,600\nd,1,4,0\ne,1,5,-300\nf,1,6,-600\n");
+  common::Progress silent;
+  EXPECT_THAT(compare(laboratory.robot(), campaign, 1, silent).unit_error, IsEmpty());
+  for (Reading& reading : campaign.readings) reading.load = reading.load.scaled(1e-3);
+  EXPECT_THAT(report::findings(campaign, compare(laboratory.robot(), campaign, 1, silent)).at(0),
+              HasSubstr("wrenches in kN for N"));
+  const Diagnosis d = laboratory.diagnose(campaign, {"friction"});
+  EXPECT_THAT(report::text(laboratory.robot(), campaign, d), HasSubstr("wrenches in kN for N"));
+}
+
+}  // namespace
+}  // namespace kinetostat::calibration

@@ -1,0 +1,71 @@
+#include "kinetostat/calibration/search/outliers.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "calibration/random_matrix.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr Index n = 120;
+
+// Steps at every level of a load that goes up six times: any one reading lies between two of them.
+std::vector<MatrixXd> steps() {
+  std::vector<MatrixXd> effects;
+  for (int first = 0; first < 20; ++first) {
+    MatrixXd columns(n, 20);
+    for (Index i = 0; i < n; ++i)
+      for (Index k = 0; k < 20; ++k) columns(i, k) = i % 20 >= (first + k) % 20 ? 300 : 0;
+    effects.push_back(columns);
+    effects.back().conservativeResize(Eigen::NoChange, 4);
+  }
+  return effects;
+}
+
+TEST(Outliers, AreSeenBesideEffectsThatCouldMoveAnyReading) {
+  for (const std::uint64_t seed : {1u, 2u, 3u, 4u, 5u}) {
+    VectorXd y = test::random_matrix(n, 1, seed).col(0);
+    y[37] += 12;
+    y[99] -= 9;
+    EXPECT_THAT(outliers(y, MatrixXd::Ones(n, 1), steps()), ElementsAre(37, 99));
+  }
+}
+
+TEST(Outliers, AreNotWhatAnEffectDoes) {
+  for (const double size : {3.0, 8.0, 30.0, 400.0}) {
+    const std::vector<MatrixXd> effects = steps();
+    const VectorXd y = test::random_matrix(n, 1, 6).col(0) + size / 300 * effects[18].col(0);
+    EXPECT_THAT(outliers(y, MatrixXd::Ones(n, 1), effects), IsEmpty());
+    VectorXd off = y;
+    off[37] += 12;
+    EXPECT_THAT(outliers(off, MatrixXd::Ones(n, 1), effects), ElementsAre(37));
+  }
+}
+
+TEST(Outliers, AreNotWhatTwoEffectsDo) {
+  const std::vector<MatrixXd> effects = {test::random_matrix(n, 2, 7), test::random_matrix(n, 3, 8),
+                                         test::random_matrix(n, 1, 9)};
+  const VectorXd y =
+      test::random_matrix(n, 1, 10).col(0) + 20 * effects[0].col(1) - 9 * effects[2].col(0);
+  EXPECT_THAT(outliers(y, MatrixXd::Ones(n, 1), effects), IsEmpty());
+}
+
+// 5 deviations in 20,000 values.
+TEST(Outliers, AreNoneInNoise) {
+  std::size_t found = 0;
+  for (std::uint64_t seed = 0; seed < 160; ++seed)
+    found += outliers(test::random_matrix(n, 1, 100 + seed).col(0), test::random_matrix(n, 5, 400),
+                      steps())
+                 .size();
+  EXPECT_EQ(found, 0u);
+}
+
+}  // namespace
+}  // namespace kinetostat::calibration
