@@ -293,6 +293,17 @@ void take_growth(const Search& search, Growth& growth, Diagnosis& d) {
     d.correlated_noise = search.correlated_noise().what(*way);
 }
 
+// Poses of a robot that was never calibrated: its errors of geometry hide all others.
+void ask_for_kinematics(double share, Diagnosis& d) {
+  constexpr double most_of_it = 0.5;
+  if (d.verdict != Verdict::unexplained || share < most_of_it) return;
+  d.missing.push_back(
+      fmt::format("a calibration of the kinematics: geometric errors of all joints and links "
+                  "together explain {:.0f} % of the misfit; identify them first ('errors' in the "
+                  "robot file), what is left then shows stiffness and other effects",
+                  100 * share));
+}
+
 void take_judgement(double share_left, Diagnosis& d) {
   Judgement judgement = judge(d, share_left);
   d.verdict = judgement.verdict;
@@ -346,6 +357,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
                                                   ? base.search().like_the_fit(nominal, fit)
                                                   : std::vector<Candidate>();
   const HeldOutRefit refit(robot, fitter, base.search().groups(), threads);
+  const double by_kinematics = base.search().explained_by_kinematics(fit);
   Growth growth = grow(fitter, refit, base.search(), options, fit, progress);
   const Model& model = growth.model;
   Waterfall waterfall(whole, base, refit, options, progress);
@@ -361,6 +373,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   list_ambiguous(d);
   d.waterfall = std::move(waterfall).result();
   take_judgement(base.search().correlated_noise().share_left(model.without, model.fit), d);
+  ask_for_kinematics(by_kinematics, d);
   if (options.profiles > 0)
     d.profiles = profiles(fitter, model.present, model.fit, options.profiles, progress);
   return d;

@@ -151,6 +151,28 @@ std::vector<Candidate> Search::like_the_fit(const BaseFit& nominal, const BaseFi
   return result;
 }
 
+double Search::explained_by_kinematics(const BaseFit& fit) const {
+  const ResidualSpace space(-fit.at.residual, fit.at.jacobian);
+  MatrixXd all(space.residual().size(), 0);
+  std::optional<std::size_t> last;
+  for (std::size_t i = 0; i < signatures_.size(); ++i) {
+    const vjm::EffectKind& kind = *candidates_[owner_[i].first].effect.kind;
+    const bool is_kinematic =
+        kind.effect_class == vjm::EffectClass::geometry || kind.name == "target_lever_arm";
+    if (!is_kinematic || last == owner_[i].first) continue;
+    last = owner_[i].first;
+    const MatrixXd& columns = signatures_[i].columns;
+    all.conservativeResize(Eigen::NoChange, all.cols() + columns.cols());
+    all.rightCols(columns.cols()) = columns;
+  }
+  const MatrixXd span = span_of(space.left_of(all), least_visible);
+  const Index left = space.dimension() - span.cols();
+  const double before = space.residual().squaredNorm();
+  if (left < 1 || before == 0) return 0;
+  const double after = before - (span.transpose() * space.residual()).squaredNorm();
+  return 1 - after / before * static_cast<double>(space.dimension()) / static_cast<double>(left);
+}
+
 DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit& fit,
                            std::vector<BaseFit>& fits) {
   DiagnosisStep step;

@@ -53,6 +53,11 @@ class Search {
   /// about the change from nominal to fitted predictions. After screen() without anything added.
   std::vector<Candidate> like_the_fit(const BaseFit& nominal, const BaseFit& fitted) const;
 
+  /// Share of the squared residual, per degree of freedom, that all candidates which move the
+  /// target as errors of the kinematics do explain together, to first order. 0 or less where that
+  /// is no more than so many columns of noise would. After screen() without anything added.
+  double explained_by_kinematics(const BaseFit& fit) const;
+
   /// The round itself, after screen(); `fit` is that of the model with what is present. `fits`: of
   /// the candidates, in the order of the ranking; without values where there is none.
   DiagnosisStep step(const std::vector<Candidate>& present, const BaseFit& fit,
