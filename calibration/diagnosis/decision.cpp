@@ -233,6 +233,21 @@ class Posterior {
 
 }  // namespace
 
+std::vector<DescribedRule> described(const DecisionRules& rules) {
+  return {
+      {"level", rules.level, "probability", "convention",
+       "fewer or more answers are called identified"},
+      {"exponent", rules.exponent, "1", "largest log score over the hidden effects",
+       "0.3 to 1 moves 3 of 102 verdicts of the trial"},
+      {"odds of nothing", rules.odds_of_nothing, "1", "as many as there are kinds",
+       "moves the threshold by 0.7 of log evidence"},
+      {"same place", rules.same_place, "d'", "two standard deviations",
+       "1 to 4 moves 3 of 102 verdicts of the trial"},
+      {"longest list", static_cast<double>(rules.most_answers), "answers", "what one can act on",
+       "more or fewer lists are called inconclusive"},
+  };
+}
+
 std::string family_of(const vjm::EffectKind& kind) {
   switch (kind.effect_class) {
     case vjm::EffectClass::backlash:

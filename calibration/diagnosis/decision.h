@@ -20,6 +20,14 @@ struct DecisionRules {
   std::size_t most_answers = 5;  // a list of more is none
 };
 
+/// A rule as the theory page shows it: where its value comes from, and what it decides.
+struct DescribedRule {
+  std::string name;
+  double value = 0;
+  std::string unit, source, sensitivity;  // the last: when it is halved or doubled
+};
+std::vector<DescribedRule> described(const DecisionRules& rules = {});
+
 /// A law within an answer, with its share of the answer's probability.
 struct LawShare {
   std::size_t candidate = 0;  // in the ranking

@@ -21,6 +21,7 @@ struct NamedPoint {
 };
 extern const std::vector<NamedPoint> orthoglide_points;
 
+std::string decision_rules();           // of a diagnosis
 std::string jamris_table_1_and_3();     // 3-PUU
 std::string jamris_table_2();           // 3-PRPaR
 std::string nonperf_table_1();          // assembly, case A

@@ -33,6 +33,7 @@ namespace {
 
 const std::map<std::string, std::function<std::string()>>& tables() {
   static const std::map<std::string, std::function<std::string()>> all = {
+      {"decision_rules", decision_rules},
       {"jamris_table_1_and_3", jamris_table_1_and_3},
       {"jamris_table_2", jamris_table_2},
       {"nonperf_table_1", nonperf_table_1},
