@@ -1,6 +1,8 @@
 #include "kinetostat/apps/studio/studio_session.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -65,6 +67,28 @@ calibration::AdoptedEffect adopted_effect(const Candidate& candidate, const vjm:
       fmt::format("chosen by hand in the studio, fitted to the campaign '{}', readings sha256 {}",
                   campaign.name, io::sha256(io::read_text(campaign.readings_file)))};
   return adoption;
+}
+
+// What was fitted beside the effects: without it the file would not have the error that was shown.
+calibration::AdoptedParameter adopted_parameter(const calibration::ParameterEstimate& estimate,
+                                                const vjm::Robot& robot) {
+  const calibration::Parameter& parameter = estimate.parameter;
+  const double deviation = estimate.hit == calibration::BoundHit::none
+                               ? estimate.standard_error
+                               : std::numeric_limits<double>::quiet_NaN();
+  calibration::AdoptedParameter adopted;
+  if (parameter.is_logarithm()) {
+    const double factor = std::exp(estimate.value);
+    adopted.stiffness = parameter.name;
+    adopted.value = {"factor", "", factor, factor * deviation};
+    return adopted;
+  }
+  const vjm::Effect& effect = robot.effects.at(parameter.effect);
+  adopted.effect = effect.kind->name;
+  adopted.at = effect.at;
+  adopted.parameter = effect.kind->parameters[static_cast<std::size_t>(parameter.value)].name;
+  adopted.value = {"value", parameter.unit, estimate.value, deviation};
+  return adopted;
 }
 
 }  // namespace
@@ -153,6 +177,9 @@ Json StudioSession::fit(const Json& request, common::Progress& progress) {
   std::vector<Candidate> effects = chosen(request);
   const BaseFit found = best_fit(effects, progress);
   last_ = effects;
+  const std::size_t uncertain = calibration::uncertain_parameters(robot_).size();
+  fitted_beside_.assign(found.parameters.begin(),
+                        found.parameters.begin() + static_cast<std::ptrdiff_t>(uncertain));
   Json values = Json::array();
   std::string name = effects.empty() ? "fitted" : "with";
   for (const Candidate& effect : effects) {
@@ -193,6 +220,9 @@ Json StudioSession::save(const Json& request) {
   calibration::Adoption adoption;
   for (const Candidate& effect : last_)
     adoption.effects.push_back(adopted_effect(effect, robot_, campaign_));
+  for (const calibration::ParameterEstimate& estimate : fitted_beside_)
+    if (!estimate.parameter.is_held())
+      adoption.fitted.push_back(adopted_parameter(estimate, robot_));
   text = calibration::adopted(text, adoption);
   // Whoever may write to the folder may have put a link there since: nothing outside is written.
   if (!write_robot_in_place_of(ours ? io::Replace::entry : io::Replace::nothing, file, text))

@@ -47,6 +47,7 @@ class StudioSession {
   std::vector<calibration::Candidate> candidates_;
   report::PageResult opening_;
   std::vector<calibration::Candidate> last_;  // with the values and deviations of the last fit
+  std::vector<calibration::ParameterEstimate> fitted_beside_;  // what is uncertain, in that fit
   std::vector<std::string> saved_;
 };
 

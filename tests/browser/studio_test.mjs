@@ -339,11 +339,12 @@ try {
     existsSync(shop.path("better.yaml")) &&
       readFileSync(shop.path("better.yaml"), "utf8").includes("clearance"),
   );
-  // What was saved explains the readings.
-  assert.equal(
-    JSON.parse(run("compare", "better.yaml", "campaign/campaign.yaml", "--json", "-")).adequacy,
-    "adequate",
-  );
+  // The stiffness that was fitted beside it is saved with it.
+  assert.match(readFileSync(shop.path("better.yaml"), "utf8"), /fitted:[^]*stiffness: drive[^]*factor:/);
+  // What was saved explains the readings, as it is and fitted once more.
+  const compared = JSON.parse(run("compare", "better.yaml", "campaign/campaign.yaml", "--json", "-"));
+  assert.equal(compared.adequacy, "adequate");
+  assert.ok(compared.as_designed.error_over_noise < 1.2, `${compared.as_designed.error_over_noise}`);
   const ended = new Promise((resolve) => {
     studio.removeAllListeners("exit");
     studio.on("exit", resolve);
