@@ -232,6 +232,13 @@ std::string laws_text(const calibration::Decision& decision) {
   return words.size() > 1 ? fmt::format("{}", fmt::join(words, ", ")) : std::string();
 }
 
+// Why more readings would be no use; empty where they would.
+std::string inseparable_text(const calibration::Decision& decision) {
+  if (decision.answers.empty() || !decision.answers.front().is_inseparable) return {};
+  return "whatever is read at the target, these move it alike; choose either: the torque of the "
+         "drive, or another target, tells them apart";
+}
+
 std::string verdict_text(const vjm::Robot& robot, const calibration::Campaign& campaign,
                          const Diagnosis& d) {
   std::string text =
@@ -244,11 +251,8 @@ std::string verdict_text(const vjm::Robot& robot, const calibration::Campaign& c
                                     found.deviations));
     if (const std::string laws = laws_text(found.decision); !laws.empty())
       text += fmt::format("    which law: {}\n", laws);
-    if (!found.decision.answers.empty() && found.decision.answers.front().is_inseparable)
-      text +=
-          "    whatever is read at the target, these move it alike; choose either: the torque of "
-          "the "
-          "drive, or another target, tells them apart\n";
+    if (const std::string why = inseparable_text(found.decision); !why.empty())
+      text += fmt::format("    {}\n", why);
     text += fmt::format("    chance of a false alarm {}\n", percent(found.false_alarm_chance));
     if (found.times_usual > calibration::unusual)
       text += fmt::format("    {:.0f} times as large as such an effect usually is\n",
@@ -462,6 +466,7 @@ Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, con
     entry["decision"] = decision_json(f.decision);
     entry["sentence"] = answers_text(f.decision);
     entry["which_law"] = laws_text(f.decision);
+    entry["inseparable"] = inseparable_text(f.decision);
     entry["gate_p_value"] = f.false_alarm_chance;
     entry["instead"] = f.instead;
     found.push_back(std::move(entry));

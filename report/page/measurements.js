@@ -72,6 +72,7 @@ function diagnosisVerdict(diagnosis) {
       element("strong", {}, f.sentence ?? `${f.effect} at ${f.at}`),
       `. ${f.effect} at ${f.at}: ${withErrors(f)}.`,
       f.which_law ? ` Which law: ${f.which_law}.` : "",
+      f.inseparable ? ` Note: ${f.inseparable}.` : "",
     ),
   );
   if (diagnosis.ambiguous.length > 1)
