@@ -235,8 +235,8 @@ std::string laws_text(const calibration::Decision& decision) {
 // Why more readings would be no use; empty where they would.
 std::string inseparable_text(const calibration::Decision& decision) {
   if (decision.answers.empty() || !decision.answers.front().is_inseparable) return {};
-  return "whatever is read at the target, these move it alike; choose either: the torque of the "
-         "drive, or another target, tells them apart";
+  return "whatever is read at the target, these move it alike; choose either; the torque of the "
+         "drive, or another target, would distinguish them";
 }
 
 std::string verdict_text(const vjm::Robot& robot, const calibration::Campaign& campaign,

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "kinetostat/calibration/diagnosis/diagnosis.h"
+#include "kinetostat/calibration/diagnosis/diagnosis_result.h"
 #include "kinetostat/io/json.h"
 
 namespace kinetostat::report {

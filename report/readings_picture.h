@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "kinetostat/calibration/comparison/compare.h"
-#include "kinetostat/calibration/diagnosis/diagnosis.h"
+#include "kinetostat/calibration/diagnosis/diagnosis_result.h"
 #include "kinetostat/io/json.h"
 
 namespace kinetostat::report {

@@ -97,7 +97,7 @@ void read_range(const std::string& text, const vjm::Robot& robot,
                                 robot.units),
                largest = quantity("--within", text.substr(dots + 2), dimension, robot.units);
   if (!(least < largest))
-    throw UsageError("--within", fmt::format("'{}' does not begin with the least value", text));
+    throw UsageError("--within", fmt::format("'{}' needs the least value first", text));
   if (!measuring.within.emplace(name, std::array{least, largest}).second)
     throw UsageError("--within", fmt::format("'{}' is given twice", name));
 }

@@ -178,7 +178,7 @@ std::string advice_for(const PlanTask& task, const ModelPair& pair, const Campai
   if (pair.b + 1 == task.models.size()) return "nothing that is read depends on it";
   if (a.place == b.place)
     return "they do the same to the platform in all postures and under all loads that were tried: "
-           "choose either, or read the current or torque of that drive, which tells them apart";
+           "choose either, or read the current or torque of that drive, which differs";
   return "they do the same to the platform in all postures and under all loads that were tried: "
          "measure another point of the robot, between the two places";
 }

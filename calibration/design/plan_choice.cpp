@@ -424,7 +424,7 @@ Splitter distinguished(const PlanTask& task, const Prospects& prospects) {
   return b * as_few < a || (b < a * as_few && quicker) ? together : one_by_one;
 }
 
-// Those that all the time does not tell apart are given up: it is better spent on the others.
+// Those that all the time does not distinguish are given up: it is better spent on the others.
 bool give_up_hopeless(const Splitter& splitter, PlanTask& task) {
   bool some = false;
   for (std::size_t p = 0; p < task.pairs.size(); ++p) {

@@ -93,7 +93,7 @@ class Chooser {
 
 inline constexpr double unsplit = 2;  // d' of all that is measured: no use to try
 
-/// The blocks that distinguish the pairs, but for those that all the time would not tell apart;
+/// The blocks that distinguish the pairs, but for those that all the time would not distinguish;
 /// no more of them than bring something. In a campaign of its own they do so, to the d' that names
 /// an effect, without any one of their postures, too, and determine the fitted parameters so well
 /// that they predict that posture: a result that rests on one posture is not believed.

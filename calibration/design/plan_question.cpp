@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/calibration/diagnosis/diagnosis.h"
+#include "kinetostat/calibration/diagnosis/diagnosis_result.h"
 #include "kinetostat/common/error.h"
 
 namespace kinetostat::calibration {

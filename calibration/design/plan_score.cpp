@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/calibration/campaign/noise_estimate.h"
-#include "kinetostat/calibration/diagnosis/diagnosis.h"
+#include "kinetostat/calibration/diagnosis/diagnosis_result.h"
 #include "kinetostat/calibration/regression/wrench_noise.h"
 #include "kinetostat/common/error.h"
 

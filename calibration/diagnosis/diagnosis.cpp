@@ -24,7 +24,6 @@ namespace kinetostat::calibration {
 namespace {
 
 constexpr double level_of_rest = 0.005;  // of a rest that no effect explains
-constexpr double believable_noise = 2;   // times the stated one, to account for a misfit
 constexpr double most_outliers = 0.04;   // of all values: more are something that is not known
 
 // Where no load is taken back or reversed, friction only takes up a part of the load, as a gap
@@ -312,34 +311,6 @@ void take_judgement(double share_left, Diagnosis& d) {
 }
 
 }  // namespace
-
-bool Diagnosis::is_left_open() const {
-  return after && after->reduced() > believable_noise * believable_noise;
-}
-
-bool Diagnosis::predicts_no_better() const {
-  return std::any_of(found.begin(), found.end(),
-                     [](const FoundEffect& f) { return !(f.log_score_gain > 0); });
-}
-
-std::vector<UnseenKind> unseen_kinds(const Diagnosis& diagnosis) {
-  if (diagnosis.steps.empty()) return {};
-  std::map<std::string, UnseenKind> kinds;
-  for (const RankedCandidate& ranked : diagnosis.steps.front().ranking) {
-    UnseenKind& kind = kinds[ranked.candidate.effect.kind->name];
-    kind.name = ranked.candidate.effect.kind->name;
-    kind.detectability = std::max(kind.detectability, ranked.most_detectability);
-    kind.confounded_with_fit |= ranked.unobservable == confounded_with_fit;
-  }
-  std::vector<UnseenKind> unseen;
-  for (const auto& [name, kind] : kinds)
-    if (kind.detectability < discriminable_from) unseen.push_back(kind);
-  for (const KindWithoutPlace& kind : diagnosis.without_place)
-    unseen.push_back({.name = kind.name, .reason = kind.reason});
-  std::sort(unseen.begin(), unseen.end(),
-            [](const UnseenKind& a, const UnseenKind& b) { return a.name < b.name; });
-  return unseen;
-}
 
 Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const DiagnosisOptions& options,
                    int threads, common::Progress& progress) {

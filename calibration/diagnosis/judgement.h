@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "kinetostat/calibration/diagnosis/diagnosis.h"
+#include "kinetostat/calibration/diagnosis/diagnosis_result.h"
 
 namespace kinetostat::calibration {
 

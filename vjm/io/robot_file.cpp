@@ -58,7 +58,7 @@ void add_actuator(Chain& chain, const YamlNode& node, const UnitSystem& units) {
     const double least = ends[0].quantity(coordinate_dimension(motion), units),
                  largest = ends[1].quantity(coordinate_dimension(motion), units);
     if (!(least < largest))
-      range->fail("does not begin with the least value",
+      range->fail("needs the least value first",
                   "Write the least value first, as in range: [-90, 110]");
     chain.range(node.at("name").text(), least, largest);
   }

@@ -25,7 +25,7 @@ TEST(ImportCommand, WritesARobotFileAndListsWhatIsMissing) {
   EXPECT_EQ(kinetostat("stiffness imported.yaml").code, 0);
   // With one stiffness filled in the arm yields about that joint.
   std::string text = io::read_text(working_folder() / "imported.yaml");
-  const std::string joint = "{name: joint_1, axis: Rz}";
+  const std::string joint = "{name: joint_1, axis: Rz, range: [-3.05, 3.05]}";
   const std::size_t at = text.find(joint);
   ASSERT_NE(at, std::string::npos);
   text.replace(at, joint.size(), "{name: joint_1, axis: Rz, stiffness: 1.0e5 N m/rad}");

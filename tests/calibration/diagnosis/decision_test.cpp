@@ -70,7 +70,7 @@ TEST(Decision, PlacesThatPredictAlikeAreOneAnswer) {
 }
 
 // A balancer turns its joint by its angle, as an eccentric gear does: no reading of the platform
-// tells them apart, and more readings of the same kind are no use.
+// distinguishes them, and more readings of the same kind are no use.
 TEST(Decision, WhatMovesThePlatformAlikeInPrincipleIsOneAnswer) {
   const Decision d = decide(
       round_of({fitted("eccentricity", "q2", 0), fitted("gravity_compensator", "q2", -0.5, 1.2),
