@@ -155,32 +155,6 @@ std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
   }
 }
 
-std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Campaign& campaign,
-                                 const Diagnosis& d) {
-  std::vector<std::string> result = remarks_on_verdict(robot, campaign, d);
-  if (calibration::uncertain_parameters(robot).empty())
-    result.push_back(
-        "The robot file declares nothing 'uncertain', so nothing is fitted: a stiffness that is a "
-        "little off may be taken for an effect.");
-  if (!d.correlated_noise.empty())
-    result.push_back(fmt::format("The noise is not independent, which is taken into account: {}.",
-                                 d.correlated_noise));
-  if (d.far_values > 0)
-    result.push_back(
-        fmt::format("{} values are more than {:g} standard deviations from what any effect "
-                    "explains, to first order: too many to be set aside as outliers. If "
-                    "something is known to be wrong with them, mask them.",
-                    d.far_values, calibration::outlying));
-  if (!d.unit_error.empty()) result.insert(result.begin(), d.unit_error);
-  if (d.noise_check && d.noise_check->p_value < calibration::certain_level)
-    result.insert(result.begin(),
-                  fmt::format("Repeated readings scatter {} times the stated noise (p = {}): state "
-                              "that noise and diagnose again before this verdict is believed.",
-                              number(std::sqrt(d.noise_check->reduced()), 3),
-                              number(d.noise_check->p_value, 2)));
-  return result;
-}
-
 // Effects that are not observable in these readings, and the command that plans for them.
 std::string unseen_text(const Diagnosis& d) {
   if (d.verdict != Verdict::none_needed && d.verdict != Verdict::inconclusive) return {};
@@ -202,41 +176,6 @@ std::string unseen_text(const Diagnosis& d) {
 std::string answer_text(const calibration::Answer& answer) {
   return fmt::format("{} at {} ({})", answer.effect_class, fmt::join(answer.places, " or "),
                      probability_in_words(answer.probability));
-}
-
-// "backlash at q2 (over 99.9 %)", or a list.
-std::string answers_text(const calibration::Decision& decision) {
-  if (decision.answers.empty()) return "an effect outside the catalogue";
-  std::vector<std::string> words;
-  for (const calibration::Answer& answer : decision.answers) words.push_back(answer_text(answer));
-  constexpr double worth_a_word = 0.01;
-  if (!decision.is_identified && decision.unexplained > worth_a_word)
-    words.push_back(fmt::format("an effect outside the catalogue ({})",
-                                probability_in_words(decision.unexplained)));
-  if (!decision.is_identified && decision.nothing > worth_a_word)
-    words.push_back(fmt::format("nothing ({})", probability_in_words(decision.nothing)));
-  return words.size() == 1 ? words.front() : fmt::format("one of: {}", fmt::join(words, ", "));
-}
-
-// Of the most probable answer; empty where one law is all of it.
-std::string laws_text(const calibration::Decision& decision) {
-  constexpr double worth_a_word = 0.01;
-  if (decision.answers.empty()) return {};
-  const calibration::Answer& answer = decision.answers.front();
-  std::vector<std::string> words;
-  for (const calibration::LawShare& law : answer.laws)
-    if (law.share >= worth_a_word)
-      words.push_back(answer.places.size() > 1
-                          ? fmt::format("{} at {} {}", law.effect, law.at, percent(law.share))
-                          : fmt::format("{} {}", law.effect, percent(law.share)));
-  return words.size() > 1 ? fmt::format("{}", fmt::join(words, ", ")) : std::string();
-}
-
-// Why more readings would be no use; empty where they would.
-std::string inseparable_text(const calibration::Decision& decision) {
-  if (decision.answers.empty() || !decision.answers.front().is_inseparable) return {};
-  return "whatever is read at the target, these move it alike; choose either; the torque of the "
-         "drive, or another target, would distinguish them";
 }
 
 std::string verdict_text(const vjm::Robot& robot, const calibration::Campaign& campaign,
@@ -324,118 +263,65 @@ std::string ranking_text(const vjm::Robot& robot, const calibration::Campaign& c
   return text;
 }
 
-Json numbers(const Eigen::VectorXd& v) {
-  Json list = Json::array();
-  for (const double x : v) list.push_back(std::isnan(x) ? Json() : Json(x));
-  return list;
-}
-
-Json candidate_json(const vjm::Robot& robot, const Candidate& candidate) {
-  const vjm::EffectKind& kind = *candidate.effect.kind;
-  const bool angular = vjm::turns(candidate.effect, robot.without_effects());
-  Json parameters = Json::array();
-  for (std::size_t k = 0; k < kind.parameters.size(); ++k)
-    parameters.push_back({{"name", kind.parameters[k].name},
-                          {"unit", unit_of(kind.parameters[k], angular)},
-                          {"prior_mean", kind.parameters[k].none},
-                          {"prior_sd", candidate.deviations[k]}});
-  return {{"effect", kind.name}, {"at", candidate.effect.at}, {"parameters", parameters}};
-}
-
-Json decision_json(const calibration::Decision& decision) {
-  Json answers = Json::array();
-  for (const calibration::Answer& answer : decision.answers) {
-    Json laws = Json::array();
-    for (const calibration::LawShare& law : answer.laws)
-      laws.push_back({{"effect", law.effect}, {"at", law.at}, {"share", law.share}});
-    answers.push_back({{"class", answer.effect_class},
-                       {"places", answer.places},
-                       {"probability", answer.probability},
-                       {"inseparable", answer.is_inseparable},
-                       {"laws", laws}});
-  }
-  return {{"answers", answers},
-          {"nothing", decision.nothing},
-          {"unexplained", decision.unexplained},
-          {"depends_on", decision.depends_on}};
-}
-
-Json ranked_json(const vjm::Robot& robot, const RankedCandidate& r) {
-  Json json = candidate_json(robot, r.candidate);
-  json["observable"] = r.unobservable.empty();
-  if (!r.unobservable.empty()) json["reason"] = r.unobservable;
-  json["detectability"] = r.detectability;
-  json["most_detectability"] = r.most_detectability;
-  json["surprise"] = r.significance;
-  if (!r.not_fitted.empty()) json["not_fitted"] = r.not_fitted;
-  if (r.fit)
-    json["fit"] = {{"values", numbers(r.fit->values)},
-                   {"deviations", numbers(r.fit->deviations)},
-                   {"chi_square", r.fit->squared_error},
-                   {"degrees_of_freedom", r.fit->degrees_of_freedom},
-                   {"log_score_gain", r.fit->log_score_gain},
-                   {"log_score_deviation", r.fit->log_score_deviation},
-                   {"log_evidence", r.fit->log_evidence},
-                   {"probability", r.fit->probability},
-                   {"told_apart", r.fit->discriminability}};
-  return json;
-}
-
-Json step_json(const vjm::Robot& robot, const DiagnosisStep& step) {
-  Json ranking = Json::array();
-  for (const RankedCandidate& r : step.ranking) ranking.push_back(ranked_json(robot, r));
-  return {{"beside", step.beside},
-          {"gate",
-           {{"largest", step.max_score.largest},
-            {"critical", step.max_score.critical},
-            {"p_value", step.max_score.p_value},
-            {"draws", step.max_score.draws}}},
-          {"indistinguishable", step.indistinguishable},
-          {"log_evidence_without", step.log_evidence_without},
-          {"free_form",
-           {{"log_evidence", step.free_form.log},
-            {"depends_on", step.free_form.depends_on},
-            {"probability", step.free_form_probability}}},
-          {"confusion", {{"candidates", step.confused}, {"cosines", io::rows(step.confusion)}}},
-          {"ranking", ranking}};
-}
-
-// Values in the coordinate that was fitted: of a stiffness the logarithm of its factor.
-Json profile_json(const calibration::Profile& profile) {
-  Json json = to_json(profile.estimate), points = Json::array(), interval = Json::array();
-  for (const calibration::ProfilePoint& p : profile.points)
-    points.push_back({{"value", p.value}, {"rise", p.rise}});
-  for (const auto& end : profile.interval) interval.push_back(end ? Json(*end) : Json());
-  json.update({{"points", points}, {"interval", interval}, {"ended", profile.ended}});
-  return json;
-}
-
-// Of what the robot file declares uncertain; a value of an effect with its place.
-Json estimates_json(const vjm::Robot& robot,
-                    const std::vector<calibration::ParameterEstimate>& estimates) {
-  Json list = Json::array();
-  for (const calibration::ParameterEstimate& e : estimates) {
-    Json json = to_json(e);
-    if (!e.parameter.is_logarithm()) {
-      const vjm::Effect& effect = robot.effects.at(e.parameter.effect);
-      const auto value = static_cast<std::size_t>(e.parameter.value);
-      json.update({{"effect", effect.kind->name},
-                   {"at", effect.at},
-                   {"value_of", effect.kind->parameters.at(value).name}});
-    }
-    list.push_back(std::move(json));
-  }
-  return list;
-}
-
-Json test_json(const std::optional<calibration::ChiSquareTest>& test) {
-  if (!test) return {};
-  return {{"chi_square", test->statistic},
-          {"degrees_of_freedom", test->degrees_of_freedom},
-          {"p_value", test->p_value}};
-}
-
 }  // namespace
+
+std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                                 const Diagnosis& d) {
+  std::vector<std::string> result = remarks_on_verdict(robot, campaign, d);
+  if (calibration::uncertain_parameters(robot).empty())
+    result.push_back(
+        "The robot file declares nothing 'uncertain', so nothing is fitted: a stiffness that is a "
+        "little off may be taken for an effect.");
+  if (!d.correlated_noise.empty())
+    result.push_back(fmt::format("The noise is not independent, which is taken into account: {}.",
+                                 d.correlated_noise));
+  if (d.far_values > 0)
+    result.push_back(
+        fmt::format("{} values are more than {:g} standard deviations from what any effect "
+                    "explains, to first order: too many to be set aside as outliers. If "
+                    "something is known to be wrong with them, mask them.",
+                    d.far_values, calibration::outlying));
+  if (!d.unit_error.empty()) result.insert(result.begin(), d.unit_error);
+  if (d.noise_check && d.noise_check->p_value < calibration::certain_level)
+    result.insert(result.begin(),
+                  fmt::format("Repeated readings scatter {} times the stated noise (p = {}): state "
+                              "that noise and diagnose again before this verdict is believed.",
+                              number(std::sqrt(d.noise_check->reduced()), 3),
+                              number(d.noise_check->p_value, 2)));
+  return result;
+}
+
+std::string answers_text(const calibration::Decision& decision) {
+  if (decision.answers.empty()) return "an effect outside the catalogue";
+  std::vector<std::string> words;
+  for (const calibration::Answer& answer : decision.answers) words.push_back(answer_text(answer));
+  constexpr double worth_a_word = 0.01;
+  if (!decision.is_identified && decision.unexplained > worth_a_word)
+    words.push_back(fmt::format("an effect outside the catalogue ({})",
+                                probability_in_words(decision.unexplained)));
+  if (!decision.is_identified && decision.nothing > worth_a_word)
+    words.push_back(fmt::format("nothing ({})", probability_in_words(decision.nothing)));
+  return words.size() == 1 ? words.front() : fmt::format("one of: {}", fmt::join(words, ", "));
+}
+
+std::string laws_text(const calibration::Decision& decision) {
+  constexpr double worth_a_word = 0.01;
+  if (decision.answers.empty()) return {};
+  const calibration::Answer& answer = decision.answers.front();
+  std::vector<std::string> words;
+  for (const calibration::LawShare& law : answer.laws)
+    if (law.share >= worth_a_word)
+      words.push_back(answer.places.size() > 1
+                          ? fmt::format("{} at {} {}", law.effect, law.at, percent(law.share))
+                          : fmt::format("{} {}", law.effect, percent(law.share)));
+  return words.size() > 1 ? fmt::format("{}", fmt::join(words, ", ")) : std::string();
+}
+
+std::string inseparable_text(const calibration::Decision& decision) {
+  if (decision.answers.empty() || !decision.answers.front().is_inseparable) return {};
+  return "whatever is read at the target, these move it alike; choose either; the torque of the "
+         "drive, or another target, would distinguish them";
+}
 
 std::string verdict_in_words(const std::string& verdict) {
   const auto known = calibration::verdict_named(verdict);
@@ -454,68 +340,6 @@ std::string text(const vjm::Robot& robot, const calibration::Campaign& campaign,
   for (const std::string& sentence : d.weak) text += "Weak: " + sentence + "\n";
   for (const std::string& sentence : d.set_aside) text += "Set aside: " + sentence + "\n";
   return text;
-}
-
-Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, const Diagnosis& d) {
-  Json found = Json::array(), steps = Json::array(), waterfall = Json::array();
-  for (const calibration::FoundEffect& f : d.found) {
-    Json entry = candidate_json(robot, f.candidate);
-    entry["values"] = numbers(f.candidate.effect.values);
-    entry["deviations"] = numbers(f.deviations);
-    entry["probability"] = f.probability;
-    entry["decision"] = decision_json(f.decision);
-    entry["sentence"] = answers_text(f.decision);
-    entry["which_law"] = laws_text(f.decision);
-    entry["inseparable"] = inseparable_text(f.decision);
-    entry["gate_p_value"] = f.false_alarm_chance;
-    entry["instead"] = f.instead;
-    found.push_back(std::move(entry));
-  }
-  for (const DiagnosisStep& step : d.steps) steps.push_back(step_json(robot, step));
-  for (const calibration::WaterfallStage& s : d.waterfall) waterfall.push_back(to_json(s));
-  Json unseen = Json::array();
-  for (const calibration::UnseenKind& kind : calibration::unseen_kinds(d))
-    unseen.push_back({{"effect", kind.name},
-                      {"detectability", kind.detectability},
-                      {"absorbed", kind.confounded_with_fit},
-                      {"reason", kind.reason.empty() ? Json() : Json(kind.reason)}});
-  Json instead;
-  if (const auto& one = d.common_cause) {
-    instead = candidate_json(robot, one->candidate);
-    instead["values"] = numbers(one->candidate.effect.values);
-    instead["deviations"] = numbers(one->deviations);
-    instead["chi_square"] = test_json(one->test);
-  }
-  Json json{{"campaign", campaign.name},
-            {"verdict", calibration::to_string(d.verdict)},
-            {"found", found},
-            {"ambiguous", d.ambiguous},
-            {"instead_of_refit", instead},
-            {"missing", d.missing},
-            {"not_shown", unseen},
-            {"remarks", remarks(robot, campaign, d)},
-            {"chi_square_before", test_json(d.before)},
-            {"chi_square_after", test_json(d.after)},
-            {"rest_p_value", d.rest_p_value},
-            {"rest_of_laws", d.rest_of_laws.empty() ? Json() : Json(d.rest_of_laws)},
-            {"or_something_else", d.or_something_else},
-            {"above_free_form", d.found.empty() ? Json() : Json(d.above_free_form)},
-            {"structure_left",
-             {{"p_value", d.left.p_value()},
-              {"depends_on", d.left.depends_on},
-              {"log_evidence", d.left.log}}},
-            {"waterfall", waterfall},
-            {"fitted",
-             {{"without_effects", estimates_json(robot, d.fitted_without)},
-              {"with_effects", estimates_json(robot, d.fitted_beside)}}},
-            {"held_out", d.held_out},
-            {"correlated_noise", d.correlated_noise.empty() ? Json() : Json(d.correlated_noise)},
-            {"far_values", d.far_values},
-            {"set_aside", d.set_aside},
-            {"weak", d.weak},
-            {"steps", steps}};
-  for (const calibration::Profile& p : d.profiles) json["profiles"].push_back(profile_json(p));
-  return json;
 }
 
 }  // namespace kinetostat::report

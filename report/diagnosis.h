@@ -1,10 +1,10 @@
-// The verdict on what a model lacks, for people and for programs.
+// The verdict on what a model lacks, for people.
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "kinetostat/calibration/diagnosis/diagnosis_result.h"
-#include "kinetostat/io/json.h"
 
 namespace kinetostat::report {
 
@@ -13,8 +13,14 @@ namespace kinetostat::report {
 std::string verdict_in_words(const std::string& verdict);
 std::string text(const vjm::Robot& robot, const calibration::Campaign& campaign,
                  const calibration::Diagnosis& diagnosis);
-/// Every figure, SI.
-io::Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign,
-                 const calibration::Diagnosis& diagnosis);
+/// The answers of a decision in one sentence: class and places, with their probability.
+std::string answers_text(const calibration::Decision& decision);
+/// The laws of the first answer with their shares; empty where there is only one.
+std::string laws_text(const calibration::Decision& decision);
+/// Why more readings would be no use; empty where they would.
+std::string inseparable_text(const calibration::Decision& decision);
+/// What a reader of the verdict should know beside it, in sentences.
+std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                                 const calibration::Diagnosis& diagnosis);
 
 }  // namespace kinetostat::report

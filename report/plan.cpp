@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/calibration/campaign/joint_column.h"
+#include "kinetostat/common/error.h"
 #include "kinetostat/io/csv.h"
 #include "kinetostat/report/diagnosis.h"
 #include "kinetostat/report/joint_motion.h"
@@ -301,6 +302,31 @@ Json to_json(const calibration::PlanQuestion& question, const calibration::PlanO
       {"sharpened", sharpened},
       {"work", {{"now", optional(plan.work_before)}, {"expected", optional(plan.work_after)}}},
       {"notes", plan.notes}};
+}
+
+calibration::PlanPromise promise_of(const Json& plan, const std::filesystem::path& file) {
+  calibration::PlanPromise promise;
+  try {
+    for (const Json& s : plan.at("splits")) {
+      PlannedSplit split;
+      split.a = s.at("a").get<std::string>();
+      split.b = s.at("b").get<std::string>();
+      split.nats = s.at("nats").get<double>();
+      if (const Json& so_far = s.at("log_evidence_difference_so_far"); !so_far.is_null())
+        split.so_far = so_far.get<double>();
+      promise.splits.push_back(std::move(split));
+    }
+    for (const Json& s : plan.at("sharpened"))
+      promise.sharpened.push_back({.name = s.at("name").get<std::string>(),
+                                   .unit = s.value("unit", ""),
+                                   .before = s.at("deviation_now").get<double>(),
+                                   .after = s.at("deviation_expected").get<double>()});
+  } catch (const Json::exception& error) {
+    throw common::InputError({.file = file,
+                              .what = fmt::format("this is no plan: {}", error.what()),
+                              .cure = "Give the file that 'kinetostat plan --json' wrote"});
+  }
+  return promise;
 }
 
 std::string text(const calibration::PlanScore& score) {

@@ -1,7 +1,6 @@
 // kinetostat adopt, kinetostat revert: what a diagnosis found goes into the robot file, or out.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <stdexcept>
 
@@ -17,7 +16,7 @@
 #include "kinetostat/calibration/diagnosis/adoption.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/text_file.h"
-#include "kinetostat/report/diagnosis.h"
+#include "kinetostat/report/diagnosis_file.h"
 #include "kinetostat/report/text.h"
 #include "kinetostat/spatial/units.h"
 #include "kinetostat/vjm/io/robot_file.h"
@@ -29,8 +28,11 @@ using calibration::AdoptedEffect;
 using calibration::AdoptedParameter;
 using calibration::AdoptedValue;
 using calibration::Adoption;
+using calibration::DiagnosisRecord;
+using calibration::RecordedEstimate;
+using calibration::RecordedFinding;
 
-constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+constexpr double unknown = calibration::not_recorded;
 
 struct AdoptRequest {
   std::string robot, diagnosis, effect;
@@ -39,47 +41,26 @@ struct AdoptRequest {
   bool stiffnesses_only = false;  // as fitted without any effect
 };
 
-common::InputError not_a_diagnosis(const std::filesystem::path& file, const std::string& key,
-                                   const std::string& why) {
-  return common::InputError({.file = file,
-                             .key = key,
-                             .what = "this is not a diagnosis: " + why,
-                             .cure = "Give a file that 'kinetostat diagnose -o FILE' wrote"});
-}
-
-const io::Json& need(const io::Json& json, const char* key, const std::string& file) {
-  const auto found = json.find(key);
-  if (found == json.end()) throw not_a_diagnosis(file, key, "the key is missing");
-  return *found;
-}
-
-std::string name_of(const io::Json& entry) {
-  return entry.at("effect").get<std::string>() + " at " + entry.at("at").get<std::string>();
-}
-
-std::string names_of(const std::vector<io::Json>& entries) {
-  std::string names;
-  for (const io::Json& entry : entries) names += (names.empty() ? "" : " and ") + name_of(entry);
-  return names;
+std::string names_of(const std::vector<RecordedFinding>& found) {
+  std::vector<std::string> names;
+  for (const RecordedFinding& one : found) names.push_back(one.effect.name());
+  return fmt::format("{}", fmt::join(names, " and "));
 }
 
 // The effects to adopt: all that were found, or one by name.
-std::vector<io::Json> effects_to_adopt(const io::Json& diagnosis, const AdoptRequest& request) {
-  const io::Json& found = need(diagnosis, "found", request.diagnosis);
+std::vector<RecordedFinding> effects_to_adopt(const DiagnosisRecord& diagnosis,
+                                              const AdoptRequest& request) {
   if (request.stiffnesses_only) return {};
-  if (found.empty())
+  if (diagnosis.found.empty())
     throw common::NotIdentifiable(
         fmt::format("{}: the verdict is '{}'; there is no effect to adopt; --stiffnesses-only "
                     "writes the fitted stiffnesses without one",
-                    request.diagnosis,
-                    report::verdict_in_words(
-                        need(diagnosis, "verdict", request.diagnosis).get<std::string>())));
-  if (request.effect.empty()) return {found.begin(), found.end()};
+                    request.diagnosis, to_string(diagnosis.verdict)));
+  if (request.effect.empty()) return diagnosis.found;
   std::string known;
-  for (const io::Json& entry : found) {
-    if (request.effect == name_of(entry) || request.effect == entry.at("effect").get<std::string>())
-      return {entry};
-    known += (known.empty() ? "'" : ", '") + name_of(entry) + "'";
+  for (const RecordedFinding& one : diagnosis.found) {
+    if (request.effect == one.effect.name() || request.effect == one.effect.effect) return {one};
+    known += (known.empty() ? "'" : ", '") + one.effect.name() + "'";
   }
   throw UsageError("--effect", fmt::format("'{}' was not found by the diagnosis", request.effect),
                    fmt::format("It found {}", known));
@@ -90,62 +71,46 @@ struct Fall {
   double before = unknown, after = unknown;
 };
 
-Fall fall_of(const io::Json& diagnosis, const std::string& name, const std::string& file) {
+Fall fall_of(const DiagnosisRecord& diagnosis, const std::string& name) {
   Fall fall;
   double last = fall.before;
-  for (const io::Json& stage : need(diagnosis, "waterfall", file)) {
-    const double error = stage.at("whitened").get<double>();
-    if (stage.at("name").get<std::string>() == "+ " + name) fall = {last, error};
-    last = error;
+  for (const calibration::RecordedStage& stage : diagnosis.waterfall) {
+    if (stage.name == "+ " + name) fall = {last, stage.error};
+    last = stage.error;
   }
   return fall;
 }
 
-// Error of a stage of the waterfall; NaN where it has none of that name.
-double error_of_stage(const io::Json& diagnosis, const std::string& name, const std::string& file) {
-  for (const io::Json& stage : need(diagnosis, "waterfall", file))
-    if (stage.at("name") == name) return stage.at("whitened").get<double>();
-  return unknown;
-}
-
-void require_adequate(const io::Json& diagnosis, const std::vector<io::Json>& entries,
-                      const Fall& fall, const std::string& file) {
-  const auto verdict = need(diagnosis, "verdict", file).get<std::string>();
-  if (calibration::verdict_named(verdict) == calibration::Verdict::unexplained)
+void require_adequate(const DiagnosisRecord& diagnosis, const std::vector<RecordedFinding>& chosen,
+                      const Fall& fall) {
+  if (diagnosis.verdict == calibration::Verdict::unexplained)
     throw common::NotIdentifiable(fmt::format(
         "{}: the verdict is '{}': {} came nearest but does not explain these readings; it is not "
         "adopted. --force adopts it all the same.",
-        file, verdict, names_of(entries)));
+        diagnosis.file.string(), to_string(diagnosis.verdict), names_of(chosen)));
   if (fall.after < fall.before) return;
   throw common::NotIdentifiable(fmt::format(
       "{}: with {} the held-out error does not fall ({} before, {} after, times the noise); it "
       "is not adopted. --force adopts it all the same.",
-      file, names_of(entries), report::number(fall.before, 4), report::number(fall.after, 4)));
+      diagnosis.file.string(), names_of(chosen), report::number(fall.before, 4),
+      report::number(fall.after, 4)));
 }
 
-std::vector<std::string> reasons_for(const io::Json& diagnosis, const io::Json& entry,
+std::vector<std::string> reasons_for(const DiagnosisRecord& diagnosis, const RecordedFinding& found,
                                      const Fall& fall) {
   std::vector<std::string> reasons;
   reasons.push_back(fmt::format("by kinetostat {} from the campaign '{}', readings sha256 {}",
-                                version(), diagnosis.at("campaign").get<std::string>(),
-                                diagnosis.at("readings").get<std::string>()));
-  reasons.push_back(
-      fmt::format("verdict: {}; probability {}, chance of a false alarm {}",
-                  report::verdict_in_words(diagnosis.at("verdict").get<std::string>()),
-                  report::probability_in_words(entry.at("probability").get<double>()),
-                  report::percent(entry.at("gate_p_value").get<double>())));
+                                version(), diagnosis.campaign, diagnosis.readings_sha256));
+  reasons.push_back(fmt::format(
+      "verdict: {}; probability {}, chance of a false alarm {}", to_string(diagnosis.verdict),
+      report::probability_in_words(found.probability), report::percent(found.false_alarm_chance)));
   reasons.push_back(fmt::format("held-out error, times the noise: {} before, {} after",
                                 report::number(fall.before, 4), report::number(fall.after, 4)));
-  for (const io::Json& p : entry.at("parameters"))
-    reasons.push_back(fmt::format("prior of {}: {} +- {} {}", p.at("name").get<std::string>(),
-                                  report::number(p.at("prior_mean").get<double>(), 4),
-                                  report::number(p.at("prior_sd").get<double>(), 4),
-                                  p.at("unit").get<std::string>()));
+  for (const calibration::RecordedParameter& p : found.effect.parameters)
+    reasons.push_back(fmt::format("prior of {}: {} +- {} {}", p.name,
+                                  report::number(p.prior_mean, 4), report::number(p.prior_sd, 4),
+                                  p.unit));
   return reasons;
-}
-
-double number_or_unknown(const io::Json& json) {
-  return json.is_null() ? unknown : json.get<double>();
 }
 
 // A value and its deviation in the file's unit, where that is a length, an angle or a force.
@@ -164,69 +129,60 @@ AdoptedValue in_units_of(const spatial::UnitSystem& units, AdoptedValue v) {
   return v;
 }
 
-AdoptedEffect effect_of(const io::Json& diagnosis, const io::Json& entry, const Fall& fall,
-                        const spatial::UnitSystem& units) {
+AdoptedEffect effect_of(const DiagnosisRecord& diagnosis, const RecordedFinding& found,
+                        const Fall& fall, const spatial::UnitSystem& units) {
   AdoptedEffect adopted;
-  adopted.effect = entry.at("effect").get<std::string>();
-  adopted.at = entry.at("at").get<std::string>();
-  const io::Json& parameters = entry.at("parameters");
-  for (std::size_t k = 0; k < parameters.size(); ++k)
-    adopted.values.push_back(
-        in_units_of(units, {.name = parameters[k].at("name").get<std::string>(),
-                            .unit = parameters[k].at("unit").get<std::string>(),
-                            .value = entry.at("values").at(k).get<double>(),
-                            .deviation = number_or_unknown(entry.at("deviations").at(k))}));
-  adopted.reasons = reasons_for(diagnosis, entry, fall);
+  adopted.effect = found.effect.effect;
+  adopted.at = found.effect.at;
+  for (std::size_t k = 0; k < found.effect.parameters.size(); ++k)
+    adopted.values.push_back(in_units_of(units, {.name = found.effect.parameters[k].name,
+                                                 .unit = found.effect.parameters[k].unit,
+                                                 .value = found.effect.values[k],
+                                                 .deviation = found.effect.deviations[k]}));
+  adopted.reasons = reasons_for(diagnosis, found, fall);
   return adopted;
 }
 
 // "was 6e+04, is 5.239e+04 +- 250 N m/rad"
-std::string remark_on(const io::Json& estimate, double deviation,
+std::string remark_on(const RecordedEstimate& estimate, double deviation,
                       const spatial::UnitSystem& units) {
-  if (!estimate.contains("designed") || !estimate.contains("unit")) return {};
-  const auto unit = estimate.at("unit").get<std::string>();
-  const AdoptedValue was =
-      in_units_of(units, {"", unit, estimate.at("designed").get<double>(), unknown});
-  const AdoptedValue is =
-      in_units_of(units, {"", unit, estimate.at("fitted").get<double>(), deviation});
+  if (std::isnan(estimate.designed) || std::isnan(estimate.fitted)) return {};
+  const AdoptedValue was = in_units_of(units, {"", estimate.unit, estimate.designed, unknown});
+  const AdoptedValue is = in_units_of(units, {"", estimate.unit, estimate.fitted, deviation});
   return fmt::format("was {}, is {}{}{}", report::number(was.value, 6), report::number(is.value, 4),
                      std::isnan(is.deviation) ? "" : " +- " + report::number(is.deviation, 2),
                      is.unit.empty() ? "" : " " + is.unit);
 }
 
-AdoptedParameter parameter_of(const io::Json& estimate, const spatial::UnitSystem& units) {
-  const bool at_bound = !estimate.at("bound").is_null();
+AdoptedParameter parameter_of(const RecordedEstimate& estimate, const spatial::UnitSystem& units) {
+  const auto deviation = [&](double known) { return estimate.is_at_bound ? unknown : known; };
   AdoptedParameter adopted;
-  const auto deviation = [&](const char* key) {
-    return at_bound || !estimate.contains(key) ? unknown : number_or_unknown(estimate.at(key));
-  };
-  adopted.remark = remark_on(estimate, deviation("standard_error"), units);
-  if (estimate.contains("effect")) {
-    adopted.effect = estimate.at("effect").get<std::string>();
-    adopted.at = estimate.at("at").get<std::string>();
-    adopted.parameter = estimate.at("value_of").get<std::string>();
-    adopted.value =
-        in_units_of(units, {"value", estimate.at("unit").get<std::string>(),
-                            estimate.at("fitted").get<double>(), deviation("standard_error")});
+  adopted.remark = remark_on(estimate, deviation(estimate.standard_error), units);
+  if (!estimate.effect.empty()) {
+    adopted.effect = estimate.effect;
+    adopted.at = estimate.at;
+    adopted.parameter = estimate.value_of;
+    adopted.value = in_units_of(
+        units, {"value", estimate.unit, estimate.fitted, deviation(estimate.standard_error)});
     return adopted;
   }
-  const auto factor = estimate.at("factor").get<double>();
-  adopted.stiffness = estimate.at("stiffness").get<std::string>();
-  adopted.value = {"factor", "", factor, factor * deviation("standard_error_of_log_factor")};
+  adopted.stiffness = estimate.stiffness;
+  adopted.value = {"factor", "", estimate.factor,
+                   estimate.factor * deviation(estimate.standard_error_of_log_factor)};
   return adopted;
 }
 
 // What was fitted with the effects (or without any) and goes into the file with them; nothing that
 // was kept as the file has it.
-std::vector<AdoptedParameter> fitted_with(const io::Json& diagnosis, const AdoptRequest& request,
-                                          std::size_t effects, const spatial::UnitSystem& units) {
+std::vector<AdoptedParameter> fitted_with(const DiagnosisRecord& diagnosis,
+                                          const AdoptRequest& request, std::size_t effects,
+                                          const spatial::UnitSystem& units) {
   std::vector<AdoptedParameter> adopted;
-  const auto fitted = diagnosis.find("fitted");
-  if (request.effects_only || fitted == diagnosis.end()) return adopted;
-  if (!request.stiffnesses_only && effects < diagnosis.at("found").size()) return adopted;
-  for (const io::Json& estimate :
-       fitted->at(request.stiffnesses_only ? "without_effects" : "with_effects"))
-    if (estimate.at("bound") != "kept") adopted.push_back(parameter_of(estimate, units));
+  if (request.effects_only) return adopted;
+  if (!request.stiffnesses_only && effects < diagnosis.found.size()) return adopted;
+  for (const RecordedEstimate& estimate :
+       request.stiffnesses_only ? diagnosis.fitted_without : diagnosis.fitted_beside)
+    if (!estimate.is_kept) adopted.push_back(parameter_of(estimate, units));
   return adopted;
 }
 
@@ -242,120 +198,120 @@ std::string names_of(const std::vector<AdoptedParameter>& parameters) {
 }
 
 // What a reader of the new robot file should know, in sentences.
-std::vector<std::string> reservations(const io::Json& diagnosis,
-                                      const std::vector<io::Json>& entries,
-                                      const Adoption& adoption, const std::string& file) {
+std::vector<std::string> reservations(const DiagnosisRecord& diagnosis,
+                                      const std::vector<RecordedFinding>& chosen,
+                                      const Adoption& adoption) {
   std::vector<std::string> said;
-  for (const io::Json& entry : entries)
-    if (const io::Json& instead = need(entry, "instead", file); !instead.empty())
-      said.push_back(fmt::format("{} may be something else: {}", name_of(entry),
-                                 fmt::join(instead.get<std::vector<std::string>>(), "; ")));
-  if (!entries.empty() && need(diagnosis, "or_something_else", file))
+  for (const RecordedFinding& one : chosen)
+    if (!one.instead.empty())
+      said.push_back(fmt::format("{} may be something else: {}", one.effect.name(),
+                                 fmt::join(one.instead, "; ")));
+  if (!chosen.empty() && diagnosis.or_something_else)
     said.push_back("it may be an effect outside the catalogue");
-  std::vector<io::Json> left_out;
-  for (const io::Json& found : need(diagnosis, "found", file))
-    if (std::find(entries.begin(), entries.end(), found) == entries.end())
+  std::vector<RecordedFinding> left_out;
+  for (const RecordedFinding& found : diagnosis.found)
+    if (std::none_of(chosen.begin(), chosen.end(), [&](const RecordedFinding& one) {
+          return one.effect.name() == found.effect.name();
+        }))
       left_out.push_back(found);
   if (!left_out.empty())
     said.push_back(fmt::format("found as well, not adopted: {}", names_of(left_out)));
-  if (adoption.fitted.empty() && !std::isnan(error_of_stage(diagnosis, "refitted", file)))
+  if (adoption.fitted.empty() && !std::isnan(diagnosis.error_of_stage("refitted")))
     said.push_back(
         "parameters under 'uncertain' keep their values in the file, so that the error there is "
         "not the one that the diagnosis shows: 'compare' and 'diagnose' fit them, other commands "
         "do not");
-  if (const auto aside = diagnosis.find("set_aside"); aside != diagnosis.end() && !aside->empty())
+  if (diagnosis.set_aside > 0)
     said.push_back(fmt::format("{} readings were set aside in the search, and count in that error",
-                               aside->size()));
+                               diagnosis.set_aside));
   return said;
 }
 
-std::string sentence(const std::filesystem::path& out, const std::vector<io::Json>& entries,
+std::string sentence(const std::filesystem::path& out, const std::vector<RecordedFinding>& chosen,
                      const Adoption& adoption, const Fall& fall) {
   std::vector<std::string> what;
-  if (!entries.empty()) what.push_back(names_of(entries));
+  if (!chosen.empty()) what.push_back(names_of(chosen));
   if (!adoption.fitted.empty()) what.push_back("fitted values of " + names_of(adoption.fitted));
   std::string text = fmt::format("{}: adopted {}", out.string(), fmt::join(what, ", with "));
-  if (!entries.empty())
+  if (!chosen.empty())
     text += fmt::format("; held-out error {} -> {} times the noise", report::number(fall.before, 4),
                         report::number(fall.after, 4));
   return text + "\n";
 }
 
 // The error of the file as it is written, where that is the model that the diagnosis ended with.
-double error_as_written(const io::Json& diagnosis, const AdoptRequest& request,
+double error_as_written(const DiagnosisRecord& diagnosis, const AdoptRequest& request,
                         const Adoption& adoption) {
   const bool is_whole = !adoption.effects.empty() && !request.effects_only &&
-                        adoption.effects.size() == diagnosis.at("found").size();
-  return is_whole ? error_of_stage(diagnosis, calibration::as_adopted, request.diagnosis) : unknown;
+                        adoption.effects.size() == diagnosis.found.size();
+  return is_whole ? diagnosis.error_of_stage(calibration::as_adopted) : unknown;
 }
 
 // An adoption, the effects in it as the diagnosis has them, and what they do to the error.
 struct Chosen {
-  std::vector<io::Json> entries;
+  std::vector<RecordedFinding> found;
   Adoption adoption;
   Fall fall;
 };
 
-Chosen adoption_from(const io::Json& diagnosis, const AdoptRequest& request) {
-  Chosen chosen{.entries = effects_to_adopt(diagnosis, request), .adoption = {}, .fall = {}};
-  if (!request.force) require_same_robot(diagnosis, request.diagnosis, request.robot);
-  const auto fall_with = [&](const io::Json& entry) {
-    return fall_of(diagnosis, name_of(entry), request.diagnosis);
+Chosen adoption_from(const DiagnosisRecord& diagnosis, const AdoptRequest& request) {
+  Chosen chosen{.found = effects_to_adopt(diagnosis, request), .adoption = {}, .fall = {}};
+  if (!request.force) require_same_robot(diagnosis, request.robot);
+  const auto fall_with = [&](const RecordedFinding& one) {
+    return fall_of(diagnosis, one.effect.name());
   };
-  if (!chosen.entries.empty()) {
-    chosen.fall = {fall_with(chosen.entries.front()).before,
-                   fall_with(chosen.entries.back()).after};
-    if (!request.force) require_adequate(diagnosis, chosen.entries, chosen.fall, request.diagnosis);
+  if (!chosen.found.empty()) {
+    chosen.fall = {fall_with(chosen.found.front()).before, fall_with(chosen.found.back()).after};
+    if (!request.force) require_adequate(diagnosis, chosen.found, chosen.fall);
   }
   const spatial::UnitSystem units = vjm::read_robot(request.robot).units;
-  for (const io::Json& entry : chosen.entries)
-    chosen.adoption.effects.push_back(effect_of(diagnosis, entry, fall_with(entry), units));
-  chosen.adoption.fitted = fitted_with(diagnosis, request, chosen.entries.size(), units);
-  if (chosen.entries.empty() && chosen.adoption.fitted.empty())
+  try {
+    for (const RecordedFinding& one : chosen.found)
+      chosen.adoption.effects.push_back(effect_of(diagnosis, one, fall_with(one), units));
+    chosen.adoption.fitted = fitted_with(diagnosis, request, chosen.found.size(), units);
+  } catch (const std::invalid_argument& error) {  // a unit that is none
+    throw common::InputError({.file = request.diagnosis,
+                              .what = fmt::format("this is not a diagnosis: {}", error.what()),
+                              .cure = "Give a file that 'kinetostat diagnose -o FILE' wrote"});
+  }
+  if (chosen.found.empty() && chosen.adoption.fitted.empty())
     throw common::NotIdentifiable(
         fmt::format("{}: nothing was fitted that could be adopted", request.diagnosis));
   return chosen;
 }
 
-io::Json adopt_from(const io::Json& diagnosis, const AdoptRequest& request,
-                    const std::filesystem::path& out, Run& run) {
-  const auto [entries, adoption, fall] = adoption_from(diagnosis, request);
-  try {
-    write_robot(out, calibration::adopted(io::read_text(request.robot), adoption));
-  } catch (const std::invalid_argument& error) {
-    throw common::InputError({.file = request.robot, .what = error.what()});
-  }
-  run.print(sentence(out, entries, adoption, fall));
-  const double as_written = error_as_written(diagnosis, request, adoption);
-  if (!std::isnan(as_written))
-    run.print(fmt::format("  as written: {} times the noise on all these readings\n",
-                          report::number(as_written, 4)));
-  const std::vector<std::string> said =
-      reservations(diagnosis, entries, adoption, request.diagnosis);
-  for (const std::string& one : said) run.print("  " + one + "\n");
+io::Json result_of(const Chosen& chosen, const std::filesystem::path& out, double as_written,
+                   const std::vector<std::string>& said) {
   io::Json effects = io::Json::array(), fitted = io::Json::array();
-  for (const io::Json& entry : entries)
-    effects.push_back({{"effect", entry.at("effect")}, {"at", entry.at("at")}});
-  for (const AdoptedParameter& p : adoption.fitted) fitted.push_back(name_of(p));
+  for (const RecordedFinding& one : chosen.found)
+    effects.push_back({{"effect", one.effect.effect}, {"at", one.effect.at}});
+  for (const AdoptedParameter& p : chosen.adoption.fitted) fitted.push_back(name_of(p));
   const auto known = [](double x) { return std::isnan(x) ? io::Json() : io::Json(x); };
   return {{"robot", out.string()},
           {"adopted", effects},
           {"fitted", fitted},
-          {"held_out_before", known(fall.before)},
-          {"held_out_after", known(fall.after)},
+          {"held_out_before", known(chosen.fall.before)},
+          {"held_out_after", known(chosen.fall.after)},
           {"error_as_written", known(as_written)},
           {"reservations", said}};
 }
 
 io::Json adopt(const AdoptRequest& request, const std::filesystem::path& out, Run& run) {
-  const io::Json diagnosis = io::read_json(request.diagnosis);
+  const DiagnosisRecord diagnosis = report::read_diagnosis(request.diagnosis);
+  const Chosen chosen = adoption_from(diagnosis, request);
   try {
-    return adopt_from(diagnosis, request, out, run);
-  } catch (const io::Json::exception& error) {
-    throw not_a_diagnosis(request.diagnosis, "", error.what());
-  } catch (const std::invalid_argument& error) {  // a unit that is none
-    throw not_a_diagnosis(request.diagnosis, "", error.what());
+    write_robot(out, calibration::adopted(io::read_text(request.robot), chosen.adoption));
+  } catch (const std::invalid_argument& error) {
+    throw common::InputError({.file = request.robot, .what = error.what()});
   }
+  run.print(sentence(out, chosen.found, chosen.adoption, chosen.fall));
+  const double as_written = error_as_written(diagnosis, request, chosen.adoption);
+  if (!std::isnan(as_written))
+    run.print(fmt::format("  as written: {} times the noise on all these readings\n",
+                          report::number(as_written, 4)));
+  const std::vector<std::string> said = reservations(diagnosis, chosen.found, chosen.adoption);
+  for (const std::string& one : said) run.print("  " + one + "\n");
+  return result_of(chosen, out, as_written, said);
 }
 
 io::Json revert(const std::string& robot, Run& run) {
@@ -373,15 +329,15 @@ io::Json revert(const std::string& robot, Run& run) {
 
 }  // namespace
 
-void require_same_robot(const io::Json& diagnosis, const std::filesystem::path& file,
-                        const std::filesystem::path& robot) {
-  const io::Json& inputs = need(diagnosis, "inputs", file.string());
-  const io::Json::json_pointer at("/robot/sha256");
-  if (!inputs.is_object() || !inputs.contains(at) || !inputs.at(at).is_string())
-    throw not_a_diagnosis(file, "inputs.robot.sha256", "the key is missing");
-  if (inputs.at(at) == io::sha256(io::read_text(robot))) return;
+void require_same_robot(const DiagnosisRecord& diagnosis, const std::filesystem::path& robot) {
+  if (diagnosis.robot_sha256.empty())
+    throw common::InputError({.file = diagnosis.file,
+                              .key = "inputs.robot.sha256",
+                              .what = "this is not a diagnosis: the key is missing",
+                              .cure = "Give a file that 'kinetostat diagnose -o FILE' wrote"});
+  if (diagnosis.robot_sha256 == io::sha256(io::read_text(robot))) return;
   throw common::InputError(
-      {.file = file,
+      {.file = diagnosis.file,
        .key = "inputs.robot",
        .what = fmt::format("the diagnosis is of another state of {}", robot.string()),
        .cure = "Run 'kinetostat diagnose -o' again on this robot file"});

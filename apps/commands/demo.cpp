@@ -17,6 +17,7 @@
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/comparison.h"
 #include "kinetostat/report/diagnosis.h"
+#include "kinetostat/report/diagnosis_file.h"
 #include "kinetostat/report/text.h"
 #include "kinetostat/report/waterfall.h"
 #include "kinetostat/vjm/io/robot_file.h"

@@ -15,6 +15,7 @@
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/comparison.h"
 #include "kinetostat/report/diagnosis.h"
+#include "kinetostat/report/diagnosis_file.h"
 #include "kinetostat/report/manipulator.h"
 #include "kinetostat/report/plan.h"
 #include "kinetostat/report/readings_picture.h"
@@ -82,8 +83,9 @@ io::Json diagnose(const DiagnoseRequest& request, Run& run) {
   run.print(report::text(robot, campaign, diagnosis));
   if (run.wants_page()) draw(robot, campaign, diagnosis, run);
   if (!request.plan.empty()) {
-    const auto score = calibration::score_plan(io::read_json(request.plan), request.plan, robot,
-                                               campaign, diagnosis, run.threads(), run.progress());
+    const auto score =
+        calibration::score_plan(report::promise_of(io::read_json(request.plan), request.plan),
+                                robot, campaign, diagnosis, run.threads(), run.progress());
     run.print(report::text(score));
     json["plan"] = report::to_json(score);
   }

@@ -8,6 +8,7 @@
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/calibration/comparison/compare.h"
 #include "kinetostat/calibration/diagnosis/diagnosis.h"
+#include "kinetostat/calibration/diagnosis/diagnosis_record.h"
 #include "kinetostat/vjm/io/robot_file.h"
 
 namespace kinetostat::apps {
@@ -32,9 +33,9 @@ io::Json diagnosis_picture(const vjm::Robot& robot, const calibration::Campaign&
                            const calibration::Comparison& before,
                            const calibration::Comparison* after);
 
-/// A diagnosis (as `file` has it) is of one state of one robot file: throws common::InputError when
-/// `robot` has another.
-void require_same_robot(const io::Json& diagnosis, const std::filesystem::path& file,
+/// A diagnosis is of one state of one robot file: throws common::InputError when `robot` has
+/// another.
+void require_same_robot(const calibration::DiagnosisRecord& diagnosis,
                         const std::filesystem::path& robot);
 
 /// Writes `robot` with what `diagnosis` found and fitted to `out`, and says so: all effects, or the

@@ -15,7 +15,7 @@
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/spelling.h"
 #include "kinetostat/io/text_file.h"
-#include "kinetostat/report/diagnosis.h"
+#include "kinetostat/report/diagnosis_file.h"
 #include "kinetostat/report/manipulator.h"
 #include "kinetostat/report/plan.h"
 
@@ -32,11 +32,11 @@ struct PlanRequest {
 };
 
 // A diagnosis is of one robot file and one table of readings.
-io::Json read_diagnosis(const PlanRequest& request, const vjm::Robot& robot,
-                        const calibration::Campaign& campaign) {
-  io::Json diagnosis = io::read_json(request.diagnosis);
-  require_same_robot(diagnosis, request.diagnosis, robot.file);
-  if (diagnosis.value("readings", io::Json()) != io::sha256(io::read_text(campaign.readings_file)))
+calibration::DiagnosisRecord read_diagnosis(const PlanRequest& request, const vjm::Robot& robot,
+                                            const calibration::Campaign& campaign) {
+  calibration::DiagnosisRecord diagnosis = report::read_diagnosis(request.diagnosis);
+  require_same_robot(diagnosis, robot.file);
+  if (diagnosis.readings_sha256 != io::sha256(io::read_text(campaign.readings_file)))
     throw common::InputError({.file = request.diagnosis,
                               .key = "readings",
                               .what = "the diagnosis is of other readings than these",
@@ -44,18 +44,20 @@ io::Json read_diagnosis(const PlanRequest& request, const vjm::Robot& robot,
   return diagnosis;
 }
 
-io::Json diagnosis_of(const PlanRequest& request, const vjm::Robot& robot,
-                      const calibration::Campaign& campaign, Run& run) {
+calibration::DiagnosisRecord diagnosis_of(const PlanRequest& request, const vjm::Robot& robot,
+                                          const calibration::Campaign& campaign, Run& run) {
   if (!request.diagnosis.empty()) return read_diagnosis(request, robot, campaign);
-  return report::to_json(
-      robot, campaign,
-      resumable_diagnosis(robot, campaign, request.diagnose, request.no_cache, run));
+  return report::diagnosis_record(
+      report::to_json(
+          robot, campaign,
+          resumable_diagnosis(robot, campaign, request.diagnose, request.no_cache, run)),
+      {});
 }
 
 calibration::PlanQuestion question_of(const PlanRequest& request, const vjm::Robot& robot,
-                                      const io::Json& diagnosis) {
+                                      const calibration::DiagnosisRecord& diagnosis) {
   try {
-    return calibration::question_of(robot, diagnosis, request.diagnosis, request.show);
+    return calibration::question_of(robot, diagnosis, request.show);
   } catch (const std::invalid_argument& error) {
     throw UsageError("--show", error.what(), "'kinetostat effect list ROBOT.yaml' names effects");
   }
@@ -126,7 +128,7 @@ io::Json plan(const PlanRequest& request, Run& run) {
   const vjm::Robot robot = request.campaign.read_robot();
   const calibration::Campaign campaign = request.campaign.read_campaign(robot, run);
   const calibration::PlanOptions options = options_of(request, robot);
-  const io::Json diagnosis = diagnosis_of(request, robot, campaign, run);
+  const calibration::DiagnosisRecord diagnosis = diagnosis_of(request, robot, campaign, run);
   const calibration::PlanQuestion question = question_of(request, robot, diagnosis);
   const calibration::Plan plan =
       calibration::plan(robot, campaign, question, options, run.threads(), run.progress());

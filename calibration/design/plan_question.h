@@ -1,13 +1,12 @@
 // The candidates that readings so far leave open, by a diagnosis of them.
 #pragma once
 
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "kinetostat/calibration/diagnosis/diagnosis_record.h"
 #include "kinetostat/calibration/search/candidate.h"
-#include "kinetostat/io/json.h"
 
 namespace kinetostat::calibration {
 
@@ -33,10 +32,10 @@ struct PlanQuestion {
 /// The question that a result of `diagnose` leaves: its ambiguous set; where it is inconclusive,
 /// the effects that were not observable, one place of each kind; where nothing explains the
 /// readings, the nearest candidates; else no candidates. `show`: effects (or "effect at place")
-/// that the next readings shall show, whatever was found. `file` is for messages. Throws
-/// common::InputError when the file is of another robot, std::invalid_argument for an effect that
+/// that the next readings shall show, whatever was found. Throws common::InputError when the
+/// diagnosis is of another robot, std::invalid_argument for an effect that
 /// the robot cannot have.
-PlanQuestion question_of(const vjm::Robot& robot, const io::Json& diagnosis,
-                         const std::filesystem::path& file, const std::vector<std::string>& show);
+PlanQuestion question_of(const vjm::Robot& robot, const DiagnosisRecord& diagnosis,
+                         const std::vector<std::string>& show);
 
 }  // namespace kinetostat::calibration

@@ -1,19 +1,24 @@
 // Score of a plan: the promised separation, and that of its readings.
 #pragma once
 
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "kinetostat/calibration/campaign/campaign.h"
+#include "kinetostat/calibration/design/plan.h"
 #include "kinetostat/common/progress.h"
-#include "kinetostat/io/json.h"
 #include "kinetostat/vjm/io/robot_file.h"
 
 namespace kinetostat::calibration {
 
-struct Diagnosis;  // diagnosis.h
+struct Diagnosis;  // diagnosis_result.h
+
+/// What a plan promised, as its file says it.
+struct PlanPromise {
+  std::vector<PlannedSplit> splits;
+  std::vector<PlannedSharpening> sharpened;
+};
 
 /// Two models that were to be distinguished.
 struct SplitScore {
@@ -35,10 +40,8 @@ struct PlanScore {
   std::vector<SharpeningScore> sharpened;
 };
 
-/// Score of a plan as `plan --json` writes it, by a diagnosis of the readings so far with those of
-/// the plan. `file` is for messages. Throws common::InputError when it is no plan.
-PlanScore score_plan(const io::Json& plan, const std::filesystem::path& file,
-                     const vjm::Robot& robot, const Campaign& campaign, const Diagnosis& diagnosis,
-                     int threads, common::Progress& progress);
+/// Score of what a plan promised, by a diagnosis of the readings so far with those of the plan.
+PlanScore score_plan(const PlanPromise& promise, const vjm::Robot& robot, const Campaign& campaign,
+                     const Diagnosis& diagnosis, int threads, common::Progress& progress);
 
 }  // namespace kinetostat::calibration

@@ -10,6 +10,7 @@
 #include "kinetostat/io/csv.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/diagnosis.h"
+#include "kinetostat/report/diagnosis_file.h"
 #include "kinetostat/vjm/io/effect_file.h"
 
 #include "support/temporary_folder.h"
@@ -49,6 +50,10 @@ class Laboratory {
   }
   io::Json json(const Campaign& campaign, const Diagnosis& diagnosis) const {
     return report::to_json(robot_, campaign, diagnosis);
+  }
+  /// As the file of a diagnosis says it.
+  DiagnosisRecord recorded(const Campaign& campaign, const Diagnosis& diagnosis) const {
+    return report::diagnosis_record(json(campaign, diagnosis), "d.json");
   }
 
  private:

@@ -24,6 +24,7 @@
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/io/yaml.h"
 #include "kinetostat/report/page.h"
+#include "kinetostat/report/plan.h"
 #include "kinetostat/vjm/effects/kinds/expression.h"
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/io/urdf.h"
@@ -268,7 +269,7 @@ Reader plan_reader(const path& folder) {
             io::Json plan = io::read_json(file);
             if (plan.is_object()) plan["sharpened"] = io::Json::array();  // needs a fit
             common::Progress silent;
-            (void)calibration::score_plan(plan, file, robot, {}, {}, 1, silent);
+            (void)calibration::score_plan(report::promise_of(plan, file), robot, {}, {}, 1, silent);
           }};
 }
 

@@ -14,7 +14,7 @@
 #include "kinetostat/calibration/design/plan_score.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/text_file.h"
-#include "kinetostat/report/diagnosis.h"
+#include "kinetostat/report/diagnosis_file.h"
 #include "kinetostat/report/plan.h"
 
 #include "calibration/laboratory.h"
@@ -74,14 +74,15 @@ Story follow(Laboratory& laboratory, const std::string& readings, const std::str
   const Campaign campaign = laboratory.measure(readings, more);
   Story story;
   story.before = laboratory.diagnose(campaign, kinds);
-  const PlanQuestion question = question_of(
-      laboratory.robot(), laboratory.json(campaign, story.before), "diagnosis.json", {});
+  const PlanQuestion question =
+      question_of(laboratory.robot(), laboratory.recorded(campaign, story.before), {});
   const PlanOptions options{.minutes = 60};
   story.plan = plan(laboratory.robot(), campaign, question, options, 2, silent);
   const Campaign all = laboratory.measure(report::plan_table(laboratory.robot(), story.plan), more);
   story.after = laboratory.diagnose(all, kinds);
-  story.score = score_plan(report::to_json(question, options, story.plan), "plan.json",
-                           laboratory.robot(), all, story.after, 2, silent);
+  story.score =
+      score_plan(report::promise_of(report::to_json(question, options, story.plan), "plan.json"),
+                 laboratory.robot(), all, story.after, 2, silent);
   return story;
 }
 
@@ -125,7 +126,7 @@ TEST(Plan, AsksForTheWayBackOfFriction) {
   ASSERT_EQ(before.verdict, Verdict::narrowed_down);
   ASSERT_GT(before.steps.size(), 1u);
   const PlanQuestion question =
-      question_of(laboratory.robot(), laboratory.json(campaign, before), "diagnosis.json", {});
+      question_of(laboratory.robot(), laboratory.recorded(campaign, before), {});
   ASSERT_GT(question.open.size(), 1u);
   EXPECT_EQ(question.open[0].candidate.name(), "friction at cell.q");
   EXPECT_TRUE(question.open[0].is_fitted);
@@ -178,8 +179,8 @@ TEST(Plan, WeightInDifferencesNeedsAbsoluteReadings) {
   laboratory.options().translation_noise = 5e-6;
   const Campaign campaign = laboratory.measure(arm_readings());
   const Diagnosis diagnosis = laboratory.diagnose(campaign, {"payload", "joint_compliance"});
-  const PlanQuestion question = question_of(
-      laboratory.robot(), laboratory.json(campaign, diagnosis), "diagnosis.json", {"payload"});
+  const PlanQuestion question =
+      question_of(laboratory.robot(), laboratory.recorded(campaign, diagnosis), {"payload"});
   ASSERT_EQ(question.open.size(), 1u);
   EXPECT_TRUE(question.unseen.empty());  // the other kind acts as what is fitted
   common::Progress silent;
@@ -241,8 +242,8 @@ TEST(Plan, DistinguishesAMassFromItsConfounders) {
   const Campaign campaign = laboratory.measure(turning_arm_readings());
   const Diagnosis before = laboratory.diagnose(campaign, kinds);
   ASSERT_EQ(before.verdict, Verdict::none_needed);
-  const PlanQuestion question = question_of(laboratory.robot(), laboratory.json(campaign, before),
-                                            "diagnosis.json", {"payload"});
+  const PlanQuestion question =
+      question_of(laboratory.robot(), laboratory.recorded(campaign, before), {"payload"});
   common::Progress silent;
   const Plan p = plan(laboratory.robot(), campaign, question, {}, 2, silent);
   ASSERT_TRUE(p.asks_for_absolute);
@@ -305,8 +306,8 @@ TEST(Plan, WhatIsTakenUpByTheFitShowsUnderKnownWeights) {
   const Campaign campaign = laboratory.measure(loads_only_up({0, 300, 600, 900}));
   const Diagnosis diagnosis = laboratory.diagnose(campaign, {"wrench_gain", "clearance"});
   ASSERT_EQ(diagnosis.verdict, Verdict::none_needed);
-  const PlanQuestion question = question_of(
-      laboratory.robot(), laboratory.json(campaign, diagnosis), "diagnosis.json", {"wrench_gain"});
+  const PlanQuestion question =
+      question_of(laboratory.robot(), laboratory.recorded(campaign, diagnosis), {"wrench_gain"});
   common::Progress silent;
   const Plan p = plan(laboratory.robot(), campaign, question, {.minutes = 60}, 2, silent);
   ASSERT_FALSE(p.splits.empty());
@@ -368,8 +369,8 @@ TEST(Plan, SharpensAsPromised) {
   EXPECT_LT(p.work_after, 0.6 * p.work_before);
   const Campaign more = laboratory.measure(report::plan_table(laboratory.robot(), p));
   const PlanScore score =
-      score_plan(report::to_json(question, options, p), "plan.json", laboratory.robot(), more,
-                 laboratory.diagnose(more, {"payload"}), 2, silent);
+      score_plan(report::promise_of(report::to_json(question, options, p), "plan.json"),
+                 laboratory.robot(), more, laboratory.diagnose(more, {"payload"}), 2, silent);
   ASSERT_EQ(score.sharpened.size(), 2u);
   for (const SharpeningScore& s : score.sharpened) {
     ASSERT_TRUE(s.realised) << s.name;
@@ -479,9 +480,7 @@ TEST(Plan, CallsJointsAsTheReadingsDo) {
 }
 
 TEST(Plan, RefusesWhatIsNoDiagnosis) {
-  Laboratory laboratory(slide);
-  EXPECT_THROW((void)question_of(laboratory.robot(), {{"verdict", 3}}, "d.json", {}),
-               common::InputError);
+  EXPECT_THROW((void)report::diagnosis_record({{"verdict", 3}}, "d.json"), common::InputError);
 }
 
 }  // namespace

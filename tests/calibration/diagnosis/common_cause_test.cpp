@@ -86,8 +86,7 @@ TEST_F(CommonCauseTest, ThePlanAsksForKnownWeights) {
   arm.hide("wrench_gain", "load", "gain=1.05");
   const Campaign campaign = measure(arm);
   const Diagnosis d = diagnose(campaign, arm);
-  const PlanQuestion question =
-      question_of(arm.robot(), arm.json(campaign, d), "diagnosis.json", {});
+  const PlanQuestion question = question_of(arm.robot(), arm.recorded(campaign, d), {});
   ASSERT_EQ(question.open.size(), 1u);
   EXPECT_EQ(question.open[0].candidate.name(), "wrench_gain at load");
   common::Progress silent;

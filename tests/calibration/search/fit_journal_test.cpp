@@ -13,7 +13,7 @@
 #include "kinetostat/calibration/regression/wrench_noise.h"
 #include "kinetostat/calibration/search/fit_record.h"
 #include "kinetostat/common/error.h"
-#include "kinetostat/report/diagnosis.h"
+#include "kinetostat/report/diagnosis_file.h"
 
 namespace kinetostat::calibration {
 namespace {
