@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kinetostat/vjm/chain/robust_factor.h"
+
 namespace kinetostat::vjm {
 
 using Eigen::Index;
@@ -20,19 +22,20 @@ MatrixXd bordered(const MatrixXd& derivative, const VectorXd& last_row) {
   return matrix;
 }
 
-}  // namespace
-
-VectorXd Continuation::tangent(const VectorXd& forward) {
+// Of the path, unit length, on the side of `forward`.
+VectorXd direction(const MatrixXd& derivative, const VectorXd& forward) {
   RobustFactor factor;
-  factor.compute(bordered(equations_.derivative(), forward));
+  factor.compute(bordered(derivative, forward));
   return factor.solve(VectorXd::Unit(forward.size(), forward.size() - 1)).col(0).normalized();
 }
 
+}  // namespace
+
 std::optional<Station> Continuation::station(const PathState& at, const VectorXd& forward) {
-  equations_.right_hand_side(at);
-  Station station{at, tangent(forward), {}};
+  const LinearisedPath linear = equations_.linearised(at);
+  Station station{at, direction(linear.derivative(), forward), {}};
   if (!(station.tangent.norm() > 0.5)) return std::nullopt;  // zero, or not a number
-  station.spectrum = equations_.spectrum();
+  station.spectrum = linear.spectrum();
   return station;
 }
 
@@ -47,7 +50,7 @@ std::optional<Station> Continuation::correct(const PathState& from, const Vector
     VectorXd right(normal.size());
     right << equations_.right_hand_side(at), offset - normal.dot(change);
     RobustFactor factor;
-    factor.compute(bordered(equations_.derivative(), normal));
+    factor.compute(bordered(equations_.linearised(at).derivative(), normal));
     bool consistent = true;
     const VectorXd correction = factor.solve(right, &consistent);
     const double size = correction.norm();
@@ -70,8 +73,7 @@ std::optional<Station> Continuation::correct(const PathState& from, const Vector
 }
 
 std::optional<Station> Continuation::first(const PathState& at) {
-  equations_.right_hand_side(at);
-  const MatrixXd null = null_space(equations_.derivative());
+  const MatrixXd null = null_space(equations_.linearised(at).derivative());
   const Index n = null.rows();
   VectorXd forward = null * null.row(n - 1).transpose();
   if (forward.norm() < 1e-8) {
@@ -130,9 +132,8 @@ std::optional<Station> Continuation::halved_to(const Station& from, const Statio
   return nearest;
 }
 
-MatrixXd Continuation::derivative(const Station& station) {
-  equations_.right_hand_side(station.at);
-  return equations_.derivative();
+MatrixXd Continuation::derivative(const Station& station) const {
+  return equations_.linearised(station.at).derivative();
 }
 
 }  // namespace kinetostat::vjm

@@ -19,7 +19,7 @@ struct Station {
 
 class Continuation {
  public:
-  explicit Continuation(PathEquations& equations) : equations_(equations) {}
+  explicit Continuation(const PathEquations& equations) : equations_(equations) {}
 
   /// The equilibrium nearest to from + guess with normal . change = offset (Keller's bordered
   /// system, Newton's method with the exact derivative), going on along `forward`.
@@ -40,8 +40,8 @@ class Continuation {
     return equations_.difference(from.at, to.at);
   }
   /// n x (n + 1), as PathEquations has it.
-  Eigen::MatrixXd derivative(const Station& station);
-  PathEquations& equations() { return equations_; }
+  Eigen::MatrixXd derivative(const Station& station) const;
+  const PathEquations& equations() const { return equations_; }
 
   int iterations() const { return iterations_; }  // of the last correction
 
@@ -50,9 +50,8 @@ class Continuation {
   std::optional<Station> station(const PathState& at, const Eigen::VectorXd& forward);
   /// Where `between` finds the parameter, by halving.
   std::optional<Station> halved_to(const Station& from, const Station& to, double parameter);
-  Eigen::VectorXd tangent(const Eigen::VectorXd& forward);
 
-  PathEquations& equations_;
+  const PathEquations& equations_;
   int iterations_ = 0;
 };
 

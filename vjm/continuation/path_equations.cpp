@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "kinetostat/vjm/chain/robust_factor.h"
 #include "kinetostat/vjm/statics/equilibrium_state.h"
 
 namespace kinetostat::vjm {
@@ -72,7 +73,6 @@ PathEquations::PathEquations(const Manipulator& manipulator, const Posture& post
       weight_(system_.scale().length) {
   const double size = system_.scale().twist().cwiseProduct(task.displacement).norm();
   if (task.platform_held && size > 0) weight_ = size;
-  system_.hold_platform(task.platform_held);
   for (const Chain& chain : manipulator.chains()) {
     turning_.emplace_back();
     for (const Index k : chain.free_coordinates())
@@ -80,7 +80,8 @@ PathEquations::PathEquations(const Manipulator& manipulator, const Posture& post
   }
 }
 
-EquilibriumStatus PathEquations::start(double parameter, PathState& state, std::string& reason) {
+EquilibriumStatus PathEquations::start(double parameter, PathState& state,
+                                       std::string& reason) const {
   state.parameter = parameter;
   if (parameter == 0 && task_.constant.empty() && manipulator_.is_relaxed_when_unloaded()) {
     state.state = system_.relaxed_state();
@@ -94,35 +95,40 @@ EquilibriumStatus PathEquations::start(double parameter, PathState& state, std::
 
 void PathEquations::balance_weight(const PathState& at) {
   if (task_.platform_held && !task_.displacement.isZero(0)) return;
-  right_hand_side(at);
-  const MatrixXd matrix = derivative();
+  const LinearisedPath linear = linearised(at);
+  const MatrixXd& matrix = linear.derivative();
   RobustFactor factor;
   factor.compute(matrix.leftCols(matrix.cols() - 1));
   const double moves = factor.solve(matrix.rightCols<1>()).norm() * weight_;
   if (std::isfinite(moves) && moves > 0) weight_ = std::min(moves, system_.scale().length);
 }
 
-VectorXd PathEquations::right_hand_side(const PathState& at) {
-  at_ = at;
-  system_.set(at.state, task_.load(at.parameter));
-  system_.hold_platform(task_.platform_held);
-  return system_.flat(system_.newton_right_hand_side());
+EquilibriumResiduals PathEquations::residuals(const SystemState& state, double parameter) const {
+  return {system_, state, task_.load(parameter)};
 }
 
-// The residuals are linear in the loads.
-VectorXd PathEquations::right_hand_side_by_parameter() {
-  const VectorXd now = right_hand_side(at_);
-  system_.set(at_.state, task_.load(at_.parameter + 1));
-  const VectorXd more = system_.flat(system_.newton_right_hand_side());
-  system_.set(at_.state, task_.load(at_.parameter));
-  return more - now;
+VectorXd PathEquations::flat_right_hand_side(const EquilibriumResiduals& at) const {
+  const bool held = task_.platform_held;
+  return system_.flat(at.newton_right_hand_side(held), held);
 }
 
-MatrixXd PathEquations::derivative() {
-  const VectorXd by_load = right_hand_side_by_parameter();
-  system_.hold_platform(false);
-  const MatrixXd all = system_.dense_matrix();
-  system_.hold_platform(task_.platform_held);
+VectorXd PathEquations::right_hand_side(const PathState& at) const {
+  return flat_right_hand_side(residuals(at.state, at.parameter));
+}
+
+LinearisedPath PathEquations::linearised(const PathState& at) const {
+  const EquilibriumResiduals here = residuals(at.state, at.parameter);
+  // The residuals are linear in the loads.
+  const VectorXd by_load =
+      flat_right_hand_side(residuals(at.state, at.parameter + 1)) - flat_right_hand_side(here);
+  EquilibriumTangent tangent(here);
+  MatrixXd matrix = derivative(tangent, by_load);
+  return {std::move(tangent), std::move(matrix), task_.platform_held};
+}
+
+MatrixXd PathEquations::derivative(const EquilibriumTangent& tangent,
+                                   const VectorXd& by_load) const {
+  const MatrixXd all = tangent.matrix(false);
   const Index first = task_.platform_held ? 6 : 0, n = all.rows() - first;
   MatrixXd derivative(n, n + 1);
   derivative.leftCols(n) = all.bottomRightCorner(n, n);
@@ -136,7 +142,7 @@ MatrixXd PathEquations::derivative() {
 
 PathState PathEquations::moved(const PathState& from, const VectorXd& change) const {
   const Index n = change.size() - 1;
-  PathState to{system_.moved(from.state, system_.from_flat(change.head(n)), 1),
+  PathState to{system_.moved(from.state, system_.from_flat(change.head(n), task_.platform_held), 1),
                from.parameter + change[n] / weight_};
   if (task_.platform_held)
     to.state.bodies[0] = spatial::displaced(posture_.platform, to.parameter * task_.displacement);
@@ -144,8 +150,7 @@ PathState PathEquations::moved(const PathState& from, const VectorXd& change) co
 }
 
 VectorXd PathEquations::difference(const PathState& from, const PathState& to) const {
-  const SystemVector change = system_.difference(from.state, to.state);
-  const VectorXd flat = system_.flat(change);
+  const VectorXd flat = system_.flat(system_.difference(from.state, to.state), task_.platform_held);
   VectorXd all(flat.size() + 1);
   all << flat, (to.parameter - from.parameter) * weight_;
   return all;
@@ -163,12 +168,12 @@ VectorXd PathEquations::separation(const PathState& from, const PathState& to) c
 }
 
 double PathEquations::motion(const VectorXd& change) const {
-  SystemVector moves = system_.from_flat(change.head(change.size() - 1));
+  SystemVector moves = system_.from_flat(change.head(change.size() - 1), task_.platform_held);
   for (Vector6& wrench : moves.wrenches) wrench.setZero();
   return moves.norm();
 }
 
-bool PathEquations::law_differs(const PathState& a, const PathState& b, double share) {
+bool PathEquations::law_differs(const PathState& a, const PathState& b, double share) const {
   const std::vector<double> at_a = law_tangents(a), at_b = law_tangents(b);
   for (std::size_t i = 0; i < at_a.size(); ++i)
     if (std::abs(at_a[i] - at_b[i]) > share * std::max(std::abs(at_a[i]), std::abs(at_b[i])))
@@ -176,23 +181,13 @@ bool PathEquations::law_differs(const PathState& a, const PathState& b, double s
   return false;
 }
 
-std::vector<double> PathEquations::law_tangents(const PathState& at) {
-  right_hand_side(at);
+std::vector<double> PathEquations::law_tangents(const PathState& at) const {
   std::vector<double> tangents;
-  for (std::size_t c = 0; c < manipulator_.size(); ++c) {
-    const Chain& chain = manipulator_.chains()[c];
-    const ChainEquations& equations = system_.chains()[c];
-    for (const auto& [coordinate, law] : chain.laws())
-      tangents.push_back(chain
-                             .value_of(coordinate, *law, equations.coordinates(),
-                                       equations.deflection(), equations.travel())
-                             .tangent);
-  }
+  const EquilibriumResiduals here = residuals(at.state, at.parameter);
+  for (const ChainResiduals& chain : here.chains())
+    for (const auto& [coordinate, law] : chain.equations().chain().laws())
+      tangents.push_back(chain.value_of(coordinate, *law).tangent);
   return tangents;
-}
-
-EnergySpectrum PathEquations::spectrum() const {
-  return energy_spectrum(system_.energy_hessian(task_.platform_held));
 }
 
 VectorXd PathEquations::push() const {
@@ -200,18 +195,17 @@ VectorXd PathEquations::push() const {
   for (std::size_t c = 0; c < manipulator_.size(); ++c)
     if (manipulator_.span(c).to == Span::platform)
       push.wrenches[c] = system_.scale().twist().cwiseProduct(task_.displacement);
-  const VectorXd flat = system_.flat(push);
+  const VectorXd flat = system_.flat(push, task_.platform_held);
   VectorXd all(flat.size() + 1);
   all << flat, 0;
   return all;
 }
 
-PathPoint PathEquations::describe(const PathState& at, const VectorXd* tangent) {
+PathPoint PathEquations::describe(const PathState& at, const VectorXd* tangent) const {
   const Load load = task_.load(at.parameter);
   PathPoint point;
   point.parameter = at.parameter;
-  point.equilibrium = vjm::describe(system_, manipulator_, posture_, at.state, load);
-  system_.hold_platform(task_.platform_held);
+  point.equilibrium = vjm::describe(system_, at.state, load);
   point.along = along(point.equilibrium, tangent);
   point.equilibrium.status = EquilibriumStatus::converged;
   point.equilibrium.reached = 1;
@@ -229,7 +223,7 @@ std::optional<Along> PathEquations::along(const Equilibrium& equilibrium,
               {}};
   if (!tangent) return along;
   const Index n = tangent->size() - 1;
-  const SystemVector rate = system_.from_flat(tangent->head(n));
+  const SystemVector rate = system_.from_flat(tangent->head(n), task_.platform_held);
   const double driven_rate = (*tangent)[n] / weight_ * part.norm();
   double rise = driven_rate, run = 0;
   if (task_.platform_held) {

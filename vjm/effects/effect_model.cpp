@@ -5,6 +5,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "kinetostat/vjm/statics/equilibrium_residuals.h"
 #include "kinetostat/vjm/statics/equilibrium_state.h"
 
 namespace kinetostat::vjm {
@@ -15,12 +16,12 @@ using Eigen::VectorXd;
 
 // An equilibrium under its conditions.
 struct EffectModel::Case {
-  EquilibriumSystem& system;
+  const EquilibriumResiduals& equilibrium;
   const Load& stated;
-  const Load& load;
   const Conditions& conditions;
   const ReadingErrors& errors;
-  const SystemState& state;
+
+  const spatial::Pose& platform() const { return equilibrium.state().bodies[0]; }
 };
 
 namespace {
@@ -86,8 +87,8 @@ EffectModel::EffectModel(Manipulator bare, std::vector<Effect> effects,
 }
 
 // How the pose that is read changes with the wrench that is stated.
-Matrix6X EffectModel::by_stated_wrench(const Case& at) const {
-  const EquilibriumDerivatives equations(at.system, at.load, at.state);
+Matrix6X EffectModel::by_stated_wrench(const EquilibriumDerivatives& equations,
+                                       const Case& at) const {
   Matrix6X result(6, 6);
   for (Index k = 0; k < 6; ++k) {
     const spatial::Vector6 unit = spatial::Vector6::Unit(k);
@@ -95,9 +96,8 @@ Matrix6X EffectModel::by_stated_wrench(const Case& at) const {
                                           .moment = unit.tail<3>(),
                                           .point_on_platform = at.stated.point_on_platform});
     EquationChange equation = equations.no_change();
-    equation.platform_wrench = change.at_reference_point(at.state.bodies[0]);
-    result.col(k) =
-        at.errors.observed_motion(at.state.bodies[0], equations.solve(equation).platform);
+    equation.platform_wrench = change.at_reference_point(at.platform());
+    result.col(k) = at.errors.observed_motion(at.platform(), equations.solve(equation).platform);
   }
   return result;
 }
@@ -138,26 +138,28 @@ Response EffectModel::respond(const Posture& posture, const Load& stated, const 
   const Manipulator& manipulator = varied ? *varied : fixed_;
   const ReadingErrors errors = reads_ ? reading_errors(effects_, conditions) : ReadingErrors{};
   const Load load = errors.actual(stated);
-  EquilibriumSystem system(manipulator, posture);
-  FoundState found = state_under_load(system, manipulator, posture, load, options_, near);
+  const EquilibriumSystem system(manipulator, posture);
+  FoundState found = state_under_load(system, load, options_, near);
   if (found.status != EquilibriumStatus::converged) {
     response.failure = std::move(found.reason);
     return response;
   }
   response.state = std::move(found.state);
   response.observed = errors.observed(response.state.bodies[0]);
-  const Case at{system, stated, load, conditions, errors, response.state};
-  if (with_compliance) response.by_wrench = by_stated_wrench(at);
-  if (with_derivatives) {
-    differentiate(at, before, parameters, response);
-  } else if (has_history_) {
-    advance(at, before, response);
-  }
+  if (with_derivatives) response.derivatives.resize(6, static_cast<Index>(parameters.size()));
+  const bool differentiates = with_derivatives && !parameters.empty();
+  if (!differentiates && !with_compliance && !has_history_) return response;
+  const EquilibriumResiduals equilibrium(system, response.state, load);
+  const Case at{equilibrium, stated, conditions, errors};
+  if (has_history_ && !differentiates) advance(at, before, response);
+  if (!differentiates && !with_compliance) return response;
+  const EquilibriumDerivatives equations(equilibrium);
+  if (with_compliance) response.by_wrench = by_stated_wrench(equations, at);
+  if (differentiates) differentiate(equations, at, before, parameters, response);
   return response;
 }
 
 void EffectModel::advance(const Case& at, const Response& before, Response& response) const {
-  const EquilibriumDerivatives equations(at.system, at.load, at.state);
   for (std::size_t e = 0; e < effects_.size(); ++e) {
     const Effect& effect = effects_[e];
     const Index size = effect.kind->history;
@@ -165,7 +167,7 @@ void EffectModel::advance(const Case& at, const Response& before, Response& resp
       const VectorXd history = history_at(before.histories[e], s, size);
       response.histories[e].segment(static_cast<Index>(s) * size, size) =
           effect.kind
-              ->advance(equations.chain(effect.sites[s].chain), effect.sites[s].element,
+              ->advance(chain_state(at.equilibrium, effect.sites[s].chain), effect.sites[s].element,
                         {effect.values, at.conditions, history})
               .next;
     }
@@ -174,16 +176,17 @@ void EffectModel::advance(const Case& at, const Response& before, Response& resp
 
 // What all parameters of one case share.
 struct EffectModel::Linear {
-  EquilibriumDerivatives equations;
+  const EquilibriumDerivatives& equations;
   std::vector<ChainState> states;                  // of chains
   std::vector<std::vector<ChainColumns>> columns;  // of effects at their sites, where needed
 
-  Linear(const Case& at, const std::vector<Effect>& effects, const Response& before,
+  Linear(const EquilibriumDerivatives& derivatives, const Case& at,
+         const std::vector<Effect>& effects, const Response& before,
          const std::vector<ModelParameter>& parameters)
-      : equations(at.system, at.load, at.state), columns(effects.size()) {
+      : equations(derivatives), columns(effects.size()) {
     if (effects.empty()) return;
-    for (std::size_t c = 0; c < at.system.chains().size(); ++c)
-      states.push_back(equations.chain(c));
+    for (std::size_t c = 0; c < at.equilibrium.chains().size(); ++c)
+      states.push_back(chain_state(at.equilibrium, c));
     std::vector<bool> needed(effects.size());
     for (const ModelParameter& parameter : parameters)
       if (parameter.springs.empty()) needed[parameter.effect] = true;
@@ -204,7 +207,7 @@ EquationChange EffectModel::change_by(const Linear& linear, const Case& at, cons
     for (std::size_t s = 0; s < effect.sites.size(); ++s)
       change.add(effect.sites[s].chain, linear.columns[parameter.effect][s], parameter.value);
     if (!effect.kind->acts_on_chains())
-      change.platform_wrench = at.errors.wrench_derivative(at.stated, at.state.bodies[0],
+      change.platform_wrench = at.errors.wrench_derivative(at.stated, at.platform(),
                                                            tangent_of(parameter, at.conditions));
   }
   for (std::size_t e = 0; e < effects_.size(); ++e) {
@@ -225,12 +228,11 @@ ReadingErrors EffectModel::tangent_of(const ModelParameter& parameter,
   return effect.kind->tangent(parameter.value, {effect.values, conditions, no_history});
 }
 
-void EffectModel::differentiate(const Case& at, const Response& before,
+void EffectModel::differentiate(const EquilibriumDerivatives& equations, const Case& at,
+                                const Response& before,
                                 const std::vector<ModelParameter>& parameters,
                                 Response& response) const {
-  response.derivatives.resize(6, static_cast<Index>(parameters.size()));
-  if (parameters.empty() && !has_history_) return;
-  const Linear linear(at, effects_, before, parameters);
+  const Linear linear(equations, at, effects_, before, parameters);
   std::vector<EquationChange> changes;
   std::vector<StateDerivative> solutions;
   for (std::size_t p = 0; p < parameters.size(); ++p) {
@@ -238,10 +240,10 @@ void EffectModel::differentiate(const Case& at, const Response& before,
     changes.push_back(change_by(linear, at, before, parameters[p], column));
     solutions.push_back(linear.equations.solve(changes.back(), chains_with_history_));
     response.derivatives.col(column) =
-        at.errors.observed_motion(at.state.bodies[0], solutions.back().platform);
+        at.errors.observed_motion(at.platform(), solutions.back().platform);
     if (parameters[p].springs.empty() && !effects_[parameters[p].effect].kind->acts_on_chains())
-      response.derivatives.col(column) += at.errors.observed_derivative(
-          at.state.bodies[0], tangent_of(parameters[p], at.conditions));
+      response.derivatives.col(column) +=
+          at.errors.observed_derivative(at.platform(), tangent_of(parameters[p], at.conditions));
   }
   for (std::size_t e = 0; e < effects_.size(); ++e)
     for (std::size_t s = 0; effects_[e].kind->history > 0 && s < effects_[e].sites.size(); ++s)

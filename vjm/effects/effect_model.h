@@ -61,14 +61,15 @@ class EffectModel {
   EquationChange change_by(const Linear& linear, const Case& at, const Response& before,
                            const ModelParameter& parameter, Eigen::Index column) const;
   ReadingErrors tangent_of(const ModelParameter& parameter, const Conditions& conditions) const;
-  Matrix6X by_stated_wrench(const Case& at) const;
+  Matrix6X by_stated_wrench(const EquilibriumDerivatives& equations, const Case& at) const;
   void advance(const Linear& linear, const Case& at, const Response& before,
                const std::vector<ModelParameter>& parameters,
                const std::vector<EquationChange>& changes,
                const std::vector<StateDerivative>& solutions, std::size_t effect, std::size_t site,
                Response& response) const;
-  void differentiate(const Case& at, const Response& before,
-                     const std::vector<ModelParameter>& parameters, Response& response) const;
+  void differentiate(const EquilibriumDerivatives& equations, const Case& at,
+                     const Response& before, const std::vector<ModelParameter>& parameters,
+                     Response& response) const;
   void advance(const Case& at, const Response& before, Response& response) const;
 
   Manipulator bare_;

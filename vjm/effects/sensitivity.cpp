@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/vjm/statics/equilibrium_state.h"
+#include "kinetostat/vjm/statics/newton_matrix.h"
 
 namespace kinetostat::vjm {
 namespace {
@@ -33,28 +34,26 @@ void EquationChange::add(std::size_t chain, const ChainColumns& columns, Eigen::
   change.origin += factor * columns.origin().col(column);
 }
 
-EquilibriumDerivatives::EquilibriumDerivatives(EquilibriumSystem& system, const Load& load,
-                                               const SystemState& state)
-    : system_(system), gravity_(load.gravity * system.manipulator().gravity()) {
-  system.set(state, load);
-  system.linearise(false);
-}
+EquilibriumDerivatives::EquilibriumDerivatives(const EquilibriumResiduals& at)
+    : at_(at), matrix_(std::make_unique<NewtonMatrix>(at, false)) {}
+EquilibriumDerivatives::EquilibriumDerivatives(EquilibriumDerivatives&&) noexcept = default;
+EquilibriumDerivatives::~EquilibriumDerivatives() = default;
 
-ChainState EquilibriumDerivatives::chain(std::size_t index) const {
-  const ChainEquations& equations = system_.chains()[index];
-  return {.chain = system_.manipulator().chains()[index],
-          .x = equations.coordinates(),
-          .deflection = equations.deflection(),
-          .travel = equations.travel(),
-          .kinematics = equations.kinematics(),
-          .origin = equations.origin(),
-          .gravity = gravity_,
-          .loads = equations.loads()};
+ChainState chain_state(const EquilibriumResiduals& at, std::size_t index) {
+  const ChainResiduals& chain = at.chains()[index];
+  return {.chain = chain.equations().chain(),
+          .x = chain.coordinates(),
+          .deflection = chain.deflection(),
+          .travel = chain.travel(),
+          .kinematics = chain.kinematics(),
+          .origin = chain.origin(),
+          .gravity = at.load().gravity * at.system().manipulator().gravity(),
+          .loads = chain.loads()};
 }
 
 EquationChange EquilibriumDerivatives::no_change() const {
   EquationChange change;
-  for (const Chain& chain : system_.manipulator().chains())
+  for (const Chain& chain : at_.system().manipulator().chains())
     change.chains.push_back(
         {Eigen::VectorXd::Zero(chain.size()), Eigen::VectorXd::Zero(chain.size())});
   return change;
@@ -62,31 +61,32 @@ EquationChange EquilibriumDerivatives::no_change() const {
 
 void EquilibriumDerivatives::add_log_stiffness(const SpringParameter& parameter,
                                                EquationChange& change) const {
-  const Spring& spring = find_spring(system_.manipulator(), parameter);
-  const Eigen::VectorXd force = system_.chains()[parameter.chain].force_by_log_stiffness(spring);
+  const Spring& spring = find_spring(at_.system().manipulator(), parameter);
+  const Eigen::VectorXd force = at_.chains()[parameter.chain].force_by_log_stiffness(spring);
   change.chains[parameter.chain].force += force;
   change.chains[parameter.chain].drive += force;
 }
 
 StateDerivative EquilibriumDerivatives::solve(const EquationChange& change,
                                               const std::vector<std::size_t>& chains) const {
-  const Vector6 twist = system_.scale().twist(), wrench = system_.scale().wrench();
-  SystemVector right = system_.zero();
+  const EquilibriumSystem& system = at_.system();
+  const Vector6 twist = system.scale().twist(), wrench = system.scale().wrench();
+  SystemVector right = system.zero();
   right.bodies.head<6>() = wrench.cwiseProduct(change.platform_wrench);
   for (std::size_t c = 0; c < change.chains.size(); ++c) {
-    right.coordinates[c] = -system_.chains()[c].gather_force(change.chains[c].force);
+    right.coordinates[c] = -system.chains()[c].gather_force(change.chains[c].force);
     right.wrenches[c] = -twist.cwiseProduct(change.chains[c].end);
-    if (const int from = system_.manipulator().span(c).from; from != Span::base)
+    if (const int from = system.manipulator().span(c).from; from != Span::base)
       right.bodies.segment<6>(6 * from) += wrench.cwiseProduct(change.chains[c].origin);
   }
   SystemVector solution;
-  system_.solve_bodies(right, solution);
+  matrix_->solve_bodies(right, solution);
   StateDerivative derivative{.platform = solution.bodies.head<6>().cwiseQuotient(twist),
                              .coordinates = {}};
   if (!chains.empty()) derivative.coordinates.resize(change.chains.size());
   for (const std::size_t c : chains) {
-    system_.complete(c, right, solution);
-    derivative.coordinates[c] = system_.chains()[c].full_increment(solution.coordinates[c]);
+    matrix_->complete(c, right, solution);
+    derivative.coordinates[c] = system.chains()[c].full_increment(solution.coordinates[c]);
   }
   return derivative;
 }
@@ -94,8 +94,9 @@ StateDerivative EquilibriumDerivatives::solve(const EquationChange& change,
 Matrix6X displacement_by_log_stiffness(const Manipulator& manipulator, const Posture& posture,
                                        const Load& load, const Equilibrium& equilibrium,
                                        const std::vector<SpringParameter>& parameters) {
-  EquilibriumSystem system(manipulator, posture);
-  const EquilibriumDerivatives equations(system, load, state_of(equilibrium));
+  const EquilibriumSystem system(manipulator, posture);
+  const EquilibriumResiduals at(system, state_of(equilibrium), load);
+  const EquilibriumDerivatives equations(at);
   Matrix6X derivatives(6, static_cast<Eigen::Index>(parameters.size()));
   for (std::size_t p = 0; p < parameters.size(); ++p) {
     EquationChange change = equations.no_change();

@@ -1,6 +1,7 @@
 // How an equilibrium changes with a parameter of the model: exact derivatives of the solution.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -39,18 +40,18 @@ struct StateDerivative {
   std::vector<Eigen::VectorXd> coordinates;  // all of each chain that was asked for
 };
 
-class EquilibriumSystem;
+class EquilibriumResiduals;
+class NewtonMatrix;
 
 /// Implicit differentiation of the equations of equilibrium at one solution: one factorisation for
 /// all parameters.
 class EquilibriumDerivatives {
  public:
-  /// `state` is one of equilibrium under `load`; sets and factorises the system there, and keeps a
-  /// reference to it.
-  EquilibriumDerivatives(EquilibriumSystem& system, const Load& load, const SystemState& state);
+  /// `at` is a state of equilibrium, and must outlive this.
+  explicit EquilibriumDerivatives(const EquilibriumResiduals& at);
+  EquilibriumDerivatives(EquilibriumDerivatives&&) noexcept;
+  ~EquilibriumDerivatives();
 
-  /// The equilibrium as an effect on a chain sees it.
-  ChainState chain(std::size_t index) const;
   EquationChange no_change() const;
   /// Adds the change with the natural logarithm of a spring's stiffness. Throws
   /// std::invalid_argument for an unknown spring.
@@ -60,9 +61,12 @@ class EquilibriumDerivatives {
                         const std::vector<std::size_t>& chains = {}) const;
 
  private:
-  const EquilibriumSystem& system_;
-  spatial::Vector3 gravity_;
+  const EquilibriumResiduals& at_;
+  std::unique_ptr<const NewtonMatrix> matrix_;  // with the platform free
 };
+
+/// An equilibrium as an effect on a chain sees it. Refers to `at`.
+ChainState chain_state(const EquilibriumResiduals& at, std::size_t chain);
 
 /// Derivatives of the platform displacement [m; rad] (base axes) at an equilibrium under `load`
 /// with respect to the natural logarithm of each spring's stiffness: one column per parameter.

@@ -1,17 +1,17 @@
 #include "kinetostat/vjm/statics/assembly.h"
 
-#include "kinetostat/vjm/statics/equilibrium_system.h"
+#include "kinetostat/vjm/statics/newton_matrix.h"
 
 namespace kinetostat::vjm {
 
 Assembly assemble(const Manipulator& manipulator, const Posture& posture,
                   const EquilibriumOptions& options) {
   const Load nothing{.gravity = 0};
-  EquilibriumSystem system(manipulator, posture);
-  system.set(system.relaxed_state(), nothing);
-  system.linearise(false);
+  const EquilibriumSystem system(manipulator, posture);
+  const EquilibriumResiduals relaxed(system, system.relaxed_state(), nothing);
   // From the relaxed posture the first Newton correction is the linear solution.
-  const SystemVector first = system.solve(system.newton_right_hand_side());
+  SystemVector first;
+  NewtonMatrix(relaxed, false).solve(relaxed.newton_right_hand_side(false), first);
   const spatial::Frame frame{posture.platform.position()};
   Assembly assembly;
   assembly.linear_shift = spatial::Twist::from_coordinates(

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/vjm/statics/equilibrium_state.h"
+#include "kinetostat/vjm/statics/newton_method.h"
 
 namespace kinetostat::vjm {
 namespace {
@@ -23,105 +24,6 @@ struct Task {
     return spatial::displaced(start, share * spatial::pose_difference(start, target));
   }
 };
-
-struct NewtonResult {
-  bool converged = false;
-  bool consistent = true;  // could be solved for the first correction
-  SystemState state;
-  std::vector<double> corrections;
-};
-
-// Without damping a step may go through a stop, from where the next one comes back to it.
-enum class Damping { as_needed, none };
-
-// Once close, a matrix may be kept while each correction with it gains two digits: fewer
-// factorisations, but corrections that fall linearly.
-enum class Matrix { renewed, kept_when_close };
-
-// Newton's method with Deuflhard's natural monotonicity test: a damped step is accepted when the
-// correction seen from its end, with the old matrix, is smaller. This does not depend on how forces
-// and lengths are weighed. Where a law bends that test says nothing; some steps there are not
-// asked.
-NewtonResult newton(EquilibriumSystem& system, const SystemState& start, const Load& load,
-                    bool platform_held, const EquilibriumOptions& options,
-                    Damping damping = Damping::as_needed, Matrix matrix = Matrix::renewed) {
-  constexpr double close = 1e-2;  // what a correction leaves of the one before
-  NewtonResult result;
-  result.state = start;
-  const double reach = system.scale().length;
-  const double enough = options.tolerance * reach;
-  // What a free motion may leave: a share of the forces, or the rounding of the stiffest spring.
-  constexpr double unbalanced = 1e-8, rounding = 1e-12;
-  double forces = 0;
-  // What follows allocates nothing from its second round on
-  // (tests/vjm/statics/allocation_test.cpp).
-  result.corrections.reserve(static_cast<std::size_t>(options.max_iterations));
-  SystemVector right, correction, again;
-  SystemState next;
-  const auto go_to = [&](const SystemState& state) {
-    system.set(state, load);
-    system.newton_right_hand_side(right);
-  };
-  system.hold_platform(platform_held);
-  go_to(result.state);
-  int kinks = damping == Damping::none ? options.max_kinks : 0;
-  for (int i = 0; i < options.max_iterations; ++i) {
-    // The system stands at the state, with its right-hand side, as every round leaves them.
-    system.linearise(platform_held);
-    system.solve(right, correction);
-    if (i == 0) {
-      result.consistent = system.consistent();
-      forces = right.norm();
-    }
-    double size = correction.norm();
-    result.corrections.push_back(size / reach);
-    if (!std::isfinite(size) || size > 1e6 * reach) return result;
-
-    system.moved(result.state, correction, 1, next);
-    if (kinks < options.max_kinks && system.kinks(result.state, next)) {
-      ++kinks;
-      go_to(next);
-      result.state = next;
-      continue;
-    }
-    double factor = 1;
-    double simplified = 0;
-    while (true) {
-      go_to(next);
-      system.solve(right, again);
-      simplified = again.norm();
-      // Once corrections are down at rounding they cannot be asked to fall further.
-      if (simplified <= (1 - factor / 4) * size || size <= enough || damping == Damping::none)
-        break;
-      factor /= 2;
-      if (factor < 1.0 / 1024) return result;
-      system.moved(result.state, correction, factor, next);
-    }
-    result.state = next;
-    while (matrix == Matrix::kept_when_close && factor == 1 && simplified > enough &&
-           simplified <= close * size) {
-      system.moved(result.state, again, 1, next);
-      go_to(next);
-      result.state = next;
-      system.solve(right, again);
-      size = simplified;
-      simplified = again.norm();
-    }
-    const bool at_rounding = size <= 1e-7 * reach && simplified <= 1e-2 * size;
-    if (factor == 1 && (simplified <= enough || (at_rounding && simplified <= 1e3 * enough))) {
-      // That correction is known and costs nothing more: with it the state is exact to rounding,
-      // not to a tolerance that a small reading of a large robot would feel.
-      system.moved(result.state, again, 1, next);
-      result.state = next;
-      const double left = right.norm();
-      result.converged = system.consistent() ||
-                         left <= unbalanced * std::max(forces, system.wrench_norm(next)) ||
-                         (result.consistent && left <= rounding * reach);
-      return result;
-    }
-  }
-  return result;
-}
 
 // A weak spring across the gap between two stops.
 class AcrossGap : public CoordinateLaw {
@@ -171,7 +73,8 @@ std::string failure_reason(const Task& task, double reached, bool consistent) {
 }
 
 // The whole task first; when Newton's method fails, in steps that halve and double.
-FoundState follow(EquilibriumSystem& system, const Task& task, const EquilibriumOptions& options) {
+FoundState follow(const EquilibriumSystem& system, const Task& task,
+                  const EquilibriumOptions& options) {
   FoundState found;
   found.state = system.relaxed_state();
   double step = 1;
@@ -181,7 +84,8 @@ FoundState follow(EquilibriumSystem& system, const Task& task, const Equilibrium
     const double share = std::min(1.0, found.reached + step);
     SystemState guess = found.state;
     if (task.pose_given) guess.bodies[0] = task.pose(share);
-    NewtonResult result = newton(system, guess, task.load.scaled(share), task.pose_given, options);
+    NewtonResult result =
+        newton(system, guess, task.load.scaled(share), {options, task.pose_given});
     found.corrections = std::move(result.corrections);
     if (result.converged) {
       found.state = std::move(result.state);
@@ -208,21 +112,21 @@ FoundState follow(EquilibriumSystem& system, const Task& task, const Equilibrium
 // Between stops a joint may move freely, so Newton's method has no direction in which a load moves
 // it. The gap is bridged by springs that become softer and softer, until the joint lies at a stop,
 // or is balanced without.
-FoundState follow_through_gaps(EquilibriumSystem& exact, const Manipulator& manipulator,
-                               const Posture& posture, const Task& task,
+FoundState follow_through_gaps(const EquilibriumSystem& exact, const Task& task,
                                const EquilibriumOptions& options) {
+  const Manipulator& manipulator = exact.manipulator();
   FoundState found = follow(exact, task, options);
   if (found.status == EquilibriumStatus::converged || !has_gaps(manipulator)) return found;
   SystemState state;
   {
     const Manipulator bridged = with_bridged_gaps(manipulator, 1);
-    EquilibriumSystem system(bridged, posture);
+    const EquilibriumSystem system(bridged, exact.posture());
     FoundState first = follow(system, task, options);
     if (first.status != EquilibriumStatus::converged) return found;
     state = std::move(first.state);
   }
   for (double share = 0.1; share > 1e-10; share /= 10) {
-    NewtonResult result = newton(exact, state, task.load, task.pose_given, options);
+    NewtonResult result = newton(exact, state, task.load, {options, task.pose_given});
     if (result.converged)
       return {.status = EquilibriumStatus::converged,
               .reason = {},
@@ -231,8 +135,9 @@ FoundState follow_through_gaps(EquilibriumSystem& exact, const Manipulator& mani
               .steps = found.steps + 1,
               .corrections = std::move(result.corrections)};
     const Manipulator bridged = with_bridged_gaps(manipulator, share);
-    EquilibriumSystem softer(bridged, posture);
-    result = newton(softer, state, task.load, task.pose_given, options, Damping::none);
+    const EquilibriumSystem softer(bridged, exact.posture());
+    result =
+        newton(softer, state, task.load, {options, task.pose_given, NewtonTask::Damping::none});
     if (!result.converged) return found;
     state = std::move(result.state);
   }
@@ -248,10 +153,9 @@ bool fits(const SystemState& state, const Manipulator& manipulator) {
 
 Equilibrium equilibrium_of(const Manipulator& manipulator, const Posture& posture, const Task& task,
                            const EquilibriumOptions& options) {
-  EquilibriumSystem system(manipulator, posture);
-  FoundState found = follow_through_gaps(system, manipulator, posture, task, options);
-  Equilibrium equilibrium =
-      describe(system, manipulator, posture, found.state, task.load.scaled(found.reached));
+  const EquilibriumSystem system(manipulator, posture);
+  FoundState found = follow_through_gaps(system, task, options);
+  Equilibrium equilibrium = describe(system, found.state, task.load.scaled(found.reached));
   equilibrium.status = found.status;
   equilibrium.reason = std::move(found.reason);
   equilibrium.reached = found.reached;
@@ -262,12 +166,13 @@ Equilibrium equilibrium_of(const Manipulator& manipulator, const Posture& postur
 
 }  // namespace
 
-FoundState state_under_load(EquilibriumSystem& system, const Manipulator& manipulator,
-                            const Posture& posture, const Load& load,
+FoundState state_under_load(const EquilibriumSystem& system, const Load& load,
                             const EquilibriumOptions& options, const SystemState* near) {
-  if (near != nullptr && fits(*near, manipulator)) {
-    NewtonResult result =
-        newton(system, *near, load, false, options, Damping::as_needed, Matrix::kept_when_close);
+  if (near != nullptr && fits(*near, system.manipulator())) {
+    NewtonResult result = newton(system, *near, load,
+                                 {.options = options,
+                                  .platform_held = false,
+                                  .matrix = NewtonTask::Matrix::kept_when_close});
     if (result.converged)
       return {.status = EquilibriumStatus::converged,
               .reason = {},
@@ -276,8 +181,8 @@ FoundState state_under_load(EquilibriumSystem& system, const Manipulator& manipu
               .steps = 1,
               .corrections = std::move(result.corrections)};
   }
-  return follow_through_gaps(system, manipulator, posture,
-                             {false, posture.platform, posture.platform, load}, options);
+  const Pose& platform = system.posture().platform;
+  return follow_through_gaps(system, {false, platform, platform, load}, options);
 }
 
 Equilibrium equilibrium_at_pose(const Manipulator& manipulator, const Posture& posture,

@@ -3,6 +3,7 @@
 
 #include "kinetostat/vjm/statics/equilibrium_result.h"
 #include "kinetostat/vjm/statics/equilibrium_system.h"
+#include "kinetostat/vjm/statics/load.h"
 
 namespace kinetostat::vjm {
 
@@ -16,17 +17,14 @@ struct FoundState {
   std::vector<double> corrections;
 };
 
-/// The state of equilibrium_under_load() without its description. `system` is that of the
-/// manipulator at the posture. `near` (or nullptr) is a state of the same chains from which
-/// Newton's method is tried first.
-FoundState state_under_load(EquilibriumSystem& system, const Manipulator& manipulator,
-                            const Posture& posture, const Load& load,
+/// The state of equilibrium_under_load() without its description. `near` (or nullptr) is a state of
+/// the same chains from which Newton's method is tried first.
+FoundState state_under_load(const EquilibriumSystem& system, const Load& load,
                             const EquilibriumOptions& options, const SystemState* near = nullptr);
 
-/// Wrenches, tangent stiffness, stability and energy at a state that balances `load`. Sets and
-/// factorises the system there. `status` is left for the caller.
-Equilibrium describe(EquilibriumSystem& system, const Manipulator& manipulator,
-                     const Posture& posture, const SystemState& state, const Load& load);
+/// Wrenches, tangent stiffness, stability and energy at a state that balances `load`. `status` is
+/// left for the caller.
+Equilibrium describe(const EquilibriumSystem& system, const SystemState& state, const Load& load);
 
 /// The state back from what is known of it.
 SystemState state_of(const Equilibrium& equilibrium);

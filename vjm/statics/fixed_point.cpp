@@ -7,7 +7,7 @@
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
 
-#include "kinetostat/vjm/statics/equilibrium_system.h"
+#include "kinetostat/vjm/statics/chainwise_factor.h"
 
 namespace kinetostat::vjm {
 namespace {
@@ -150,14 +150,13 @@ class Iteration {
     const double reach = system_.scale().length;
     for (int i = 0; i < options_.max_iterations; ++i) {
       if (!hold(nullptr)) return false;
-      system_.set(state_, load);
-      system_.linearise_by_chains();
+      const EquilibriumResiduals at(system_, state_, load);
       RobustFactor factor;
       const Vector6 length = system_.scale().twist(), force = system_.scale().wrench();
-      factor.compute(force.asDiagonal() * system_.platform_stiffness() *
+      factor.compute(force.asDiagonal() * ChainwiseFactor(at, false).platform_stiffness() *
                      length.cwiseInverse().asDiagonal());
       const Vector6 missing =
-          force.cwiseProduct(load.at_reference_point(state_.bodies[0]) - system_.platform_wrench());
+          force.cwiseProduct(load.at_reference_point(state_.bodies[0]) - at.platform_wrench());
       bool consistent = true;
       const Vector6 correction = factor.solve(missing, &consistent);
       result_.changes.push_back(correction.norm() / reach);
@@ -188,16 +187,16 @@ class Iteration {
   }
 
   void finish() {
-    system_.set(state_, Load{});
+    const EquilibriumResiduals at(system_, state_, Load{});
     result_.platform = state_.bodies[0];
     result_.wrench =
-        spatial::Wrench::from_coordinates(system_.platform_wrench(), {state_.bodies[0].position()});
+        spatial::Wrench::from_coordinates(at.platform_wrench(), {state_.bodies[0].position()});
     result_.coordinates = state_.coordinates;
   }
 
   const Posture& posture_;
   const FixedPointOptions& options_;
-  EquilibriumSystem system_;
+  const EquilibriumSystem system_;
   SystemState state_;
   std::vector<ChainIteration> chains_;
   FixedPoint result_;

@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 
-#include "kinetostat/vjm/statics/equilibrium_system.h"
+#include "kinetostat/vjm/statics/newton_matrix.h"
 
 namespace kinetostat::vjm {
 namespace {
@@ -60,18 +60,18 @@ Matrix6 spring_compliance(const Chain& chain, const ChainKinematics& kinematics,
 void add_from_equations(const Manipulator& manipulator, const Posture& posture,
                         const spatial::Frame& frame, UnloadedStiffness& result) {
   const auto symmetric = [](const Matrix6& m) { return Matrix6(0.5 * (m + m.transpose())); };
-  EquilibriumSystem system(manipulator, posture);
-  system.set(system.relaxed_state(), {.gravity = 0});
+  const EquilibriumSystem system(manipulator, posture);
+  const EquilibriumResiduals relaxed(system, system.relaxed_state(), {.gravity = 0});
   if (!system.has_rigid_directions()) {
-    system.linearise_by_chains();
-    result.stiffness = Stiffness6(symmetric(system.platform_stiffness()), frame);
+    const ChainwiseFactor factor(relaxed, false);
+    result.stiffness = Stiffness6(symmetric(factor.platform_stiffness()), frame);
     result.free = free_motions(*result.stiffness, result.length);
     if (result.free.rank == 6) result.compliance = result.stiffness->inverse();
     return;
   }
-  system.linearise(false);
-  const Matrix6 compliance = system.platform_compliance();
-  result.free = describe_twists(system.motions_without_energy(), frame, result.length);
+  const WholeFactor factor(relaxed, false);
+  const Matrix6 compliance = factor.platform_compliance().matrix;
+  result.free = describe_twists(factor.tangent().motions_without_energy(), frame, result.length);
   if (result.free.rank < 6) return;
   result.compliance = spatial::Compliance6(symmetric(compliance), frame);
   result.rigid = rigid_wrenches(*result.compliance, result.length);

@@ -231,12 +231,11 @@ TEST(Effects, FrictionIsCrossedInAFewCorrections) {
   const Posture posture = posture_from_joints(m, {}).posture;
   for (const double change : {0.0, 60.0, -90.0, 300.0, -300.0})
     for (const double away : {1e-3, -1e-3}) {
-      EquilibriumSystem system(m, posture);
+      const EquilibriumSystem system(m, posture);
       SystemState near = system.relaxed_state();
       near.coordinates[0][0] += stuck + away;
       const Load load{.force = {0, 0, k * stuck + change}};
-      const FoundState found =
-          state_under_load(system, m, posture, load, {.max_iterations = 6}, &near);
+      const FoundState found = state_under_load(system, load, {.max_iterations = 6}, &near);
       ASSERT_EQ(found.status, EquilibriumStatus::converged);
       EXPECT_EQ(found.steps, 1);
       const double moved = std::abs(change) < limit ? change / (k + limit / presliding)
@@ -250,14 +249,13 @@ TEST(Effects, AStartThatIsNearLeadsToTheSameEquilibrium) {
   for (const char* name : {"orthoglide.yaml", "six_axis.yaml"}) {
     const Manipulator m = shipped(name).manipulator;
     const Posture posture = posture_at(m, {}).posture;
-    EquilibriumSystem system(m, posture);
+    const EquilibriumSystem system(m, posture);
     const Load load{.force = {300, -200, 400}, .moment = {20, 10, -15}};
     const EquilibriumOptions options;
-    const SystemState exact = state_under_load(system, m, posture, load, options).state;
+    const SystemState exact = state_under_load(system, load, options).state;
     for (const double share : {0.0, 0.8, 0.999}) {
-      const SystemState near =
-          state_under_load(system, m, posture, load.scaled(share), options).state;
-      const FoundState found = state_under_load(system, m, posture, load, options, &near);
+      const SystemState near = state_under_load(system, load.scaled(share), options).state;
+      const FoundState found = state_under_load(system, load, options, &near);
       ASSERT_EQ(found.status, EquilibriumStatus::converged);
       EXPECT_LT(spatial::pose_difference(exact.bodies[0], found.state.bodies[0]).norm(), 1e-14);
       for (std::size_t c = 0; c < m.size(); ++c)

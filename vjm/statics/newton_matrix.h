@@ -1,0 +1,58 @@
+// The Newton matrix of the equations of equilibrium, factorised. Internal to this module.
+#pragma once
+
+#include <variant>
+
+#include "kinetostat/vjm/statics/chainwise_factor.h"
+
+namespace kinetostat::vjm {
+
+/// All unknowns at once: for chains with rigid directions too. Allocates and uses scratch memory as
+/// ChainwiseFactor does.
+class WholeFactor {
+ public:
+  WholeFactor(const EquilibriumResiduals& at, bool platform_held);
+  /// The same at another state.
+  void renew(const EquilibriumResiduals& at);
+  const EquilibriumTangent& tangent() const { return tangent_; }
+
+  /// False when the matrix is singular and cannot balance the right-hand side.
+  bool solve(const SystemVector& right, SystemVector& solution) const;
+
+  /// Displacement of the platform by a wrench on it, unscaled; not `consistent` when some motion is
+  /// free. The platform must not be held.
+  struct PlatformCompliance {
+    spatial::Matrix6 matrix;
+    bool consistent = true;
+  };
+  PlatformCompliance platform_compliance() const;
+
+ private:
+  void factorise();
+
+  EquilibriumTangent tangent_;
+  bool held_;
+  Eigen::MatrixXd matrix_;
+  RobustFactor factor_;
+  mutable Eigen::VectorXd right_, solution_;
+};
+
+/// One of the two, whichever costs less where both do.
+class NewtonMatrix {
+ public:
+  NewtonMatrix(const EquilibriumResiduals& at, bool platform_held);
+  /// The same at another state.
+  void renew(const EquilibriumResiduals& at);
+
+  /// False when the matrix is singular and cannot balance the right-hand side.
+  bool solve(const SystemVector& right, SystemVector& solution) const;
+  /// The same in two parts: the motion of the bodies, then what it means for the chains of which
+  /// that is asked.
+  bool solve_bodies(const SystemVector& right, SystemVector& solution) const;
+  bool complete(std::size_t chain, const SystemVector& right, SystemVector& solution) const;
+
+ private:
+  std::variant<ChainwiseFactor, WholeFactor> factor_;
+};
+
+}  // namespace kinetostat::vjm
