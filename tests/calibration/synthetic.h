@@ -15,6 +15,7 @@
 #include "kinetostat/calibration/comparison/compare.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
 #include "support/random.h"
@@ -34,12 +35,12 @@ inline std::filesystem::path write_campaign(const std::string& yaml, const std::
 
 /// One spring along z, stiffness 1e6 N/m, declared uncertain.
 inline vjm::Robot bench(double stiffness = 1e6) {
-  vjm::Chain chain("cell");
+  vjm::ChainBuilder chain("cell");
   chain.actuator("spring", vjm::Motion::tz, stiffness);
   vjm::Robot robot{.file = "bench.yaml",
                    .name = "bench",
                    .units = {},
-                   .manipulator = vjm::Manipulator("bench", {chain}),
+                   .manipulator = vjm::Manipulator("bench", {chain.build()}),
                    .uncertain = {{"spring", {{0, "spring"}}}},
                    .link_files = {}};
   return robot;

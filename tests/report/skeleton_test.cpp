@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
@@ -68,9 +69,9 @@ TEST_F(Skeleton, FollowsTheEquilibrium) {
 
 // What a screw slides along is drawn as a slide, though a turn drives it.
 TEST(SkeletonOfAScrew, ShowsEachJointAsItMoves) {
-  vjm::Chain chain("arm");
+  vjm::ChainBuilder chain("arm");
   chain.actuator("motor", vjm::Motion::rz, 1e4).coupled("motor", vjm::Motion::tx, 0.01);
-  const vjm::Manipulator screw("screw", {chain});
+  const vjm::Manipulator screw("screw", {chain.build()});
   const Json joints =
       skeleton(screw, vjm::posture_from_joints(screw, {}).posture)["chains"][0]["joints"];
   ASSERT_EQ(joints.size(), 2u);

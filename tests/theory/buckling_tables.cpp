@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/continuation/path.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
@@ -53,12 +54,12 @@ double column(int n) {
   const double unit = steel.young_modulus * section.second_moment_z / (L * L);
   const spatial::Compliance6 piece(
       beam_compliance(L / n, section, steel, vjm::BeamTheory::euler_bernoulli).matrix());
-  vjm::Chain chain("column");
+  vjm::ChainBuilder chain("column");
   chain.passive("first", vjm::Motion::rz);
   for (int i = 0; i < 3 * n; ++i)
     chain.link(fmt::format("l{}", i), spatial::Pose::translation({L / n, 0, 0}), piece);
   chain.passive("last", vjm::Motion::rz);
-  const vjm::Manipulator robot("column", {chain});
+  const vjm::Manipulator robot("column", {chain.build()});
   // To twice the unit of force, in few steps.
   const double shift = -3 * L * 2 * unit / (steel.young_modulus * section.area);
   const auto point =

@@ -110,7 +110,7 @@ class ChainPair {
     return *this;
   }
   void finish() {
-    pair_.chains.push_back(chain_);
+    pair_.chains.push_back(chain_.build());
     pair_.coordinates.push_back(coordinates_);
   }
   // A serial arm: its last body is the platform.
@@ -156,7 +156,7 @@ class ChainPair {
   }
 
   Pair& pair_;
-  vjm::Chain chain_;
+  vjm::ChainBuilder chain_;
   spatial::Pose at_, error_;
   int body_, to_;
   double stiffer_;

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "kinetostat/spatial/rotation.h"
-#include "kinetostat/vjm/chain/chain.h"
+#include "kinetostat/vjm/chain/chain_builder.h"
 
 namespace kinetostat::vjm::testing {
 
@@ -35,7 +35,7 @@ class RandomChains {
   }
   /// Actuated, passive, coupled and elastic coordinates in mixed order, with offsets between.
   Chain chain(int passive_joints, bool with_node = false) {
-    Chain chain("random", pose(0.3));
+    ChainBuilder chain("random", pose(0.3));
     chain.actuator("a1", motion(), 1e6);
     chain.offset(pose(0.3));
     chain.link("l1", pose(0.3), compliance());
@@ -43,12 +43,12 @@ class RandomChains {
       chain.passive("p" + std::to_string(i), motion());
       chain.offset(pose(0.2));
     }
-    if (passive_joints > 0) chain.coupled("p0", chain.coordinates()[7].motion, -1);
+    if (passive_joints > 0) chain.coupled("p0", chain.so_far().coordinates()[7].motion, -1);
     if (with_node) chain.node("elbow", vector(0.2));
     chain.link("l2", pose(0.3), compliance());
     chain.passive("sprung", motion(), 2e4, 0.0, 0.0);
     chain.offset(pose(0.1));
-    return chain;
+    return chain.build();
   }
   Motion motion() { return static_cast<Motion>(std::uniform_int_distribution<int>(0, 5)(engine_)); }
   Eigen::VectorXd state(const Chain& chain, double size) {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "kinetostat/vjm/chain/beam.h"
+#include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
 namespace kinetostat::vjm::testing {
@@ -17,7 +18,7 @@ enum class Springs { actuators, planar, spatial, planar_beam, spatial_beam };
 enum class Shape { straight, bent, zigzag };
 
 // Springs at the end of a link.
-inline void add_link(Chain& chain, Springs springs, int number) {
+inline void add_link(ChainBuilder& chain, Springs springs, int number) {
   const std::string n = std::to_string(number);
   const spatial::Pose offset = spatial::Pose::translation({length, 0, 0});
   Section section = Section::rectangle(0.015, 0.006, 0.3);
@@ -53,7 +54,7 @@ inline Manipulator urrs(Springs springs) {
   const bool planar = springs == Springs::planar || springs == Springs::planar_beam;
   const std::optional<double> actuator =
       springs == Springs::actuators ? std::optional(k0) : std::nullopt;
-  Chain chain("urrs");
+  ChainBuilder chain("urrs");
   chain.passive("u", Motion::rz);
   if (!planar) chain.passive("u2", Motion::ry);
   add_link(chain, springs, 1);
@@ -63,7 +64,7 @@ inline Manipulator urrs(Springs springs) {
   add_link(chain, springs, 3);
   if (!planar) chain.passive("s.Rx", Motion::rx).passive("s.Ry", Motion::ry);
   chain.passive("s.Rz", Motion::rz);
-  return {"urrs", {chain}};
+  return {"urrs", {chain.build()}};
 }
 
 inline Posture posture(const Manipulator& robot, Shape shape) {

@@ -1,5 +1,6 @@
 #include "kinetostat/vjm/chain/chain.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -9,145 +10,60 @@
 #include "kinetostat/common/spelling.h"
 
 namespace kinetostat::vjm {
+
+using Eigen::Index;
+
 namespace {
 
 bool is_identity(const spatial::Pose& pose) {
   return pose.position().isZero(0) && pose.rotation() == spatial::Matrix3::Identity();
 }
 
+bool is_segment_of(const std::string& spring, const std::string& link) {
+  return spring == link || spring.starts_with(link + ".");
+}
+
 }  // namespace
 
-std::string to_string(Motion motion) {
-  static const char* names[] = {"Tx", "Ty", "Tz", "Rx", "Ry", "Rz"};
-  return names[static_cast<int>(motion)];
-}
-
-StopLaw::StopLaw(double lower, double upper, double stiffness)
-    : lower_(lower), upper_(upper), stiffness_(stiffness) {
-  if (!(lower < upper)) throw std::invalid_argument("the lower stop must be below the upper one");
-  if (!(stiffness > 0)) throw std::invalid_argument("the stiffness of a stop must be positive");
-}
-
-CoordinateLaw::Value StopLaw::at(const JointState& joint) const {
-  const double x = joint.position;
-  const double beyond = x > upper_ ? x - upper_ : x < lower_ ? x - lower_ : 0.0;
-  return {.energy = 0.5 * stiffness_ * beyond * beyond,
-          .force = stiffness_ * beyond,
-          .tangent = beyond != 0 ? stiffness_ : 0};
-}
-
-double StopLaw::middle() const {
-  if (std::isinf(lower_)) return std::isinf(upper_) ? 0 : upper_;
-  return std::isinf(upper_) ? lower_ : (lower_ + upper_) / 2;
+double TransmissionError::at(double command) const {
+  return shift + cosine * std::cos(order * command) + sine * std::sin(order * command);
 }
 
 Chain::Chain(std::string name, const spatial::Pose& base)
     : name_(std::move(name)), base_(base), tail_(base), nominal_tail_(base) {}
 
-Chain& Chain::offset(const spatial::Pose& pose) {
-  tail_ = tail_ * pose;
-  nominal_tail_ = nominal_tail_ * pose;
-  return *this;
+Index Chain::joints_to(const std::string& element) const {
+  if (element == "base") return 0;
+  if (element == "end") return static_cast<Index>(joints_.size());
+  Index last = -1;
+  const auto take = [&](Index coordinate) {
+    for (std::size_t j = 0; j < joints_.size(); ++j)
+      if (joints_[j].coordinate == coordinate) last = std::max(last, static_cast<Index>(j));
+  };
+  for (const Spring& spring : springs_)
+    if (spring.stiffness.rows() == 6 && is_segment_of(spring.name, element)) take(spring.first + 5);
+  if (last < 0) take(index_of(element));
+  return last + 1;
 }
 
-Chain& Chain::error(const spatial::Pose& pose) {
-  tail_ = tail_ * pose;
-  has_errors_ = true;
-  return *this;
+Index Chain::first_joint_of(const std::string& element) const {
+  const auto joint_of = [this](Index coordinate) {
+    const auto found =
+        std::find_if(joints_.begin(), joints_.end(),
+                     [coordinate](const Joint& joint) { return joint.coordinate == coordinate; });
+    return static_cast<Index>(found - joints_.begin());
+  };
+  for (const Spring& spring : springs_)
+    if (spring.stiffness.rows() == 6 && is_segment_of(spring.name, element))
+      return joint_of(spring.first);
+  return joint_of(index_of(element));
 }
 
-Chain& Chain::law(const std::string& name, std::shared_ptr<const CoordinateLaw> law) {
-  laws_.emplace_back(index_of(name), std::move(law));
-  return *this;
-}
-
-Chain& Chain::node(const std::string& name, const spatial::Vector3& position) {
-  for (const Node& other : nodes_)
-    if (other.name == name)
-      throw std::invalid_argument(fmt::format("chain '{}' has two nodes named '{}'", name_, name));
-  // Displacements of the end are those of the tool point, not of what is mounted beside it.
-  spatial::Pose tail = tail_ * attachment_.inverse();
-  for (const ChainDisplacement& place : displacements_)
-    if (place.place == "end") tail = tail * spatial::displaced({}, place.value).inverse();
-  tail = tail * attachment_;
-  add_node({name, static_cast<Eigen::Index>(joints_.size()), tail * position});
-  return *this;
-}
-
-Chain& Chain::attach(const spatial::Pose& to_reference) {
-  attachment_ = attachment_ * to_reference;
-  return offset(to_reference);
-}
-
-Chain& Chain::mass(const std::string& name, double mass, const spatial::Vector3& position,
-                   const std::string& element) {
-  if (!(mass >= 0) || !std::isfinite(mass))
-    throw std::invalid_argument(fmt::format("the mass of '{}' must not be negative", name));
-  node(name, position);
-  masses_.push_back({nodes_.size() - 1, mass, element.empty() ? name : element});
-  return *this;
-}
-
-Chain& Chain::actuator(const std::string& name, Motion motion, std::optional<double> stiffness,
-                       double home) {
-  const Eigen::Index k = add_coordinate({name, Role::actuated, motion, home});
-  add_joint(motion, k, 1);
-  if (stiffness) add_spring(name, k, Spring::Matrix::Constant(1, 1, *stiffness));
-  if (stiffness) free_.push_back(k);
-  posture_.push_back(k);
-  return *this;
-}
-
-Chain& Chain::range(const std::string& name, double least, double largest) {
-  for (Coordinate& c : coordinates_) {
-    if (c.name != name || c.role != Role::actuated) continue;
-    if (!(least < largest))
-      throw std::invalid_argument(
-          fmt::format("the range of '{}' goes from {:g} to {:g}: the first must be less", name,
-                      least, largest));
-    c.range = {least, largest};
-    return *this;
-  }
-  throw std::invalid_argument(fmt::format("there is no actuated joint '{}'", name));
-}
-
-Chain& Chain::passive(const std::string& name, Motion motion, double home) {
-  const Eigen::Index k = add_coordinate({name, Role::passive, motion, home});
-  add_joint(motion, k, 1);
-  free_.push_back(k);
-  posture_.push_back(k);
-  return *this;
-}
-
-Chain& Chain::passive(const std::string& name, Motion motion, double stiffness, double rest,
-                      double home) {
-  passive(name, motion, home);
-  add_spring(name, size() - 1, Spring::Matrix::Constant(1, 1, stiffness));
-  rest_[size() - 1] = rest;
-  return *this;
-}
-
-Chain& Chain::coupled(const std::string& name, Motion motion, double factor) {
-  const Eigen::Index k = index_of(name);
-  const Coordinate& coordinate = coordinates_[static_cast<std::size_t>(k)];
-  if (coordinate.role == Role::elastic)
-    throw std::invalid_argument(fmt::format("'{}' is a virtual spring, not a joint", name));
-  add_joint(motion, k, factor);
-  return *this;
-}
-
-Chain& Chain::link(const std::string& name, const spatial::Pose& offset_to_end,
-                   const spatial::Compliance6& compliance) {
-  offset(offset_to_end);
-  const Eigen::Index first = size();
-  for (const Motion motion : all_motions) {
-    const Eigen::Index k =
-        add_coordinate({name + "." + to_string(motion), Role::elastic, motion, 0});
-    add_joint(motion, k, 1);
-    free_.push_back(k);
-  }
-  add_spring(name, first, compliance.inverse().matrix());
-  return *this;
+Eigen::VectorXd Chain::rest_for(const Eigen::VectorXd& commands) const {
+  Eigen::VectorXd rest = commands;
+  for (const TransmissionError& shift : transmission_errors_)
+    rest[shift.coordinate] += shift.at(commands[shift.coordinate]);
+  return rest;
 }
 
 Eigen::Index Chain::index_of(const std::string& coordinate) const {
@@ -197,23 +113,6 @@ Eigen::VectorXd Chain::home() const {
   return x;
 }
 
-Chain Chain::with_scaled_spring(const std::string& spring, double factor) const {
-  if (!(factor > 0) || !std::isfinite(factor))
-    throw std::invalid_argument("the factor of a stiffness must be positive");
-  Chain copy = *this;
-  for (Spring& s : copy.springs_) {
-    if (s.name != spring) continue;
-    if (s.series > 0) {
-      s.stiffness(0, 0) = 1 / ((1 / s.stiffness(0, 0) - s.series) / factor + s.series);
-    } else {
-      s.stiffness *= factor;
-    }
-    copy.stiffness_.block(s.first, s.first, s.stiffness.rows(), s.stiffness.cols()) = s.stiffness;
-    return copy;
-  }
-  throw std::invalid_argument(fmt::format("chain '{}' has no spring '{}'", name_, spring));
-}
-
 Eigen::Index Chain::add_coordinate(const Coordinate& coordinate) {
   for (const Coordinate& other : coordinates_)
     if (other.name == coordinate.name)
@@ -238,6 +137,35 @@ void Chain::add_spring(const std::string& name, Eigen::Index first,
         fmt::format("the stiffness of '{}' in chain '{}' is not positive", name, name_));
   springs_.push_back({name, first, 0.5 * (stiffness + stiffness.transpose())});
   stiffness_.block(first, first, stiffness.rows(), stiffness.cols()) = springs_.back().stiffness;
+}
+
+// Among those of as many joints the newest last.
+void Chain::add_node(const Node& node) {
+  const auto behind = std::upper_bound(
+      nodes_by_joints_.begin(), nodes_by_joints_.end(), node.joints,
+      [this](Index joints, std::size_t other) { return joints < nodes_[other].joints; });
+  nodes_by_joints_.insert(behind, nodes_.size());
+  nodes_.push_back(node);
+}
+
+void Chain::add_node_at_end(const std::string& name, const spatial::Vector3& position) {
+  for (const Node& other : nodes_)
+    if (other.name == name)
+      throw std::invalid_argument(fmt::format("chain '{}' has two nodes named '{}'", name_, name));
+  // Displacements of the end are those of the tool point, not of what is mounted beside it.
+  spatial::Pose tail = tail_ * attachment_.inverse();
+  for (const ChainDisplacement& place : displacements_)
+    if (place.place == "end") tail = tail * spatial::displaced({}, place.value).inverse();
+  tail = tail * attachment_;
+  add_node({name, static_cast<Eigen::Index>(joints_.size()), tail * position});
+}
+
+void Chain::add_mass_at_end(const std::string& name, double mass, const spatial::Vector3& position,
+                            const std::string& element) {
+  if (!(mass >= 0) || !std::isfinite(mass))
+    throw std::invalid_argument(fmt::format("the mass of '{}' must not be negative", name));
+  add_node_at_end(name, position);
+  masses_.push_back({nodes_.size() - 1, mass, element});
 }
 
 }  // namespace kinetostat::vjm

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/common/spelling.h"
+#include "kinetostat/vjm/chain/chain_modifier.h"
 
 namespace kinetostat::vjm {
 
@@ -36,7 +37,7 @@ HistoryStep::HistoryStep(Eigen::VectorXd state, Index coordinates, Index inputs)
       by_input(Eigen::MatrixXd::Zero(next.size(), inputs)),
       by_drive_force(Eigen::VectorXd::Zero(next.size())) {}
 
-void EffectKind::act(Chain&, const std::string&, const EffectInput&) const {}
+void EffectKind::act(ChainModifier&, const std::string&, const EffectInput&) const {}
 void EffectKind::differentiate(ChainColumns&, const std::string&, const EffectInput&) const {}
 void EffectKind::add_to(ReadingErrors&, const EffectInput&) const {}
 ReadingErrors EffectKind::tangent(Index, const EffectInput&) const {
@@ -299,11 +300,11 @@ std::vector<std::size_t> in_order(const std::vector<Effect>& effects) {
 
 Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effect>& effects,
                          const Conditions& conditions, const Histories& histories) {
-  std::vector<std::optional<Chain>> changed(manipulator.size());
+  std::vector<std::optional<ChainModifier>> changed(manipulator.size());
   const auto act = [&](const Effect& effect, const Eigen::VectorXd& history) {
     for (std::size_t s = 0; s < effect.sites.size(); ++s) {
       const auto [c, element] = effect.sites[s];
-      if (!changed.at(c)) changed[c] = manipulator.chains()[c];
+      if (!changed.at(c)) changed[c].emplace(manipulator.chains()[c]);
       const Eigen::VectorXd before =
           history.segment(static_cast<Index>(s) * effect.kind->history, effect.kind->history);
       effect.kind->act(*changed[c], element, {effect.values, conditions, before});
@@ -312,7 +313,7 @@ Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effec
   for (const std::size_t e : in_order(effects)) act(effects[e], histories[e]);
   Manipulator result = manipulator;
   for (std::size_t c = 0; c < changed.size(); ++c)
-    if (changed[c]) result = result.with_chain(c, std::move(*changed[c]));
+    if (changed[c]) result = result.with_chain(c, std::move(*changed[c]).chain());
   return result;
 }
 

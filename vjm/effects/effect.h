@@ -15,6 +15,8 @@
 
 namespace kinetostat::vjm {
 
+class ChainModifier;
+
 /// Place on which an effect acts: an element of a chain (a flexible link, one of these or a joint,
 /// an element with a mass or a flexible link), its start or end, the platform, the stated wrench,
 /// or the instrument.
@@ -128,12 +130,12 @@ class ChainColumns {
   /// A motion [translation; rotation increment] of all behind a place, of the point given.
   void add_motion(Eigen::Index column, const PlaceFrame& place, const spatial::Vector3& point,
                   const spatial::Vector6& motion);
-  /// The change of Chain::add_displacement's value at a place.
+  /// The change of ChainModifier::add_displacement's value at a place.
   void add_displacement(Eigen::Index column, const std::string& element, bool in_front,
                         const spatial::Vector6& change);
   /// The change of the rest value of a coordinate [m or rad].
   void add_transmission_error(Eigen::Index column, Eigen::Index coordinate, double change);
-  /// The change of a compliance behind an element, Chain::add_compliance_behind.
+  /// The change of a compliance behind an element, ChainModifier::add_compliance_behind.
   void add_compliance_behind(Eigen::Index column, const std::string& element,
                              const std::string& name, Motion motion, double change);
 
@@ -187,7 +189,8 @@ class EffectKind {
 
   /// Changes the chain at `element` (empty for the platform). Throws std::invalid_argument when it
   /// cannot act there.
-  virtual void act(Chain& chain, const std::string& element, const EffectInput& input) const;
+  virtual void act(ChainModifier& chain, const std::string& element,
+                   const EffectInput& input) const;
   /// Exact derivatives of what that does, at an equilibrium.
   virtual void differentiate(ChainColumns& columns, const std::string& element,
                              const EffectInput& input) const;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/vjm/chain/chain_builder.h"
+
 namespace kinetostat::vjm {
 namespace {
 
@@ -9,7 +11,7 @@ using spatial::Pose;
 using spatial::Vector3;
 
 // A passive joint along or about each axis, or a screw, in a frame whose x axis it is.
-void append_free_motions(const LinkPart& part, Chain& chain, const std::string& name) {
+void append_free_motions(const LinkPart& part, ChainBuilder& chain, const std::string& name) {
   int number = 0;
   for (const ScrewMotion& motion : part.free_motions) {
     const Pose axis(
@@ -25,7 +27,7 @@ void append_free_motions(const LinkPart& part, Chain& chain, const std::string& 
 
 }  // namespace
 
-void LinkModel::append_to(Chain& chain, const std::string& name) const {
+void LinkModel::append_to(ChainBuilder& chain, const std::string& name) const {
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const std::string part_name = parts.size() == 1 ? name : fmt::format("{}.{}", name, i + 1);
     const Pose& offset = parts[i].offset;

@@ -6,10 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "kinetostat/vjm/chain/chain.h"
+#include "kinetostat/spatial/pose.h"
 #include "kinetostat/vjm/manipulator/free_motion.h"
 
 namespace kinetostat::vjm {
+
+class ChainBuilder;
 
 /// One rigid offset followed by an optional spring at its end.
 struct LinkPart {
@@ -34,7 +36,7 @@ struct LinkModel {
   /// ..., passive joints for free motions "name.free1", ... The mass of a part is halved between
   /// the points one sixth from either end: the half beyond the spring then deflects and turns it
   /// exactly as the distributed weight of a uniform beam does.
-  void append_to(Chain& chain, const std::string& name) const;
+  void append_to(ChainBuilder& chain, const std::string& name) const;
 };
 
 }  // namespace kinetostat::vjm

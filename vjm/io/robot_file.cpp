@@ -13,6 +13,8 @@
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/yaml.h"
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/chain/chain_builder.h"
+#include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/io/effect_file.h"
 #include "kinetostat/vjm/io/link_entry.h"
 
@@ -45,7 +47,7 @@ double read_stiffness(const YamlNode& node, Motion motion, const UnitSystem& uni
       is_rotation(motion) ? dimension::torsional_stiffness : dimension::linear_stiffness, units);
 }
 
-void add_actuator(Chain& chain, const YamlNode& node, const UnitSystem& units) {
+void add_actuator(ChainBuilder& chain, const YamlNode& node, const UnitSystem& units) {
   node.allow_only({"name", "axis", "stiffness", "home", "range"});
   const Motion motion = read_motion(node.at("axis"));
   std::optional<double> stiffness;
@@ -65,7 +67,7 @@ void add_actuator(Chain& chain, const YamlNode& node, const UnitSystem& units) {
 }
 
 // `stops: {lower, upper, stiffness}`: contact springs beyond two values of the joint.
-void add_stops(Chain& chain, const YamlNode& node, const std::string& joint, Motion motion,
+void add_stops(ChainBuilder& chain, const YamlNode& node, const std::string& joint, Motion motion,
                const UnitSystem& units) {
   node.allow_only({"lower", "upper", "stiffness"});
   const auto bound = [&](const char* key, double otherwise) {
@@ -78,7 +80,7 @@ void add_stops(Chain& chain, const YamlNode& node, const std::string& joint, Mot
 }
 
 // A joint with one axis may have a spring; with several, each coordinate is "name.axis".
-void add_passive(Chain& chain, const YamlNode& node, const UnitSystem& units) {
+void add_passive(ChainBuilder& chain, const YamlNode& node, const UnitSystem& units) {
   node.allow_only({"name", "axis", "axes", "stiffness", "rest", "home", "stops"});
   const std::string name = node.at("name").text();
   const auto [key, value] = node.one_of({"axis", "axes"});
@@ -157,12 +159,12 @@ double read_pitch(const YamlNode& node, bool slides, const UnitSystem& units) {
   return slides ? pitch : 1 / pitch;
 }
 
-void add_coupled(Chain& chain, const YamlNode& node, const UnitSystem& units) {
+void add_coupled(ChainBuilder& chain, const YamlNode& node, const UnitSystem& units) {
   node.allow_only({"to", "axis", "factor", "lead", "radius"});
   const std::string joint = node.at("to").text();
   const Motion motion = read_motion(node.at("axis"));
   const Motion leading =
-      chain.coordinates()[static_cast<std::size_t>(chain.index_of(joint))].motion;
+      chain.so_far().coordinates()[static_cast<std::size_t>(chain.so_far().index_of(joint))].motion;
   if (is_rotation(leading) != is_rotation(motion)) {
     chain.coupled(joint, motion, read_pitch(node, !is_rotation(motion), units));
     return;
@@ -177,7 +179,7 @@ void add_coupled(Chain& chain, const YamlNode& node, const UnitSystem& units) {
 }
 
 // Returns the name of the link in the chain: where it is used again, "name#2" and so on.
-std::string add_link(Chain& chain, const YamlNode& node, const Parts& parts,
+std::string add_link(ChainBuilder& chain, const YamlNode& node, const Parts& parts,
                      const std::vector<std::string>& before) {
   std::vector<std::string> names;
   for (const auto& [name, link] : parts.links) names.push_back(name);
@@ -186,16 +188,17 @@ std::string add_link(Chain& chain, const YamlNode& node, const Parts& parts,
   std::string unique = name;
   const auto taken = [&](const std::string& candidate) {
     return std::find(before.begin(), before.end(), candidate) != before.end() ||
-           std::any_of(chain.springs().begin(), chain.springs().end(), [&](const Spring& s) {
-             return s.name == candidate || s.name.starts_with(candidate + ".");
-           });
+           std::any_of(chain.so_far().springs().begin(), chain.so_far().springs().end(),
+                       [&](const Spring& s) {
+                         return s.name == candidate || s.name.starts_with(candidate + ".");
+                       });
   };
   for (int i = 2; taken(unique); ++i) unique = fmt::format("{}#{}", name, i);
   parts.links.at(name).append_to(chain, unique);
   return unique;
 }
 
-void add_mass(Chain& chain, const YamlNode& node, const UnitSystem& units) {
+void add_mass(ChainBuilder& chain, const YamlNode& node, const UnitSystem& units) {
   node.allow_only({"name", "mass", "at"});
   const auto at = node.find("at");
   chain.mass(
@@ -203,7 +206,7 @@ void add_mass(Chain& chain, const YamlNode& node, const UnitSystem& units) {
       at ? at->vector3(dimension::length, units) : spatial::Vector3(spatial::Vector3::Zero()));
 }
 
-void add_node(Chain& chain, const YamlNode& node, const UnitSystem& units) {
+void add_node(ChainBuilder& chain, const YamlNode& node, const UnitSystem& units) {
   node.allow_only({"name", "at"});
   const auto at = node.find("at");
   chain.node(node.at("name").text(), at ? at->vector3(dimension::length, units)
@@ -212,7 +215,7 @@ void add_node(Chain& chain, const YamlNode& node, const UnitSystem& units) {
 
 // Returns the name by which an error can be placed after the element; empty where it has none.
 // `links`: the names of those before it, to which a link is added.
-std::string add_element(Chain& chain, const YamlNode& element, const Parts& parts,
+std::string add_element(ChainBuilder& chain, const YamlNode& element, const Parts& parts,
                         std::vector<std::string>& links) {
   const auto [kind, value] =
       element.one_of({"actuator", "passive", "coupled", "link", "offset", "tool", "mass", "node"});
@@ -262,7 +265,7 @@ std::vector<ChainError> read_errors(const YamlNode& chain, const UnitSystem& uni
 // With its errors, up to where it ends.
 Chain read_chain(const YamlNode& elements, const std::string& name, const Pose& base,
                  const std::vector<ChainError>& errors, const Parts& parts) {
-  Chain chain(name, base);
+  ChainBuilder chain(name, base);
   std::vector<std::string> places, links;
   const auto pass = [&](const std::string& place) {
     places.push_back(place);
@@ -273,10 +276,11 @@ Chain read_chain(const YamlNode& elements, const std::string& name, const Pose& 
   for (const YamlNode& element : elements.items())
     if (const std::string place = add_element(chain, element, parts, links); !place.empty())
       pass(place);
-  if (chain.size() == 0) elements.fail("the chain has neither a joint nor a flexible link");
+  if (chain.so_far().size() == 0)
+    elements.fail("the chain has neither a joint nor a flexible link");
   pass("end");
   for (const ChainError& error : errors) error.at.choice(places);
-  return chain;
+  return chain.build();
 }
 
 YamlNode chain_type(const YamlNode& top, const YamlNode& name) {
@@ -366,10 +370,10 @@ void add_chain(const YamlNode& top, const YamlNode& item, const Parts& parts, As
   for (std::size_t i = 0; i < copies.names.size(); ++i) {
     const Pose turn =
         Pose::rotation(spatial::exp_rotation(static_cast<double>(i) * copies.angle * copies.axis));
-    Chain chain = read_chain(elements, copies.names[i], turn * base, errors, parts);
+    ChainBuilder chain(read_chain(elements, copies.names[i], turn * base, errors, parts));
     // The platform turns with the base: its axes are the base's when it is at rest.
     chain.attach((turn * end).inverse());
-    assembly.chains.push_back(std::move(chain));
+    assembly.chains.push_back(chain.build());
     assembly.spans.push_back(span);
   }
 }
@@ -619,9 +623,11 @@ Robot parse_robot(const std::string& text, const std::filesystem::path& file,
 Manipulator with_scaled(const Manipulator& manipulator, const UncertainStiffness& parameter,
                         double factor) {
   Manipulator copy = manipulator;
-  for (const SpringParameter& spring : parameter.springs)
-    copy = copy.with_chain(spring.chain,
-                           copy.chains()[spring.chain].with_scaled_spring(spring.spring, factor));
+  for (const SpringParameter& spring : parameter.springs) {
+    ChainModifier chain(copy.chains()[spring.chain]);
+    chain.scale_spring(spring.spring, factor);
+    copy = copy.with_chain(spring.chain, std::move(chain).chain());
+  }
   return copy;
 }
 

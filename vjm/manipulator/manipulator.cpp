@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/vjm/chain/chain_builder.h"
+
 namespace kinetostat::vjm {
 
 Manipulator::Manipulator(std::string name, std::vector<Chain> chains)
@@ -46,7 +48,8 @@ Manipulator Manipulator::with_reference_point(const spatial::Vector3& point_on_p
   Manipulator copy = *this;
   for (std::size_t c = 0; c < chains_.size(); ++c) {
     if (spans_[c].to == Span::platform)
-      copy.chains_[c].attach(spatial::Pose::translation(point_on_platform));
+      copy.chains_[c] =
+          ChainBuilder(chains_[c]).attach(spatial::Pose::translation(point_on_platform)).build();
     if (spans_[c].from == Span::platform)
       throw std::invalid_argument("the reference point cannot move while a chain starts on it");
   }

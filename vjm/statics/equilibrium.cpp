@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/statics/equilibrium_state.h"
 #include "kinetostat/vjm/statics/newton_method.h"
 
@@ -49,12 +50,12 @@ bool has_gaps(const Manipulator& manipulator) {
 Manipulator with_bridged_gaps(const Manipulator& manipulator, double share) {
   Manipulator bridged = manipulator;
   for (std::size_t c = 0; c < manipulator.size(); ++c) {
-    Chain chain = manipulator.chains()[c];
+    ChainModifier chain(manipulator.chains()[c]);
     for (const auto& [coordinate, law] : manipulator.chains()[c].laws())
       if (const auto* stop = dynamic_cast<const StopLaw*>(law.get()))
-        chain.law(chain.coordinates()[static_cast<std::size_t>(coordinate)].name,
-                  std::make_shared<AcrossGap>(stop->middle(), share * stop->stiffness()));
-    bridged = bridged.with_chain(c, std::move(chain));
+        chain.add_law(chain.chain().coordinates()[static_cast<std::size_t>(coordinate)].name,
+                      std::make_shared<AcrossGap>(stop->middle(), share * stop->stiffness()));
+    bridged = bridged.with_chain(c, std::move(chain).chain());
   }
   return bridged;
 }

@@ -10,6 +10,7 @@
 #include "kinetostat/calibration/campaign/noise.h"
 #include "kinetostat/calibration/campaign/noise_estimate.h"
 #include "kinetostat/common/error.h"
+#include "kinetostat/vjm/chain/chain_builder.h"
 
 #include "calibration/synthetic.h"
 #include "support/matrix_near.h"
@@ -130,10 +131,10 @@ TEST(CampaignFile, CountsCopiesOfARowOnce) {
 
 // A gantry whose drives are called x, y and z, and its tool 100 mm below them.
 vjm::Manipulator gantry(const char* first = "x") {
-  vjm::Chain chain("arm");
+  vjm::ChainBuilder chain("arm");
   chain.actuator(first, vjm::Motion::tx, 1e6).actuator("y", vjm::Motion::ty, 1e6);
   chain.actuator("z", vjm::Motion::tz, 1e6).offset(spatial::Pose::translation({0, 0, -0.1}));
-  return vjm::Manipulator("gantry", {chain});
+  return vjm::Manipulator("gantry", {chain.build()});
 }
 
 TEST(CampaignFile, SaysWhereDrivesAreNamedLikeThePose) {
@@ -194,9 +195,9 @@ TEST(CampaignFile, KnowsADriveThatIsNearlyNamedLikeThePose) {
 
 // A drive that is named like any other column: its coordinate is asked for by its whole name.
 TEST(CampaignFile, SaysWhereADriveIsNamedLikeAColumn) {
-  vjm::Chain chain("arm");
+  vjm::ChainBuilder chain("arm");
   chain.actuator("rz", vjm::Motion::rz, 1e4).offset(spatial::Pose::translation({0.3, 0, 0}));
-  const vjm::Manipulator arm("arm", {chain});
+  const vjm::Manipulator arm("arm", {chain.build()});
   EXPECT_THAT(read("fz,dz,rz\n1,1,2\n", "", arm).warnings, ElementsAre(HasSubstr("'arm.rz'")));
   EXPECT_THAT(read("arm.rz,fz,dz,rz\n30,1,1,2\n", "", arm).warnings, testing::IsEmpty());
   EXPECT_THAT(read("x,y,z,fz,dz,rz\n300,0,0,1,1,2\n", "", arm).warnings, testing::IsEmpty());

@@ -8,6 +8,7 @@
 #include "kinetostat/calibration/statistics/identifiability.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/report/base_fit.h"
+#include "kinetostat/vjm/chain/chain_builder.h"
 
 #include "calibration/synthetic.h"
 
@@ -103,9 +104,9 @@ TEST(BaseFit, SaysWhichStiffnessNoReadingDependsOn) {
 // Two springs in series: one of them is fitted, and the other stays where it is.
 TEST(BaseFit, KeepsWhatTheReadingsDoNotDistinguishAtItsNominalValue) {
   vjm::Robot robot = test::bench();
-  vjm::Chain chain("cell");
+  vjm::ChainBuilder chain("cell");
   chain.actuator("spring", vjm::Motion::tz, 1e6).actuator("screw", vjm::Motion::tz, 2e6);
-  robot.manipulator = vjm::Manipulator("bench", {chain});
+  robot.manipulator = vjm::Manipulator("bench", {chain.build()});
   robot.uncertain.push_back({"screw", {{0, "screw"}}});
   for (const char* noise : {"", "noise: {translation: 1 um}\n"}) {
     const Comparison c =
@@ -129,9 +130,9 @@ TEST(BaseFit, HoldsAStiffnessNearItsDesignWhereAZeroOffsetDoesTheSame) {
 // A slide along x that carries a spring along z, both uncertain.
 vjm::Robot slide_and_spring() {
   vjm::Robot robot = test::bench();
-  vjm::Chain chain("cell");
+  vjm::ChainBuilder chain("cell");
   chain.actuator("slide", vjm::Motion::tx, 1e6).actuator("spring", vjm::Motion::tz, 1e6);
-  robot.manipulator = vjm::Manipulator("bench", {chain});
+  robot.manipulator = vjm::Manipulator("bench", {chain.build()});
   robot.uncertain = {{"slide", {{0, "slide"}}}, {"spring", {{0, "spring"}}}};
   return robot;
 }
@@ -202,9 +203,9 @@ TEST(BaseFit, ErrorsBeyondComputingAreNamed) {
 
 TEST(BaseFit, DoesNotMixMillimetresWithRadians) {
   vjm::Robot robot = test::bench();
-  vjm::Chain chain("cell");
+  vjm::ChainBuilder chain("cell");
   chain.actuator("spring", vjm::Motion::tz, 1e6).actuator("twist", vjm::Motion::rz, 1e3);
-  robot.manipulator = vjm::Manipulator("bench", {chain});
+  robot.manipulator = vjm::Manipulator("bench", {chain.build()});
   const std::string csv = "fz,mz,dz,rz\n1000,1000,1,1e-3\n2000,2000,2,2e-3\n";
   EXPECT_THAT(message<common::InputError>(robot, bench_campaign(csv, "wrench_point: reference\n")),
               HasSubstr("noise: translations and rotations cannot be fitted together"));
@@ -343,9 +344,9 @@ INSTANTIATE_TEST_SUITE_P(Kinds, Frames, testing::Bool(), [](const auto& absolute
 // Turns about axes in a plane are not observable in motions in that plane.
 TEST(SessionFrame, CoordinatesThatNoReadingDeterminesStayAsStated) {
   vjm::Robot robot = test::bench();
-  vjm::Chain chain("cell");
+  vjm::ChainBuilder chain("cell");
   chain.actuator("u", vjm::Motion::tx, 1e6).actuator("w", vjm::Motion::tz, 1e6);
-  robot.manipulator = vjm::Manipulator("bench", {chain});
+  robot.manipulator = vjm::Manipulator("bench", {chain.build()});
   robot.uncertain = {{"u", {{0, "u"}}}, {"w", {{0, "w"}}}};
   constexpr double turn = 0.01, yields_x = 1.25e-6, yields_z = 0.8e-6;
   std::string csv = "u,w,fx,fz,dx,dz\n";

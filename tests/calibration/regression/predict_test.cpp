@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "kinetostat/calibration/campaign/campaign_file.h"
+#include "kinetostat/vjm/chain/chain_builder.h"
 
 #include "calibration/laboratory.h"
 #include "calibration/synthetic.h"
@@ -27,9 +28,9 @@ std::vector<test::Planned> strongly_loaded() {
 // With a heavy tool on one chain: it sags without load.
 vjm::Robot heavy_orthoglide() {
   vjm::Robot robot = test::orthoglide();
-  vjm::Chain chain = robot.manipulator.chains()[0];
+  vjm::ChainBuilder chain(robot.manipulator.chains()[0]);
   chain.mass("tool", 3, {0.2, 0.1, -0.1});
-  robot.manipulator = robot.manipulator.with_chain(0, chain).with_gravity({0, 0, -9.81});
+  robot.manipulator = robot.manipulator.with_chain(0, chain.build()).with_gravity({0, 0, -9.81});
   return robot;
 }
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "kinetostat/vjm/chain/chain_builder.h"
+
 #include "vjm/random_chain.h"
 
 namespace kinetostat::vjm {
@@ -99,11 +101,11 @@ TEST(Kinematics, HessianOfAPureForceIsSymmetricAndThatOfAMomentIsNot) {
 TEST(Kinematics, CoupledJointsShareACoordinate) {
   // Parallelogram (JAMRIS09 eq. 22): Ry(q) Tx(L) Ry(-q) translates along a circle without turning.
   const double length = 0.31, q = 0.4;
-  Chain chain("parallelogram");
+  ChainBuilder chain("parallelogram");
   chain.passive("q", Motion::ry).offset(spatial::Pose::translation({length, 0, 0}));
   chain.coupled("q", Motion::ry, -1);
   ChainKinematics at;
-  evaluate(chain, VectorXd::Constant(1, q), at);
+  evaluate(chain.build(), VectorXd::Constant(1, q), at);
   EXPECT_TRUE(at.end.rotation().isIdentity(1e-15));
   EXPECT_TRUE(at.end.position().isApprox(
       spatial::Vector3(length * std::cos(q), 0, -length * std::sin(q)), 1e-15));

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/continuation/path.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
@@ -47,15 +48,15 @@ class Crank : public ::testing::Test {
   static Path traced(double push, double first_angle_sign = 1) {
     const double phi = first_angle_sign * std::acos((r * r + d * d - l0 * l0) / (2 * r * d));
     const double rod = std::atan2(-r * std::sin(phi), d - r * std::cos(phi));
-    Chain chain("crank");
+    ChainBuilder chain("crank");
     chain.passive("crank", Motion::rz, phi).offset(Pose::translation({r, 0, 0})).node("pin");
     chain.passive("pin", Motion::rz, rod - phi).offset(Pose::translation({l0, 0, 0}));
     chain.passive("spring", Motion::tx, c, 0, 0).passive("end", Motion::rz, -rod);
     PathTask task;
-    task.growing.nodes = {{0, chain.node_index("pin"), {-push, 0, 0}}};
+    task.growing.nodes = {{0, chain.so_far().node_index("pin"), {-push, 0, 0}}};
     PathOptions options;
     options.branches = true;
-    return trace_quietly({"crank", {chain}}, task, options);
+    return trace_quietly({"crank", {chain.build()}}, task, options);
   }
 };
 
@@ -104,12 +105,12 @@ TEST_F(Crank, LeavesTheRangeWhereTheLoadIsTooSmall) {
 
 // A sprung joint knows how often it has turned: k q = M.
 TEST(Branches, FullTurnsOfASprungJointAreDifferentStates) {
-  Chain chain("rod");
+  ChainBuilder chain("rod");
   chain.actuator("q", Motion::rz, 100.0).offset(Pose::translation({0.3, 0, 0}));
   PathTask task;
   task.platform_held = false;
   task.growing.moment = {0, 0, 100 * 15.0};
-  const Path path = trace_quietly({"rod", {chain}}, task, {});
+  const Path path = trace_quietly({"rod", {chain.build()}}, task, {});
   EXPECT_EQ(path.branches[0].end, BranchEnd::target);
   EXPECT_TRUE(path.critical.empty());
   ASSERT_EQ(path.at_target.size(), 1U);
@@ -120,12 +121,12 @@ TEST(Branches, FullTurnsOfASprungJointAreDifferentStates) {
 // towards pi and never passes it.
 TEST(Branches, ARodThatRestsBeyondHalfATurnFollowsTheClosedForm) {
   constexpr double k = 100, length = 0.3, rest = 4, load = 5 * k / length;
-  Chain chain("rod");
+  ChainBuilder chain("rod");
   chain.actuator("q", Motion::rz, k, rest).offset(Pose::translation({length, 0, 0}));
   PathTask task;
   task.platform_held = false;
   task.growing.force = {-load, 0, 0};
-  const Path path = trace_quietly({"rod", {chain}}, task, {});
+  const Path path = trace_quietly({"rod", {chain.build()}}, task, {});
   EXPECT_EQ(path.branches[0].end, BranchEnd::target);
   EXPECT_TRUE(path.critical.empty());
   for (const PathPoint& point : path.branches[0].points) {
@@ -139,7 +140,7 @@ TEST(Branches, ARodThatRestsBeyondHalfATurnFollowsTheClosedForm) {
 // connected with the upright one, and one bifurcation.
 TEST(Branches, APendulumHasOnePitchforkAtEveryLoad) {
   constexpr double k = 100, length = 0.3;
-  Chain chain("rod");
+  ChainBuilder chain("rod");
   chain.actuator("q", Motion::rz, k).offset(Pose::translation({length, 0, 0}));
   for (const double load : {1.001, 1.5, 4.0, 40.0}) {
     SCOPED_TRACE(load);
@@ -148,7 +149,7 @@ TEST(Branches, APendulumHasOnePitchforkAtEveryLoad) {
     task.growing.force = {-load * k / length, 0, 0};
     PathOptions options;
     options.branches = true;
-    const Path path = trace_quietly({"rod", {chain}}, task, options);
+    const Path path = trace_quietly({"rod", {chain.build()}}, task, options);
     ASSERT_EQ(path.critical.size(), 1U);
     EXPECT_EQ(path.critical[0].kind, CriticalKind::bifurcation);
     EXPECT_NEAR(path.critical[0].point.parameter, 1 / load, 1e-8);
@@ -175,7 +176,7 @@ class TwoRods : public ::testing::Test {
 
   static Path traced(double load) {
     const Pose rod = Pose::translation({length, 0, 0});
-    Chain chain("rods");
+    ChainBuilder chain("rods");
     chain.actuator("lower", Motion::rz, k).offset(rod);
     chain.actuator("upper", Motion::rz, k).offset(rod);
     PathTask task;
@@ -183,7 +184,7 @@ class TwoRods : public ::testing::Test {
     task.growing.force = {-load * k / length, 0, 0};
     PathOptions options;
     options.branches = true;
-    return trace_quietly({"rods", {chain}}, task, options);
+    return trace_quietly({"rods", {chain.build()}}, task, options);
   }
   // Number of solutions with |b| up to two turns, by the signs of what is left when a is
   // eliminated.
@@ -236,12 +237,12 @@ class Truss : public ::testing::Test {
 
   static Chain truss(double h) {
     const double slope = std::atan2(h, b), l0 = std::hypot(b, h);
-    Chain chain("truss");
+    ChainBuilder chain("truss");
     chain.passive("pin1", Motion::rz, slope).offset(Pose::translation({l0, 0, 0}));
     chain.passive("bar1", Motion::tx, c, 0, 0).node("apex");
     chain.passive("hinge", Motion::rz, -2 * slope).offset(Pose::translation({l0, 0, 0}));
     chain.passive("bar2", Motion::tx, c, 0, 0).passive("pin2", Motion::rz, slope);
-    return chain;
+    return chain.build();
   }
   static Path pushed(const Chain& chain, double push, bool branches) {
     PathTask task;
@@ -317,9 +318,9 @@ TEST_F(Truss, AHighOneGivesWaySidewaysBeforeItsLimitPoint) {
 TEST_F(Truss, AStopThatCatchesItIsAContact) {
   const double h = 0.2, l = std::cbrt(std::hypot(b, h) * b * b), y = std::sqrt(l * l - b * b);
   const double caught = 0.3 * y;
-  Chain chain = truss(h);
+  ChainBuilder chain(truss(h));
   chain.law("pin1", std::make_shared<StopLaw>(std::atan2(caught, b), 1e9, 0.1 * c));
-  const Path path = pushed(chain, 2 * load(y, h), false);
+  const Path path = pushed(chain.build(), 2 * load(y, h), false);
   ASSERT_EQ(path.critical.size(), 2U);
   EXPECT_EQ(path.critical[0].kind, CriticalKind::limit_point);
   EXPECT_EQ(path.critical[1].kind, CriticalKind::contact);
@@ -332,7 +333,7 @@ TEST_F(Truss, AStopThatCatchesItIsAContact) {
 TEST(Branches, TheShortenedChainHasNoContactsAndNoBranchTwice) {
   constexpr double length = 0.3, k = 100;
   const Pose link = Pose::translation({length, 0, 0});
-  Chain chain("chain");
+  ChainBuilder chain("chain");
   chain.passive("u", Motion::rz).offset(link).actuator("a1", Motion::rz, k).offset(link);
   chain.actuator("a2", Motion::rz, k).offset(link).passive("s", Motion::rz);
   for (const double shortening : {0.9, 1.9, 2.9, 3.5}) {
@@ -341,7 +342,7 @@ TEST(Branches, TheShortenedChainHasNoContactsAndNoBranchTwice) {
     task.displacement = -shortening * length * Vector6::Unit(0);
     PathOptions options;
     options.branches = true;
-    const Path path = trace_quietly({"chain", {chain}}, task, options);
+    const Path path = trace_quietly({"chain", {chain.build()}}, task, options);
     EXPECT_EQ(count(path, CriticalKind::contact), 0U);
     EXPECT_EQ(count(path, BranchEnd::joined), 0U);
     EXPECT_EQ(count(path, BranchEnd::limit), 0U);

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "kinetostat/vjm/chain/beam.h"
+#include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/continuation/path.h"
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
@@ -49,17 +50,17 @@ Robot shipped(const std::string& name) {
 }
 
 Manipulator beam() {
-  Chain chain("beam");
+  ChainBuilder chain("beam");
   chain.link("beam", Pose::translation({1, 0, 0}),
              beam_compliance(1, Section::rectangle(0.02, 0.01, 0.3), {210e9, 80e9, std::nullopt},
                              BeamTheory::euler_bernoulli));
-  return {"beam", {chain}};
+  return {"beam", {chain.build()}};
 }
 
 Manipulator slide() {
-  Chain chain("slide");
+  ChainBuilder chain("slide");
   chain.actuator("x", Motion::tx, k);
-  return {"slide", {chain}};
+  return {"slide", {chain.build()}};
 }
 
 // With the platform held, no motion is left inside: the same force as that of Newton's method.
@@ -110,9 +111,9 @@ TEST(PathWithoutFreedom, OneSpringAlone) {
 
 // A rigid robot under a load stands still and carries it; displaced, it cannot follow.
 TEST(PathWithoutFreedom, ARigidRobot) {
-  Chain chain("rigid");
+  ChainBuilder chain("rigid");
   chain.actuator("q", Motion::rz, std::nullopt).offset(Pose::translation({0.3, 0, 0}));
-  const Manipulator robot("rigid", {chain});
+  const Manipulator robot("rigid", {chain.build()});
   const Path carried = trace_from_home(robot, loaded({0, 500, 0}));
   EXPECT_EQ(carried.branches[0].end, BranchEnd::target) << carried.branches[0].reason;
   EXPECT_TRUE(carried.critical.empty());
@@ -129,10 +130,10 @@ TEST(PathWithoutFreedom, ARigidRobot) {
 
 TEST(PathWithoutResistance, PassiveJointsAlone) {
   const Pose link = Pose::translation({0.3, 0, 0});
-  Chain chain("loose");
+  ChainBuilder chain("loose");
   chain.passive("a", Motion::rz, 0.4).offset(link).passive("b", Motion::rz, -0.9).offset(link);
   chain.passive("c", Motion::rz);
-  const Manipulator robot("loose", {chain});
+  const Manipulator robot("loose", {chain.build()});
   const Path carried = trace_from_home(robot, loaded({0, 500, 0}));
   EXPECT_EQ(carried.branches[0].end, BranchEnd::lost);
   EXPECT_FALSE(carried.branches[0].reason.empty());
@@ -150,11 +151,11 @@ TEST(PathWithoutResistance, PassiveJointsAlone) {
 
 TEST(PathWithoutResistance, PulledBeyondItsReachItLocks) {
   const Pose link = Pose::translation({0.3, 0, 0});
-  Chain chain("arm");
+  ChainBuilder chain("arm");
   chain.passive("a", Motion::rz, 0.4).offset(link).actuator("b", Motion::rz, 100.0, -0.8);
   chain.offset(link).passive("c", Motion::rz);
   const Path path =
-      trace_from_home({"arm", {chain}}, held(0.5 * Vector6::Unit(0)), {.most_points = 300});
+      trace_from_home({"arm", {chain.build()}}, held(0.5 * Vector6::Unit(0)), {.most_points = 300});
   EXPECT_TRUE(path.at_target.empty());
   EXPECT_NE(path.branches[0].end, BranchEnd::target);
   EXPECT_LT(path.branches[0].points.back().parameter, 1);

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
 namespace kinetostat::vjm {
@@ -20,12 +21,12 @@ constexpr double length = 0.3, k = 100;
 // MMT11 section 6.1, model A: rigid links, one rotary spring K in each of the two actuators.
 Manipulator urrs() {
   const Pose link = Pose::translation({length, 0, 0});
-  Chain chain("urrs");
+  ChainBuilder chain("urrs");
   chain.passive("u.Rz", Motion::rz).passive("u.Ry", Motion::ry).offset(link);
   chain.actuator("a1", Motion::rz, k).offset(link);
   chain.actuator("a2", Motion::rz, k).offset(link);
   chain.passive("s.Rx", Motion::rx).passive("s.Ry", Motion::ry).passive("s.Rz", Motion::rz);
-  return {"urrs", {chain}};
+  return {"urrs", {chain.build()}};
 }
 
 Path trace_quietly(const Manipulator& manipulator, const PathTask& task,
@@ -150,12 +151,12 @@ class ShallowArch : public ::testing::Test {
   // Rises to the apex, then falls: the end is held by a pin.
   static Manipulator arch() {
     const double slope = std::atan2(h, b);
-    Chain chain("arch");
+    ChainBuilder chain("arch");
     chain.passive("pin1", Motion::rz, slope).offset(Pose::translation({l0, 0, 0}));
     chain.passive("bar1", Motion::tx, c, 0, 0).node("apex");
     chain.passive("hinge", Motion::rz, -2 * slope).offset(Pose::translation({l0, 0, 0}));
     chain.passive("bar2", Motion::tx, c, 0, 0).passive("pin2", Motion::rz, slope);
-    return {"arch", {chain}};
+    return {"arch", {chain.build()}};
   }
   static double closed_form(double w) { return 2 * c * (l0 / std::hypot(b, h - w) - 1) * (h - w); }
   static double sink(const PathPoint& point) {
@@ -206,9 +207,9 @@ TEST_F(ShallowArch, WorkAlongThePathIsTheEnergyStored) {
 
 // An upright rod on a rotary spring under a dead load: F L sin(q) = K q beyond K / L, both ways.
 TEST(Path, ADeadLoadBifurcatesIntoTwoLeaningRods) {
-  Chain chain("rod");
+  ChainBuilder chain("rod");
   chain.actuator("q", Motion::rz, k).offset(Pose::translation({length, 0, 0}));
-  const Manipulator rod("rod", {chain});
+  const Manipulator rod("rod", {chain.build()});
   PathTask task;
   task.platform_held = false;
   task.growing.force = {-1.5 * k / length, 0, 0};
@@ -237,10 +238,10 @@ TEST(Path, ADeadLoadBifurcatesIntoTwoLeaningRods) {
 // A gap of 0.1 rad before a hard stop: the rod leans freely, then is caught; a contact is not a
 // bifurcation.
 TEST(Path, AStopThatCatchesAnUnstableRodIsAContact) {
-  Chain chain("rod");
+  ChainBuilder chain("rod");
   chain.passive("q", Motion::rz, k, 0, 0).offset(Pose::translation({length, 0, 0}));
   chain.law("q", std::make_shared<StopLaw>(-1e9, 0.1, 1e3 * k));
-  const Manipulator rod("rod", {chain});
+  const Manipulator rod("rod", {chain.build()});
   PathTask task;
   task.platform_held = false;
   task.growing.force = {-2 * k / length, 0, 0};

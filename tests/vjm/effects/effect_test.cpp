@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/effects/effect_model.h"
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
@@ -35,9 +36,9 @@ std::vector<ModelParameter> all_values(const std::vector<Effect>& effects) {
 
 // One spring along z, 1e6 N/m.
 Manipulator bench() {
-  Chain chain("cell");
+  ChainBuilder chain("cell");
   chain.actuator("spring", Motion::tz, 1e6);
-  return Manipulator("bench", {chain}).with_gravity({0, 0, -10});
+  return Manipulator("bench", {chain.build()}).with_gravity({0, 0, -10});
 }
 
 double deflection(const std::vector<Effect>& effects, double force) {
@@ -298,9 +299,9 @@ TEST(Effects, CreepFollowsTheStandardLinearSolid) {
 }
 
 TEST(Effects, AreRefusedWhereTheyCannotAct) {
-  Chain chain("c");
+  ChainBuilder chain("c");
   chain.actuator("rigid", Motion::rz, std::nullopt);
-  const Manipulator m("m", {chain});
+  const Manipulator m("m", {chain.build()});
   for (const char* kind : {"joint_compliance", "hardening", "clearance", "preload"})
     EXPECT_THROW(with_effects(m, {effect(m, kind, "rigid", {1})}), std::invalid_argument) << kind;
   EXPECT_THROW(effect(m, "link_compliance", "leg", {1}), std::invalid_argument);

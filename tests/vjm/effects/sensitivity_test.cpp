@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "kinetostat/vjm/chain/chain_builder.h"
+#include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
@@ -26,9 +28,10 @@ void expect_exact(const Manipulator& manipulator, const Posture& posture, const 
   for (std::size_t p = 0; p < parameters.size(); ++p) {
     const auto& [chain, spring] = parameters[p];
     const auto solve = [&](double factor) {
-      const Manipulator changed = manipulator.with_chain(
-          chain, manipulator.chains()[chain].with_scaled_spring(spring, factor));
-      return equilibrium_under_load(changed, posture, load).platform;
+      ChainModifier changed(manipulator.chains()[chain]);
+      changed.scale_spring(spring, factor);
+      return equilibrium_under_load(manipulator.with_chain(chain, changed.chain()), posture, load)
+          .platform;
     };
     const Vector6 numerical =
         spatial::pose_difference(solve(std::exp(-h)), solve(std::exp(h))) / (2 * h);
@@ -48,18 +51,18 @@ TEST(Sensitivity, EqualsCentralDifferencesOnAParallelRobot) {
 }
 
 TEST(Sensitivity, EqualsCentralDifferencesOnARobotWithRigidDirections) {
-  Chain chain("2R");
+  ChainBuilder chain("2R");
   chain.actuator("q1", Motion::rz, 500).offset(Pose::translation({0.4, 0, 0}));
   chain.actuator("q2", Motion::rz, 300).offset(Pose::translation({0.3, 0, 0}));
-  const Manipulator arm("2R", {chain});
+  const Manipulator arm("2R", {chain.build()});
   const Posture posture = posture_from_joints(arm, {{"q1", 0.3}, {"q2", 0.9}}).posture;
   expect_exact(arm, posture, {{40, -60, 10}});
 }
 
 TEST(Sensitivity, UnknownSpringsAreRefused) {
-  Chain chain("c");
+  ChainBuilder chain("c");
   chain.actuator("q", Motion::rz, 500);
-  const Manipulator m("m", {chain});
+  const Manipulator m("m", {chain.build()});
   const Posture posture = posture_from_joints(m, {}).posture;
   const Equilibrium e = equilibrium_under_load(m, posture, {});
   EXPECT_THROW(displacement_by_log_stiffness(m, posture, {}, e, {{0, "r"}}), std::invalid_argument);

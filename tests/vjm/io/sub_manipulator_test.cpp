@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "kinetostat/common/error.h"
+#include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/stiffness.h"
@@ -103,9 +104,9 @@ TEST(SubManipulator, AnyRankComesBackFromTheChain) {
     const Pose offset(spatial::Matrix3::Identity(), unit());
     LinkModel link{.parts = {part_with_free_motions(offset, stiffness, 0.5)}};
     ASSERT_EQ(link.parts[0].free_motions.size(), 2U);
-    Chain chain("chain");
+    ChainBuilder chain("chain");
     link.append_to(chain, "link");
-    const Manipulator manipulator("m", {chain});
+    const Manipulator manipulator("m", {chain.build()});
     const Posture posture = posture_from_joints(manipulator, {}).posture;
     const Matrix6 back = unloaded_stiffness(manipulator, posture).stiffness.value().matrix();
     EXPECT_LT((back - stiffness).norm(), 1e-8 * stiffness.norm());

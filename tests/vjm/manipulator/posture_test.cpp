@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/chain/kinematics.h"
 #include "kinetostat/vjm/io/robot_file.h"
 
@@ -21,13 +22,13 @@ using ::testing::HasSubstr;
 
 // Offsets of a common industrial 6R layout.
 Manipulator six_axis_arm() {
-  Chain chain("arm");
+  ChainBuilder chain("arm");
   const Motion axes[] = {Motion::rz, Motion::ry, Motion::ry, Motion::rx, Motion::ry, Motion::rx};
   const Vector3 offsets[] = {{0.15, 0, 0.45}, {0, 0, 0.6}, {0.2, 0, 0.12},
                              {0.44, 0, 0},    {0.1, 0, 0}, {0.05, 0, 0}};
   for (int i = 0; i < 6; ++i)
     chain.actuator("q" + std::to_string(i + 1), axes[i], 1e5).offset(Pose::translation(offsets[i]));
-  return Manipulator("6R", {chain});
+  return Manipulator("6R", {chain.build()});
 }
 
 TEST(PostureAt, ReachesWhateverForwardKinematicsReached) {
@@ -46,11 +47,11 @@ TEST(PostureAt, ReachesWhateverForwardKinematicsReached) {
 }
 
 TEST(PostureAt, TakesTheBranchNearestToHome) {
-  Chain chain("scara");
+  ChainBuilder chain("scara");
   chain.actuator("q1", Motion::rz, 1e4, 0.5).offset(Pose::translation({0.5, 0, 0}));
   chain.actuator("q2", Motion::rz, 1e4, -1.0).offset(Pose::translation({0.5, 0, 0}));
   chain.passive("q3", Motion::rz);
-  const Manipulator scara("scara", {chain});
+  const Manipulator scara("scara", {chain.build()});
   const PostureResult result = posture_at(scara, Pose::translation({0.6, 0.1, 0}));
   ASSERT_TRUE(result.reached) << result.reason;
   EXPECT_LT(result.posture.coordinates[0][1], 0);  // elbow as at home
@@ -64,18 +65,18 @@ TEST(PostureAt, SaysHowFarAnUnreachablePoseIs) {
 }
 
 TEST(PostureAt, ARedundantArmStaysNearItsHome) {
-  Chain chain("7R");
+  ChainBuilder chain("7R");
   const Motion axes[] = {Motion::rz, Motion::ry, Motion::rz, Motion::ry,
                          Motion::rz, Motion::ry, Motion::rz};
   for (int i = 0; i < 7; ++i)
     chain.actuator("q" + std::to_string(i), axes[i], 1e4, 0.3)
         .offset(Pose::translation({0, 0, 0.2}));
-  const Manipulator arm("7R", {chain});
+  const Manipulator arm("7R", {chain.build()});
   ChainKinematics kinematics;
-  evaluate(chain, chain.home(), kinematics);
+  evaluate(arm.chains()[0], arm.chains()[0].home(), kinematics);
   const PostureResult result = posture_at(arm, kinematics.end);
   ASSERT_TRUE(result.reached);
-  EXPECT_LT((result.posture.coordinates[0] - chain.home()).norm(), 1e-9);
+  EXPECT_LT((result.posture.coordinates[0] - arm.chains()[0].home()).norm(), 1e-9);
 }
 
 TEST(PostureFromJoints, ClosesTheLoopsOfAParallelRobot) {

@@ -6,6 +6,7 @@
 
 #include "kinetostat/common/error.h"
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/chain/kinematics.h"
 #include "kinetostat/vjm/io/sub_manipulator.h"
 #include "kinetostat/vjm/manipulator/posture.h"
@@ -107,13 +108,14 @@ TEST(Screw, DerivativesAreExact) {
   testing::RandomChains random(31);
   ChainKinematics at, before, after;
   for (int trial = 0; trial < 30; ++trial) {
-    Chain chain("screws", random.pose(0.2));
-    chain.actuator("motor", random.motion(), 1e4);
-    chain.offset(random.pose(0.2));
-    chain.coupled("motor", random.motion(), random.uniform(-0.3, 0.3));
-    chain.passive("p", random.motion()).offset(random.pose(0.2));
-    chain.coupled("p", random.motion(), random.uniform(-2, 2));
-    chain.link("l", random.pose(0.3), random.compliance());
+    ChainBuilder builder("screws", random.pose(0.2));
+    builder.actuator("motor", random.motion(), 1e4);
+    builder.offset(random.pose(0.2));
+    builder.coupled("motor", random.motion(), random.uniform(-0.3, 0.3));
+    builder.passive("p", random.motion()).offset(random.pose(0.2));
+    builder.coupled("p", random.motion(), random.uniform(-2, 2));
+    builder.link("l", random.pose(0.3), random.compliance());
+    const Chain chain = builder.build();
     const VectorXd x = random.state(chain, 0.7);
     const Vector6 wrench = random.vector6(1, 1);
     evaluate(chain, x, at);
@@ -163,9 +165,9 @@ TEST(Screw, AFreeScrewMotionOfALinkIsAJoint) {
   screw << 0.1, 0, 0, 1, 0, 0;
   const Matrix6 stiffness =
       1e6 * (Matrix6::Identity() - screw * screw.transpose() / screw.squaredNorm());
-  Chain chain("c");
+  ChainBuilder chain("c");
   LinkModel{.parts = {part_with_free_motions(Pose(), stiffness, 1)}}.append_to(chain, "link");
-  const Manipulator manipulator("m", {chain});
+  const Manipulator manipulator("m", {chain.build()});
   const UnloadedStiffness s =
       unloaded_stiffness(manipulator, posture_from_joints(manipulator, {}).posture);
   EXPECT_EQ(s.free.rank, 5);

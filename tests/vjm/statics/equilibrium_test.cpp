@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/stiffness.h"
@@ -36,12 +37,12 @@ Posture orthoglide_at(double x, double y, double z) {
 // A soft serial arm with links and joint springs: large rotations at moderate loads.
 Manipulator arm(unsigned seed) {
   testing::RandomChains random(seed);
-  Chain chain("arm");
+  ChainBuilder chain("arm");
   for (const char* name : {"q1", "q2", "q3"}) {
     chain.actuator(name, name[1] == '2' ? Motion::ry : Motion::rz, 2e3);
     chain.link("l" + std::string(name), Pose::translation({0.3, 0.02, 0.01}), random.compliance());
   }
-  return Manipulator("arm", {chain});
+  return Manipulator("arm", {chain.build()});
 }
 
 Posture arm_posture(const Manipulator& manipulator) {
@@ -206,9 +207,9 @@ TEST(Equilibrium, DoesNotDependOnTheBaseFrame) {
   const spatial::Compliance6 soft = random.compliance();
   const Pose moved = random.pose(1.5);
   const auto solve = [&](const Pose& base) {
-    Chain chain("c", base);
+    ChainBuilder chain("c", base);
     chain.actuator("q", Motion::rz, 1e4).link("l", Pose::translation({0.4, 0, 0}), soft);
-    const Manipulator m("m", {chain});
+    const Manipulator m("m", {chain.build()});
     const Posture posture = posture_from_joints(m, {{"q", 0.5}}).posture;
     const Load load{
         base.rotation() * Vector3(30, -50, 20), base.rotation() * Vector3(1, 2, -1), {0.05, 0, 0}};
@@ -238,14 +239,14 @@ TEST(Equilibrium, ExtraPassiveJointsThatRepeatALegsSpinChangeNothing) {
     for (int i = 0; i < 6; ++i) {
       const double b = M_PI / 180 * (i % 2 == 0 ? 60 * i - 10 : 60 * i - 50);
       const double p = M_PI / 180 * (i % 2 == 0 ? 60 * i - 50 + 60 : 60 * i - 10 - 60);
-      Chain leg("leg" + std::to_string(i),
-                Pose::translation(0.5 * Vector3(std::cos(b), std::sin(b), 0)));
+      ChainBuilder leg("leg" + std::to_string(i),
+                       Pose::translation(0.5 * Vector3(std::cos(b), std::sin(b), 0)));
       leg.passive("bx", Motion::rx).passive("by", Motion::ry);
       if (spin) leg.passive("bz", Motion::rz);
       leg.actuator("l", Motion::tz, 1e7, 0.6);
       leg.passive("px", Motion::rx).passive("py", Motion::ry).passive("pz", Motion::rz);
       leg.offset(Pose::translation(-0.25 * Vector3(std::cos(p), std::sin(p), 0)));
-      legs.push_back(leg);
+      legs.push_back(leg.build());
     }
     return Manipulator("stewart", legs);
   };
@@ -275,7 +276,7 @@ Manipulator hexapod(unsigned seed, bool spin) {
     const Vector3 axis = Vector3(0.02, -0.03, 0.65) + top - foot;
     const double length = axis.norm();
     const double ry = std::atan2(axis.x(), axis.z()), rx = -std::asin(axis.y() / length);
-    Chain leg("leg" + std::to_string(i), Pose::translation(foot));
+    ChainBuilder leg("leg" + std::to_string(i), Pose::translation(foot));
     leg.passive("lower.Ry", Motion::ry, ry).passive("lower.Rx", Motion::rx, rx);
     if (spin) leg.passive("lower.Rz", Motion::rz);
     leg.actuator("length", Motion::tz, random.uniform(1e7, 3e7), length / 2);
@@ -283,7 +284,7 @@ Manipulator hexapod(unsigned seed, bool spin) {
     leg.passive("upper.Rz", Motion::rz);
     leg.passive("upper.Rx", Motion::rx, -rx).passive("upper.Ry", Motion::ry, -ry);
     leg.offset(Pose::translation(-top));
-    legs.push_back(leg);
+    legs.push_back(leg.build());
   }
   return Manipulator("hexapod", legs);
 }
@@ -328,9 +329,9 @@ TEST(Equilibrium, SaysThatNothingResistsALoadOnAFreeMotion) {
 }
 
 TEST(Equilibrium, SaysThatARigidRobotCannotFollow) {
-  Chain chain("slide");
+  ChainBuilder chain("slide");
   chain.actuator("z", Motion::tz, 1e6);
-  const Manipulator slide("slide", {chain});
+  const Manipulator slide("slide", {chain.build()});
   const Posture posture = posture_from_joints(slide, {}).posture;
   const Equilibrium sideways = equilibrium_at_pose(slide, posture, Pose::translation({1e-3, 0, 0}));
   EXPECT_EQ(sideways.status, EquilibriumStatus::rigid);
@@ -343,9 +344,9 @@ TEST(Equilibrium, SaysThatARigidRobotCannotFollow) {
 
 TEST(Equilibrium, PreloadedPassiveSpringsMoveTheUnloadedRobot) {
   // Two springs in series: a joint spring relaxed at 10 deg against an actuator spring.
-  Chain chain("c");
+  ChainBuilder chain("c");
   chain.actuator("q", Motion::rz, 100.0).passive("p", Motion::rz, 50.0, 0.1, 0.0);
-  const Manipulator m("m", {chain});
+  const Manipulator m("m", {chain.build()});
   const Posture posture = posture_from_joints(m, {}).posture;
   const Equilibrium free = equilibrium_under_load(m, posture, {});
   ASSERT_EQ(free.status, EquilibriumStatus::converged);
@@ -355,11 +356,11 @@ TEST(Equilibrium, PreloadedPassiveSpringsMoveTheUnloadedRobot) {
 
 // A slide with play between two stops, then a spring in every other direction.
 Chain slide_with_play(const std::string& name, double lower, double upper, double contact) {
-  Chain chain(name);
+  ChainBuilder chain(name);
   chain.passive("slide", Motion::tx).law("slide", std::make_shared<StopLaw>(lower, upper, contact));
   for (const Motion motion : {Motion::ty, Motion::tz, Motion::rx, Motion::ry, Motion::rz})
     chain.actuator(to_string(motion), motion, 1e5);
-  return chain;
+  return chain.build();
 }
 
 // However stiff the stop is beside the other springs.

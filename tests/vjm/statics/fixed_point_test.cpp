@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
@@ -54,11 +55,11 @@ TEST_F(FixedPointOfOrthoglide, ConvergesLinearly) {
 }
 
 TEST(FixedPointIteration, KeepsPreloadsAndAssemblyErrors) {
-  Chain chain("leg");
+  ChainBuilder chain("leg");
   chain.actuator("x", Motion::tx, 1e6).passive("preloaded", Motion::tx, 2e6, 1e-3, 0.0);
   for (const Motion m : {Motion::ty, Motion::tz, Motion::rx, Motion::ry, Motion::rz})
     chain.actuator("other" + to_string(m), m, 1e6);
-  const Manipulator one("one", {chain});
+  const Manipulator one("one", {chain.build()});
   const Posture posture = posture_from_joints(one, {}).posture;
   // Two springs in series, one relaxed 1 mm further: held at zero they press with 1 mm k1
   // k2/(k1+k2).

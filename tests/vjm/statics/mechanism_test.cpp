@@ -6,6 +6,7 @@
 
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/vjm/chain/beam.h"
+#include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/assembly.h"
@@ -91,14 +92,15 @@ TEST(Mechanism, ACutChainIsTheSameChain) {
   testing::RandomChains random(51);
   const spatial::Compliance6 soft1 = random.compliance(), soft2 = random.compliance();
   const Pose first(random.pose(0.3)), second(random.pose(0.3)), base(random.pose(0.5));
-  Chain whole("whole", base);
+  ChainBuilder whole("whole", base);
   whole.actuator("a", Motion::ry, 2e4, 0.3).link("l1", first, soft1);
   whole.actuator("b", Motion::rz, 1e4, -0.5).link("l2", second, soft2);
-  Chain near("near", base), far("far");
+  ChainBuilder near("near", base), far("far");
   near.actuator("a", Motion::ry, 2e4, 0.3).link("l1", first, soft1);
   far.actuator("b", Motion::rz, 1e4, -0.5).link("l2", second, soft2);
-  const Manipulator one("one", {whole});
-  const Manipulator two("two", {near, far}, {{Span::base, 1}, {1, Span::platform}}, {"middle"});
+  const Manipulator one("one", {whole.build()});
+  const Manipulator two("two", {near.build(), far.build()}, {{Span::base, 1}, {1, Span::platform}},
+                        {"middle"});
 
   const Load load{{300, -500, 400}, {30, 20, -40}, {0.02, 0.01, 0.03}};
   const Equilibrium a = equilibrium_under_load(one, posture_from_joints(one, {}).posture, load);
@@ -155,25 +157,25 @@ manipulator: {chain: arm}
 
 TEST(NodeLoads, ALoadAtTheLastNodeIsALoadOnThePlatform) {
   testing::RandomChains random(52);
-  Chain chain("c");
+  ChainBuilder chain("c");
   chain.actuator("q", Motion::rz, 1e4)
       .link("l", Pose::translation({0.4, 0.1, 0}), random.compliance());
   chain.node("tip", {0.1, 0.02, -0.05});
-  const Manipulator m("m", {chain});
+  const Manipulator m("m", {chain.build()});
   const Posture posture = posture_from_joints(m, {}).posture;
   const Vector3 force(40, -30, 60), moment(1, 2, -3);
   const Equilibrium on_platform =
       equilibrium_under_load(m, posture, {force, moment, {0.1, 0.02, -0.05}});
-  const Equilibrium on_node =
-      equilibrium_under_load(m, posture, {.nodes = {{0, chain.node_index("tip"), force, moment}}});
+  const Equilibrium on_node = equilibrium_under_load(
+      m, posture, {.nodes = {{0, chain.so_far().node_index("tip"), force, moment}}});
   EXPECT_LT(spatial::pose_difference(on_platform.platform, on_node.platform).norm(), 1e-11);
 }
 
 TEST(Stops, HoldAJointThatLeansOnThem) {
-  Chain chain("c");
+  ChainBuilder chain("c");
   chain.passive("p", Motion::rz, 10.0, 0.0, 0.0);
   chain.law("p", std::make_shared<StopLaw>(-0.1, 0.2, 1000.0));
-  const Manipulator m("m", {chain});
+  const Manipulator m("m", {chain.build()});
   const Posture posture = posture_from_joints(m, {}).posture;
   const auto turned = [&](double moment) {
     const Equilibrium e = equilibrium_under_load(m, posture, {.moment = {0, 0, moment}});

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/equilibrium.h"
 #include "kinetostat/vjm/statics/stiffness.h"
@@ -47,7 +48,7 @@ struct Units {
 // Two flexible links, a drive, a few passive joints, a node with a mass.
 Chain random_chain(unsigned seed, int passive, const Pose& base, const Units& units = {}) {
   RandomChains random(seed);
-  Chain chain("random" + std::to_string(seed), base);
+  ChainBuilder chain("random" + std::to_string(seed), base);
   const auto offset = [&](double size) { chain.offset(units.pose(random.pose(size))); };
   const auto link = [&](const std::string& name) {
     const Pose end = random.pose(0.3);
@@ -65,7 +66,7 @@ Chain random_chain(unsigned seed, int passive, const Pose& base, const Units& un
   chain.node("elbow", units.length * random.vector(0.2));
   link("l2");
   chain.mass("mass", 2.0, units.length * random.vector(0.1));
-  return chain;
+  return chain.build();
 }
 
 struct Example {
@@ -79,13 +80,13 @@ Example example(unsigned seed, bool parallel, const Pose& base = {}, const Units
   const int passive = parallel ? 2 : 0;
   const Units plain;
   for (unsigned i = 0; i < (parallel ? 3u : 1u); ++i) {
-    Chain chain = random_chain(10 * seed + i, passive, base, units);
+    ChainBuilder chain(random_chain(10 * seed + i, passive, base, units));
     // All ends are brought to the frame of the base.
     ChainKinematics kinematics;
     const Chain plain_chain = random_chain(10 * seed + i, passive, Pose(), plain);
     evaluate(plain_chain, plain_chain.home(), kinematics);
     chain.offset(units.pose(kinematics.end.inverse()));
-    chains.push_back(std::move(chain));
+    chains.push_back(chain.build());
   }
   Manipulator manipulator("example", std::move(chains));
   PostureResult result = posture_at(manipulator, base);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/equilibrium.h"
@@ -65,7 +66,7 @@ TEST(PublishedFormulas, AgreeOnRandomChains) {
 TEST(PublishedFormulas, AgreeWithRedundantPassiveJoints) {
   for (unsigned seed = 1; seed <= 40; ++seed) {
     RandomChains random(seed);
-    Chain chain = random.chain(2);
+    ChainBuilder chain(random.chain(2));
     chain.passive("first", Motion::rz).passive("again", Motion::rz);
     chain.offset(random.pose(0.2));
     chain.passive("slide", Motion::tx).offset(Pose::translation(random.vector(0.3)));
@@ -74,7 +75,7 @@ TEST(PublishedFormulas, AgreeWithRedundantPassiveJoints) {
       for (int i = 0; i < 4; ++i)
         chain.passive("more" + std::to_string(i), random.motion()).offset(random.pose(0.1));
     SCOPED_TRACE(seed);
-    expect_all_formulas_agree(evaluated(chain, random.state(chain, 0.5)));
+    expect_all_formulas_agree(evaluated(chain.build(), random.state(chain.build(), 0.5)));
   }
 }
 
@@ -82,22 +83,23 @@ TEST(PublishedFormulas, AgreeWithRedundantPassiveJoints) {
 TEST(PublishedFormulas, AgreeInSingularPostures) {
   RandomChains random(7);
   for (const Motion second : {Motion::ry, Motion::rz, Motion::rx}) {
-    Chain chain("stretched");
+    ChainBuilder chain("stretched");
     chain.actuator("a", Motion::rz, 1e5);
     chain.link("l1", Pose::translation({0.3, 0, 0}), random.compliance());
     chain.passive("p1", Motion::ry);
     chain.link("l2", Pose::translation({0.3, 0, 0}), random.compliance());
     chain.passive("p2", second).passive("p3", Motion::rx);
     chain.offset(Pose::translation({0.2, 0, 0})).passive("p4", Motion::rx);
-    expect_all_formulas_agree(evaluated(chain, Eigen::VectorXd::Zero(chain.size())));
+    expect_all_formulas_agree(
+        evaluated(chain.build(), Eigen::VectorXd::Zero(chain.so_far().size())));
   }
 }
 
 TEST(PublishedFormulas, FewerThanSixSpringsHaveOnlyTheBlockInverse) {
-  Chain leg("leg");
+  ChainBuilder leg("leg");
   leg.passive("b1", Motion::rx).passive("b2", Motion::ry).actuator("length", Motion::tz, 1e6, 0.7);
   leg.passive("p1", Motion::rx).passive("p2", Motion::ry).passive("p3", Motion::rz);
-  const Case c = evaluated(leg, leg.home());
+  const Case c = evaluated(leg.build(), leg.so_far().home());
   EXPECT_THROW(two_term_stiffness(c.model), std::domain_error);
   EXPECT_THROW(recursive_stiffness(c.model), std::domain_error);
   Matrix6 expected = Matrix6::Zero();
@@ -106,20 +108,20 @@ TEST(PublishedFormulas, FewerThanSixSpringsHaveOnlyTheBlockInverse) {
 }
 
 TEST(PublishedFormulas, WrenchThatMeetsNoSpringIsRefused) {
-  Chain chain("rigid but for one joint");
+  ChainBuilder chain("rigid but for one joint");
   chain.actuator("a", Motion::rz, 1e5).offset(Pose::translation({0.3, 0, 0}));
-  const Case c = evaluated(chain, Eigen::VectorXd::Zero(1));
+  const Case c = evaluated(chain.build(), Eigen::VectorXd::Zero(1));
   EXPECT_THROW(block_inverse_stiffness(c.model), std::domain_error);
 }
 
 Chain six_joints(RandomChains& random) {
-  Chain chain("six");
+  ChainBuilder chain("six");
   for (int i = 0; i < 6; ++i) {
     chain.actuator("q" + std::to_string(i), static_cast<Motion>(3 + i % 3),
                    random.uniform(1e4, 1e6));
     chain.offset(random.pose(0.4));
   }
-  return chain;
+  return chain.build();
 }
 
 TEST(PublishedFormulas, SalisburyAgreesForElasticActuators) {
@@ -175,11 +177,11 @@ INSTANTIATE_TEST_SUITE_P(Platforms, GosselinAndLegs,
 TEST(PublishedFormulas, TrivialJointsAreZerosAndSchurComplements) {
   RandomChains random(3);
   const Matrix6 link = random.compliance().inverse().matrix();
-  Chain chain("link with a universal joint at its end");
+  ChainBuilder chain("link with a universal joint at its end");
   chain.link("l", Pose::translation({0.3, 0, 0}), random.compliance());
-  const Case bare = evaluated(chain, Eigen::VectorXd::Zero(6));
+  const Case bare = evaluated(chain.build(), Eigen::VectorXd::Zero(6));
   chain.passive("y", Motion::ry).passive("z", Motion::rz);
-  const Case jointed = evaluated(chain, Eigen::VectorXd::Zero(8));
+  const Case jointed = evaluated(chain.build(), Eigen::VectorXd::Zero(8));
   const Matrix6 ruled = with_trivial_joint(with_trivial_joint(locked_stiffness(bare.model), 4), 5);
   EXPECT_TRUE(matrix_near_relative(ruled, recursive_stiffness(jointed.model), 1e-11));
   EXPECT_TRUE(ruled.row(4).isZero(0) && ruled.col(5).isZero(0));

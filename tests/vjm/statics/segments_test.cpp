@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "kinetostat/vjm/chain/beam.h"
+#include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/continuation/path.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
@@ -39,14 +40,14 @@ TEST(SegmentStudy, OfAColumnConvergesToEulerWithOrderTwo) {
   const Material steel{210e9, 80e9, std::nullopt};
   const double unit = steel.young_modulus * section.second_moment_z / (length * length);
   const auto critical_force = [&](int n) -> std::optional<double> {
-    Chain chain("column");
+    ChainBuilder chain("column");
     chain.passive("pin1", Motion::rz);
     const spatial::Compliance6 piece(
         beam_compliance(length / n, section, steel, BeamTheory::euler_bernoulli).matrix());
     for (int i = 0; i < 3 * n; ++i)
       chain.link("l" + std::to_string(i), spatial::Pose::translation({length / n, 0, 0}), piece);
     chain.passive("pin2", Motion::rz);
-    const Manipulator column("column", {chain});
+    const Manipulator column("column", {chain.build()});
     PathTask task;
     task.displacement[0] = -3 * length * 2 * unit / (steel.young_modulus * section.area);
     PathOptions options;

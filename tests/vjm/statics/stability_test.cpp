@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "kinetostat/vjm/chain/beam.h"
+#include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/equilibrium.h"
 
@@ -75,14 +76,14 @@ double critical_force(const Manipulator& column, double largest_shortening) {
 // MMT11 section 6.1, model A: links of length L, one rotary spring K in each of the two actuators.
 TEST(Stability, UrrsChainWithActuatorSpringsBucklesAtKOverL) {
   const double length = 0.3, k = 100, guide = 1e9;
-  Chain chain("urrs");
+  ChainBuilder chain("urrs");
   const Pose link = Pose::translation({length, 0, 0});
   chain.passive("u.Rz", Motion::rz).passive("u.Ry", Motion::ry).offset(link);
   chain.actuator("a1", Motion::rz, k).offset(link);
   chain.actuator("a2", Motion::rz, k).offset(link);
   chain.actuator("x", Motion::tx, guide);  // a stiff axial spring, so that the chain can be pushed
   chain.passive("s.Rx", Motion::rx).passive("s.Ry", Motion::ry).passive("s.Rz", Motion::rz);
-  const Manipulator urrs("urrs", {chain});
+  const Manipulator urrs("urrs", {chain.build()});
   EXPECT_NEAR(critical_force(urrs, 2 * k / length / guide), k / length, 4e-6 * k / length);
 }
 
@@ -105,13 +106,13 @@ TEST_P(SegmentedColumn, BucklesWhereAnIndependentProgramSays) {
   const int n = GetParam().segments;
   const Compliance6 piece =
       beam_compliance(length / n, section, steel, BeamTheory::euler_bernoulli);
-  Chain chain("column");
+  ChainBuilder chain("column");
   chain.passive("pin1", Motion::rz);
   for (int i = 0; i < 3 * n; ++i)
     chain.link("l" + std::to_string(i), Pose::translation({length / n, 0, 0}),
                Compliance6(piece.matrix()));
   chain.passive("pin2", Motion::rz);
-  const Manipulator column("column", {chain});
+  const Manipulator column("column", {chain.build()});
   const double unit = steel.young_modulus * section.second_moment_z / (length * length);
   const double shortening =
       3 * length * 2 * unit / (steel.young_modulus * section.area);  // at twice the unit force
@@ -125,9 +126,9 @@ INSTANTIATE_TEST_SUITE_P(ReferenceValues, SegmentedColumn,
 
 TEST(Stability, AnUprightRodUnderADeadLoadFallsAboveKOverL) {
   const double length = 0.5, k = 40;
-  Chain chain("rod");
+  ChainBuilder chain("rod");
   chain.actuator("q", Motion::rz, k).offset(Pose::translation({length, 0, 0}));
-  const Manipulator rod("rod", {chain});
+  const Manipulator rod("rod", {chain.build()});
   const Posture posture = posture_from_joints(rod, {}).posture;
   for (const double share : {0.99, 1.01}) {
     const Equilibrium e = equilibrium_under_load(rod, posture, {{-share * k / length, 0, 0}});
@@ -140,10 +141,10 @@ TEST(Stability, AnUprightRodUnderADeadLoadFallsAboveKOverL) {
 // A rod on a soft hinge beside a drive that is 1e18 times as stiff.
 TEST(Stability, ASoftHingeBesideAStiffDriveBucklesAtKOverL) {
   const double length = 0.5, k = 1e-3;
-  Chain chain("rod");
+  ChainBuilder chain("rod");
   chain.actuator("x", Motion::tx, 1e15).actuator("q", Motion::rz, k);
   chain.offset(Pose::translation({length, 0, 0}));
-  const Manipulator rod("rod", {chain});
+  const Manipulator rod("rod", {chain.build()});
   const Posture posture = posture_from_joints(rod, {}).posture;
   for (const double share : {0.1, 0.99, 1.01, 10.0}) {
     const Equilibrium e = equilibrium_under_load(rod, posture, {{-share * k / length, 0, 0}});

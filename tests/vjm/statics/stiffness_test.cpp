@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
@@ -57,18 +58,18 @@ TEST(UnloadedStiffness, KnowsNoWeight) {
 // An upright parallelogram of rigid bars with masses: nothing but its weight acts on its swing.
 TEST(UnloadedStiffness, AnUprightParallelogramWithMassesSwingsFreely) {
   const auto bar = [](const char* name, double x) {
-    Chain chain(name, Pose::translation({x, 0, 0}));
+    ChainBuilder chain(name, Pose::translation({x, 0, 0}));
     chain.passive("lower", Motion::ry).mass("m", 5, {0, 0, 0.2});
     chain.offset(Pose::translation({0, 0, 0.4})).passive("upper", Motion::ry);
     chain.offset(Pose::translation({-x, 0, 0}));
-    return chain;
+    return chain.build();
   };
-  Chain leg = bar("a", -0.1), other = bar("b", 0.1);
-  Chain column("column");
+  const Chain leg = bar("a", -0.1), other = bar("b", 0.1);
+  ChainBuilder column("column");
   column.actuator("z", Motion::tz, 1e6);
-  const Manipulator parallelogram =
-      Manipulator("parallelogram", {leg, other, column}, {{-1, 1}, {-1, 1}, {1, 0}}, {"crosspiece"})
-          .with_gravity({0, 0, -9.81});
+  const Manipulator parallelogram = Manipulator("parallelogram", {leg, other, column.build()},
+                                                {{-1, 1}, {-1, 1}, {1, 0}}, {"crosspiece"})
+                                        .with_gravity({0, 0, -9.81});
   const PostureResult posture = posture_from_joints(parallelogram, {});
   ASSERT_TRUE(posture.reached) << posture.reason;
   const UnloadedStiffness unloaded = unloaded_stiffness(parallelogram, posture.posture);
@@ -95,18 +96,17 @@ TEST(UnloadedStiffness, RedundantPassiveJointsChangeNothing) {
   testing::RandomChains random(12);
   const spatial::Compliance6 compliance = random.compliance();
   const auto build = [&](int copies) {
-    Chain chain("c");
+    ChainBuilder chain("c");
     chain.link("l", Pose::translation({0.3, 0, 0}), compliance);
     for (int i = 0; i < copies; ++i)
       chain.passive("p" + std::to_string(i), Motion::rx).offset(Pose::translation({0.1, 0, 0}));
-    return chain;
+    return chain.build();
   };
   ChainKinematics once, thrice;
   const Chain a = build(1), b = build(3);
   // The second and third joint turn about the same line as the first.
   evaluate(a, VectorXd::Zero(a.size()), once);
-  Chain c = build(1);
-  c.offset(Pose::translation({0.2, 0, 0}));
+  const Chain c = ChainBuilder(build(1)).offset(Pose::translation({0.2, 0, 0})).build();
   evaluate(c, VectorXd::Zero(c.size()), once);
   evaluate(b, VectorXd::Zero(b.size()), thrice);
   const Matrix6 single = unloaded_stiffness(c, once).value().matrix();
@@ -184,14 +184,14 @@ TEST(UnloadedStiffness, StewartGoughBEqualsTheClosedForm) {
 TEST(UnloadedStiffness, AnArmWithThreeSpringsIsRigidInThreeDirections) {
   // A planar 3R arm with joint springs: C = J k J' (Salisbury), nothing yields out of its plane.
   const double l = 0.4, k = 1e4;
-  Chain chain("arm");
+  ChainBuilder chain("arm");
   for (const char* name : {"q1", "q2", "q3"})
     chain.actuator(name, Motion::rz, k).offset(Pose::translation({l, 0, 0}));
-  const Manipulator arm("3R", {chain});
+  const Manipulator arm("3R", {chain.build()});
   const PostureResult posture = posture_from_joints(arm, {{"q1", 0.3}, {"q2", 0.6}, {"q3", -0.9}});
   const UnloadedStiffness result = unloaded_stiffness(arm, posture.posture);
   ChainKinematics kinematics;
-  evaluate(chain, posture.posture.coordinates[0], kinematics);
+  evaluate(chain.build(), posture.posture.coordinates[0], kinematics);
   const Matrix6 expected = kinematics.jacobian * kinematics.jacobian.transpose() / k;
   EXPECT_FALSE(result.stiffness);
   ASSERT_TRUE(result.compliance);
@@ -207,12 +207,12 @@ TEST(UnloadedStiffness, PlanarParallelRobotWithElasticActuatorsIsGosselins) {
   for (int i = 0; i < 3; ++i) {
     const double angle = 2 * M_PI * i / 3;
     const spatial::Matrix3 turn = spatial::exp_rotation({0, 0, angle});
-    Chain chain("leg" + std::to_string(i), Pose(turn, turn * Vector3(-0.5, 0, 0)));
+    ChainBuilder chain("leg" + std::to_string(i), Pose(turn, turn * Vector3(-0.5, 0, 0)));
     chain.actuator("a", Motion::rz, 1e4, 0.7).offset(Pose::translation({0.35, 0, 0}));
     chain.passive("b", Motion::rz, -1.2).offset(Pose::translation({0.35, 0, 0}));
     chain.passive("c", Motion::rz, 0.5);
     chain.offset(Pose(turn, turn * Vector3(-0.1, 0, 0)).inverse());
-    chains.push_back(chain);
+    chains.push_back(chain.build());
   }
   const Manipulator robot("3-RRR", chains);
   const PostureResult posture = posture_at(robot, Pose::translation({0.02, -0.01, 0}));
@@ -238,10 +238,10 @@ TEST(UnloadedStiffness, DoesNotDependOnWhereTheBaseFrameIs) {
   testing::RandomChains random(14);
   const spatial::Compliance6 compliance = random.compliance();
   const auto build = [&](const Pose& base) {
-    Chain chain("c", base);
+    ChainBuilder chain("c", base);
     chain.link("l1", Pose::translation({0.3, 0, 0}), compliance).passive("p", Motion::ry);
     chain.link("l2", Pose::translation({0, 0.2, 0.1}), compliance);
-    return chain;
+    return chain.build();
   };
   const Pose moved = random.pose(2.0);
   const Chain here = build(Pose()), there = build(moved);

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
@@ -36,11 +37,11 @@ Vector6 error_with_commands(const Manipulator& manipulator, const Posture& comma
 }
 
 TEST(Compensation, OneSpringIsCommandedForceOverStiffnessFurther) {
-  Chain chain("slide");
+  ChainBuilder chain("slide");
   chain.actuator("x", Motion::tx, 1e6);
-  const Compensation c =
-      compensate({"slide", {chain}}, {Pose::translation({0.2, 0, 0}), {.force = {500, 0, 0}}},
-                 {.components = Components{true, false, false, false, false, false}});
+  const Compensation c = compensate(
+      {"slide", {chain.build()}}, {Pose::translation({0.2, 0, 0}), {.force = {500, 0, 0}}},
+      {.components = Components{true, false, false, false, false, false}});
   ASSERT_EQ(c.status, CompensationStatus::converged) << c.reason;
   EXPECT_NEAR(c.error[0], 5e-4, 2e-12);  // postures are found to 1e-12 m
   EXPECT_NEAR(c.corrected.coordinates[0][0], 0.2 - 5e-4, 2e-12);

@@ -9,6 +9,7 @@
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/vjm/chain/beam.h"
+#include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/equilibrium.h"
@@ -28,11 +29,11 @@ Robot shipped(const std::string& name) {
 
 // Three slides with springs, one after the other; nothing can turn.
 Manipulator slides() {
-  Chain chain("slides");
+  ChainBuilder chain("slides");
   chain.actuator("x", Motion::tx, 1e6)
       .actuator("y", Motion::ty, 2e6)
       .actuator("z", Motion::tz, 4e6);
-  return {"slides", {chain}};
+  return {"slides", {chain.build()}};
 }
 
 TEST(WorkspaceMap, SpringsInSeriesHaveTheirClosedForm) {
@@ -52,11 +53,11 @@ TEST(WorkspaceMap, SpringsInSeriesHaveTheirClosedForm) {
 
 // Spherical end joint: turning meets no resistance, forces through its centre do.
 TEST(WorkspaceMap, FreeMotionSpoilsOnlyTheIndicesThatItMoves) {
-  Chain chain("slides with a ball");
+  ChainBuilder chain("slides with a ball");
   chain.actuator("x", Motion::tx, 1e6).actuator("y", Motion::ty, 2e6);
   chain.actuator("z", Motion::tz, 4e6);
   chain.passive("a", Motion::rx).passive("b", Motion::ry).passive("c", Motion::rz);
-  const MapPoint point = map_point({"ball", {chain}}, {},
+  const MapPoint point = map_point({"ball", {chain.build()}}, {},
                                    {{.kind = Kind::weakest_translation},
                                     {.kind = Kind::weakest_rotation},
                                     {.kind = Kind::weakest, .length = 0.1},
@@ -69,14 +70,14 @@ TEST(WorkspaceMap, FreeMotionSpoilsOnlyTheIndicesThatItMoves) {
 }
 
 TEST(WorkspaceMap, ScaledIndicesAreEigenvaluesOfADiagonalStiffness) {
-  Chain chain("six springs");
+  ChainBuilder chain("six springs");
   const double translation[] = {1e6, 2e6, 3e6}, rotation[] = {1e4, 2e4, 5e4};
   for (int i = 0; i < 3; ++i)
     chain.actuator("t" + std::to_string(i), static_cast<Motion>(i), translation[i]);
   for (int i = 0; i < 3; ++i)
     chain.actuator("r" + std::to_string(i), static_cast<Motion>(3 + i), rotation[i]);
   // Rotations times 0.05 m: 1e4/0.05^2 = 4e6 N/m is the softest of them, 2e7 N/m the stiffest.
-  const MapPoint point = map_point({"six", {chain}}, {},
+  const MapPoint point = map_point({"six", {chain.build()}}, {},
                                    {{.kind = Kind::weakest, .length = 0.05},
                                     {.kind = Kind::condition, .length = 0.05},
                                     {.kind = Kind::weakest_rotation}});
@@ -124,10 +125,11 @@ TEST(WorkspaceMap, LoadThatNothingResistsIsFlagged) {
 
 // A straight pair of rods with a spring in the knee, pushed with more than it can hold.
 TEST(WorkspaceMap, UnstableEquilibriumIsFlagged) {
-  Chain chain("knee");
+  ChainBuilder chain("knee");
   chain.actuator("knee", Motion::rz, 100).offset(Pose::translation({1, 0, 0}));
   const auto state = [&](double push) {
-    return map_point({"rod", {chain}}, {Pose::translation({1, 0, 0}), {.force = {-push, 0, 0}}},
+    return map_point({"rod", {chain.build()}},
+                     {Pose::translation({1, 0, 0}), {.force = {-push, 0, 0}}},
                      {{.kind = Kind::weakest_translation}})
         .state;
   };
@@ -156,23 +158,24 @@ bool same(const std::vector<MapPoint>& a, const std::vector<MapPoint>& b) {
 // A pendulum that a hinge with a spring keeps upright falls at k/L, pushed towards the hinge, and
 // never when pulled. A weight above it takes its share.
 TEST(WorkspaceMap, CriticalForceOfAPropIsItsSpringOverItsLength) {
-  Chain chain("prop");
+  ChainBuilder chain("prop");
   chain.actuator("hinge", Motion::rz, 300.0).offset(Pose::translation({0.4, 0, 0})).node("top");
   const MapIndex push{.kind = Kind::critical_force, .direction = -Vector3::UnitX(), .up_to = 2000};
   MapIndex pull = push, near = push;
   pull.direction = Vector3::UnitX();
   near.up_to = 700;
   const TargetPose upright{Pose::translation({0.4, 0, 0})};
-  const MapPoint point = map_point({"prop", {chain}}, upright, {push, pull, near});
+  const MapPoint point = map_point({"prop", {chain.build()}}, upright, {push, pull, near});
   EXPECT_NEAR(point.values[0], 300 / 0.4, 1e-8 * 750);
   EXPECT_TRUE(std::isinf(point.values[1]));
   EXPECT_TRUE(std::isinf(point.values[2]));
   const Load pushed{
-      .nodes = {{.chain = 0, .node = chain.node_index("top"), .force = {-250, 0, 0}}}};
-  EXPECT_NEAR(map_point({"prop", {chain}}, {upright.platform, pushed}, {push}).values[0], 500,
-              1e-8 * 750);
-  EXPECT_THROW(map_point({"prop", {chain}}, {upright.platform, {.force = {1, 0, 0}}}, {push}),
-               std::invalid_argument);
+      .nodes = {{.chain = 0, .node = chain.so_far().node_index("top"), .force = {-250, 0, 0}}}};
+  EXPECT_NEAR(map_point({"prop", {chain.build()}}, {upright.platform, pushed}, {push}).values[0],
+              500, 1e-8 * 750);
+  EXPECT_THROW(
+      map_point({"prop", {chain.build()}}, {upright.platform, {.force = {1, 0, 0}}}, {push}),
+      std::invalid_argument);
 }
 
 // One cantilever spring does not feel its own beam buckle under a dead load at its end: Euler's
@@ -186,12 +189,12 @@ TEST(WorkspaceMap, ASlenderBeamBucklesAtEulersLoad) {
   const Material steel{210e9, 80e9, std::nullopt};
   const double euler = M_PI * M_PI / 4 * 210e9 * section.second_moment_z / (length * length);
   const auto beam = [&](int segments) {
-    Chain chain("beam");
+    ChainBuilder chain("beam");
     const spatial::Compliance6 piece(
         beam_compliance(length / segments, section, steel, BeamTheory::euler_bernoulli).matrix());
     for (int i = 0; i < segments; ++i)
       chain.link("l" + std::to_string(i), Pose::translation({length / segments, 0, 0}), piece);
-    return Manipulator("beam", {chain});
+    return Manipulator("beam", {chain.build()});
   };
   const std::vector<Manipulator> finer{beam(2), beam(4)};
   const TargetPose end{Pose::translation({length, 0, 0})};

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
@@ -38,16 +39,17 @@ class BearingCompliance : public EffectKind {
                   parameter("tilt", compliance::angular)};
   }
 
-  void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
-    const Eigen::Index k = chain.index_of(joint);
-    const Motion own = chain.coordinates()[static_cast<std::size_t>(k)].motion;
+  void act(ChainModifier& modifier, const std::string& joint,
+           const EffectInput& input) const override {
+    const Eigen::Index k = modifier.chain().index_of(joint);
+    const Motion own = modifier.chain().coordinates()[static_cast<std::size_t>(k)].motion;
     if (!is_rotation(own) && input.values[axial] != 0)
       throw std::invalid_argument(
           fmt::format("joint '{}' slides: along its axis its drive yields, not a bearing", joint));
     for (const Motion motion : all_motions)
       if (const auto value = value_of(motion, own))
-        chain.add_compliance_behind(joint, coordinate_name(joint, motion), motion,
-                                    input.values[*value]);
+        modifier.add_compliance_behind(joint, coordinate_name(joint, motion), motion,
+                                       input.values[*value]);
   }
 
   void differentiate(ChainColumns& columns, const std::string& joint,

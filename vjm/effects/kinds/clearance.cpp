@@ -2,6 +2,7 @@
 // to one side of it.
 #include <optional>
 
+#include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
@@ -39,9 +40,9 @@ class GapLaw : public CoordinateLaw {
   double gap_, bias_;
 };
 
-void add_gap(Chain& chain, const std::string& joint, double gap, double bias) {
-  spring_of_joint(chain, joint);
-  chain.law(joint, std::make_shared<GapLaw>(gap, bias));
+void add_gap(ChainModifier& modifier, const std::string& joint, double gap, double bias) {
+  spring_of_joint(modifier.chain(), joint);
+  modifier.add_law(joint, std::make_shared<GapLaw>(gap, bias));
 }
 
 // By the gap in column 0, by the bias in column 1 where there is one.
@@ -73,8 +74,9 @@ class Clearance : public EffectKind {
     parameters = {gap_parameter()};
   }
 
-  void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
-    add_gap(chain, joint, input.values[0], 0);
+  void act(ChainModifier& modifier, const std::string& joint,
+           const EffectInput& input) const override {
+    add_gap(modifier, joint, input.values[0], 0);
   }
 
   void differentiate(ChainColumns& columns, const std::string& joint,
@@ -109,8 +111,9 @@ class BiasedClearance : public EffectKind {
                    .is_shape = true}};
   }
 
-  void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
-    add_gap(chain, joint, input.values[0], input.values[1]);
+  void act(ChainModifier& modifier, const std::string& joint,
+           const EffectInput& input) const override {
+    add_gap(modifier, joint, input.values[0], input.values[1]);
   }
 
   void differentiate(ChainColumns& columns, const std::string& joint,

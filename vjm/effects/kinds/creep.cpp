@@ -1,6 +1,7 @@
 // A joint goes on yielding under a load that stays.
 #include <cmath>
 
+#include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
@@ -60,10 +61,11 @@ class Creep : public EffectKind {
                    .is_shape = true}};
   }
 
-  void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
-    spring_of_joint(chain, joint);
-    chain.add_transmission_error(
-        {.coordinate = chain.index_of(joint), .shift = Step(input).crept_now});
+  void act(ChainModifier& modifier, const std::string& joint,
+           const EffectInput& input) const override {
+    spring_of_joint(modifier.chain(), joint);
+    modifier.add_transmission_error(
+        {.coordinate = modifier.chain().index_of(joint), .shift = Step(input).crept_now});
   }
 
   void differentiate(ChainColumns& columns, const std::string& joint,

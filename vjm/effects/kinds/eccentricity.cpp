@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
@@ -48,11 +49,12 @@ class Eccentricity : public EffectKind {
                    .usual_angular = {1, 2}}};
   }
 
-  void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
-    chain.add_transmission_error({.coordinate = chain.index_of(joint),
-                                  .cosine = input.values[cosine],
-                                  .sine = input.values[sine],
-                                  .order = input.values[order]});
+  void act(ChainModifier& modifier, const std::string& joint,
+           const EffectInput& input) const override {
+    modifier.add_transmission_error({.coordinate = modifier.chain().index_of(joint),
+                                     .cosine = input.values[cosine],
+                                     .sine = input.values[sine],
+                                     .order = input.values[order]});
   }
 
   void differentiate(ChainColumns& columns, const std::string& joint,

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
@@ -117,10 +118,11 @@ class Friction : public EffectKind {
                    .usual_angular = {0, 1}}};
   }
 
-  void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
-    require_mobile(chain, joint);
+  void act(ChainModifier& modifier, const std::string& joint,
+           const EffectInput& input) const override {
+    require_mobile(modifier.chain(), joint);
     if (settles(input)) return;
-    chain.law(joint, std::make_shared<FrictionLaw>(input.values, input.history));
+    modifier.add_law(joint, std::make_shared<FrictionLaw>(input.values, input.history));
   }
 
   void differentiate(ChainColumns& columns, const std::string& joint,

@@ -1,4 +1,5 @@
 // A chain whose built geometry differs from the nominal one.
+#include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
@@ -25,8 +26,9 @@ class GeometricError : public EffectKind {
       parameters.push_back(optional_parameter(axis, spatial::dimension::angle, 0.1, 5e-4));
   }
 
-  void act(Chain& chain, const std::string& element, const EffectInput& input) const override {
-    chain.add_displacement(element, false, input.values);
+  void act(ChainModifier& modifier, const std::string& element,
+           const EffectInput& input) const override {
+    modifier.add_displacement(element, false, input.values);
   }
 
   void differentiate(ChainColumns& columns, const std::string& element,

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
@@ -93,7 +94,9 @@ class GravityCompensator : public EffectKind {
                    .is_phase = true}};
   }
 
-  void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
+  void act(ChainModifier& modifier, const std::string& joint,
+           const EffectInput& input) const override {
+    const Chain& chain = modifier.chain();
     require_mobile(chain, joint);
     if (!is_rotation(chain.coordinates()[static_cast<std::size_t>(chain.index_of(joint))].motion))
       throw std::invalid_argument(
@@ -102,7 +105,7 @@ class GravityCompensator : public EffectKind {
         1e-6 * (input.values[arm] + input.values[distance]))
       throw std::invalid_argument(
           "the arm and the distance of a balancer must differ: its length would be able to vanish");
-    chain.law(joint, std::make_shared<BalancerLaw>(input.values));
+    modifier.add_law(joint, std::make_shared<BalancerLaw>(input.values));
   }
 
   void differentiate(ChainColumns& columns, const std::string& joint,

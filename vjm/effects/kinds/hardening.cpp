@@ -1,4 +1,5 @@
 // A transmission that grows stiffer with its deflection.
+#include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
@@ -37,9 +38,10 @@ class Hardening : public EffectKind {
                    .prior_unit = PriorUnit::cubic_stiffness}};
   }
 
-  void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
-    spring_of_joint(chain, joint);
-    chain.law(joint, std::make_shared<CubicLaw>(input.values[0]));
+  void act(ChainModifier& modifier, const std::string& joint,
+           const EffectInput& input) const override {
+    spring_of_joint(modifier.chain(), joint);
+    modifier.add_law(joint, std::make_shared<CubicLaw>(input.values[0]));
   }
 
   void differentiate(ChainColumns& columns, const std::string& joint,

@@ -1,4 +1,5 @@
 // A further compliance in series with the spring of a joint: a shaft, a coupling, a soft mount.
+#include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
@@ -25,8 +26,9 @@ class JointCompliance : public EffectKind {
                    .prior_unit = PriorUnit::compliance}};
   }
 
-  void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
-    chain.add_series_compliance(joint, input.values[0]);
+  void act(ChainModifier& modifier, const std::string& joint,
+           const EffectInput& input) const override {
+    modifier.add_series_compliance(joint, input.values[0]);
   }
 
   void differentiate(ChainColumns& columns, const std::string& joint,

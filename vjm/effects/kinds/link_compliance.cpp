@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
@@ -42,11 +43,12 @@ class LinkCompliance : public EffectKind {
                    .none = 1}};
   }
 
-  void act(Chain& chain, const std::string& link, const EffectInput& input) const override {
+  void act(ChainModifier& modifier, const std::string& link,
+           const EffectInput& input) const override {
     std::vector<std::string> names;
-    for (const Spring* spring : springs_of_link(chain, link)) names.push_back(spring->name);
-    for (const std::string& spring : names)
-      chain = chain.with_scaled_spring(spring, 1 / input.values[0]);
+    for (const Spring* spring : springs_of_link(modifier.chain(), link))
+      names.push_back(spring->name);
+    for (const std::string& spring : names) modifier.scale_spring(spring, 1 / input.values[0]);
   }
 
   void differentiate(ChainColumns& columns, const std::string& link,

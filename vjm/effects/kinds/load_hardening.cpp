@@ -1,6 +1,7 @@
 // A transmission that grows stiffer with its load: contacts that close, flanks that come to bear.
 #include <cmath>
 
+#include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
@@ -74,9 +75,10 @@ class LoadHardening : public EffectKind {
                    .prior_unit = PriorUnit::load_compliance}};
   }
 
-  void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
-    spring_of_joint(chain, joint);
-    chain.law(joint, std::make_shared<LoadLaw>(input.values[0]));
+  void act(ChainModifier& modifier, const std::string& joint,
+           const EffectInput& input) const override {
+    spring_of_joint(modifier.chain(), joint);
+    modifier.add_law(joint, std::make_shared<LoadLaw>(input.values[0]));
   }
 
   void differentiate(ChainColumns& columns, const std::string& joint,

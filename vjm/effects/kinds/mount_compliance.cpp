@@ -1,4 +1,5 @@
 // What a chain stands on, and what it carries, yield: foundation and pedestal; flange and tool.
+#include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
@@ -27,10 +28,10 @@ class MountCompliance : public EffectKind {
                    .required = false}};
   }
 
-  void act(Chain& chain, const std::string&, const EffectInput& input) const override {
+  void act(ChainModifier& modifier, const std::string&, const EffectInput& input) const override {
     for (const Motion motion : all_motions)
-      chain.add_compliance_behind(element_, coordinate_name(motion), motion,
-                                  input.values[value_of(motion)]);
+      modifier.add_compliance_behind(element_, coordinate_name(motion), motion,
+                                     input.values[value_of(motion)]);
   }
 
   void differentiate(ChainColumns& columns, const std::string&, const EffectInput&) const override {

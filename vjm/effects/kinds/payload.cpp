@@ -1,4 +1,5 @@
 // A mass on the platform that the model does not know of.
+#include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
@@ -38,8 +39,9 @@ class Payload : public EffectKind {
                   coordinate("z")};
   }
 
-  void act(Chain& chain, const std::string&, const EffectInput& input) const override {
-    chain.mass(free_node_name(chain, "payload"), input.values[0], center(input));
+  void act(ChainModifier& modifier, const std::string&, const EffectInput& input) const override {
+    modifier.add_mass_at_end(free_node_name(modifier.chain(), "payload"), input.values[0],
+                             center(input));
   }
 
   void differentiate(ChainColumns& columns, const std::string&,

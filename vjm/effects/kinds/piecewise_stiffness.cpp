@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
@@ -92,12 +93,13 @@ class PiecewiseStiffness : public EffectKind {
     parameters = {ratio("ratio2"), ratio("ratio3"), force("force1", 0.1), force("force2", 0.4)};
   }
 
-  void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
-    spring_of_joint(chain, joint);
+  void act(ChainModifier& modifier, const std::string& joint,
+           const EffectInput& input) const override {
+    spring_of_joint(modifier.chain(), joint);
     if (!(input.values[force2] > input.values[force1]))
       throw std::invalid_argument(
           fmt::format("piecewise_stiffness of joint '{}' needs force2 above force1", joint));
-    chain.law(joint, std::make_shared<BranchLaw>(input.values));
+    modifier.add_law(joint, std::make_shared<BranchLaw>(input.values));
   }
 
   void differentiate(ChainColumns& columns, const std::string& joint,

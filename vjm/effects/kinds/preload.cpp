@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
@@ -42,9 +43,10 @@ class Preload : public EffectKind {
                    .prior_unit = PriorUnit::joint_load}};
   }
 
-  void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
-    require_mobile(chain, joint);
-    chain.law(joint, std::make_shared<ConstantForce>(input.values[0]));
+  void act(ChainModifier& modifier, const std::string& joint,
+           const EffectInput& input) const override {
+    require_mobile(modifier.chain(), joint);
+    modifier.add_law(joint, std::make_shared<ConstantForce>(input.values[0]));
   }
 
   void differentiate(ChainColumns& columns, const std::string& joint,

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
@@ -79,11 +80,12 @@ class SelfWeight : public EffectKind {
                    .prior_sd = 10}};
   }
 
-  void act(Chain& chain, const std::string& link, const EffectInput& input) const override {
-    const std::vector<Share> shares = shares_of(chain, link);
+  void act(ChainModifier& modifier, const std::string& link,
+           const EffectInput& input) const override {
+    const std::vector<Share> shares = shares_of(modifier.chain(), link);
     for (const Share& share : shares)
-      chain.add_mass(free_node_name(chain, "weight of " + link), share.part * input.values[0],
-                     share.joints, share.position);
+      modifier.add_mass(free_node_name(modifier.chain(), "weight of " + link),
+                        share.part * input.values[0], share.joints, share.position);
   }
 
   void differentiate(ChainColumns& columns, const std::string& link,

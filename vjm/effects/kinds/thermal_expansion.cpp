@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
@@ -67,11 +68,12 @@ class ThermalExpansion : public EffectKind {
     parameters[alpha].required = true;
   }
 
-  void act(Chain& chain, const std::string& element, const EffectInput& input) const override {
-    const std::vector<Part> parts = parts_of(chain, element);
+  void act(ChainModifier& modifier, const std::string& element,
+           const EffectInput& input) const override {
+    const std::vector<Part> parts = parts_of(modifier.chain(), element);
     for (const Part& part : parts)
-      chain.add_displacement(part.element, true,
-                             translation(input.values[alpha] * warming(input) * part.length));
+      modifier.add_displacement(part.element, true,
+                                translation(input.values[alpha] * warming(input) * part.length));
   }
 
   void differentiate(ChainColumns& columns, const std::string& element,

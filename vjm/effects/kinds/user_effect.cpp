@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
@@ -104,16 +105,17 @@ class UserEffect : public EffectKind {
 
   const Expression& formula() const { return *formula_; }
 
-  void act(Chain& chain, const std::string& joint, const EffectInput& input) const override {
+  void act(ChainModifier& modifier, const std::string& joint,
+           const EffectInput& input) const override {
     const VectorXd v = variables(input);
     if (law_ == UserLaw::force) {
-      require_mobile(chain, joint);
-      chain.law(joint, std::make_shared<FormulaForce>(formula_, v));
+      require_mobile(modifier.chain(), joint);
+      modifier.add_law(joint, std::make_shared<FormulaForce>(formula_, v));
       return;
     }
-    const Spring& spring = spring_of_joint(chain, joint);
+    const Spring& spring = spring_of_joint(modifier.chain(), joint);
     if (law_ == UserLaw::offset) {
-      chain.law(joint, std::make_shared<FormulaOffset>(formula_, v));
+      modifier.add_law(joint, std::make_shared<FormulaOffset>(formula_, v));
       return;
     }
     const double compliance = formula_->value(v);
@@ -121,7 +123,7 @@ class UserEffect : public EffectKind {
       throw std::invalid_argument(
           fmt::format("the compliance of '{}' at joint '{}' is {:.4g}: no stiffness is left", name,
                       joint, compliance));
-    chain.add_series_compliance(joint, compliance);
+    modifier.add_series_compliance(joint, compliance);
   }
 
   void differentiate(ChainColumns& columns, const std::string& joint,

@@ -1,0 +1,51 @@
+// What effects change in a chain that is built.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "kinetostat/vjm/chain/chain.h"
+
+namespace kinetostat::vjm {
+
+/// `element` is "base", "end", a joint or a link; all throw std::invalid_argument for another name.
+class ChainModifier {
+ public:
+  explicit ChainModifier(Chain chain) : chain_(std::move(chain)) {}
+
+  /// The chain with all changes so far.
+  const Chain& chain() const& { return chain_; }
+  Chain chain() && { return std::move(chain_); }
+
+  /// A further law on an actuated or passive joint.
+  void add_law(const std::string& joint, std::shared_ptr<const CoordinateLaw> law);
+  /// Multiplies a spring's stiffness; compliances in series with it stay what they are. Throws
+  /// std::invalid_argument for an unknown spring, or a factor that is not positive.
+  void scale_spring(const std::string& spring, double factor);
+  /// A compliance in series with the spring of a joint; several add up.
+  void add_series_compliance(const std::string& joint, double compliance);
+  /// A spring of this compliance right behind an element, in its axes, named `name`; a second one
+  /// of the name is in series with the first. Coordinates are appended, so that postures of the
+  /// chain without it stay good. Where the compliance is lost in the rounding of the stiffest
+  /// spring nothing is inserted.
+  void add_compliance_behind(const std::string& element, const std::string& name, Motion motion,
+                             double compliance);
+  void add_displacement(const std::string& element, bool in_front,
+                        const spatial::Vector6& displacement);
+  void add_transmission_error(const TransmissionError& shift);
+  /// A mass [kg] in the frame that the first `joints` joints lead to.
+  void add_mass(const std::string& name, double mass, Eigen::Index joints,
+                const spatial::Vector3& position);
+  /// A mass [kg] on the body at the end, where that stands without displacements of the end. Throws
+  /// std::invalid_argument when it is negative.
+  void add_mass_at_end(const std::string& name, double mass, const spatial::Vector3& position);
+
+ private:
+  void insert_joint(Eigen::Index joints, Motion motion, Eigen::Index coordinate);
+  void move_place(const ChainDisplacement& place, const spatial::Pose& change);
+  ChainDisplacement& displacement_at(const std::string& element, bool in_front);
+
+  Chain chain_;
+};
+
+}  // namespace kinetostat::vjm
