@@ -52,7 +52,6 @@ std::vector<Part> linked_parts() {
        "MIT"},
       {"fmt", dotted(FMT_VERSION / 10000, FMT_VERSION / 100 % 100, FMT_VERSION % 100), "MIT"},
       {"CLI11", CLI11_VERSION, "BSD-3-Clause"},
-      {"muParser", KINETOSTAT_MUPARSER_VERSION, "BSD-2-Clause"},
       {"TinyXML-2", dotted(TIXML2_MAJOR_VERSION, TIXML2_MINOR_VERSION, TIXML2_PATCH_VERSION),
        "Zlib"},
       {"zlib", zlibVersion(), "Zlib"},

@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
-#include <muParser.h>
 #include <numbers>
+#include <string_view>
 
 #include <fmt/format.h>
+
+#include "kinetostat/common/printable.h"
+#include "kinetostat/common/spelling.h"
 
 namespace kinetostat::vjm {
 namespace {
@@ -53,18 +57,27 @@ Dual power(const Dual& base, const Dual& exponent) {
   return {value, slope};
 }
 
-// muParser says first whether the text is a formula, and where not.
-void check_by_muparser(const std::string& text, const std::vector<std::string>& variables) {
-  try {
-    mu::Parser parser;
-    std::vector<double> values(variables.size(), 0.5);
-    for (std::size_t i = 0; i < variables.size(); ++i) parser.DefineVar(variables[i], &values[i]);
-    parser.SetExpr(text);
-    (void)parser.Eval();
-  } catch (const mu::ParserError& error) {
-    throw ExpressionError(error.GetMsg(), std::clamp(static_cast<int>(error.GetPos()) + 1, 1,
-                                                     static_cast<int>(text.size()) + 1));
-  }
+// Functions of other notations, muParser's among them, that have no derivative somewhere.
+constexpr std::array with_kinks = {"abs",   "sign",  "sgn",  "min",  "max", "rint",
+                                   "round", "floor", "ceil", "fmod", "sum", "avg"};
+
+const Function* function_named(const std::string& name) {
+  const auto f = std::find_if(functions.begin(), functions.end(),
+                              [&name](const Function& known) { return name == known.name; });
+  return f == functions.end() ? nullptr : &*f;
+}
+
+std::string unknown_word(const std::string& name, const std::vector<std::string>& variables) {
+  if (std::find(with_kinks.begin(), with_kinks.end(), name) != with_kinks.end())
+    return fmt::format(
+        "'{}' has jumps or kinks, and an equilibrium needs derivatives (write tanh(u/w) for a "
+        "sign, sqrt(u^2 + w^2) for a magnitude)",
+        name);
+  std::vector<std::string> known = variables;
+  for (const Function& function : functions) known.emplace_back(function.name);
+  const std::string near = common::nearest_spelling(name, known);
+  return fmt::format("'{}' is neither a variable nor a function here{}", name,
+                     near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near));
 }
 
 bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) || c == '_'; }
@@ -72,7 +85,7 @@ bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0;
 
 }  // namespace
 
-// Recursive descent with the precedence of muParser: sums, products, signs, powers (from the
+// Recursive descent; precedence, as of muParser: sums, products, signs, powers (from the
 // right).
 class ExpressionParser {
  public:
@@ -82,11 +95,7 @@ class ExpressionParser {
 
   void parse() {
     sum();
-    if (at_ < text_.size())
-      fail(
-          fmt::format("'{}' cannot stand here: comparisons and choices jump, and an equilibrium "
-                      "needs derivatives",
-                      text_[at_]));
+    if (at_ < text_.size()) fail_at_character();
   }
 
  private:
@@ -94,6 +103,13 @@ class ExpressionParser {
 
   [[noreturn]] void fail(const std::string& what) const {
     throw ExpressionError(what, static_cast<int>(at_) + 1);
+  }
+  [[noreturn]] void fail_at_character() const {
+    const char c = text_[at_];
+    const bool jumps = std::string_view("<>=!?:&|").find(c) != std::string_view::npos;
+    fail(fmt::format(
+        "'{}' cannot stand here{}", common::printable(std::string(1, c)),
+        jumps ? ": comparisons and choices jump, and an equilibrium needs derivatives" : ""));
   }
   char next() {
     while (at_ < text_.size() && std::isspace(static_cast<unsigned char>(text_[at_]))) ++at_;
@@ -152,9 +168,10 @@ class ExpressionParser {
       number();
     } else if (is_letter(c)) {
       word();
+    } else if (at_ == text_.size()) {
+      fail("the formula ends too early");
     } else {
-      fail(c == '\0' ? std::string("the formula ends too early")
-                     : fmt::format("'{}' cannot stand here", c));
+      fail_at_character();
     }
   }
 
@@ -179,19 +196,15 @@ class ExpressionParser {
     } else if (name == "_e") {
       emit(Op::number, std::numbers::e);
     } else {
-      const auto f = std::find_if(functions.begin(), functions.end(),
-                                  [&name](const Function& known) { return name == known.name; });
-      if (f == functions.end()) {
+      const Function* f = function_named(name);
+      if (f == nullptr) {
         at_ = begin;
-        fail(
-            fmt::format("'{}' has jumps or kinks, or is not a function here: an equilibrium needs "
-                        "derivatives (write tanh(u/w) for a sign, sqrt(u^2 + w^2) for a magnitude)",
-                        name));
+        fail(unknown_word(name, variables_));
       }
       if (!take('(')) fail("a '(' is missing");
       sum();
       if (!take(')')) fail("a ')' is missing");
-      emit(Op::function, 0, static_cast<std::size_t>(f - functions.begin()));
+      emit(Op::function, 0, static_cast<std::size_t>(f - functions.data()));
     }
   }
 
@@ -205,7 +218,11 @@ class ExpressionParser {
 Expression::Expression(const std::string& text, const std::vector<std::string>& variables)
     : text_(text) {
   if (text.size() > 2000) throw ExpressionError("a formula may have 2000 characters", 2001);
-  check_by_muparser(text, variables);
+  for (const std::string& name : variables)
+    if (function_named(name) != nullptr || name == "_pi" || name == "_e")
+      throw ExpressionError(
+          fmt::format("'{}' means something else in formulas: no variable may be named so", name),
+          1);
   ExpressionParser(text, variables, program_).parse();
 }
 

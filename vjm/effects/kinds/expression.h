@@ -15,7 +15,7 @@ struct ExpressionError : std::runtime_error {
   int column;
 };
 
-/// A smooth function of named variables in the notation of muParser: + - * / ^, parentheses,
+/// A smooth function of named variables, in muParser's notation: + - * / ^, parentheses,
 /// numbers, _pi, _e, and sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp ln log
 /// log2 log10 sqrt. Functions that jump or have a kink (abs, sign, min, max, comparisons, a ? b :
 /// c) are refused: equilibrium needs derivatives. Immutable; may be evaluated by several threads.
@@ -26,7 +26,8 @@ class Expression {
     double value = 0, slope = 0;
   };
 
-  /// Throws ExpressionError when the text does not parse or names something else.
+  /// Throws ExpressionError when the text does not parse or names something else, and when a
+  /// variable has the name of a function.
   Expression(const std::string& text, const std::vector<std::string>& variables);
 
   const std::string& text() const { return text_; }

@@ -65,13 +65,17 @@ struct Refusal {
 
 class Refused : public testing::TestWithParam<Refusal> {};
 
-INSTANTIATE_TEST_SUITE_P(All, Refused,
-                         testing::Values(Refusal{"a + ", 5, ""}, Refusal{"a + q", 5, "q"},
-                                         Refusal{"a * (b + c", 11, ""},
-                                         Refusal{"a + abs(b)", 5, "abs"},
-                                         Refusal{"sign(a)", 1, "sign"},
-                                         Refusal{"a > 0 ? b : c", 3, "jump"},
-                                         Refusal{"min(a, b)", 1, "min"}, Refusal{"", 1, ""}));
+INSTANTIATE_TEST_SUITE_P(
+    All, Refused,
+    testing::Values(Refusal{"a + ", 5, "too early"}, Refusal{"a + q", 5, "neither a variable"},
+                    Refusal{"a + sim(b)", 5, "did you mean 'sin'"},
+                    Refusal{"a * (b + c", 11, "')' is missing"},
+                    Refusal{"a b", 3, "'b' cannot stand here"},
+                    Refusal{"a + 1.5.2", 8, "'.' cannot stand here"},
+                    Refusal{"sin a", 5, "'(' is missing"}, Refusal{"a = 2", 3, "jump"},
+                    Refusal{"a $ b", 3, "'$' cannot stand here"}, Refusal{"a + abs(b)", 5, "abs"},
+                    Refusal{"sign(a)", 1, "sign"}, Refusal{"a > 0 ? b : c", 3, "jump"},
+                    Refusal{"min(a, b)", 1, "min"}, Refusal{"", 1, "too early"}));
 
 TEST_P(Refused, NamesTheColumn) {
   try {
@@ -81,6 +85,11 @@ TEST_P(Refused, NamesTheColumn) {
     EXPECT_EQ(error.column, GetParam().column) << error.what();
     EXPECT_NE(std::string(error.what()).find(GetParam().says), std::string::npos) << error.what();
   }
+}
+
+TEST(Expression, RefusesAVariableWithTheNameOfAFunction) {
+  EXPECT_THROW(Expression("exp + 1", {"exp"}), ExpressionError);
+  EXPECT_THROW(Expression("_pi", {"_pi"}), ExpressionError);
 }
 
 TEST(Expression, SaysWhereItIsNotFinite) {
