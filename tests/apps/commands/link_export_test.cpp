@@ -11,6 +11,7 @@
 #include "kinetostat/io/text_file.h"
 
 #include "apps/run_program.h"
+#include "support/program.h"
 
 namespace kinetostat {
 namespace {
@@ -65,7 +66,7 @@ TEST_F(LinkExport, MeshHasTheSizeThatIsReportedAndGmshReadsIt) {
   const auto nodes = std::to_string(result()["mesh"]["nodes"].get<int>());
   EXPECT_THAT(mesh, HasSubstr("$Nodes\n" + nodes + "\n"));
   EXPECT_THAT(mesh, HasSubstr("\"fixed\"\n2 2 \"loaded\"\n3 3 \"link\"\n"));
-  if (std::system("command -v gmsh > /dev/null 2>&1") != 0) GTEST_SKIP() << "gmsh is not installed";
+  ASSERT_TRUE(test::is_installed("gmsh"));
   // Gmsh computes the volume of the elements: wrongly ordered mid nodes would bend them.
   std::ofstream(working_folder() / "volume.geo")
       << "Merge \"coarse.msh\";\nPlugin(MeshVolume).PhysicalGroup = 3;\n"

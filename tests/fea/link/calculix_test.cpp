@@ -8,6 +8,7 @@
 #include "kinetostat/io/text_file.h"
 
 #include "fea/shapes.h"
+#include "support/program.h"
 
 namespace kinetostat::fea {
 namespace {
@@ -65,8 +66,7 @@ void expect_agreement(const TetMesh& mesh, const std::vector<Coupling>& coupling
 class CalculiX : public testing::Test {
  protected:
   void SetUp() override {
-    if (std::system("command -v ccx > /dev/null 2>&1") != 0)
-      GTEST_SKIP() << "CalculiX (Debian package calculix-ccx) is not installed";
+    ASSERT_TRUE(test::is_installed("ccx"));
   }
 };
 

@@ -13,6 +13,7 @@
 #include "kinetostat/spatial/rotation.h"
 
 #include "fea/shapes.h"
+#include "support/program.h"
 
 namespace kinetostat::fea {
 namespace {
@@ -117,8 +118,7 @@ TEST(GeometricStiffness, IsSingularWhereTheLinkBuckles) {
 
 // The same tetrahedra in CalculiX's own buckling analysis, loaded where nothing is symmetric.
 TEST(GeometricStiffness, BucklingFactorIsCalculiXs) {
-  if (std::system("command -v ccx > /dev/null 2>&1") != 0)
-    GTEST_SKIP() << "CalculiX (Debian package calculix-ccx) is not installed";
+  ASSERT_TRUE(test::is_installed("ccx"));
   Bar bar;
   for (Vector3& p : bar.mesh.nodes) p += Vector3(0, 0.1 * p.x() * p.x(), 0.05 * p.x() * p.z());
   bar.ends = coupled_ends(bar.mesh);

@@ -12,6 +12,7 @@
 #include "kinetostat/fea/mesh/surface_import.h"
 
 #include "fea/shapes.h"
+#include "support/program.h"
 
 namespace kinetostat::fea {
 namespace {
@@ -138,7 +139,7 @@ TEST(VolumeMesh, NoTruncationCrashesOrPasses) {
 class GmshBall : public testing::TestWithParam<const char*> {};
 
 TEST_P(GmshBall, HasItsVolumeAndItsNamedFaces) {
-  if (find_gmsh().empty()) GTEST_SKIP() << "gmsh is not installed";
+  ASSERT_TRUE(test::is_installed("gmsh"));
   const TemporaryFolder folder;
   const auto script = folder.file(
       "ball.geo",
@@ -233,7 +234,7 @@ TEST(CurvedElements, OneThatFoldsOverIsRefusedByName) {
 }
 
 TEST(Step, IsReadInMillimetresWhateverIsSaid) {
-  if (find_gmsh().empty()) GTEST_SKIP() << "gmsh is not installed";
+  ASSERT_TRUE(test::is_installed("gmsh"));
   const TemporaryFolder folder;
   const auto script =
       folder.file("box.geo", "SetFactory(\"OpenCASCADE\");\nBox(1) = {0, 0, 0, 30, 20, 10};\n");
@@ -253,7 +254,7 @@ TEST(Step, IsReadInMillimetresWhateverIsSaid) {
 
 // gmsh obeys FILE.opt beside a model, and two files in the home folder; each may start programs.
 TEST(Step, RunsNoCommands) {
-  if (find_gmsh().empty()) GTEST_SKIP() << "gmsh is not installed";
+  ASSERT_TRUE(test::is_installed("gmsh"));
   const TemporaryFolder folder;
   const auto script =
       folder.file("box.geo", "SetFactory(\"OpenCASCADE\");\nBox(1) = {0, 0, 0, 30, 20, 10};\n");
@@ -285,7 +286,7 @@ TEST(Step, ScriptsOfGmshAreNotRead) {
 }
 
 TEST(GmshTetrahedra, FillABoxWithACavityAndKeepTheTags) {
-  if (find_gmsh().empty()) GTEST_SKIP() << "gmsh is not installed";
+  ASSERT_TRUE(test::is_installed("gmsh"));
   SurfaceMesh surface = box_surface({0, 0, 0}, {3, 2, 1});
   append(surface, inverted(box_surface({1, 0.5, 0.25}, {2, 1.5, 0.75})));
   std::vector<int> tags(24, 0);

@@ -17,6 +17,7 @@
 #include "kinetostat/vjm/statics/equilibrium.h"
 #include "kinetostat/vjm/statics/segments.h"
 
+#include "support/program.h"
 #include "support/temporary_folder.h"
 
 namespace kinetostat::vjm {
@@ -197,8 +198,7 @@ Equilibrium under_its_weight(const Robot& robot) {
 }
 
 TEST(HeavyArmUnderItsWeight, AgreesWithBeamElementsOfCalculix) {
-  if (std::system("command -v ccx > /dev/null 2>&1") != 0)
-    GTEST_SKIP() << "CalculiX (Debian package calculix-ccx) is not installed";
+  ASSERT_TRUE(test::is_installed("ccx"));
   const Vector3 beams = bending_by_calculix(), joints = swing_of_joints();
   const Vector3 expected = beams + joints, ours = first_order_displacement(1);
   RecordProperty("calculix_um", fmt::format("{:.3f}", 1e6 * expected.norm()));
