@@ -1,15 +1,13 @@
 #include "kinetostat/apps/studio/studio_server.h"
 
-#include <atomic>
 #include <chrono>
+#include <httplib.h>
 #include <mutex>
 #include <random>
 #include <thread>
-#include <unistd.h>
 
 #include <fmt/format.h>
 
-#include "kinetostat/apps/studio/studio_connection.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/progress.h"
 
@@ -20,14 +18,6 @@ using io::Json;
 
 constexpr char loopback[] = "127.0.0.1";
 constexpr std::size_t request_threads = 16;  // one browser needs six
-constexpr std::size_t most_waiting = 64;     // connections that no thread has yet
-// While others wait: a browser on the same machine needs a few milliseconds.
-constexpr std::chrono::milliseconds slow{500};
-constexpr ConnectionLimits limits{
-    .request = std::chrono::seconds(studio_request_seconds),
-    .response = std::chrono::seconds(studio_response_seconds),
-    .bytes = 2 * studio_largest_request,  // a body that is too large is answered, not cut off
-};
 
 // 128 bits of the system's own randomness: this is no figure that must come out the same.
 std::string random_token() {
@@ -64,60 +54,14 @@ void refuse(httplib::Response& response, int status, const std::string& why) {
   answer(response, status, {{"error", why}});
 }
 
-// Threads that know how many connections wait for one.
-class Queue : public httplib::TaskQueue {
- public:
-  explicit Queue(std::atomic<std::size_t>& waiting) : waiting_(waiting), pool_(request_threads) {}
-  void enqueue(std::function<void()> task) override {
-    ++waiting_;
-    pool_.enqueue([this, task = std::move(task)] {
-      --waiting_;
-      task();
-    });
-  }
-  void shutdown() override { pool_.shutdown(); }
-
- private:
-  std::atomic<std::size_t>& waiting_;
-  httplib::ThreadPool pool_;
-};
-
-// One request a connection, within its limits; a slow one gives way when others wait.
-class Server : public httplib::Server {
- public:
-  Server() {
-    new_task_queue = [this] { return new Queue(waiting_); };
-  }
-  // As many may knock at once as may wait; the library lets in five, and others try again after a
-  // second. To be called once bound.
-  void widen() { ::listen(svr_sock_, static_cast<int>(most_waiting)); }
-
- private:
-  bool process_and_close_socket(socket_t socket) override {
-    bool closed = false, answered = false;
-    if (waiting_ <= most_waiting) {
-      StudioConnection connection(socket, limits, [this](std::chrono::milliseconds taken) {
-        return svr_sock_ == INVALID_SOCKET || (waiting_ > 0 && taken > slow);
-      });
-      answered = process_request(connection, true, closed, [](httplib::Request& request) {
-        // A server may answer with all of it (RFC 9110, section 14.2); thousands of parts of a page
-        // would be as many copies.
-        request.ranges.clear();
-        request.headers.erase("Range");
-      });
-      connection.finish();
-    }
-    close(socket);
-    return answered;
-  }
-
-  std::atomic<std::size_t> waiting_ = 0;
-};
-
 class Door {
  public:
   Door(const StudioRooms& rooms, int port) : rooms_(rooms), token_(random_token()) {
+    server_.new_task_queue = [] { return new httplib::ThreadPool(request_threads); };
     server_.set_payload_max_length(studio_largest_request);
+    server_.set_read_timeout(std::chrono::seconds(studio_read_seconds));
+    server_.set_keep_alive_max_count(1);
+    server_.set_keep_alive_timeout(studio_keep_alive_seconds);
     server_.set_socket_options([](auto) {});  // a port that somebody listens on is not shared
     server_.set_pre_routing_handler([this](const auto& request, auto& response) {
       return admit(request, response) ? httplib::Server::HandlerResponse::Unhandled
@@ -146,7 +90,6 @@ class Door {
     if (port_ <= 0)
       throw common::InputError("--port", fmt::format("{} cannot be listened on", port),
                                "Leave it out, then a free one is taken");
-    server_.widen();
   }
 
   std::string origin() const { return fmt::format("http://{}:{}", loopback, port_); }
@@ -168,6 +111,12 @@ class Door {
     }
     if (!equal(token_in(request.path), token_)) {
       refuse(response, 403, "the address does not hold the token of this session");
+      return false;
+    }
+    // A server may answer with all of it (RFC 9110, section 14.2); thousands of parts of a page
+    // would be as many copies.
+    if (request.ranges.size() > 1) {
+      refuse(response, 416, "the page comes as a whole");
       return false;
     }
     // Its size would be known only when it is too late.
@@ -196,7 +145,7 @@ class Door {
 
   const StudioRooms& rooms_;
   std::string token_;
-  Server server_;
+  httplib::Server server_;
   std::mutex busy_;
   int port_ = -1;
 };

@@ -1,4 +1,4 @@
-// The door of a studio: loopback only, a token in every address, limits on every request.
+// The door of a studio: loopback only, a token in every address.
 #pragma once
 
 #include <functional>
@@ -26,12 +26,12 @@ struct StudioOptions {
 };
 
 inline constexpr std::size_t studio_largest_request = 65536;  // [bytes]
-inline constexpr int studio_request_seconds = 5;              // until a request is there, all of it
-inline constexpr int studio_response_seconds = 30;            // until its answer is gone
+inline constexpr int studio_read_seconds = 5;                 // that a request may pause for
+inline constexpr int studio_keep_alive_seconds = 1;           // until a connection says something
 
 /// Serves until stopped. Requests are refused that come under another host name or from another
-/// origin, that do not know the token, are too large or too slow, or ask for anything else than the
-/// page and the actions; nothing of the disk is served. Throws common::InputError when the port is
+/// origin, that do not know the token, are too large, or ask for anything else than the page and
+/// the actions; nothing of the disk is served. Throws common::InputError when the port is
 /// taken.
 void serve_studio(const StudioRooms& rooms, const StudioOptions& options);
 
