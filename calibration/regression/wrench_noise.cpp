@@ -58,7 +58,11 @@ Noise noise_of(const vjm::Robot& robot, const Campaign& campaign, int threads,
   keep_undetermined(predictor, campaign, stated, parameters, progress);
   const Noise first =
       with_wrench_noise(stated, campaign, predictor, parameters, starts_of(parameters), progress);
-  const BaseFit fit = fit_base(predictor, campaign, first, parameters, progress);
+  const auto with = [&](const std::vector<Parameter>& unknowns) {
+    return fit_base(predictor, campaign, first, unknowns, progress);
+  };
+  const BaseFit fit =
+      fit_near_design(parameters, with, [&] { return first.source != NoiseSource::unknown; });
   return with_wrench_noise(stated, campaign, predictor, parameters, values_of(fit), progress);
 }
 
