@@ -85,74 +85,87 @@ std::vector<std::string> remarks_on_nothing(const Diagnosis& d) {
   return result;
 }
 
+std::string remark_on_unexplained(const Diagnosis& d) {
+  if (!d.found.empty() && d.found.front().decision.unexplained > 0.5)
+    return fmt::format(
+        "An unmodelled smooth error that depends on {} explains these readings better than any "
+        "effect of the catalogue ({}); {} comes nearest.",
+        d.found.front().decision.depends_on,
+        probability_in_words(d.found.front().decision.unexplained),
+        d.found.front().candidate.name());
+  if (d.above_free_form < calibration::beaten_by_free_form)
+    return fmt::format(
+        "An unmodelled smooth error, which depends on {}, explains these readings better than "
+        "the nearest effect (log evidence {} more).",
+        d.free_form.depends_on, number(-d.above_free_form, 2));
+  if (d.found.empty() && d.is_left_open())
+    return fmt::format(
+        "No effect explains these readings: with the model as it is, they would have {} times {}.",
+        number(std::sqrt(d.after->reduced()), 2), noise_words(d));
+  if (d.left.p_value() >= calibration::structure_level) return {};
+  return left_text(d.found.empty() ? "No effect of the catalogue explains the rest of the error. It"
+                                   : "The nearest effect leaves too much unexplained, and the rest",
+                   d);
+}
+
+std::string remark_on_found(const Diagnosis& d) {
+  if (!d.or_something_else && !d.rest_of_laws.empty())
+    return fmt::format(
+        "The rest of the error is most like {} (chance of a false alarm {}), but no larger than "
+        "the error of an idealised law may be.",
+        d.rest_of_laws, percent(d.rest_p_value));
+  if (!d.or_something_else) return {};
+  if (d.predicts_no_better())
+    return "Held-out readings are predicted no better with it than without: it may stand for an "
+           "effect outside the catalogue.";
+  if (d.is_left_open())
+    return fmt::format(
+        "It may also stand for an effect outside the catalogue: the rest of the error would need "
+        "{} times {}.",
+        number(std::sqrt(d.after->reduced()), 2), noise_words(d));
+  return fmt::format(
+      "It may also stand for an effect outside the catalogue: the rest of the error exceeds the "
+      "detection threshold (chance of a false alarm {}), and no effect explains it.",
+      percent(d.rest_p_value));
+}
+
+std::string remark_on_inconclusive(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                                   const Diagnosis& d) {
+  if (d.common_cause)
+    return fmt::format(
+        "{} alone, at {}, explains these readings as well as fitting all uncertain parameters does "
+        "(chi-square per degree of freedom {} and {}): either is the error of the nominal model.",
+        d.common_cause->candidate.name(),
+        values_text(robot, campaign, d.common_cause->candidate,
+                    d.common_cause->candidate.effect.values, d.common_cause->deviations),
+        number(d.common_cause->test.reduced(), 3), number(d.before->reduced(), 3));
+  if (!d.missing.empty()) return {};
+  return "No effect of its usual size is observable in these readings.";
+}
+
 // The meaning of a verdict here, in sentences.
 std::vector<std::string> remarks_on_verdict(const vjm::Robot& robot,
                                             const calibration::Campaign& campaign,
                                             const Diagnosis& d) {
-  const bool is_left = d.left.p_value() < calibration::structure_level;
+  std::string remark;
   switch (d.verdict) {
     case Verdict::unexplained:
-      if (!d.found.empty() && d.found.front().decision.unexplained > 0.5)
-        return {fmt::format(
-            "An unmodelled smooth error that depends on {} explains these readings better than any "
-            "effect of the catalogue ({}); {} comes nearest.",
-            d.found.front().decision.depends_on,
-            probability_in_words(d.found.front().decision.unexplained),
-            d.found.front().candidate.name())};
-      if (d.above_free_form < calibration::beaten_by_free_form)
-        return {fmt::format(
-            "An unmodelled smooth error, which depends on {}, explains these readings better than "
-            "the nearest effect (log evidence {} more).",
-            d.free_form.depends_on, number(-d.above_free_form, 2))};
-      if (d.found.empty() && d.is_left_open())
-        return {
-            fmt::format("No effect explains these readings: with the model as it is, they "
-                        "would have {} times {}.",
-                        number(std::sqrt(d.after->reduced()), 2), noise_words(d))};
-      if (!is_left) return {};
-      return {left_text(d.found.empty()
-                            ? "No effect of the catalogue explains the rest of the error. It"
-                            : "The nearest effect leaves too much unexplained, and the rest",
-                        d)};
+      remark = remark_on_unexplained(d);
+      break;
     case Verdict::identified:
     case Verdict::narrowed_down:
-      if (!d.or_something_else && !d.rest_of_laws.empty())
-        return {
-            fmt::format("The rest of the error is most like {} (chance of a false alarm {}), but "
-                        "no larger than the error of an idealised law may be.",
-                        d.rest_of_laws, percent(d.rest_p_value))};
-      if (!d.or_something_else) return {};
-      if (d.predicts_no_better())
-        return {
-            "Held-out readings are predicted no better with it than without: it may stand for an "
-            "effect outside the catalogue."};
-      if (d.is_left_open())
-        return {fmt::format(
-            "It may also stand for an effect outside the catalogue: the rest of the error would "
-            "need {} times {}.",
-            number(std::sqrt(d.after->reduced()), 2), noise_words(d))};
-      return {fmt::format(
-          "It may also stand for an effect outside the catalogue: the rest of the error "
-          "exceeds the detection threshold (chance of a false alarm {}), and no effect "
-          "explains it.",
-          percent(d.rest_p_value))};
+      remark = remark_on_found(d);
+      break;
     case Verdict::inconclusive:
-      if (d.common_cause)
-        return {fmt::format(
-            "{} alone, at {}, explains these readings as well as fitting all uncertain parameters "
-            "does (chi-square per degree of freedom {} and {}): either is the error of the nominal "
-            "model.",
-            d.common_cause->candidate.name(),
-            values_text(robot, campaign, d.common_cause->candidate,
-                        d.common_cause->candidate.effect.values, d.common_cause->deviations),
-            number(d.common_cause->test.reduced(), 3), number(d.before->reduced(), 3))};
-      if (!d.missing.empty()) return {};
-      return {"No effect of its usual size is observable in these readings."};
+      remark = remark_on_inconclusive(robot, campaign, d);
+      break;
     case Verdict::none_needed:
       return remarks_on_nothing(d);
     default:
-      return {};
+      break;
   }
+  if (remark.empty()) return {};
+  return {std::move(remark)};
 }
 
 // Effects that are not observable in these readings, and the command that plans for them.
