@@ -211,7 +211,7 @@ std::string verdict_text(const vjm::Robot& robot, const calibration::Campaign& c
                           found.times_usual);
     if (!found.instead.empty())
       text += fmt::format("    these readings do not distinguish it from: {}\n",
-                          fmt::join(found.instead, "; "));
+                          fmt::join(names_of(found.instead), "; "));
   }
   for (const std::string& remark : remarks(robot, campaign, d))
     text += fmt::format("  {}\n", remark);

@@ -147,7 +147,7 @@ Json found_json(const vjm::Robot& robot, const calibration::FoundEffect& f) {
   entry["which_law"] = laws_text(f.decision);
   entry["inseparable"] = inseparable_text(f.decision);
   entry["gate_p_value"] = f.false_alarm_chance;
-  entry["instead"] = f.instead;
+  entry["instead"] = names_of(f.instead);
   return entry;
 }
 

@@ -152,7 +152,9 @@ void arrange(const PlanTask& task, const Batch& batch, Plan& plan) {
 // What another kind of experiment would do where this kind fails.
 std::string advice_for(const PlanTask& task, const ModelPair& pair, const Campaign& readings) {
   const PlanModel &a = task.models[pair.a], &b = task.models[pair.b];
-  const auto has = [&](const char* kind) { return a.kind == kind || b.kind == kind; };
+  const auto has = [&](vjm::EffectClass some) {
+    return a.effect_class == some || b.effect_class == some;
+  };
   if (a.on_load != b.on_load || (a.on_load && b.on_load)) {
     const std::vector<Forecast> all = task.forecasts(
         readings, {under_known_weights(task.robot, a), under_known_weights(task.robot, b)});
@@ -170,10 +172,10 @@ std::string advice_for(const PlanTask& task, const ModelPair& pair, const Campai
   if (a.on_sensor || b.on_sensor)
     return "one of them is an error of the instrument: read some of the postures with another "
            "instrument, or another target on the platform";
-  if (has("thermal_expansion"))
+  if (has(vjm::EffectClass::temperature))
     return "temperature is not in a plan: take the same readings warm and cold, with the column "
            "temperature";
-  if (has("creep") || has("session_drift"))
+  if (has(vjm::EffectClass::time))
     return "hold a load, and no load, for hours, with the column time";
   if (pair.b + 1 == task.models.size()) return "nothing that is read depends on it";
   if (a.place == b.place)
@@ -294,7 +296,7 @@ void plan_replicates(const PlanTask& task, Plan& plan) {
 }
 
 bool is_friction(const PlanModel& model) {
-  return model.kind == "friction" && !model.is_look_alike;
+  return model.effect_class == vjm::EffectClass::friction && !model.is_look_alike;
 }
 
 // Friction is not named before some load has been taken back, whatever else may tell it.

@@ -57,6 +57,7 @@ void add_open_candidate(const vjm::Robot& robot, const CandidateFitter& fitter,
   }
   model.name = open.candidate.name();
   model.kind = open.candidate.effect.kind->name;
+  model.effect_class = open.candidate.effect.kind->effect_class;
   model.family = family_of(*open.candidate.effect.kind);
   model.place = open.candidate.effect.at;
   model.weight = open.probability;

@@ -13,6 +13,7 @@ namespace kinetostat::calibration {
 struct PlanModel {
   std::string name;  // of what it adds; "nothing more"
   std::string kind;  // of that effect
+  vjm::EffectClass effect_class = vjm::EffectClass::other;
   /// Its family_of() and place: laws of one answer need not be distinguished.
   std::string family = {}, place = {};
   std::vector<vjm::Effect> effects;

@@ -106,11 +106,11 @@ class Posterior {
       for (const Hypothesis& h : hypotheses_)
         if (h.family == own.family && ends_with_name(found.drive, h.place)) own.place = h.place;
     } else {
-      const std::string& over = found.depends_on;
-      const bool is_memory = over.find("earlier loads") != std::string::npos;
-      const bool is_temperature = over.starts_with("temperature");
-      if (is_temperature) own.family = to_string(vjm::EffectClass::temperature);
-      if (is_memory || over.starts_with("time")) own.family = to_string(vjm::EffectClass::time);
+      const bool is_memory = found.over == SmoothOver::earlier_loads;
+      if (found.over == SmoothOver::temperature)
+        own.family = to_string(vjm::EffectClass::temperature);
+      if (is_memory || found.over == SmoothOver::time)
+        own.family = to_string(vjm::EffectClass::time);
       for (const Hypothesis& h : hypotheses_)
         if (h.family == own.family && h.ranked &&
             (!is_memory || h.ranked->candidate.effect.kind->history > 0)) {

@@ -31,11 +31,18 @@ constexpr double most_outliers = 0.04;   // of all values: more are something th
 void doubt_friction(const Campaign& campaign, Diagnosis& d) {
   if (takes_loads_back(campaign)) return;
   for (FoundEffect& found : d.found) {
-    if (found.candidate.effect.kind->name != "friction") continue;
-    const std::string gap = "clearance at " + found.candidate.effect.at;
-    if (std::none_of(found.instead.begin(), found.instead.end(),
-                     [&](const std::string& other) { return other.ends_with(gap); }))
-      found.instead.push_back(gap);
+    const vjm::Effect& friction = found.candidate.effect;
+    if (friction.kind->effect_class != vjm::EffectClass::friction) continue;
+    const auto is_gap_there = [&](const Candidate& other) {
+      return other.effect.kind->effect_class == vjm::EffectClass::backlash &&
+             other.effect.at == friction.at;
+    };
+    if (std::none_of(found.instead.begin(), found.instead.end(), is_gap_there))
+      found.instead.push_back({.effect = {.kind = vjm::effect_kind("clearance"),
+                                          .at = friction.at,
+                                          .sites = friction.sites,
+                                          .values = {}},
+                               .deviations = {}});
     d.missing.push_back(
         "loads that are taken back or reversed: without them friction looks like a clearance");
   }
@@ -108,7 +115,7 @@ void list_ambiguous(Diagnosis& d) {
   for (const FoundEffect& found : d.found) {
     if (found.instead.empty() && found.decision.is_identified && !d.or_something_else) continue;
     d.ambiguous.push_back(found.candidate.name());
-    d.ambiguous.insert(d.ambiguous.end(), found.instead.begin(), found.instead.end());
+    for (const Candidate& other : found.instead) d.ambiguous.push_back(other.name());
   }
 }
 

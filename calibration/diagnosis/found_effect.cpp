@@ -24,7 +24,7 @@ void take_decision(const DiagnosisStep& step, FoundEffect& found) {
     if (is_own)
       found.probability = answer.probability;
     else
-      found.instead.push_back(step.ranking[answer.laws.front().candidate].candidate.name());
+      found.instead.push_back(step.ranking[answer.laws.front().candidate].candidate);
   }
 }
 

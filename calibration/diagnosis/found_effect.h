@@ -17,11 +17,11 @@ struct FoundEffect {
   Decision decision;       // of the round that looked for it beside the others
   double probability = 0;  // of its answer there: its class at its place, or places
   double false_alarm_chance = 1;
-  double log_prior = 0;                   // of kind and place
-  double times_usual = 0;                 // how large it is
-  double length = 0;                      // of its signature, in units of the noise
-  double log_score_gain = 0;              // on held-out readings, beside the others
-  std::vector<std::string> instead = {};  // what it may be instead: a law of each other answer
+  double log_prior = 0;                 // of kind and place
+  double times_usual = 0;               // how large it is
+  double length = 0;                    // of its signature, in units of the noise
+  double log_score_gain = 0;            // on held-out readings, beside the others
+  std::vector<Candidate> instead = {};  // what it may be instead: a law of each other answer
 };
 
 /// A found effect exceeds the detection threshold, and improves the prediction of readings that it

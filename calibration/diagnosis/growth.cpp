@@ -214,12 +214,13 @@ void doubt_beside_one(const std::vector<BaseFit>& alone, const DiagnosisStep& fi
   const double exponent = common_exponent(together, alone);
   const double of_all = evidence(together, exponent).log;
   for (std::size_t c = 0; c < alone.size(); ++c) {
-    const std::string name = first.ranking[c].candidate.name();
+    const Candidate& one = first.ranking[c].candidate;
     if (alone[c].values == 0 || of_all - evidence(alone[c], exponent).log > doubtful) continue;
     for (FoundEffect& f : found)
-      if (f.candidate.name() != name &&
-          std::find(f.instead.begin(), f.instead.end(), name) == f.instead.end())
-        f.instead.push_back(name);
+      if (f.candidate.name() != one.name() &&
+          std::none_of(f.instead.begin(), f.instead.end(),
+                       [&](const Candidate& other) { return other.name() == one.name(); }))
+        f.instead.push_back(one);
   }
 }
 

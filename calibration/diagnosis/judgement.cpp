@@ -29,13 +29,14 @@ std::string absurd_explanation(const Diagnosis& d) {
 // The unmodelled smooth error is another law of what was found: of that drive, or over that time or
 // temperature.
 bool is_other_law(const Diagnosis& d) {
-  const std::string& over = d.free_form.depends_on;
+  const SmoothOver over = d.free_form.over;
   return std::any_of(d.found.begin(), d.found.end(), [&](const FoundEffect& found) {
     const vjm::EffectKind& kind = *found.candidate.effect.kind;
     const std::string& at = found.candidate.effect.at;
-    if (kind.name == "session_drift") return over.starts_with("time");
+    if (kind.effect_class == vjm::EffectClass::time && !kind.acts_on_chains())
+      return over == SmoothOver::time;
     if (kind.effect_class == vjm::EffectClass::temperature)
-      return over.starts_with("time") || over.starts_with("temperature");
+      return over == SmoothOver::time || over == SmoothOver::temperature;
     return kind.place == vjm::EffectPlace::joint &&
            (at == d.free_form.drive || d.free_form.drive.ends_with("." + at));
   });

@@ -101,6 +101,12 @@ std::string Candidate::name() const {
   return fmt::format("{} at {}", effect.kind->name, effect.at);
 }
 
+std::vector<std::string> names_of(const std::vector<Candidate>& candidates) {
+  std::vector<std::string> names;
+  for (const Candidate& candidate : candidates) names.push_back(candidate.name());
+  return names;
+}
+
 std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std::string>& kinds,
                                   const vjm::JointScales& scales) {
   std::vector<Candidate> result;

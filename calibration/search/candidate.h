@@ -20,6 +20,7 @@ struct Candidate {
 
   std::string name() const;  // "clearance at x.rho"
 };
+std::vector<std::string> names_of(const std::vector<Candidate>& candidates);
 
 /// All of them, in the order of the catalogue, then of the places. `kinds`: of these kinds only;
 /// empty: all. A place that stands for several (a joint of each chain) is a candidate beside them.

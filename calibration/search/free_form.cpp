@@ -188,17 +188,20 @@ FreeForm::FreeForm(const Campaign& campaign, const std::vector<Value>& values,
   const auto uncertain = std::make_shared<const MatrixXd>(of_unit_length(ways.uncertain));
   const auto add_through = [&](const std::shared_ptr<const MatrixXd>& columns,
                                const std::string& how) {
-    add("posture" + how, postures, columns, {0, 2.5, 1});
-    add("load" + how, loads, columns, {0, 2.5, 1});
+    add("posture" + how, SmoothOver::other, postures, columns, {0, 2.5, 1});
+    add("load" + how, SmoothOver::other, loads, columns, {0, 2.5, 1});
     if (postures.cols() > 0 && loads.cols() > 0)
-      add("posture and load together" + how, beside(postures, loads), columns, {0, 2.5, 1});
+      add("posture and load together" + how, SmoothOver::other, beside(postures, loads), columns,
+          {0, 2.5, 1});
     if (branches.cols() > 0)
-      add("load, and whether it rises or falls" + how, beside(loads, branches), columns, {0, 1});
-    add("time" + how, times, columns, {0, 1, 0.3});
-    add("time in the cycle" + how, held, columns, {0, 1});
+      add("load, and whether it rises or falls" + how, SmoothOver::other, beside(loads, branches),
+          columns, {0, 1});
+    add("time" + how, SmoothOver::time, times, columns, {0, 1, 0.3});
+    add("time in the cycle" + how, SmoothOver::time, held, columns, {0, 1});
     if (loads.cols() > 0 && held.cols() > 0)
-      add("load and time in the cycle together" + how, beside(loads, held), columns, {0, 1});
-    add("temperature" + how, heats, columns, {0, 2.5, 1});
+      add("load and time in the cycle together" + how, SmoothOver::other, beside(loads, held),
+          columns, {0, 1});
+    add("temperature" + how, SmoothOver::temperature, heats, columns, {0, 2.5, 1});
   };
   add_through(std::make_shared<const MatrixXd>(components_of(values)), "");
   add_through(std::make_shared<const MatrixXd>(of_unit_length(ways.force)),
@@ -208,12 +211,13 @@ FreeForm::FreeForm(const Campaign& campaign, const std::vector<Value>& values,
   for (const FreeFormWays::Drive& drive : ways.drives) add_law(drive);
 }
 
-void FreeForm::add(const std::string& depends_on, MatrixXd of_reading,
+void FreeForm::add(const std::string& depends_on, SmoothOver over, MatrixXd of_reading,
                    const std::shared_ptr<const MatrixXd>& columns,
                    std::initializer_list<double> lengths) {
   if (of_reading.cols() == 0 || columns->size() == 0 || columns->isZero(0)) return;
   const auto shared = std::make_shared<const MatrixXd>(std::move(of_reading));
-  for (const double length : lengths) processes_.push_back({depends_on, shared, columns, length});
+  for (const double length : lengths)
+    processes_.push_back({depends_on, over, shared, columns, length});
 }
 
 void FreeForm::add_memory(const Campaign& campaign, const std::vector<Value>& values,
@@ -223,7 +227,8 @@ void FreeForm::add_memory(const Campaign& campaign, const std::vector<Value>& va
   for (const double fading : {20.0, 60.0, 200.0, 600.0, 2000.0}) {  // [s]
     MatrixXd columns = memory(tracks, campaign.displacement, uncertain, fading);
     if (!columns.isZero(0))
-      processes_.push_back({"earlier loads, as a change of what is uncertain does", of_nothing,
+      processes_.push_back({"earlier loads, as a change of what is uncertain does",
+                            SmoothOver::earlier_loads, of_nothing,
                             std::make_shared<const MatrixXd>(std::move(columns)), 0});
   }
 }
@@ -234,8 +239,8 @@ void FreeForm::add_law(const FreeFormWays::Drive& drive) {
   const auto load = std::make_shared<const MatrixXd>(drive.deflection * (1.5 / largest));
   const auto columns = std::make_shared<const MatrixXd>(of_unit_length(drive.by_stiffness));
   for (const double length : {1.0, 0.4})
-    processes_.push_back({"the load of " + drive.name + ", as a law of that drive does", load,
-                          columns, length, drive.name});
+    processes_.push_back({"the load of " + drive.name + ", as a law of that drive does",
+                          SmoothOver::other, load, columns, length, drive.name});
 }
 
 // Kernel = root root', by a Cholesky factorisation with pivots that ends when little is left
@@ -277,6 +282,7 @@ FreeFormEvidence FreeForm::evidence(const ResidualSpace& space, double exponent)
       most = logs.back();
       result.depends_on = process.depends_on;
       result.drive = process.drive;
+      result.over = process.over;
     }
   }
   if (!logs.empty()) result.log = log_mean_exp(logs);

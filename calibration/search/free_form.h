@@ -12,6 +12,9 @@
 
 namespace kinetostat::calibration {
 
+/// What an unmodelled smooth error changes with, as far as it may tell effects apart.
+enum class SmoothOver { other, time, temperature, earlier_loads };
+
 struct FreeFormEvidence {
   /// Logarithm of the evidence of an unmodelled smooth error over that of noise alone. Averaged
   /// over processes whose priors are fixed beforehand, it is a bet against the noise: with nothing
@@ -20,6 +23,7 @@ struct FreeFormEvidence {
   double log = 0;
   std::string depends_on;  // the most probable process: "posture, as a force on the platform does"
   std::string drive;       // whose law that is: "x.rho"; empty for other processes
+  SmoothOver over = SmoothOver::other;  // what it changes with
 
   double p_value() const;
 };
@@ -56,11 +60,12 @@ class FreeForm {
   // value, one column for each function of its own).
   struct Process {
     std::string depends_on;
+    SmoothOver over;
     std::shared_ptr<const Eigen::MatrixXd> of_reading, columns;  // many processes share them
     double length;           // over which it changes; 0: it is straight
     std::string drive = {};  // whose law it is
   };
-  void add(const std::string& depends_on, Eigen::MatrixXd of_reading,
+  void add(const std::string& depends_on, SmoothOver over, Eigen::MatrixXd of_reading,
            const std::shared_ptr<const Eigen::MatrixXd>& columns,
            std::initializer_list<double> lengths);
   void add_memory(const Campaign& campaign, const std::vector<Value>& values,

@@ -158,7 +158,8 @@ double Search::explained_by_kinematics(const BaseFit& fit) const {
   for (std::size_t i = 0; i < signatures_.size(); ++i) {
     const vjm::EffectKind& kind = *candidates_[owner_[i].first].effect.kind;
     const bool is_kinematic =
-        kind.effect_class == vjm::EffectClass::geometry || kind.name == "target_lever_arm";
+        kind.effect_class == vjm::EffectClass::geometry ||
+        (kind.place == vjm::EffectPlace::sensor && kind.moves_like == vjm::EffectClass::geometry);
     if (!is_kinematic || last == owner_[i].first) continue;
     last = owner_[i].first;
     const MatrixXd& columns = signatures_[i].columns;

@@ -29,7 +29,7 @@ DiagnosisStep round_of(std::vector<RankedCandidate> ranking, double without = -1
   step.ranking = std::move(ranking);
   step.log_evidence_without = without;
   step.free_form.log = -50;
-  step.free_form.depends_on = "time";
+  step.free_form.over = SmoothOver::time;
   return step;
 }
 
@@ -130,15 +130,16 @@ TEST(Decision, ADiscrepancyOverTimeCountsForDrift) {
   DiagnosisStep step =
       round_of({fitted("friction", "q1", -9), fitted("session_drift", "sensor", -1)});
   step.log_evidence_without = -20;
-  step.free_form = {.log = 19, .depends_on = "time in the cycle", .drive = ""};
+  step.free_form = {
+      .log = 19, .depends_on = "time in the cycle", .drive = "", .over = SmoothOver::time};
   const Decision drift = decide(step);
   ASSERT_TRUE(drift.is_identified);
   EXPECT_THAT(drift.answers[0].places, ElementsAre("sensor"));
   EXPECT_NEAR(drift.unexplained, 0, 1e-12);
-  step.free_form.depends_on = "temperature";
+  step.free_form.over = SmoothOver::temperature;
   EXPECT_GT(decide(step).unexplained, 0.4);
   // A drift that explains nothing lends its name to nothing.
-  step.free_form.depends_on = "time";
+  step.free_form.over = SmoothOver::time;
   step.log_evidence_without = -0.5;
   step.free_form.log = 0.5;
   EXPECT_GT(decide(step, {.odds_of_nothing = 1e-6}).unexplained, 0.4);

@@ -319,6 +319,7 @@ TEST(FreeForm, KnowsAMemoryOfEarlierLoads) {
                            {.force = {}, .uncertain = load, .drives = {}});
   const FreeFormEvidence seen = free_form.evidence({8 * lag + random_matrix(60, 1, 33), load}, 1);
   EXPECT_EQ(seen.depends_on, "earlier loads, as a change of what is uncertain does");
+  EXPECT_EQ(seen.over, SmoothOver::earlier_loads);
   EXPECT_LT(seen.p_value(), 1e-6);
 }
 
