@@ -12,7 +12,7 @@
 
 namespace kinetostat::calibration {
 
-/// What an unmodelled smooth error changes with, as far as it may tell effects apart.
+/// What an unmodelled smooth error changes with, as far as that distinguishes effects.
 enum class SmoothOver { other, time, temperature, earlier_loads };
 
 struct FreeFormEvidence {

@@ -130,6 +130,23 @@ TEST(WrenchNoise, OfASpringAddsInSquare) {
                 1e-12);
 }
 
+// Readings that would make the spring rigid: what design tells bounds it to three standard
+// deviations, a factor of e each.
+TEST(WrenchNoise, OfASpringThatTheReadingsMakeRigidIsThatOfOneNearTheDesign) {
+  const auto file = test::write_campaign(
+      "kinetostat: 1\ncampaign: c\nunits: {length: mm, force: N}\ndisplacement: difference\n"
+      "readings: readings.csv\nnoise: {translation: 3 um}\nwrench_noise: {force: 20 N}\n",
+      "fz,dz\n0,0\n1000,0\n-2000,0\n3000,0\n");
+  const vjm::Robot robot = test::bench();
+  common::Progress silent;
+  const Noise noise = noise_of(robot, read_campaign(file, robot.manipulator), 1, silent);
+  const double most = 20 / 1e6, least = most * std::exp(-3.0);
+  for (const spatial::Vector6& sigma : noise.sigma) {
+    EXPECT_LT(sigma[2], std::hypot(3e-6, most));
+    EXPECT_GT(sigma[2], std::hypot(3e-6, 0.99 * least));
+  }
+}
+
 TEST(WrenchNoise, IsRefusedWithoutTheNoiseOfTheInstrument) {
   const auto file = test::write_campaign(
       "kinetostat: 1\ncampaign: c\nunits: {length: mm, force: N}\ndisplacement: difference\n"

@@ -65,9 +65,7 @@ void expect_agreement(const TetMesh& mesh, const std::vector<Coupling>& coupling
 
 class CalculiX : public testing::Test {
  protected:
-  void SetUp() override {
-    ASSERT_TRUE(test::is_installed("ccx"));
-  }
+  void SetUp() override { ASSERT_TRUE(test::is_installed("ccx")); }
 };
 
 TEST_F(CalculiX, AgreesOnTheSameModelWithRigidInterfaces) {

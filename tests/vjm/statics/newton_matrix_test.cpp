@@ -97,9 +97,9 @@ TEST(NewtonMatrix, StaysWhereItIsUntilRenewed) {
   const SystemState moved = system.moved(relaxed, random_vector(system, false, 5), 1e-3);
   const SystemVector right = random_vector(system, false, 6);
   const auto solution = [&](const NewtonMatrix& matrix) {
-    SystemVector solution;
-    matrix.solve(right, solution);
-    return system.flat(solution, false);
+    SystemVector solved;
+    matrix.solve(right, solved);
+    return system.flat(solved, false);
   };
   EquilibriumResiduals at(system, relaxed, robot.load);
   NewtonMatrix matrix(at, false);
