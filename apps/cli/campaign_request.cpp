@@ -7,12 +7,12 @@
 
 namespace kinetostat::apps {
 
-void CampaignRequest::add_options(CLI::App& app) {
+void CampaignRequest::add_options(OptionList& app) {
   app.add_option("files", files,
                  "Robot file (may be left out when the campaign names it) and campaign file")
-      ->type_name("[ROBOT] CAMPAIGN")
-      ->required()
-      ->expected(1, 2);
+      .type_name("[ROBOT] CAMPAIGN")
+      .required()
+      .count(1, 2);
 }
 
 vjm::Robot CampaignRequest::read_robot() const {

@@ -4,9 +4,8 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include "kinetostat/apps/cli/command.h"
+#include "kinetostat/apps/cli/option_list.h"
 #include "kinetostat/calibration/campaign/campaign.h"
 #include "kinetostat/calibration/campaign/campaign_file.h"
 #include "kinetostat/vjm/io/robot_file.h"
@@ -18,7 +17,7 @@ namespace kinetostat::apps {
 struct CampaignRequest {
   std::vector<std::string> files;
 
-  void add_options(CLI::App& app);
+  void add_options(OptionList& app);
   /// Throws common::InputError when neither names a robot.
   vjm::Robot read_robot() const;
   /// Warns of columns that may be meant otherwise.

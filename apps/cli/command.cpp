@@ -5,8 +5,8 @@
 #include <system_error>
 #include <thread>
 
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "kinetostat/apps/cli/cancellation.h"
 #include "kinetostat/apps/cli/progress_bar.h"
@@ -21,7 +21,6 @@
 namespace kinetostat::apps {
 namespace {
 
-constexpr char common_group[] = "Options of every command";
 constexpr int most_threads = 1024;
 constexpr char no_memory[] =
     "kinetostat: there is not enough memory for this computation. Close other programs, ask for "
@@ -31,44 +30,27 @@ int processor_count() {
   return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, most_threads);
 }
 
-// The options that decide the result, as (name, value) with defaults filled in. The common ones
-// (threads, files, quiet) and --no-cache change no figure, so they are left out: the same input
-// gives the same bytes on any machine.
-std::vector<std::pair<std::string, std::string>> options_in_effect(const CLI::App& app) {
-  std::vector<std::pair<std::string, std::string>> result;
-  for (const CLI::Option* option : app.get_options()) {
-    if (option->get_group() == common_group || option == app.get_help_ptr()) continue;
-    if (option->get_single_name() == "no-cache") continue;
-    const std::string value = option->count() > 0
-                                  ? fmt::format("{}", fmt::join(option->results(), " "))
-                                  : option->get_default_str();
-    if (value.empty()) continue;
-    result.emplace_back(option->get_single_name(), value);
-  }
-  return result;
-}
-
-std::string echo(const CommandInfo& info, const CLI::App& app) {
-  const auto options = options_in_effect(app);
+std::string echo(const CommandInfo& info, const OptionList& options) {
+  const auto values = options.in_effect();
   std::size_t width = 0;
-  for (const auto& [name, value] : options) width = std::max(width, name.size());
+  for (const auto& [name, value] : values) width = std::max(width, name.size());
   std::string text = fmt::format("kinetostat {}\n", info.name);
-  for (const auto& [name, value] : options)
+  for (const auto& [name, value] : values)
     text += fmt::format("  {:<{}}  {}\n", name, width, common::printable(value));
   return text + "\n";
 }
 
-io::Json options_json(const CLI::App& app) {
-  io::Json options = io::Json::object();
-  for (const auto& [name, value] : options_in_effect(app)) options[name] = value;
-  return options;
+io::Json options_json(const OptionList& options) {
+  io::Json json = io::Json::object();
+  for (const auto& [name, value] : options.in_effect()) json[name] = value;
+  return json;
 }
 
-io::Json provenance(const CommandInfo& info, const CLI::App& app) {
+io::Json provenance(const CommandInfo& info, const OptionList& options) {
   io::Json json;
   json["tool"] = fmt::format("kinetostat {}", version());
   json["command"] = info.name;
-  json["options"] = options_json(app);
+  json["options"] = options_json(options);
   return json;
 }
 
@@ -78,38 +60,22 @@ std::string fault(const std::exception& error) {
       error.what());
 }
 
-// Flags the options that name a file to write.
-constexpr char output_mark[] = "output";
-
-bool is_output(CLI::Option& option) {
-  try {
-    option.get_validator(output_mark);
-    return true;
-  } catch (const CLI::OptionNotFound&) {
-    return false;
-  }
-}
-
 // The files that this run writes, but for standard output. Throws UsageError when two are one.
-std::vector<std::filesystem::path> outputs_of(CLI::App& app) {
+std::vector<std::filesystem::path> outputs_of(const OptionList& options) {
   std::vector<std::filesystem::path> files;
-  std::vector<const CLI::Option*> named_by;
+  std::vector<std::string> named_by;
   const auto same = [](const std::filesystem::path& a, const std::filesystem::path& b) {
     namespace fs = std::filesystem;
     return fs::weakly_canonical(fs::absolute(a)) == fs::weakly_canonical(fs::absolute(b));
   };
-  for (CLI::Option* option : app.get_options({})) {
-    if (option->count() == 0 || !is_output(*option)) continue;
-    const std::string& file = option->results().front();
+  for (const auto& [name, file] : options.outputs()) {
     if (file == "-") continue;
     for (std::size_t i = 0; i < files.size(); ++i)
       if (same(files[i], file))
-        throw UsageError(
-            "--" + option->get_single_name(),
-            fmt::format("'{}' is named by --{} too", file, named_by[i]->get_single_name()),
-            "Name two different files");
+        throw UsageError("--" + name, fmt::format("'{}' is named by --{} too", file, named_by[i]),
+                         "Name two different files");
     files.emplace_back(file);
-    named_by.push_back(option);
+    named_by.push_back(name);
   }
   return files;
 }
@@ -161,21 +127,6 @@ std::string page_about(const common::InputError& error) {
 UsageError::UsageError(const std::string& option, const std::string& what, const std::string& cure)
     : std::runtime_error(common::InputError(option, what, cure).what()) {}
 
-CLI::Option* add_output(CLI::App& app, const std::string& name, std::string& file,
-                        const std::string& description) {
-  const auto is_no_option = [name](const std::string& value) {
-    return value.size() > 1 && value.starts_with('-')
-               ? fmt::format(
-                     "{} names no file: '{}' is an option. Give './{}' if the file is "
-                     "called so",
-                     name, value, value)
-               : std::string();
-  };
-  return app.add_option(name, file, description)
-      ->type_name("FILE")
-      ->check(CLI::Validator(is_no_option, "", output_mark));
-}
-
 std::optional<std::filesystem::path> Run::out() const {
   if (options_.out.empty()) return std::nullopt;
   return options_.out;
@@ -183,56 +134,61 @@ std::optional<std::filesystem::path> Run::out() const {
 
 Program::Program(Streams streams)
     : streams_(streams),
-      app_("Stiffness of robots and machine tools, from the CAD mesh of a link to measurements.",
-           "kinetostat") {
-  app_.get_formatter()->label("TEXT", "");
-  app_.set_help_flag("-h,--help", "Print this help and exit");
-  app_.add_flag("--version")->description("Print the version, what is linked and its licences");
-  app_.option_defaults()->always_capture_default();
-  app_.footer([this] { return help_footer(); });
+      app_(std::make_unique<CLI::App>(
+          "Stiffness of robots and machine tools, from the CAD mesh of a link to measurements.",
+          "kinetostat")) {
+  app_->get_formatter()->label("TEXT", "");
+  app_->set_help_flag("-h,--help", "Print this help and exit");
+  app_->add_flag("--version")->description("Print the version, what is linked and its licences");
+  app_->option_defaults()->always_capture_default();
+  app_->footer([this] { return help_footer(); });
 }
 
-CLI::App& Program::add(const CommandInfo& info, Action action) {
+Program::~Program() = default;
+
+OptionList Program::add(const CommandInfo& info, Action action) {
   const std::string name = info.name.substr(info.name.rfind(' ') + 1);
   CLI::App* app = group_of(info.name).add_subcommand(name, info.summary);
   app->set_help_flag("-h,--help", "Print this help and exit");
   app->footer(fmt::format("Example:\n  {}", info.example));
   commands_.push_back(std::make_unique<Command>(Command{info, app, std::move(action)}));
-  return *app;
+  return OptionList(*app);
 }
 
 // The app that holds a command: "mesh" for "mesh check", the program itself for "stiffness".
 CLI::App& Program::group_of(const std::string& name) {
   const std::size_t blank = name.rfind(' ');
-  if (blank == std::string::npos) return app_;
+  if (blank == std::string::npos) return *app_;
   const std::string group = name.substr(0, blank);
-  for (CLI::App* known : app_.get_subcommands({}))
+  for (CLI::App* known : app_->get_subcommands({}))
     if (known->get_name() == group) return *known;
   CLI::App* app =
-      app_.add_subcommand(group, fmt::format("The commands that start with '{}'", group));
+      app_->add_subcommand(group, fmt::format("The commands that start with '{}'", group));
   app->require_subcommand(1);
   return *app;
 }
 
-void Program::add_common_options(CLI::App& app, const CommandInfo& info) {
-  const auto add = [&app](const char* name, std::string& file, const std::string& description) {
-    add_output(app, name, file, description)->group(common_group);
+void Program::add_common_options(const Command& command) {
+  OptionList options = command.options();
+  const auto add = [&options](const char* name, std::string& file, const std::string& what) {
+    options.add_output(name, file, what).group(OptionList::common_group);
   };
   add("--json", options_.json, "Write the result as JSON; '-' is standard output");
   add("--html", options_.html,
       "Write the result as a page to look at, one file that needs no other");
   const char* out = "-o,--out";
-  if (info.out_is_folder)
-    app.add_option(out, options_.out, info.out)->type_name("DIR")->group(common_group);
+  const std::string& what = command.info.out;
+  if (command.info.out_is_folder)
+    options.add_option(out, options_.out, what).type_name("DIR").group(OptionList::common_group);
   else
-    add(out, options_.out, info.out.empty() ? "Write the report to a file as well" : info.out);
-  app.add_option("--threads", options_.threads, "Threads to use; all processors unless given")
-      ->group(common_group)
-      ->type_name("N")
-      ->default_str("")
-      ->check(CLI::Range(1, most_threads).description(""));
-  app.add_flag("-q,--quiet", options_.quiet, "No echo of options and no progress")
-      ->group(common_group);
+    add(out, options_.out, what.empty() ? "Write the report to a file as well" : what);
+  options.add_option("--threads", options_.threads, "Threads to use; all processors unless given")
+      .group(OptionList::common_group)
+      .type_name("N")
+      .hide_default()
+      .between(1, most_threads);
+  options.add_flag("-q,--quiet", options_.quiet, "No echo of options and no progress")
+      .group(OptionList::common_group);
 }
 
 std::string Program::help_footer() const {
@@ -291,11 +247,11 @@ int Program::run(int argc, const char* const* argv) {
 int Program::parse_and_run(int argc, const char* const* argv) {
   options_.threads = processor_count();
   // Last, so that the help of a command starts with its own options.
-  for (const auto& command : commands_) add_common_options(*command->app, command->info);
+  for (const auto& command : commands_) add_common_options(*command);
   try {
-    app_.parse(argc, argv);
+    app_->parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
-    write(app_.help());
+    write(app_->help());
     return done;
   } catch (const CLI::ParseError& error) {
     return usage_error(error.what(), {argv + std::min(argc, 1), argv + argc});
@@ -303,7 +259,7 @@ int Program::parse_and_run(int argc, const char* const* argv) {
   if (const Command* command = chosen()) {
     run_action(*command);
   } else {
-    write(app_["--version"]->count() > 0 ? version_report() : app_.help());
+    write((*app_)["--version"]->count() > 0 ? version_report() : app_->help());
   }
   return done;
 }
@@ -322,10 +278,9 @@ std::string Program::hint(const std::vector<std::string>& arguments) const {
   std::vector<std::string> known;
   if (command == nullptr) {
     known = {"--help", "--version"};
-    for (const CLI::App* app : app_.get_subcommands({})) known.push_back(app->get_name());
+    for (const CLI::App* app : app_->get_subcommands({})) known.push_back(app->get_name());
   } else {
-    for (const CLI::Option* option : command->app->get_options())
-      for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+    known = command->options().long_names();
   }
   for (const std::string& argument : arguments) {
     const std::string word = argument.substr(0, argument.find('='));
@@ -338,16 +293,16 @@ std::string Program::hint(const std::vector<std::string>& arguments) const {
 }
 
 void Program::run_action(const Command& command) {
-  const io::Outputs outputs(outputs_of(*command.app));
+  const io::Outputs outputs(outputs_of(command.options()));
   if (command.info.out_is_folder && !options_.out.empty())
     io::require_writable(std::filesystem::path(options_.out) / "file");
   if (!options_.html.empty()) report::require_pages();
   const bool text = options_.json != "-";
-  if (text && !options_.quiet) write(echo(command.info, *command.app));
+  if (text && !options_.quiet) write(echo(command.info, command.options()));
   ProgressBar progress(streams_.err, options_.quiet ? ProgressBar::Style::none
                                                     : ProgressBar::style_for(streams_.err));
   Run run(
-      options_, options_json(*command.app), progress,
+      options_, options_json(command.options()), progress,
       [this](std::string_view said) { write(said); },
       [this, &progress](std::string_view said) {
         progress.wipe();
@@ -365,7 +320,7 @@ void Program::run_action(const Command& command) {
 }
 
 void Program::write_page(const Command& command, const Run& run, const io::Json& result) {
-  io::Json json = provenance(command.info, *command.app);
+  io::Json json = provenance(command.info, command.options());
   json.update(result);
   std::vector<report::PageResult> results = run.page();
   results.insert(results.begin(), {json, run.picture(), run.report()});
@@ -376,7 +331,7 @@ void Program::deliver(const Command& command, const Run& run, const io::Json& re
   if (run.out() && command.info.out.empty()) io::write_atomically(*run.out(), run.report());
   if (!options_.html.empty()) write_page(command, run, result);
   if (!options_.json.empty()) {
-    io::Json json = provenance(command.info, *command.app);
+    io::Json json = provenance(command.info, command.options());
     json.update(result);
     if (options_.json == "-") {
       write(io::to_text(json));

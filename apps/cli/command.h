@@ -14,8 +14,7 @@
 #include <string_view>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
+#include "kinetostat/apps/cli/option_list.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/progress.h"
 #include "kinetostat/io/json.h"
@@ -134,12 +133,6 @@ struct CommandInfo {
   bool runs_until_stopped = false;  // the first Ctrl-C is its proper end
 };
 
-/// Adds an option that names a file to write, --json among them. Before anything is computed it is
-/// known that the file can be written and that no other option names it; while the command runs, it
-/// cannot be read (io::Outputs).
-CLI::Option* add_output(CLI::App& app, const std::string& name, std::string& file,
-                        const std::string& description);
-
 /// Computes, prints the report for people through the run, and returns the result for programs.
 /// Throws UsageError, common::InputError, NoConvergence, NotIdentifiable or Cancelled for what
 /// users can repair.
@@ -148,10 +141,13 @@ using Action = std::function<io::Json(Run&)>;
 class Program {
  public:
   explicit Program(Streams streams = {});
+  ~Program();
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
 
-  /// The returned object takes the options of this command. Options that name files must not check
+  /// The returned handle takes the options of this command. Options that name files must not check
   /// that they exist: a missing file is bad input, not bad usage.
-  CLI::App& add(const CommandInfo& info, Action action);
+  OptionList add(const CommandInfo& info, Action action);
 
   /// Parses, runs, reports. Never throws. Call it once.
   int run(int argc, const char* const* argv);
@@ -161,11 +157,13 @@ class Program {
     CommandInfo info;
     CLI::App* app;
     Action action;
+
+    OptionList options() const { return OptionList(*app); }
   };
 
   int parse_and_run(int argc, const char* const* argv);
   CLI::App& group_of(const std::string& name);
-  void add_common_options(CLI::App& app, const CommandInfo& info);
+  void add_common_options(const Command& command);
   std::string help_footer() const;
   const Command* chosen() const;
   int usage_error(const std::string& what, const std::vector<std::string>& arguments);
@@ -179,7 +177,7 @@ class Program {
   Streams streams_;
   CommonOptions options_;
   std::vector<std::unique_ptr<Command>> commands_;
-  CLI::App app_;
+  std::unique_ptr<CLI::App> app_;
 };
 
 }  // namespace kinetostat::apps

@@ -69,8 +69,4 @@ spatial::Vector3 three_values(const std::string& option, const std::string& text
   return values;
 }
 
-CLI::Validator seed_range() {
-  return CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max()).description("");
-}
-
 }  // namespace kinetostat::apps

@@ -4,8 +4,6 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include "kinetostat/spatial/linear_algebra.h"
 #include "kinetostat/spatial/units.h"
 
@@ -28,8 +26,5 @@ spatial::Vector6 six_values(const std::string& option, const std::string& text,
 spatial::Vector3 three_values(const std::string& option, const std::string& text,
                               const spatial::Dimension& dimension,
                               const spatial::UnitSystem& units);
-
-/// For options that take a seed: unsigned conversion alone would take -1 for a large number.
-CLI::Validator seed_range();
 
 }  // namespace kinetostat::apps

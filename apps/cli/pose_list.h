@@ -5,8 +5,6 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include "kinetostat/apps/cli/robot_request.h"
 #include "kinetostat/io/csv.h"
 #include "kinetostat/vjm/workspace/workspace_map.h"

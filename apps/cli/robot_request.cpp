@@ -91,12 +91,12 @@ vjm::NodeLoad read_node_load(const vjm::Robot& robot, const std::string& text) {
 
 }  // namespace
 
-void PostureRequest::add_options(CLI::App& app) {
-  app.add_option("ROBOT", robot_file, "Robot file (YAML)")->required();
-  auto* at_option = app.add_option(
+void PostureRequest::add_options(OptionList& app) {
+  app.add_option("ROBOT", robot_file, "Robot file (YAML)").required();
+  Option at_option = app.add_option(
       "--at", at,
       "Pose of the platform, x,y,z or x,y,z,rx,ry,rz (rotation vector), in the units of the file");
-  app.add_option("--joints", joints, "Joint values instead, name=value,...")->excludes(at_option);
+  app.add_option("--joints", joints, "Joint values instead, name=value,...").excludes(at_option);
 }
 
 vjm::Robot PostureRequest::read() const { return vjm::read_robot(robot_file); }
@@ -117,25 +117,25 @@ vjm::Posture PostureRequest::posture(const vjm::Robot& robot) const {
   return result.posture;
 }
 
-void LoadRequest::add_options(CLI::App& app) {
+void LoadRequest::add_options(OptionList& app) {
   add_load_options(app);
   app.add_option("--move,--along", move,
                  "Displacement to hold instead, dx,dy,dz or dx,dy,dz,rx,ry,rz, base axes")
-      ->excludes("--wrench");
+      .excludes("--wrench");
 }
 
-void LoadRequest::add_load_options(CLI::App& app) {
-  auto* wrench_option = app.add_option(
+void LoadRequest::add_load_options(OptionList& app) {
+  Option wrench_option = app.add_option(
       "--wrench", wrench,
       "Load on the platform, Fx,Fy,Fz or Fx,Fy,Fz,Mx,My,Mz, base axes, in the units of the file");
   app.add_option("--point", point, "Where it acts, x,y,z on the platform (default: its origin)")
-      ->needs(wrench_option);
+      .needs(wrench_option);
   app.add_option("--node-load", node_loads,
                  "Load at a node of a chain, base axes, node=Fx,Fy,Fz[,Mx,My,Mz] with "
                  "chain.node where several chains have the node; may be repeated")
-      ->type_name("LOAD")
-      ->default_str("")
-      ->allow_extra_args(false);
+      .type_name("LOAD")
+      .hide_default()
+      .one_at_a_time();
 }
 
 vjm::Load LoadRequest::load(const vjm::Robot& robot) const {

@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
+#include "kinetostat/apps/cli/option_list.h"
 #include "kinetostat/vjm/continuation/path.h"
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
@@ -18,7 +17,7 @@ namespace kinetostat::apps {
 struct PostureRequest {
   std::string robot_file, at, joints;
 
-  void add_options(CLI::App& app);
+  void add_options(OptionList& app);
   vjm::Robot read() const;
   /// Throws UsageError for a malformed option, common::NoConvergence for an unreachable pose.
   vjm::Posture posture(const vjm::Robot& robot) const;
@@ -29,9 +28,9 @@ struct LoadRequest {
   std::string wrench, point, move;
   std::vector<std::string> node_loads;
 
-  void add_options(CLI::App& app);
+  void add_options(OptionList& app);
   /// Only those that say what acts: not --move.
-  void add_load_options(CLI::App& app);
+  void add_load_options(OptionList& app);
   bool given() const { return !wrench.empty() || !move.empty() || !node_loads.empty(); }
   /// The same as a path: what grows from nothing to what is given. Loads at nodes grow unless a
   /// displacement does.

@@ -353,7 +353,7 @@ io::Json adopt_effect(const std::filesystem::path& robot, const std::filesystem:
 
 void add_adopt(Program& program) {
   const auto request = std::make_shared<AdoptRequest>();
-  CLI::App& app = program.add(
+  OptionList app = program.add(
       {.name = "adopt",
        .summary = "Write what a diagnosis found and fitted into the robot file",
        .example = "kinetostat adopt data/robots/bench.yaml diagnosis.json -o better.yaml",
@@ -361,21 +361,19 @@ void add_adopt(Program& program) {
       [request](Run& run) {
         return adopt(*request, run.out() ? *run.out() : std::filesystem::path(request->robot), run);
       });
-  app.add_option("ROBOT", request->robot, "Robot file (YAML)")->required();
-  app.add_option("DIAGNOSIS", request->diagnosis, "What 'diagnose -o' wrote (JSON)")->required();
+  app.add_option("ROBOT", request->robot, "Robot file (YAML)").required();
+  app.add_option("DIAGNOSIS", request->diagnosis, "What 'diagnose -o' wrote (JSON)").required();
   app.add_option("--effect", request->effect,
                  "One of the effects that were found, with the stiffnesses as they are (default: "
                  "all, with the stiffnesses that were fitted beside them)")
-      ->type_name("NAME");
-  app.add_flag("--all")
-      ->description("All effects that were found (the default)")
-      ->excludes("--effect");
-  CLI::Option* effects_only = app.add_flag("--effects-only", request->effects_only,
-                                           "Leave stiffnesses as the robot file has them");
+      .type_name("NAME");
+  app.add_flag("--all", "All effects that were found (the default)").excludes("--effect");
+  Option effects_only = app.add_flag("--effects-only", request->effects_only,
+                                     "Leave stiffnesses as the robot file has them");
   app.add_flag("--stiffnesses-only", request->stiffnesses_only,
                "Write the stiffnesses that were fitted without any effect, and no effect")
-      ->excludes("--effect")
-      ->excludes(effects_only);
+      .excludes("--effect")
+      .excludes(effects_only);
   app.add_flag("--force", request->force,
                "Adopt it although the held-out error does not fall, the verdict is that none of "
                "the catalogue explains the readings, or the robot file has changed");
@@ -383,12 +381,12 @@ void add_adopt(Program& program) {
 
 void add_revert(Program& program) {
   const auto robot = std::make_shared<std::string>();
-  CLI::App& app = program.add({.name = "revert",
-                               .summary = "Take what was adopted last out of a robot file",
-                               .example = "kinetostat revert better.yaml",
-                               .out = "Write the robot file there instead of changing it"},
-                              [robot](Run& run) { return revert(*robot, run); });
-  app.add_option("ROBOT", *robot, "Robot file (YAML)")->required();
+  OptionList app = program.add({.name = "revert",
+                                .summary = "Take what was adopted last out of a robot file",
+                                .example = "kinetostat revert better.yaml",
+                                .out = "Write the robot file there instead of changing it"},
+                               [robot](Run& run) { return revert(*robot, run); });
+  app.add_option("ROBOT", *robot, "Robot file (YAML)").required();
 }
 
 }  // namespace kinetostat::apps

@@ -39,7 +39,7 @@ io::Json assemble(const PostureRequest& request, Run& run) {
 
 void add_assemble(Program& program) {
   const auto request = std::make_shared<PostureRequest>();
-  CLI::App& app =
+  OptionList app =
       program.add({.name = "assemble",
                    .summary = "Shift and internal loads of a manipulator with geometric errors",
                    .example = "kinetostat assemble data/robots/orthoglide_errors.yaml --at 0,0,0"},

@@ -188,30 +188,30 @@ io::Json compare_beams(Run& run, const Options& options) {
 
 void add_beam(Program& program) {
   auto options = std::make_shared<Options>();
-  CLI::App& app = program.add(
+  OptionList app = program.add(
       {.name = "beam",
        .summary = "A link as one beam and as a chain of beams, compared with finite elements",
        .example = "kinetostat beam meshes/foot.yaml --fea data/links/foot.link.json"},
       [options](Run& run) { return compare_beams(run, *options); });
-  app.add_option("link", options->link, "Link file")->required()->type_name("FILE");
+  app.add_option("link", options->link, "Link file").required().type_name("FILE");
   app.add_option("--fea", options->fea,
                  "Link result to compare with; without it the link is identified first")
-      ->type_name("FILE");
+      .type_name("FILE");
   app.add_option("--interface", options->interface,
                  "Loaded interface at which the beam ends; the first unless given")
-      ->type_name("NAME");
+      .type_name("NAME");
   app.add_option("--beams", options->model.beams, "Beams of the coarse chain")
-      ->type_name("N")
-      ->check(CLI::Range(2, 1000).description(""));
+      .type_name("N")
+      .between(2, 1000);
   app.add_option("--sections", options->model.stations,
                  "Sections along the axis, and beams of the fine chain")
-      ->type_name("N")
-      ->check(CLI::Range(4, 1000).description(""));
+      .type_name("N")
+      .between(4, 1000);
   app.add_flag("--no-cache", options->no_cache, "Make the volume mesh anew, and do not keep it");
   app.add_option("--tolerance", options->tolerance,
                  "Percent that a beam may differ from FEA to be called enough")
-      ->type_name("P")
-      ->check(CLI::PositiveNumber);
+      .type_name("P")
+      .positive();
 }
 
 }  // namespace kinetostat::apps

@@ -84,25 +84,24 @@ io::Json compare(const CompareRequest& request, Run& run) {
 
 void add_compare(Program& program) {
   const auto request = std::make_shared<CompareRequest>();
-  CLI::App& app =
+  OptionList app =
       program.add({.name = "compare",
                    .summary = "Compare a manipulator with measurements: where does the model fail",
                    .example = "kinetostat compare data/robots/bench.yaml "
                               "data/measurements/nist_load_cell/campaign.yaml"},
                   [request](Run& run) { return compare(*request, run); });
   request->campaign.add_options(app);
-  add_output(app, "--csv", request->csv, "Write measured, predicted and residual of every reading");
-  CLI::Option* before =
-      app.add_option("--before", request->before,
-                     "Compare this robot file, and that of --after, with the readings");
-  CLI::Option* after = app.add_option("--after", request->after, "See --before");
-  before->type_name("ROBOT")->needs(after);
-  after->type_name("ROBOT")->needs(before);
+  app.add_output("--csv", request->csv, "Write measured, predicted and residual of every reading");
+  Option before = app.add_option("--before", request->before,
+                                 "Compare this robot file, and that of --after, with the readings");
+  Option after = app.add_option("--after", request->after, "See --before");
+  before.type_name("ROBOT").needs(after);
+  after.type_name("ROBOT").needs(before);
   app.add_option("--robust", request->robust,
                  "Fit with a loss that outliers move less: huber (95 % efficient, one minimum) or "
                  "cauchy (far outliers hardly count)")
-      ->type_name("LOSS")
-      ->check(CLI::IsMember({"huber", "cauchy"}));
+      .type_name("LOSS")
+      .one_of({"huber", "cauchy"});
 }
 
 }  // namespace kinetostat::apps

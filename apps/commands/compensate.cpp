@@ -254,17 +254,17 @@ io::Json compensate(const CompensateRequest& request, Run& run) {
 
 void add_compensate(Program& program) {
   const auto request = std::make_shared<CompensateRequest>();
-  CLI::App& app = program.add(
+  OptionList app = program.add(
       {.name = "compensate",
        .summary = "Commands along a path that take away compliance and assembly errors",
        .example = "kinetostat compensate data/robots/orthoglide_errors.yaml "
                   "--path data/paths/orthoglide_milling.csv",
        .out = "Write one row a pose (CSV): errors, modified targets, actuators, what is left"},
       [request](Run& run) { return compensate(*request, run); });
-  app.add_option("ROBOT", request->robot_file, "Robot file (YAML)")->required();
+  app.add_option("ROBOT", request->robot_file, "Robot file (YAML)").required();
   app.add_option("--path", request->path,
                  "Targets from a CSV file with columns x,y,z,rx,ry,rz and loads fx,fy,fz,mx,my,mz")
-      ->required();
+      .required();
   app.add_option("--components", request->components,
                  "Components to be met, of x,y,z,rx,ry,rz (default: all that the actuators "
                  "control, or the translations)");

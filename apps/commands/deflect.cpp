@@ -72,7 +72,7 @@ io::Json deflect(const Request& request, Run& run) {
 
 void add_deflect(Program& program) {
   const auto request = std::make_shared<Request>();
-  CLI::App& app = program.add(
+  OptionList app = program.add(
       {.name = "deflect",
        .summary = "Where a manipulator goes under a wrench, or what wrench holds a displacement",
        .example = "kinetostat deflect data/robots/orthoglide.yaml --at 0,0,0 --wrench 100,0,0"},
@@ -81,7 +81,7 @@ void add_deflect(Program& program) {
   request->load.add_options(app);
   app.add_option("--method", request->method,
                  "newton, or fixed-point: the papers' iteration (MMT11 eq. 10-11), for comparison")
-      ->check(CLI::IsMember({"newton", "fixed-point"}).description(""));
+      .one_of({"newton", "fixed-point"});
 }
 
 }  // namespace kinetostat::apps

@@ -219,14 +219,12 @@ io::Json demo(const Request& request, Run& run) {
 
 void add_demo(Program& program) {
   const auto request = std::make_shared<Request>();
-  CLI::App& app = program.add({.name = "demo",
-                               .summary = "End to end on the shipped Orthoglide: meshes, "
-                                          "stiffness, measurements, the missing effect",
-                               .example = "kinetostat demo"},
-                              [request](Run& run) { return demo(*request, run); });
-  app.add_option("--folder", request->folder, "Where results go")
-      ->type_name("DIR")
-      ->capture_default_str();
+  OptionList app = program.add({.name = "demo",
+                                .summary = "End to end on the shipped Orthoglide: meshes, "
+                                           "stiffness, measurements, the missing effect",
+                                .example = "kinetostat demo"},
+                               [request](Run& run) { return demo(*request, run); });
+  app.add_option("--folder", request->folder, "Where results go").type_name("DIR").show_default();
 }
 
 }  // namespace kinetostat::apps

@@ -115,7 +115,7 @@ calibration::Diagnosis resumable_diagnosis(const vjm::Robot& robot,
   }
 }
 
-void add_no_cache_option(CLI::App& app, bool& no_cache) {
+void add_no_cache_option(OptionList& app, bool& no_cache) {
   app.add_flag("--no-cache", no_cache, "Make all fits anew, and keep none to go on from");
 }
 
@@ -140,7 +140,7 @@ io::Json diagnosis_picture(const vjm::Robot& robot, const calibration::Campaign&
 
 void add_diagnose(Program& program) {
   const auto request = std::make_shared<DiagnoseRequest>();
-  CLI::App& app =
+  OptionList app =
       program.add({.name = "diagnose",
                    .summary = "Which physical effect is missing from a model",
                    .example = "kinetostat diagnose data/robots/bench.yaml "
@@ -150,28 +150,26 @@ void add_diagnose(Program& program) {
   request->campaign.add_options(app);
   app.add_option("--effects", request->options.kinds,
                  "Effects to try (default: the whole catalogue; see 'effect list')")
-      ->delimiter(',')
-      ->type_name("NAMES");
+      .delimiter(',')
+      .type_name("NAMES");
   app.add_option("--without", request->without, "Effects not to try")
-      ->delimiter(',')
-      ->type_name("NAMES")
-      ->excludes("--effects");
+      .delimiter(',')
+      .type_name("NAMES")
+      .excludes("--effects");
   app.add_option("--plan", request->plan,
                  "Score the plan (from 'plan --json') that some of the readings follow")
-      ->type_name("PLAN.json");
+      .type_name("PLAN.json");
   app.add_flag("--profiles", request->profiles,
                "Likelihood profiles of the fitted values, for --json; pages have them anyway");
   add_no_cache_option(app, request->no_cache);
   app.add_option("--draws", request->options.draws, "Simulated campaigns of the bootstraps")
-      ->capture_default_str()
-      ->check(CLI::Range(99, 100000));
-  app.add_option("--seed", request->options.seed, "Seed of the bootstraps")
-      ->check(seed_range())
-      ->capture_default_str();
+      .show_default()
+      .between(99, 100000);
+  app.add_option("--seed", request->options.seed, "Seed of the bootstraps").seed().show_default();
   app.add_option("--most-effects", request->options.most_effects,
                  "Most effects that are named one after the other")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 10));
+      .show_default()
+      .between(1, 10);
 }
 
 }  // namespace kinetostat::apps

@@ -3,9 +3,8 @@
 
 #include <filesystem>
 
-#include <CLI/CLI.hpp>
-
 #include "kinetostat/apps/cli/command.h"
+#include "kinetostat/apps/cli/option_list.h"
 #include "kinetostat/calibration/comparison/compare.h"
 #include "kinetostat/calibration/diagnosis/diagnosis.h"
 #include "kinetostat/calibration/diagnosis/diagnosis_record.h"
@@ -21,7 +20,7 @@ calibration::Diagnosis resumable_diagnosis(const vjm::Robot& robot,
                                            const calibration::Campaign& campaign,
                                            calibration::DiagnosisOptions options, bool no_cache,
                                            Run& run);
-void add_no_cache_option(CLI::App& app, bool& no_cache);
+void add_no_cache_option(OptionList& app, bool& no_cache);
 
 /// The result of `diagnose`, as `adopt` reads it.
 io::Json diagnosis_result(const vjm::Robot& robot, const calibration::Campaign& campaign,

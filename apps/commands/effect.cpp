@@ -59,7 +59,7 @@ io::Json show(const EffectRequest& request, Run& run) {
   return json;
 }
 
-void add_robot(CLI::App& app, EffectRequest& request) {
+void add_robot(OptionList& app, EffectRequest& request) {
   app.add_option("ROBOT", request.robot_file,
                  "Robot file (YAML): its own effects as well, and where each can act");
 }
@@ -68,21 +68,21 @@ void add_robot(CLI::App& app, EffectRequest& request) {
 
 void add_effect_list(Program& program) {
   const auto request = std::make_shared<EffectRequest>();
-  CLI::App& app = program.add({.name = "effect list",
-                               .summary = "Physical effects that a robot file can have",
-                               .example = "kinetostat effect list"},
-                              [request](Run& run) { return list(*request, run); });
+  OptionList app = program.add({.name = "effect list",
+                                .summary = "Physical effects that a robot file can have",
+                                .example = "kinetostat effect list"},
+                               [request](Run& run) { return list(*request, run); });
   add_robot(app, *request);
 }
 
 void add_effect_show(Program& program) {
   const auto request = std::make_shared<EffectRequest>();
-  CLI::App& app =
+  OptionList app =
       program.add({.name = "effect show",
                    .summary = "Law, parameters and signature of one effect",
                    .example = "kinetostat effect show hardening data/robots/orthoglide.yaml"},
                   [request](Run& run) { return show(*request, run); });
-  app.add_option("NAME", request->name, "Name of the effect")->required();
+  app.add_option("NAME", request->name, "Name of the effect").required();
   add_robot(app, *request);
 }
 

@@ -240,50 +240,52 @@ io::Json identify(Run& run, const Options& options) {
 
 void add_identify(Program& program) {
   auto options = std::make_shared<Options>();
-  CLI::App& app = program.add(
+  OptionList app = program.add(
       {.name = "identify",
        .summary = "6x6 compliance of a link from its CAD mesh, by finite elements",
        .example = "kinetostat identify meshes/foot.yaml -o foot.link.json --vtu foot.vtu",
        .out = "Write the link result, for the robot file, to a JSON file"},
       [options](Run& run) { return identify(run, *options); });
-  app.add_option("link", options->link, "Link file")->required()->type_name("FILE");
-  add_output(app, "--vtu", options->vtu,
-             "Write the six displacement fields for ParaView; the offending facets when the "
-             "surface is refused");
+  app.add_option("link", options->link, "Link file").required().type_name("FILE");
+  app.add_output("--vtu", options->vtu,
+                 "Write the six displacement fields for ParaView; the offending facets when the "
+                 "surface is refused");
   options->exports.add_options(app);
   app.add_option("--time", options->refinement.time_limit,
                  "Start no finer mesh after so many seconds; the best result so far is given")
-      ->type_name("S")
-      ->check(CLI::PositiveNumber);
+      .type_name("S")
+      .positive();
   app.add_option("--unknowns", options->refinement.most_unknowns,
                  "Plan no finer mesh with more unknowns than this")
-      ->type_name("N")
-      ->check(CLI::PositiveNumber);
-  app.add_option("--bracket", options->bracket,
-                 "Solve with rigid and with distributing couplings too: the bracket of every entry")
-      ->check(CLI::IsMember({"when_cheap", "always", "never"}))
-      ->capture_default_str();
+      .type_name("N")
+      .positive();
+  app.add_option(
+         "--bracket", options->bracket,
+         "Solve with rigid and with distributing couplings too, for the bracket of every entry: "
+         "when_cheap, always, never")
+      .one_of({"when_cheap", "always", "never"})
+      .show_default();
   app.add_flag("--no-cache", options->no_cache,
                "Compute all anew, and keep neither the volume mesh nor the result");
   app.add_option("--solver", options->solver,
                  "direct: Cholesky factors; multigrid: conjugate gradients, faster and smaller on "
                  "large models; petsc: the same without factors, on any number of processes, where "
                  "PETSc is installed; automatic: by size and memory")
-      ->check(CLI::IsMember({"automatic", "direct", "multigrid", "petsc"}));
+      .one_of({"automatic", "direct", "multigrid", "petsc"});
   app.add_option("--processes", options->processes, "Processes of --solver petsc, under MPI")
-      ->type_name("N")
-      ->check(CLI::PositiveNumber);
+      .type_name("N")
+      .positive();
   app.add_option("--launcher", options->launcher,
                  "Command that starts them, as 'mpirun --hostfile hosts'; '-n N' follows")
-      ->type_name("COMMAND");
+      .type_name("COMMAND");
   app.add_option("--memory", options->memory,
                  "Memory that the program may have, as 8GB; nine tenths of what is free unless "
                  "given. A model that needs more is refused, never swapped")
-      ->type_name("SIZE")
-      ->transform(CLI::AsSizeValue(true));
+      .type_name("SIZE")
+      .size_in_bytes();
   app.add_option("--mesh-time", options->time_limit, "Seconds that all meshing may take together")
-      ->type_name("S")
-      ->check(CLI::PositiveNumber);
+      .type_name("S")
+      .positive();
 }
 
 }  // namespace kinetostat::apps

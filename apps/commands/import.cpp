@@ -46,13 +46,13 @@ io::Json import(const ImportRequest& request, Run& run) {
 
 void add_import(Program& program) {
   const auto request = std::make_shared<ImportRequest>();
-  CLI::App& app =
+  OptionList app =
       program.add({.name = "import",
                    .summary = "A robot file from a URDF, with a list of what is missing",
                    .example = "kinetostat import data/urdf/six_axis.urdf --tip flange",
                    .out = "Write the robot file (YAML)"},
                   [request](Run& run) { return import(*request, run); });
-  app.add_option("URDF", request->urdf, "URDF file (expanded, no xacro)")->required();
+  app.add_option("URDF", request->urdf, "URDF file (expanded, no xacro)").required();
   app.add_option("--base", request->base, "Link that does not move (default: the root)");
   app.add_option("--tip", request->tip,
                  "Link that carries the tool (default: the only one without children)");

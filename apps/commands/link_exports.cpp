@@ -8,9 +8,9 @@
 
 namespace kinetostat::apps {
 
-void LinkExports::add_options(CLI::App& app) {
+void LinkExports::add_options(OptionList& app) {
   const auto add = [&app](const char* name, std::string& path, const char* description) {
-    add_output(app, name, path, description);
+    app.add_output(name, path, description);
   };
   add("--deck", deck, "Write the finite-element model as a CalculiX deck, a step per unit wrench");
   add("--msh", msh, "Write the volume mesh with its interfaces for Gmsh");

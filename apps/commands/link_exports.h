@@ -3,8 +3,7 @@
 
 #include <string>
 
-#include <CLI/CLI.hpp>
-
+#include "kinetostat/apps/cli/option_list.h"
 #include "kinetostat/fea/link/identify.h"
 
 namespace kinetostat::apps {
@@ -13,7 +12,7 @@ namespace kinetostat::apps {
 struct LinkExports {
   std::string deck, msh, csv, matlab;
 
-  void add_options(CLI::App& app);
+  void add_options(OptionList& app);
   bool any() const { return !(deck.empty() && msh.empty() && csv.empty() && matlab.empty()); }
   void write(const fea::LinkResult& result) const;
 };

@@ -410,14 +410,14 @@ io::Json map(const MapRequest& request, Run& run) {
 
 void add_map(Program& program) {
   const auto request = std::make_shared<MapRequest>();
-  CLI::App& app = program.add(
+  OptionList app = program.add(
       {.name = "map",
        .summary = "Indices of stiffness over a grid of poses or along a path",
        .example = "kinetostat map data/robots/orthoglide.yaml --grid x=-60:60:5,y=-60:60:5,z=0 "
                   "--index weakest-translation --index stiffness=1,1,1",
        .out = "Write one row a pose (CSV); FILE.part lets an interrupted map go on"},
       [request](Run& run) { return map(*request, run); });
-  app.add_option("ROBOT", request->robot_file, "Robot file (YAML)")->required();
+  app.add_option("ROBOT", request->robot_file, "Robot file (YAML)").required();
   app.add_option("--grid", request->grid,
                  "Poses x=FROM:TO:POINTS,y=...,z=...,rx=...; one value, z=10, keeps a coordinate");
   app.add_option("--path", request->path,
@@ -426,15 +426,15 @@ void add_map(Program& program) {
                  "stiffness=DX,DY,DZ, rotational-stiffness=DX,DY,DZ, weakest-translation, "
                  "weakest-rotation, weakest=LENGTH, condition=LENGTH, deflection, rotation, "
                  "critical-force=DX,DY,DZ; may be repeated")
-      ->required()
-      ->allow_extra_args(false);
+      .required()
+      .one_at_a_time();
   request->load.add_load_options(app);
   app.add_option("--up-to", request->up_to, "Seek critical forces up to this force")
-      ->type_name("FORCE");
-  add_output(app, "--vtu", request->vtu, "Write the map for ParaView");
+      .type_name("FORCE");
+  app.add_output("--vtu", request->vtu, "Write the map for ParaView");
   app.add_option("--checkpoint", request->checkpoint,
                  "Where an interrupted map goes on from, when not beside --out")
-      ->type_name("FILE");
+      .type_name("FILE");
 }
 
 }  // namespace kinetostat::apps

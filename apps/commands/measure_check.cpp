@@ -44,7 +44,7 @@ io::Json check(const CampaignRequest& request, Run& run) {
 
 void add_measure_check(Program& program) {
   const auto request = std::make_shared<CampaignRequest>();
-  CLI::App& app =
+  OptionList app =
       program.add({.name = "measure check",
                    .summary = "Say what is observable in readings and what is not, before any fit",
                    .example = "kinetostat measure check "

@@ -294,33 +294,33 @@ io::Json check(Run& run, const Options& options) {
 
 void add_mesh_check(Program& program) {
   auto options = std::make_shared<Options>();
-  CLI::App& app = program.add(
+  OptionList app = program.add(
       {.name = "mesh check",
        .summary = "Check that a mesh bounds a solid, say where it does not, and repair it",
        .example = "kinetostat mesh check meshes/foot.stl --unit mm",
        .out = "Write the surface, repaired or not, as binary STL in its unit"},
       [options](Run& run) { return check(run, *options); });
   app.add_option("mesh", options->mesh, "STL, OBJ, PLY, STEP, Gmsh .msh or Abaqus .inp file")
-      ->required()
-      ->type_name("FILE");
+      .required()
+      .type_name("FILE");
   app.add_option("--unit", options->unit, "Unit of length of the file: mm, m, inch")
-      ->type_name("UNIT");
+      .type_name("UNIT");
   app.add_option("--density", options->density, "Adds mass and inertia: '2700 kg/m^3'")
-      ->type_name("DENSITY");
+      .type_name("DENSITY");
   app.add_option("--body", options->body, "Check only this one of several bodies")
-      ->type_name("NAME");
+      .type_name("NAME");
   app.add_option(
          "--repair", options->repair,
          "Repair it: any of weld,orient,fill,unite,drop,wrap, taken in that order where needed")
-      ->type_name("STEPS");
+      .type_name("STEPS");
   app.add_option("--tolerance", options->tolerance,
                  "Distance within which weld joins; 1e-4 of the diagonal by default")
-      ->type_name("LENGTH");
+      .type_name("LENGTH");
   app.add_option("--limit", options->limit,
                  "Give up repairs that change the volume, or move the surface in parts of the "
                  "diagonal, by more than this; '1 %' by default")
-      ->type_name("FRACTION");
-  add_output(app, "--vtu", options->vtu, "Write the offending facets for ParaView");
+      .type_name("FRACTION");
+  app.add_output("--vtu", options->vtu, "Write the offending facets for ParaView");
 }
 
 }  // namespace kinetostat::apps

@@ -81,12 +81,12 @@ io::Json make(const Starter& starter, const std::string& folder, Run& run) {
 void add_new(Program& program) {
   for (const Starter& starter : starters()) {
     const auto folder = std::make_shared<std::string>();
-    CLI::App& app =
+    OptionList app =
         program.add({.name = "new " + starter.word,
                      .summary = starter.about,
                      .example = fmt::format("kinetostat new {} my_{}", starter.word, starter.word)},
                     [&starter, folder](Run& run) { return make(starter, *folder, run); });
-    app.add_option("FOLDER", *folder, "Where the files go; made when it is not there")->required();
+    app.add_option("FOLDER", *folder, "Where the files go; made when it is not there").required();
   }
 }
 

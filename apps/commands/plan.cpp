@@ -146,9 +146,9 @@ io::Json plan(const PlanRequest& request, Run& run) {
   return json;
 }
 
-void add_cost_options(CLI::App& app, calibration::PlanOptions& options) {
+void add_cost_options(OptionList& app, calibration::PlanOptions& options) {
   const auto minutes = [&app](const char* name, double& value, const char* what) {
-    app.add_option(name, value, what)->capture_default_str()->check(CLI::Range(0.0, 1e5));
+    app.add_option(name, value, what).show_default().between(0.0, 1e5);
   };
   minutes("--minutes", options.minutes, "That the readings may take");
   minutes("--minutes-per-pose", options.measuring.minutes_per_pose, "Of changing the posture");
@@ -157,18 +157,18 @@ void add_cost_options(CLI::App& app, calibration::PlanOptions& options) {
   minutes("--hold", options.measuring.hold, "That a load is held where time matters");
   app.add_option("--margin", options.measuring.margin,
                  "The robot must stand, stably, under so many times the load")
-      ->capture_default_str()
-      ->check(CLI::Range(1.0, 100.0));
+      .show_default()
+      .between(1.0, 100.0);
   app.add_option("--wanted", options.wanted, "d' from which two models count as distinguished")
-      ->capture_default_str()
-      ->check(CLI::Range(0.1, 1e3));
+      .show_default()
+      .between(0.1, 1e3);
 }
 
 }  // namespace
 
 void add_plan(Program& program) {
   const auto request = std::make_shared<PlanRequest>();
-  CLI::App& app = program.add(
+  OptionList app = program.add(
       {.name = "plan",
        .summary = "What to measure next, to distinguish effects or sharpen the model",
        .example = "kinetostat plan data/robots/bench.yaml "
@@ -178,33 +178,29 @@ void add_plan(Program& program) {
   request->campaign.add_options(app);
   app.add_option("--diagnosis", request->diagnosis,
                  "Diagnosis of these readings (default: it is made first)")
-      ->type_name("DIAGNOSIS.json");
+      .type_name("DIAGNOSIS.json");
   app.add_option("--show", request->show,
                  "Effects, or \"EFFECT at PLACE\", that the readings shall show if they are there")
-      ->delimiter(',')
-      ->type_name("NAMES");
+      .delimiter(',')
+      .type_name("NAMES");
   app.add_option(
          "--work-at", request->work_at,
          "Where the model is used: columns x y z rx ry rz (default: the campaign's postures)")
-      ->type_name("POSES.csv");
+      .type_name("POSES.csv");
   app.add_option("--within", request->within,
                  "How far joints may go, q2=-90..110,... (default: as far as in the campaign; a "
                  "joint in question alone also through the 'range' of the robot file)")
-      ->delimiter(',')
-      ->type_name("RANGES");
+      .delimiter(',')
+      .type_name("RANGES");
   app.add_option("--most-force", request->most_force,
                  "Largest force (default: the largest of the campaign)");
   app.add_option("--most-moment", request->most_moment, "Largest moment (the same)");
   add_cost_options(app, request->options);
   app.add_option("--effects", request->diagnose.kinds, "As in 'diagnose', where that is made first")
-      ->delimiter(',')
-      ->type_name("NAMES");
-  app.add_option("--draws", request->diagnose.draws, "The same")
-      ->capture_default_str()
-      ->check(CLI::Range(99, 100000));
-  app.add_option("--seed", request->diagnose.seed, "The same")
-      ->check(seed_range())
-      ->capture_default_str();
+      .delimiter(',')
+      .type_name("NAMES");
+  app.add_option("--draws", request->diagnose.draws, "The same").show_default().between(99, 100000);
+  app.add_option("--seed", request->diagnose.seed, "The same").seed().show_default();
   add_no_cache_option(app, request->no_cache);
 }
 

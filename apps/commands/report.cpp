@@ -32,15 +32,15 @@ io::Json report_of(const ReportRequest& request, Run& run) {
 
 void add_report(Program& program) {
   const auto request = std::make_shared<ReportRequest>();
-  CLI::App& app =
+  OptionList app =
       program.add({.name = "report",
                    .summary = "Several results on one page",
                    .example = "kinetostat report data/links/foot.link.json -o links.html",
                    .out = "Write the page"},
                   [request](Run& run) { return report_of(*request, run); });
   app.add_option("RESULTS", request->files, "What --json or --html of other commands wrote")
-      ->required();
-  app.add_option("--title", request->title, "Heading of the page")->capture_default_str();
+      .required();
+  app.add_option("--title", request->title, "Heading of the page").show_default();
 }
 
 }  // namespace kinetostat::apps

@@ -210,7 +210,7 @@ io::Json simulate(const SimulateRequest& request, Run& run) {
 
 void add_simulate(Program& program) {
   const auto request = std::make_shared<SimulateRequest>();
-  CLI::App& app =
+  OptionList app =
       program.add({.name = "simulate",
                    .summary = "Synthetic readings of a plan, with a stated noise",
                    .example = "kinetostat simulate data/robots/orthoglide.yaml --plan "
@@ -219,11 +219,11 @@ void add_simulate(Program& program) {
                    .out = "Folder for campaign.yaml and readings.csv",
                    .out_is_folder = true},
                   [request](Run& run) { return simulate(*request, run); });
-  app.add_option("robot", request->robot, "Robot file")->type_name("ROBOT")->required();
+  app.add_option("robot", request->robot, "Robot file").type_name("ROBOT").required();
   app.add_option("--plan", request->plan,
                  "Readings to take, without displacements, in the robot file's units")
-      ->type_name("PLAN.csv")
-      ->required();
+      .type_name("PLAN.csv")
+      .required();
   app.add_option("--noise-translation", request->translation_noise,
                  "Standard deviation of one reading of dx, dy, dz, with its unit");
   app.add_option("--noise-rotation", request->rotation_noise, "The same for rx, ry, rz");
@@ -234,19 +234,16 @@ void add_simulate(Program& program) {
                  "The same as a share of each component, for example 0.5%");
   app.add_option("--components", request->components,
                  "What is measured: dx,dy,dz,rx,ry,rz (default: what a noise is stated for)")
-      ->type_name("LIST");
+      .type_name("LIST");
   app.add_option("--effect", request->effects,
                  "An effect that acts beside those of the robot file; may be repeated")
-      ->type_name("NAME");
-  app.add_option("--at", request->places, "Where it acts; as often as --effect")
-      ->type_name("PLACE");
+      .type_name("NAME");
+  app.add_option("--at", request->places, "Where it acts; as often as --effect").type_name("PLACE");
   app.add_option("--size", request->sizes,
                  "Its first parameter with its unit, or NAME=VALUE,...; as often as --effect")
-      ->type_name("SIZE");
+      .type_name("SIZE");
   app.add_flag("--absolute", request->absolute, "Poses instead of differences to no load");
-  app.add_option("--seed", request->seed, "Of the random numbers")
-      ->check(seed_range())
-      ->capture_default_str();
+  app.add_option("--seed", request->seed, "Of the random numbers").seed().show_default();
 }
 
 }  // namespace kinetostat::apps

@@ -53,7 +53,7 @@ io::Json stiffness(const Request& request, Run& run) {
 
 void add_stiffness(Program& program) {
   const auto request = std::make_shared<Request>();
-  CLI::App& app = program.add(
+  OptionList app = program.add(
       {.name = "stiffness",
        .summary = "Cartesian stiffness of a manipulator in a posture, unloaded and under load",
        .example = "kinetostat stiffness data/robots/orthoglide.yaml --at 0,0,0"},

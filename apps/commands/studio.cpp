@@ -67,7 +67,7 @@ io::Json studio(const StudioRequest& request, Run& run) {
 
 void add_studio(Program& program) {
   const auto request = std::make_shared<StudioRequest>();
-  CLI::App& app = program.add(
+  OptionList app = program.add(
       {.name = "studio",
        .summary = "Switch effects on and off in a browser on this machine, and see the error fall",
        .example = "kinetostat studio data/robots/bench.yaml "
@@ -78,13 +78,13 @@ void add_studio(Program& program) {
   request->campaign.add_options(app);
   app.add_option("--folder", request->folder,
                  "Where robot files are saved (default: beside the robot file)")
-      ->type_name("DIR");
+      .type_name("DIR");
   app.add_option("--port", request->port, "Port to listen on (default: any that is free)")
-      ->check(CLI::Range(0, 65535));
+      .between(0, 65535);
   app.add_option("--fit-time", request->time_limit, "Seconds that one fit may take")
-      ->type_name("S")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+      .type_name("S")
+      .positive()
+      .show_default();
 }
 
 }  // namespace kinetostat::apps

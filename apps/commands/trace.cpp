@@ -143,7 +143,7 @@ io::Json trace(const Request& request, Run& run) {
 
 void add_trace(Program& program) {
   const auto request = std::make_shared<Request>();
-  CLI::App& app = program.add(
+  OptionList app = program.add(
       {.name = "trace",
        .summary = "Force against deflection along a path, with its critical points and branches",
        .example =
@@ -155,16 +155,16 @@ void add_trace(Program& program) {
   app.add_flag("--hold", request->hold, "Hold the platform where it is, under loads at nodes");
   app.add_flag("--branches", request->path.branches, "Follow what leaves at bifurcations, too");
   app.add_option("--points", request->path.points, "Least number of points from 0 to 1")
-      ->check(CLI::Range(1, 100000));
+      .between(1, 100000);
   app.add_option("--most-points", request->path.most_points, "Most points of one branch")
-      ->check(CLI::Range(2, 1000000));
+      .between(2, 1000000);
   app.add_option("--from", request->path.lowest,
                  "Lowest parameter; branches end where they leave the range");
   app.add_option("--to", request->path.highest, "Highest parameter, 1 for the whole load");
   app.add_option("--segments", request->segments,
                  "Multiples of the beams' segments for which the first critical force is compared")
-      ->delimiter(',')
-      ->check(CLI::Range(1, 1000));
+      .delimiter(',')
+      .between(1, 1000);
 }
 
 }  // namespace kinetostat::apps

@@ -54,10 +54,10 @@ Outcome run(std::vector<const char*> arguments, const Action& action, const std:
   Memory standard_output, standard_error;
   Program program({standard_output.stream(), standard_error.stream()});
   double load = 3;
-  CLI::App& weigh =
+  OptionList weigh =
       program.add({"weigh", "Weigh a thing", "kinetostat weigh thing.yaml", out}, action);
   std::string file;
-  weigh.add_option("THING", file, "What to weigh")->required();
+  weigh.add_option("THING", file, "What to weigh").required();
   weigh.add_option("--load", load, "The load");
   program.add({"mesh check", "Check a mesh", "kinetostat mesh check a.stl"}, [](apps::Run&) {
     return io::Json{{"checked", true}};

@@ -1,0 +1,176 @@
+#include "kinetostat/apps/cli/option_list.h"
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace kinetostat::apps {
+namespace {
+
+// Flags the options that name a file to write.
+constexpr char output_mark[] = "output";
+
+bool is_output(CLI::Option& option) {
+  try {
+    option.get_validator(output_mark);
+    return true;
+  } catch (const CLI::OptionNotFound&) {
+    return false;
+  }
+}
+
+}  // namespace
+
+Option Option::required() {
+  option_->required();
+  return *this;
+}
+
+Option Option::type_name(const std::string& name) {
+  option_->type_name(name);
+  return *this;
+}
+
+Option Option::show_default() {
+  option_->capture_default_str();
+  return *this;
+}
+
+Option Option::hide_default() {
+  option_->default_str("");
+  return *this;
+}
+
+Option Option::between(double least, double most) {
+  option_->check(CLI::Range(least, most).description(""));
+  return *this;
+}
+
+Option Option::positive() {
+  option_->check(CLI::PositiveNumber);
+  return *this;
+}
+
+Option Option::one_of(const std::vector<std::string>& values) {
+  option_->check(CLI::IsMember(values).description(""));
+  return *this;
+}
+
+Option Option::seed() {
+  option_->check(
+      CLI::Range(std::int64_t{0}, std::numeric_limits<std::int64_t>::max()).description(""));
+  return *this;
+}
+
+Option Option::size_in_bytes() {
+  option_->transform(CLI::AsSizeValue(true));
+  return *this;
+}
+
+Option Option::delimiter(char separator) {
+  option_->delimiter(separator);
+  return *this;
+}
+
+Option Option::count(int least, int most) {
+  option_->expected(least, most);
+  return *this;
+}
+
+Option Option::one_at_a_time() {
+  option_->allow_extra_args(false);
+  return *this;
+}
+
+Option Option::excludes(const std::string& option) {
+  option_->excludes(option);
+  return *this;
+}
+
+Option Option::excludes(Option other) {
+  option_->excludes(other.option_);
+  return *this;
+}
+
+Option Option::needs(Option other) {
+  option_->needs(other.option_);
+  return *this;
+}
+
+Option Option::group(const std::string& heading) {
+  option_->group(heading);
+  return *this;
+}
+
+template <class T>
+Option OptionList::add_option(const std::string& name, T& value, const std::string& description) {
+  return Option(app_->add_option(name, value, description));
+}
+
+template Option OptionList::add_option(const std::string&, std::string&, const std::string&);
+template Option OptionList::add_option(const std::string&, int&, const std::string&);
+template Option OptionList::add_option(const std::string&, std::int64_t&, const std::string&);
+template Option OptionList::add_option(const std::string&, std::uint64_t&, const std::string&);
+template Option OptionList::add_option(const std::string&, double&, const std::string&);
+template Option OptionList::add_option(const std::string&, std::vector<std::string>&,
+                                       const std::string&);
+template Option OptionList::add_option(const std::string&, std::vector<int>&, const std::string&);
+
+Option OptionList::add_flag(const std::string& name, bool& value, const std::string& description) {
+  return Option(app_->add_flag(name, value, description));
+}
+
+Option OptionList::add_flag(const std::string& name, const std::string& description) {
+  return Option(app_->add_flag(name)->description(description));
+}
+
+Option OptionList::add_output(const std::string& name, std::string& file,
+                              const std::string& description) {
+  const auto is_no_option = [name](const std::string& value) {
+    return value.size() > 1 && value.starts_with('-')
+               ? fmt::format(
+                     "{} names no file: '{}' is an option. Give './{}' if the file is "
+                     "called so",
+                     name, value, value)
+               : std::string();
+  };
+  return Option(app_->add_option(name, file, description)
+                    ->type_name("FILE")
+                    ->check(CLI::Validator(is_no_option, "", output_mark)));
+}
+
+std::vector<OptionList::NamedValue> OptionList::in_effect() const {
+  std::vector<NamedValue> result;
+  for (const CLI::Option* option : std::as_const(*app_).get_options()) {
+    if (option->get_group() == common_group || option == app_->get_help_ptr()) continue;
+    if (option->get_single_name() == "no-cache") continue;
+    const std::string value = option->count() > 0
+                                  ? fmt::format("{}", fmt::join(option->results(), " "))
+                                  : option->get_default_str();
+    if (value.empty()) continue;
+    result.emplace_back(option->get_single_name(), value);
+  }
+  return result;
+}
+
+std::vector<OptionList::NamedValue> OptionList::outputs() const {
+  std::vector<NamedValue> files;
+  for (CLI::Option* option : app_->get_options({}))
+    if (option->count() > 0 && is_output(*option))
+      files.emplace_back(option->get_single_name(), option->results().front());
+  return files;
+}
+
+std::vector<std::string> OptionList::long_names() const {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : std::as_const(*app_).get_options())
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  return names;
+}
+
+}  // namespace kinetostat::apps
