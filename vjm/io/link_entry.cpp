@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/common/error.h"
-#include "kinetostat/io/json.h"
+#include "kinetostat/io/link_result_file.h"
 #include "kinetostat/spatial/rotation.h"
 #include "kinetostat/vjm/chain/beam.h"
 #include "kinetostat/vjm/io/sub_manipulator.h"
@@ -152,41 +152,21 @@ Compliance6 divided_by_copies(const Compliance6& compliance, const YamlNode& nod
                      compliance.frame());
 }
 
-[[noreturn]] void fail_at(const std::filesystem::path& file, const char* key, const char* what) {
-  throw common::InputError(
-      {.file = file, .key = key, .what = what, .cure = "Write it with 'kinetostat identify'"});
-}
-
-// Mass and centre from the identified link's file, when its material has a density.
-std::optional<LinkMass> identified_mass(const std::filesystem::path& file, const Pose& start,
-                                        const YamlNode& node) {
-  const io::Json json = io::read_json(file);
-  const io::Json mass = json.value("mass", io::Json());
-  if (mass.is_null()) return std::nullopt;
-  if (!mass.is_number() || !(mass.get<double>() > 0))
-    fail_at(file, "mass", "a number above zero, or null, is expected");
-  const io::Json c = json.value("center_of_mass", io::Json());
-  if (!c.is_array() || c.size() != 3 ||
-      !std::all_of(c.begin(), c.end(), [](const io::Json& x) { return x.is_number(); }))
-    fail_at(file, "center_of_mass", "three numbers are expected, since the link has a mass");
-  const auto copies = node.find("copies");
-  return LinkMass{
-      mass.get<double>() * (copies ? copies->integer(1, 1000) : 1),
-      start.inverse() * Vector3(c[0].get<double>(), c[1].get<double>(), c[2].get<double>())};
-}
-
 LinkModel read_identified(const YamlNode& node, const YamlNode& value, const UnitSystem& units) {
   node.allow_only({"compliance", "start", "end_axes", "copies"});
   const std::filesystem::path file = value.existing_file();
-  const Compliance6 identified = io::read_compliance(file);
+  const io::IdentifiedLink identified = io::read_identified_link(file);
   Pose start;
   if (const auto given = node.find("start")) start = io::read_pose(*given, units);
   Matrix3 end_axes = start.rotation();
   if (const auto given = node.find("end_axes")) end_axes = io::read_pose(*given, units).rotation();
-  const Pose end(end_axes, identified.frame().point);
-  const Compliance6 at_end = identified.in(Frame{end.position(), end.rotation()});
+  const Pose end(end_axes, identified.compliance.frame().point);
+  const Compliance6 at_end = identified.compliance.in(Frame{end.position(), end.rotation()});
   LinkModel link{.parts = {{start.inverse() * end, divided_by_copies(at_end, node)}}, .file = file};
-  link.mass = identified_mass(file, start, node);
+  const auto copies = node.find("copies");
+  if (identified.mass)
+    link.mass = LinkMass{*identified.mass * (copies ? copies->integer(1, 1000) : 1),
+                         start.inverse() * identified.center_of_mass};
   return link;
 }
 
