@@ -16,12 +16,17 @@
 #include <thread>
 #include <unistd.h>
 
+#include "kinetostat/common/out_of_memory.h"
+
 namespace kinetostat::common {
 namespace {
 
 constexpr rlim_t isolated_memory = rlim_t{8} << 30;  // [bytes] of address space
 
 [[noreturn]] void fail(const char* what) {
+  if (errno == ENOMEM || errno == EAGAIN)
+    throw OutOfMemory("there is not enough memory to start another process",
+                      "Close other programs");
   throw std::system_error(errno, std::generic_category(), what);
 }
 
@@ -149,7 +154,7 @@ struct Exec {
   const rlimit memory{exec.memory_limit, exec.memory_limit};
   if (exec.memory_limit > 0) setrlimit(RLIMIT_AS, &memory);
   execve(exec.program, exec.arguments, exec.environment);
-  _exit(127);
+  _exit(errno == ENOMEM ? exit_out_of_memory : 127);
 }
 
 // In the copy: nothing of the parent may run but the work, not even its exit handlers.
@@ -160,11 +165,16 @@ struct Exec {
   const rlimit no_core{0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
 #ifndef __SANITIZE_ADDRESS__  // which reserves terabytes of address space
-  const rlimit memory{isolated_memory, isolated_memory};
-  setrlimit(RLIMIT_AS, &memory);
+  rlimit memory{};
+  if (getrlimit(RLIMIT_AS, &memory) == 0 && memory.rlim_cur > isolated_memory) {
+    memory.rlim_cur = isolated_memory;
+    setrlimit(RLIMIT_AS, &memory);
+  }
 #endif
   try {
     answer.write_all(work());
+  } catch (const std::bad_alloc&) {
+    _exit(exit_out_of_memory);
   } catch (const std::exception& error) {
     words.write_all(error.what());
     _exit(1);
@@ -200,6 +210,16 @@ ChildResult finish(pid_t pid, const MemoryFile& answer, const MemoryFile& words,
 }
 
 }  // namespace
+
+bool ChildResult::ran_out_of_memory() const {
+  const auto said = [this](const char* text) { return words.find(text) != std::string::npos; };
+  if (end == End::timed_out) return false;
+  if (end == End::killed_by_signal) return code == SIGKILL || said("std::bad_alloc");
+  const bool not_loaded = code == 127 && said("shared");
+  constexpr int killed_below = 128 + SIGKILL;  // as shells and mpirun say it
+  return code == exit_out_of_memory || code == killed_below ||
+         (not_loaded && (said("failed to map") || said("cannot map") || said("annot allocate")));
+}
 
 std::filesystem::path find_helper(const std::string& name) {
   std::error_code ignored;

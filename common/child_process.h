@@ -16,7 +16,14 @@ struct ChildResult {
   int code = 0;        // exit code, or number of the signal
   std::string answer;  // what it wrote to file descriptor 3
   std::string words;   // what it wrote to standard output and standard error
+
+  /// It said so, by its exit code or the words of a C++ exception or of the system's loader, or the
+  /// system killed it, which is what Linux does when memory runs out.
+  bool ran_out_of_memory() const;
 };
+
+/// Exit code of a helper program, and of run_isolated(), that says so.
+inline constexpr int exit_out_of_memory = 65;
 
 struct ChildCall {
   /// Among the arguments, these stand for paths by which any process of the same user on this
@@ -45,12 +52,14 @@ std::filesystem::path find_program(const std::string& name);
 
 /// Runs the program and waits. It is killed when the time is over, when `progress` is cancelled and
 /// when this process ends for whatever reason. Data pass through anonymous memory files, which
-/// leave nothing behind. Throws std::system_error when it cannot be started.
+/// leave nothing behind. Throws OutOfMemory when there is none for another process, and
+/// std::system_error when it cannot be started.
 ChildResult run_child(const ChildCall& call, const std::string& phase, common::Progress& progress);
 
 /// Runs `work` in a copy of this process and returns its value as the answer: for libraries that
-/// may crash or never end on damaged input. An exception of `work` ends the copy with exit code 1
-/// and what() among the words.
+/// may crash or never end on damaged input. The copy may take 8 GiB of address space. An exception
+/// of `work` ends it with exit code 1, or exit_out_of_memory, and what() among the words. Throws
+/// OutOfMemory and std::system_error as run_child().
 ChildResult run_isolated(const std::function<std::string()>& work, double time_limit);
 
 }  // namespace kinetostat::common

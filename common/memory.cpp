@@ -5,6 +5,7 @@
 #include <fstream>
 #include <limits>
 #include <string>
+#include <sys/resource.h>
 
 namespace kinetostat::common {
 namespace {
@@ -39,6 +40,13 @@ double free_in_group() {
 double memory_share() {
   const double free = 1024 * number_after("/proc/meminfo", "MemAvailable", unknown);
   return resident_memory() + share * std::min(free, free_in_group());
+}
+
+double address_space_left() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return unknown;
+  const double used = 1024 * number_after("/proc/self/status", "VmSize", 0);
+  return std::max(0.0, static_cast<double>(limit.rlim_cur) - used);
 }
 
 double resident_memory() { return 1024 * number_after("/proc/self/status", "VmRSS", 0); }

@@ -7,6 +7,10 @@ namespace kinetostat::common {
 /// control group that the process is in, still has free. Infinite where the system does not say.
 double memory_share();
 
+/// What a limit on its address space (`ulimit -v`) leaves the process [bytes]; infinite without
+/// one.
+double address_space_left();
+
 /// Resident memory of the process now, and its peak so far [bytes]; 0 where the system does not
 /// say.
 double resident_memory();

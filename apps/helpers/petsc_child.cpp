@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <fstream>
 #include <iterator>
+#include <new>
 #include <petscksp.h>
 #include <stdexcept>
 #include <sys/resource.h>
@@ -25,6 +26,7 @@ constexpr int most_iterations = 200;
 
 void check(PetscErrorCode code) {
   if (code == 0) return;
+  if (code == PETSC_ERR_MEM) throw std::bad_alloc();
   const char* text = nullptr;
   PetscErrorMessage(code, &text, nullptr);
   throw std::runtime_error(text == nullptr ? "unknown error" : text);
@@ -380,6 +382,8 @@ int main(int argc, char** argv) {
   try {
     const OneBlasThread beside_the_other_processes;
     code = run(argv[1], argv[2], std::strtod(argv[3], nullptr));
+  } catch (const std::bad_alloc&) {
+    MPI_Abort(PETSC_COMM_WORLD, petsc::exit_out_of_memory);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());
     MPI_Abort(PETSC_COMM_WORLD, code);

@@ -138,6 +138,8 @@ class Door {
       answer(response, 200, action(json));
     } catch (const common::Cancelled&) {
       refuse(response, 408, "that took too long, and was stopped");
+    } catch (const std::bad_alloc&) {
+      refuse(response, 507, "there is not enough memory for this: close other programs");
     } catch (const std::exception& error) {
       refuse(response, 422, error.what());
     }

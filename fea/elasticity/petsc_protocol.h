@@ -16,7 +16,8 @@
 namespace kinetostat::fea::petsc {
 
 /// Exit codes of the helper.
-inline constexpr int exit_done = 0, exit_bad_request = 64, exit_not_converged = 66;
+inline constexpr int exit_done = 0, exit_bad_request = 64, exit_out_of_memory = 65,
+                     exit_not_converged = 66;
 
 /// TetMesh, materials, Unknowns and loads as plain arrays; sizes that follow from others are left
 /// out.

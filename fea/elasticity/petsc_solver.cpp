@@ -7,10 +7,13 @@
 #include <fmt/format.h>
 
 #include "kinetostat/common/child_process.h"
+#include "kinetostat/common/out_of_memory.h"
 #include "kinetostat/fea/elasticity/petsc_protocol.h"
 
 namespace kinetostat::fea {
 namespace {
+
+static_assert(petsc::exit_out_of_memory == common::exit_out_of_memory);
 
 constexpr const char* helper = "kinetostat-petsc";
 
@@ -74,8 +77,7 @@ common::ChildCall call_for(const PetscOptions& options) {
 }
 
 std::string reason(const common::ChildResult& result) {
-  if (result.end == common::ChildResult::End::killed_by_signal)
-    return "it was killed, for instance because memory ran out";
+  if (result.end == common::ChildResult::End::killed_by_signal) return "it crashed";
   if (result.code == petsc::exit_not_converged) return "it did not converge";
   std::string words = result.words.substr(0, 600);
   while (!words.empty() && words.back() == '\n') words.pop_back();
@@ -105,6 +107,9 @@ PetscSolution solve_with_petsc(const TetMesh& mesh, const std::vector<Material>&
   } catch (const std::system_error& error) {
     throw PetscFailure(fmt::format("PETSc cannot be started: {}", error.what()));
   }
+  if (result.ran_out_of_memory())
+    throw common::OutOfMemory("PETSc needs more memory than there is",
+                              "Use a larger element size, or more machines (--launcher)");
   petsc::Answer answer;
   if (result.end != common::ChildResult::End::exited || result.code != petsc::exit_done ||
       !decode(result.answer, answer) || answer.x.size() != static_cast<std::size_t>(loads.size()) ||

@@ -39,7 +39,7 @@ bool has_petsc();
 /// Memory of all its processes together [bytes]; found on a foot of 30,000 to 160,000 unknowns.
 double petsc_bytes(std::size_t unknowns, std::size_t columns, int processes);
 
-/// Requires order 2 and has_petsc(). Throws PetscFailure, Cancelled.
+/// Requires order 2 and has_petsc(). Throws PetscFailure, common::OutOfMemory, Cancelled.
 PetscSolution solve_with_petsc(const TetMesh& mesh, const std::vector<Material>& materials,
                                const DofMap& unknowns, const Eigen::MatrixXd& loads,
                                const PetscOptions& options, common::Progress& progress);

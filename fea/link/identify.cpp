@@ -85,15 +85,17 @@ auto solved(const LinkSpec& spec, const TetMesh& mesh, Work work) {
     throw InputError(spec.file, error.what(),
                      "Is the body in one piece and the fixed interface a proper face of it?");
   } catch (const MemoryLimit& error) {
-    throw InputError(spec.file, error.what(),
-                     "Use a larger element size, ask for less accuracy, or allow more (--memory)");
+    throw common::OutOfMemory(
+        error.what(), "Use a larger element size, ask for less accuracy, or allow more (--memory)",
+        spec.file.string());
   } catch (const PetscFailure& error) {
     throw InputError(spec.file, error.what(), "Use another solver (--solver)");
+  } catch (const common::OutOfMemory&) {
+    throw;
   } catch (const std::bad_alloc&) {
-    throw common::OutOfMemory(fmt::format(
-        "{}: {} nodes need more memory than there is. Use a larger element size, or ask for less "
-        "accuracy.",
-        spec.file.string(), mesh.nodes.size()));
+    throw common::OutOfMemory(
+        fmt::format("{} nodes need more memory than there is", mesh.nodes.size()),
+        "Use a larger element size, or ask for less accuracy", spec.file.string());
   }
 }
 

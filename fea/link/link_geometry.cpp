@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/common/out_of_memory.h"
 #include "kinetostat/fea/surface/surface_faces.h"
 
 namespace kinetostat::fea {
@@ -112,6 +113,8 @@ TetMesh fill(const LinkSpec& spec, const LinkGeometry& geometry, SolidMesher& me
     require_one_piece(spec, linear);
     return spec.order == 2 ? with_mid_nodes(linear) : linear;
   } catch (const MeshingError& error) {
+    if (error.cause() == MeshingError::Cause::out_of_memory)
+      throw common::OutOfMemory(error.what(), error.cure(), spec.mesh_file.string());
     SurfaceReport blamed;
     if (!error.facets().empty())
       blamed.defects.push_back(

@@ -27,7 +27,7 @@ double default_size(const SurfaceReport& report);
 
 /// Tetrahedra of the order of the link file, their boundary tagged as the facets: those of the mesh
 /// file when it is a volume mesh, else made by `mesher`, which is one of the surface of `geometry`.
-/// Throws SurfaceError.
+/// Throws SurfaceError, common::OutOfMemory.
 TetMesh fill(const LinkSpec& spec, const LinkGeometry& geometry, SolidMesher& mesher,
              const TetrahedralizeOptions& options, common::Progress& progress);
 

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/common/error.h"
+#include "kinetostat/common/out_of_memory.h"
 #include "kinetostat/fea/elasticity/error_estimate.h"
 #include "kinetostat/fea/mesh/tetrahedralize.h"
 
@@ -151,6 +152,8 @@ class Refinement {
       return {};
     } catch (const common::Cancelled&) {
       return "it was stopped before the next mesh was done";
+    } catch (const common::OutOfMemory& error) {
+      return fmt::format("a finer mesh failed: {}", error.reason());
     } catch (const std::bad_alloc&) {
       return "a finer mesh needs more memory than there is";
     } catch (const common::InputError& error) {

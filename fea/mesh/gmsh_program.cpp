@@ -79,8 +79,8 @@ std::string run_gmsh(std::vector<std::string> arguments, std::string script, std
                                                        "gmsh", progress);
   if (result.end == common::ChildResult::End::timed_out)
     throw GmshError(fmt::format("gmsh was stopped after {:.0f} s", limits.time));
-  if (result.end == common::ChildResult::End::killed_by_signal)
-    throw GmshError("gmsh crashed or ran out of memory");
+  if (result.ran_out_of_memory()) throw GmshError("gmsh needs more memory than there is", true);
+  if (result.end == common::ChildResult::End::killed_by_signal) throw GmshError("gmsh crashed");
   if (result.code != 0 || result.answer.empty())
     throw GmshError(fmt::format("gmsh failed: {}", complaint(result.words)));
   return result.answer;

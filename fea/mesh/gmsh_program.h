@@ -21,7 +21,12 @@ std::filesystem::path find_gmsh();
 /// Why gmsh did not do it.
 class GmshError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit GmshError(const std::string& what, bool out_of_memory = false)
+      : std::runtime_error(what), out_of_memory_(out_of_memory) {}
+  bool out_of_memory() const { return out_of_memory_; }
+
+ private:
+  bool out_of_memory_;
 };
 
 struct GmshLimits {

@@ -211,6 +211,9 @@ class SolidMesher::Attempt {
     for (std::size_t i = 1; i < failures.size(); ++i)
       also += fmt::format("; {}: {}", failures[i].way, failures[i].reason);
     if (!first_) first_ = MeshingError(Cause::refused, failures.front().reason, "");
+    if (out_of_memory_)
+      throw MeshingError(Cause::out_of_memory, first_->what() + also,
+                         "Use a larger element size, or close other programs");
     const std::vector<int> facets =
         crossing_facets(mesher_.surface_, mesher_.tags_, options_, deadline_.left(), progress_);
     throw MeshingError(first_->cause(), first_->what() + also, first_->cure(),
@@ -239,8 +242,10 @@ class SolidMesher::Attempt {
     } catch (const MeshingError& error) {
       if (error.cause() == Cause::no_helper || error.cause() == Cause::too_many_elements) throw;
       if (!first_) first_ = error;
+      out_of_memory_ |= error.cause() == Cause::out_of_memory;
       obstacle = error.what();
     } catch (const GmshError& error) {
+      out_of_memory_ |= error.out_of_memory();
       obstacle = error.what();
     }
     return {};
@@ -307,6 +312,7 @@ class SolidMesher::Attempt {
                                     .time_limit = deadline.left(),
                                     .helper = options_.remesher},
                                    "remeshing", progress_);
+      out_of_memory_ |= result.out_of_memory;
       if (!result.fault.empty())
         return {.surface = {}, .deviation = {}, .fault = std::move(result.fault)};
       prepared = judged({std::move(result.mesh), std::move(result.markers)}, allowed);
@@ -323,6 +329,7 @@ class SolidMesher::Attempt {
   common::Deadline deadline_;
   double diagonal_;
   std::optional<MeshingError> first_;
+  bool out_of_memory_ = false;  // some attempt was
 };
 
 TetMesh SolidMesher::fill(const TetrahedralizeOptions& options, common::Progress& progress) {

@@ -45,7 +45,8 @@ class SolidMesher {
 
   /// As tetrahedralize(), whose time limit holds for all attempts and all meshes of this solid
   /// together; `shapes` is left to the ladder. `made_by` of the mesh says who did it. When all
-  /// fail, the MeshingError is that of the first attempt and says what else was tried.
+  /// fail, the MeshingError is that of the first attempt and says what else was tried; its cause is
+  /// out_of_memory when that was the cause of any.
   TetMesh fill(const TetrahedralizeOptions& options, common::Progress& progress);
 
   const MeshingRecord& record() const { return record_; }

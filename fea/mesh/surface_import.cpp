@@ -15,6 +15,8 @@
 #include "kinetostat/common/byte_blocks.h"
 #include "kinetostat/common/child_process.h"
 #include "kinetostat/common/error.h"
+#include "kinetostat/common/memory.h"
+#include "kinetostat/common/out_of_memory.h"
 #include "kinetostat/fea/mesh/gmsh_program.h"
 #include "kinetostat/fea/mesh/length_unit.h"
 #include "kinetostat/fea/mesh/volume_mesh.h"
@@ -261,6 +263,17 @@ void check_step(const std::filesystem::path& file, const std::string& bytes) {
                      "Export the link again, as STEP AP214 or as STL");
 }
 
+common::OutOfMemory too_large(const std::filesystem::path& file) {
+  return {"reading it takes more memory than there is",
+          "Close other programs, or export a coarser mesh", file.string()};
+}
+
+// The importer takes some ten times what the file has, unless its counts are damaged.
+bool is_enough_to_read(std::size_t file_size) {
+  const double needed = 32 * static_cast<double>(file_size) + (32 << 20);
+  return needed < std::min(common::address_space_left(), 8.0 * (1 << 30));
+}
+
 SurfaceMesh import_step(const std::filesystem::path& file, const std::string& bytes) {
   check_step(file, bytes);
   if (find_gmsh().empty())
@@ -272,6 +285,7 @@ SurfaceMesh import_step(const std::filesystem::path& file, const std::string& by
     mesh.groups.clear();  // numbers that only gmsh knows
     if (!mesh.triangles.empty()) return mesh;
   } catch (const GmshError& error) {
+    if (error.out_of_memory()) throw too_large(file);
     throw InputError(file, fmt::format("not a readable STEP file: {}", error.what()),
                      "Export the link again, as STEP AP214 or as STL");
   }
@@ -307,6 +321,7 @@ SurfaceMesh import_triangles(const std::filesystem::path& file, std::string byte
   const double time_limit = 5 + 2e-6 * static_cast<double>(bytes.size());
   const common::ChildResult result =
       common::run_isolated([&] { return triangle_soup(bytes, kind); }, time_limit);
+  if (result.ran_out_of_memory() && !is_enough_to_read(bytes.size())) throw too_large(file);
   if (result.end != common::ChildResult::End::exited || result.code != 0)
     throw InputError(
         file,

@@ -26,6 +26,8 @@ namespace {
 
 using Cause = MeshingError::Cause;
 
+static_assert(tetgen::exit_out_of_memory == common::exit_out_of_memory);
+
 constexpr const char* phase = "tetrahedra";
 
 // TetGen joins coplanar facets of one marker and then ignores the edges between them, so that the
@@ -235,9 +237,10 @@ std::string switches(ElementShape shape, const TetrahedralizeOptions& options) {
         Cause::timed_out,
         fmt::format("TetGen was stopped after {:.0f} s{}", options.time_limit, where),
         "Use a larger element size or a longer time limit", std::move(facets));
-  if (result.end == common::ChildResult::End::exited && result.code == tetgen::exit_out_of_memory)
+  if (result.ran_out_of_memory())
     throw MeshingError(Cause::out_of_memory,
-                       fmt::format("TetGen needs more than {:.1f} GiB of memory",
+                       fmt::format("TetGen needs more memory than there is, or than the {:.1f} GiB "
+                                   "that it may take",
                                    static_cast<double>(options.memory_limit) / (1 << 30)),
                        "Use a larger element size", std::move(facets));
   if (result.end == common::ChildResult::End::killed_by_signal)

@@ -11,6 +11,8 @@
 namespace kinetostat::fea {
 namespace {
 
+static_assert(cgal::exit_out_of_memory == common::exit_out_of_memory);
+
 cgal::Request request_for(const SurfaceMesh& mesh, const CgalCall& call) {
   cgal::Request request{.operation = call.operation,
                         .numbers = call.numbers,
@@ -40,8 +42,7 @@ bool take_mesh(const cgal::Answer& answer, SurfaceMesh& mesh) {
 std::string why(const common::ChildResult& result, double time_limit) {
   if (result.end == common::ChildResult::End::timed_out)
     return fmt::format("stopped after {:.3g} s", time_limit);
-  if (result.end == common::ChildResult::End::exited && result.code == cgal::exit_out_of_memory)
-    return "not enough memory";
+  if (result.ran_out_of_memory()) return "not enough memory";
   if (result.end == common::ChildResult::End::exited && result.code == cgal::exit_impossible)
     return result.words.substr(0, result.words.find('\n'));
   return "CGAL cannot work on this surface";
@@ -73,7 +74,8 @@ CgalResult ask_cgal(const SurfaceMesh& surface, const CgalCall& call, const std:
       result.end == common::ChildResult::End::exited && result.code == cgal::exit_done &&
       cgal::decode(result.answer, answer) && take_mesh(answer, found.mesh) &&
       (answer.markers.empty() || answer.markers.size() == found.mesh.triangles.size());
-  if (!done) return {.fault = why(result, call.time_limit)};
+  if (!done)
+    return {.fault = why(result, call.time_limit), .out_of_memory = result.ran_out_of_memory()};
   found.counts = std::move(answer.counts);
   found.markers.assign(answer.markers.begin(), answer.markers.end());
   const WeldReport welded = weld(found.mesh, 0);

@@ -21,13 +21,14 @@ struct CgalCall {
 };
 
 struct CgalResult {
-  std::string fault = {};  // why there is no surface; empty when there is one
-  SurfaceMesh mesh = {};   // identical corners are one; without groups
+  std::string fault = {};      // why there is no surface; empty when there is one
+  bool out_of_memory = false;  // that is why
+  SurfaceMesh mesh = {};       // identical corners are one; without groups
   std::vector<int> markers = {};
   std::vector<std::int64_t> counts = {};
 };
 
-/// Throws only Cancelled.
+/// Throws only Cancelled, and common::OutOfMemory when there is none for another process.
 CgalResult ask_cgal(const SurfaceMesh& surface, const CgalCall& call, const std::string& phase,
                     common::Progress& progress);
 

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/common/out_of_memory.h"
 #include "kinetostat/fea/surface/cgal_program.h"
 #include "kinetostat/fea/surface/surface_bodies.h"
 #include "kinetostat/fea/surface/surface_cleaning.h"
@@ -189,6 +190,12 @@ class Repair {
                                   .memory_limit = options_.memory_limit,
                                   .helper = options_.helper},
                                  phase, progress_);
+    if (result.out_of_memory)
+      throw common::OutOfMemory(
+          fmt::format("the step '{}' needs more memory than there is, or than the {:.1f} GiB that "
+                      "it may take",
+                      name(step), static_cast<double>(options_.memory_limit) / (1 << 30)),
+          "Close other programs, or export a coarser mesh");
     if (!result.fault.empty()) {
       log(step, false, result.fault);
       return {};

@@ -63,8 +63,8 @@ struct RepairReport {
 /// Repairs the surface by the steps that are allowed, each only while check_surface() finds
 /// something that it can repair; a result that moved beyond the limit is given up and the action
 /// says by how much. Groups of facets are kept. The same input gives the same surface. Throws only
-/// Cancelled and std::invalid_argument for options out of bounds: what could not be repaired is
-/// left to the check.
+/// Cancelled, common::OutOfMemory, and std::invalid_argument for options out of bounds: what could
+/// not be repaired is left to the check.
 RepairReport repair(SurfaceMesh& mesh, const RepairOptions& options, common::Progress& progress);
 
 /// One sentence an action, and the change as a whole.

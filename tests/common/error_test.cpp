@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "kinetostat/common/out_of_memory.h"
+
 namespace kinetostat::common {
 namespace {
 
@@ -21,6 +23,13 @@ TEST(InputError, LeavesOutWhatIsNotKnown) {
   EXPECT_STREQ(InputError("a.stl", "is open").what(), "a.stl: is open.");
   EXPECT_STREQ(InputError({.what = "Nothing to do"}).what(), "Nothing to do.");
   EXPECT_STREQ(InputError("a", "b", "Did you mean 'c'?").what(), "a: b. Did you mean 'c'?");
+}
+
+TEST(OutOfMemory, ReadsLikeOne) {
+  const OutOfMemory error("9 nodes need more memory than there is", "Use fewer", "a.yaml");
+  EXPECT_STREQ(error.what(), "a.yaml: 9 nodes need more memory than there is. Use fewer.");
+  EXPECT_EQ(error.reason(), "9 nodes need more memory than there is");
+  EXPECT_STREQ(OutOfMemory("a", "b").what(), "a. b.");
 }
 
 TEST(InputError, QuotesNeitherBytesNorWholeFiles) {

@@ -1,11 +1,13 @@
 #include "kinetostat/fea/link/identify.h"
 
 #include <atomic>
+#include <cstdlib>
 #include <limits>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "kinetostat/common/out_of_memory.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/spatial/pose.h"
 #include "kinetostat/spatial/rotation.h"
@@ -192,6 +194,42 @@ TEST_F(Identify, TheResultFileIsReadAsACompliance) {
   for (const char* key : {"compliance", "order", "point", "axes", "units", "symmetry_defect",
                           "eigen_stiffness", "mass", "center_of_mass", "mesh", "timings", "inputs"})
     EXPECT_TRUE(json.contains(key)) << key;
+}
+
+TEST_F(Identify, AHelperWithoutMemoryIsNoBadInput) {
+  folder_.file("bar.stl", binary_stl(bar, 1000));
+  IdentifyOptions options;
+  options.meshing.helper = folder_.file("helper", "#!/bin/sh\nexit 65\n");
+  std::filesystem::permissions(options.meshing.helper, std::filesystem::perms::owner_all);
+  options.meshing.remesher = "/nonexistent";
+  const std::string path = std::getenv("PATH");
+  setenv("PATH", "", 1);  // no gmsh
+  common::Progress silent;
+  const LinkSpec spec = read_link(folder_.file("bar.yaml", link_text()));
+  try {
+    identify(spec, options, silent);
+    ADD_FAILURE() << "a mesh out of nothing";
+  } catch (const common::OutOfMemory& error) {
+    EXPECT_THAT(error.what(), HasSubstr("bar.stl: TetGen needs more memory than there is"));
+    EXPECT_THAT(error.what(), HasSubstr("Use a larger element size"));
+  }
+  setenv("PATH", path.c_str(), 1);
+}
+
+TEST_F(Identify, AModelAboveTheMemoryThatItMayHaveIsNoBadInput) {
+  folder_.file("bar.stl", binary_stl(bar, 1000));
+  IdentifyOptions options;
+  options.meshing.helper = KINETOSTAT_TETGEN;
+  options.solver.memory = 1 << 20;
+  common::Progress silent;
+  const LinkSpec spec = read_link(folder_.file("bar.yaml", link_text()));
+  try {
+    identify(spec, options, silent);
+    ADD_FAILURE() << "a model in a megabyte";
+  } catch (const common::OutOfMemory& error) {
+    EXPECT_THAT(error.what(), HasSubstr("bar.yaml: the direct solver needs"));
+    EXPECT_THAT(error.what(), HasSubstr("(--memory)"));
+  }
 }
 
 TEST_F(Identify, FourNodeElementsAreStifferAndSaidToBe) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "kinetostat/common/error.h"
+#include "kinetostat/common/out_of_memory.h"
 
 #include "fea/reference_bar.h"
 
@@ -101,6 +102,7 @@ TEST_F(Refine, KeepsTheLastGoodMesh) {
   };
   for (const RefinedModel& model :
        {interrupted(common::Cancelled()), interrupted(std::bad_alloc()),
+        interrupted(common::OutOfMemory("the solver needs 9 GiB", "Allow more")),
         interrupted(common::InputError("link.yaml", "TetGen crashed"))}) {
     EXPECT_FALSE(model.accuracy.converged);
     EXPECT_EQ(model.accuracy.meshes.size(), 1u);

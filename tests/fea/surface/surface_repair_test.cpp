@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "kinetostat/common/out_of_memory.h"
 #include "kinetostat/fea/mesh/edge_division.h"
 #include "kinetostat/fea/mesh/surface_import.h"
 #include "kinetostat/fea/surface/surface_bodies.h"
@@ -203,6 +204,24 @@ TEST(Repair, WithoutItsHelperSaysSo) {
   ASSERT_EQ(report.actions.size(), 1u);
   EXPECT_FALSE(report.actions[0].done);
   EXPECT_THAT(report.actions[0].words, HasSubstr("cannot be run"));
+}
+
+// Another step in its place would make the result depend on what else the machine does.
+TEST(Repair, WhereMemoryRunsOutItEnds) {
+  SurfaceMesh mesh = box;
+  mesh.triangles.pop_back();
+  common::Progress silent;
+  const TemporaryFolder folder;
+  RepairOptions options;
+  options.steps = {RepairStep::fill, RepairStep::wrap};
+  options.helper = folder.file("helper", "#!/bin/sh\nexit 65\n");
+  std::filesystem::permissions(options.helper, std::filesystem::perms::owner_all);
+  try {
+    repair(mesh, options, silent);
+    ADD_FAILURE() << "a repair out of nothing";
+  } catch (const common::OutOfMemory& error) {
+    EXPECT_THAT(error.what(), HasSubstr("the step 'fill' needs more memory than there is"));
+  }
 }
 
 TEST(EnclosedVolume, CountsOverlapsOnceAndKnowsWhenItIsUndetermined) {
