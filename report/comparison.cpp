@@ -10,7 +10,7 @@
 #include "kinetostat/io/csv.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/base_fit.h"
-#include "kinetostat/report/text.h"
+#include "kinetostat/report/text/text.h"
 
 namespace kinetostat::report {
 namespace {

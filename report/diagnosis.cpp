@@ -10,7 +10,7 @@
 #include "kinetostat/calibration/search/outliers.h"
 #include "kinetostat/report/base_fit.h"
 #include "kinetostat/report/effect.h"
-#include "kinetostat/report/text.h"
+#include "kinetostat/report/text/text.h"
 #include "kinetostat/report/waterfall.h"
 
 namespace kinetostat::report {

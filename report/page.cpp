@@ -11,6 +11,7 @@
 #include "kinetostat/io/base64.h"
 #include "kinetostat/io/json_size.h"
 #include "kinetostat/io/text_file.h"
+#include "kinetostat/report/manipulators/path.h"
 
 // The page that bundle.mjs made, placed there by the assembler; empty when there is none.
 extern "C" const char kinetostat_page_begin[];
@@ -152,28 +153,10 @@ std::string string_at(const Json& json, const std::vector<const char*>& path) {
   return at->is_string() ? at->get<std::string>() : std::string();
 }
 
-void drop(Json& json, const char* key) {
-  if (json.is_object()) json.erase(key);
-}
-
-// States of which there are many are drawn from the picture alone; --json has them whole.
-Json without_states(Json result) {
-  if (!result.contains("path") || !result["path"].is_object()) return result;
-  Json& path = result["path"];
-  for (const char* list : {"branches", "critical_points", "at_target"})
-    if (path.contains(list) && path[list].is_array())
-      for (Json& entry : path[list]) {
-        if (entry.contains("points") && entry["points"].is_array())
-          for (Json& point : entry["points"]) drop(point, "equilibrium");
-        if (entry.contains("point")) drop(entry["point"], "equilibrium");
-        drop(entry, "equilibrium");
-      }
-  return result;
-}
-
 // What a page shows of a result: not what its picture holds in a shorter form.
 Json shown(const PageResult& entry) {
-  Json result = without_states(entry.result);
+  Json result = entry.result;
+  if (result.contains("path")) result["path"] = without_equilibria(std::move(result["path"]));
   if (entry.picture.is_object() && entry.picture.contains("readings") &&
       result.contains("as_designed"))
     result.erase("readings");

@@ -9,8 +9,8 @@
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/csv.h"
 #include "kinetostat/report/diagnosis.h"
-#include "kinetostat/report/joint_motion.h"
-#include "kinetostat/report/text.h"
+#include "kinetostat/report/manipulators/joint_motion.h"
+#include "kinetostat/report/text/text.h"
 
 namespace kinetostat::report {
 namespace {

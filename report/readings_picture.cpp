@@ -6,9 +6,9 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/report/joint_motion.h"
-#include "kinetostat/report/skeleton.h"
-#include "kinetostat/report/text.h"
+#include "kinetostat/report/manipulators/joint_motion.h"
+#include "kinetostat/report/manipulators/skeleton.h"
+#include "kinetostat/report/text/text.h"
 #include "kinetostat/spatial/rotation.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/report/comparison.h"
-#include "kinetostat/report/text.h"
+#include "kinetostat/report/text/text.h"
 #include "kinetostat/spatial/units.h"
 
 namespace kinetostat::report {

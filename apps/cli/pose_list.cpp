@@ -1,6 +1,7 @@
 #include "kinetostat/apps/cli/pose_list.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <set>
@@ -13,15 +14,14 @@
 #include "kinetostat/apps/cli/option_values.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/spelling.h"
+#include "kinetostat/io/csv.h"
 #include "kinetostat/spatial/rotation.h"
 
 namespace kinetostat::apps {
-
-const std::array<std::string, 6> pose_columns = {"x", "y", "z", "rx", "ry", "rz"};
-const std::array<std::string, 6> wrench_columns = {"fx", "fy", "fz", "mx", "my", "mz"};
-
 namespace {
 
+using vjm::pose_columns;
+using vjm::wrench_columns;
 namespace dimension = spatial::dimension;
 
 constexpr std::size_t most_poses = 20'000'000;
@@ -139,9 +139,9 @@ std::vector<Column> read_columns(const io::CsvTable& table, const spatial::UnitS
 
 }  // namespace
 
-PoseList read_grid(const std::string& grid, const vjm::Robot& robot, const vjm::Load& load) {
+vjm::PoseList read_grid(const std::string& grid, const vjm::Robot& robot, const vjm::Load& load) {
   const std::array<std::vector<double>, 6> axes = read_axes(grid, robot.units);
-  PoseList list;
+  vjm::PoseList list;
   double count = 1;
   for (std::size_t i = 0; i < 6; ++i) {
     list.shape[i] = axes[i].size();
@@ -160,7 +160,7 @@ PoseList read_grid(const std::string& grid, const vjm::Robot& robot, const vjm::
   return list;
 }
 
-PoseList read_path(const std::string& file, const vjm::Robot& robot, const vjm::Load& load) {
+vjm::PoseList read_path(const std::string& file, const vjm::Robot& robot, const vjm::Load& load) {
   const io::CsvTable table = io::read_csv(file);
   const std::vector<Column> columns = read_columns(table, robot.units);
   const bool has_wrench = std::any_of(columns.begin(), columns.end(),
@@ -168,7 +168,7 @@ PoseList read_path(const std::string& file, const vjm::Robot& robot, const vjm::
   if (has_wrench && !(load.force.isZero(0) && load.moment.isZero(0)))
     throw UsageError("--wrench", fmt::format("'{}' has loads of its own", file),
                      "Leave --wrench out, or the columns fx to mz");
-  PoseList list;
+  vjm::PoseList list;
   list.shape[0] = table.rows();
   for (std::size_t row = 0; row < table.rows(); ++row) {
     spatial::Vector6 coordinates = spatial::Vector6::Zero(), wrench = spatial::Vector6::Zero();

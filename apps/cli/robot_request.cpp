@@ -173,6 +173,21 @@ vjm::Equilibrium LoadRequest::solve(const vjm::Robot& robot, const vjm::Posture&
                              spatial::displaced(posture.platform, displacement), {}, acting.nodes);
 }
 
+vjm::SegmentCheck check_segments(const vjm::Robot& robot, const PostureRequest& posture,
+                                 const LoadRequest& load, vjm::Equilibrium& found) {
+  vjm::SegmentCheck check;
+  if (!robot.has_beams || found.status != vjm::EquilibriumStatus::converged) return check;
+  const bool held = load.task(robot).platform_held;
+  const auto solved_with = [&](int multiple) {
+    const vjm::Robot finer = vjm::read_robot(posture.robot_file, {.segment_multiple = multiple});
+    return load.solve(finer, posture.posture(finer));
+  };
+  check.lumping_error = vjm::lumping_error(found, solved_with(2), held);
+  check.hidden_buckling =
+      take_stability(solved_with(vjm::SegmentCheck::stability_multiple), held, found);
+  return check;
+}
+
 void stop_short_unless_stable(const LoadRequest& request, const vjm::Robot& robot,
                               const vjm::Equilibrium& equilibrium, Run& run) {
   if (equilibrium.status != vjm::EquilibriumStatus::converged) {

@@ -10,6 +10,7 @@
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/equilibrium.h"
+#include "kinetostat/vjm/statics/segments.h"
 
 namespace kinetostat::apps {
 
@@ -39,6 +40,11 @@ struct LoadRequest {
   vjm::Load load(const vjm::Robot& robot) const;
   vjm::Equilibrium solve(const vjm::Robot& robot, const vjm::Posture& posture) const;
 };
+
+/// Solves again with every beam in two and eight times the segments. `found` takes over the
+/// stability of the finer beams where that is less (vjm::take_stability()).
+vjm::SegmentCheck check_segments(const vjm::Robot& robot, const PostureRequest& posture,
+                                 const LoadRequest& load, vjm::Equilibrium& found);
 
 class Run;
 

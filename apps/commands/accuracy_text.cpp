@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/report/text.h"
+#include "kinetostat/report/text/text.h"
 
 namespace kinetostat::apps {
 namespace {

@@ -17,7 +17,7 @@
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/diagnosis_file.h"
-#include "kinetostat/report/text.h"
+#include "kinetostat/report/text/text.h"
 #include "kinetostat/spatial/units.h"
 #include "kinetostat/vjm/io/robot_file.h"
 

@@ -7,8 +7,8 @@
 #include "kinetostat/apps/cli/robot_request.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/common/error.h"
-#include "kinetostat/report/manipulator.h"
-#include "kinetostat/report/skeleton.h"
+#include "kinetostat/report/manipulators/manipulator.h"
+#include "kinetostat/report/manipulators/skeleton.h"
 #include "kinetostat/vjm/statics/assembly.h"
 
 namespace kinetostat::apps {
@@ -23,16 +23,12 @@ io::Json assemble(const PostureRequest& request, Run& run) {
   const vjm::Assembly assembly = vjm::assemble(robot.manipulator, posture);
   run.print(fmt::format("{}\n", robot.name) + report::text(robot, posture) +
             report::text(robot, assembly));
-  const vjm::Manipulator nominal = robot.manipulator.without_errors();
-  run.draw({{"skeletons",
-             {report::named_skeleton("nominal", report::skeleton(nominal, posture)),
-              report::named_skeleton("assembled",
-                                     report::skeleton(robot.manipulator, assembly.assembled))}}});
+  run.draw(report::picture(robot.manipulator, posture, assembly.assembled, "nominal", "assembled"));
   if (assembly.assembled.status != vjm::EquilibriumStatus::converged)
     run.stop_short(assembly.assembled.reason);
-  return {{"inputs", report::provenance(robot)},
-          {"posture", report::to_json(robot, posture)},
-          {"assembly", report::to_json(robot, assembly)}};
+  io::Json json = report::inputs_and_posture(robot, posture);
+  json["assembly"] = report::to_json(robot, assembly);
+  return json;
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/fea/link/identify.h"
 #include "kinetostat/fea/section/beam_study.h"
-#include "kinetostat/report/text.h"
+#include "kinetostat/report/text/text.h"
 #include "kinetostat/spatial/units.h"
 
 namespace kinetostat::apps {

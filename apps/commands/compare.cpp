@@ -11,7 +11,7 @@
 #include "kinetostat/calibration/campaign/campaign_file.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/comparison.h"
-#include "kinetostat/report/manipulator.h"
+#include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/readings_picture.h"
 #include "kinetostat/report/waterfall.h"
 

@@ -6,10 +6,10 @@
 
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/cli/robot_request.h"
-#include "kinetostat/apps/cli/segment_check.h"
 #include "kinetostat/apps/commands/commands.h"
-#include "kinetostat/report/manipulator.h"
-#include "kinetostat/report/skeleton.h"
+#include "kinetostat/report/manipulators/manipulator.h"
+#include "kinetostat/report/manipulators/segment_check.h"
+#include "kinetostat/report/manipulators/skeleton.h"
 #include "kinetostat/vjm/statics/fixed_point.h"
 
 namespace kinetostat::apps {
@@ -37,9 +37,9 @@ io::Json by_fixed_point(const Request& request, const vjm::Robot& robot,
   run.print(fmt::format("{}\n", robot.name) + report::text(robot, posture) +
             report::text(robot, posture, found));
   if (!found.converged) run.stop_short(found.reason);
-  return {{"inputs", report::provenance(robot)},
-          {"posture", report::to_json(robot, posture)},
-          {"fixed_point", report::to_json(robot, posture, found)}};
+  io::Json json = report::inputs_and_posture(robot, posture);
+  json["fixed_point"] = report::to_json(robot, posture, found);
+  return json;
 }
 
 io::Json deflect(const Request& request, Run& run) {
@@ -51,20 +51,15 @@ io::Json deflect(const Request& request, Run& run) {
   const vjm::Posture posture = request.posture.posture(robot);
   if (request.method == "fixed-point") return by_fixed_point(request, robot, posture, run);
   vjm::Equilibrium equilibrium = request.load.solve(robot, posture);
-  const SegmentCheck segments = check_segments(robot, request.posture, request.load, equilibrium);
+  const vjm::SegmentCheck segments =
+      check_segments(robot, request.posture, request.load, equilibrium);
   run.print(fmt::format("{}\n", robot.name) + report::text(robot, posture) +
-            report::text(robot, equilibrium));
-  run.print(segments.text(robot));
-  run.draw(
-      {{"skeletons",
-        {report::named_skeleton("unloaded",
-                                report::skeleton(robot.manipulator.without_errors(), posture)),
-         report::named_skeleton("loaded", report::skeleton(robot.manipulator, equilibrium))}}});
+            report::text(robot, equilibrium) + report::text(robot, segments));
+  run.draw(report::picture(robot.manipulator, posture, equilibrium));
   stop_short_unless_stable(request.load, robot, equilibrium, run);
-  io::Json json{{"inputs", report::provenance(robot)},
-                {"posture", report::to_json(robot, posture)},
-                {"equilibrium", report::to_json(robot, equilibrium)}};
-  segments.add_to(json);
+  io::Json json = report::inputs_and_posture(robot, posture);
+  json["equilibrium"] = report::to_json(robot, equilibrium);
+  report::add_to(json, segments);
   return json;
 }
 

@@ -18,7 +18,7 @@
 #include "kinetostat/report/comparison.h"
 #include "kinetostat/report/diagnosis.h"
 #include "kinetostat/report/diagnosis_file.h"
-#include "kinetostat/report/text.h"
+#include "kinetostat/report/text/text.h"
 #include "kinetostat/report/waterfall.h"
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"

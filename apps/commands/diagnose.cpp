@@ -16,7 +16,7 @@
 #include "kinetostat/report/comparison.h"
 #include "kinetostat/report/diagnosis.h"
 #include "kinetostat/report/diagnosis_file.h"
-#include "kinetostat/report/manipulator.h"
+#include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/plan.h"
 #include "kinetostat/report/readings_picture.h"
 

@@ -16,7 +16,7 @@
 #include "kinetostat/apps/commands/link_exports.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/fea/link/link_picture.h"
-#include "kinetostat/report/text.h"
+#include "kinetostat/report/text/text.h"
 
 namespace kinetostat::apps {
 namespace {

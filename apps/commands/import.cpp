@@ -6,7 +6,7 @@
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/io/text_file.h"
-#include "kinetostat/report/text.h"
+#include "kinetostat/report/manipulators/imported_robot.h"
 #include "kinetostat/vjm/io/urdf.h"
 
 namespace kinetostat::apps {
@@ -27,19 +27,8 @@ io::Json import(const ImportRequest& request, Run& run) {
   } else {
     run.print(robot.text + "\n");
   }
-  run.print("URDF knows no stiffness. Missing in the robot file:\n");
-  report::Table table({"where", "what"});
-  io::Json missing = io::Json::array();
-  for (const vjm::MissingStiffness& item : robot.missing) {
-    table.add_row({item.key, item.what});
-    missing.push_back({{"where", item.key}, {"what", item.what}});
-  }
-  run.print(table.text());
-  return {{"inputs", {{"urdf", request.urdf}, {"sha256", io::sha256(io::read_text(request.urdf))}}},
-          {"base", chain.base},
-          {"tip", chain.tip},
-          {"robot_file", robot.text},
-          {"missing", missing}};
+  run.print(report::text(robot));
+  return report::to_json(model, chain, robot);
 }
 
 }  // namespace

@@ -15,7 +15,7 @@
 #include "kinetostat/fea/surface/surface_check.h"
 #include "kinetostat/fea/surface/surface_repair.h"
 #include "kinetostat/io/text_file.h"
-#include "kinetostat/report/text.h"
+#include "kinetostat/report/text/text.h"
 #include "kinetostat/spatial/units.h"
 
 namespace kinetostat::apps {

@@ -16,7 +16,7 @@
 #include "kinetostat/common/spelling.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/diagnosis_file.h"
-#include "kinetostat/report/manipulator.h"
+#include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/plan.h"
 
 namespace kinetostat::apps {

@@ -5,10 +5,10 @@
 
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/cli/robot_request.h"
-#include "kinetostat/apps/cli/segment_check.h"
 #include "kinetostat/apps/commands/commands.h"
-#include "kinetostat/report/manipulator.h"
-#include "kinetostat/report/skeleton.h"
+#include "kinetostat/report/manipulators/manipulator.h"
+#include "kinetostat/report/manipulators/segment_check.h"
+#include "kinetostat/report/manipulators/skeleton.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -24,27 +24,17 @@ io::Json stiffness(const Request& request, Run& run) {
   const vjm::UnloadedStiffness unloaded = unloaded_stiffness(robot.manipulator, posture);
   run.print(fmt::format("{}\n", robot.name) + report::text(robot, posture));
   run.print("Unloaded\n--------\n" + report::text(robot, unloaded));
-  if (robot.manipulator.has_errors())
-    run.print(
-        "That is the nominal robot: its chains do not close with their geometric errors, unless "
-        "they\nstrain each other. As it is assembled it stands under Loaded.\n");
-  io::Json json{{"inputs", report::provenance(robot)},
-                {"posture", report::to_json(robot, posture)},
-                {"unloaded", report::to_json(robot, unloaded)}};
-  io::Json skeletons{report::named_skeleton(
-      "unloaded", report::skeleton(robot.manipulator.without_errors(), posture))};
-  run.draw({{"skeletons", skeletons}});
+  io::Json json = report::inputs_and_posture(robot, posture);
+  json["unloaded"] = report::to_json(robot, unloaded);
+  run.draw(report::picture(robot.manipulator, posture));
   if (!request.load.given() && robot.manipulator.is_relaxed_when_unloaded()) return json;
 
   vjm::Equilibrium loaded = request.load.solve(robot, posture);
-  const SegmentCheck segments = check_segments(robot, request.posture, request.load, loaded);
-  run.print("\nLoaded\n------\n" + report::text(robot, loaded));
-  run.print(segments.text(robot));
-  segments.add_to(json);
+  const vjm::SegmentCheck segments = check_segments(robot, request.posture, request.load, loaded);
+  run.print("\nLoaded\n------\n" + report::text(robot, loaded) + report::text(robot, segments));
+  report::add_to(json, segments);
   json["loaded"] = report::to_json(robot, loaded);
-  skeletons.push_back(
-      report::named_skeleton("loaded", report::skeleton(robot.manipulator, loaded)));
-  run.draw({{"skeletons", skeletons}});
+  run.draw(report::picture(robot.manipulator, posture, loaded));
   stop_short_unless_stable(request.load, robot, loaded, run);
   return json;
 }

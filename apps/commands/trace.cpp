@@ -6,12 +6,10 @@
 
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/cli/robot_request.h"
-#include "kinetostat/apps/cli/segment_check.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/io/text_file.h"
-#include "kinetostat/report/manipulator.h"
-#include "kinetostat/report/path.h"
-#include "kinetostat/report/skeleton.h"
+#include "kinetostat/report/manipulators/manipulator.h"
+#include "kinetostat/report/manipulators/path.h"
 #include "kinetostat/vjm/statics/segments.h"
 
 namespace kinetostat::apps {
@@ -54,8 +52,8 @@ std::optional<double> first_critical_force(const Request& request, int multiple,
 // as the path has them, would not last.
 bool may_buckle(const Request& request, const vjm::PathTask& task, const vjm::Path& path) {
   if (!path.critical.empty()) return true;
-  const vjm::Robot finer = vjm::read_robot(request.posture.robot_file,
-                                           {.segment_multiple = SegmentCheck::stability_multiple});
+  const vjm::Robot finer = vjm::read_robot(
+      request.posture.robot_file, {.segment_multiple = vjm::SegmentCheck::stability_multiple});
   const vjm::Posture posture = request.posture.posture(finer);
   for (const vjm::Branch& branch : path.branches) {
     if (branch.points.empty()) continue;
@@ -66,18 +64,6 @@ bool may_buckle(const Request& request, const vjm::PathTask& task, const vjm::Pa
       return true;
   }
   return false;
-}
-
-// The posture at every point, branch by branch.
-io::Json picture(const vjm::Robot& robot, const vjm::PathTask& task, const vjm::Path& path) {
-  io::Json branches = io::Json::array();
-  for (const vjm::Branch& branch : path.branches) {
-    io::Json lines = io::Json::array();
-    for (const vjm::PathPoint& point : branch.points)
-      lines.push_back(report::chain_lines(robot.manipulator, point.equilibrium));
-    branches.push_back(std::move(lines));
-  }
-  return {{"path", {{"turns", turns(task)}, {"lines", std::move(branches)}}}};
 }
 
 void check(const Request& request) {
@@ -133,7 +119,7 @@ io::Json trace(const Request& request, Run& run) {
   run.print(fmt::format("{}\n", robot.name) + report::warning(robot, task, study) +
             report::text(robot, request.posture.posture(robot)) + report::text(robot, task, path) +
             report::text(robot, task, study));
-  if (run.wants_page()) run.draw(picture(robot, task, path));
+  if (run.wants_page()) run.draw(report::picture(robot, task, path));
   if (run.out()) io::write_atomically(*run.out(), report::csv(robot, task, path));
   if (path.branches[0].end == vjm::BranchEnd::lost) run.stop_short(path.branches[0].reason);
   return json;

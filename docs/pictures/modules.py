@@ -8,13 +8,13 @@ import sys
 # Name, x, y, width, height, colour, what it is for.
 BOXES = [
     ("apps", 10, 10, 1120, 92, "#e8e8e8", "the program: its commands, the studio, helper programs"),
-    ("fea", 10, 112, 500, 354, "#fbe9d7", "from the CAD mesh of a link to its 6x6 compliance"),
-    ("report", 520, 112, 610, 60, "#e3ecf7", "results as text, JSON, CSV and pages"),
-    ("calibration", 520, 182, 610, 137, "#e4f2e1", "from measurements to the effect that a model lacks"),
-    ("vjm", 520, 329, 610, 137, "#f6e3ee", "robots of links and joints: stiffness, equilibrium, stability, effects"),
-    ("io", 10, 476, 1120, 60, "#f2f2e2", "files that people write, results that programs read"),
-    ("spatial", 10, 546, 1120, 60, "#f2f2e2", "poses, wrenches and twists, 6x6 matrices, units"),
-    ("common", 10, 616, 1120, 60, "#f2f2e2", "errors, progress, threads"),
+    ("report", 10, 112, 1120, 92, "#e3ecf7", "results as text, JSON, CSV and pages"),
+    ("fea", 10, 214, 500, 284, "#fbe9d7", "from the CAD mesh of a link to its 6x6 compliance"),
+    ("calibration", 520, 214, 610, 137, "#e4f2e1", "from measurements to the effect that a model lacks"),
+    ("vjm", 520, 361, 610, 137, "#f6e3ee", "robots of links and joints: stiffness, equilibrium, stability, effects"),
+    ("io", 10, 508, 1120, 60, "#f2f2e2", "files that people write, results that programs read"),
+    ("spatial", 10, 578, 1120, 60, "#f2f2e2", "poses, wrenches and twists, 6x6 matrices, units"),
+    ("common", 10, 648, 1120, 60, "#f2f2e2", "errors, progress, threads"),
 ]
 NOTES = ["A module may use those that it stands on, directly or not, and no others.",
          "fea and vjm stand side by side: a 6x6 compliance with its frame is all that passes from one to the other."]
@@ -50,9 +50,9 @@ def main():
     with open(page) as file:
         parts = sub_modules(file.read())
     lines = [line for given in BOXES for line in box(*given, parts.get(given[0], []))]
-    lines += [text(14, 704 + 22 * n, 15, note) for n, note in enumerate(NOTES)]
+    lines += [text(14, 736 + 22 * n, 15, note) for n, note in enumerate(NOTES)]
     with open(picture, "w") as file:
-        file.write('<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1140 740" font-family="sans-serif">\n'
+        file.write('<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1140 772" font-family="sans-serif">\n'
                    '<rect width="100%" height="100%" fill="white"/>\n' + "\n".join(lines) + "\n</svg>\n")
 
 

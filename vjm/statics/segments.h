@@ -43,4 +43,13 @@ std::optional<double> lumping_error(const Equilibrium& given, const Equilibrium&
 /// equilibrium at all, `given` takes that over; says whether it did.
 bool take_stability(const Equilibrium& finer, bool platform_held, Equilibrium& given);
 
+/// A loaded equilibrium beside the same one with finer beams.
+struct SegmentCheck {
+  static constexpr int stability_multiple = 8;  // segments by which stability is judged
+
+  std::optional<double> lumping_error;  // against twice the segments; none without beams or
+                                        // equilibrium
+  bool hidden_buckling = false;         // stable as given, unstable with the finer beams
+};
+
 }  // namespace kinetostat::vjm

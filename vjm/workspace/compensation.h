@@ -6,7 +6,7 @@
 #include <string>
 
 #include "kinetostat/vjm/statics/equilibrium.h"
-#include "kinetostat/vjm/workspace/workspace_map.h"
+#include "kinetostat/vjm/workspace/pose_list.h"
 
 namespace kinetostat::vjm {
 

@@ -9,16 +9,10 @@
 #include "kinetostat/common/progress.h"
 #include "kinetostat/spatial/units.h"
 #include "kinetostat/vjm/manipulator/manipulator.h"
-#include "kinetostat/vjm/statics/load.h"
 #include "kinetostat/vjm/workspace/map_checkpoint.h"
+#include "kinetostat/vjm/workspace/pose_list.h"
 
 namespace kinetostat::vjm {
-
-/// Where the platform is sent with relaxed links, and what acts on it there.
-struct TargetPose {
-  spatial::Pose platform;
-  Load load = {};
-};
 
 /// One figure of merit of a pose, in SI units.
 struct MapIndex {

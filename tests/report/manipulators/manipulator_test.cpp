@@ -1,4 +1,4 @@
-#include "kinetostat/report/manipulator.h"
+#include "kinetostat/report/manipulators/manipulator.h"
 
 #include <cmath>
 

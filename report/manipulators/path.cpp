@@ -1,4 +1,4 @@
-#include "kinetostat/report/path.h"
+#include "kinetostat/report/manipulators/path.h"
 
 #include <algorithm>
 #include <array>
@@ -8,8 +8,9 @@
 #include <fmt/ranges.h>
 
 #include "kinetostat/io/csv.h"
-#include "kinetostat/report/manipulator.h"
-#include "kinetostat/report/text.h"
+#include "kinetostat/report/manipulators/manipulator.h"
+#include "kinetostat/report/manipulators/skeleton.h"
+#include "kinetostat/report/text/text.h"
 
 namespace kinetostat::report {
 namespace {
@@ -317,6 +318,33 @@ std::string csv(const Robot& robot, const PathTask& task, const Path& path) {
     }
   }
   return out;
+}
+
+Json picture(const Robot& robot, const PathTask& task, const Path& path) {
+  Json branches = Json::array();
+  for (const Branch& branch : path.branches) {
+    Json lines = Json::array();
+    for (const PathPoint& point : branch.points)
+      lines.push_back(chain_lines(robot.manipulator, point.equilibrium));
+    branches.push_back(std::move(lines));
+  }
+  return {{"path", {{"turns", turns(task)}, {"lines", std::move(branches)}}}};
+}
+
+Json without_equilibria(Json path) {
+  if (!path.is_object()) return path;
+  const auto drop = [](Json& point) {
+    if (point.is_object()) point.erase("equilibrium");
+  };
+  for (const char* list : {"branches", "critical_points", "at_target"})
+    if (path.contains(list) && path[list].is_array())
+      for (Json& entry : path[list]) {
+        if (entry.contains("points") && entry["points"].is_array())
+          for (Json& point : entry["points"]) drop(point);
+        if (entry.contains("point")) drop(entry["point"]);
+        drop(entry);
+      }
+  return path;
 }
 
 std::string text(const Robot& robot, const PathTask& task, const vjm::SegmentStudy& study) {

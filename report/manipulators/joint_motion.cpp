@@ -1,4 +1,4 @@
-#include "kinetostat/report/joint_motion.h"
+#include "kinetostat/report/manipulators/joint_motion.h"
 
 namespace kinetostat::report {
 

@@ -1,4 +1,4 @@
-#include "kinetostat/report/skeleton.h"
+#include "kinetostat/report/manipulators/skeleton.h"
 
 #include <cmath>
 
@@ -117,6 +117,18 @@ Json named_skeleton(const std::string& name, const Json& skeleton) {
   Json json{{"name", name}};
   json.update(skeleton);
   return json;
+}
+
+Json picture(const vjm::Manipulator& manipulator, const vjm::Posture& posture) {
+  return {{"skeletons", Json::array({named_skeleton(
+                            "unloaded", skeleton(manipulator.without_errors(), posture))})}};
+}
+
+Json picture(const vjm::Manipulator& manipulator, const vjm::Posture& posture,
+             const vjm::Equilibrium& state, const std::string& relaxed, const std::string& loaded) {
+  return {{"skeletons",
+           Json::array({named_skeleton(relaxed, skeleton(manipulator.without_errors(), posture)),
+                        named_skeleton(loaded, skeleton(manipulator, state))})}};
 }
 
 Json chain_lines(const vjm::Manipulator& manipulator, const vjm::Equilibrium& equilibrium) {

@@ -16,6 +16,12 @@ io::Json skeleton(const vjm::Manipulator& manipulator, const vjm::Equilibrium& e
 
 /// One entry of a picture's "skeletons".
 io::Json named_skeleton(const std::string& name, const io::Json& skeleton);
+/// The picture of a manipulator without geometric errors and load, and that of it beside a loaded
+/// or assembled state, each under its name.
+io::Json picture(const vjm::Manipulator& manipulator, const vjm::Posture& posture);
+io::Json picture(const vjm::Manipulator& manipulator, const vjm::Posture& posture,
+                 const vjm::Equilibrium& state, const std::string& relaxed = "unloaded",
+                 const std::string& loaded = "loaded");
 /// Only the polylines of the chains, for states of which there are many.
 io::Json chain_lines(const vjm::Manipulator& manipulator, const vjm::Equilibrium& equilibrium);
 

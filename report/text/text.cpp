@@ -1,4 +1,4 @@
-#include "kinetostat/report/text.h"
+#include "kinetostat/report/text/text.h"
 
 #include <algorithm>
 #include <array>

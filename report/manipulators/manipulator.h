@@ -15,8 +15,11 @@ namespace kinetostat::report {
 /// Platform pose and joint values, in the units of the robot file.
 std::string text(const vjm::Robot& robot, const vjm::Posture& posture);
 io::Json to_json(const vjm::Robot& robot, const vjm::Posture& posture);
+/// The first keys of results in one posture: `inputs` and `posture`.
+io::Json inputs_and_posture(const vjm::Robot& robot, const vjm::Posture& posture);
 
-/// Stiffness, compliance, rank, free and rigid motions in words, rank of each chain.
+/// Stiffness, compliance, rank, free and rigid motions in words, rank of each chain; of the nominal
+/// robot when its chains have geometric errors.
 std::string text(const vjm::Robot& robot, const vjm::UnloadedStiffness& stiffness);
 io::Json to_json(const vjm::Robot& robot, const vjm::UnloadedStiffness& stiffness);
 

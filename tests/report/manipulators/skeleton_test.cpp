@@ -1,4 +1,4 @@
-#include "kinetostat/report/skeleton.h"
+#include "kinetostat/report/manipulators/skeleton.h"
 
 #include <filesystem>
 

@@ -1,4 +1,4 @@
-#include "kinetostat/report/manipulator.h"
+#include "kinetostat/report/manipulators/manipulator.h"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,8 @@
 #include <fmt/ranges.h>
 
 #include "kinetostat/io/text_file.h"
-#include "kinetostat/report/text.h"
+#include "kinetostat/report/manipulators/pose.h"
+#include "kinetostat/report/text/text.h"
 #include "kinetostat/spatial/rotation.h"
 
 namespace kinetostat::report {
@@ -96,11 +97,6 @@ Json motion_json(const Chain& chain, const vjm::ChainEquilibrium& state) {
           {"axes", io::rows(at.frame.axes.transpose())}};
 }
 
-Json pose_json(const spatial::Pose& pose) {
-  return {{"position", io::to_json(pose.position())},
-          {"rotation_vector", io::to_json(spatial::log_rotation(pose.rotation()))}};
-}
-
 Json stability_json(const Stability& s) {
   // JSON has no infinity: no margin means that no motion is left to be unstable.
   return {{"stable", s.stable()},
@@ -184,7 +180,7 @@ std::string text(const Robot& robot, const vjm::Posture& posture) {
 }
 
 Json to_json(const Robot& robot, const vjm::Posture& posture) {
-  Json json = pose_json(posture.platform);
+  Json json = to_json(posture.platform);
   for (std::size_t c = 0; c < robot.manipulator.size(); ++c) {
     const Chain& chain = robot.manipulator.chains()[c];
     Json joints = Json::object();
@@ -195,6 +191,24 @@ Json to_json(const Robot& robot, const vjm::Posture& posture) {
   return json;
 }
 
+Json inputs_and_posture(const Robot& robot, const vjm::Posture& posture) {
+  return {{"inputs", provenance(robot)}, {"posture", to_json(robot, posture)}};
+}
+
+namespace {
+
+std::string ranks_of_chains(const Robot& robot, const UnloadedStiffness& s) {
+  std::string out;
+  for (std::size_t c = 0; c < s.per_chain.size(); ++c) {
+    out += fmt::format("  chain {} alone: ", robot.manipulator.chains()[c].name());
+    out += s.per_chain[c] ? fmt::format("rank {}\n", s.free_per_chain[c].rank)
+                          : "rigid in some direction\n";
+  }
+  return out;
+}
+
+}  // namespace
+
 std::string text(const Robot& robot, const UnloadedStiffness& s) {
   std::string out = matrices_text(robot, s.stiffness, s.compliance);
   if (!s.stiffness && !s.compliance)
@@ -202,12 +216,11 @@ std::string text(const Robot& robot, const UnloadedStiffness& s) {
   out += fmt::format("Rank {}.\n", s.stiffness ? s.free.rank : s.rigid.rank);
   for (const std::string& sentence : s.free.sentences) out += "  " + sentence + "\n";
   for (const std::string& sentence : s.rigid.sentences) out += "  " + sentence + "\n";
-  if (s.per_chain.size() == 1) return out;
-  for (std::size_t c = 0; c < s.per_chain.size(); ++c) {
-    out += fmt::format("  chain {} alone: ", robot.manipulator.chains()[c].name());
-    out += s.per_chain[c] ? fmt::format("rank {}\n", s.free_per_chain[c].rank)
-                          : "rigid in some direction\n";
-  }
+  if (s.per_chain.size() > 1) out += ranks_of_chains(robot, s);
+  if (robot.manipulator.has_errors())
+    out +=
+        "That is the nominal robot: its chains do not close with their geometric errors, unless "
+        "they\nstrain each other. As it is assembled it stands under Loaded.\n";
   return out;
 }
 
@@ -248,7 +261,7 @@ Json to_json(const Robot& robot, const Equilibrium& e) {
       {"status", status_name(e.status)},
       {"reason", e.reason},
       {"reached", e.reached},
-      {"platform", pose_json(e.platform)},
+      {"platform", to_json(e.platform)},
       {"displacement", io::to_json(e.displacement)},
       {"wrench", io::to_json(e.wrench)},
       {"stiffness", optional_json(e.stiffness)},
@@ -295,7 +308,7 @@ Json to_json(const Robot& robot, const vjm::Posture& posture, const vjm::FixedPo
   Json json{{"converged", f.converged},
             {"reason", f.reason},
             {"reached", f.reached},
-            {"platform", pose_json(f.platform)},
+            {"platform", to_json(f.platform)},
             {"displacement", io::to_json(displacement_of(posture, f))},
             {"wrench", io::to_json(f.wrench)},
             {"iterations", f.iterations},

@@ -19,6 +19,11 @@ io::Json to_json(const vjm::Robot& robot, const vjm::PathTask& task, const vjm::
 /// One row a point, in the units of the robot file; critical points are rows of their own.
 std::string csv(const vjm::Robot& robot, const vjm::PathTask& task, const vjm::Path& path);
 
+/// What the charts of a page need: the posture at every point, branch by branch.
+io::Json picture(const vjm::Robot& robot, const vjm::PathTask& task, const vjm::Path& path);
+/// What to_json() made, without the equilibria at its points: picture() has them in a shorter form.
+io::Json without_equilibria(io::Json path);
+
 /// That a beam buckles where the given segments show nothing; empty when they show it.
 std::string warning(const vjm::Robot& robot, const vjm::PathTask& task,
                     const vjm::SegmentStudy& study);

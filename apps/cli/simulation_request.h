@@ -1,0 +1,25 @@
+// The options of simulated readings: what is measured, with what noise, and which effects act.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "kinetostat/apps/cli/option_list.h"
+#include "kinetostat/calibration/regression/simulate.h"
+
+namespace kinetostat::apps {
+
+struct SimulationRequest {
+  std::string translation_noise, rotation_noise, components;
+  std::string force_noise, moment_noise, wrench_share;
+  std::vector<std::string> effects, places, sizes;
+  bool absolute = false;
+  std::uint64_t seed = 1;
+
+  void add_options(OptionList& app);
+  /// Throws UsageError. Threads are left to the caller.
+  calibration::SimulationOptions options(const vjm::Robot& robot) const;
+};
+
+}  // namespace kinetostat::apps

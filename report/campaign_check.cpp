@@ -1,0 +1,38 @@
+#include "kinetostat/report/campaign_check.h"
+
+#include <fmt/format.h>
+
+namespace kinetostat::report {
+namespace {
+
+using calibration::Observability;
+
+std::string listed(const std::vector<Observability>& checks, bool observable) {
+  std::string text;
+  for (const Observability& item : checks)
+    if (item.observable == observable) text += "  - " + item.sentence + "\n";
+  return text;
+}
+
+}  // namespace
+
+std::string text(const calibration::Campaign& campaign, const std::vector<Observability>& checks) {
+  std::string out =
+      fmt::format("Campaign '{}': {} readings\n", campaign.name, campaign.readings.size());
+  for (const std::string& note : campaign.notes) out += "  " + note + "\n";
+  return out + "\nObservable\n" + listed(checks, true) + "\nNot observable\n" +
+         listed(checks, false);
+}
+
+io::Json to_json(const calibration::Campaign& campaign, const std::vector<Observability>& checks) {
+  io::Json json{{"campaign", campaign.name},
+                {"readings", campaign.readings.size()},
+                {"notes", campaign.notes},
+                {"checks", io::Json::array()}};
+  for (const Observability& item : checks)
+    json["checks"].push_back(
+        {{"topic", item.topic}, {"observable", item.observable}, {"sentence", item.sentence}});
+  return json;
+}
+
+}  // namespace kinetostat::report

@@ -1,0 +1,18 @@
+// What readings can and cannot show, for people and for programs.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kinetostat/calibration/campaign/campaign_check.h"
+#include "kinetostat/io/json.h"
+
+namespace kinetostat::report {
+
+/// Size and notes of the campaign, then two lists: observable, not observable.
+std::string text(const calibration::Campaign& campaign,
+                 const std::vector<calibration::Observability>& checks);
+io::Json to_json(const calibration::Campaign& campaign,
+                 const std::vector<calibration::Observability>& checks);
+
+}  // namespace kinetostat::report

@@ -1,0 +1,210 @@
+#include "kinetostat/report/manipulators/compensation.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "kinetostat/io/csv.h"
+#include "kinetostat/report/manipulators/manipulator.h"
+#include "kinetostat/report/manipulators/pose.h"
+#include "kinetostat/report/text/text.h"
+
+namespace kinetostat::report {
+namespace {
+
+using io::Json;
+using spatial::Vector6;
+using vjm::Compensation;
+using vjm::CompensationStatus;
+
+std::string status_name(CompensationStatus status) {
+  switch (status) {
+    case CompensationStatus::converged:
+      return "converged";
+    case CompensationStatus::unreachable:
+      return "unreachable";
+    case CompensationStatus::no_equilibrium:
+      return "no equilibrium";
+    case CompensationStatus::not_converged:
+      break;
+  }
+  return "not converged";
+}
+
+bool has_converged(const Compensation& point) {
+  return point.status == CompensationStatus::converged;
+}
+
+// Columns and cells of the table, in the units of the robot file.
+class PathTable {
+ public:
+  explicit PathTable(const vjm::Robot& robot) : robot_(robot) {
+    const spatial::UnitSystem& u = robot.units;
+    units_ = {u.length, u.angle, u.force, fmt::format("{} {}", u.force, u.length)};
+    for (std::size_t i = 0; i < 4; ++i) factors_[i] = spatial::parse_unit(units_[i]).factor;
+  }
+
+  std::vector<std::string> headings() const {
+    std::vector<std::string> result;
+    const auto six = [&](const std::string& prefix, const auto& names, std::size_t first_unit) {
+      for (std::size_t i = 0; i < 6; ++i)
+        result.push_back(fmt::format("{}{} [{}]", prefix, names[i], units_[first_unit + i / 3]));
+    };
+    six("", vjm::pose_columns, 0);
+    six("", vjm::wrench_columns, 2);
+    result.emplace_back("state");
+    six("error_", vjm::pose_columns, 0);
+    six("command_", vjm::pose_columns, 0);
+    for_actuators([&](std::size_t c, Eigen::Index k, const vjm::Coordinate& coordinate) {
+      static_cast<void>(k);
+      const std::string name = robot_.manipulator.chains()[c].name() + "." + coordinate.name;
+      const std::string& unit = units_[is_rotation(coordinate.motion) ? 1 : 0];
+      result.push_back(io::csv_cell(fmt::format("{} nominal [{}]", name, unit)));
+      result.push_back(io::csv_cell(fmt::format("{} [{}]", name, unit)));
+    });
+    six("residual_", vjm::pose_columns, 0);
+    return result;
+  }
+
+  std::vector<std::string> row(const vjm::TargetPose& target, const Compensation& point) const {
+    std::vector<std::string> cells;
+    const bool known = point.status != CompensationStatus::unreachable &&
+                       point.status != CompensationStatus::no_equilibrium;
+    const auto six = [&](const Vector6& values, std::size_t first_unit, bool given) {
+      for (Eigen::Index i = 0; i < 6; ++i)
+        cells.push_back(
+            given ? cell(values[i] / factors_[first_unit + static_cast<std::size_t>(i / 3)]) : "");
+    };
+    six(coordinates_of(target.platform), 0, true);
+    six(target.load.at_reference_point(target.platform), 2, true);
+    cells.push_back(status_name(point.status));
+    six(point.error, 0, known);
+    six(known ? coordinates_of(point.corrected.platform) : Vector6::Zero(), 0, known);
+    for_actuators([&](std::size_t c, Eigen::Index k, const vjm::Coordinate& coordinate) {
+      const double factor = factors_[is_rotation(coordinate.motion) ? 1 : 0];
+      for (const vjm::Posture* posture : {&point.nominal, &point.corrected})
+        cells.push_back(known ? cell(posture->coordinates[c][k] / factor) : "");
+    });
+    six(point.residual, 0, known);
+    return cells;
+  }
+
+ private:
+  // Rounding of the model is not printed as a figure.
+  static std::string cell(double value) {
+    return fmt::format("{:.12g}", std::abs(value) < 1e-12 ? 0 : value);
+  }
+
+  template <class Use>
+  void for_actuators(const Use& use) const {
+    for (std::size_t c = 0; c < robot_.manipulator.size(); ++c) {
+      const auto& coordinates = robot_.manipulator.chains()[c].coordinates();
+      for (std::size_t k = 0; k < coordinates.size(); ++k)
+        if (coordinates[k].role == vjm::Role::actuated)
+          use(c, static_cast<Eigen::Index>(k), coordinates[k]);
+    }
+  }
+
+  const vjm::Robot& robot_;
+  std::array<std::string, 4> units_;
+  std::array<double, 4> factors_{};
+};
+
+// Largest and root mean square size of the translational (or rotational) half of an error [m; rad],
+// over the poses that were compensated.
+struct ErrorSize {
+  double largest = 0, rms = 0;
+};
+
+ErrorSize size_of(const std::vector<Compensation>& points, Vector6 Compensation::*error, int half) {
+  double squares = 0;
+  std::size_t count = 0;
+  ErrorSize result;
+  for (const Compensation& point : points) {
+    if (!has_converged(point)) continue;
+    ++count;
+    const double size = (point.*error).segment<3>(3 * half).norm();
+    result.largest = std::max(result.largest, size);
+    squares += size * size;
+  }
+  if (count > 0) result.rms = std::sqrt(squares / static_cast<double>(count));
+  return result;
+}
+
+Json sizes_json(const std::vector<Compensation>& points, Vector6 Compensation::*error) {
+  const ErrorSize translation = size_of(points, error, 0), rotation = size_of(points, error, 1);
+  return {{"largest_translation", translation.largest},
+          {"rms_translation", translation.rms},
+          {"largest_rotation", rotation.largest},
+          {"rms_rotation", rotation.rms}};
+}
+
+std::string met_text(const Compensation& point) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < 6; ++i)
+    if (point.components[i]) names.emplace_back(vjm::pose_columns[i]);
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+Json point_json(const Compensation& point) {
+  const auto six = [](const Vector6& v) { return Json(std::vector<double>(v.begin(), v.end())); };
+  Json json{{"state", status_name(point.status)}};
+  if (!point.reason.empty()) json["reason"] = point.reason;
+  if (!has_converged(point)) return json;
+  json["error"] = six(point.error);
+  json["command"] = to_json(point.corrected.platform);
+  json["residual"] = six(point.residual);
+  json["corrections"] = point.iterations;
+  return json;
+}
+
+}  // namespace
+
+std::string text(const CompensatedPath& result) {
+  const std::vector<Compensation>& points = result.points;
+  const auto first = std::find_if(points.begin(), points.end(), has_converged);
+  std::string out = fmt::format("{}: {} poses, {} compensated", result.robot.name, points.size(),
+                                std::count_if(points.begin(), points.end(), has_converged));
+  if (first == points.end()) return out + "\n";
+  out += fmt::format(" in {}\n\n", met_text(*first));
+  Table table({"error of the platform", "unit", "largest", "rms", "largest left", "rms left"});
+  const auto add = [&](const std::string& name, const std::string& unit, int half) {
+    const double factor = spatial::parse_unit(unit).factor;
+    const ErrorSize before = size_of(points, &Compensation::error, half);
+    const ErrorSize after = size_of(points, &Compensation::residual, half);
+    table.add_row({name, unit, number(before.largest / factor), number(before.rms / factor),
+                   number(after.largest / factor), number(after.rms / factor)});
+  };
+  add("translation", result.robot.units.length, 0);
+  add("rotation", result.robot.units.angle, 1);
+  return out + table.text();
+}
+
+Json to_json(const CompensatedPath& result) {
+  Json json{{"inputs", provenance(result.robot)},
+            {"error", sizes_json(result.points, &Compensation::error)},
+            {"residual", sizes_json(result.points, &Compensation::residual)},
+            {"points", Json::array()}};
+  for (const Compensation& point : result.points) json["points"].push_back(point_json(point));
+  return json;
+}
+
+std::string csv(const CompensatedPath& result) {
+  const PathTable table(result.robot);
+  std::string out = fmt::format("{}\n", fmt::join(table.headings(), ","));
+  for (std::size_t i = 0; i < result.points.size(); ++i)
+    out += fmt::format("{}\n", fmt::join(table.row(result.path.poses[i], result.points[i]), ","));
+  return out;
+}
+
+Json picture(const CompensatedPath& result) {
+  Json positions = Json::array();
+  for (const vjm::TargetPose& pose : result.path.poses)
+    positions.push_back(io::to_json(pose.platform.position()));
+  return {{"positions", positions}};
+}
+
+}  // namespace kinetostat::report

@@ -1,0 +1,217 @@
+#include "kinetostat/report/manipulators/map.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "kinetostat/io/csv.h"
+#include "kinetostat/report/manipulators/manipulator.h"
+#include "kinetostat/report/manipulators/pose.h"
+#include "kinetostat/report/text/text.h"
+
+namespace kinetostat::report {
+namespace {
+
+using io::Json;
+using vjm::MapPoint;
+using vjm::MapState;
+
+constexpr std::array all_states{MapState::reached, MapState::free_motion, MapState::unstable,
+                                MapState::no_equilibrium, MapState::unreachable};
+
+std::ptrdiff_t count_of(const std::vector<MapPoint>& points, MapState state) {
+  return std::count_if(points.begin(), points.end(),
+                       [state](const MapPoint& p) { return p.state == state; });
+}
+
+// A number as it is written in tables: 12 significant digits, nothing where there is none.
+std::string cell(double value) { return std::isnan(value) ? "" : fmt::format("{:.12g}", value); }
+
+std::string with_unit(const std::string& name, const std::string& unit) {
+  return unit.empty() ? name : fmt::format("{} [{}]", name, unit);
+}
+
+std::string header(const Map& map) {
+  std::vector<std::string> headings;
+  for (const std::string name : vjm::pose_columns)
+    headings.push_back(io::csv_cell(
+        with_unit(name, name.size() == 1 ? map.robot.units.length : map.robot.units.angle)));
+  headings.emplace_back("state");
+  for (const NamedIndex& index : map.indices)
+    headings.push_back(io::csv_cell(with_unit(index.name, index.unit)));
+  return fmt::format("{}\n", fmt::join(headings, ","));
+}
+
+std::string place_text(const vjm::Robot& robot, const spatial::Pose& pose) {
+  const double length = spatial::parse_unit(robot.units.length).factor;
+  const double angle = spatial::parse_unit(robot.units.angle).factor;
+  const spatial::Vector6 c = coordinates_of(pose);
+  std::string text = fmt::format("{}, {}, {}", number(c[0] / length), number(c[1] / length),
+                                 number(c[2] / length));
+  if (!c.tail<3>().isZero(1e-12))
+    text += fmt::format(", {}, {}, {}", number(c[3] / angle), number(c[4] / angle),
+                        number(c[5] / angle));
+  return text;
+}
+
+std::vector<std::string> range_row(const Map& map, std::size_t k) {
+  const NamedIndex& index = map.indices[k];
+  const vjm::MapRange range = range_of(map.points, k);
+  if (range.count == 0) return {index.name, index.unit, "-", "-", "-", "-", "-"};
+  const auto shown = [&](double v) { return number(v / index.factor, 6); };
+  return {index.name,
+          index.unit,
+          shown(range.smallest),
+          place_text(map.robot, map.list.poses[range.smallest_at].platform),
+          shown(range.mean),
+          shown(range.largest),
+          place_text(map.robot, map.list.poses[range.largest_at].platform)};
+}
+
+Json range_json(const Map& map, std::size_t k) {
+  const vjm::MapRange range = range_of(map.points, k);
+  Json json{{"index", map.indices[k].name}, {"finite_values", range.count}};
+  if (range.count == 0) return json;
+  json["smallest"] = range.smallest;
+  json["smallest_at"] = to_json(map.list.poses[range.smallest_at].platform);
+  json["mean"] = range.mean;
+  json["largest"] = range.largest;
+  json["largest_at"] = to_json(map.list.poses[range.largest_at].platform);
+  return json;
+}
+
+// Values of one index at all poses, in its unit.
+std::vector<double> values_of(const Map& map, std::size_t k) {
+  std::vector<double> values;
+  for (const MapPoint& point : map.points)
+    values.push_back(point.values[k] / map.indices[k].factor);
+  return values;
+}
+
+// A block of cells: how many along each of its directions, and how far apart neighbours are in the
+// list of poses.
+struct Cells {
+  int directions = 0;
+  std::array<std::size_t, 3> count{1, 1, 1};
+  std::array<int, 3> step{0, 0, 0};
+};
+
+Cells cells_of(const vjm::PoseList& list) {
+  const auto& shape = list.shape;
+  Cells cells;
+  if (shape[3] * shape[4] * shape[5] > 1) {  // the platform turns: points alone
+    cells.count[0] = list.poses.size();
+    cells.step[0] = 1;
+    return cells;
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (shape[i] == 1) continue;
+    const auto at = static_cast<std::size_t>(cells.directions++);
+    cells.count[at] = shape[i] - 1;
+    cells.step[at] = 1;
+    for (std::size_t k = 5; k > i; --k) cells.step[at] *= static_cast<int>(shape[k]);
+  }
+  return cells;
+}
+
+void add_cells(const vjm::PoseList& list, io::VtuGrid& grid) {
+  constexpr io::VtuCell kinds[] = {io::VtuCell::vertex, io::VtuCell::line, io::VtuCell::quad,
+                                   io::VtuCell::hexahedron};
+  // VTK's order of corners: around the first face, then around the opposite one.
+  constexpr int corners[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                                 {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+  const Cells cells = cells_of(list);
+  grid.cell = kinds[cells.directions];
+  grid.nodes_per_cell = 1 << cells.directions;
+  const auto offset = [&cells](int a, int b, int c) {
+    return a * cells.step[0] + b * cells.step[1] + c * cells.step[2];
+  };
+  for (std::size_t c = 0; c < cells.count[2]; ++c)
+    for (std::size_t b = 0; b < cells.count[1]; ++b)
+      for (std::size_t a = 0; a < cells.count[0]; ++a)
+        for (int k = 0; k < grid.nodes_per_cell; ++k)
+          grid.connectivity.push_back(
+              offset(static_cast<int>(a), static_cast<int>(b), static_cast<int>(c)) +
+              offset(corners[k][0], corners[k][1], corners[k][2]));
+}
+
+}  // namespace
+
+std::string text(const Map& map) {
+  std::string out = fmt::format("{}: {} poses", map.robot.name, map.points.size());
+  for (const MapState state : all_states)
+    if (const auto count = count_of(map.points, state); count != 0)
+      out += fmt::format(", {} {}", count, to_string(state));
+  Table table({"index", "unit", "smallest", "smallest at", "mean", "largest", "largest at"});
+  for (std::size_t k = 0; k < map.indices.size(); ++k) table.add_row(range_row(map, k));
+  return out + "\n\n" + table.text();
+}
+
+Json to_json(const Map& map) {
+  Json json{{"inputs", provenance(map.robot)},
+            {"poses", map.points.size()},
+            {"states", Json::object()},
+            {"indices", Json::array()}};
+  for (const MapState state : all_states)
+    json["states"][to_string(state)] = count_of(map.points, state);
+  for (std::size_t k = 0; k < map.indices.size(); ++k)
+    json["indices"].push_back(range_json(map, k));
+  return json;
+}
+
+std::string csv(const Map& map) {
+  const double length = spatial::parse_unit(map.robot.units.length).factor;
+  const double angle = spatial::parse_unit(map.robot.units.angle).factor;
+  fmt::memory_buffer text;
+  const auto out = std::back_inserter(text);
+  fmt::format_to(out, "{}", header(map));
+  for (std::size_t i = 0; i < map.points.size(); ++i) {
+    const spatial::Vector6 c = coordinates_of(map.list.poses[i].platform);
+    for (Eigen::Index k = 0; k < 6; ++k)
+      fmt::format_to(out, "{},", cell(c[k] / (k < 3 ? length : angle)));
+    fmt::format_to(out, "{}", to_string(map.points[i].state));
+    for (std::size_t k = 0; k < map.indices.size(); ++k)
+      fmt::format_to(out, ",{}", cell(map.points[i].values[k] / map.indices[k].factor));
+    fmt::format_to(out, "\n");
+  }
+  return fmt::to_string(text);
+}
+
+io::VtuGrid vtu(const Map& map) {
+  io::VtuGrid grid;
+  io::VtuField state{.name = "state"};
+  for (std::size_t i = 0; i < map.points.size(); ++i) {
+    for (const double x : map.list.poses[i].platform.position()) grid.points.push_back(x);
+    state.values.push_back(static_cast<double>(map.points[i].state));
+  }
+  grid.point_fields.push_back(std::move(state));
+  for (std::size_t k = 0; k < map.indices.size(); ++k)
+    grid.point_fields.push_back(
+        {.name = with_unit(map.indices[k].name, map.indices[k].unit), .values = values_of(map, k)});
+  add_cells(map.list, grid);
+  return grid;
+}
+
+Json picture(const Map& map) {
+  Json poses = Json::array(), states = Json::array(), values = Json::array();
+  const double length = spatial::parse_unit(map.robot.units.length).factor;
+  for (std::size_t i = 0; i < map.points.size(); ++i) {
+    poses.push_back(io::to_json(spatial::Vector3(map.list.poses[i].platform.position() / length)));
+    states.push_back(to_string(map.points[i].state));
+  }
+  for (std::size_t k = 0; k < map.indices.size(); ++k)
+    values.push_back({{"name", map.indices[k].name},
+                      {"unit", map.indices[k].unit},
+                      {"values", values_of(map, k)}});
+  return {{"map",
+           {{"shape", map.list.shape},
+            {"length", map.robot.units.length},
+            {"positions", std::move(poses)},
+            {"states", std::move(states)},
+            {"indices", std::move(values)}}}};
+}
+
+}  // namespace kinetostat::report
