@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/apps/cli/this_program.h"
+#include "kinetostat/report/links/link_result.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -29,13 +30,11 @@ std::optional<ResultCache::Entry> ResultCache::find() const {
   const std::optional<std::string> text = cache_.find(key_);
   if (!text) return std::nullopt;
   io::Json json = io::Json::parse(*text, nullptr, false);
-  if (!json.is_object() || !json["report"].is_string() || !json["result"].is_object() ||
-      !json["result"]["inputs"].is_object())
+  if (!json.is_object() || !json["report"].is_string() || !json["result"].is_object())
     return std::nullopt;  // sealed by hand
-  Entry entry{json["report"].get<std::string>(), std::move(json["result"])};
   // Another file may say the same in other words.
-  entry.result["inputs"]["link_sha256"] = link_sha256_;
-  return entry;
+  return Entry{json["report"].get<std::string>(),
+               report::with_link_file(std::move(json["result"]), link_sha256_)};
 }
 
 void ResultCache::keep(const Entry& entry) const {

@@ -1,14 +1,12 @@
 // kinetostat beam: is a beam enough for this link, or does it need finite elements?
-#include <cmath>
+#include "kinetostat/report/links/beam.h"
 
 #include <fmt/format.h>
 
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/fea/link/identify.h"
-#include "kinetostat/fea/section/beam_study.h"
-#include "kinetostat/report/text/text.h"
-#include "kinetostat/spatial/units.h"
+#include "kinetostat/io/link_result_file.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -41,30 +39,26 @@ std::size_t loaded_number(const fea::LinkSpec& spec, const std::string& name) {
                    "There is " + known);
 }
 
-Reference identified(Run& run, const fea::LinkSpec& spec, std::size_t loaded,
-                     const io::Cache& cache) {
+Reference identified(Run& run, const fea::LinkSpec& spec, const fea::LinkGeometry& geometry,
+                     std::size_t loaded, const io::Cache& cache) {
   fea::IdentifyOptions settings;
   settings.meshing.cache = &cache;
   settings.solver.threads = run.threads();
-  fea::LinkResult result = fea::identify(spec, settings, run.progress());
-  const auto first = 6 * static_cast<Eigen::Index>(loaded - 1);
-  const spatial::Matrix6 block = result.response.flexibility.block<6, 6>(first, first);
+  fea::LinkResult result = fea::identify(spec, geometry, settings, run.progress());
   return {.mesh = std::move(result.mesh),
           .interfaces = result.interfaces,
-          .compliance = spatial::Compliance6(0.5 * (block + block.transpose()),
-                                             {.point = result.interfaces[loaded].point}),
+          .compliance = fea::compliance_of(result.response.flexibility, result.interfaces, loaded),
           .source = "finite elements, computed now",
           .warnings = result.warnings};
 }
 
 Reference from_file(Run& run, const fea::LinkSpec& spec, const fea::LinkGeometry& geometry,
-                    const std::string& file, std::size_t loaded, const io::Cache& cache) {
+                    std::size_t loaded, const io::Cache& cache, const std::string& file) {
   if (loaded != 1)
     throw UsageError("--fea",
-                     "the compliance in a link result is that of the first loaded "
-                     "interface",
+                     "the compliance in a link result is that of the first loaded interface",
                      "Leave --interface or --fea out");
-  const spatial::Compliance6 compliance = io::read_compliance(file);
+  const io::IdentifiedLink link = io::read_identified_link(file);
   fea::LinkSpec coarse = spec;
   coarse.order = 1;
   fea::TetrahedralizeOptions meshing;
@@ -73,89 +67,29 @@ Reference from_file(Run& run, const fea::LinkSpec& spec, const fea::LinkGeometry
   fea::SolidMesher mesher(geometry.imported.mesh, geometry.tags);
   Reference reference{.mesh = fea::fill(coarse, geometry, mesher, meshing, run.progress()),
                       .interfaces = {},
-                      .compliance = compliance,
+                      .compliance = link.compliance,
                       .source = file,
                       .warnings = {}};
   reference.interfaces = fea::interfaces_on(spec, reference.mesh);
-  const io::Json json = io::read_json(file);
-  const auto inputs = json.find("inputs");
-  if (inputs != json.end() && inputs->value("mesh_sha256", "") != geometry.imported.sha256)
+  if (!link.mesh_sha256.empty() && link.mesh_sha256 != geometry.imported.sha256)
     reference.warnings.push_back(
         fmt::format("{} was identified from another mesh than {}", file, spec.mesh_name));
   return reference;
 }
 
-std::string section_table(const fea::BeamStudy& study, const std::string& unit) {
-  const double mm = spatial::parse_quantity("1 " + unit, spatial::dimension::length);
-  report::Table table({"along [" + unit + "]", "area [" + unit + "^2]", "I1 [" + unit + "^4]",
-                       "I2 [" + unit + "^4]", "J [" + unit + "^4]", "kappa1", "kappa2", "pieces",
-                       "holes"});
-  for (const fea::BeamStation& station : study.stations) {
-    const fea::SectionProperties& s = station.properties;
-    const auto principal = s.principal();
-    const double mm4 = std::pow(mm, 4);
-    table.add_row({report::number(station.arc / mm), report::number(s.area / (mm * mm)),
-                   report::number(principal.moments[0] / mm4),
-                   report::number(principal.moments[1] / mm4),
-                   report::number(s.torsion_constant / mm4),
-                   report::number(principal.shear_coefficients[0], 3),
-                   report::number(principal.shear_coefficients[1], 3), std::to_string(s.pieces),
-                   std::to_string(s.holes)});
+fea::BeamStudy studied(Run& run, const Options& options, const fea::LinkSpec& spec,
+                       const fea::LinkGeometry& geometry, const Reference& reference,
+                       std::size_t loaded) {
+  const fea::LinkBody body{.surface = geometry.imported.mesh,
+                           .mesh = reference.mesh,
+                           .fixed = reference.interfaces.front().geometry,
+                           .loaded = reference.interfaces[loaded].geometry};
+  try {
+    return fea::study_beams(body, spec.material, reference.compliance.frame().point, options.model,
+                            run.progress());
+  } catch (const fea::SectionError& error) {
+    throw common::InputError(options.link, error.what(), "Take the compliance of 'identify'");
   }
-  return table.text();
-}
-
-// One row for every significant entry of the upper triangle, in SI units.
-std::string entry_table(const spatial::Compliance6& fea,
-                        const std::vector<fea::BeamComparison>& comparisons) {
-  static constexpr const char* rows[] = {"x", "y", "z", "rx", "ry", "rz"};
-  static constexpr const char* columns[] = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
-  std::vector<std::string> header{"entry", "FEA"};
-  for (const fea::BeamComparison& c : comparisons) header.push_back(c.name);
-  report::Table table(header);
-  for (int i = 0; i < 6; ++i)
-    for (int j = i; j < 6; ++j) {
-      if (!comparisons.front().significant(i, j)) continue;
-      std::vector<std::string> row{fmt::format("{} / {}", rows[i], columns[j]),
-                                   fmt::format("{:.4e}", fea.matrix()(i, j))};
-      for (const fea::BeamComparison& c : comparisons)
-        row.push_back(fmt::format("{:+.1f} %", 100 * c.errors(i, j)));
-      table.add_row(row);
-    }
-  return table.text();
-}
-
-void print(Run& run, const fea::LinkSpec& spec, const Reference& reference,
-           const fea::BeamStudy& study, const std::vector<fea::BeamComparison>& comparisons,
-           const std::string& verdict) {
-  const double length = spatial::parse_quantity("1 " + spec.unit, spatial::dimension::length);
-  run.print(fmt::format("link {}: axis {} {} long, {} sections\n\n", spec.name,
-                        report::number(study.axis.length() / length), spec.unit,
-                        study.stations.size()));
-  run.print(section_table(study, spec.unit));
-  run.print(
-      fmt::format("\nsignificant entries of the compliance [m, rad per N, N m] at the loaded "
-                  "point, and what the beams differ by\nfrom FEA ({}):\n\n",
-                  reference.source));
-  run.print(entry_table(reference.compliance, comparisons));
-  run.print("\n");
-  for (const fea::BeamComparison& c : comparisons)
-    run.print(fmt::format("{}: {:.3g} to {:.3g} times the compliance of FEA, in any direction\n",
-                          c.name, c.least_ratio, c.largest_ratio));
-  for (const auto* list : {&reference.warnings, &study.warnings})
-    for (const std::string& warning : *list) run.print(fmt::format("warning: {}\n", warning));
-  run.print("\n" + verdict + "\n");
-}
-
-io::Json json_of(const fea::LinkSpec& spec, const Reference& reference, const fea::BeamStudy& study,
-                 const std::vector<fea::BeamComparison>& comparisons, const std::string& verdict) {
-  io::Json json{{"link", spec.name}};
-  json.update(fea::to_json(study));
-  json["fea"] = io::to_json(reference.compliance);
-  json["comparison"] = io::Json::array();
-  for (const fea::BeamComparison& c : comparisons) json["comparison"].push_back(fea::to_json(c));
-  json["verdict"] = verdict;
-  return json;
 }
 
 io::Json compare_beams(Run& run, const Options& options) {
@@ -164,24 +98,21 @@ io::Json compare_beams(Run& run, const Options& options) {
   const io::Cache cache = options.no_cache ? io::Cache() : io::Cache::of_user();
   const fea::LinkGeometry geometry = fea::read_geometry(spec, run.progress());
   const Reference reference = options.fea.empty()
-                                  ? identified(run, spec, loaded, cache)
-                                  : from_file(run, spec, geometry, options.fea, loaded, cache);
-  const fea::LinkBody body{.surface = geometry.imported.mesh,
-                           .mesh = reference.mesh,
-                           .fixed = reference.interfaces.front().geometry,
-                           .loaded = reference.interfaces[loaded].geometry};
-  try {
-    const fea::BeamStudy study = fea::study_beams(
-        body, spec.material, reference.compliance.frame().point, options.model, run.progress());
-    std::vector<fea::BeamComparison> comparisons;
-    for (const fea::BeamModel& model : study.models)
-      comparisons.push_back(fea::compare(model, reference.compliance));
-    const std::string verdict = fea::verdict(comparisons, options.tolerance / 100);
-    print(run, spec, reference, study, comparisons, verdict);
-    return json_of(spec, reference, study, comparisons, verdict);
-  } catch (const fea::SectionError& error) {
-    throw common::InputError(options.link, error.what(), "Take the compliance of 'identify'");
-  }
+                                  ? identified(run, spec, geometry, loaded, cache)
+                                  : from_file(run, spec, geometry, loaded, cache, options.fea);
+  const fea::BeamStudy study = studied(run, options, spec, geometry, reference, loaded);
+  report::BeamResult result{.link = spec,
+                            .compliance = reference.compliance,
+                            .source = reference.source,
+                            .warnings = reference.warnings,
+                            .study = study,
+                            .comparisons = {},
+                            .verdict = {}};
+  for (const fea::BeamModel& model : study.models)
+    result.comparisons.push_back(fea::compare(model, reference.compliance));
+  result.verdict = fea::verdict(result.comparisons, options.tolerance / 100);
+  run.print(report::text(result));
+  return report::to_json(result);
 }
 
 }  // namespace

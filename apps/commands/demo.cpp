@@ -12,12 +12,13 @@
 #include "kinetostat/calibration/campaign/campaign_file.h"
 #include "kinetostat/calibration/comparison/compare.h"
 #include "kinetostat/common/error.h"
-#include "kinetostat/fea/link/identify.h"
-#include "kinetostat/fea/link/link_picture.h"
+#include "kinetostat/fea/link/displacement_fields.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/comparison.h"
 #include "kinetostat/report/diagnosis.h"
 #include "kinetostat/report/diagnosis_file.h"
+#include "kinetostat/report/links/link_picture.h"
+#include "kinetostat/report/links/link_result.h"
 #include "kinetostat/report/text/text.h"
 #include "kinetostat/report/waterfall.h"
 #include "kinetostat/vjm/io/robot_file.h"
@@ -39,15 +40,16 @@ const spatial::UnitSystem mm_newton{.length = "mm", .force = "N"};
 // 1. A link from its mesh. Returns what the JSON keeps of it.
 io::Json identify_link(const std::string& name, const path& folder, Run& run) {
   const fea::LinkSpec spec = fea::read_link(shipped("meshes/" + name + ".yaml"));
-  const fea::LinkResult result = fea::identify(spec, {}, run.progress());
+  const fea::LinkResult result =
+      fea::identify(spec, fea::read_geometry(spec, run.progress()), {}, run.progress());
   const path link_file = folder / "links" / (name + ".link.json");
-  io::write_json(link_file, fea::to_json(result));
+  io::write_json(link_file, report::to_json(result));
   io::write_vtu(folder / "links" / (name + ".vtu"), fea::displacement_fields(result));
   if (run.wants_page()) {
-    io::Json shown = fea::to_json(result);
+    io::Json shown = report::to_json(result);
     shown["command"] = "identify";
     run.add_to_page({.result = std::move(shown),
-                     .picture = {{"surface", fea::link_picture(result)}},
+                     .picture = {{"surface", report::link_picture(result)}},
                      .text = {}});
   }
   run.print(

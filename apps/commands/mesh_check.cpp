@@ -1,21 +1,15 @@
 // kinetostat mesh check: can this surface bound a solid, and if not, where not and what repairs it?
-#include <algorithm>
-#include <cmath>
+#include "kinetostat/fea/mesh/mesh_check.h"
+
 #include <sstream>
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/commands/commands.h"
-#include "kinetostat/fea/mesh/surface_import.h"
-#include "kinetostat/fea/mesh/volume_mesh.h"
-#include "kinetostat/fea/surface/surface_bodies.h"
-#include "kinetostat/fea/surface/surface_check.h"
-#include "kinetostat/fea/surface/surface_repair.h"
 #include "kinetostat/io/text_file.h"
-#include "kinetostat/report/text/text.h"
+#include "kinetostat/report/links/mesh_check.h"
 #include "kinetostat/spatial/units.h"
 
 namespace kinetostat::apps {
@@ -27,51 +21,9 @@ struct Options {
 
 // What the options say, checked.
 struct Request {
-  std::string unit;   // of the file and of what is printed
-  double length = 1;  // [m] of one unit
-  double density = 0;
+  report::MeshCheckUnits shown;  // the unit is that of the file, too
   fea::RepairOptions repair;
 };
-
-io::Json defects_json(const fea::SurfaceReport& report) {
-  io::Json list = io::Json::array();
-  for (const fea::Defect& defect : report.defects) {
-    io::Json facets = io::Json::array();
-    for (const int f : defect.facets) facets.push_back(f + 1);
-    list.push_back({{"defect", fea::name(defect.kind)},
-                    {"count", defect.count},
-                    {"facets", facets},
-                    {"cure", fea::cure(defect.kind)}});
-  }
-  return list;
-}
-
-io::Json box_json(const fea::Box& box) {
-  return {{"min", io::to_json(spatial::Vector3(box.min()))},
-          {"max", io::to_json(spatial::Vector3(box.max()))}};
-}
-
-io::Json bodies_json(const std::vector<fea::Body>& bodies) {
-  io::Json list = io::Json::array();
-  for (const fea::Body& body : bodies)
-    list.push_back(
-        {{"name", body.name}, {"facets", body.facets.size()}, {"box", box_json(body.box)}});
-  return list;
-}
-
-io::Json mass_json(const fea::MassProperties& properties, double density) {
-  io::Json json{{"volume", properties.volume},
-                {"center", io::to_json(properties.centroid)},
-                {"mass", io::Json()},
-                {"inertia", io::Json()}};
-  if (!(density > 0)) return json;
-  const spatial::Matrix3 inertia = fea::inertia(properties, density);
-  json["mass"] = properties.volume * density;
-  json["inertia"] = io::Json::array();
-  for (int i = 0; i < 3; ++i)
-    json["inertia"].push_back(io::to_json(spatial::Vector3(inertia.row(i).transpose())));
-  return json;
-}
 
 double read_positive(const char* option, const std::string& text,
                      const spatial::Dimension& dimension, const std::string& bare_unit,
@@ -112,176 +64,50 @@ std::vector<fea::RepairStep> read_steps(const std::string& list) {
 
 Request read_request(const Options& options) {
   Request request;
-  request.unit = options.unit.empty() ? fea::unit_of_format(options.mesh) : options.unit;
-  request.length = read_unit(request.unit);
-  request.density = read_positive("--density", options.density, spatial::dimension::density, "",
-                                  "Steel has '7850 kg/m^3'");
+  request.shown.unit = options.unit.empty() ? fea::unit_of_format(options.mesh) : options.unit;
+  request.shown.length = read_unit(request.shown.unit);
+  request.shown.density = read_positive("--density", options.density, spatial::dimension::density,
+                                        "", "Steel has '7850 kg/m^3'");
   request.repair.steps = read_steps(options.repair);
-  request.repair.unit = request.unit;
+  request.repair.unit = request.shown.unit;
   request.repair.tolerance =
-      read_positive("--tolerance", options.tolerance, spatial::dimension::length, request.unit,
-                    "For example '0.1 mm'");
+      read_positive("--tolerance", options.tolerance, spatial::dimension::length,
+                    request.shown.unit, "For example '0.1 mm'");
   if (!options.limit.empty())
     request.repair.limit =
         read_positive("--limit", options.limit, spatial::dimension::none, "", "For example '1 %'");
   return request;
 }
 
-void print_mass(Run& run, const fea::MassProperties& properties, const Request& request) {
-  const auto text = [&](const spatial::Vector3& v, double unit) {
-    return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", v.x() / unit, v.y() / unit, v.z() / unit);
-  };
-  run.print(fmt::format("centre {} {}\n", text(properties.centroid, request.length), request.unit));
-  if (!(request.density > 0)) return;
-  const Eigen::SelfAdjointEigenSolver<spatial::Matrix3> principal(
-      fea::inertia(properties, request.density));
-  run.print(fmt::format("principal moments of inertia about the centre {} kg m^2\n",
-                        text(principal.eigenvalues(), 1)));
-  for (int k = 0; k < 3; ++k) {
-    // A direction without its arbitrary sign: the largest component is positive.
-    spatial::Vector3 axis = principal.eigenvectors().col(k);
-    Eigen::Index largest = 0;
-    axis.cwiseAbs().maxCoeff(&largest);
-    axis *= axis[largest] < 0 ? -1 : 1;
-    axis = (axis.array().abs() < 5e-7).select(0, axis);
-    run.print(fmt::format("  axis {} {}\n", k + 1, text(axis, 1)));
-  }
-}
-
-void pick_body(Run& run, const std::string& mesh, const std::string& name, const Request& request,
-               fea::SurfaceMesh& surface) {
-  if (name.empty()) return;
-  const auto bodies =
-      fea::find_bodies(surface, fea::nested_shells(surface, fea::edge_uses(surface)));
-  const auto picked = std::find_if(bodies.begin(), bodies.end(),
-                                   [&](const fea::Body& body) { return body.name == name; });
-  if (picked == bodies.end())
-    throw common::InputError(mesh, fmt::format("there is no body '{}'", name),
-                             "The bodies are " + fea::list_bodies(bodies, request.unit));
-  fea::keep_body(surface, *picked);
-  run.print(fmt::format("body {} of {}\n", name, bodies.size()));
-}
-
-io::Json repair_json(const fea::RepairReport& report, const fea::RepairOptions& options) {
-  io::Json actions = io::Json::array();
-  for (const fea::RepairAction& action : report.actions)
-    actions.push_back(
-        {{"step", fea::name(action.step)}, {"done", action.done}, {"words", action.words}});
-  io::Json json{{"actions", actions}, {"limit", options.limit}};
-  json["volume_before"] = report.volume_before ? io::Json(*report.volume_before) : io::Json();
-  json["volume_after"] = report.volume_after;
-  json["distance"] = report.distance;
-  json["patch_area"] = report.patch_area;
-  return json;
-}
-
-io::Json surface_json(const fea::WeldReport& weld, const fea::SurfaceReport& report,
-                      const fea::MassProperties& mass, const std::vector<fea::Body>& bodies,
-                      double density) {
-  io::Json json{
-      {"sound", report.sound()},   {"facets", report.facets},       {"points", report.points},
-      {"bodies", report.bodies()}, {"cavities", report.cavities()}, {"box", box_json(report.box)},
-      {"area", report.area}};
-  if (report.sound())
-    json.update(mass_json(mass, density));
-  else
-    json.update({{"volume", io::Json()}, {"mass", io::Json()}});
-  json["units"] = {{"length", "m"}, {"mass", "kg"}};
-  json["weld"] = {{"tolerance", weld.tolerance},
-                  {"points_before", weld.points_before},
-                  {"points_after", weld.points_after},
-                  {"collapsed_facets", weld.collapsed.size()}};
-  json["named_bodies"] = bodies_json(bodies);
-  json["defects"] = defects_json(report);
-  return json;
-}
-
 io::Json check_surface(Run& run, const Options& options, const Request& request) {
-  run.progress().report("reading", 0);
-  fea::ImportedSurface surface = fea::read_surface(options.mesh, request.unit);
-  run.print(fmt::format("welded {} points into {} with tolerance {:.3g} m\n",
-                        surface.weld.points_before, surface.weld.points_after,
-                        surface.weld.tolerance));
-  pick_body(run, options.mesh, options.body, request, surface.mesh);
-  fea::RepairReport repair;
-  if (!request.repair.steps.empty()) {
-    fea::RepairOptions options_of_repair = request.repair;
-    if (run.out()) options_of_repair.stored_unit = request.length;
-    repair = fea::repair(surface.mesh, options_of_repair, run.progress());
-    for (const std::string& line : fea::describe(repair, request.repair)) run.print(line + "\n");
-  }
-  run.progress().report("checking", 0);
-  const fea::SurfaceReport report = fea::check_surface(surface.mesh, surface.weld.tolerance);
-  for (const std::string& line : fea::describe(report, request.unit, request.density))
-    run.print(line + "\n");
-  const fea::MassProperties mass = fea::mass_properties(surface.mesh);
-  if (report.sound()) print_mass(run, mass, request);
-  const std::vector<fea::Body> bodies = fea::find_bodies(surface.mesh, report.shells);
-  if (bodies.size() > 1)
-    run.print(fmt::format("bodies: {}\n", fea::list_bodies(bodies, request.unit)));
+  fea::RepairOptions repair = request.repair;
+  if (run.out()) repair.stored_unit = request.shown.length;
+  const fea::SurfaceCheck check = fea::check_surface_file(
+      options.mesh, {.unit = request.shown.unit, .body = options.body, .repair = repair},
+      run.progress());
+  run.print(report::text(check, repair, request.shown));
+  const fea::SurfaceMesh& surface = check.surface.mesh;
   if (!options.vtu.empty()) {
-    io::write_vtu(options.vtu, fea::offending_facets(surface.mesh, report));
+    io::write_vtu(options.vtu, fea::offending_facets(surface, check.report));
     run.print(fmt::format("offending facets written to {}\n", options.vtu));
   }
-  if (run.out()) io::write_atomically(*run.out(), fea::stl_bytes(surface.mesh, request.length));
-  if (!report.sound())
+  if (run.out()) io::write_atomically(*run.out(), fea::stl_bytes(surface, request.shown.length));
+  if (!check.report.sound())
     run.refuse({options.mesh, "the surface does not bound a solid, see above",
-                request.repair.steps.empty()
-                    ? "Repair it in the program it came from, or with '--repair "
-                      "weld,orient,fill,unite,drop,wrap', then check again"
-                    : "Repair it in the program it came from, then check again"});
-  io::Json json = surface_json(surface.weld, report, mass, bodies, request.density);
-  if (!request.repair.steps.empty()) json["repair"] = repair_json(repair, request.repair);
-  json["inputs"] = {{"mesh_sha256", surface.sha256}};
-  return json;
+                repair.steps.empty() ? "Repair it in the program it came from, or with '--repair "
+                                       "weld,orient,fill,unite,drop,wrap', then check again"
+                                     : "Repair it in the program it came from, then check again"});
+  return report::to_json(check, repair, request.shown.density);
 }
 
-// Not sound would be an error already.
 io::Json check_volume(Run& run, const Options& options, const Request& request) {
   if (!options.body.empty() || !request.repair.steps.empty() || run.out())
     throw UsageError(options.body.empty() ? "--repair, --out" : "--body",
                      "these are for surfaces, the file is a volume mesh", "Leave them out");
-  run.progress().report("reading", 0);
-  const fea::ImportedVolume volume = fea::read_volume_mesh(options.mesh, request.unit);
-  const fea::MeshQuality quality = fea::quality(volume.mesh);
-  const fea::MassProperties mass = fea::mass_properties(volume.mesh);
-  const double length = request.length;
-  run.print(
-      fmt::format("{} tetrahedra of {} nodes{}, {} nodes, {}\n", volume.mesh.element_count(),
-                  volume.mesh.nodes_per_element(), volume.mesh.curved ? " with curved edges" : "",
-                  volume.mesh.nodes.size(),
-                  fea::count_pieces(volume.mesh) == 1 ? "in one piece" : "in several pieces"));
-  run.print(fmt::format("smallest angle {:.3g} deg, median {:.3g} deg, largest edge ratio {:.3g}\n",
-                        quality.least_dihedral, quality.median_dihedral,
-                        quality.largest_edge_ratio));
-  run.print(fmt::format("volume {:.6g} {}^3\n", mass.volume / std::pow(length, 3), request.unit));
-  if (request.density > 0)
-    run.print(fmt::format("mass {:.6g} kg\n", mass.volume * request.density));
-  print_mass(run, mass, request);
-  io::Json faces = io::Json::object(), elements = io::Json::object();
-  for (const fea::FacetGroup& group : volume.surface.groups) {
-    run.print(fmt::format("group of faces {}: {}\n", group.name, group.facets.size()));
-    faces[group.name] = group.facets.size();
-  }
-  for (const fea::ElementGroup& group : volume.element_groups) {
-    run.print(fmt::format("group of elements {}: {}\n", group.name, group.elements.size()));
-    elements[group.name] = group.elements.size();
-  }
-  for (const std::string& warning : volume.warnings) run.print("warning: " + warning + "\n");
-  io::Json json{{"sound", true},
-                {"elements", volume.mesh.element_count()},
-                {"nodes", volume.mesh.nodes.size()},
-                {"order", volume.mesh.order},
-                {"least_dihedral_deg", quality.least_dihedral},
-                {"median_dihedral_deg", quality.median_dihedral},
-                {"largest_edge_ratio", quality.largest_edge_ratio},
-                {"face_groups", faces},
-                {"element_groups", elements},
-                {"warnings", volume.warnings}};
-  json.update(mass_json(mass, request.density));
-  json["units"] = {{"length", "m"}, {"mass", "kg"}};
-  json["inputs"] = {{"mesh_sha256", volume.sha256}};
-  return json;
+  const fea::VolumeCheck check =
+      fea::check_volume_file(options.mesh, request.shown.unit, run.progress());
+  run.print(report::text(check, request.shown));
+  return report::to_json(check, request.shown.density);
 }
 
 io::Json check(Run& run, const Options& options) {

@@ -16,6 +16,7 @@ using common::InputError;
 // Collects the wall-clock time of each phase.
 class Stopwatch {
  public:
+  explicit Stopwatch(double surface_seconds) : laps_{{"surface", surface_seconds}} {}
   void lap(std::string phase) {
     const auto now = Clock::now();
     laps_.emplace_back(std::move(phase), std::chrono::duration<double>(now - last_).count());
@@ -137,6 +138,22 @@ bool is_wanted(BracketWanted wanted, const TetMesh& mesh) {
          (wanted == BracketWanted::when_cheap && 3 * mesh.nodes.size() <= cheap_bracket_unknowns);
 }
 
+// What is known of the link before anything is computed.
+LinkResult started(const LinkSpec& spec, const LinkGeometry& geometry) {
+  LinkResult result(spec.name, spec.material);
+  result.preload = spec.preload;
+  result.element_size = spec.size.value_or(0);
+  result.surface_volume = geometry.report.volume;
+  result.weld = geometry.imported.weld;
+  result.facets = geometry.report.facets;
+  result.warnings = geometry.notes;
+  result.link_sha256 = spec.sha256;
+  result.mesh_sha256 = geometry.imported.sha256;
+  result.mesh_file = spec.mesh_name;
+  result.unit = spec.unit;
+  return result;
+}
+
 void add_mass(LinkResult& result) {
   result.center_of_mass = result.geometry.centroid;
   const std::optional<double>& density = result.material.density();
@@ -145,26 +162,42 @@ void add_mass(LinkResult& result) {
   result.inertia = inertia(result.geometry, *density);
 }
 
-}  // namespace
-
-LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
-                    common::Progress& progress) {
-  Stopwatch watch;
-  const LinkGeometry geometry = read_geometry(spec, progress);
-  const SurfaceReport& report = geometry.report;
-  watch.lap("surface");
-
-  LinkResult result(spec.name, spec.material);
-  SolidMesher mesher(geometry.imported.mesh, geometry.tags);
-  RefinedModel refined = model_as_asked(spec, geometry, mesher, options, progress);
-  result.meshing = mesher.record();
-  result.element_size = spec.size.value_or(0);
+void take(RefinedModel refined, LinkResult& result) {
   result.mesh = std::move(refined.model.mesh);
   result.interfaces = std::move(refined.model.interfaces);
   result.response = std::move(refined.model.response);
   result.accuracy = std::move(refined.accuracy);
   result.geometry = mass_properties(result.mesh);
   result.quality = quality(result.mesh);
+  result.symmetry_defect = spatial::symmetry_defect(result.response.compliance());
+  result.compliance = compliance_of(result.response.flexibility, result.interfaces, 1);
+  add_mass(result);
+}
+
+void add_bracket(const LinkSpec& spec, const IdentifyOptions& options, common::Progress& progress,
+                 LinkResult& result) {
+  result.bracket = solved(spec, result.mesh, [&] {
+    return coupling_bracket(result.mesh, {spec.material}, result.interfaces, result.response,
+                            options.solver, progress);
+  });
+}
+
+void add_geometric_stiffness(const LinkSpec& spec, common::Progress& progress, LinkResult& result) {
+  result.geometric_stiffness = solved(spec, result.mesh, [&] {
+    return geometric_stiffness(result.mesh, {spec.material}, result.interfaces, result.response,
+                               *spec.preload, progress);
+  });
+}
+
+}  // namespace
+
+LinkResult identify(const LinkSpec& spec, const LinkGeometry& geometry,
+                    const IdentifyOptions& options, common::Progress& progress) {
+  Stopwatch watch(geometry.reading_seconds);
+  LinkResult result = started(spec, geometry);
+  SolidMesher mesher(geometry.imported.mesh, geometry.tags);
+  take(model_as_asked(spec, geometry, mesher, options, progress), result);
+  result.meshing = mesher.record();
   if (geometry.volume) result.element_size = result.quality.mean_edge;
   watch.lap("model");
   // Whoever stopped the refinement gets what it reached, and does not wait for the bracket. A
@@ -174,36 +207,14 @@ LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
   common::Progress silent;
   common::Progress& rest = stopped ? silent : progress;
   if (is_wanted(options.bracket, result.mesh) && !stopped) {
-    result.bracket = solved(spec, result.mesh, [&] {
-      return coupling_bracket(result.mesh, {spec.material}, result.interfaces, result.response,
-                              options.solver, rest);
-    });
+    add_bracket(spec, options, rest, result);
     watch.lap("bracket");
   }
-
   if (spec.preload) {
-    result.preload = spec.preload;
-    result.geometric_stiffness = solved(spec, result.mesh, [&] {
-      return geometric_stiffness(result.mesh, {spec.material}, result.interfaces, result.response,
-                                 *spec.preload, rest);
-    });
+    add_geometric_stiffness(spec, rest, result);
     watch.lap("geometric stiffness");
   }
-
-  const Matrix6 raw = result.response.compliance();
-  result.symmetry_defect = spatial::symmetry_defect(raw);
-  result.compliance =
-      spatial::Compliance6(0.5 * (raw + raw.transpose()), {.point = result.interfaces[1].point});
-  result.surface_volume = report.volume;
-  result.weld = geometry.imported.weld;
-  result.facets = report.facets;
-  add_mass(result);
-  result.warnings = geometry.notes;
-  add_warnings(spec, report, result);
-  result.link_sha256 = spec.sha256;
-  result.mesh_sha256 = geometry.imported.sha256;
-  result.mesh_file = spec.mesh_name;
-  result.unit = spec.unit;
+  add_warnings(spec, geometry.report, result);
   result.blas = blas_info();
   result.timings = std::move(watch).laps();
   return result;

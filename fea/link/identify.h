@@ -76,18 +76,9 @@ struct IdentifyOptions {
   BracketWanted bracket = BracketWanted::when_cheap;
 };
 
-/// Throws SurfaceError and InputError for what the user can correct, common::OutOfMemory,
-/// Cancelled.
-LinkResult identify(const LinkSpec& spec, const IdentifyOptions& options,
-                    common::Progress& progress);
-
-/// The link result file. Its bytes depend on the input alone, `timings` apart.
-io::Json to_json(const LinkResult& result);
-
-/// The mesh with, per unit wrench, the displacements as point data "Fx" .. "Mz" (with several
-/// loaded interfaces "<interface> Fx" ..), the recovered stresses "stress Fx" .. (xx yy zz xy yz
-/// zx) and von Mises' equivalent of them; the interfaces (1 fixed, 2 and up loaded); and as cell
-/// data the share of each element in the error.
-io::VtuGrid displacement_fields(const LinkResult& result);
+/// `geometry` is that of the link (read_geometry()). Throws SurfaceError and InputError for what
+/// the user can correct, common::OutOfMemory, Cancelled.
+LinkResult identify(const LinkSpec& spec, const LinkGeometry& geometry,
+                    const IdentifyOptions& options, common::Progress& progress);
 
 }  // namespace kinetostat::fea

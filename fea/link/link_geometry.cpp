@@ -1,6 +1,7 @@
 #include "kinetostat/fea/link/link_geometry.h"
 
 #include <algorithm>
+#include <chrono>
 
 #include <fmt/format.h>
 
@@ -78,8 +79,11 @@ std::vector<int> tag_facets(const LinkSpec& spec, const SurfaceMesh& surface) {
 }  // namespace
 
 LinkGeometry read_geometry(const LinkSpec& spec, common::Progress& progress) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
   LinkGeometry geometry{read_link_mesh(spec, progress)};
   geometry.tags = tag_facets(spec, geometry.imported.mesh);
+  geometry.reading_seconds = std::chrono::duration<double>(Clock::now() - start).count();
   return geometry;
 }
 

@@ -16,6 +16,7 @@ namespace kinetostat::fea {
 
 struct LinkGeometry : LinkMesh {
   std::vector<int> tags = {};  // of the facets: 0, or 1 + the number of the interface
+  double reading_seconds = 0;  // [s] wall clock
 };
 
 /// Reads the mesh and picks the interfaces. Throws SurfaceError when the surface does not bound

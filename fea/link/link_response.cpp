@@ -160,6 +160,13 @@ Solid with_stiff_bodies(const TetMesh& mesh, const std::vector<Material>& materi
   return solid;
 }
 
+spatial::Compliance6 compliance_of(const Eigen::MatrixXd& flexibility,
+                                   const std::vector<CoupledInterface>& interfaces, std::size_t i) {
+  const auto first = 6 * static_cast<Eigen::Index>(i - 1);
+  const Matrix6 block = flexibility.block<6, 6>(first, first);
+  return spatial::Compliance6(0.5 * (block + block.transpose()), {.point = interfaces[i].point});
+}
+
 LinkResponse respond(const TetMesh& mesh, const std::vector<Material>& materials,
                      const std::vector<CoupledInterface>& interfaces, const SolverOptions& options,
                      common::Progress& progress) {

@@ -7,6 +7,7 @@
 #include "kinetostat/fea/elasticity/assembly.h"
 #include "kinetostat/fea/elasticity/solver.h"
 #include "kinetostat/fea/interface/coupling.h"
+#include "kinetostat/spatial/stiffness.h"
 
 namespace kinetostat::fea {
 
@@ -28,6 +29,11 @@ struct LinkResponse {
   /// Compliance of the first loaded interface.
   Matrix6 compliance() const { return flexibility.topLeftCorner<6, 6>(); }
 };
+
+/// Compliance of loaded interface i = 1 to m at its point, mesh axes: its block of a flexibility
+/// between all of them, made symmetric.
+spatial::Compliance6 compliance_of(const Eigen::MatrixXd& flexibility,
+                                   const std::vector<CoupledInterface>& interfaces, std::size_t i);
 
 /// The elements of the link and those of the bodies on its interfaces.
 struct Solid {

@@ -100,40 +100,6 @@ std::string with_worst(const BeamComparison& c) {
                      displacements[c.worst_row], loads[c.worst_column]);
 }
 
-io::Json json(const Vector2& v) { return {v.x(), v.y()}; }
-
-io::Json json(const Matrix6& m) {
-  io::Json rows = io::Json::array();
-  for (Eigen::Index i = 0; i < 6; ++i) {
-    io::Json row = io::Json::array();
-    for (Eigen::Index j = 0; j < 6; ++j) row.push_back(m(i, j));
-    rows.push_back(row);
-  }
-  return rows;
-}
-
-io::Json json(const BeamStation& station) {
-  const SectionProperties& s = station.properties;
-  const SectionProperties::Principal principal = s.principal();
-  const Matrix3 axes = station.frame.axes;
-  io::Json directions = io::Json::array();
-  for (Eigen::Index k = 0; k < 2; ++k)
-    directions.push_back(io::to_json(Vector3(axes.rightCols<2>() * principal.axes.col(k))));
-  const Vector2 centre = s.shear_centre;
-  return {
-      {"arc", station.arc},
-      {"centroid", io::to_json(station.centroid)},
-      {"tangent", io::to_json(Vector3(axes.col(0)))},
-      {"area", s.area},
-      {"second_moments", json(principal.moments)},
-      {"principal_axes", directions},
-      {"torsion_constant", s.torsion_constant},
-      {"shear_coefficients", json(principal.shear_coefficients)},
-      {"shear_centre", io::to_json(Vector3(station.frame.point + axes.rightCols<2>() * centre))},
-      {"pieces", s.pieces},
-      {"holes", s.holes}};
-}
-
 }  // namespace
 
 BeamStudy study_beams(const LinkBody& body, const Material& material, const Vector3& point,
@@ -208,29 +174,6 @@ std::string verdict(const std::vector<BeamComparison>& comparisons, double toler
   }
   return fmt::format("No beam model is within {} of FEA: {}; use the FEA result.",
                      percent(tolerance), so_far);
-}
-
-io::Json to_json(const BeamStudy& study) {
-  io::Json json{{"axis_length", study.axis.length()}};
-  json["sections"] = io::Json::array();
-  for (const BeamStation& station : study.stations) json["sections"].push_back(fea::json(station));
-  json["models"] = io::Json::array();
-  for (const BeamModel& model : study.models) {
-    io::Json entry{{"name", model.name}, {"beams", model.beams.size()}};
-    entry.update(io::to_json(model.compliance));
-    json["models"].push_back(entry);
-  }
-  json["warnings"] = study.warnings;
-  return json;
-}
-
-io::Json to_json(const BeamComparison& c) {
-  return {{"model", c.name},
-          {"errors", json(c.errors)},
-          {"worst_error", c.worst},
-          {"worst_entry", {displacements[c.worst_row], loads[c.worst_column]}},
-          {"least_compliance_ratio", c.least_ratio},
-          {"largest_compliance_ratio", c.largest_ratio}};
 }
 
 }  // namespace kinetostat::fea

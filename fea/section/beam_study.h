@@ -6,7 +6,7 @@
 #include "kinetostat/common/progress.h"
 #include "kinetostat/fea/section/beam_model.h"
 #include "kinetostat/fea/section/link_axis.h"
-#include "kinetostat/io/json.h"
+#include "kinetostat/spatial/stiffness.h"
 
 namespace kinetostat::fea {
 
@@ -58,8 +58,5 @@ BeamComparison compare(const BeamModel& model, const spatial::Compliance6& fea);
 
 /// When a beam is enough for errors up to `tolerance` (0.1 is 10 %), one sentence with figures.
 std::string verdict(const std::vector<BeamComparison>& comparisons, double tolerance);
-
-io::Json to_json(const BeamStudy& study);
-io::Json to_json(const BeamComparison& comparison);
 
 }  // namespace kinetostat::fea

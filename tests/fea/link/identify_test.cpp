@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "kinetostat/common/out_of_memory.h"
+#include "kinetostat/fea/link/displacement_fields.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/spatial/pose.h"
 #include "kinetostat/spatial/rotation.h"
@@ -64,7 +65,8 @@ class Identify : public testing::Test {
     folder_.file("bar.stl", binary_stl(surface, 1000));
     IdentifyOptions options;
     options.meshing.helper = KINETOSTAT_TETGEN;
-    return identify(read_link(folder_.file("bar.yaml", link)), options, progress);
+    const LinkSpec spec = read_link(folder_.file("bar.yaml", link));
+    return identify(spec, read_geometry(spec, progress), options, progress);
   }
   std::string message(const SurfaceMesh& surface, const std::string& link) {
     try {
@@ -174,28 +176,6 @@ TEST_F(Identify, TheComplianceOfTurnedElementsIsTheTurnedCompliance) {
       EXPECT_NEAR(back(i, j), c(i, j), 1e-10 * std::sqrt(c(i, i) * c(j, j))) << i << j;
 }
 
-TEST_F(Identify, SameInputSameBytesApartFromTimings) {
-  const auto bytes = [this] {
-    io::Json json = to_json(run(bar, link_text()));
-    json.erase("timings");
-    return io::to_text(json);
-  };
-  EXPECT_EQ(bytes(), bytes());
-}
-
-TEST_F(Identify, TheResultFileIsReadAsACompliance) {
-  const LinkResult result = run(bar, link_text());
-  const auto file = folder_.path() / "bar.link.json";
-  io::write_json(file, to_json(result));
-  const spatial::Compliance6 read = io::read_compliance(file);
-  EXPECT_EQ(read.matrix(), result.compliance.matrix());
-  EXPECT_EQ(read.frame().point, result.compliance.frame().point);
-  const io::Json json = io::read_json(file);
-  for (const char* key : {"compliance", "order", "point", "axes", "units", "symmetry_defect",
-                          "eigen_stiffness", "mass", "center_of_mass", "mesh", "timings", "inputs"})
-    EXPECT_TRUE(json.contains(key)) << key;
-}
-
 TEST_F(Identify, AHelperWithoutMemoryIsNoBadInput) {
   folder_.file("bar.stl", binary_stl(bar, 1000));
   IdentifyOptions options;
@@ -207,7 +187,7 @@ TEST_F(Identify, AHelperWithoutMemoryIsNoBadInput) {
   common::Progress silent;
   const LinkSpec spec = read_link(folder_.file("bar.yaml", link_text()));
   try {
-    identify(spec, options, silent);
+    identify(spec, read_geometry(spec, silent), options, silent);
     ADD_FAILURE() << "a mesh out of nothing";
   } catch (const common::OutOfMemory& error) {
     EXPECT_THAT(error.what(), HasSubstr("bar.stl: TetGen needs more memory than there is"));
@@ -224,7 +204,7 @@ TEST_F(Identify, AModelAboveTheMemoryThatItMayHaveIsNoBadInput) {
   common::Progress silent;
   const LinkSpec spec = read_link(folder_.file("bar.yaml", link_text()));
   try {
-    identify(spec, options, silent);
+    identify(spec, read_geometry(spec, silent), options, silent);
     ADD_FAILURE() << "a model in a megabyte";
   } catch (const common::OutOfMemory& error) {
     EXPECT_THAT(error.what(), HasSubstr("bar.yaml: the direct solver needs"));

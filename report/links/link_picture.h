@@ -4,12 +4,12 @@
 #include "kinetostat/fea/link/identify.h"
 #include "kinetostat/io/json.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::report {
 
 /// Boundary triangles (corners only) with the interface that each belongs to (0: none, 1: fixed, 2
 /// and up: loaded), and the displacements of their corners under each unit wrench, as whole numbers
 /// of `point_unit` [m] and of the load case's `unit` [m/N or m/(N m)]. A surface of more than
 /// `most_points` corners is made coarser by joining near ones.
-io::Json link_picture(const LinkResult& result, std::size_t most_points = 15000);
+io::Json link_picture(const fea::LinkResult& result, std::size_t most_points = 15000);
 
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::report

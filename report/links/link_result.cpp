@@ -1,15 +1,18 @@
-// LinkResult as files: JSON for programs, VTU for pictures.
+#include "kinetostat/report/links/link_result.h"
+
 #include <cmath>
-#include <utility>
 
-#include "kinetostat/fea/elasticity/stress_recovery.h"
 #include "kinetostat/fea/interface/reduced_stiffness.h"
-#include "kinetostat/fea/link/accuracy_json.h"
-#include "kinetostat/fea/link/identify.h"
+#include "kinetostat/report/links/accuracy.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::report {
 namespace {
 
+using fea::CoupledInterface;
+using fea::LinkResult;
+using fea::MeshingRecord;
+using fea::SolverForecast;
+using fea::SolverStats;
 using io::Json;
 using io::rows;
 using io::to_json;
@@ -17,17 +20,17 @@ using io::to_json;
 constexpr const char* wrench_names[] = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
 
 Json interface_json(const CoupledInterface& coupled, double fit_residual) {
-  const Interface& interface = coupled.geometry;
+  const fea::Interface& interface = coupled.geometry;
   Json json{{"area", interface.area},
             {"centroid", to_json(interface.centroid)},
             {"nodes", interface.nodes.size()},
             {"faces", interface.faces},
             {"radii_of_gyration", to_json(interface.gyration)},
             {"principal_axes", rows(interface.principal_axes.transpose())},
-            {"coupling", name(coupled.coupling)},
+            {"coupling", fea::name(coupled.coupling)},
             {"point", to_json(coupled.point)},
             {"fit_residual", fit_residual}};
-  if (coupled.coupling == Coupling::body) json["modulus_ratio"] = coupled.modulus_ratio;
+  if (coupled.coupling == fea::Coupling::body) json["modulus_ratio"] = coupled.modulus_ratio;
   return json;
 }
 
@@ -50,11 +53,11 @@ Json reduced_json(const LinkResult& result) {
   const Eigen::MatrixXd& raw = result.response.flexibility;
   return {{"degrees_of_freedom", freedoms_json(result.interfaces)},
           {"fixed", result.interfaces.front().name},
-          {"stiffness", rows(reduced_stiffness(raw, result.interfaces))},
+          {"stiffness", rows(fea::reduced_stiffness(raw, result.interfaces))},
           {"flexibility", rows(0.5 * (raw + raw.transpose()))}};
 }
 
-Json bracket_json(const std::optional<CouplingBracket>& bracket) {
+Json bracket_json(const std::optional<fea::CouplingBracket>& bracket) {
   if (!bracket) return {};
   return {{"rigid", rows(bracket->rigid)}, {"distributing", rows(bracket->distributing)}};
 }
@@ -64,12 +67,12 @@ Json factor_json(double factor) { return std::isfinite(factor) ? Json(factor) : 
 
 Json preload_json(const LinkResult& result) {
   if (!result.geometric_stiffness) return {};
-  const GeometricStiffness& geometric = *result.geometric_stiffness;
-  const Vector6& wrench = *result.preload;
+  const fea::GeometricStiffness& geometric = *result.geometric_stiffness;
+  const spatial::Vector6& wrench = *result.preload;
   Json change;
   for (std::size_t j = 0; j < 6; ++j) change[wrench_names[j]] = rows(geometric.per_load[j]);
-  return {{"force", to_json(Vector3(wrench.head<3>()))},
-          {"moment", to_json(Vector3(wrench.tail<3>()))},
+  return {{"force", to_json(spatial::Vector3(wrench.head<3>()))},
+          {"moment", to_json(spatial::Vector3(wrench.tail<3>()))},
           {"moments", "semi-tangential"},
           {"stiffness", rows(geometric.stiffness)},
           {"stiffness_change_per_load", change},
@@ -86,7 +89,7 @@ Json eigen_json(const spatial::Compliance6& compliance) {
           {"rotation_axes", rows(eigen.rotation_axes.transpose())}};
 }
 
-Json material_json(const Material& material) {
+Json material_json(const fea::Material& material) {
   Json json{{"E", material.young()}, {"nu", material.poisson()}};
   json["density"] = material.density() ? Json(*material.density()) : Json();
   return json;
@@ -95,7 +98,7 @@ Json material_json(const Material& material) {
 // The ways of meshing that failed before the one that did not.
 Json failures_json(const MeshingRecord& meshing) {
   Json list = Json::array();
-  for (const MeshingFailure& failure : meshing.failures)
+  for (const fea::MeshingFailure& failure : meshing.failures)
     list.push_back({{"way", failure.way}, {"reason", failure.reason}});
   return list;
 }
@@ -135,7 +138,7 @@ Json forecast_json(const SolverForecast& forecast) {
 }
 
 Json solver_json(const SolverStats& solver) {
-  Json json{{"method", name(solver.method)},
+  Json json{{"method", fea::name(solver.method)},
             {"reason", solver.reason},
             {"levels", solver.levels},
             {"factor_entries", solver.factor.entries},
@@ -199,54 +202,10 @@ Json to_json(const LinkResult& result) {
   return json;
 }
 
-namespace {
-
-double von_mises(const Vector6& s) {
-  const double normal =
-      (s[0] - s[1]) * (s[0] - s[1]) + (s[1] - s[2]) * (s[1] - s[2]) + (s[2] - s[0]) * (s[2] - s[0]);
-  return std::sqrt(0.5 * normal + 3 * s.tail<3>().squaredNorm());
+Json with_link_file(Json result, const std::string& link_sha256) {
+  if (const auto inputs = result.find("inputs"); inputs != result.end() && inputs->is_object())
+    (*inputs)["link_sha256"] = link_sha256;
+  return result;
 }
 
-// Of one load case, from six rows of the stresses at the nodes [Pa].
-void add_stresses(const Eigen::MatrixXd& stresses, const std::string& name, io::VtuGrid& grid) {
-  io::VtuField tensor{.name = "stress " + name, .components = 6},
-      equivalent{.name = "von Mises " + name};
-  for (Eigen::Index n = 0; n < stresses.cols(); ++n) {
-    const Vector6 s = stresses.col(n);
-    tensor.values.insert(tensor.values.end(), s.begin(), s.end());
-    equivalent.values.push_back(von_mises(s));
-  }
-  grid.point_fields.push_back(std::move(tensor));
-  grid.point_fields.push_back(std::move(equivalent));
-}
-
-}  // namespace
-
-io::VtuGrid displacement_fields(const LinkResult& result) {
-  const TetMesh& mesh = result.mesh;
-  io::VtuGrid grid{.cell = mesh.order == 2 ? io::VtuCell::quadratic_tetra : io::VtuCell::tetra,
-                   .nodes_per_cell = static_cast<int>(mesh.nodes_per_element()),
-                   .connectivity = mesh.connectivity};
-  for (const Vector3& p : mesh.nodes) grid.points.insert(grid.points.end(), {p.x(), p.y(), p.z()});
-  common::ThreadPool alone(1);
-  const Stresses stresses = recovered_stresses(
-      mesh, corner_stresses(mesh, {result.material}, result.response.fields, alone), 0, alone);
-  for (std::size_t j = 0; j < result.response.fields.size(); ++j) {
-    const Eigen::Matrix3Xd& u = result.response.fields[j];
-    const std::string interface =
-        result.interfaces.size() == 2 ? "" : result.interfaces[1 + j / 6].name + " ";
-    grid.point_fields.push_back(
-        {interface + wrench_names[j % 6], 3, {u.data(), u.data() + u.size()}});
-    add_stresses(stresses.middleRows<6>(6 * static_cast<Eigen::Index>(j)),
-                 interface + wrench_names[j % 6], grid);
-  }
-  io::VtuField parts{.name = "interface", .values = std::vector<double>(mesh.nodes.size(), 0)};
-  for (const CoupledInterface& interface : result.interfaces)
-    for (const int node : interface.geometry.nodes)
-      parts.values[static_cast<std::size_t>(node)] = interface.geometry.tag;
-  grid.point_fields.push_back(std::move(parts));
-  grid.cell_fields.push_back({.name = "error_indicator", .values = result.accuracy.indicator});
-  return grid;
-}
-
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::report

@@ -1,12 +1,17 @@
-#include "kinetostat/fea/link/link_picture.h"
+#include "kinetostat/report/links/link_picture.h"
 
 #include <cmath>
 #include <map>
 
-namespace kinetostat::fea {
+namespace kinetostat::report {
 namespace {
 
+using fea::BoundaryFace;
+using fea::CoupledInterface;
+using fea::LinkResult;
+using fea::TetMesh;
 using io::Json;
+using spatial::Vector3;
 
 constexpr double point_steps = 20000;  // over the size of the link
 constexpr double shape_steps = 10000;  // over the largest displacement
@@ -99,4 +104,4 @@ Json link_picture(const LinkResult& result, std::size_t most_points) {
   return json;
 }
 
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::report

@@ -1,4 +1,4 @@
-#include "kinetostat/fea/link/link_picture.h"
+#include "kinetostat/report/links/link_picture.h"
 
 #include <map>
 #include <set>
@@ -7,15 +7,19 @@
 
 #include "fea/reference_bar.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::report {
 namespace {
 
 using io::Json;
 
+using fea::LinkResult;
+using spatial::Matrix6;
+using spatial::Vector3;
+
 class LinkPicture : public testing::Test {
  protected:
   static LinkResult solved() {
-    const ReferenceBar bar(0.012);
+    const fea::ReferenceBar bar(0.012);
     LinkResult result("bar", bar.steel);
     result.mesh = bar.mesh;
     result.interfaces = coupled_ends(bar.mesh);
@@ -84,4 +88,4 @@ TEST_F(LinkPicture, KeepsToTheNumberOfPoints) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::report

@@ -1,0 +1,60 @@
+#include "kinetostat/fea/link/displacement_fields.h"
+
+#include <cmath>
+
+#include "kinetostat/fea/elasticity/stress_recovery.h"
+
+namespace kinetostat::fea {
+namespace {
+
+constexpr const char* wrench_names[] = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
+
+double von_mises(const Vector6& s) {
+  const double normal =
+      (s[0] - s[1]) * (s[0] - s[1]) + (s[1] - s[2]) * (s[1] - s[2]) + (s[2] - s[0]) * (s[2] - s[0]);
+  return std::sqrt(0.5 * normal + 3 * s.tail<3>().squaredNorm());
+}
+
+// Of one load case, from six rows of the stresses at the nodes [Pa].
+void add_stresses(const Eigen::MatrixXd& stresses, const std::string& name, io::VtuGrid& grid) {
+  io::VtuField tensor{.name = "stress " + name, .components = 6},
+      equivalent{.name = "von Mises " + name};
+  for (Eigen::Index n = 0; n < stresses.cols(); ++n) {
+    const Vector6 s = stresses.col(n);
+    tensor.values.insert(tensor.values.end(), s.begin(), s.end());
+    equivalent.values.push_back(von_mises(s));
+  }
+  grid.point_fields.push_back(std::move(tensor));
+  grid.point_fields.push_back(std::move(equivalent));
+}
+
+}  // namespace
+
+io::VtuGrid displacement_fields(const LinkResult& result) {
+  const TetMesh& mesh = result.mesh;
+  io::VtuGrid grid{.cell = mesh.order == 2 ? io::VtuCell::quadratic_tetra : io::VtuCell::tetra,
+                   .nodes_per_cell = static_cast<int>(mesh.nodes_per_element()),
+                   .connectivity = mesh.connectivity};
+  for (const Vector3& p : mesh.nodes) grid.points.insert(grid.points.end(), {p.x(), p.y(), p.z()});
+  common::ThreadPool alone(1);
+  const Stresses stresses = recovered_stresses(
+      mesh, corner_stresses(mesh, {result.material}, result.response.fields, alone), 0, alone);
+  for (std::size_t j = 0; j < result.response.fields.size(); ++j) {
+    const Eigen::Matrix3Xd& u = result.response.fields[j];
+    const std::string interface =
+        result.interfaces.size() == 2 ? "" : result.interfaces[1 + j / 6].name + " ";
+    grid.point_fields.push_back(
+        {interface + wrench_names[j % 6], 3, {u.data(), u.data() + u.size()}});
+    add_stresses(stresses.middleRows<6>(6 * static_cast<Eigen::Index>(j)),
+                 interface + wrench_names[j % 6], grid);
+  }
+  io::VtuField parts{.name = "interface", .values = std::vector<double>(mesh.nodes.size(), 0)};
+  for (const CoupledInterface& interface : result.interfaces)
+    for (const int node : interface.geometry.nodes)
+      parts.values[static_cast<std::size_t>(node)] = interface.geometry.tag;
+  grid.point_fields.push_back(std::move(parts));
+  grid.cell_fields.push_back({.name = "error_indicator", .values = result.accuracy.indicator});
+  return grid;
+}
+
+}  // namespace kinetostat::fea
