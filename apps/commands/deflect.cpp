@@ -42,6 +42,15 @@ io::Json by_fixed_point(const Request& request, const vjm::Robot& robot,
   return json;
 }
 
+// The force on the platform, and the point where it acts in the loaded state.
+io::Json load_picture(const Request& request, const vjm::Robot& robot,
+                      const vjm::Equilibrium& equilibrium) {
+  spatial::Vector3 point = spatial::Vector3::Zero();
+  if (!request.load.wrench.empty()) point = request.load.load(robot).point_on_platform;
+  return {{"at", io::to_json(equilibrium.platform * point)},
+          {"force", io::to_json(equilibrium.wrench.force)}};
+}
+
 io::Json deflect(const Request& request, Run& run) {
   const vjm::Robot robot = request.posture.read();
   if (!request.load.given() && robot.manipulator.is_relaxed_when_unloaded())
@@ -54,8 +63,10 @@ io::Json deflect(const Request& request, Run& run) {
   const vjm::SegmentCheck segments =
       check_segments(robot, request.posture, request.load, equilibrium);
   run.print(fmt::format("{}\n", robot.name) + report::text(robot, posture) +
-            report::text(robot, equilibrium) + report::text(robot, segments));
-  run.draw(report::picture(robot.manipulator, posture, equilibrium));
+             report::text(robot, equilibrium) + report::text(robot, segments));
+  io::Json picture = report::picture(robot.manipulator, posture, equilibrium);
+  picture["load"] = load_picture(request, robot, equilibrium);
+  run.draw(std::move(picture));
   stop_short_unless_stable(request.load, robot, equilibrium, run);
   io::Json json = report::inputs_and_posture(robot, posture);
   json["equilibrium"] = report::to_json(robot, equilibrium);

@@ -12,8 +12,6 @@ using spatial::Pose;
 using spatial::Vector3;
 using vjm::Chain;
 
-constexpr double same_point = 1e-9;  // [m]
-
 const char* word(vjm::Role role) {
   switch (role) {
     case vjm::Role::actuated:
@@ -26,20 +24,6 @@ const char* word(vjm::Role role) {
   return "elastic";
 }
 
-class Polyline {
- public:
-  void add(const Vector3& point) {
-    if (!points_.empty() && (point - last_).norm() < same_point) return;
-    points_.push_back(io::to_json(point));
-    last_ = point;
-  }
-  Json json() && { return std::move(points_); }
-
- private:
-  Json points_ = Json::array();
-  Vector3 last_ = Vector3::Zero();
-};
-
 // A coupled joint may move otherwise than the coordinate that drives it.
 Json joint_json(const vjm::Coordinate& coordinate, vjm::Motion motion, const Pose& frame) {
   return {{"name", coordinate.name},
@@ -49,25 +33,59 @@ Json joint_json(const vjm::Coordinate& coordinate, vjm::Motion motion, const Pos
           {"axis", io::to_json(Vector3(frame.rotation().col(axis_index(motion))))}};
 }
 
-Json chain_json(const Chain& chain, const Eigen::VectorXd& x, const Pose& origin) {
-  Polyline line;
-  Json joints = Json::array();
-  line.add((origin * chain.base()).position());
+// Whether the springs of a link or a compliance end behind joint k: the next joint is none of
+// theirs.
+bool ends_elastic_run(const Chain& chain, std::size_t k) {
+  const auto is_elastic = [&](std::size_t joint) {
+    const auto coordinate = static_cast<std::size_t>(chain.joints()[joint].coordinate);
+    return chain.coordinates()[coordinate].role == vjm::Role::elastic;
+  };
+  if (!is_elastic(k)) return false;
+  return k + 1 == chain.joints().size() || !is_elastic(k + 1) ||
+         !chain.joints()[k + 1].nominal_before.position().isZero(0);
+}
+
+// Positions along the chain. Which there are follows from its structure alone, so that those of two
+// states correspond: the start, where a joint sits, where a slide has led to, the end of each
+// link's springs (so that a link is one straight line to where its end has gone), the end.
+Json points_json(const Chain& chain, const Eigen::VectorXd& x, const Pose& origin) {
+  Json points = Json::array();
+  points.push_back(io::to_json((origin * chain.base()).position()));
   for (std::size_t k = 0; k < chain.joints().size(); ++k) {
     const auto before = static_cast<Eigen::Index>(k);
     const vjm::Joint& joint = chain.joints()[k];
-    line.add((frame_behind(chain, x, before, origin) * joint.before).position());
-    const Pose behind = frame_behind(chain, x, before + 1, origin);
-    line.add(behind.position());
-    const vjm::Coordinate& coordinate =
-        chain.coordinates()[static_cast<std::size_t>(joint.coordinate)];
-    if (coordinate.role != vjm::Role::elastic)
-      joints.push_back(joint_json(coordinate, joint.motion, behind));
+    const auto coordinate = static_cast<std::size_t>(joint.coordinate);
+    if (chain.coordinates()[coordinate].role == vjm::Role::elastic) {
+      if (ends_elastic_run(chain, k))
+        points.push_back(io::to_json(frame_behind(chain, x, before + 1, origin).position()));
+      continue;
+    }
+    // In front of the first joint is the base, where the line has started.
+    const Vector3 start = k == 0 ? Vector3(chain.base().position()) : Vector3::Zero();
+    if ((joint.nominal_before.position() - start).norm() > 0)
+      points.push_back(
+          io::to_json((frame_behind(chain, x, before, origin) * joint.before).position()));
+    if (!is_rotation(joint.motion))
+      points.push_back(io::to_json(frame_behind(chain, x, before + 1, origin).position()));
   }
   vjm::ChainKinematics kinematics;
   evaluate(chain, x, kinematics, origin);
-  line.add(kinematics.end.position());
-  return {{"name", chain.name()}, {"points", std::move(line).json()}, {"joints", joints}};
+  points.push_back(io::to_json(kinematics.end.position()));
+  return points;
+}
+
+Json chain_json(const Chain& chain, const Eigen::VectorXd& x, const Pose& origin) {
+  Json joints = Json::array();
+  for (std::size_t k = 0; k < chain.joints().size(); ++k) {
+    const vjm::Joint& joint = chain.joints()[k];
+    const vjm::Coordinate& coordinate =
+        chain.coordinates()[static_cast<std::size_t>(joint.coordinate)];
+    if (coordinate.role != vjm::Role::elastic)
+      joints.push_back(
+          joint_json(coordinate, joint.motion,
+                     frame_behind(chain, x, static_cast<Eigen::Index>(k) + 1, origin)));
+  }
+  return {{"name", chain.name()}, {"points", points_json(chain, x, origin)}, {"joints", joints}};
 }
 
 Json body_json(const std::string& name, const Pose& pose) {

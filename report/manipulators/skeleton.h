@@ -9,7 +9,8 @@
 namespace kinetostat::report {
 
 /// Every chain as a polyline from base to end with its joints (name, role, position, axis), and the
-/// frames of platform and inner bodies. Base axes, [m].
+/// frames of platform and inner bodies. Base axes, [m]. A chain has the same number of points in
+/// every state, so that what is between two states can be magnified.
 io::Json skeleton(const vjm::Manipulator& manipulator, const vjm::Posture& posture);
 /// The same in a loaded state, springs deflected.
 io::Json skeleton(const vjm::Manipulator& manipulator, const vjm::Equilibrium& equilibrium);

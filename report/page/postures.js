@@ -12,7 +12,70 @@ import { roundFactor } from "./workspace.js";
 const stateOf = (result) =>
   result.loaded ?? result.equilibrium ?? result.assembly?.assembled ?? null;
 
-function skeletonFigure(result, skeletons, view, source) {
+/** The load as an arrow whose tip is where it acts. */
+function loadArrow({ at, force }, size, factor, look) {
+  const most = norm(force);
+  if (!(most > 0)) return [];
+  const start = at.map((x, k) => (x - (0.25 * size * force[k]) / most) / factor);
+  const tip = at.map((x) => x / factor);
+  const [x, y, z] = [0, 1, 2].map((k) => [start[k], tip[k]]);
+  const [u, v, w] = force.map((f) => [f / most]);
+  const colour = [
+    [0, look.bad],
+    [1, look.bad],
+  ];
+  return [
+    {
+      type: "scatter3d",
+      mode: "lines",
+      meta: "guide",
+      name: `load ${quantity(most, "force")}`,
+      x,
+      y,
+      z,
+      line: { color: look.bad, width: 8 },
+      hoverinfo: "name",
+    },
+    {
+      type: "cone",
+      meta: "guide",
+      x: [tip[0]],
+      y: [tip[1]],
+      z: [tip[2]],
+      u,
+      v,
+      w,
+      anchor: "tip",
+      sizemode: "absolute",
+      sizeref: (0.08 * size) / factor,
+      colorscale: colour,
+      showscale: false,
+      hoverinfo: "skip",
+    },
+  ];
+}
+
+/** The joint that all this is about. */
+function jointSign(skeleton, name, factor, look) {
+  const joint = skeleton.chains
+    .flatMap((c) => c.joints.map((j) => ({ ...j, full: `${c.name}.${j.name}` })))
+    .find((j) => j.full === name || j.name === name);
+  if (!joint) return [];
+  return [
+    {
+      type: "scatter3d",
+      mode: "markers",
+      meta: "guide",
+      name: plain(name),
+      ...Object.fromEntries(["x", "y", "z"].map((key, k) => [key, [joint.at[k] / factor]])),
+      marker: { size: 12, color: look.chosen, symbol: "circle-open", line: { width: 4 } },
+      hoverinfo: "name",
+    },
+  ];
+}
+
+/** `load`: {at, force}; `joint`: a name to point at. */
+export function skeletonFigure(result, skeletons, view, source, { load, joint } = {}) {
   const [from, to] = [skeletons[0], skeletons.at(-1)];
   const size = extentOf(skeletons);
   const shift = Math.max(
@@ -26,12 +89,16 @@ function skeletonFigure(result, skeletons, view, source) {
     ? Math.max(...[0, 1, 2].map((k) => norm(compliance[k].slice(0, 3))))
     : 0;
   const scale = compliance ? roundFactor((0.12 * size) / longest) : 0;
-  const said = [`${to.chains.length} chains, their joints and frames`];
+  const said = [
+    `${to.chains.length} chain${to.chains.length === 1 ? ", its" : "s, their"} joints and frames`,
+  ];
   if (moved)
     said.push(
       `grey: ${from.name}`,
       `bodies move up to ${quantity(shift, "length")}, shown ${number(start)} times at first`,
     );
+  if (load && norm(load.force) > 0)
+    said.push(`red arrow: the load, ${quantity(norm(load.force), "force")}`);
   if (compliance)
     said.push(
       `ellipsoid: where the platform goes under ${quantity(scale, "force")} in every direction (compliance, so long is soft)`,
@@ -71,6 +138,15 @@ function skeletonFigure(result, skeletons, view, source) {
       const shown = moved ? magnified(from, to, view.get("magnify") ?? start) : to;
       const data = skeletonTraces(shown, look, factor);
       if (moved) data.push(...skeletonTraces(from, look, factor, { faint: true, name: from.name }));
+      if (load) {
+        const at = moved
+          ? load.at.map(
+              (x, k) => x + shown.bodies[0].position[k] - to.bodies[0].position[k],
+            )
+          : load.at;
+        data.push(...loadArrow({ ...load, at }, size, factor, look));
+      }
+      if (joint) data.push(...jointSign(shown, joint, factor, look));
       if (compliance)
         data.push(ellipsoid(compliance, shown.bodies[0].position, scale, factor, look.held));
       return {
@@ -148,7 +224,13 @@ export function postureSection({ result, picture }) {
   const { node, add } = section(headingOf(result), list(sentences));
   const view = new View({});
   const source = sourceOf(result);
-  if (picture?.skeletons) add(skeletonFigure(result, picture.skeletons, view, source), view);
+  if (picture?.skeletons)
+    add(
+      skeletonFigure(result, picture.skeletons, view, source, {
+        load: picture.load,
+      }),
+      view,
+    );
   for (const [word, matrices] of [
     ["unloaded", result.unloaded],
     ["loaded", state],

@@ -1,5 +1,6 @@
 #include "kinetostat/report/manipulators/skeleton.h"
 
+#include <algorithm>
 #include <filesystem>
 
 #include <gtest/gtest.h>
@@ -65,6 +66,54 @@ TEST_F(Skeleton, FollowsTheEquilibrium) {
               1e-9);
     EXPECT_LT((vector(lines[c].back()) - loaded.platform.position()).norm(), 1e-6);
   }
+}
+
+// Every shipped robot: each chain has as many points bent as unbent, some of them move, and the
+// last goes as far as the platform.
+TEST(SkeletonOfShippedRobots, EveryChainBends) {
+  const std::filesystem::path folder = std::filesystem::path(KINETOSTAT_SOURCE_DIR) / "data/robots";
+  std::size_t robots = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() != ".yaml") continue;
+    const vjm::Robot robot = vjm::read_robot(entry.path());
+    const vjm::Posture posture = vjm::posture_from_joints(robot.manipulator, {}).posture;
+    vjm::Load load;
+    load.force = {3, -4, -10};
+    const vjm::Equilibrium bent = equilibrium_under_load(robot.manipulator, posture, load);
+    if (bent.status != vjm::EquilibriumStatus::converged) continue;  // it folds at home
+    const Json from = skeleton(robot.manipulator.without_errors(), posture);
+    const Json to = skeleton(robot.manipulator, bent);
+    for (std::size_t c = 0; c < robot.manipulator.size(); ++c) {
+      const Json &a = from["chains"][c]["points"], &b = to["chains"][c]["points"];
+      ASSERT_EQ(a.size(), b.size()) << entry.path() << " chain " << c;
+      double largest = 0;
+      for (std::size_t k = 0; k < a.size(); ++k)
+        largest = std::max(largest, (vector(a[k]) - vector(b[k])).norm());
+      const double shift = (vector(a.back()) - vector(b.back())).norm();
+      EXPECT_GT(largest, 0) << entry.path() << " chain " << c;
+      if (robot.manipulator.size() == 1) {
+        EXPECT_NEAR(shift, (bent.platform.position() - posture.platform.position()).norm(), 1e-12);
+      }
+    }
+    ++robots;
+  }
+  EXPECT_GE(robots, 3u);
+}
+
+// A straight link is one line to where its end has gone; nothing of it stays where it was.
+TEST(SkeletonOfABeam, IsOneLineToItsDeflectedEnd) {
+  vjm::Chain chain("arm");
+  spatial::Matrix6 compliance = 1e-6 * spatial::Matrix6::Identity();
+  chain.actuator("q", vjm::Motion::rz, 1e4)
+      .link("beam", spatial::Pose::translation({0.5, 0, 0}), spatial::Compliance6(compliance, {}));
+  const vjm::Manipulator arm("arm", {chain});
+  const vjm::Posture posture = vjm::posture_from_joints(arm, {}).posture;
+  vjm::Load load;
+  load.force = {0, 0, -100};
+  const Json points =
+      skeleton(arm, equilibrium_under_load(arm, posture, load))["chains"][0]["points"];
+  ASSERT_EQ(points.size(), 3u);  // base, the beam's end, the chain's
+  EXPECT_LT(vector(points[1])[2], -5e-5);
 }
 
 // What a screw slides along is drawn as a slide, though a turn drives it.
