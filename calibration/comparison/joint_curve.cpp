@@ -1,0 +1,153 @@
+#include "kinetostat/calibration/comparison/joint_curve.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "kinetostat/calibration/campaign/load_history.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::Index;
+using spatial::Vector6;
+
+constexpr double hardly = 3;  // times the median deviation
+
+// The joint's coordinate and the spring over it alone.
+struct JointSpring {
+  std::size_t chain = 0;
+  Index coordinate = 0;
+  std::string spring;
+};
+
+std::optional<JointSpring> spring_of(const vjm::Robot& robot, const vjm::EffectSite& joint) {
+  const vjm::Manipulator& bare = robot.without_effects();
+  if (joint.chain >= bare.size()) return std::nullopt;
+  const vjm::Chain& chain = bare.chains()[joint.chain];
+  if (!chain.has_coordinate(joint.element)) return std::nullopt;
+  for (const vjm::Effect& effect : robot.effects)
+    for (const vjm::EffectSite& site : effect.sites)
+      if (site.chain == joint.chain && site.element == joint.element) return std::nullopt;
+  const Index coordinate = chain.index_of(joint.element);
+  for (const vjm::Spring& spring : chain.springs())
+    if (spring.first == coordinate && spring.stiffness.rows() == 1)
+      return JointSpring{joint.chain, coordinate, spring.name};
+  return std::nullopt;
+}
+
+// The first model with the spring as one parameter more.
+struct Model {
+  std::vector<Parameter> parameters;
+  Eigen::VectorXd values;
+};
+
+Model model_of(const BaseFit& fit, const JointSpring& spring) {
+  Model model;
+  model.parameters = held_parameters(fit);
+  model.values = Eigen::VectorXd::Zero(static_cast<Index>(model.parameters.size()) + 1);
+  model.values.head(static_cast<Index>(model.parameters.size())) = starts_of(model.parameters);
+  model.parameters.push_back(
+      {.name = spring.spring, .springs = {{spring.chain, spring.spring}}, .stiffness = {}});
+  return model;
+}
+
+// Of the joint, one a reading; NaN where there is no equilibrium.
+std::vector<double> deflections(const Predictor& predictor, const Campaign& campaign,
+                                const Predictions& predictions, const vjm::Manipulator& bare,
+                                const JointSpring& spring) {
+  std::vector<double> result;
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+    double& d = result.emplace_back(std::nan(""));
+    if (!is_used(campaign.readings[i]) || predictions.loaded[i].coordinates.empty()) continue;
+    const double x = predictions.loaded[i].coordinates[spring.chain][spring.coordinate];
+    d = campaign.displacement == DisplacementKind::absolute
+            ? x - predictor.posture_of(i).coordinates_of(bare.chains()[spring.chain],
+                                                         spring.chain)[spring.coordinate]
+            : x - predictions.unloaded[i].coordinates[spring.chain][spring.coordinate];
+  }
+  return result;
+}
+
+// du/dd of every configuration; zero where the joint does not deflect.
+std::vector<Vector6> followings(const Campaign& campaign, const Predictions& predictions,
+                                const std::vector<double>& deflection) {
+  std::vector<Vector6> result(campaign.configurations.size(), Vector6::Zero());
+  std::vector<double> largest(campaign.configurations.size(), 0);
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+    const std::size_t c = campaign.readings[i].configuration;
+    const double size = std::abs(deflection[i]);
+    if (std::isnan(size) || size <= largest[c]) continue;
+    largest[c] = size;
+    result[c] = -predictions.derivatives[i].rightCols<1>() / deflection[i];
+  }
+  return result;
+}
+
+// What moves the joint by one unit of information: sum of J' W J, and of J' W v.
+struct Projection {
+  double information = 0, residual = 0, change = 0;
+};
+
+Projection projection_of(const Reading& reading, const Vector6& sigma, const Vector6& following,
+                         const Vector6& without, const Vector6& with) {
+  Projection p;
+  for (const Index k : components_in_use(reading)) {
+    const double weight = following[k] / (sigma[k] * sigma[k]);
+    p.information += weight * following[k];
+    p.residual += weight * without[k];
+    p.change += weight * (without[k] - with[k]);
+  }
+  return p;
+}
+
+void leave_out_what_is_hardly_seen(std::vector<JointCurvePoint>& points) {
+  if (points.empty()) return;
+  std::vector<double> deviations;
+  for (const JointCurvePoint& p : points) deviations.push_back(p.deviation);
+  const auto middle = deviations.begin() + static_cast<std::ptrdiff_t>(deviations.size() / 2);
+  std::nth_element(deviations.begin(), middle, deviations.end());
+  std::erase_if(
+      points, [limit = hardly * *middle](const JointCurvePoint& p) { return p.deviation > limit; });
+}
+
+}  // namespace
+
+std::optional<std::vector<JointCurvePoint>> joint_curve(
+    const vjm::Robot& robot, const Campaign& campaign, const Noise& noise,
+    const Assessment& without, const Assessment& with, const vjm::EffectSite& joint, int threads,
+    common::Progress& progress) {
+  const std::optional<JointSpring> spring = spring_of(robot, joint);
+  if (!spring) return std::nullopt;
+  const vjm::Manipulator& bare = robot.without_effects();
+  const Model model = model_of(without.fit, *spring);
+  const Predictor predictor(bare, robot.effects, campaign, threads, progress);
+  const Predictions predictions = predictor.predict(
+      model.parameters, model.values, std::vector<Parameter>{model.parameters.back()}, progress);
+  if (predictions.failure) return std::nullopt;
+  const double stiffness = with_values(bare, robot.effects, model.parameters, model.values)
+                               .bare()
+                               .chains()[spring->chain]
+                               .stiffness()(spring->coordinate, spring->coordinate);
+  const std::vector<double> d = deflections(predictor, campaign, predictions, bare, *spring);
+  const std::vector<Vector6> following = followings(campaign, predictions, d);
+  std::vector<JointCurvePoint> points;
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+    const Reading& reading = campaign.readings[i];
+    const Vector6& j = following[reading.configuration];
+    if (std::isnan(d[i]) || j.isZero(0)) continue;
+    const Projection p =
+        projection_of(reading, noise.sigma[i], j, without.residual[i], with.residual[i]);
+    if (!(p.information > 0)) continue;
+    points.push_back({.reading = i,
+                      .load = stiffness * d[i],
+                      .measured = d[i] + p.residual / p.information,
+                      .without = d[i],
+                      .with = d[i] + p.change / p.information,
+                      .deviation = 1 / std::sqrt(p.information)});
+  }
+  leave_out_what_is_hardly_seen(points);
+  if (points.empty()) return std::nullopt;
+  return points;
+}
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,41 @@
+// Load on one joint against its deflection: measured, and by two models. What backlash, friction
+// and stiffening look like.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "kinetostat/calibration/comparison/compare.h"
+
+namespace kinetostat::calibration {
+
+/// One reading as the joint sees it. Loads and deflections are counted as the campaign counts
+/// displacements: from the state without load, or from the command.
+struct JointCurvePoint {
+  std::size_t reading = 0;
+  double load = 0;       // that its spring transmits [N or N m]
+  double measured = 0;   // deflection [m or rad]
+  double without = 0;    // of the first model
+  double with = 0;       // of the second
+  double deviation = 0;  // standard deviation of `measured` by the noise of the reading
+};
+
+/// Let d be the deflection of the joint's spring in the first model, and J = du/dd how the reading
+/// follows it, from the exact derivative by the logarithm of the spring's stiffness K:
+///
+///     du/d ln K = -J d      load = K d
+///     measured = d + (J' W r) / (J' W J)      with = d + (J' W (u_with - u)) / (J' W J)
+///
+/// r is the residual of the first model, W the inverse covariance of the noise (its diagonal): the
+/// residual is taken to be of this joint alone, as a partial-residual plot takes it to be of one
+/// variable (Larsen and McCleary 1972). J is that of the largest deflection in each posture.
+///
+/// `without` and `with` are assessments of the same campaign, `without` by `robot`. nullopt where
+/// the joint has no spring of its own, has an effect in the robot file, or does not deflect.
+/// Readings on which the joint hardly acts (a deviation above three times the median) are left out.
+std::optional<std::vector<JointCurvePoint>> joint_curve(
+    const vjm::Robot& robot, const Campaign& campaign, const Noise& noise,
+    const Assessment& without, const Assessment& with, const vjm::EffectSite& joint, int threads,
+    common::Progress& progress);
+
+}  // namespace kinetostat::calibration
