@@ -25,16 +25,6 @@ using io::Json;
 
 constexpr std::size_t shown_candidates = 12, most_places = 6;
 
-// Simple units as the campaign has them, compound ones in SI.
-std::string unit_for_people(const calibration::Campaign& campaign,
-                            const vjm::EffectParameter& parameter, bool angular) {
-  const spatial::Dimension& dimension = angular ? parameter.angular : parameter.linear;
-  if (dimension == spatial::dimension::length) return campaign.units.length;
-  if (dimension == spatial::dimension::angle) return campaign.units.angle;
-  if (dimension == spatial::dimension::force) return campaign.units.force;
-  return unit_of(parameter, angular);
-}
-
 // "gap = 0.052 +- 0.003 mm"
 std::string values_text(const vjm::Robot& robot, const calibration::Campaign& campaign,
                         const Candidate& candidate, const Eigen::VectorXd& values,
@@ -277,6 +267,15 @@ std::string ranking_text(const vjm::Robot& robot, const calibration::Campaign& c
 }
 
 }  // namespace
+
+std::string unit_for_people(const calibration::Campaign& campaign,
+                            const vjm::EffectParameter& parameter, bool angular) {
+  const spatial::Dimension& dimension = angular ? parameter.angular : parameter.linear;
+  if (dimension == spatial::dimension::length) return campaign.units.length;
+  if (dimension == spatial::dimension::angle) return campaign.units.angle;
+  if (dimension == spatial::dimension::force) return campaign.units.force;
+  return unit_of(parameter, angular);
+}
 
 std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Campaign& campaign,
                                  const Diagnosis& d) {

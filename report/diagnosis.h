@@ -13,6 +13,9 @@ namespace kinetostat::report {
 std::string verdict_in_words(const std::string& verdict);
 std::string text(const vjm::Robot& robot, const calibration::Campaign& campaign,
                  const calibration::Diagnosis& diagnosis);
+/// Unit of a value of an effect: simple ones as the campaign has them, compound ones in SI.
+std::string unit_for_people(const calibration::Campaign& campaign,
+                            const vjm::EffectParameter& parameter, bool angular);
 /// The answers of a decision in one sentence: class and places, with their probability.
 std::string answers_text(const calibration::Decision& decision);
 /// The laws of the first answer with their shares; empty where there is only one.

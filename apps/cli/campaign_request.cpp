@@ -4,6 +4,7 @@
 
 #include "kinetostat/calibration/campaign/campaign_file.h"
 #include "kinetostat/common/error.h"
+#include "kinetostat/report/screen/wording.h"
 
 namespace kinetostat::apps {
 
@@ -34,9 +35,15 @@ calibration::Campaign CampaignRequest::read_campaign(const vjm::Robot& robot,
   return campaign;
 }
 
+std::string CampaignRequest::typed() const {
+  std::string text;
+  for (const std::string& file : files) text += (text.empty() ? "" : " ") + report::quoted(file);
+  return text;
+}
+
 void say_which_robot(const vjm::Robot& robot, const calibration::Campaign& campaign, io::Json& json,
                      Run& run) {
-  run.print(fmt::format("Robot '{}'\n", robot.name));
+  run.print_more(fmt::format("Robot '{}'\n", robot.name));
   if (!campaign.robot) return;
   const std::filesystem::path named = campaign.file.parent_path() / *campaign.robot;
   std::error_code error;

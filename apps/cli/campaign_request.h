@@ -22,9 +22,11 @@ struct CampaignRequest {
   vjm::Robot read_robot() const;
   /// Warns of columns that may be meant otherwise.
   calibration::Campaign read_campaign(const vjm::Robot& robot, const Run& run) const;
+  /// The files as they were typed, for a shell.
+  std::string typed() const;
 };
 
-/// Prints the robot's name, and that another one than the campaign's is used, when it is.
+/// Prints that another robot than the campaign's is used, when it is, and with --verbose its name.
 void say_which_robot(const vjm::Robot& robot, const calibration::Campaign& campaign, io::Json& json,
                      Run& run);
 

@@ -1,9 +1,12 @@
 #include "kinetostat/apps/cli/command.h"
 
 #include <algorithm>
+#include <chrono>
+#include <cstdlib>
 #include <sstream>
 #include <system_error>
 #include <thread>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -58,6 +61,68 @@ std::string fault(const std::exception& error) {
   return fmt::format(
       "this is a fault of the program, please report it with the files that caused it: {}",
       error.what());
+}
+
+constexpr std::size_t help_columns = 80;
+
+// Help in lines of at most 80 columns. What is too long goes on below its description, or (an
+// example, after `deep` blanks) as a shell takes it.
+std::string folded(const std::string& help) {
+  std::istringstream lines(help);
+  std::string result, line;
+  while (std::getline(lines, line)) {
+    const std::size_t text = line.find_first_not_of(' ');
+    const bool is_command =
+        text != std::string::npos && line.substr(text).starts_with("kinetostat ");
+    std::size_t indent = text == std::string::npos ? 0 : text;
+    if (is_command)
+      indent += 4;
+    else if (const std::size_t gap = line.find("  ", indent); gap != std::string::npos)
+      indent = std::min<std::size_t>(line.find_first_not_of(' ', gap), 30);
+    const std::size_t most = help_columns - (is_command ? 2 : 0);
+    while (line.size() > help_columns) {
+      const std::size_t at = line.rfind(' ', most);
+      if (at == std::string::npos || at <= indent) break;
+      result += line.substr(0, at) + (is_command ? " \\\n" : "\n");
+      line = std::string(indent, ' ') + line.substr(at + 1);
+    }
+    result += line + "\n";
+  }
+  return result;
+}
+
+// Commands by what they are about, in the order of the help; the first word of a name decides.
+struct Group {
+  std::string_view title;
+  std::vector<std::string_view> words;
+};
+const std::vector<Group>& groups() {
+  static const std::vector<Group> all = {
+      {"Links", {"mesh", "identify", "beam"}},
+      {"Robots", {"import", "stiffness", "deflect", "trace", "assemble", "map", "compensate"}},
+      {"Measurements",
+       {"study", "readings", "measure", "compare", "diagnose", "adopt", "revert", "plan",
+        "simulate", "effect", "studio"}},
+      {"Files and pages", {"new", "report", "demo"}}};
+  return all;
+}
+
+std::string took(double seconds) {
+  return seconds < 60 ? fmt::format("{:.1f} s", seconds) : clock_text(seconds) + " min";
+}
+
+// The headline bold, the next step in colour. On a terminal only, and not where NO_COLOR is set.
+bool shows_colours(std::FILE* stream) {
+  const char* terminal = std::getenv("TERM");
+  return ::isatty(::fileno(stream)) == 1 && std::getenv("NO_COLOR") == nullptr &&
+         terminal != nullptr && std::string_view(terminal) != "dumb";
+}
+
+// Its first sentence: lines up to the first that ends with a full stop or a blank one.
+std::size_t end_of_headline(const std::string& text) {
+  for (std::size_t at = 0, end; (end = text.find('\n', at)) != std::string::npos; at = end + 1)
+    if (end == at || text[end - 1] == '.' || end > 400) return end;
+  return 0;
 }
 
 // The files that this run writes, but for standard output. Throws UsageError when two are one.
@@ -141,7 +206,6 @@ Program::Program(Streams streams)
   app_->set_help_flag("-h,--help", "Print this help and exit");
   app_->add_flag("--version")->description("Print the version, what is linked and its licences");
   app_->option_defaults()->always_capture_default();
-  app_->footer([this] { return help_footer(); });
 }
 
 Program::~Program() = default;
@@ -187,14 +251,42 @@ void Program::add_common_options(const Command& command) {
       .type_name("N")
       .hide_default()
       .between(1, most_threads);
-  options.add_flag("-q,--quiet", options_.quiet, "No echo of options and no progress")
+  options
+      .add_flag("-v,--verbose", options_.verbose,
+                "Print everything: options in effect, all tables and tests")
+      .group(OptionList::common_group);
+  options.add_flag("-q,--quiet", options_.quiet, "No progress and no remarks")
       .group(OptionList::common_group);
 }
 
 std::string Program::help_footer() const {
-  std::string text = "Examples:\n";
-  for (const auto& command : commands_) text += fmt::format("  {}\n", command->info.example);
-  return text + "\n'kinetostat COMMAND --help' describes one command.";
+  std::string text;
+  std::vector<const Command*> left;
+  for (const auto& command : commands_) left.push_back(command.get());
+  const auto add = [&text](std::string_view title, const std::vector<const Command*>& listed) {
+    if (!listed.empty()) text += fmt::format("{}{}\n", text.empty() ? "" : "\n", title);
+    for (const Command* c : listed)
+      text += fmt::format("  {:<14}  {}\n", c->info.name, c->info.summary);
+  };
+  for (const Group& group : groups()) {
+    std::vector<const Command*> listed;
+    for (const std::string_view word : group.words)
+      for (const Command* command : left)
+        if (command->info.name == word || command->info.name.starts_with(std::string(word) + " "))
+          listed.push_back(command);
+    std::erase_if(left, [&](const Command* c) {
+      return std::find(listed.begin(), listed.end(), c) != listed.end();
+    });
+    add(group.title, listed);
+  }
+  add("Others", left);
+  return text + "\n'kinetostat COMMAND --help' describes one command, with an example.";
+}
+
+std::string Program::help() {
+  if (chosen() != nullptr || !app_->get_subcommands().empty()) return folded(app_->help());
+  return folded(fmt::format("{}\n\nUsage: kinetostat COMMAND ...\n\n{}\n", app_->get_description(),
+                            help_footer()));
 }
 
 const Program::Command* Program::chosen() const {
@@ -251,7 +343,7 @@ int Program::parse_and_run(int argc, const char* const* argv) {
   try {
     app_->parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
-    write(app_->help());
+    write(help());
     return done;
   } catch (const CLI::ParseError& error) {
     return usage_error(error.what(), {argv + std::min(argc, 1), argv + argc});
@@ -259,7 +351,7 @@ int Program::parse_and_run(int argc, const char* const* argv) {
   if (const Command* command = chosen()) {
     run_action(*command);
   } else {
-    write((*app_)["--version"]->count() > 0 ? version_report() : app_->help());
+    write((*app_)["--version"]->count() > 0 ? version_report() : help());
   }
   return done;
 }
@@ -293,12 +385,13 @@ std::string Program::hint(const std::vector<std::string>& arguments) const {
 }
 
 void Program::run_action(const Command& command) {
+  const auto start = std::chrono::steady_clock::now();
   const io::Outputs outputs(outputs_of(command.options()));
   if (command.info.out_is_folder && !options_.out.empty())
     io::require_writable(std::filesystem::path(options_.out) / "file");
   if (!options_.html.empty()) report::require_pages();
   const bool text = options_.json != "-";
-  if (text && !options_.quiet) write(echo(command.info, command.options()));
+  if (text && options_.verbose) write(echo(command.info, command.options()));
   ProgressBar progress(streams_.err, options_.quiet ? ProgressBar::Style::none
                                                     : ProgressBar::style_for(streams_.err));
   Run run(
@@ -314,6 +407,9 @@ void Program::run_action(const Command& command) {
   if (progress.cancelled() && run.shortfall().empty() && !command.info.runs_until_stopped)
     throw common::Cancelled();
   deliver(command, run, result);
+  const std::chrono::duration<double> time = std::chrono::steady_clock::now() - start;
+  if (!options_.quiet && time.count() >= 1)
+    say(fmt::format("kinetostat: {}\n", took(time.count())));
   if (run.refusal()) throw *run.refusal();
   if (!run.shortfall().empty()) throw common::NoConvergence(run.shortfall());
   if (!run.unidentified().empty()) throw common::NotIdentifiable(run.unidentified());
@@ -339,7 +435,21 @@ void Program::deliver(const Command& command, const Run& run, const io::Json& re
     }
     io::write_json(options_.json, json);
   }
-  write(run.report());
+  write_screen(run.screen());
+}
+
+void Program::write_screen(const std::string& text) {
+  if (!shows_colours(streams_.out)) return write(text);
+  const std::size_t headline = end_of_headline(text), next = text.rfind("\nNext: ");
+  std::fputs("\x1b[1m", streams_.out);
+  write(std::string_view(text).substr(0, headline));
+  std::fputs("\x1b[0m", streams_.out);
+  write(std::string_view(text).substr(headline,
+                                      next == std::string::npos ? next : next + 1 - headline));
+  if (next == std::string::npos) return;
+  std::fputs("\x1b[36m", streams_.out);
+  write(std::string_view(text).substr(next + 1));
+  std::fputs("\x1b[0m", streams_.out);
 }
 
 // What others wrote into files must not command the terminal. A full disk or a closed pipe behind

@@ -52,7 +52,7 @@ struct CommonOptions {
   std::string html;  // a file; empty when not asked for
   std::string out;   // a file; empty when not asked for
   int threads = 1;
-  bool quiet = false;
+  bool quiet = false, verbose = false;
 };
 
 /// One run of one command, as its action sees it.
@@ -69,7 +69,16 @@ class Run {
 
   /// Adds to the report for people, which goes to standard output. The text brings its own line
   /// ends.
-  void print(std::string_view text) { report_ += text; }
+  void print(std::string_view text) {
+    report_ += text;
+    screen_ += text;
+  }
+  /// Adds what standard output has with --verbose only; the file of --out and the page have it
+  /// always.
+  void print_more(std::string_view text) {
+    report_ += text;
+    if (options_.verbose) screen_ += text;
+  }
 
   /// Goes to standard output at once, for commands that stay.
   void say_now(const std::string& text) const { write_now_(text); }
@@ -104,6 +113,7 @@ class Run {
   std::optional<std::filesystem::path> out() const;
 
   const std::string& report() const { return report_; }
+  const std::string& screen() const { return screen_; }  // the part of it for standard output
   const io::Json& picture() const { return picture_; }
   const std::vector<report::PageResult>& page() const { return page_; }
   const std::string& shortfall() const { return shortfall_; }
@@ -115,7 +125,7 @@ class Run {
   io::Json command_options_;
   common::Progress& progress_;
   std::function<void(std::string_view)> write_now_, say_aside_;
-  std::string report_;
+  std::string report_, screen_;
   io::Json picture_;
   std::vector<report::PageResult> page_;
   std::string shortfall_, unidentified_;
@@ -164,6 +174,7 @@ class Program {
   int parse_and_run(int argc, const char* const* argv);
   CLI::App& group_of(const std::string& name);
   void add_common_options(const Command& command);
+  std::string help();
   std::string help_footer() const;
   const Command* chosen() const;
   int usage_error(const std::string& what, const std::vector<std::string>& arguments);
@@ -172,6 +183,7 @@ class Program {
   void write_page(const Command& command, const Run& run, const io::Json& result);
   void deliver(const Command& command, const Run& run, const io::Json& result);
   void write(std::string_view text);
+  void write_screen(const std::string& text);
   void say(std::string_view text) const;
 
   Streams streams_;

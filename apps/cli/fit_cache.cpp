@@ -22,6 +22,10 @@ std::string scope_of(const vjm::Robot& robot, const calibration::Campaign& campa
 
 }  // namespace
 
+std::string inputs_of(const vjm::Robot& robot, const calibration::Campaign& campaign) {
+  return io::sha256(scope_of(robot, campaign));
+}
+
 FitCache::FitCache(io::Cache cache, const vjm::Robot& robot, const calibration::Campaign& campaign,
                    Run& run)
     : cache_(std::move(cache)),

@@ -12,6 +12,10 @@
 
 namespace kinetostat::apps {
 
+/// SHA-256 of all that a step with readings depends on: the robot file, the files that it names,
+/// the campaign file, its readings, and this build of the program.
+std::string inputs_of(const vjm::Robot& robot, const calibration::Campaign& campaign);
+
 class FitCache : public calibration::FitJournal {
  public:
   /// The kept fits belong to the bytes of the robot file, of the files that it names, of the

@@ -68,7 +68,8 @@ void ProgressBar::show(std::string_view phase, double fraction) {
     draw_bar(fraction);
     last_shown_ = now;
   }
-  if (style_ == Style::lines && (new_phase || now - last_shown_ >= line_interval)) {
+  const bool unnamed = new_phase && named_.emplace(phase).second;
+  if (style_ == Style::lines && (unnamed || now - last_shown_ >= line_interval)) {
     print_line(fraction);
     last_shown_ = now;
   }

@@ -1,4 +1,5 @@
-// Progress on standard error: a bar on a terminal, a few plain lines in a log.
+// Progress on standard error: a bar on a terminal, in a log each phase once and how far it is every
+// ten seconds.
 #pragma once
 
 #include <chrono>
@@ -6,6 +7,7 @@
 #include <deque>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 
 #include "kinetostat/common/progress.h"
@@ -63,6 +65,7 @@ class ProgressBar : public common::Progress {
   Pace pace_;
   Clock::time_point last_shown_;
   bool drawn_ = false;
+  std::set<std::string, std::less<>> named_;  // phases that a log has the names of
 };
 
 }  // namespace kinetostat::apps

@@ -17,6 +17,8 @@
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/diagnosis_file.h"
+#include "kinetostat/report/screen/adoption.h"
+#include "kinetostat/report/screen/wording.h"
 #include "kinetostat/report/text/text.h"
 #include "kinetostat/spatial/units.h"
 #include "kinetostat/vjm/io/robot_file.h"
@@ -33,13 +35,6 @@ using calibration::RecordedEstimate;
 using calibration::RecordedFinding;
 
 constexpr double unknown = calibration::not_recorded;
-
-struct AdoptRequest {
-  std::string robot, diagnosis, effect;
-  bool force = false;
-  bool effects_only = false;      // the stiffnesses stay as the file has them
-  bool stiffnesses_only = false;  // as fitted without any effect
-};
 
 std::string names_of(const std::vector<RecordedFinding>& found) {
   std::vector<std::string> names;
@@ -191,12 +186,6 @@ std::string name_of(const AdoptedParameter& p) {
                           : fmt::format("{} of {} at {}", p.parameter, p.effect, p.at);
 }
 
-std::string names_of(const std::vector<AdoptedParameter>& parameters) {
-  std::vector<std::string> names;
-  for (const AdoptedParameter& p : parameters) names.push_back(name_of(p));
-  return fmt::format("{}", fmt::join(names, ", "));
-}
-
 // What a reader of the new robot file should know, in sentences.
 std::vector<std::string> reservations(const DiagnosisRecord& diagnosis,
                                       const std::vector<RecordedFinding>& chosen,
@@ -225,18 +214,6 @@ std::vector<std::string> reservations(const DiagnosisRecord& diagnosis,
     said.push_back(fmt::format("{} readings were set aside in the search, and count in that error",
                                diagnosis.set_aside));
   return said;
-}
-
-std::string sentence(const std::filesystem::path& out, const std::vector<RecordedFinding>& chosen,
-                     const Adoption& adoption, const Fall& fall) {
-  std::vector<std::string> what;
-  if (!chosen.empty()) what.push_back(names_of(chosen));
-  if (!adoption.fitted.empty()) what.push_back("fitted values of " + names_of(adoption.fitted));
-  std::string text = fmt::format("{}: adopted {}", out.string(), fmt::join(what, ", with "));
-  if (!chosen.empty())
-    text += fmt::format("; held-out error {} -> {} times the noise", report::number(fall.before, 4),
-                        report::number(fall.after, 4));
-  return text + "\n";
 }
 
 // The error of the file as it is written, where that is the model that the diagnosis ended with.
@@ -296,22 +273,30 @@ io::Json result_of(const Chosen& chosen, const std::filesystem::path& out, doubl
           {"reservations", said}};
 }
 
+report::AdoptionSummary summary_of(const DiagnosisRecord& diagnosis, const Chosen& chosen,
+                                   const vjm::Robot& robot, double as_written,
+                                   const std::vector<std::string>& said) {
+  report::AdoptionSummary summary{.file = robot.file,
+                                  .effects = {},
+                                  .fitted = chosen.adoption.fitted,
+                                  .nominal = diagnosis.error_of_stage("as designed"),
+                                  .before = chosen.fall.before,
+                                  .after = chosen.fall.after,
+                                  .as_written = as_written,
+                                  .reservations = said};
+  for (const RecordedFinding& one : chosen.found)
+    summary.effects.push_back(
+        report::effect_in_words(robot.without_effects(), one.effect.effect, one.effect.at));
+  return summary;
+}
+
 io::Json adopt(const AdoptRequest& request, const std::filesystem::path& out, Run& run) {
-  const DiagnosisRecord diagnosis = report::read_diagnosis(request.diagnosis);
-  const Chosen chosen = adoption_from(diagnosis, request);
-  try {
-    write_robot(out, calibration::adopted(io::read_text(request.robot), chosen.adoption));
-  } catch (const std::invalid_argument& error) {
-    throw common::InputError({.file = request.robot, .what = error.what()});
-  }
-  run.print(sentence(out, chosen.found, chosen.adoption, chosen.fall));
-  const double as_written = error_as_written(diagnosis, request, chosen.adoption);
-  if (!std::isnan(as_written))
-    run.print(fmt::format("  as written: {} times the noise on all these readings\n",
-                          report::number(as_written, 4)));
-  const std::vector<std::string> said = reservations(diagnosis, chosen.found, chosen.adoption);
-  for (const std::string& one : said) run.print("  " + one + "\n");
-  return result_of(chosen, out, as_written, said);
+  const AdoptedFile adopted = write_adopted(request, out);
+  run.print(report::first_screen(
+      vjm::read_robot(request.robot), adopted.summary,
+      report::next_step(fmt::format("kinetostat compare {} CAMPAIGN", report::quoted(out)),
+                        "the campaign that was diagnosed, again")));
+  return adopted.result;
 }
 
 io::Json revert(const std::string& robot, Run& run) {
@@ -323,7 +308,8 @@ io::Json revert(const std::string& robot, Run& run) {
   }
   const std::filesystem::path out = run.out() ? *run.out() : std::filesystem::path(robot);
   write_robot(out, text);
-  run.print(fmt::format("{}: what was adopted last is taken out\n", out.string()));
+  run.print(fmt::format("{}: what was adopted last is taken out; the file is as it was before.\n",
+                        out.string()));
   return {{"robot", out.string()}};
 }
 
@@ -341,6 +327,24 @@ void require_same_robot(const DiagnosisRecord& diagnosis, const std::filesystem:
        .key = "inputs.robot",
        .what = fmt::format("the diagnosis is of another state of {}", robot.string()),
        .cure = "Run 'kinetostat diagnose -o' again on this robot file"});
+}
+
+AdoptedFile write_adopted(const AdoptRequest& request, const std::filesystem::path& out) {
+  const DiagnosisRecord diagnosis = report::read_diagnosis(request.diagnosis);
+  const Chosen chosen = adoption_from(diagnosis, request);
+  const vjm::Robot robot = vjm::read_robot(request.robot);
+  try {
+    write_robot(out, calibration::adopted(io::read_text(request.robot), chosen.adoption));
+  } catch (const std::invalid_argument& error) {
+    throw common::InputError({.file = request.robot, .what = error.what()});
+  }
+  const double as_written = error_as_written(diagnosis, request, chosen.adoption);
+  const std::vector<std::string> said = reservations(diagnosis, chosen.found, chosen.adoption);
+  report::AdoptionSummary summary = summary_of(diagnosis, chosen, robot, as_written, said);
+  summary.file = out;
+  io::Json json{{"headline", report::headline(robot, summary)}};
+  json.update(result_of(chosen, out, as_written, said));
+  return {summary, json};
 }
 
 io::Json adopt_effect(const std::filesystem::path& robot, const std::filesystem::path& diagnosis,

@@ -13,6 +13,8 @@
 #include "kinetostat/report/comparison.h"
 #include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/readings_picture.h"
+#include "kinetostat/report/screen/comparison.h"
+#include "kinetostat/report/screen/wording.h"
 #include "kinetostat/report/waterfall.h"
 
 namespace kinetostat::apps {
@@ -45,8 +47,10 @@ io::Json compare_both(const CompareRequest& request, Run& run) {
          .cure = "Name two versions of the robot that was measured"});
   const calibration::BeforeAfter both = calibration::compare_before_after(
       before, after, campaign, run.threads(), run.progress(), loss_of(request.robust));
-  run.print(report::text(campaign, both));
+  run.print(report::first_screen(both));
+  run.print_more(report::text(campaign, both));
   io::Json json{
+      {"headline", report::headline(both)},
       {"inputs", {{"before", report::provenance(before)}, {"after", report::provenance(after)}}}};
   json.update(report::to_json(campaign, both));
   json["configurations"] = report::configurations(before, campaign);
@@ -60,15 +64,30 @@ io::Json compare_both(const CompareRequest& request, Run& run) {
   return json;
 }
 
+std::string next_after(const CompareRequest& request, const calibration::Comparison& comparison) {
+  const std::string files = request.campaign.typed();
+  if (!comparison.unit_error.empty())
+    return "Next: correct the unit or the sign in the files, then compare again\n";
+  switch (comparison.best().adequacy) {
+    case calibration::Adequacy::inadequate:
+      return report::next_step("kinetostat diagnose " + files, "which effect is missing?");
+    case calibration::Adequacy::adequate:
+      return report::next_step("kinetostat plan " + files, "what would make the model sharper?");
+    default:
+      return "Next: state 'noise' in the campaign file, or repeat some readings\n";
+  }
+}
+
 io::Json compare(const CompareRequest& request, Run& run) {
   if (!request.before.empty()) return compare_both(request, run);
   const vjm::Robot robot = request.campaign.read_robot();
   const calibration::Campaign campaign = request.campaign.read_campaign(robot, run);
   const calibration::Comparison comparison =
       calibration::compare(robot, campaign, run.threads(), run.progress(), loss_of(request.robust));
-  io::Json json{{"inputs", report::provenance(robot)}};
+  io::Json json{{"headline", report::headline(comparison)}, {"inputs", report::provenance(robot)}};
   say_which_robot(robot, campaign, json, run);
-  run.print(report::text(campaign, comparison));
+  run.print(report::first_screen(robot, campaign, comparison, next_after(request, comparison)));
+  run.print_more("\n" + report::text(campaign, comparison));
   json.update(report::to_json(campaign, comparison));
   json["configurations"] = report::configurations(robot, campaign);
   if (!request.csv.empty())

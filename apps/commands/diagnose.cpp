@@ -3,6 +3,8 @@
 #include <memory>
 #include <optional>
 
+#include <fmt/format.h>
+
 #include "kinetostat/apps/cli/campaign_request.h"
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/cli/fit_cache.h"
@@ -19,6 +21,9 @@
 #include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/plan.h"
 #include "kinetostat/report/readings_picture.h"
+#include "kinetostat/report/screen/diagnosis.h"
+#include "kinetostat/report/screen/joint_curve.h"
+#include "kinetostat/report/screen/wording.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -64,10 +69,37 @@ void draw(const vjm::Robot& robot, const calibration::Campaign& campaign,
   const calibration::Comparison before = compared(robot);
   std::optional<calibration::Comparison> after;
   if (!diagnosis.found.empty()) after = compared(report::with_found(robot, diagnosis));
-  run.draw(diagnosis_picture(robot, campaign, before, after ? &*after : nullptr));
+  io::Json picture = diagnosis_picture(robot, campaign, before, after ? &*after : nullptr);
+  if (after)
+    picture["joint_curve"] = report::joint_curve_picture(robot, campaign, diagnosis, before, *after,
+                                                         run.threads(), run.progress());
+  run.draw(std::move(picture));
   io::Json comparison = report::to_json(campaign, before);
   comparison.erase("readings");  // they are in the picture
   run.add_to_page({.result = std::move(comparison), .picture = {}, .text = {}});
+}
+
+// What to do with the verdict.
+std::string next_after(const DiagnoseRequest& request, const vjm::Robot& robot,
+                       const calibration::Diagnosis& diagnosis, const Run& run) {
+  const std::string files = request.campaign.typed();
+  const std::string file = run.out() ? report::quoted(*run.out()) : "";
+  switch (diagnosis.verdict) {
+    case calibration::Verdict::identified:
+      if (file.empty())
+        return report::next_step("kinetostat study " + files + " -o study",
+                                 "adopts it, compares again and plans what to read next");
+      return report::next_step(fmt::format("kinetostat adopt {} {} -o calibrated.yaml",
+                                           report::quoted(robot.file), file),
+                               "then compare again");
+    case calibration::Verdict::unexplained:
+      return report::next_step("kinetostat compare " + files + " --html compare.html",
+                               "what does the rest of the error depend on?");
+    default:
+      return report::next_step(fmt::format("kinetostat plan {}{} -o next.csv", files,
+                                           file.empty() ? "" : " --diagnosis " + file),
+                               "what to read next");
+  }
 }
 
 io::Json diagnose(const DiagnoseRequest& request, Run& run) {
@@ -80,7 +112,9 @@ io::Json diagnose(const DiagnoseRequest& request, Run& run) {
       resumable_diagnosis(robot, campaign, options, request.no_cache, run);
   io::Json json = diagnosis_result(robot, campaign, request.options, diagnosis);
   say_which_robot(robot, campaign, json, run);
-  run.print(report::text(robot, campaign, diagnosis));
+  run.print(
+      report::first_screen(robot, campaign, diagnosis, next_after(request, robot, diagnosis, run)));
+  run.print_more(report::text(robot, campaign, diagnosis));
   if (run.wants_page()) draw(robot, campaign, diagnosis, run);
   if (!request.plan.empty()) {
     const auto score =
@@ -122,7 +156,8 @@ void add_no_cache_option(OptionList& app, bool& no_cache) {
 io::Json diagnosis_result(const vjm::Robot& robot, const calibration::Campaign& campaign,
                           const calibration::DiagnosisOptions& options,
                           const calibration::Diagnosis& diagnosis) {
-  io::Json json{{"inputs", report::provenance(robot)},
+  io::Json json{{"headline", report::headline(robot, campaign, diagnosis)},
+                {"inputs", report::provenance(robot)},
                 {"readings", io::sha256(io::read_text(campaign.readings_file))},
                 {"seed", options.seed},
                 {"draws", options.draws}};

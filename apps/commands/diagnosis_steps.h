@@ -8,6 +8,7 @@
 #include "kinetostat/calibration/comparison/compare.h"
 #include "kinetostat/calibration/diagnosis/diagnosis.h"
 #include "kinetostat/calibration/diagnosis/diagnosis_record.h"
+#include "kinetostat/report/screen/adoption.h"
 #include "kinetostat/vjm/io/robot_file.h"
 
 namespace kinetostat::apps {
@@ -36,6 +37,20 @@ io::Json diagnosis_picture(const vjm::Robot& robot, const calibration::Campaign&
 /// another.
 void require_same_robot(const calibration::DiagnosisRecord& diagnosis,
                         const std::filesystem::path& robot);
+
+/// What of a diagnosis goes into a robot file.
+struct AdoptRequest {
+  std::string robot, diagnosis, effect;  // `effect`: one of those that were found; empty: all
+  bool force = false;
+  bool effects_only = false;      // the stiffnesses stay as the file has them
+  bool stiffnesses_only = false;  // as fitted without any effect
+};
+struct AdoptedFile {
+  report::AdoptionSummary summary;
+  io::Json result;  // as `adopt --json` has it
+};
+/// Writes the robot file to `out`. Throws as adopt_effect().
+AdoptedFile write_adopted(const AdoptRequest& request, const std::filesystem::path& out);
 
 /// Writes `robot` with what `diagnosis` found and fitted to `out`, and says so: all effects, or the
 /// one named by `effect` ("clearance at x.rho"), then with the stiffnesses as they are. Throws

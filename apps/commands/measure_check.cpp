@@ -7,6 +7,8 @@
 #include "kinetostat/calibration/campaign/campaign_file.h"
 #include "kinetostat/report/campaign_check.h"
 #include "kinetostat/report/manipulators/manipulator.h"
+#include "kinetostat/report/screen/comparison.h"
+#include "kinetostat/report/screen/wording.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -15,9 +17,13 @@ io::Json check(const CampaignRequest& request, Run& run) {
   const vjm::Robot robot = request.read_robot();
   const calibration::Campaign campaign = request.read_campaign(robot, run);
   const auto checks = calibration::check_campaign(campaign, robot);
-  io::Json json{{"inputs", report::provenance(robot)}};
+  io::Json json{{"headline", report::readings_in_words(campaign, checks)},
+                {"inputs", report::provenance(robot)}};
   say_which_robot(robot, campaign, json, run);
-  run.print(report::text(campaign, checks));
+  run.print(report::first_screen(
+      campaign, checks,
+      report::next_step("kinetostat compare " + request.typed(), "where does the model fail?")));
+  run.print_more("\n" + report::text(campaign, checks));
   json.update(report::to_json(campaign, checks));
   return json;
 }

@@ -18,6 +18,8 @@
 #include "kinetostat/report/diagnosis_file.h"
 #include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/plan.h"
+#include "kinetostat/report/screen/plan.h"
+#include "kinetostat/report/screen/wording.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -124,6 +126,15 @@ calibration::PlanOptions options_of(const PlanRequest& request, const vjm::Robot
   return options;
 }
 
+std::string next_after(const PlanRequest& request, const calibration::Plan& plan, const Run& run) {
+  if (plan.blocks.empty()) return {};
+  if (run.out())
+    return report::next_step("take the readings of " + report::quoted(*run.out()),
+                             "add them to the campaign, and diagnose again");
+  return report::next_step(fmt::format("kinetostat plan {} -o next.csv", request.campaign.typed()),
+                           "writes these readings as a table");
+}
+
 io::Json plan(const PlanRequest& request, Run& run) {
   const vjm::Robot robot = request.campaign.read_robot();
   const calibration::Campaign campaign = request.campaign.read_campaign(robot, run);
@@ -132,15 +143,15 @@ io::Json plan(const PlanRequest& request, Run& run) {
   const calibration::PlanQuestion question = question_of(request, robot, diagnosis);
   const calibration::Plan plan =
       calibration::plan(robot, campaign, question, options, run.threads(), run.progress());
-  io::Json json{{"inputs", report::provenance(robot)},
+  io::Json json{{"headline", report::headline(robot, question, options, plan)},
+                {"inputs", report::provenance(robot)},
                 {"readings_so_far", io::sha256(io::read_text(campaign.readings_file))}};
   say_which_robot(robot, campaign, json, run);
-  run.print(report::text(robot, campaign, question, options, plan));
-  json.update(report::to_json(question, options, plan));
-  if (run.out() && !plan.blocks.empty()) {
+  if (run.out() && !plan.blocks.empty())
     io::write_atomically(*run.out(), report::plan_table(robot, plan));
-    run.print(fmt::format("Wrote {}\n", run.out()->string()));
-  }
+  run.print(report::first_screen(robot, question, options, plan, next_after(request, plan, run)));
+  run.print_more(report::text(robot, campaign, question, options, plan));
+  json.update(report::to_json(question, options, plan));
   if (plan.blocks.empty())
     run.leave_unidentified("no readings of this kind would change what is known");
   return json;

@@ -1,7 +1,8 @@
-// Residual against load, with both branches.
+// Residual against load, with both branches; and load at one joint against its deflection.
+import { plain } from "./dom.js";
 import { axis, layout } from "./look.js";
 import { band, marks, ofReadings, sameRange, scaleOf } from "./marks.js";
-import { groups } from "./numbers.js";
+import { groups, largest } from "./numbers.js";
 import { unitFor } from "./units.js";
 
 /** The axis of load that most readings have, and readings along it. */
@@ -103,4 +104,152 @@ export function againstLoad(readings, view, source) {
       };
     },
   });
+}
+
+/** Load on a joint against its deflection: readings, and the fitted model without and with the effect. */
+export function jointCurve(curve, source) {
+  const [angle, moment] = curve.turns ? ["angle", "moment"] : ["length", "force"];
+  const x = unitFor(angle, largest([...curve.measured, ...curve.with]));
+  const y = unitFor(moment, largest(curve.load));
+  const all = curve.load.map((_, i) => i);
+  const byLoad = [...all].sort((a, b) => curve.load[a] - curve.load[b]);
+  const path = (column, members) => ({
+    x: members.map((i) => curve[column][i] / x.factor),
+    y: members.map((i) => curve.load[i] / y.factor),
+  });
+  return {
+    id: "joint-curve",
+    title: `Load at ${curve.place} against its deflection`,
+    n: all.length,
+    source,
+    height: 420,
+    say: `Dots: readings, the error of the model taken to be of this joint alone; whiskers: the noise. Dashed: the fitted model without the effect. Line: with ${curve.effect}.`,
+    numbers: () => ({
+      columns: ["reading", "load [N or N m]", "measured [m or rad]", "without", "with", "sd"],
+      rows: all.map((i) => [
+        curve.id[i],
+        curve.load[i],
+        curve.measured[i],
+        curve.without[i],
+        curve.with[i],
+        curve.deviation[i],
+      ]),
+    }),
+    draw(look) {
+      const cycles = [...groups(all, (i) => curve.cycle[i]).values()];
+      const loops = cycles.filter((members) => members.length > 2);
+      const lines = (loops.length ? loops : [byLoad]).map((members, k) => ({
+        type: "scatter",
+        mode: "lines",
+        meta: "guide",
+        name: `with ${plain(curve.effect)}`,
+        legendgroup: "with",
+        showlegend: k === 0,
+        hoverinfo: "skip",
+        ...path("with", members),
+        line: { color: look.final, width: 2 },
+      }));
+      return {
+        data: [
+          {
+            type: "scatter",
+            mode: "lines",
+            meta: "guide",
+            name: "fitted, without it",
+            hoverinfo: "skip",
+            ...path("without", byLoad),
+            line: { color: look.bad, width: 2, dash: "dash" },
+          },
+          ...lines,
+          {
+            type: "scatter",
+            mode: "markers",
+            name: "readings",
+            ...path("measured", all),
+            error_x: {
+              type: "data",
+              array: curve.deviation.map((d) => d / x.factor),
+              thickness: 0.7,
+              width: 0,
+              color: look.quiet,
+            },
+            marker: { color: look.ink, size: 5 },
+            text: curve.id.map((id) => plain(`reading ${id}`)),
+            hovertemplate: "%{text}: %{x:.4g}, %{y:.4g}<extra></extra>",
+          },
+        ],
+        layout: layout(look, {
+          xaxis: axis(look, `deflection of ${curve.place} [${x.unit}]`),
+          yaxis: axis(look, `load on it [${y.unit}]`),
+        }),
+      };
+    },
+  };
+}
+
+/** The part of that deflection that the spring does not explain, against the load: where a loop, a step or a bend is seen. */
+export function extraDeflection(curve, source) {
+  const all = curve.load.map((_, i) => i);
+  const extra = (column, i) => curve[column][i] - curve.without[i];
+  const x = unitFor(curve.turns ? "moment" : "force", largest(curve.load));
+  const y = unitFor(
+    curve.turns ? "angle" : "length",
+    largest(all.flatMap((i) => [extra("measured", i), extra("with", i)])),
+  );
+  return {
+    id: "extra-deflection",
+    title: `What the spring of ${curve.place} does not explain`,
+    n: all.length,
+    source,
+    height: 420,
+    say: `Deflection less that of the fitted model, against the load. A loop is friction, a step at no load a gap, a bend stiffening. Line: ${curve.effect}.`,
+    numbers: () => ({
+      columns: ["reading", "load [N or N m]", "measured less the spring [m or rad]", "with"],
+      rows: all.map((i) => [curve.id[i], curve.load[i], extra("measured", i), extra("with", i)]),
+    }),
+    draw(look) {
+      const cycles = [...groups(all, (i) => curve.cycle[i]).values()];
+      const loops = cycles.filter((members) => members.length > 2);
+      const byLoad = [...all].sort((a, b) => curve.load[a] - curve.load[b]);
+      const place = (column, members) => ({
+        x: members.map((i) => curve.load[i] / x.factor),
+        y: members.map((i) => extra(column, i) / y.factor),
+      });
+      return {
+        data: [
+          ...(loops.length ? loops : [byLoad]).map((members, k) => ({
+            type: "scatter",
+            mode: "lines",
+            meta: "guide",
+            name: plain(curve.effect),
+            legendgroup: "with",
+            showlegend: k === 0,
+            hoverinfo: "skip",
+            ...place("with", members),
+            line: { color: look.final, width: 2 },
+          })),
+          {
+            type: "scatter",
+            mode: "markers",
+            name: "readings",
+            ...place("measured", all),
+            error_y: {
+              type: "data",
+              array: curve.deviation.map((d) => d / y.factor),
+              thickness: 0.7,
+              width: 0,
+              color: look.quiet,
+            },
+            marker: { color: look.ink, size: 5 },
+            text: curve.id.map((id) => plain(`reading ${id}`)),
+            hovertemplate: "%{text}: %{x:.4g}, %{y:.4g}<extra></extra>",
+          },
+        ],
+        layout: layout(look, {
+          xaxis: axis(look, `load at ${curve.place} [${x.unit}]`),
+          yaxis: axis(look, `extra deflection [${y.unit}]`),
+        }),
+      };
+    },
+  };
 }

@@ -1,5 +1,5 @@
 // The section of one campaign: findings of a comparison and a diagnosis, most important first.
-import { againstLoad } from "./against_load.js";
+import { againstLoad, extraDeflection, jointCurve } from "./against_load.js";
 import { certificateTable, errorShares } from "./certificate.js";
 import { choice, element, list } from "./dom.js";
 import { confusion, ranking } from "./effects.js";
@@ -45,6 +45,7 @@ export function campaigns(entries) {
       one.columns = picture?.readings ?? columnsOfBoth(result);
     }
     one.studio = one.studio ?? picture?.studio;
+    one.curve = one.curve ?? picture?.joint_curve;
     if (
       picture?.readings &&
       (!one.columns || picture.readings.models.length > one.columns.models.length)
@@ -191,7 +192,7 @@ function tools(readings, view) {
 }
 
 // The component with the largest error in units of its noise is looked at first.
-function worstComponent(readings) {
+export function worstComponent(readings) {
   const size = (c) => {
     const used = readings.used(c);
     return used.reduce((s, i) => s + readings.whitened(0, c, i) ** 2, 0) / Math.max(1, used.length);
@@ -226,7 +227,7 @@ export function studioSection(one) {
   return element("section", {}, panel, place);
 }
 
-export function measurementSection({ name, diagnosis, comparison, both, columns, switched }) {
+export function measurementSection({ name, diagnosis, comparison, both, columns, curve, switched }) {
   const source = `Source: ${name}.`;
   const section = element("section", { class: "measurements" }, element("h2", {}, name));
   const add = (parent, spec, view) => parent.append(new Figure(spec, view).node);
@@ -255,6 +256,7 @@ export function measurementSection({ name, diagnosis, comparison, both, columns,
   const known = [diagnosis, both].find((result) => result?.waterfall?.length);
   const stages = known ? stagesOfDiagnosis(known) : readings ? stagesOfReadings(readings) : null;
   if (stages) add(first, waterfall(stages, source, readings?.count ?? stages.stages.length), view);
+  if (curve) for (const spec of [jointCurve, extraDeflection]) add(first, spec(curve, source), view);
   if (readings) {
     add(first, errorShares(readings, view, source), view);
     first.append(certificateTable(readings), findings(comparison) ?? "");

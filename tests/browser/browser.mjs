@@ -18,7 +18,7 @@ export function requireParts(kinetostat, command) {
   const parts = execFileSync(kinetostat, ["--version"], { encoding: "utf8" });
   if (/Plotly +not built/.test(parts)) skip("the program was built without pages");
   const help = execFileSync(kinetostat, ["--help"], { encoding: "utf8" });
-  if (!help.includes(`kinetostat ${command} `)) skip(`the program has no command ${command}`);
+  if (!help.includes(`\n  ${command} `)) skip(`the program has no command ${command}`);
 }
 
 export class Browser {

@@ -8,6 +8,10 @@ const folder = `${process.argv[2]}/cases`;
 const wanted = 50;
 const literal = (text) => text.replace(/[.*+?^${}()|[\]\\]/g, "\\$&");
 
+/** A probability as a headline has it. */
+const inShort = (p) => (p > 0.999 ? "over 99.9 %" : p >= 0.1 ? `${(100 * p).toFixed(0)} %` : null);
+const squeezed = (text) => text.replace(/\s+/g, " ");
+
 let compared = 0;
 for (const name of existsSync(folder) ? readdirSync(folder) : []) {
   const [json, text] = ["json", "txt"].map((type) => `${folder}/${name}/diagnosis.${type}`);
@@ -15,10 +19,13 @@ for (const name of existsSync(folder) ? readdirSync(folder) : []) {
   const said = JSON.parse(readFileSync(json, "utf8"));
   const printed = readFileSync(text, "utf8");
   assert.ok(printed.includes(`Verdict: ${verdictInWords(said.verdict)}\n`), name);
+  assert.ok(squeezed(printed).includes(squeezed(said.headline)), `${name}: ${said.headline}`);
   for (const found of said.found) {
     const { answers, unexplained } = found.decision;
     if (said.verdict === "unexplained" || answers.length === 0) continue;
     compared += 1;
+    const short = inShort(answers[0].probability);
+    if (short) assert.ok(said.headline.includes(short), `${name}: ${said.headline} has no ${short}`);
     for (const answer of answers) {
       const words = probabilityInWords(answer.probability);
       const line = new RegExp(`${literal(answer.class)} at [^(]*\\(${literal(words)}\\)`);

@@ -4,6 +4,7 @@
 #include <csignal>
 #include <fstream>
 #include <new>
+#include <sstream>
 #include <system_error>
 #include <unistd.h>
 
@@ -79,18 +80,53 @@ Outcome run_throwing(const std::function<void()>& fail) {
   });
 }
 
-TEST(Program, WithoutArgumentsShowsEveryCommandWithAnExample) {
+TEST(Program, WithoutArgumentsShowsEveryCommandInItsGroup) {
   const Outcome outcome = run({}, weigh);
   EXPECT_EQ(outcome.code, 0);
-  EXPECT_THAT(outcome.out, HasSubstr("Weigh a thing"));
-  EXPECT_THAT(outcome.out, HasSubstr("kinetostat weigh thing.yaml"));
-  EXPECT_THAT(outcome.out, HasSubstr("kinetostat mesh check a.stl"));
+  const std::size_t links = outcome.out.find("\nLinks\n  mesh check ");
+  ASSERT_NE(links, std::string::npos) << outcome.out;
+  EXPECT_GT(outcome.out.find("\nOthers\n  weigh           Weigh a thing\n"), links);
 }
 
-TEST(Program, EchoesOptionsInEffectThenTheReport) {
-  const Outcome outcome = run({"weigh", "thing.yaml"}, weigh);
+// 80 columns, whatever a command says of itself.
+TEST(Program, HelpIsNoWiderThanATerminal) {
+  Memory standard_output, standard_error;
+  Program program({standard_output.stream(), standard_error.stream()});
+  std::string words;
+  for (int i = 0; i < 40; ++i) words += (i > 0 ? " a" : "a") + std::string("word");
+  std::string file;
+  program
+      .add({.name = "weigh", .summary = words, .example = "kinetostat weigh " + words},
+           [](apps::Run&) { return io::Json{}; })
+      .add_option("--with-a-long-name", file, words);
+  const char* arguments[] = {"kinetostat", "weigh", "--help"};
+  EXPECT_EQ(program.run(3, arguments), 0);
+  std::istringstream lines(standard_output.text());
+  std::size_t count = 0;
+  for (std::string line; std::getline(lines, line);) count += line.find("aword") != line.npos;
+  EXPECT_GE(count, 9u);
+  for (std::istringstream again(standard_output.text()); std::getline(again, words);)
+    EXPECT_LE(words.size(), 80u) << words;
+}
+
+TEST(Program, EchoesOptionsInEffectBeforeTheReportWhenVerbose) {
+  EXPECT_EQ(run({"weigh", "thing.yaml"}, weigh).out, "7 kg\n");
+  const Outcome outcome = run({"weigh", "thing.yaml", "--verbose"}, weigh);
   EXPECT_EQ(outcome.code, 0);
   EXPECT_EQ(outcome.out, "kinetostat weigh\n  THING  thing.yaml\n  load   3\n\n7 kg\n");
+}
+
+// The file has it all, standard output what was asked for.
+TEST(Program, MoreIsPrintedWhenVerbose) {
+  const test::TemporaryFolder folder;
+  const std::string file = folder.path() / "report.txt";
+  const auto more = [](apps::Run& run) {
+    run.print_more("in detail\n");
+    return weigh(run);
+  };
+  EXPECT_EQ(run({"weigh", "t", "-o", file.c_str()}, more).out, "7 kg\n");
+  EXPECT_EQ(io::read_text(file), "in detail\n7 kg\n");
+  EXPECT_THAT(run({"weigh", "t", "-v"}, more).out, testing::EndsWith("in detail\n7 kg\n"));
 }
 
 TEST(Program, QuietPrintsTheReportOnly) {
@@ -248,7 +284,7 @@ TEST(Program, RunningOutOfMemoryHasAnExitCodeOfItsOwn) {
 }
 
 TEST(Program, WhatOthersWroteCommandsNoTerminal) {
-  const Outcome outcome = run({"weigh", "thing\x1b[2J"}, [](apps::Run& run) {
+  const Outcome outcome = run({"weigh", "thing\x1b[2J", "-v"}, [](apps::Run& run) {
     run.print("\x1b]0;title\x07 7 kg\n");
     run.warn("\x9b and \xc2\x9b");
     return io::Json{};

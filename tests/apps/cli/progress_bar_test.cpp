@@ -28,6 +28,22 @@ TEST(ProgressBar, LinesAreFewAndNameThePhases) {
   EXPECT_EQ(shown(ProgressBar::Style::lines), "meshing\nsolving\n");
 }
 
+TEST(ProgressBar, ALogNamesAPhaseThatComesBackOnce) {
+  char* text = nullptr;
+  std::size_t size = 0;
+  std::FILE* stream = open_memstream(&text, &size);
+  {
+    ProgressBar bar(stream, ProgressBar::Style::lines);
+    for (int i = 0; i < 5; ++i) {
+      bar.report("loaded equilibria", 0);
+      bar.report("states without load", 0);
+    }
+  }
+  std::fclose(stream);
+  EXPECT_EQ(std::string(text, size), "loaded equilibria\nstates without load\n");
+  std::free(text);
+}
+
 TEST(ProgressBar, BarIsWipedAtTheEnd) {
   const std::string text = shown(ProgressBar::Style::bar);
   EXPECT_THAT(text, testing::HasSubstr("meshing"));

@@ -83,13 +83,13 @@ TEST_F(Diagnose, NamesTheHiddenClearanceAndAdoptingItLetsTheErrorFall) {
 
   const Outcome adopted = kinetostat("adopt shown.yaml diagnosis.json -o better.yaml");
   ASSERT_EQ(adopted.code, 0) << adopted.err;
-  EXPECT_THAT(adopted.out, HasSubstr("with fitted values of rho"));
+  EXPECT_THAT(adopted.out, HasSubstr("clearance at joint y.rho and 1 fitted value (rho"));
   const std::string better = io::read_text(working_folder() / "better.yaml");
   EXPECT_TRUE(better.starts_with(shown_));
   EXPECT_THAT(better, HasSubstr("gap: {value: 0.0"));  // in the file's mm
   const Outcome compared =
       kinetostat("compare better.yaml campaign/campaign.yaml -q --json better.json");
-  EXPECT_THAT(compared.out, HasSubstr("is consistent with the stated noise"));
+  EXPECT_THAT(compared.out, HasSubstr("The model explains the readings"));
   // As it stands it has the error that the diagnosis shows last.
   EXPECT_EQ(stages[3]["name"], "as adopted");
   EXPECT_NEAR(io::read_json(working_folder() / "better.json")["as_designed"]["error_over_noise"]
@@ -247,9 +247,9 @@ TEST(Adopt, TakesAllThatWasFoundTogether) {
             5);
   const Outcome all = kinetostat("adopt arms.yaml arms.json --all -o both.yaml");
   EXPECT_EQ(all.code, 0) << all.err;
-  EXPECT_THAT(all.out, HasSubstr("preload at arm.q1 and preload at arm.q2"));
+  EXPECT_THAT(all.out, HasSubstr("preload at joint q1 and preload at joint q2"));
   EXPECT_THAT(kinetostat("compare both.yaml lifts/campaign.yaml -q").out,
-              HasSubstr("is consistent with the stated noise"));
+              HasSubstr("The model explains the readings"));
 
   // What only came nearest is not adopted, unless somebody insists.
   json["verdict"] = "none of the above";
@@ -266,7 +266,7 @@ TEST(Adopt, TakesAllThatWasFoundTogether) {
   const Outcome one =
       kinetostat("adopt arms.yaml arms.json --effect 'preload at arm.q1' --force -o forced.yaml");
   EXPECT_THAT(one.out, HasSubstr("not adopted: preload at arm.q2"));
-  EXPECT_THAT(one.out, HasSubstr("preload at arm.q1 may be something else: clearance at arm.q1"));
+  EXPECT_THAT(one.out, HasSubstr("reload at arm.q1 may be something else: clearance at arm.q1"));
   EXPECT_THAT(one.out, HasSubstr("an effect outside the catalogue"));
 }
 

@@ -1,0 +1,331 @@
+#include "kinetostat/report/screen/diagnosis.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "kinetostat/report/diagnosis.h"
+#include "kinetostat/report/effect.h"
+#include "kinetostat/report/screen/bars.h"
+#include "kinetostat/report/screen/wording.h"
+#include "kinetostat/report/text.h"
+
+namespace kinetostat::report {
+namespace {
+
+using calibration::Answer;
+using calibration::Decision;
+using calibration::Diagnosis;
+using calibration::DiagnosisStep;
+using calibration::FoundEffect;
+using calibration::RankedCandidate;
+using calibration::Verdict;
+
+constexpr double decisive_law = 0.95;  // share from which an answer is called by its law
+constexpr std::size_t most_remarks = 2, most_excluded = 3, most_unseen = 8, most_missing = 2;
+
+const vjm::Manipulator& bare(const vjm::Robot& robot) { return robot.without_effects(); }
+
+std::string places_in_words(const vjm::Robot& robot, const std::vector<std::string>& places) {
+  constexpr std::size_t most = 4;
+  std::vector<std::string> words;
+  for (const std::string& place : places) {
+    if (words.size() == most) {
+      words.push_back(fmt::format("{} more places", places.size() - most));
+      break;
+    }
+    words.push_back(place_in_words(bare(robot), place));
+  }
+  return listed(words, "or");
+}
+
+bool has_no_place(const std::vector<std::string>& places) {
+  return places.empty() || places.front() == "load" || places.front() == "sensor";
+}
+
+// "friction at joint q2", or by its class where several laws are left.
+std::string answer_in_words(const vjm::Robot& robot, const Answer& answer) {
+  std::string words = answer.effect_class;
+  if (!answer.laws.empty() && answer.laws.front().share >= decisive_law) {
+    words = answer.laws.front().effect;
+    std::replace(words.begin(), words.end(), '_', ' ');
+  }
+  return has_no_place(answer.places) ? words
+                                     : words + " at " + places_in_words(robot, answer.places);
+}
+
+std::string with_probability(const vjm::Robot& robot, const Answer& answer) {
+  return fmt::format("{} ({})", answer_in_words(robot, answer), short_percent(answer.probability));
+}
+
+// A value of an effect, in what people state it in.
+struct Value {
+  std::string name, text;
+  double significance = 0;  // distance from nothing, in standard deviations
+};
+
+std::vector<Value> values_of(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                             const FoundEffect& found) {
+  const vjm::EffectKind& kind = *found.candidate.effect.kind;
+  const bool angular = vjm::turns(found.candidate.effect, bare(robot));
+  std::vector<Value> values;
+  for (std::size_t k = 0; k < kind.parameters.size(); ++k) {
+    const vjm::EffectParameter& parameter = kind.parameters[k];
+    const auto i = static_cast<Eigen::Index>(k);
+    const double value = found.candidate.effect.values[i], deviation = found.deviations[i];
+    if (k > 0 && (parameter.is_shape || parameter.is_phase || std::isnan(deviation))) continue;
+    const std::string unit = unit_for_people(campaign, parameter, angular);
+    const double factor = unit.empty() ? 1 : spatial::parse_unit(unit).factor;
+    values.push_back(
+        {parameter.name,
+         with_error(value / factor, deviation / factor) + (unit.empty() ? "" : " " + unit),
+         std::abs(value - parameter.none) / deviation});
+  }
+  return values;
+}
+
+// How large it is: the leading value, and those beside it that stand out from nothing.
+std::string size_in_words(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                          const FoundEffect& found) {
+  constexpr double stands_out = 2;
+  constexpr std::size_t most = 3;
+  std::vector<Value> values = values_of(robot, campaign, found);
+  std::vector<Value> shown;
+  for (const Value& value : values)
+    if (value.significance > stands_out && shown.size() < most) shown.push_back(value);
+  if (shown.empty() && !values.empty()) shown.push_back(values.front());
+  if (shown.empty()) return {};
+  if (shown.size() == 1 && shown.front().name == values.front().name) return shown.front().text;
+  std::vector<std::string> words;
+  for (const Value& value : shown) words.push_back(value.name + " " + value.text);
+  return listed(words, "and");
+}
+
+std::string found_in_words(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                           const FoundEffect& found) {
+  const Decision& decision = found.decision;
+  const vjm::Effect& effect = found.candidate.effect;
+  if (decision.answers.empty())
+    return fmt::format("{}: {}", effect_in_words(bare(robot), effect.kind->name, effect.at),
+                       size_in_words(robot, campaign, found));
+  const Answer& first = decision.answers.front();
+  std::string size = size_in_words(robot, campaign, found);
+  const bool by_law = !first.laws.empty() && first.laws.front().share >= decisive_law;
+  if (!by_law && !size.empty()) {
+    std::string law = effect.kind->name;
+    std::replace(law.begin(), law.end(), '_', ' ');
+    size = law + " " + size;
+  }
+  return fmt::format("{}{} ({})", answer_in_words(robot, first), size.empty() ? "" : ": " + size,
+                     short_percent(first.probability));
+}
+
+std::string narrowed_in_words(const vjm::Robot& robot, const Decision& decision) {
+  constexpr double worth_a_word = 0.01;
+  std::vector<std::string> words;
+  for (const Answer& answer : decision.answers) words.push_back(with_probability(robot, answer));
+  if (decision.unexplained > worth_a_word)
+    words.push_back(
+        fmt::format("something outside the catalogue ({})", short_percent(decision.unexplained)));
+  if (decision.nothing > worth_a_word)
+    words.push_back(fmt::format("nothing ({})", short_percent(decision.nothing)));
+  if (words.size() < 2) return words.empty() ? std::string() : words.front();
+  static const char* const counts[] = {"two", "three", "four", "five"};
+  const std::string count =
+      words.size() <= 5 ? counts[words.size() - 2] : std::to_string(words.size());
+  return fmt::format("one of {}: {}", count, listed(words, "or"));
+}
+
+std::string effects_in_words(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                             const Diagnosis& d) {
+  std::vector<std::string> words;
+  for (const FoundEffect& found : d.found)
+    words.push_back(found.decision.is_identified || found.decision.answers.size() < 2
+                        ? found_in_words(robot, campaign, found)
+                        : narrowed_in_words(robot, found.decision));
+  std::string text;
+  for (std::size_t i = 0; i < words.size(); ++i) text += (i == 0 ? "" : ", and ") + words[i];
+  return capitalised(text) + ".";
+}
+
+std::string depends_on(const Diagnosis& d) {
+  if (!d.found.empty() && !d.found.front().decision.depends_on.empty())
+    return d.found.front().decision.depends_on;
+  return !d.left.depends_on.empty() ? d.left.depends_on : d.free_form.depends_on;
+}
+
+std::string nothing_in_words(const Diagnosis& d) {
+  const auto& test = d.after ? d.after : d.before;
+  return fmt::format("Nothing is missing: {}no effect of the catalogue explains more.",
+                     test ? fmt::format("the error of the fitted model is {} times the noise, and ",
+                                        times(std::sqrt(test->reduced())))
+                          : "");
+}
+
+// The round in which the first effect competed beside all the others.
+const DiagnosisStep* step_of(const Diagnosis& d) {
+  std::vector<std::string> beside;
+  for (std::size_t i = 1; i < d.found.size(); ++i) beside.push_back(d.found[i].candidate.name());
+  for (auto step = d.steps.rbegin(); step != d.steps.rend(); ++step)
+    if (std::is_permutation(step->beside.begin(), step->beside.end(), beside.begin(), beside.end()))
+      return &*step;
+  return d.steps.empty() ? nullptr : &d.steps.front();
+}
+
+bool is_answer(const Diagnosis& d, const vjm::Effect& effect) {
+  for (const FoundEffect& found : d.found) {
+    if (found.candidate.name() == effect.kind->name + " at " + effect.at) return true;
+    for (const Answer& answer : found.decision.answers)
+      for (const calibration::LawShare& law : answer.laws)
+        if (law.effect == effect.kind->name && law.at == effect.at) return true;
+  }
+  return false;
+}
+
+std::vector<std::pair<std::string, std::string>> stage_names(const vjm::Robot& robot,
+                                                             const Diagnosis& d) {
+  std::vector<std::pair<std::string, std::string>> names;
+  for (const FoundEffect& found : d.found) {
+    const vjm::Effect& effect = found.candidate.effect;
+    names.emplace_back("+ " + found.candidate.name(),
+                       "+ " + effect_in_words(bare(robot), effect.kind->name, effect.at));
+  }
+  return names;
+}
+
+std::string error_sentence(const Diagnosis& d) {
+  if (d.found.empty() || d.waterfall.size() < 3) return {};
+  return fmt::format("With {} the error on readings kept out of the fit goes {} times the noise.",
+                     d.found.size() == 1 ? "it" : "them", fall_in_words(d.waterfall));
+}
+
+std::string laws_sentences(const Diagnosis& d) {
+  std::string text;
+  for (const FoundEffect& found : d.found) {
+    if (const std::string laws = laws_text(found.decision);
+        !laws.empty() && found.decision.answers.front().laws.front().share < decisive_law)
+      text += wrapped(fmt::format("Which law: {}.", laws), 0, 2);
+    if (const std::string why = inseparable_text(found.decision); !why.empty())
+      text += wrapped(capitalised(why) + ".", 0, 2);
+  }
+  return text;
+}
+
+std::string remarks_text(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                         const Diagnosis& d) {
+  std::vector<std::string> said = remarks(robot, campaign, d);
+  for (std::size_t i = 0; i < std::min(d.missing.size(), most_missing); ++i)
+    said.push_back("Missing: " + d.missing[i] + ".");
+  std::string text;
+  for (std::size_t i = 0; i < std::min(said.size(), most_remarks); ++i)
+    text += wrapped(said[i], 0, 2);
+  if (said.size() > most_remarks)
+    text += fmt::format("({} more with --verbose)\n", said.size() - most_remarks);
+  return text;
+}
+
+std::string excluded_text(const vjm::Robot& robot, const Diagnosis& d) {
+  std::vector<std::string> words;
+  for (const auto& [name, probability] : excluded(robot, d, most_excluded))
+    words.push_back(fmt::format("{} ({})", name, odds(probability)));
+  return words.empty() ? "" : labelled("not it:", 18, listed(words, "and"));
+}
+
+std::string unseen_text(const Diagnosis& d) {
+  std::vector<std::string> kinds = not_observable(d);
+  if (kinds.empty()) return {};
+  const std::size_t all = kinds.size();
+  kinds.resize(std::min(all, most_unseen));
+  if (all > most_unseen) kinds.push_back(fmt::format("{} more", all - most_unseen));
+  return labelled("not observable:", 18, listed(kinds, "and"));
+}
+
+}  // namespace
+
+std::string headline(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                     const Diagnosis& d) {
+  switch (d.verdict) {
+    case Verdict::identified:
+    case Verdict::narrowed_down:
+      return effects_in_words(robot, campaign, d);
+    case Verdict::unexplained: {
+      const std::string factor = depends_on(d);
+      return fmt::format("Something is missing that the catalogue does not hold{}.",
+                         factor.empty() ? "" : ": the error depends on " + factor);
+    }
+    case Verdict::none_needed:
+      return nothing_in_words(d);
+    default:
+      return d.noise == calibration::NoiseSource::unknown
+                 ? "Inconclusive: it is not known how exact the readings are."
+                 : "Inconclusive: these readings do not show which effect is missing.";
+  }
+}
+
+std::string verdict_in_short(const vjm::Robot& robot, const Diagnosis& d) {
+  switch (d.verdict) {
+    case Verdict::identified:
+    case Verdict::narrowed_down: {
+      std::vector<std::string> words;
+      for (const FoundEffect& found : d.found)
+        words.push_back(found.decision.answers.empty() ? found.candidate.name()
+                        : found.decision.is_identified || found.decision.answers.size() < 2
+                            ? fmt::format("{}, {}",
+                                          answer_in_words(robot, found.decision.answers.front()),
+                                          short_percent(found.decision.answers.front().probability))
+                            : narrowed_in_words(robot, found.decision));
+      std::string text;
+      for (const std::string& one : words) text += (text.empty() ? "" : "; ") + one;
+      return text;
+    }
+    case Verdict::unexplained:
+      return "something outside the catalogue";
+    case Verdict::none_needed:
+      return "nothing: no effect is needed";
+    default:
+      return "inconclusive";
+  }
+}
+
+std::vector<std::pair<std::string, double>> excluded(const vjm::Robot& robot, const Diagnosis& d,
+                                                     std::size_t most) {
+  constexpr double improbable = 0.05;
+  std::vector<std::pair<std::string, double>> result;
+  const DiagnosisStep* step = step_of(d);
+  if (d.found.empty() || step == nullptr || d.verdict == Verdict::unexplained) return result;
+  for (const RankedCandidate& r : step->ranking) {
+    const vjm::Effect& effect = r.candidate.effect;
+    if (!r.fit || is_answer(d, effect) || r.fit->probability > improbable) continue;
+    result.emplace_back(effect_in_words(bare(robot), effect.kind->name, effect.at),
+                        r.fit->probability);
+  }
+  std::stable_sort(result.begin(), result.end(),
+                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  result.resize(std::min(result.size(), most));
+  return result;
+}
+
+std::vector<std::string> not_observable(const Diagnosis& d) {
+  std::vector<std::string> kinds;
+  for (const calibration::UnseenKind& kind : calibration::unseen_kinds(d)) {
+    if (!kind.reason.empty()) continue;
+    std::string words = kind.name;
+    std::replace(words.begin(), words.end(), '_', ' ');
+    kinds.push_back(words);
+  }
+  return kinds;
+}
+
+std::string first_screen(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                         const Diagnosis& d, const std::string& next) {
+  std::string text = wrapped(headline(robot, campaign, d)) + wrapped(error_sentence(d)) +
+                     laws_sentences(d) + remarks_text(robot, campaign, d);
+  if (const std::string bars = falling_error(d.waterfall, stage_names(robot, d)); !bars.empty())
+    text += "\n" + bars;
+  if (const std::string rest = excluded_text(robot, d) + unseen_text(d); !rest.empty())
+    text += "\n" + rest;
+  return text + (next.empty() ? "" : "\n" + next);
+}
+
+}  // namespace kinetostat::report

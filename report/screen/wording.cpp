@@ -1,0 +1,236 @@
+#include "kinetostat/report/screen/wording.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <sstream>
+
+#include <fmt/format.h>
+
+#include "kinetostat/report/text.h"
+
+namespace kinetostat::report {
+namespace {
+
+// Characters, not bytes: continuation bytes of UTF-8 take no room.
+std::size_t columns_of(const std::string& text) {
+  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
+    return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
+  }));
+}
+
+// Where an element is: which chains have it, and whether it is a joint.
+struct Place {
+  std::size_t chains = 0;
+  bool is_joint = false;
+};
+
+bool is_of(const std::string& coordinate, const std::string& element) {
+  return coordinate == element || coordinate.starts_with(element + ".");
+}
+
+Place place_of(const vjm::Manipulator& manipulator, const std::string& element) {
+  Place place;
+  for (const vjm::Chain& chain : manipulator.chains()) {
+    bool here = false;
+    for (const vjm::Coordinate& c : chain.coordinates())
+      if (is_of(c.name, element)) {
+        here = true;
+        place.is_joint = place.is_joint || c.role != vjm::Role::elastic;
+      }
+    for (const vjm::Node& node : chain.nodes()) here = here || is_of(node.name, element);
+    place.chains += here ? 1 : 0;
+  }
+  return place;
+}
+
+// "x.rho" into chain and element; the chain is empty where none is named.
+std::pair<std::string, std::string> parts_of(const vjm::Manipulator& manipulator,
+                                             const std::string& at) {
+  for (const vjm::Chain& chain : manipulator.chains())
+    if (at.starts_with(chain.name() + "."))
+      return {chain.name(), at.substr(chain.name().size() + 1)};
+  return {"", at};
+}
+
+bool is_no_element(const std::string& at) {
+  return at == "platform" || at == "load" || at == "sensor";
+}
+
+// The decimal place at which a deviation has its first digit, or its second where the first is 1.
+int decimals_for(double deviation) {
+  const double magnitude = std::floor(std::log10(deviation));
+  const double leading = std::round(deviation / std::pow(10.0, magnitude));
+  return static_cast<int>(leading < 2 ? 1 - magnitude : -magnitude);
+}
+
+std::string rounded(double value, int decimals) {
+  if (decimals > 0) return fmt::format("{:.{}f}", value, decimals);
+  const double unit = std::pow(10.0, -decimals);
+  return fmt::format("{:.0f}", std::round(value / unit) * unit);
+}
+
+std::string with_commas(double value) {
+  std::string digits = fmt::format("{:.0f}", value);
+  for (std::size_t at = digits.size(); at > 3; at -= 3) digits.insert(at - 3, ",");
+  return digits;
+}
+
+}  // namespace
+
+std::string wrapped(const std::string& text, std::size_t first, std::size_t rest) {
+  std::istringstream words(text);
+  std::string result, word, line(first, ' ');
+  bool is_empty = true;
+  while (words >> word) {
+    if (!is_empty && columns_of(line) + 1 + columns_of(word) > screen_columns) {
+      result += line + "\n";
+      line = std::string(rest, ' ');
+      is_empty = true;
+    }
+    line += (is_empty ? "" : " ") + word;
+    is_empty = false;
+  }
+  return is_empty ? result : result + line + "\n";
+}
+
+std::string labelled(const std::string& label, std::size_t width, const std::string& text) {
+  std::string lines = wrapped(text, width + 2, width + 2);
+  const std::size_t size = columns_of(label);
+  if (lines.empty()) return "  " + label + "\n";
+  if (size >= width) return "  " + label + "\n" + lines;
+  return "  " + label + std::string(width - size, ' ') + lines.substr(width + 2);
+}
+
+std::string listed(const std::vector<std::string>& words, const std::string& last) {
+  std::string text;
+  for (std::size_t i = 0; i < words.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == words.size() ? " " + last + " " : ", ") + words[i];
+  return text;
+}
+
+std::string capitalised(std::string text) {
+  if (!text.empty())
+    text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+  return text;
+}
+
+std::string times(double error) {
+  if (!std::isfinite(error)) return "infinitely many";
+  if (error < 9.995) return fmt::format("{:.2f}", error);
+  if (error < 99.95) return fmt::format("{:.1f}", error);
+  return error < 1e6 ? fmt::format("{:.0f}", error) : number(error, 3);
+}
+
+std::string with_error(double value, double deviation) {
+  if (!std::isfinite(deviation) || deviation <= 0) return number(value, 4);
+  const double size = std::max(std::abs(value), deviation);
+  if (size >= 1e6 || size < 1e-3) {  // a power of ten before both
+    const double power = std::pow(10.0, std::floor(std::log10(size)));
+    return fmt::format("({})e{:+03d}", with_error(value / power, deviation / power),
+                       static_cast<int>(std::floor(std::log10(size))));
+  }
+  const int decimals = std::min(decimals_for(deviation), 9);
+  return rounded(value, decimals) + " +- " + rounded(deviation, decimals);
+}
+
+std::string change(double factor, double deviation) {
+  const double percent = 100 * (factor - 1);
+  if (std::abs(percent) >= 1000) return fmt::format("times {}", number(factor, 3));
+  const int decimals = std::max(0, std::min(decimals_for(std::max(100 * deviation, 0.01)), 2));
+  return fmt::format("{}{} % +- {}", percent < 0 ? "" : "+", rounded(percent, decimals),
+                     rounded(100 * deviation, decimals));
+}
+
+std::string short_percent(double share) {
+  if (share > 0.999) return "over 99.9 %";
+  if (share >= 0.1) return fmt::format("{:.0f} %", 100 * share);
+  return percent(share);
+}
+
+std::string odds(double probability) {
+  constexpr double least = 1e-12;
+  if (!(probability > least)) return "below 1 : 10^12";
+  const double against = 1 / probability - 1;
+  const double unit = std::pow(10.0, std::floor(std::log10(std::max(against, 1.0))) - 1);
+  return "1 : " +
+         with_commas(against >= 10 ? std::round(against / unit) * unit : std::round(against));
+}
+
+std::string chance(double p_value) {
+  if (p_value < 1e-8) return "below 1e-8";
+  return p_value < 1e-3 ? number(p_value, 1) : short_percent(p_value);
+}
+
+std::string minutes(double minutes) {
+  if (minutes < 1) return fmt::format("{:.0f} s", 60 * minutes);
+  return minutes < 10 ? fmt::format("{:.3g} min", minutes) : fmt::format("{:.0f} min", minutes);
+}
+
+std::string place_in_words(const vjm::Manipulator& manipulator, const std::string& at) {
+  if (is_no_element(at)) return at;
+  const auto [chain, element] = parts_of(manipulator, at);
+  const bool is_one = manipulator.chains().size() == 1;
+  if (element == "base" || element == "end")
+    return is_one          ? "the " + element
+           : chain.empty() ? "the " + element + " of every chain"
+                           : "the " + element + " of chain " + chain;
+  const Place place = place_of(manipulator, element);
+  const std::string word = place.is_joint ? "joint " : "link ";
+  if (place.chains <= 1) return word + element;
+  return chain.empty() ? word + element + " of every chain" : word + chain + "." + element;
+}
+
+std::string short_name(const vjm::Manipulator& manipulator, const std::string& name) {
+  const auto [chain, element] = parts_of(manipulator, name);
+  return place_of(manipulator, element).chains > 1 ? name : element;
+}
+
+std::string effect_in_words(const vjm::Manipulator& manipulator, const std::string& kind,
+                            const std::string& at) {
+  std::string words = kind;
+  std::replace(words.begin(), words.end(), '_', ' ');
+  if (at == "load" || at == "sensor" || at.empty()) return words;
+  return words + " at " + place_in_words(manipulator, at);
+}
+
+std::string bar(double share, std::size_t length) {
+  const auto signs = static_cast<std::size_t>(std::clamp(
+      std::round(share * static_cast<double>(length)), 1.0, static_cast<double>(length)));
+  return std::string(signs, '#');
+}
+
+std::string next_step(const std::string& command, const std::string& why) {
+  std::string first = "Next: ";
+  std::size_t width = first.size();
+  std::istringstream words(command);
+  for (std::string word; words >> word; width += word.size() + 1) {
+    const bool is_first = width == 6;
+    if (!is_first && width + 3 + word.size() > screen_columns) {  // as a shell takes it
+      first += " \\\n          ";
+      width = 10;
+    } else if (!is_first) {
+      first += " ";
+    }
+    first += word;
+  }
+  if (why.empty()) return first + "\n";
+  if (first.find('\n') == std::string::npos &&
+      columns_of(first) + 4 + columns_of(why) <= screen_columns)
+    return first + "    " + why + "\n";
+  return first + "\n" + wrapped(why, 6, 6);
+}
+
+std::string quoted(const std::filesystem::path& file) {
+  const std::string text = file.string();
+  const auto is_plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+           std::string("/._-+:,=@%").find(c) != std::string::npos;
+  };
+  if (!text.empty() && std::all_of(text.begin(), text.end(), is_plain)) return text;
+  std::string result = "'";
+  for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return result + "'";
+}
+
+}  // namespace kinetostat::report
