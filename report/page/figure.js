@@ -233,6 +233,7 @@ function toPaper() {
   screenTheme = root.dataset.theme ?? "";
   root.dataset.theme = "light";
   root.classList.add("printing");
+  for (const rest of document.querySelectorAll("details.rest")) rest.open = true;
   for (const figure of figures) figure.toPaper();
 }
 function toScreen() {

@@ -9,6 +9,7 @@ import { campaigns, isMeasurement, measurementSection, studioSection } from "./m
 import { isPath, pathSection } from "./paths.js";
 import { isPlan, planSection } from "./plans.js";
 import { isPosture, postureSection } from "./postures.js";
+import { isStudy, studySection } from "./study.js";
 
 const kinds = [
   [isLink, linkSection],
@@ -52,6 +53,11 @@ function parts(entry) {
 
 /** What is about campaigns first, then the rest as it came. */
 function sections(given) {
+  const study = given.find(isStudy);
+  if (study) {
+    const rest = sections(given.filter((entry) => entry !== study && !isStudy(entry)));
+    return [guarded((entry) => studySection(entry, rest), study)];
+  }
   const entries = given.flatMap(parts);
   const others = entries
     .filter((entry) => !isMeasurement(entry))

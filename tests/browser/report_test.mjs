@@ -80,6 +80,7 @@ const scrollThrough = `(async () => { for (let y = 0; y < document.documentEleme
 async function look(browser, name, how) {
   browser.problems = [];
   await browser.open(shop.address(name), how);
+  await browser.evaluate(`for (const d of document.querySelectorAll("details.rest")) d.open = true`);
   await browser.evaluate(scrollThrough);
   const points = await browser.evaluate(figures);
   assert.deepEqual(browser.problems, [], `${name}: errors in the console`);
@@ -185,6 +186,35 @@ async function diagnosis(browser) {
   const short = await look(browser, "short.html");
   assert.equal(short["profile-1"], undefined);
   assert.ok((await browser.evaluate("document.body.innerText")).includes("compare --json"));
+}
+
+/** All of it on one page: six stations, the joint's curve, the robot, and behind one line every step. */
+async function study(browser) {
+  run("study", "slide.yaml", "slide/campaign.yaml", "-o", "study");
+  const points = await look(browser, "study/index.html");
+  assert.equal(points["joint-curve"], 33);
+  assert.equal(points["extra-deflection"], 33);
+  assert.ok(points["skeleton-study"] > 0);
+  const said = JSON.parse(readFileSync(shop.path("study/study.json"), "utf8"));
+  const stations = await browser.evaluate(
+    `[...document.querySelectorAll("nav.stations a")].map((a) => [a.className, a.textContent])`,
+  );
+  assert.equal(stations.length, 6);
+  const inPrint = (text) => text.replaceAll("+-", "±");
+  said.stations.forEach((station, k) => {
+    assert.equal(stations[k][0], station.light);
+    assert.ok(stations[k][1].includes(inPrint(station.sentence)), stations[k][1]);
+  });
+  // One headline: in the JSON of the study, of its diagnosis, and over the page.
+  const diagnosis = JSON.parse(readFileSync(shop.path("study/diagnosis.json"), "utf8"));
+  assert.equal(diagnosis.headline, said.headline);
+  assert.equal(await browser.evaluate("document.querySelector('h1').textContent"), inPrint(said.headline));
+  for (const link of await browser.evaluate(
+    `[...document.querySelectorAll("nav.stations a")].map((a) => a.getAttribute("href").slice(1))`,
+  ))
+    assert.ok(await browser.evaluate(`Boolean(document.getElementById(${JSON.stringify(link)}))`), link);
+  for (const how of [{ dark: true }, { width: 800 }, { width: 390, height: 800 }])
+    await look(browser, "study/index.html", how);
 }
 
 /** Of a printed page: its sheets, and for each chart whether something is drawn in it. */
@@ -368,6 +398,7 @@ const browser = new Browser();
 try {
   await comparison(browser);
   await diagnosis(browser);
+  await study(browser);
   await manipulators(browser);
   await paper(browser);
   await savedFiles(browser);

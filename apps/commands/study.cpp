@@ -1,0 +1,379 @@
+// kinetostat study: from readings to a model that explains them, step by step, and one page.
+#include "kinetostat/report/screen/study.h"
+
+#include <memory>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "kinetostat/apps/cli/campaign_request.h"
+#include "kinetostat/apps/cli/command.h"
+#include "kinetostat/apps/cli/fit_cache.h"
+#include "kinetostat/apps/commands/commands.h"
+#include "kinetostat/apps/commands/diagnosis_steps.h"
+#include "kinetostat/calibration/campaign/campaign_check.h"
+#include "kinetostat/calibration/comparison/compare.h"
+#include "kinetostat/calibration/design/plan.h"
+#include "kinetostat/io/text_file.h"
+#include "kinetostat/report/comparison.h"
+#include "kinetostat/report/diagnosis_file.h"
+#include "kinetostat/report/manipulator.h"
+#include "kinetostat/report/plan.h"
+#include "kinetostat/report/readings_picture.h"
+#include "kinetostat/report/screen/comparison.h"
+#include "kinetostat/report/screen/diagnosis.h"
+#include "kinetostat/report/screen/joint_curve.h"
+#include "kinetostat/report/screen/plan.h"
+#include "kinetostat/report/screen/wording.h"
+#include "kinetostat/report/waterfall.h"
+
+namespace kinetostat::apps {
+namespace {
+
+using calibration::Campaign;
+using calibration::Comparison;
+using report::Station;
+
+constexpr char robot_name[] = "calibrated.yaml", table_name[] = "next.csv",
+               page_name[] = "index.html", diagnosis_name[] = "diagnosis.json";
+
+struct StudyRequest {
+  CampaignRequest campaign;
+  bool no_cache = false;
+};
+
+// One step as its file keeps it: the result as its command writes it, and beside it, under "study",
+// what it says and what its charts need.
+struct Step {
+  io::Json result, picture;
+  std::string text, headline;
+  std::vector<Station> stations;
+};
+
+// The files of a study. A step that is there and was made of the same inputs is not made again, as
+// long as the file is there, too, that it wrote beside its own.
+class StudyFolder {
+ public:
+  StudyFolder(std::filesystem::path folder, std::string inputs, Run& run)
+      : folder_(std::move(folder)), inputs_(std::move(inputs)), run_(run) {}
+
+  std::filesystem::path file(const std::string& name) const { return folder_ / name; }
+
+  template <class Make>
+  Step step(const std::string& name, const std::string& product, const Make& make) {
+    std::optional<Step> kept = find(name);
+    const bool has_product = kept && kept->result.value("wrote", "") == product;
+    std::error_code ignored;
+    if (kept && (!has_product || std::filesystem::exists(file(product), ignored))) return *kept;
+    Step made = make();
+    keep(name, made);
+    return made;
+  }
+
+ private:
+  // Whatever is not as keep() writes it is made anew.
+  std::optional<Step> find(const std::string& name) const {
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(file(name), ignored)) return std::nullopt;
+    try {
+      io::Json json = io::read_json(file(name));
+      const io::Json kept = json.at("study");
+      if (kept.at("inputs") != inputs_) return std::nullopt;
+      Step step{.result = {},
+                .picture = kept.at("picture"),
+                .text = kept.at("text").get<std::string>(),
+                .headline = kept.at("headline").get<std::string>(),
+                .stations = {}};
+      for (const io::Json& station : kept.at("stations"))
+        step.stations.push_back(report::station_of(station));
+      json.erase("study");
+      step.result = std::move(json);
+      run_.remark(fmt::format("{}: made of the same files before", name));
+      return step;
+    } catch (const io::Json::exception&) {
+      return std::nullopt;
+    } catch (const common::InputError&) {
+      return std::nullopt;
+    }
+  }
+
+  void keep(const std::string& name, const Step& step) const {
+    io::Json json = step.result, stations = io::Json::array();
+    for (const Station& station : step.stations) stations.push_back(report::to_json(station));
+    json["study"] = {{"inputs", inputs_},
+                     {"headline", step.headline},
+                     {"stations", stations},
+                     {"text", step.text},
+                     {"picture", step.picture}};
+    io::write_json(file(name), json);
+  }
+
+  std::filesystem::path folder_;
+  std::string inputs_;
+  Run& run_;
+};
+
+class Study {
+ public:
+  Study(const StudyRequest& request, Run& run)
+      : request_(request),
+        run_(run),
+        robot_(request.campaign.read_robot()),
+        campaign_(request.campaign.read_campaign(robot_, run)),
+        files_(*run.out(), inputs_of(robot_, campaign_), run) {}
+
+  io::Json all();
+
+ private:
+  io::Json inputs() const { return report::provenance(robot_); }
+  const Comparison& comparison();
+  Step check();
+  Step compare();
+  Step diagnose();
+  Step adopt();
+  Step plan();
+  io::Json summary(const std::vector<Station>& stations) const;
+  io::Json files() const;
+  void write_page(const std::vector<Station>& stations) const;
+
+  const StudyRequest& request_;
+  Run& run_;
+  vjm::Robot robot_;
+  Campaign campaign_;
+  StudyFolder files_;
+  std::optional<Comparison> comparison_;
+  Step check_, compare_, diagnose_, adopt_, plan_;
+};
+
+const Comparison& Study::comparison() {
+  if (!comparison_)
+    comparison_ = calibration::compare(robot_, campaign_, run_.threads(), run_.progress());
+  return *comparison_;
+}
+
+Step Study::check() {
+  const auto checks = calibration::check_campaign(campaign_, robot_);
+  io::Json list = io::Json::array();
+  for (const calibration::Observability& item : checks)
+    list.push_back(
+        {{"topic", item.topic}, {"observable", item.observable}, {"sentence", item.sentence}});
+  return {.result = {{"command", "measure check"},
+                     {"inputs", inputs()},
+                     {"campaign", campaign_.name},
+                     {"readings", campaign_.readings.size()},
+                     {"notes", campaign_.notes},
+                     {"checks", list}},
+          .picture = {},
+          .text = report::first_screen(campaign_, checks, ""),
+          .headline = report::readings_in_words(campaign_, checks),
+          .stations = {report::readings_station(campaign_, checks)}};
+}
+
+Step Study::compare() {
+  const Comparison& both = comparison();
+  io::Json result{{"command", "compare"}, {"inputs", inputs()}};
+  result.update(report::to_json(campaign_, both));
+  result["configurations"] = report::configurations(robot_, campaign_);
+  return {.result = std::move(result),
+          .picture = {},
+          .text = report::first_screen(robot_, campaign_, both, ""),
+          .headline = report::headline(both),
+          .stations = {report::model_station(both), report::fitted_station(robot_, both)}};
+}
+
+Step Study::diagnose() {
+  const calibration::DiagnosisOptions options;
+  const calibration::Diagnosis found =
+      resumable_diagnosis(robot_, campaign_, options, request_.no_cache, run_);
+  io::Json result{{"command", "diagnose"}};
+  result.update(diagnosis_result(robot_, campaign_, options, found));
+  result["excluded"] = io::Json::array();
+  for (const auto& [name, probability] : report::excluded(robot_, found, 6))
+    result["excluded"].push_back({{"effect", name}, {"odds", report::odds(probability)}});
+  result["not_observable"] = report::not_observable(found);
+  std::optional<Comparison> after;
+  if (!found.found.empty())
+    after = calibration::compare(report::with_found(robot_, found), campaign_, run_.threads(),
+                                 run_.progress());
+  io::Json picture = diagnosis_picture(robot_, campaign_, comparison(), after ? &*after : nullptr);
+  picture["robot"] = report::bent_robot_picture(robot_, campaign_, found);
+  if (after)
+    picture["joint_curve"] = report::joint_curve_picture(robot_, campaign_, found, comparison(),
+                                                         *after, run_.threads(), run_.progress());
+  return {.result = std::move(result),
+          .picture = std::move(picture),
+          .text = report::first_screen(robot_, campaign_, found, ""),
+          .headline = report::headline(robot_, campaign_, found),
+          .stations = {report::missing_station(robot_, found)}};
+}
+
+// What was found, or the stiffnesses alone where nothing is missing; then compared again.
+Step Study::adopt() {
+  const calibration::DiagnosisRecord record = report::read_diagnosis(files_.file(diagnosis_name));
+  const std::filesystem::path out = files_.file(robot_name);
+  Step step{
+      .result = {{"command", "adopt"}}, .picture = {}, .text = {}, .headline = {}, .stations = {}};
+  try {
+    const AdoptedFile adopted =
+        write_adopted({.robot = robot_.file.string(),
+                       .diagnosis = files_.file(diagnosis_name).string(),
+                       .effect = "",
+                       .stiffnesses_only = record.verdict == calibration::Verdict::none_needed},
+                      out);
+    const vjm::Robot calibrated = vjm::read_robot(out);
+    const Comparison again =
+        calibration::compare(calibrated, campaign_, run_.threads(), run_.progress());
+    step.result.update(adopted.result);
+    step.result["wrote"] = robot_name;
+    step.result["compared_again"] = report::headline(again);
+    step.result["error_over_noise"] = nullptr;
+    if (again.noise.source != calibration::NoiseSource::unknown)
+      step.result["error_over_noise"] = again.nominal.error_over_noise();
+    step.text = report::first_screen(calibrated, adopted.summary, "");
+    step.headline = report::headline(calibrated, adopted.summary);
+    step.stations = {report::adopted_station(robot_name, again)};
+  } catch (const common::NotIdentifiable& refusal) {
+    const bool is_needed = record.verdict != calibration::Verdict::none_needed;
+    step.headline = is_needed ? "nothing was adopted: no effect is established"
+                              : "nothing to adopt: nothing was fitted, nothing is missing";
+    step.result["reason"] = refusal.what();
+    step.text = report::wrapped(step.headline + ".");
+    step.stations = {report::not_adopted_station(step.headline, is_needed)};
+  }
+  return step;
+}
+
+Step Study::plan() {
+  Step step{.result = {{"command", "plan"}, {"inputs", inputs()}},
+            .picture = {},
+            .text = {},
+            .headline = {},
+            .stations = {}};
+  const calibration::PlanOptions options;
+  try {
+    const calibration::PlanQuestion question =
+        calibration::question_of(robot_, report::read_diagnosis(files_.file(diagnosis_name)), {});
+    const calibration::Plan plan =
+        calibration::plan(robot_, campaign_, question, options, run_.threads(), run_.progress());
+    step.result.update(report::to_json(question, options, plan));
+    if (!plan.blocks.empty()) {
+      io::write_atomically(files_.file(table_name), report::plan_table(robot_, plan));
+      step.result["wrote"] = table_name;
+    }
+    step.result["work_list"] = report::to_json(report::work_list(robot_, plan));
+    step.text = report::first_screen(robot_, question, options, plan, "");
+    step.headline = report::headline(robot_, question, options, plan);
+    step.stations = {report::next_station(robot_, question, plan)};
+  } catch (const common::NotIdentifiable& refusal) {
+    step.headline = std::string("nothing can be planned: ") + refusal.what();
+    step.result["reason"] = refusal.what();
+    step.text = report::wrapped(step.headline);
+    step.stations = {report::nothing_next_station(step.headline)};
+  }
+  return step;
+}
+
+io::Json Study::files() const {
+  io::Json list = io::Json::array();
+  std::error_code ignored;
+  for (const auto& [name, what] :
+       {std::pair(robot_name, "the robot file with what was adopted"),
+        std::pair(table_name, "the readings to take next"),
+        std::pair(diagnosis_name, "the diagnosis, for 'adopt' and 'plan'"),
+        std::pair("comparison.json", "every reading with its errors"),
+        std::pair("study.json", "all of this for programs")})
+    if (std::filesystem::exists(files_.file(name), ignored) || name == std::string("study.json"))
+      list.push_back({{"file", name}, {"what", what}});
+  return list;
+}
+
+io::Json Study::summary(const std::vector<Station>& stations) const {
+  io::Json list = io::Json::array();
+  for (const Station& station : stations) list.push_back(report::to_json(station));
+  const auto of = [](const Step& step, const char* key) {
+    return step.result.value(key, io::Json());
+  };
+  return {{"headline", diagnose_.headline},
+          {"inputs", inputs()},
+          {"campaign_name", campaign_.name},
+          {"about", check_.headline},
+          {"stations", list},
+          {"compared", compare_.headline},
+          {"adopted", adopt_.headline},
+          {"planned", plan_.headline},
+          {"verdict", of(diagnose_, "verdict")},
+          {"waterfall", of(diagnose_, "waterfall")},
+          {"held_out", of(diagnose_, "held_out")},
+          {"excluded", of(diagnose_, "excluded")},
+          {"not_observable", of(diagnose_, "not_observable")},
+          {"error_as_written", of(adopt_, "error_over_noise")},
+          {"work_list", of(plan_, "work_list")},
+          {"files", files()}};
+}
+
+void Study::write_page(const std::vector<Station>& stations) const {
+  if (!report::has_pages()) return;
+  io::Json study{{"command", "study"}};
+  study.update(summary(stations));
+  io::Json comparison = compare_.result;
+  comparison.erase("readings");  // they are in the picture
+  std::vector<report::PageResult> results{
+      {.result = std::move(study), .picture = diagnose_.picture, .text = report::text(stations)},
+      {.result = diagnose_.result,
+       .picture = {{"readings", diagnose_.picture.value("readings", io::Json())}},
+       .text = diagnose_.text},
+      {.result = std::move(comparison), .picture = {}, .text = compare_.text}};
+  if (plan_.result.contains("cycles"))
+    results.push_back({.result = plan_.result, .picture = {}, .text = plan_.text});
+  std::string title = diagnose_.headline;
+  for (std::size_t at = title.find("+-"); at != std::string::npos; at = title.find("+-", at))
+    title.replace(at, 2, "\u00b1");
+  io::write_atomically(files_.file(page_name), report::page(title, results));
+}
+
+io::Json Study::all() {
+  check_ = files_.step("check.json", "", [&] { return check(); });
+  compare_ = files_.step("comparison.json", "", [&] { return compare(); });
+  diagnose_ = files_.step(diagnosis_name, "", [&] { return diagnose(); });
+  adopt_ = files_.step("adoption.json", robot_name, [&] { return adopt(); });
+  plan_ = files_.step("plan.json", table_name, [&] { return plan(); });
+  std::vector<Station> stations;
+  for (const Step* step : {&check_, &compare_, &diagnose_, &adopt_, &plan_})
+    stations.insert(stations.end(), step->stations.begin(), step->stations.end());
+  const io::Json json = summary(stations);
+  io::write_json(files_.file("study.json"), json);
+  write_page(stations);
+  run_.print(report::wrapped(diagnose_.headline) + "\n" + report::text(stations));
+  if (report::has_pages()) run_.print(fmt::format("page: {}\n", files_.file(page_name).string()));
+  for (const Step* step : {&check_, &compare_, &diagnose_, &adopt_, &plan_})
+    run_.print_more("\n" + step->text);
+  if (compare_.result.contains("refit_failure") && compare_.result["refit_failure"].is_string())
+    run_.leave_unidentified(compare_.result["refit_failure"].get<std::string>());
+  if (diagnose_.result.value("verdict", "") == to_string(calibration::Verdict::inconclusive))
+    run_.leave_unidentified("inconclusive: these data do not show which effect is missing");
+  return json;
+}
+
+io::Json study(const StudyRequest& request, Run& run) {
+  if (!run.out()) throw UsageError("--out", "the study has no folder", "Give -o DIR");
+  return Study(request, run).all();
+}
+
+}  // namespace
+
+void add_study(Program& program) {
+  const auto request = std::make_shared<StudyRequest>();
+  CLI::App& app = program.add(
+      {.name = "study",
+       .summary = "From readings to a model that explains them: all steps, one page",
+       .example = "kinetostat study data/measurements/nist_load_cell/campaign.yaml -o study",
+       .out =
+           "Write the page, the calibrated robot file, the readings to take next, and every step "
+           "as JSON there; asked for again, it goes on where it stopped",
+       .out_is_folder = true},
+      [request](Run& run) { return study(*request, run); });
+  request->campaign.add_options(app);
+  add_no_cache_option(app, request->no_cache);
+}
+
+}  // namespace kinetostat::apps

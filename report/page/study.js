@@ -1,0 +1,148 @@
+// The page of a study: six stations, the physical picture beside the bent robot, the error that falls, what to read next.
+import { againstLoad, extraDeflection, jointCurve } from "./against_load.js";
+import { element, table } from "./dom.js";
+import { Figure } from "./figure.js";
+import { worstComponent } from "./measurements.js";
+import { skeletonFigure } from "./postures.js";
+import { Readings } from "./readings.js";
+import { number } from "./units.js";
+import { View } from "./view.js";
+import { stagesOfDiagnosis, waterfall } from "./waterfall.js";
+
+export const isStudy = ({ result }) =>
+  result.command === "study" && Array.isArray(result.stations);
+
+/** Signs of a terminal as a page has them. */
+const inPrint = (text) => String(text ?? "").replaceAll(" +- ", " ± ");
+
+const places = {
+  readings: "study-readings",
+  model: "study-error",
+  fitted: "study-error",
+  missing: "study-missing",
+  adopted: "study-files",
+  next: "study-next",
+};
+
+function stations(list) {
+  return element(
+    "nav",
+    { class: "stations", "aria-label": "Stations of this study" },
+    ...list.map((station, k) =>
+      element(
+        "a",
+        { href: `#${places[station.name] ?? "study-rest"}`, class: station.light },
+        element("b", {}, `${k + 1} ${station.name}`),
+        element("span", {}, inPrint(station.sentence)),
+      ),
+    ),
+  );
+}
+
+/** What is missing, in pictures: at a joint its curve, elsewhere the error against the load. */
+function physicalPictures({ result, picture }, source) {
+  if (picture?.joint_curve)
+    return [jointCurve, extraDeflection].map(
+      (spec) => new Figure(spec(picture.joint_curve, source)).node,
+    );
+  if (!picture?.readings) return [];
+  const readings = new Readings(picture.readings);
+  if (!readings.loads.length) return [];
+  const view = new View({
+    model: Math.max(0, readings.models.findLastIndex((m) => m.name !== "with the effect")),
+    component: worstComponent(readings),
+    pose: null,
+  });
+  return [new Figure(againstLoad(readings, view, source), view).node];
+}
+
+function bentRobot({ result, picture }, source) {
+  if (!picture?.robot) return null;
+  const view = new View({});
+  const spec = skeletonFigure({ command: "study" }, picture.robot.skeletons, view, source, {
+    load: picture.robot.load,
+    joint: picture.joint_curve?.joint ?? picture.robot.joint,
+  });
+  return new Figure({ ...spec, title: "The robot under its largest load", wide: false, height: 420 }, view).node;
+}
+
+function excludedTable(excluded) {
+  if (!excluded?.length) return null;
+  return table(
+    ["not it", "odds"],
+    excluded.map((row) => [row.effect, row.odds]),
+    "Candidates that were fitted and are not it",
+  );
+}
+
+function workTable(list) {
+  if (!list?.length) return null;
+  const node = table(
+    ["#", "load", "how", "where", "times", "readings", "min", "for"],
+    list.map((step, k) => [
+      String(k + 1),
+      step.load,
+      step.how,
+      step.posture,
+      step.times,
+      step.readings,
+      number(step.minutes),
+      step.for,
+    ]),
+    "Readings to take next",
+  );
+  node.classList.add("work");
+  return node;
+}
+
+/** `rest`: the sections of all steps. */
+export function studySection(entry, rest) {
+  const { result } = entry;
+  const source = `Source: ${result.campaign_name}.`;
+  const charts = (...nodes) =>
+    element("div", { class: "charts" }, ...nodes.filter((node) => node !== null));
+  const errors = result.waterfall?.length
+    ? new Figure(waterfall(stagesOfDiagnosis(result), source, result.waterfall.length)).node
+    : null;
+  const beside = element(
+    "div",
+    {},
+    excludedTable(result.excluded) ?? "",
+    result.not_observable?.length
+      ? element(
+          "p",
+          {},
+          element("strong", {}, "Not observable in these readings: "),
+          `${result.not_observable.join(", ")}. 'kinetostat plan --show NAMES' says which readings would show them.`,
+        )
+      : "",
+  );
+  const found = ["identified", "narrowed down"].includes(result.verdict);
+  return element(
+    "section",
+    { class: "study" },
+    element("p", { class: "say", id: "study-readings" }, `${result.campaign_name}: ${result.about}`),
+    stations(result.stations),
+    element("h2", { id: "study-missing" }, found ? "What is missing" : "Readings and model"),
+    charts(...physicalPictures(entry, source), bentRobot(entry, source)),
+    element("h2", { id: "study-error" }, "The error"),
+    element("p", {}, inPrint(result.compared)),
+    charts(errors, beside),
+    element("h2", { id: "study-next" }, "What to read next"),
+    element("p", {}, inPrint(result.planned)),
+    workTable(result.work_list) ?? "",
+    element("h2", { id: "study-files" }, "Files"),
+    element("p", {}, inPrint(result.adopted)),
+    table(
+      ["file", "what it is"],
+      result.files.map((f) => [f.file, f.what]),
+      "Files beside this page",
+    ),
+    element(
+      "details",
+      { class: "rest", id: "study-rest" },
+      element("summary", {}, "Every chart, test and table of all steps"),
+      ...rest,
+    ),
+  );
+}

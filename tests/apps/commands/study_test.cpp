@@ -1,0 +1,132 @@
+// First screens of the commands of measurements, and a study from its readings to its page.
+#include <filesystem>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kinetostat/io/json.h"
+#include "kinetostat/io/text_file.h"
+
+#include "apps/run_program.h"
+
+namespace kinetostat {
+namespace {
+
+using test::kinetostat;
+using test::Outcome;
+using test::working_folder;
+using testing::HasSubstr;
+
+const std::string measurements = "data/measurements/";
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::istringstream stream(text);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+// The sentence first, at most 25 lines of 100 columns.
+void expect_one_screen(const std::string& command, const std::string& text) {
+  const std::vector<std::string> lines = lines_of(text);
+  ASSERT_FALSE(lines.empty()) << command;
+  EXPECT_LE(lines.size(), 25u) << command << "\n" << text;
+  for (const std::string& line : lines) EXPECT_LE(line.size(), 100u) << command << "\n" << line;
+  EXPECT_FALSE(lines.front().starts_with(" ")) << command << "\n" << text;
+  EXPECT_FALSE(lines.front().starts_with("kinetostat")) << command << "\n" << text;
+}
+
+class OneScreen : public testing::TestWithParam<const char*> {};
+
+TEST_P(OneScreen, HoldsTheAnswerTheNumbersAndTheNextStep) {
+  const std::string campaign = fmt::format("{}{}/campaign.yaml", measurements, GetParam());
+  for (const char* command : {"measure check ", "compare ", "diagnose "}) {
+    const Outcome outcome = kinetostat(command + campaign);
+    EXPECT_TRUE(outcome.code == 0 || outcome.code == 5) << outcome.err;
+    expect_one_screen(command + campaign, outcome.out);
+    EXPECT_THAT(outcome.out, HasSubstr("\n\nNext: ")) << command << campaign;
+    const Outcome all = kinetostat(command + campaign + " --verbose");
+    EXPECT_GT(all.out.size(), outcome.out.size()) << command << campaign;
+    EXPECT_THAT(all.out, HasSubstr(outcome.out.substr(0, 60))) << command << campaign;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Shipped, OneScreen,
+                         testing::Values("nist_load_cell", "arm_hysteresis", "arm_nothing_hidden",
+                                         "arm_outside_the_catalogue", "arm_thermal_day"),
+                         [](const auto& campaign) { return campaign.param; });
+
+io::Json json_of(const std::string& name) { return io::read_json(working_folder() / name); }
+
+class Study : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::filesystem::remove_all(working_folder() / "study");
+    std::filesystem::remove_all(working_folder() / "campaign");
+    std::filesystem::copy(
+        std::string(KINETOSTAT_SOURCE_DIR) + "/" + measurements + "arm_hysteresis",
+        working_folder() / "campaign");
+  }
+  static Outcome run() { return kinetostat("study campaign/campaign.yaml -o study"); }
+};
+
+TEST_F(Study, EndsInAModelThatExplainsTheReadings) {
+  const Outcome outcome = run();
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  expect_one_screen("study", outcome.out);
+  const io::Json study = json_of("study/study.json"), diagnosis = json_of("study/diagnosis.json");
+  ASSERT_EQ(study["stations"].size(), 6u);
+  const char* names[] = {"readings", "model", "fitted", "missing", "adopted", "next"};
+  for (std::size_t k = 0; k < 6; ++k) EXPECT_EQ(study["stations"][k]["name"], names[k]);
+  EXPECT_EQ(study["stations"][1]["light"], "bad");
+  EXPECT_EQ(study["stations"][4]["light"], "good");
+  EXPECT_EQ(study["headline"], diagnosis["headline"]);
+  // What the single commands say of the same files.
+  ASSERT_EQ(kinetostat("diagnose campaign/campaign.yaml -q --json d.json").code, 0);
+  EXPECT_EQ(json_of("d.json")["headline"], study["headline"]);
+  ASSERT_EQ(
+      kinetostat("compare study/calibrated.yaml campaign/campaign.yaml -q --json a.json").code, 0);
+  EXPECT_EQ(json_of("a.json")["as_designed"]["error_over_noise"], study["error_as_written"]);
+  // The steps are files that the commands read.
+  EXPECT_EQ(kinetostat("adopt campaign/robot.yaml study/diagnosis.json -o by_hand.yaml").code, 0);
+  EXPECT_EQ(io::read_text(working_folder() / "by_hand.yaml"),
+            io::read_text(working_folder() / "study/calibrated.yaml"));
+  EXPECT_EQ(
+      kinetostat("plan campaign/campaign.yaml --diagnosis study/diagnosis.json -o hand.csv").code,
+      0);
+  EXPECT_EQ(io::read_text(working_folder() / "hand.csv"),
+            io::read_text(working_folder() / "study/next.csv"));
+}
+
+TEST_F(Study, GoesOnWhereItStopped) {
+  ASSERT_EQ(run().code, 0);
+  const std::string page = io::read_text(working_folder() / "study/study.json");
+  std::filesystem::remove(working_folder() / "study/plan.json");
+  std::filesystem::remove(working_folder() / "study/calibrated.yaml");
+  const Outcome again = run();
+  EXPECT_EQ(again.code, 0);
+  EXPECT_THAT(again.err, HasSubstr("diagnosis.json: made of the same files before"));
+  EXPECT_THAT(again.err, testing::Not(HasSubstr("plan.json: made")));
+  EXPECT_THAT(again.err, testing::Not(HasSubstr("adoption.json: made")));
+  EXPECT_EQ(io::read_text(working_folder() / "study/study.json"), page);
+  EXPECT_TRUE(std::filesystem::exists(working_folder() / "study/calibrated.yaml"));
+  // Not when a file is another.
+  io::write_atomically(working_folder() / "campaign/robot.yaml",
+                       io::read_text(working_folder() / "campaign/robot.yaml") + "# changed\n");
+  const Outcome other = run();
+  EXPECT_EQ(other.code, 0);
+  EXPECT_THAT(other.err, testing::Not(HasSubstr("made of the same files before")));
+}
+
+TEST_F(Study, NeedsAFolder) {
+  const Outcome outcome = kinetostat("study campaign/campaign.yaml");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("Give -o DIR"));
+}
+
+}  // namespace
+}  // namespace kinetostat
