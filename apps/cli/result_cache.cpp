@@ -30,15 +30,18 @@ std::optional<ResultCache::Entry> ResultCache::find() const {
   const std::optional<std::string> text = cache_.find(key_);
   if (!text) return std::nullopt;
   io::Json json = io::Json::parse(*text, nullptr, false);
-  if (!json.is_object() || !json["report"].is_string() || !json["result"].is_object())
+  if (!json.is_object() || !json["screen"].is_string() || !json["report"].is_string() ||
+      !json["result"].is_object())
     return std::nullopt;  // sealed by hand
   // Another file may say the same in other words.
-  return Entry{json["report"].get<std::string>(),
+  return Entry{json["screen"].get<std::string>(), json["report"].get<std::string>(),
                report::with_link_file(std::move(json["result"]), link_sha256_)};
 }
 
 void ResultCache::keep(const Entry& entry) const {
-  cache_.keep(key_, io::to_text(io::Json{{"report", entry.report}, {"result", entry.result}}));
+  cache_.keep(key_,
+              io::to_text(io::Json{
+                  {"screen", entry.screen}, {"report", entry.report}, {"result", entry.result}}));
 }
 
 }  // namespace kinetostat::apps

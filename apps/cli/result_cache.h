@@ -17,7 +17,7 @@ class ResultCache {
   ResultCache(const io::Cache& cache, const Run& run, const fea::LinkSpec& spec);
 
   struct Entry {
-    std::string report;
+    std::string screen, report;  // what is printed first, and all of it
     io::Json result;
   };
   std::optional<Entry> find() const;

@@ -9,6 +9,7 @@
 #include "kinetostat/common/error.h"
 #include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/manipulators/skeleton.h"
+#include "kinetostat/report/screen/manipulator.h"
 #include "kinetostat/vjm/statics/assembly.h"
 
 namespace kinetostat::apps {
@@ -21,12 +22,14 @@ io::Json assemble(const PostureRequest& request, Run& run) {
                              "Give a chain 'errors: [{at: JOINT, point: [1, 0, 0]}]'");
   const vjm::Posture posture = request.posture(robot);
   const vjm::Assembly assembly = vjm::assemble(robot.manipulator, posture);
-  run.print(fmt::format("{}\n", robot.name) + report::text(robot, posture) +
-            report::text(robot, assembly));
+  run.print(report::first_screen(robot, assembly));
+  run.print_more(fmt::format("\n{}\n", robot.name) + report::text(robot, posture) +
+                 report::text(robot, assembly));
   run.draw(report::picture(robot.manipulator, posture, assembly.assembled, "nominal", "assembled"));
   if (assembly.assembled.status != vjm::EquilibriumStatus::converged)
     run.stop_short(assembly.assembled.reason);
   io::Json json = report::inputs_and_posture(robot, posture);
+  json["headline"] = report::headline(robot, assembly);
   json["assembly"] = report::to_json(robot, assembly);
   return json;
 }

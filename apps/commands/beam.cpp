@@ -7,6 +7,7 @@
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/fea/link/identify.h"
 #include "kinetostat/io/link_result_file.h"
+#include "kinetostat/report/screen/link.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -111,7 +112,8 @@ io::Json compare_beams(Run& run, const Options& options) {
   for (const fea::BeamModel& model : study.models)
     result.comparisons.push_back(fea::compare(model, reference.compliance));
   result.verdict = fea::verdict(result.comparisons, options.tolerance / 100);
-  run.print(report::text(result));
+  run.print(report::first_screen(result));
+  run.print_more("\n" + report::text(result));
   return report::to_json(result);
 }
 

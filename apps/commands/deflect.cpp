@@ -10,6 +10,7 @@
 #include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/manipulators/segment_check.h"
 #include "kinetostat/report/manipulators/skeleton.h"
+#include "kinetostat/report/screen/manipulator.h"
 #include "kinetostat/vjm/statics/fixed_point.h"
 
 namespace kinetostat::apps {
@@ -62,13 +63,15 @@ io::Json deflect(const Request& request, Run& run) {
   vjm::Equilibrium equilibrium = request.load.solve(robot, posture);
   const vjm::SegmentCheck segments =
       check_segments(robot, request.posture, request.load, equilibrium);
-  run.print(fmt::format("{}\n", robot.name) + report::text(robot, posture) +
-             report::text(robot, equilibrium) + report::text(robot, segments));
+  run.print(report::first_screen(robot, equilibrium) + report::text(robot, segments));
+  run.print_more(fmt::format("\n{}\n", robot.name) + report::text(robot, posture) +
+                 report::text(robot, equilibrium));
   io::Json picture = report::picture(robot.manipulator, posture, equilibrium);
   picture["load"] = load_picture(request, robot, equilibrium);
   run.draw(std::move(picture));
   stop_short_unless_stable(request.load, robot, equilibrium, run);
   io::Json json = report::inputs_and_posture(robot, posture);
+  json["headline"] = report::headline(robot, equilibrium);
   json["equilibrium"] = report::to_json(robot, equilibrium);
   report::add_to(json, segments);
   return json;

@@ -13,6 +13,8 @@
 #include "kinetostat/fea/link/displacement_fields.h"
 #include "kinetostat/report/links/link_picture.h"
 #include "kinetostat/report/links/link_result.h"
+#include "kinetostat/report/screen/link.h"
+#include "kinetostat/report/screen/wording.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -75,16 +77,17 @@ fea::LinkResult identified(Run& run, const Options& options, const fea::LinkSpec
 }
 
 // Computes, and writes what needs the whole model.
-io::Json computed(Run& run, const Options& options, const fea::LinkSpec& spec,
-                  const io::Cache& cache) {
+ResultCache::Entry computed(Run& run, const Options& options, const fea::LinkSpec& spec,
+                            const io::Cache& cache) {
   const fea::LinkResult result = identified(run, options, spec, cache);
-  run.print(report::text(spec) + report::text(result));
   if (!result.accuracy.shortfall.empty())
     run.stop_short(fmt::format("{}: {}", spec.name, result.accuracy.shortfall));
   if (!options.vtu.empty()) io::write_vtu(options.vtu, fea::displacement_fields(result));
   options.exports.write(result);
   if (run.wants_page()) run.draw({{"surface", report::link_picture(result)}});
-  return report::to_json(result);
+  return {.screen = report::first_screen(result, ""),
+          .report = report::text(spec) + report::text(result),
+          .result = report::to_json(result)};
 }
 
 io::Json identify(Run& run, const Options& options) {
@@ -93,15 +96,18 @@ io::Json identify(Run& run, const Options& options) {
   const ResultCache results(cache, run, spec);
   const bool needs_model = !options.vtu.empty() || options.exports.any() || run.wants_page();
   auto entry = needs_model ? std::nullopt : results.find();
-  if (entry) {
-    run.print(entry->report + "from the cache: computed before from the same input\n");
-  } else {
-    entry = ResultCache::Entry{.report = {}, .result = computed(run, options, spec, cache)};
-    entry->report = run.report();
+  const bool is_kept = entry.has_value();
+  if (!entry) {
+    entry = computed(run, options, spec, cache);
     // A result that was stopped short depends on the time that there was.
     if (run.shortfall().empty()) results.keep(*entry);
-    if (cache.hits() > 0) run.print("volume mesh from the cache\n");
   }
+  run.print(entry->screen);
+  if (is_kept) run.print("from the cache: computed before from the same input\n");
+  if (!is_kept && cache.hits() > 0) run.print("volume mesh from the cache\n");
+  run.print("\n" + report::next_step("kinetostat beam " + report::quoted(options.link),
+                                     "would a beam have done?"));
+  run.print_more("\n" + entry->report);
   if (run.out()) io::write_json(*run.out(), entry->result);
   return entry->result;
 }

@@ -10,6 +10,8 @@
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/links/mesh_check.h"
+#include "kinetostat/report/screen/link.h"
+#include "kinetostat/report/screen/wording.h"
 #include "kinetostat/spatial/units.h"
 
 namespace kinetostat::apps {
@@ -85,6 +87,7 @@ io::Json check_surface(Run& run, const Options& options, const Request& request)
   const fea::SurfaceCheck check = fea::check_surface_file(
       options.mesh, {.unit = request.shown.unit, .body = options.body, .repair = repair},
       run.progress());
+  run.print(report::wrapped(report::headline(check, request.shown)));
   run.print(report::text(check, repair, request.shown));
   const fea::SurfaceMesh& surface = check.surface.mesh;
   if (!options.vtu.empty()) {

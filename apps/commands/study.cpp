@@ -15,9 +15,10 @@
 #include "kinetostat/calibration/comparison/compare.h"
 #include "kinetostat/calibration/design/plan.h"
 #include "kinetostat/io/text_file.h"
+#include "kinetostat/report/campaign_check.h"
 #include "kinetostat/report/comparison.h"
 #include "kinetostat/report/diagnosis_file.h"
-#include "kinetostat/report/manipulator.h"
+#include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/plan.h"
 #include "kinetostat/report/readings_picture.h"
 #include "kinetostat/report/screen/comparison.h"
@@ -64,7 +65,10 @@ class StudyFolder {
     std::optional<Step> kept = find(name);
     const bool has_product = kept && kept->result.value("wrote", "") == product;
     std::error_code ignored;
-    if (kept && (!has_product || std::filesystem::exists(file(product), ignored))) return *kept;
+    if (kept && (!has_product || std::filesystem::exists(file(product), ignored))) {
+      run_.remark(fmt::format("{}: made of the same files before", name));
+      return *kept;
+    }
     Step made = make();
     keep(name, made);
     return made;
@@ -88,7 +92,6 @@ class StudyFolder {
         step.stations.push_back(report::station_of(station));
       json.erase("study");
       step.result = std::move(json);
-      run_.remark(fmt::format("{}: made of the same files before", name));
       return step;
     } catch (const io::Json::exception&) {
       return std::nullopt;
@@ -153,16 +156,9 @@ const Comparison& Study::comparison() {
 
 Step Study::check() {
   const auto checks = calibration::check_campaign(campaign_, robot_);
-  io::Json list = io::Json::array();
-  for (const calibration::Observability& item : checks)
-    list.push_back(
-        {{"topic", item.topic}, {"observable", item.observable}, {"sentence", item.sentence}});
-  return {.result = {{"command", "measure check"},
-                     {"inputs", inputs()},
-                     {"campaign", campaign_.name},
-                     {"readings", campaign_.readings.size()},
-                     {"notes", campaign_.notes},
-                     {"checks", list}},
+  io::Json result{{"command", "measure check"}, {"inputs", inputs()}};
+  result.update(report::to_json(campaign_, checks));
+  return {.result = std::move(result),
           .picture = {},
           .text = report::first_screen(campaign_, checks, ""),
           .headline = report::readings_in_words(campaign_, checks),
@@ -363,7 +359,7 @@ io::Json study(const StudyRequest& request, Run& run) {
 
 void add_study(Program& program) {
   const auto request = std::make_shared<StudyRequest>();
-  CLI::App& app = program.add(
+  OptionList app = program.add(
       {.name = "study",
        .summary = "From readings to a model that explains them: all steps, one page",
        .example = "kinetostat study data/measurements/nist_load_cell/campaign.yaml -o study",

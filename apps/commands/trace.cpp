@@ -10,6 +10,7 @@
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/manipulators/path.h"
+#include "kinetostat/report/screen/wording.h"
 #include "kinetostat/vjm/statics/segments.h"
 
 namespace kinetostat::apps {
@@ -107,7 +108,8 @@ io::Json trace(const Request& request, Run& run) {
   const vjm::Path path = trace(request, robot, request.path, run);
   if (path.status != vjm::EquilibriumStatus::converged)
     throw common::NoConvergence("there is no equilibrium to start from: " + path.reason);
-  io::Json json{{"inputs", report::provenance(robot)},
+  io::Json json{{"headline", report::headline(robot, task, path)},
+                {"inputs", report::provenance(robot)},
                 {"path", report::to_json(robot, task, path)}};
   vjm::SegmentStudy study;
   if (robot.has_beams && may_buckle(request, task, path)) {
@@ -116,9 +118,13 @@ io::Json trace(const Request& request, Run& run) {
     });
     json["segments"] = report::to_json(study);
   }
-  run.print(fmt::format("{}\n", robot.name) + report::warning(robot, task, study) +
-            report::text(robot, request.posture.posture(robot)) + report::text(robot, task, path) +
-            report::text(robot, task, study));
+  run.print(report::wrapped(report::headline(robot, task, path)) +
+            report::wrapped(report::warning(robot, task, study)));
+  run.print(run.out() ? ""
+                      : "\nevery critical point, branch and equilibrium: --verbose, or --html\n");
+  run.print_more("\n" + fmt::format("{}\n", robot.name) +
+                 report::text(robot, request.posture.posture(robot)) +
+                 report::text(robot, task, path) + report::text(robot, task, study));
   if (run.wants_page()) run.draw(report::picture(robot, task, path));
   if (run.out()) io::write_atomically(*run.out(), report::csv(robot, task, path));
   if (path.branches[0].end == vjm::BranchEnd::lost) run.stop_short(path.branches[0].reason);

@@ -258,6 +258,28 @@ std::string csv_row(const Robot& robot, const PathTask& task, std::size_t branch
 
 }  // namespace
 
+std::string headline(const Robot& robot, const PathTask& task, const Path& path) {
+  if (path.critical.empty()) {
+    const Branch& branch = path.branches.front();
+    const bool is_stable = !branch.points.empty() && branch.points.back().stability(task).stable();
+    return fmt::format("No critical point as far as parameter {} (1 is the whole load): {}.",
+                       number(branch.points.empty() ? 0 : shown_parameter(branch.points.back()), 3),
+                       is_stable ? "stable" : "unstable from the start");
+  }
+  const AlongUnits units(robot, task);
+  const CriticalPoint& first = path.critical.front();
+  const std::optional<Along>& at = first.point.along;
+  const std::string place =
+      at ? fmt::format("at {} {} and {} {}", number(at->force / units.force, 4), units.force_name,
+                       number(at->deflection / units.deflection, 4), units.deflection_name)
+         : fmt::format("at {} of the whole load", number(shown_parameter(first.point), 4));
+  return fmt::format(
+      "First critical point, a {}, {}; beyond it the path is {}. {} critical point{} "
+      "in all.",
+      name(first.kind), place, first.unstable_after > 0 ? "unstable" : "stable",
+      path.critical.size(), path.critical.size() == 1 ? "" : "s");
+}
+
 std::string text(const Robot& robot, const PathTask& task, const Path& path) {
   std::string out;
   if (path.critical.empty()) {

@@ -11,6 +11,8 @@
 
 namespace kinetostat::report {
 
+/// "First critical point, a bifurcation, at 332 N and 0.0475 mm; beyond it the path is unstable."
+std::string headline(const vjm::Robot& robot, const vjm::PathTask& task, const vjm::Path& path);
 /// Critical points with force, deflection and stiffness before and after (as in MMT11 Table 2),
 /// branches and how they end, the equilibria at the target.
 std::string text(const vjm::Robot& robot, const vjm::PathTask& task, const vjm::Path& path);

@@ -10,7 +10,7 @@
 
 #include "kinetostat/report/screen/bars.h"
 #include "kinetostat/report/screen/wording.h"
-#include "kinetostat/report/text.h"
+#include "kinetostat/report/text/text.h"
 
 namespace kinetostat::report {
 namespace {
@@ -186,7 +186,7 @@ std::string failures_text(const vjm::Robot& robot, const Campaign& campaign,
   failures.resize(std::min(all, most_failures));
   std::size_t width = 44;
   for (const Failure& f : failures) width = std::max(width, f.text.size());
-  width = std::min<std::size_t>(width, 70);
+  width = std::min<std::size_t>(width, 66);
   std::string text = fmt::format("\n  {:<{}}share of the error\n",
                                  fmt::format("where the {} model fails", which), width + 4);
   for (std::size_t i = 0; i < failures.size(); ++i) {

@@ -9,7 +9,7 @@
 #include "kinetostat/report/effect.h"
 #include "kinetostat/report/screen/bars.h"
 #include "kinetostat/report/screen/wording.h"
-#include "kinetostat/report/text.h"
+#include "kinetostat/report/text/text.h"
 
 namespace kinetostat::report {
 namespace {

@@ -18,7 +18,7 @@ std::string verdict_in_short(const vjm::Robot& robot, const calibration::Diagnos
 std::vector<std::pair<std::string, double>> excluded(const vjm::Robot& robot,
                                                      const calibration::Diagnosis& diagnosis,
                                                      std::size_t most);
-/// Kinds of effects that these readings do not show at their usual sizes, in words.
+/// Kinds of effects that are not observable in these readings at their usual sizes, in words.
 std::vector<std::string> not_observable(const calibration::Diagnosis& diagnosis);
 
 /// Headline, the falling error, what is not it, what is not observable. `next`: the last lines.

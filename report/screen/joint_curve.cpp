@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/report/joint_motion.h"
+#include "kinetostat/report/manipulators/joint_motion.h"
+#include "kinetostat/report/manipulators/skeleton.h"
 #include "kinetostat/report/screen/wording.h"
-#include "kinetostat/report/skeleton.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
 namespace kinetostat::report {

@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "kinetostat/report/joint_motion.h"
+#include "kinetostat/report/manipulators/joint_motion.h"
 #include "kinetostat/report/screen/wording.h"
-#include "kinetostat/report/text.h"
+#include "kinetostat/report/text/text.h"
 
 namespace kinetostat::report {
 namespace {

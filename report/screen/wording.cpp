@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/report/text.h"
+#include "kinetostat/report/text/text.h"
 
 namespace kinetostat::report {
 namespace {

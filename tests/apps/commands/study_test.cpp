@@ -60,6 +60,45 @@ INSTANTIATE_TEST_SUITE_P(Shipped, OneScreen,
                                          "arm_outside_the_catalogue", "arm_thermal_day"),
                          [](const auto& campaign) { return campaign.param; });
 
+// Over all shipped robots: those that stand at home, and those that need no more than a pose.
+TEST(OneScreenOfRobots, StiffnessAndDeflection) {
+  std::size_t stand = 0;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(working_folder() / "data" / "robots")) {
+    if (entry.path().extension() != ".yaml") continue;
+    const std::string robot = "data/robots/" + entry.path().filename().string();
+    for (const std::string& command :
+         {"stiffness " + robot, "deflect " + robot + " --wrench 3,-4,-10"}) {
+      const Outcome outcome = kinetostat(command);
+      if (!outcome.out.empty()) expect_one_screen(command, outcome.out);
+      stand += outcome.code == 0;
+    }
+  }
+  EXPECT_GE(stand, 12u);
+}
+
+TEST(OneScreenOfRobots, EveryOtherCommand) {
+  for (const std::string command :
+       {"trace data/robots/urrs_c.yaml --along -150,0,0 --segments 1 --branches",
+        "assemble data/robots/orthoglide_errors.yaml --at 0,0,0",
+        "map data/robots/orthoglide.yaml --grid x=-60:60:3,y=-60:60:3,z=0 --index "
+        "weakest-translation --index stiffness=1,1,1",
+        "compensate data/robots/orthoglide_errors.yaml --path data/paths/orthoglide_milling.csv",
+        "mesh check meshes/foot.stl --unit mm", "identify meshes/block.yaml",
+        "beam meshes/foot.yaml --fea data/links/foot.link.json", "effect list"}) {
+    const Outcome outcome = kinetostat(command);
+    EXPECT_EQ(outcome.code, 0) << command << outcome.err;
+    if (command != "effect list") expect_one_screen(command, outcome.out);
+  }
+}
+
+TEST(OneScreenOfHelp, IsNoWiderThanATerminal) {
+  for (const char* command : {"", "study", "compare", "diagnose", "plan", "adopt", "stiffness",
+                              "identify", "map", "simulate", "trace", "compensate", "beam"})
+    for (const std::string& line : lines_of(kinetostat(std::string(command) + " --help").out))
+      EXPECT_LE(line.size(), 80u) << command << ": " << line;
+}
+
 io::Json json_of(const std::string& name) { return io::read_json(working_folder() / name); }
 
 class Study : public testing::Test {

@@ -1,0 +1,257 @@
+#include "kinetostat/report/screen/manipulator.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "kinetostat/report/screen/wording.h"
+#include "kinetostat/report/text/text.h"
+
+namespace kinetostat::report {
+namespace {
+
+using spatial::Vector3;
+
+constexpr std::size_t most_springs = 6;
+
+double length_of(const vjm::Robot& robot) { return spatial::parse_unit(robot.units.length).factor; }
+double force_of(const vjm::Robot& robot) { return spatial::parse_unit(robot.units.force).factor; }
+double angle_of(const vjm::Robot& robot) { return spatial::parse_unit(robot.units.angle).factor; }
+
+// Components without the rounding beside the largest.
+std::string components(const Vector3& v, int digits) {
+  std::vector<std::string> parts;
+  const double largest = v.cwiseAbs().maxCoeff();
+  for (const double x : v) parts.push_back(std::abs(x) < 1e-3 * largest ? "0" : number(x, digits));
+  return fmt::format("({})", fmt::join(parts, ", "));
+}
+
+std::string stiffness_unit(const vjm::Robot& robot) {
+  return robot.units.force + "/" + robot.units.length;
+}
+
+double in_stiffness_unit(const vjm::Robot& robot, double si) {
+  return si * length_of(robot) / force_of(robot);
+}
+
+// Springs of one name in several chains are one link or joint to people.
+std::vector<std::pair<std::string, double>> by_place(const vjm::Robot& robot,
+                                                     const std::vector<vjm::SpringShare>& shares) {
+  std::vector<std::pair<std::string, double>> places;
+  for (const vjm::SpringShare& s : shares) {
+    const std::string name = robot.manipulator.chains()[s.chain].name() + "." + s.spring;
+    places.emplace_back(place_in_words(robot.manipulator, name), s.share);
+  }
+  std::stable_sort(places.begin(), places.end(),
+                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  return places;
+}
+
+std::string shares_sentence(const std::vector<std::pair<std::string, double>>& places) {
+  constexpr double worth_a_word = 0.1;
+  std::vector<std::string> words;
+  for (const auto& [place, share] : places)
+    if (words.size() < 3 && share >= worth_a_word)
+      words.push_back(fmt::format("{} {}", short_percent(share), place));
+  return words.empty() ? "" : " Of what it yields there, " + listed(words, "and") + ".";
+}
+
+std::string free_sentence(const vjm::UnloadedStiffness& stiffness) {
+  std::string text = "The platform has no stiffness in some direction:";
+  for (const std::string& sentence : stiffness.free.sentences) text += " " + sentence;
+  return text;
+}
+
+std::string joints_in_words(const vjm::Robot& robot, const vjm::Posture& posture) {
+  std::vector<std::string> names, values;
+  for (std::size_t c = 0; c < robot.manipulator.size(); ++c) {
+    const vjm::Chain& chain = robot.manipulator.chains()[c];
+    const Eigen::VectorXd x = posture.coordinates_of(chain, c);
+    for (Eigen::Index k = 0; k < chain.size(); ++k) {
+      const vjm::Coordinate& coordinate = chain.coordinates()[static_cast<std::size_t>(k)];
+      if (coordinate.role != vjm::Role::actuated) continue;
+      const double unit = is_rotation(coordinate.motion) ? angle_of(robot) : length_of(robot);
+      names.push_back(short_name(robot.manipulator, chain.name() + "." + coordinate.name));
+      values.push_back(number(std::abs(x[k] / unit) < 1e-9 ? 0 : x[k] / unit, 4));
+    }
+  }
+  if (names.empty() || names.size() > 8) return {};
+  return fmt::format("({}) = ({})", fmt::join(names, ", "), fmt::join(values, ", "));
+}
+
+// Rows of the translational stiffness, the springs that yield most beside them.
+std::string stiffness_table(const vjm::Robot& robot, const vjm::UnloadedStiffness& stiffness,
+                            const std::vector<std::pair<std::string, double>>& places) {
+  std::string text = fmt::format(
+      "  {:<44}  {}\n", fmt::format("stiffness [{}]  x         y         z", stiffness_unit(robot)),
+      places.empty() ? "" : "yields along the softest direction");
+  const std::size_t rows = std::max<std::size_t>(3, std::min(places.size(), most_springs));
+  const spatial::Matrix3 k =
+      stiffness.stiffness ? spatial::Matrix3(stiffness.stiffness->matrix().topLeftCorner<3, 3>())
+                          : spatial::Matrix3::Zero();
+  const double largest = k.cwiseAbs().maxCoeff();
+  for (std::size_t i = 0; i < rows; ++i) {
+    std::string left;
+    if (i < 3 && stiffness.stiffness) {
+      left = fmt::format("{:>14}  ", std::string(1, "xyz"[i]));
+      for (int j = 0; j < 3; ++j) {
+        const double value = k(static_cast<Eigen::Index>(i), j);
+        left += fmt::format("{:<10}", std::abs(value) < 1e-9 * largest
+                                          ? "0"
+                                          : number(in_stiffness_unit(robot, value), 3));
+      }
+    }
+    std::string right;
+    if (i < std::min(places.size(), most_springs))
+      right = fmt::format("{:<20} {:<20} {:>5}", places[i].first, bar(places[i].second, 20),
+                          short_percent(places[i].second));
+    std::string line = fmt::format("  {:<44}  {}", left, right);
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + "\n";
+  }
+  return text;
+}
+
+}  // namespace
+
+SoftestDirection softest_direction(const spatial::Compliance6& compliance) {
+  const spatial::Matrix3 block = compliance.matrix().topLeftCorner<3, 3>();
+  const Eigen::SelfAdjointEigenSolver<spatial::Matrix3> solver(
+      spatial::Matrix3(0.5 * (block + block.transpose())));
+  SoftestDirection softest{solver.eigenvectors().col(2), solver.eigenvalues()[2]};
+  Eigen::Index largest = 0;
+  softest.direction.cwiseAbs().maxCoeff(&largest);
+  if (softest.direction[largest] < 0) softest.direction = -softest.direction;
+  return softest;
+}
+
+std::string direction_in_words(const Vector3& v) {
+  for (int k = 0; k < 3; ++k)
+    if (std::abs(v[k]) > 0.9999) return std::string(v[k] < 0 ? "-" : "") + "xyz"[k];
+  return components(v, 2);
+}
+
+std::string headline(const vjm::Robot& robot, const vjm::UnloadedStiffness& stiffness,
+                     const std::vector<vjm::SpringShare>& shares) {
+  if (!stiffness.compliance) return free_sentence(stiffness);
+  const SoftestDirection softest = softest_direction(*stiffness.compliance);
+  if (!(softest.compliance > 0)) return "The platform does not yield to any force.";
+  return fmt::format("Softest along {}: {} {}.{}", direction_in_words(softest.direction),
+                     number(in_stiffness_unit(robot, 1 / softest.compliance), 3),
+                     stiffness_unit(robot), shares_sentence(by_place(robot, shares)));
+}
+
+std::string first_screen(const vjm::Robot& robot, const vjm::Posture& posture,
+                         const vjm::UnloadedStiffness& stiffness,
+                         const std::vector<vjm::SpringShare>& shares) {
+  std::string text = wrapped(headline(robot, stiffness, shares)) + "\n";
+  const std::string joints = joints_in_words(robot, posture);
+  text += wrapped(fmt::format("platform at {} {}{}, base axes",
+                              components(posture.platform.position() / length_of(robot), 5),
+                              robot.units.length, joints.empty() ? "" : ", " + joints),
+                  2, 4);
+  if (stiffness.compliance)
+    text += stiffness_table(robot, stiffness, by_place(robot, shares)) +
+            "  rotations, coupling and compliance: --verbose\n";
+  return text;
+}
+
+io::Json to_json(const vjm::Robot& robot, const std::vector<vjm::SpringShare>& shares) {
+  io::Json list = io::Json::array();
+  for (const vjm::SpringShare& s : shares)
+    list.push_back({{"spring", robot.manipulator.chains()[s.chain].name() + "." + s.spring},
+                    {"share", s.share}});
+  return list;
+}
+
+std::string headline(const vjm::Robot& robot, const vjm::Equilibrium& e) {
+  if (e.status != vjm::EquilibriumStatus::converged)
+    return fmt::format("No equilibrium: {} of the load was reached. {}", short_percent(e.reached),
+                       e.reason);
+  const double force = e.wrench.force.norm();
+  const std::string load =
+      force > 0 ? fmt::format("{} {} along {}", number(force / force_of(robot), 4),
+                              robot.units.force, direction_in_words(e.wrench.force / force))
+                : std::string("Under this load");
+  const Vector3 moved = e.displacement.translation / length_of(robot);
+  const double turned = e.displacement.rotation.norm() / angle_of(robot);
+  return fmt::format("{}: the platform moves {} {} {} and turns {} {}. {}", load,
+                     number(moved.norm(), 3), robot.units.length, components(moved, 3),
+                     number(turned, 3), robot.units.angle,
+                     e.free.stable() ? "Stable." : "It would not stay there: unstable.");
+}
+
+std::string first_screen(const vjm::Robot& robot, const vjm::Equilibrium& e) {
+  std::string text = wrapped(headline(robot, e));
+  if (e.status != vjm::EquilibriumStatus::converged) return text;
+  const double force = e.wrench.force.norm();
+  if (e.compliance && force > 0) {
+    const Vector3 n = e.wrench.force / force;
+    const double along = n.dot(e.compliance->matrix().topLeftCorner<3, 3>() * n);
+    const SoftestDirection softest = softest_direction(*e.compliance);
+    if (along > 0 && softest.compliance > 0)
+      text += fmt::format(
+          "\n  stiffness along the load, there  {} {}\n"
+          "  softest along {}  {} {}\n",
+          number(in_stiffness_unit(robot, 1 / along), 3), stiffness_unit(robot),
+          direction_in_words(softest.direction),
+          number(in_stiffness_unit(robot, 1 / softest.compliance), 3), stiffness_unit(robot));
+  }
+  text += fmt::format(
+      "  elastic energy {} J; wrench, tangent stiffness and what each chain carries: "
+      "--verbose\n",
+      number(e.energy, 3));
+  return text;
+}
+
+std::string headline(const vjm::Robot& robot, const vjm::Assembly& assembly) {
+  const vjm::Equilibrium& e = assembly.assembled;
+  if (e.status != vjm::EquilibriumStatus::converged)
+    return fmt::format("The chains do not close: {}", e.reason);
+  std::string most = "none";
+  double force = 0;
+  for (std::size_t c = 0; c < e.chains.size(); ++c)
+    if (const double size = e.chains[c].wrench.force.norm(); size > force) {
+      force = size;
+      most = robot.manipulator.chains()[c].name();
+    }
+  return fmt::format(
+      "Assembled, the platform is off by {} {} and {} {}; the largest internal force is "
+      "{} {}, in chain {}.",
+      number(e.displacement.translation.norm() / length_of(robot), 3), robot.units.length,
+      number(e.displacement.rotation.norm() / angle_of(robot), 3), robot.units.angle,
+      number(force / force_of(robot), 3), robot.units.force, most);
+}
+
+std::string first_screen(const vjm::Robot& robot, const vjm::Assembly& assembly) {
+  const vjm::Equilibrium& e = assembly.assembled;
+  std::string text = wrapped(headline(robot, assembly));
+  if (e.status != vjm::EquilibriumStatus::converged) return text;
+  const std::string moment = robot.units.force + " " + robot.units.length;
+  Table table({"chain", "internal force " + robot.units.force, "moment " + moment});
+  std::vector<std::pair<double, std::size_t>> order;
+  for (std::size_t c = 0; c < e.chains.size(); ++c)
+    order.emplace_back(-e.chains[c].wrench.force.norm(), c);
+  std::sort(order.begin(), order.end());
+  constexpr std::size_t most_chains = 12;
+  for (std::size_t i = 0; i < std::min(order.size(), most_chains); ++i) {
+    const auto& [force, c] = order[i];
+    table.add_row(
+        {robot.manipulator.chains()[c].name(), number(-force / force_of(robot), 4),
+         number(e.chains[c].wrench.moment.norm() / (force_of(robot) * length_of(robot)), 4)});
+  }
+  text +=
+      fmt::format("\n  platform  moved {} {}, turned {} {}\n",
+                  components(e.displacement.translation / length_of(robot), 4), robot.units.length,
+                  components(e.displacement.rotation / angle_of(robot), 4), robot.units.angle);
+  return text + "\n" + table.text() +
+         fmt::format("  elastic energy {} J; components and joints: --verbose\n",
+                     number(e.energy, 3));
+}
+
+}  // namespace kinetostat::report

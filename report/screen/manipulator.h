@@ -1,0 +1,46 @@
+// First screens of `stiffness`, `deflect` and `assemble`.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kinetostat/io/json.h"
+#include "kinetostat/vjm/io/robot_file.h"
+#include "kinetostat/vjm/statics/assembly.h"
+#include "kinetostat/vjm/statics/equilibrium_result.h"
+#include "kinetostat/vjm/statics/spring_shares.h"
+#include "kinetostat/vjm/statics/stiffness.h"
+
+namespace kinetostat::report {
+
+/// In which translation a platform yields most to a force.
+struct SoftestDirection {
+  spatial::Vector3 direction;  // unit vector, base axes; its largest component is positive
+  double compliance = 0;       // [m/N]
+};
+SoftestDirection softest_direction(const spatial::Compliance6& compliance);
+/// "z", "-z", "(0.5, 0, 0.87)"
+std::string direction_in_words(const spatial::Vector3& direction);
+
+/// "Softest along (0.54, 0, 0.84): 1.06 N/um. Half of it is joint q2, a fifth joint q3."
+std::string headline(const vjm::Robot& robot, const vjm::UnloadedStiffness& stiffness,
+                     const std::vector<vjm::SpringShare>& shares);
+/// Headline, stiffness against translation, and the springs that yield most along the softest
+/// direction.
+std::string first_screen(const vjm::Robot& robot, const vjm::Posture& posture,
+                         const vjm::UnloadedStiffness& stiffness,
+                         const std::vector<vjm::SpringShare>& shares);
+
+/// Each spring with its share of the compliance along the softest direction, the largest first.
+io::Json to_json(const vjm::Robot& robot, const std::vector<vjm::SpringShare>& shares);
+
+/// "200 N along -z: the platform moves 162 um (...) and turns 0.0105 deg. Stable."
+std::string headline(const vjm::Robot& robot, const vjm::Equilibrium& equilibrium);
+/// Headline, the displacement by components, what holds it.
+std::string first_screen(const vjm::Robot& robot, const vjm::Equilibrium& equilibrium);
+
+/// How far the platform is off after assembly, and the largest internal force.
+std::string headline(const vjm::Robot& robot, const vjm::Assembly& assembly);
+std::string first_screen(const vjm::Robot& robot, const vjm::Assembly& assembly);
+
+}  // namespace kinetostat::report
