@@ -1,6 +1,7 @@
 #include "kinetostat/spatial/units.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -41,6 +42,7 @@ const NamedUnit named_units[] = {
     {"deg", {pi / 180, dimension::angle}, false},
     {"degree", {pi / 180, dimension::angle}, false},
     {"°", {pi / 180, dimension::angle}, false},
+    {"gon", {pi / 200, dimension::angle}, false},
     {"arcmin", {pi / 180 / 60, dimension::angle}, false},
     {"arcsec", {pi / 180 / 3600, dimension::angle}, false},
     {"turn", {2 * pi, dimension::angle}, false},
@@ -50,7 +52,10 @@ const NamedUnit named_units[] = {
     {"inch", {0.0254, dimension::length}, false},
     {"in", {0.0254, dimension::length}, false},
     {"ft", {0.3048, dimension::length}, false},
+    {"mil", {25.4e-6, dimension::length}, false},
+    {"thou", {25.4e-6, dimension::length}, false},
     {"lb", {0.45359237, dimension::mass}, false},
+    {"lbs", {0.45359237, dimension::mass}, false},
     {"lbf", {pound_force, dimension::force}, false},
     {"kgf", {9.80665, dimension::force}, false},
     {"psi", {pound_force / (0.0254 * 0.0254), dimension::pressure}, false},
@@ -81,6 +86,18 @@ std::optional<Unit> find_unit(std::string_view symbol) {
   return std::nullopt;
 }
 
+// "Nm", "kNmm", "lbfin": a force and a length without anything between them.
+std::optional<Unit> find_moment(std::string_view symbol) {
+  for (std::size_t at = 1; at < symbol.size(); ++at) {
+    const std::optional<Unit> force = find_unit(symbol.substr(0, at));
+    if (!force || force->dimension != dimension::force) continue;
+    const std::optional<Unit> length = find_unit(symbol.substr(at));
+    if (length && length->dimension == dimension::length)
+      return Unit{force->factor * length->factor, dimension::moment};
+  }
+  return std::nullopt;
+}
+
 Unit power(const Unit& unit, int exponent) {
   const Dimension& d = unit.dimension;
   return {std::pow(unit.factor, exponent),
@@ -88,8 +105,13 @@ Unit power(const Unit& unit, int exponent) {
            d.angle * exponent}};
 }
 
+// Never another quantity that differs in the case of a letter only: "NM" is no nanometre.
 std::string nearest_unit(const std::string& symbol) {
   std::vector<std::string> candidates;
+  std::string lower = symbol;
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (lower.ends_with("nm") && symbol.find('N') != std::string::npos)
+    return lower.starts_with('k') ? "kNm" : "Nm";
   for (const NamedUnit& named : named_units) {
     candidates.emplace_back(named.symbol);
     if (!named.takes_prefix) continue;
@@ -168,12 +190,13 @@ class UnitParser {
   Unit symbol() {
     const std::size_t begin = at_;
     while (at_ < text_.size() && !is_operator(text_[at_]) && !is_digit(text_[at_]) &&
-           !at_superscript())
+           !at_superscript() && !dot_here())
       ++at_;
     if (at_ == begin && take('1')) return {};
     const std::string name(text_.substr(begin, at_ - begin));
     if (name.empty()) fail("a unit is missing");
-    const std::optional<Unit> unit = find_unit(name);
+    std::optional<Unit> unit = find_unit(name);
+    if (!unit) unit = find_moment(name);
     if (!unit) {
       const std::string near = nearest_unit(name);
       fail(fmt::format("'{}' is not a known unit{}", name,
@@ -212,9 +235,29 @@ class UnitParser {
     return c == '*' || c == '/' || c == '^' || c == '(' || c == ')' || c == ' ' || c == '\t' ||
            c == '.' || c == '-' || c == '+';
   }
+  // What stands between factors: blanks, points, "N·m", and the hyphen of "ft-lbf".
   void skip_blanks() {
-    while (at_ < text_.size() && (text_[at_] == ' ' || text_[at_] == '\t' || text_[at_] == '.'))
-      ++at_;
+    while (at_ < text_.size()) {
+      const char c = text_[at_];
+      if (const std::size_t dot = dot_here())
+        at_ += dot;
+      else if (c == ' ' || c == '\t' || c == '.' || hyphen_here())
+        ++at_;
+      else
+        return;
+    }
+  }
+  std::size_t dot_here() const {
+    for (const std::string_view dot : {"·", "⋅"})
+      if (text_.substr(at_).starts_with(dot)) return dot.size();
+    return 0;
+  }
+  bool hyphen_here() const {
+    const auto is_letter = [this](std::size_t i) {
+      return std::isalpha(static_cast<unsigned char>(text_[i])) != 0;
+    };
+    return at_ > 0 && at_ + 1 < text_.size() && text_[at_] == '-' && is_letter(at_ - 1) &&
+           is_letter(at_ + 1);
   }
   bool take(char c) {
     if (at_ >= text_.size() || text_[at_] != c) return false;

@@ -118,6 +118,30 @@ TEST(Quantity, BareNumbersTakeTheDefaultUnit) {
   EXPECT_THAT(complaint("3", dimension::length), HasSubstr("no unit"));
 }
 
+constexpr Dimension compliance{.mass = -1, .time = 2};
+
+// As people write them, without anything between a force and its lever.
+INSTANTIATE_TEST_SUITE_P(
+    AsPeopleWrite, Units,
+    testing::Values(
+        KnownUnit{"Nm", 1, dimension::moment}, KnownUnit{"kNm", 1e3, dimension::moment},
+        KnownUnit{"Nmm", 1e-3, dimension::moment}, KnownUnit{"mNm", 1e-3, dimension::moment},
+        KnownUnit{"Ncm", 1e-2, dimension::moment}, KnownUnit{"N·m", 1, dimension::moment},
+        KnownUnit{"N⋅mm", 1e-3, dimension::moment}, KnownUnit{"N-m", 1, dimension::moment},
+        KnownUnit{"kgfm", 9.80665, dimension::moment},
+        KnownUnit{"Nm/rad", 1, dimension::torsional_stiffness},
+        KnownUnit{"Nm/deg", 180 / pi, dimension::torsional_stiffness},
+        KnownUnit{"Nmm/arcmin", 1e-3 * 10800 / pi, dimension::torsional_stiffness},
+        KnownUnit{"N/µm", 1e6, dimension::linear_stiffness},
+        KnownUnit{"N/μm", 1e6, dimension::linear_stiffness}, KnownUnit{"um/N", 1e-6, compliance},
+        KnownUnit{"µm/N", 1e-6, compliance},
+        KnownUnit{"lbf in/deg", 4.4482216152605 * 0.0254 * 180 / pi,
+                  dimension::torsional_stiffness},
+        KnownUnit{"ft-lbf", 0.3048 * 4.4482216152605, dimension::moment},
+        KnownUnit{"lbf/in", 4.4482216152605 / 0.0254, dimension::linear_stiffness},
+        KnownUnit{"mil", 25.4e-6, dimension::length},
+        KnownUnit{"gon", pi / 200, dimension::angle}));
+
 TEST(Quantity, AnglesArePlainNumbersInsideCompoundUnitsOnly) {
   EXPECT_DOUBLE_EQ(parse_quantity("2 N m", dimension::torsional_stiffness), 2);
   EXPECT_DOUBLE_EQ(parse_quantity("2 N m/rad", dimension::moment), 2);
@@ -134,6 +158,9 @@ TEST(Quantity, WrongDimensionNamesWhatIsExpected) {
 TEST(Quantity, MisspeltUnitsGetAHint) {
   EXPECT_THAT(complaint("3 Mpa", dimension::pressure), HasSubstr("did you mean 'MPa'?"));
   EXPECT_THAT(complaint("3 nm/radd", dimension::length), HasSubstr("did you mean 'rad'?"));
+  // Not the nanometre, which is no moment.
+  EXPECT_THAT(complaint("3 NM", dimension::moment), HasSubstr("did you mean 'Nm'?"));
+  EXPECT_THAT(complaint("3 KNM/rad", dimension::moment), HasSubstr("did you mean 'kNm'?"));
   EXPECT_THAT(complaint("3 furlong", dimension::length),
               HasSubstr("'furlong' is not a known unit"));
 }
