@@ -15,7 +15,7 @@ namespace {
 
 using Details = InputError::Details;
 
-constexpr std::size_t most_shown = 30, most_lines = 4, widest = 44, longest = 160;
+constexpr std::size_t most_shown = 30, most_lines = 4, widest = 44, longest = 260;
 
 // Of a mistake without what stands between quotes: the same in other rows.
 std::string kind_of(const Details& mistake) {
@@ -125,13 +125,19 @@ std::vector<Details> Faults::mistakes() const {
   std::stable_sort(sorted.begin(), sorted.end(), [](const Details& a, const Details& b) {
     return std::tuple(a.line, a.column) < std::tuple(b.line, b.column);
   });
+  const auto same = [](const Details& a, const Details& b) {
+    return a.file == b.file &&
+           std::tie(a.line, a.column, a.key, a.what) == std::tie(b.line, b.column, b.key, b.what);
+  };
+  sorted.erase(std::unique(sorted.begin(), sorted.end(), same), sorted.end());
   return sorted;
 }
 
 void Faults::throw_if_any() const {
   if (mistakes_.empty()) return;
-  if (mistakes_.size() == 1) throw InputError(mistakes_.front());
-  throw InputErrors(mistakes());
+  std::vector<Details> all = mistakes();
+  if (all.size() == 1) throw InputError(all.front());
+  throw InputErrors(std::move(all));
 }
 
 }  // namespace kinetostat::common

@@ -29,7 +29,7 @@ class Faults {
   void add(const InputError& error);
 
   bool empty() const { return mistakes_.empty(); }
-  /// Sorted by line, then column.
+  /// Sorted by line, then column; what was found twice is there once.
   std::vector<InputError::Details> mistakes() const;
   /// One mistake is thrown as InputError, several as InputErrors.
   void throw_if_any() const;

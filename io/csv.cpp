@@ -11,7 +11,9 @@
 #include "kinetostat/common/printable.h"
 #include "kinetostat/io/file_kind.h"
 #include "kinetostat/io/largest_number.h"
+#include "kinetostat/io/text_encoding.h"
 #include "kinetostat/io/text_file.h"
+#include "kinetostat/io/workbook.h"
 
 namespace kinetostat::io {
 namespace {
@@ -19,17 +21,6 @@ namespace {
 constexpr std::size_t most_columns = 10'000;
 
 bool is_blank(char c) { return c == ' ' || c == '\t'; }
-
-// What a number that did not read might have been meant as.
-std::string number_cure(std::string_view text) {
-  if (text.find(',') != std::string_view::npos) return "Write the decimals with a point";
-  const bool digits = text.find_first_of("0123456789") != std::string_view::npos;
-  const bool letters = std::any_of(text.begin(), text.end(), [](char c) {
-    return (c >= 'a' && c <= 'z' && c != 'e') || (c >= 'A' && c <= 'Z' && c != 'E');
-  });
-  if (digits && letters) return "Write the number alone: units are stated once for the whole file";
-  return "Write a number such as -12.5 or 3e-4";
-}
 
 bool is_number(std::string_view text) {
   if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
@@ -50,24 +41,38 @@ bool is_formula_behind_quotes(std::string_view text) {
 
 }  // namespace
 
-CsvTable::CsvTable(std::string content, std::filesystem::path file)
-    : file_(std::move(file)), buffer_(std::move(content)) {
-  if (buffer_.starts_with("\xff\xfe") || buffer_.starts_with("\xfe\xff"))
-    throw common::InputError(file_, "is UTF-16 text", "Save it as 'CSV UTF-8'");
-  refuse_other_kinds(file_, buffer_, "a table (CSV)", "Save the table as 'CSV UTF-8'");
+CsvTable::CsvTable(std::string content, std::filesystem::path file, TableFormat format,
+                   common::Faults* faults)
+    : file_(std::move(file)),
+      buffer_(as_utf8(std::move(content), file_)),
+      format_(std::move(format)),
+      faults_(faults) {
+  refuse_other_kinds(file_, buffer_, "a table (CSV)", "Save the table as .xlsx or 'CSV UTF-8'");
   if (buffer_.size() >= std::numeric_limits<std::uint32_t>::max())
     throw common::InputError(file_, "is larger than 4 GiB", "Split it into several campaigns");
-  if (buffer_.starts_with("\xef\xbb\xbf")) position_ = 3;
   if (!next_line())
     throw common::InputError(file_, "holds no table",
                              "Give a header line with column names, then rows");
+  layout_ = find_layout(buffer_);
+  line_ = line_of(layout_.begin);
+  position_ = layout_.begin;
+  separator_ = layout_.separator;
   read_header();
+  if (layout_.has_units && next_line()) read_units();
   while (next_line()) read_row();
+  if (rows() == 0 && faults_ != nullptr) faults_->throw_if_any();
   if (rows() == 0)
     throw common::InputError({.file = file_,
                               .line = line_,
                               .what = "the table has a header but no row",
                               .cure = "Give one row a reading"});
+  drop_columns_without_name();
+  find_decimals();
+}
+
+void CsvTable::report(common::InputError::Details mistake) {
+  if (faults_ == nullptr) throw common::InputError(std::move(mistake));
+  faults_->add(std::move(mistake));
 }
 
 // Moves to the next line that is neither empty nor a comment; false at the end of the file.
@@ -75,7 +80,8 @@ bool CsvTable::next_line() {
   while (position_ < buffer_.size()) {
     std::size_t first = position_;
     while (first < buffer_.size() && (is_blank(buffer_[first]) || buffer_[first] == '\r')) ++first;
-    const bool skipped = first == buffer_.size() || buffer_[first] == '\n' || buffer_[first] == '#';
+    const bool skipped = first == buffer_.size() || buffer_[first] == '\n' ||
+                         is_comment(std::string_view(buffer_).substr(first, 10));
     if (!skipped) return true;
     const std::size_t end = buffer_.find('\n', first);
     if (end == std::string::npos) return false;
@@ -87,29 +93,42 @@ bool CsvTable::next_line() {
 
 void CsvTable::read_header() {
   header_line_ = line_;
-  const std::size_t end = std::min(buffer_.find('\n', position_), buffer_.size());
-  const std::string_view header(buffer_.data() + position_, end - position_);
-  for (const char candidate : {'\t', ';', ','})
-    if (header.find(candidate) != std::string_view::npos) separator_ = candidate;
   std::vector<Cell> cells;
   read_cells(cells);
+  header_cells_ = cells.size();
   if (cells.size() > most_columns)
     fail_at(cells.front().begin,
             fmt::format("the header names {} columns, of at most {}", cells.size(), most_columns),
             "Give one line a reading, not one column");
+  while (cells.size() > 1 && cells.back().length == 0) cells.pop_back();
   for (const Cell& cell : cells) {
-    const std::string name(text(cell));
+    std::string name(text(cell));
+    std::replace(name.begin(), name.end(), '\n', ' ');
+    std::erase(name, '\r');
     if (common::has_control_characters(name))
       fail_at(cell.begin, fmt::format("the column name '{}' has a control character", name),
-              "Name every column on one line");
-    if (name.empty())
-      fail_at(cell.begin, fmt::format("column {} has no name", columns_.size() + 1),
-              "Name every column in the header line");
-    if (find(name))
-      fail_at(cell.begin, fmt::format("two columns are named '{}'", name),
-              "Give each column its own name");
+              "Name every column in plain letters");
+    if (!name.empty() && find(name))
+      report({.file = file_,
+              .line = line_of(cell.begin),
+              .column = column_in_line(cell.begin),
+              .what = fmt::format("two columns are named '{}'", name),
+              .cure = "Give each column its own name"});
     column_begins_.push_back(cell.begin);
     columns_.push_back(name);
+  }
+}
+
+// The line after the header: into the names that have no unit yet.
+void CsvTable::read_units() {
+  std::vector<Cell> cells;
+  read_cells(cells);
+  for (std::size_t i = 0; i < std::min(cells.size(), columns_.size()); ++i) {
+    std::string_view unit = text(cells[i]);
+    if (unit.starts_with('[') || unit.starts_with('(')) unit = unit.substr(1, unit.size() - 2);
+    const bool has_one = columns_[i].ends_with(']') || columns_[i].ends_with(')');
+    if (!unit.empty() && unit != "-" && unit != "1" && !has_one && !columns_[i].empty())
+      columns_[i] += fmt::format(" [{}]", unit);
   }
 }
 
@@ -117,7 +136,7 @@ void CsvTable::read_row() {
   const std::size_t begin = position_, first = cells_.size();
   const int line = line_;
   read_cells(cells_);
-  const std::size_t count = cells_.size() - first;
+  std::size_t count = cells_.size() - first;
   const bool all_empty =
       std::all_of(cells_.begin() + static_cast<std::ptrdiff_t>(first), cells_.end(),
                   [](const Cell& cell) { return cell.length == 0; });
@@ -125,19 +144,57 @@ void CsvTable::read_row() {
     cells_.resize(first);
     return;
   }
-  if (count != columns_.size())
-    throw common::InputError(
-        {.file = file_,
-         .line = line,
-         .key = count < columns_.size() ? columns_[count] : "",
-         .what = fmt::format(
-             "this row has {} {}, the header has {}: '{}'", count, count == 1 ? "cell" : "cells",
-             columns_.size(),
-             buffer_.substr(
-                 begin, std::min<std::size_t>(60, buffer_.find_first_of("\r\n", begin) - begin))),
-         .cure = "Give one cell for each column; leave a cell empty when nothing was measured, and "
-                 "quote texts that hold a separator"});
-  row_lines_.push_back(line);
+  while (count > columns_.size() && count <= header_cells_ && cells_.back().length == 0) {
+    cells_.pop_back();
+    --count;
+  }
+  if (count == columns_.size()) {
+    row_lines_.push_back(line);
+    return;
+  }
+  cells_.resize(first);
+  report({.file = file_,
+          .line = line,
+          .key = count < columns_.size() ? columns_[count] : "",
+          .what = fmt::format(
+              "this row has {} {}, the header has {}: '{}'", count, count == 1 ? "cell" : "cells",
+              columns_.size(),
+              buffer_.substr(
+                  begin, std::min<std::size_t>(60, buffer_.find_first_of("\r\n", begin) - begin))),
+          .cure = "Give one cell for each column; leave a cell empty when nothing was measured, "
+                  "and quote texts that hold a separator"});
+}
+
+// A column without a name and without content is no column.
+void CsvTable::drop_columns_without_name() {
+  std::vector<std::size_t> kept;
+  for (std::size_t c = 0; c < columns_.size(); ++c) {
+    if (!columns_[c].empty()) {
+      kept.push_back(c);
+      continue;
+    }
+    for (std::size_t row = 0; row < rows(); ++row)
+      if (!empty(row, c)) {
+        report({.file = file_,
+                .line = header_line_,
+                .column = column_in_line(column_begins_[c]),
+                .what = fmt::format("column {} has no name", c + 1),
+                .cure = "Name every column in the header line"});
+        break;
+      }
+  }
+  if (kept.size() == columns_.size()) return;
+  std::vector<Cell> cells;
+  cells.reserve(rows() * kept.size());
+  for (std::size_t row = 0; row < rows(); ++row)
+    for (const std::size_t c : kept) cells.push_back(cells_[row * columns_.size() + c]);
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    columns_[i] = columns_[kept[i]];
+    column_begins_[i] = column_begins_[kept[i]];
+  }
+  columns_.resize(kept.size());
+  column_begins_.resize(kept.size());
+  cells_ = std::move(cells);
 }
 
 // Reads the cells of one line and moves behind its end.
@@ -223,14 +280,99 @@ std::string_view CsvTable::cell(std::size_t row, std::size_t column) const {
   return text(cells_[row * columns_.size() + column]);
 }
 
+bool CsvTable::missing(std::size_t row, std::size_t column) const {
+  const std::string_view text = cell(row, column);
+  if (text.empty()) return true;
+  const auto among = [text](const std::vector<std::string>& words) {
+    return std::find(words.begin(), words.end(), text) != words.end();
+  };
+  const bool has_digit = text.find_first_of("0123456789") != std::string_view::npos;
+  return (!has_digit && among(usual_missing())) || among(format_.missing);
+}
+
+const std::vector<std::string>& usual_missing() {
+  static const std::vector<std::string> words = {
+      "-",   "--",  "---", "n/a", "N/A",  "n.a.", "N.A.", "na",   "NA",           "#N/A",
+      "#NV", "nan", "NaN", "NAN", "null", "NULL", "None", "none", "\xe2\x80\x93", "\xe2\x80\x94"};
+  return words;
+}
+
+// Plain CSV separated by commas has decimal points: nothing to find out without quotes.
+void CsvTable::find_decimals() {
+  const DecimalSign assumed = format_.is_sheet ? DecimalSign::point : format_.decimal;
+  decimals_.assign(columns_.size(), assumed);
+  if (assumed != DecimalSign::unknown) return;
+  const bool may_have_commas = separator_ != ',' || buffer_.find('"') != std::string::npos;
+  if (!may_have_commas || buffer_.find(',') == std::string::npos) {
+    decimals_.assign(columns_.size(), DecimalSign::point);
+    return;
+  }
+  struct Seen {
+    std::size_t points = 0, commas = 0;
+    bool ambiguous = false;
+  };
+  std::vector<Seen> seen(columns_.size());
+  bool points = false, commas = false;
+  for (std::size_t row = 0; row < rows(); ++row)
+    for (std::size_t c = 0; c < columns_.size(); ++c) {
+      const std::string_view number = cell(row, c);
+      const DecimalSign sign = decimal_sign_of(number);
+      seen[c].points += sign == DecimalSign::point;
+      seen[c].commas += sign == DecimalSign::comma;
+      points = points || sign == DecimalSign::point;
+      commas = commas || sign == DecimalSign::comma;
+      if (sign == DecimalSign::unknown && !seen[c].ambiguous)
+        seen[c].ambiguous = is_ambiguous_number(number);
+    }
+  for (std::size_t c = 0; c < columns_.size(); ++c) {
+    if (seen[c].points > 0 || seen[c].commas > 0)
+      decimals_[c] = seen[c].commas > seen[c].points ? DecimalSign::comma : DecimalSign::point;
+    else if (!seen[c].ambiguous || points != commas)
+      decimals_[c] = commas ? DecimalSign::comma : DecimalSign::point;
+  }
+}
+
+// What a number that did not read might have been meant as.
+std::string CsvTable::number_cure(std::size_t column, std::string_view text) const {
+  if (text.starts_with('#'))
+    return "A spreadsheet could not compute this: repair its formula, or leave the cell empty";
+  if (is_ambiguous_number(text) && decimals_[column] == DecimalSign::unknown)
+    return "Say 'decimal: comma' or 'decimal: point' in the campaign file";
+  if (decimal_sign_of(text) != DecimalSign::unknown)
+    return decimals_[column] == DecimalSign::comma
+               ? "Write the decimals with a comma, as elsewhere in this column"
+               : "Write the decimals with a point";
+  const bool digits = text.find_first_of("0123456789") != std::string_view::npos;
+  const bool letters = std::any_of(text.begin(), text.end(), [](char c) {
+    return (c >= 'a' && c <= 'z' && c != 'e') || (c >= 'A' && c <= 'Z' && c != 'E');
+  });
+  if (digits && letters) return "Write the number alone: units are stated once for the whole file";
+  return "Write a number such as -12.5 or 3e-4";
+}
+
 double CsvTable::number(std::size_t row, std::size_t column) const {
   const std::string_view all = cell(row, column);
   if (all.empty()) fail(row, column, "the cell is empty", "Write a number");
-  const std::string_view digits = all.size() > 1 && all[0] == '+' ? all.substr(1) : all;
+  std::string_view digits = all.size() > 1 && all[0] == '+' ? all.substr(1) : all;
+  const DecimalSign decimal = decimals_[column];
+  const auto read = [&digits](double& value) {
+    return std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  };
   double value = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (end != digits.data() + digits.size() || error == std::errc::invalid_argument)
-    fail(row, column, fmt::format("'{}' is not a number", all), number_cure(all));
+  auto [end, error] = read(value);
+  std::optional<std::string> plain;
+  const bool as_it_stands =
+      decimal == DecimalSign::point || digits.find_first_of(".,") == std::string_view::npos;
+  if (!as_it_stands || end != digits.data() + digits.size()) {
+    const bool unclear = decimal == DecimalSign::unknown && is_ambiguous_number(all);
+    if (!unclear) plain = plain_number(all, decimal);
+    if (!plain)
+      fail(row, column, fmt::format("'{}' is not a number", all), number_cure(column, all));
+    digits = *plain;
+    error = read(value).ec;
+  }
+  if (error == std::errc::invalid_argument)
+    fail(row, column, fmt::format("'{}' is not a number", all), number_cure(column, all));
   if (!std::isfinite(value))
     fail(row, column, fmt::format("'{}' is not a finite number", all),
          "Leave the cell empty when nothing was measured");
@@ -240,25 +382,41 @@ double CsvTable::number(std::size_t row, std::size_t column) const {
   return value;
 }
 
+common::InputError::Details CsvTable::mistake(std::size_t row, std::size_t column,
+                                              const std::string& what,
+                                              const std::string& cure) const {
+  const std::size_t first = cells_[row * columns_.size()].begin;
+  const std::size_t position = cells_[row * columns_.size() + column].begin;
+  const auto at = [this](std::size_t i) {
+    return buffer_.begin() + static_cast<std::ptrdiff_t>(i);
+  };
+  return {.file = file_,
+          .line = row_lines_[row] +
+                  static_cast<int>(std::count(at(first), at(std::max(first, position)), '\n')),
+          .column = column_in_line(position),
+          .key = columns_[column],
+          .what = what,
+          .cure = cure};
+}
+
+common::InputError::Details CsvTable::column_mistake(std::size_t column, const std::string& what,
+                                                     const std::string& cure) const {
+  return {.file = file_,
+          .line = header_line_,
+          .column = column_in_line(column_begins_[column]),
+          .key = columns_[column],
+          .what = what,
+          .cure = cure};
+}
+
 void CsvTable::fail(std::size_t row, std::size_t column, const std::string& what,
                     const std::string& cure) const {
-  const std::size_t position = cells_[row * columns_.size() + column].begin;
-  throw common::InputError({.file = file_,
-                            .line = line_of(position),
-                            .column = column_in_line(position),
-                            .key = columns_[column],
-                            .what = what,
-                            .cure = cure});
+  throw common::InputError(mistake(row, column, what, cure));
 }
 
 void CsvTable::fail_column(std::size_t column, const std::string& what,
                            const std::string& cure) const {
-  throw common::InputError({.file = file_,
-                            .line = header_line_,
-                            .column = column_in_line(column_begins_[column]),
-                            .key = columns_[column],
-                            .what = what,
-                            .cure = cure});
+  throw common::InputError(column_mistake(column, what, cure));
 }
 
 void CsvTable::fail_at(std::size_t position, const std::string& what,
@@ -276,15 +434,36 @@ int CsvTable::line_of(std::size_t position) const {
   return 1 + static_cast<int>(std::count(buffer_.begin(), end, '\n'));
 }
 
+// Letters from 1; of a sheet, cells.
 int CsvTable::column_in_line(std::size_t position) const {
   const std::size_t line_end =
       position == 0 ? std::string::npos : buffer_.rfind('\n', position - 1);
-  std::size_t begin = line_end == std::string::npos ? 0 : line_end + 1;
-  if (begin == 0 && buffer_.starts_with("\xef\xbb\xbf")) begin = 3;
-  return static_cast<int>(position - begin) + 1;
+  const std::size_t begin = line_end == std::string::npos ? 0 : line_end + 1;
+  const std::string_view before(buffer_.data() + begin, position - begin);
+  if (format_.is_sheet) return 1 + static_cast<int>(std::count(before.begin(), before.end(), '\t'));
+  return 1 + static_cast<int>(std::count_if(before.begin(), before.end(), [](char c) {
+           return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
+         }));
 }
 
 CsvTable read_csv(const std::filesystem::path& file) { return {read_text(file), file}; }
+
+std::string table_text(const std::filesystem::path& file, TableFormat& format) {
+  std::string bytes = read_text(file);
+  format.is_sheet = is_workbook(bytes);
+  if (!format.is_sheet) return as_utf8(std::move(bytes), file);
+  std::vector<Sheet> sheets = read_workbook(bytes, file);
+  const std::size_t chosen = find_sheet(sheets, format.sheet, file);
+  for (std::size_t i = 0; i < sheets.size(); ++i)
+    if (i != chosen && holds_table(sheets[i])) format.other_sheets.push_back(sheets[i].name);
+  format.sheet = sheets[chosen].name;
+  return std::move(sheets[chosen].text);
+}
+
+CsvTable read_table(const std::filesystem::path& file, TableFormat format, common::Faults* faults) {
+  std::string text = table_text(file, format);
+  return {std::move(text), file, std::move(format), faults};
+}
 
 std::string csv_cell(std::string_view text) {
   const std::string shown =

@@ -161,7 +161,7 @@ vjm::PoseList read_grid(const std::string& grid, const vjm::Robot& robot, const 
 }
 
 vjm::PoseList read_path(const std::string& file, const vjm::Robot& robot, const vjm::Load& load) {
-  const io::CsvTable table = io::read_csv(file);
+  const io::CsvTable table = io::read_table(file);
   const std::vector<Column> columns = read_columns(table, robot.units);
   const bool has_wrench = std::any_of(columns.begin(), columns.end(),
                                       [](const Column& column) { return column.place >= 6; });

@@ -1,6 +1,7 @@
 #include "kinetostat/calibration/campaign/campaign_file.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <limits>
 
@@ -8,7 +9,9 @@
 
 #include "kinetostat/calibration/campaign/readings_file.h"
 #include "kinetostat/common/error.h"
+#include "kinetostat/common/faults.h"
 #include "kinetostat/common/spelling.h"
+#include "kinetostat/io/text_file.h"
 #include "kinetostat/io/yaml.h"
 
 namespace kinetostat::calibration {
@@ -18,8 +21,53 @@ using io::YamlNode;
 using spatial::Dimension;
 namespace dimension = spatial::dimension;
 
+// A text as a quoted YAML scalar where it holds what ends a plain one in braces: "fx [N]".
+std::string quoted(std::string_view part) {
+  const std::size_t first = part.find_first_not_of(" \t\r\n");
+  if (first == std::string_view::npos) return std::string(part);
+  const std::size_t last = part.find_last_not_of(" \t\r\n");
+  const std::string_view core = part.substr(first, last + 1 - first);
+  if (core.front() == '"' || core.front() == '\'' ||
+      core.find_first_of("[]") == std::string_view::npos)
+    return std::string(part);
+  return fmt::format("{}\"{}\"{}", part.substr(0, first), core, part.substr(last + 1));
+}
+
+// `columns: {Fx [N]: fx, Kraft X: fx [N]}` as people write it is no YAML: names with a bracket
+// want quotes within braces. Lines stay where they are.
+std::string with_quoted_columns(std::string text) {
+  const std::size_t key = text.starts_with("columns:") ? 0 : text.find("\ncolumns:");
+  if (key == std::string::npos) return text;
+  const std::size_t open = text.find_first_not_of(" \t\n", text.find(':', key) + 1);
+  if (open == std::string::npos || text[open] != '{') return text;
+  std::string result = text.substr(0, open + 1);
+  std::size_t begin = open + 1, at = begin;
+  char quote = 0;
+  int depth = 0;
+  for (; at < text.size(); ++at) {
+    const char c = text[at];
+    if (quote != 0) {
+      if (c == quote) quote = 0;
+      continue;
+    }
+    const std::size_t core = text.find_first_not_of(" \t\r\n", begin);
+    if ((c == '"' || c == '\'') && at == core) quote = c;
+    if (c == '[' || c == '(') ++depth;
+    if (c == ']' || c == ')') --depth;
+    const bool colon = c == ':' && at + 1 < text.size() && std::isspace(text[at + 1]) != 0;
+    if (depth > 0 || !(colon || c == ',' || c == '}')) continue;
+    result += quoted(std::string_view(text).substr(begin, at - begin)) + c;
+    begin = at + 1;
+    if (c == '}') break;
+  }
+  return result + text.substr(std::min(begin, text.size()));
+}
+
+// One byte more than parse_yaml() takes tells that there is more.
+constexpr std::size_t most_read = (std::size_t{16} << 20) + 1;
+
 YamlNode read_top(const std::filesystem::path& file) {
-  YamlNode top = io::read_yaml(file);
+  YamlNode top = io::parse_yaml(with_quoted_columns(io::read_start(file, most_read)), file);
   io::check_format_version(top);
   top.allow_only({"kinetostat",
                   "campaign",
@@ -41,6 +89,10 @@ YamlNode read_top(const std::filesystem::path& file) {
                   "instruments",
                   "instrument",
                   "roles",
+                  "columns",
+                  "missing",
+                  "decimal",
+                  "sheet",
                   "readings"});
   return top;
 }
@@ -222,6 +274,36 @@ std::map<std::string, Role> read_roles(const YamlNode& top) {
   return roles;
 }
 
+// `columns: {Kraft X: fx [N], Gauge 2: -dz, Remark: covariate}`.
+std::map<std::string, StatedColumn> read_columns(const YamlNode& top) {
+  std::map<std::string, StatedColumn> columns;
+  const auto given = top.find("columns");
+  if (!given) return columns;
+  for (const auto& [header, node] : given->members()) {
+    StatedColumn& column = columns[header] = read_stated_column(node.text());
+    column.line = node.line();
+    if (column.meaning.empty() && node.text() != "covariate" && node.text() != "ignore")
+      node.fail("'" + node.text() + "' has no name", "Write what the column means: 'fx [N]'");
+  }
+  return columns;
+}
+
+// `missing: n.m.` or `missing: [-999, n.m.]`; `decimal: comma`; `sheet: Messung`.
+io::TableFormat read_table_format(const YamlNode& top) {
+  io::TableFormat format;
+  if (const auto missing = top.find("missing")) {
+    if (missing->is_scalar())
+      format.missing.push_back(missing->text());
+    else
+      for (const YamlNode& word : missing->items()) format.missing.push_back(word.text());
+  }
+  if (const auto decimal = top.find("decimal"))
+    format.decimal = decimal->choice({"point", "comma"}) == "comma" ? io::DecimalSign::comma
+                                                                    : io::DecimalSign::point;
+  if (const auto sheet = top.find("sheet")) format.sheet = sheet->text();
+  return format;
+}
+
 PostureColumns read_posture(const YamlNode& top) {
   const auto given = top.find("posture");
   if (!given) return PostureColumns::unstated;
@@ -276,11 +358,11 @@ std::optional<std::filesystem::path> robot_named_in(const std::filesystem::path&
   return robot->existing_file();
 }
 
-Campaign read_campaign(const std::filesystem::path& file, const vjm::Manipulator& manipulator) {
-  const YamlNode top = read_top(file);
+namespace {
+
+ReadingsContext read_stated(const YamlNode& top, Campaign& campaign) {
   const YamlNode units = top.at("units");
-  Campaign campaign;
-  campaign.file = file;
+  campaign.file = top.file();
   campaign.name = top.at("campaign").text();
   if (const auto robot = top.find("robot")) campaign.robot = robot->text();
   campaign.units = io::read_units(units);
@@ -294,15 +376,31 @@ Campaign read_campaign(const std::filesystem::path& file, const vjm::Manipulator
   campaign.readings_file = top.at("readings").existing_file();
   const auto frames = read_frames(top, campaign.units);
   campaign.observation = read_observation(top, frames, campaign);
-  const ReadingsContext context{.instruments = read_instruments(top),
-                                .wrench = read_wrench_frame(top, frames, campaign.units),
-                                .wrench_noise = read_wrench_noise(top),
-                                .roles = read_roles(top),
-                                .posture = read_posture(top),
-                                .units_line = units.line(),
-                                .angle_stated = units.has("angle"),
-                                .time_stated = units.has("time")};
-  read_readings(io::read_csv(campaign.readings_file), context, manipulator, campaign);
+  return {.instruments = read_instruments(top),
+          .wrench = read_wrench_frame(top, frames, campaign.units),
+          .wrench_noise = read_wrench_noise(top),
+          .roles = read_roles(top),
+          .posture = read_posture(top),
+          .columns = read_columns(top),
+          .table = read_table_format(top),
+          .units_line = units.line(),
+          .angle_stated = units.has("angle"),
+          .time_stated = units.has("time")};
+}
+
+}  // namespace
+
+ReadingsContext read_context(const std::filesystem::path& file, Campaign& campaign) {
+  return read_stated(read_top(file), campaign);
+}
+
+Campaign read_campaign(const std::filesystem::path& file, const vjm::Manipulator& manipulator) {
+  const YamlNode top = read_top(file);
+  Campaign campaign;
+  const ReadingsContext context = read_stated(top, campaign);
+  common::Faults faults;
+  const io::CsvTable table = io::read_table(campaign.readings_file, context.table, &faults);
+  read_readings(table, context, manipulator, campaign, std::move(faults));
   check_roles(top, context.roles, campaign);
   check_wrench_noise(top, campaign);
   read_known_loads(top, campaign);

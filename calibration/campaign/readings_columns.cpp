@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
+#include <stdexcept>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "kinetostat/calibration/campaign/clock_time.h"
+#include "kinetostat/calibration/campaign/column_names.h"
 #include "kinetostat/calibration/campaign/joint_column.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/spelling.h"
@@ -17,76 +19,26 @@ namespace {
 using spatial::Dimension;
 namespace dimension = spatial::dimension;
 
-const std::vector<std::string>& reserved_names() {
-  static const std::vector<std::string> names = {
-      "id",        "session",  "cycle",     "step",        "time",     "temperature", "setting",
-      "replicate", "x",        "y",         "z",           "roll",     "pitch",       "yaw",
-      "fx",        "fy",       "fz",        "mx",          "my",       "mz",          "px",
-      "py",        "pz",       "direction", "dx",          "dy",       "dz",          "rx",
-      "ry",        "rz",       "sigma",     "sigma_dx",    "sigma_dy", "sigma_dz",    "sigma_rx",
-      "sigma_ry",  "sigma_rz", "mask",      "mask_reason", "role",     "instrument"};
-  static const std::vector<std::string> all = [] {
-    std::vector<std::string> result = names;
-    for (Eigen::Index i = 0; i < 6; ++i)
-      for (Eigen::Index j = i + 1; j < 6; ++j) result.push_back("corr_" + correlation_name(i, j));
-    return result;
-  }();
-  return all;
-}
-
-bool is_reserved(const std::string& name) {
-  const auto& reserved = reserved_names();
-  return std::find(reserved.begin(), reserved.end(), name) != reserved.end();
-}
-
 constexpr std::array pose_names = {"x", "y", "z", "roll", "pitch", "yaw"};
 
 bool is_of_pose(const std::string& name) {
   return std::find(pose_names.begin(), pose_names.end(), name) != pose_names.end();
 }
 
-// "Fx [N]" -> "fx": what a column name comes down to when case, unit and blanks are taken off.
-std::string bare_name(const std::string& column) {
-  std::string bare;
-  for (const char c : column.substr(0, column.find_first_of("[(")))
-    if (c != ' ') bare += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return bare;
-}
-
-// A joint whose coordinate a reading may give.
-struct Joint {
-  std::string name;   // "chain.joint"
-  std::string alone;  // "joint" where no other chain has one of that name, else the same
-  bool actuated = false;
-  Dimension dimension;
-
-  // Its column unless the campaign says otherwise.
-  const std::string& column() const { return is_reserved(alone) ? name : alone; }
-};
-
-std::vector<Joint> joints_of(const vjm::Manipulator& manipulator) {
-  std::vector<Joint> joints;
-  std::map<std::string, int> uses;
-  for (const vjm::Chain& chain : manipulator.chains())
-    for (const Eigen::Index k : chain.posture_coordinates()) {
-      const vjm::Coordinate& joint = chain.coordinates()[static_cast<std::size_t>(k)];
-      ++uses[joint.name];
-      joints.push_back({chain.name() + "." + joint.name, joint.name,
-                        joint.role == vjm::Role::actuated,
-                        vjm::is_rotation(joint.motion) ? dimension::angle : dimension::length});
-    }
-  for (Joint& joint : joints)
-    if (uses[joint.alone] > 1) joint.alone = joint.name;
-  return joints;
-}
-
 class ColumnFinder {
  public:
   ColumnFinder(const io::CsvTable& table, const ReadingsContext& context,
-               const vjm::Manipulator& manipulator, Campaign& campaign)
-      : table_(table), context_(context), campaign_(campaign), joints_(joints_of(manipulator)) {}
+               const vjm::Manipulator& manipulator, Campaign& campaign, common::Faults& faults)
+      : table_(table),
+        context_(context),
+        campaign_(campaign),
+        faults_(faults),
+        joints_(joints_of(manipulator)) {}
 
   ReadingsColumns find() {
+    name_columns();
+    if (campaign_.displacement == DisplacementKind::difference) take_look_alikes("fm");
+    take_look_alikes("dr");
     for (const char* name : {"id", "session", "cycle", "step", "time", "temperature", "setting",
                              "replicate", "direction", "mask", "mask_reason", "role", "instrument"})
       found_.texts[name] = column(name);
@@ -109,27 +61,133 @@ class ColumnFinder {
     }
     find_joint_columns();
     if (context_.posture == PostureColumns::unstated) warn_of_drives_named_like_columns();
-    check_unit_errors();
+    find_factors();
+    say_what_was_understood();
+    look_at_covariates();
     check_columns();
     check_units();
     return std::move(found_);
   }
 
  private:
-  Column column(const std::string& name) {
+  // What each name means: as the campaign states, as it is written, as it can be understood.
+  void name_columns() {
+    const std::size_t count = table_.columns().size();
+    found_.names.resize(count);
+    found_.factors.assign(count, 1);
+    read_stated_columns();
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::string& header = table_.columns()[i];
+      if (stated_.count(i) > 0 || is_known_as_written(header)) continue;
+      NamedColumn named = understood(header, joints_);
+      if (named.meaning.empty()) continue;
+      const Column other = index_of(named.meaning);
+      if (!other) {
+        index_of_[named.meaning] = i;
+        found_.names[i] = std::move(named);
+      } else if (bare_name(split_header(header).name) == bare_name(named.meaning)) {
+        fault(i,
+              fmt::format("the columns '{}' and '{}' mean the same: {}", header,
+                          table_.columns()[*other], named.meaning),
+              fmt::format("Remove one, or say 'columns: {{{}: covariate}}' in the campaign file",
+                          header));
+      }
+    }
+  }
+
+  bool is_known_as_written(const std::string& header) const {
+    return is_reserved(header) || std::any_of(joints_.begin(), joints_.end(), [&](const Joint& j) {
+             return header == j.name || header == j.alone;
+           });
+  }
+
+  void read_stated_columns() {
+    for (const auto& [header, stated] : context_.columns) {
+      const Column at = column_called(header);
+      if (!at) {
+        const std::string near = common::nearest_spelling(header, table_.columns());
+        campaign_fault(stated, header, fmt::format("the readings have no column '{}'", header),
+                       near.empty() ? "Write a name of the header line"
+                                    : fmt::format("Did you mean '{}'?", near));
+        continue;
+      }
+      stated_.insert(*at);
+      NamedColumn& named = found_.names[*at];
+      named = {.meaning = meaning_of(stated, header),
+               .unit = stated.unit ? stated.unit : split_header(table_.columns()[*at]).unit,
+               .negative = stated.negative,
+               .as_written = false};
+      if (named.meaning.empty()) continue;
+      if (const auto [other, fresh] = index_of_.emplace(named.meaning, *at); !fresh)
+        campaign_fault(
+            stated, header,
+            fmt::format("'{}' is {} already", table_.columns()[other->second], named.meaning),
+            "Give each meaning to one column");
+    }
+  }
+
+  // By its name, or by its name without the unit.
+  Column column_called(const std::string& header) const {
+    if (const Column found = table_.find(header)) return found;
+    for (std::size_t i = 0; i < table_.columns().size(); ++i)
+      if (split_header(table_.columns()[i]).name == header) return i;
+    return std::nullopt;
+  }
+
+  std::string meaning_of(const StatedColumn& stated, const std::string& header) {
+    if (stated.meaning.empty() || is_reserved(stated.meaning)) return stated.meaning;
+    std::vector<std::string> words = reserved_names();
+    for (const Joint& joint : joints_) {
+      if (stated.meaning == joint.name || stated.meaning == joint.alone) return joint.name;
+      words.insert(words.end(), {joint.name, joint.alone});
+    }
+    words.emplace_back("covariate");
+    const std::string near = common::nearest_spelling(stated.meaning, words);
+    campaign_fault(stated, header,
+                   fmt::format("'{}' is neither a quantity nor a joint", stated.meaning),
+                   near.empty() ? "Write fx, dz, time, the name of a joint, or covariate"
+                                : fmt::format("Did you mean '{}'?", near));
+    return {};
+  }
+
+  void campaign_fault(const StatedColumn& stated, const std::string& header,
+                      const std::string& what, const std::string& cure) {
+    faults_.add({.file = campaign_.file,
+                 .line = stated.line,
+                 .key = "columns." + header,
+                 .what = what,
+                 .cure = cure});
+  }
+
+  // Its index in the table.
+  Column index_of(const std::string& name) const {
+    if (const auto named = index_of_.find(name); named != index_of_.end()) return named->second;
     const Column found = table_.find(name);
-    if (found) found_.known.insert(*found);
+    return found && stated_.count(*found) > 0 ? std::nullopt : found;
+  }
+
+  Column column(const std::string& name) {
+    const Column found = index_of(name);
+    if (found) {
+      found_.known.insert(*found);
+      if (found_.names[*found].meaning.empty())
+        found_.names[*found] = {.meaning = name, .unit = std::nullopt};
+    }
     return found;
   }
 
-  [[noreturn]] void fail_header(const std::string& column, const std::string& what,
-                                const std::string& cure) const {
-    if (const Column found = table_.find(column)) table_.fail_column(*found, what, cure);
-    throw common::InputError({.file = table_.file(),
-                              .line = table_.header_line(),
-                              .key = column,
-                              .what = what,
-                              .cure = cure});
+  void fault(std::size_t column, const std::string& what, const std::string& cure) {
+    faults_.add(table_.column_mistake(column, what, cure));
+  }
+
+  void fault_in_header(const std::string& column, const std::string& what,
+                       const std::string& cure) {
+    if (const Column found = index_of(column)) return fault(*found, what, cure);
+    faults_.add({.file = table_.file(),
+                 .line = table_.header_line(),
+                 .key = column,
+                 .what = what,
+                 .cure = cure});
   }
 
   // Three columns that only have a meaning together.
@@ -138,12 +196,12 @@ class ColumnFinder {
     const std::string names[] = {a, b, c};
     const std::size_t missing = static_cast<std::size_t>(
         std::find(columns.begin(), columns.end(), std::nullopt) - columns.begin());
-    if (missing < 3 && (columns[0] || columns[1] || columns[2]))
-      fail_header(names[missing],
-                  fmt::format("the column '{}' is missing: {}, {} and {} go together",
-                              names[missing], a, b, c),
-                  "Add it, with 0 in every row if need be" + hint_of_drives());
-    return columns;
+    if (missing == 3 || !(columns[0] || columns[1] || columns[2])) return columns;
+    fault_in_header(names[missing],
+                    fmt::format("the column '{}' is missing: {}, {} and {} go together",
+                                names[missing], a, b, c),
+                    "Add it, with 0 in every row if need be" + hint_of_drives());
+    return {};
   }
 
   // The drives, without a column, that are named like a given one that `wanted` chooses.
@@ -151,8 +209,8 @@ class ColumnFinder {
     std::vector<const Joint*> result;
     for (const Joint& joint : joints_) {
       const std::string name = bare_name(joint.alone);
-      if (joint.actuated && is_reserved(name) && wanted(name) && table_.find(name) &&
-          !table_.find(joint.name))
+      if (joint.actuated && is_reserved(name) && wanted(name) && index_of(name) &&
+          !index_of(joint.name))
         result.push_back(&joint);
     }
     return result;
@@ -168,12 +226,11 @@ class ColumnFinder {
         drives[0]->name);
   }
 
-  void refuse_poses_without_joint() const {
+  void refuse_poses_without_joint() {
     for (const char* name : pose_names)
-      if (table_.find(name) &&
-          std::none_of(joints_.begin(), joints_.end(),
-                       [&](const Joint& joint) { return joint.alone == name; }))
-        fail_header(
+      if (index_of(name) && std::none_of(joints_.begin(), joints_.end(),
+                                         [&](const Joint& joint) { return joint.alone == name; }))
+        fault_in_header(
             name,
             fmt::format("the campaign says 'posture: joints', and no joint is named '{}'", name),
             "Write 'posture: platform', or name the column otherwise to keep it as a "
@@ -181,10 +238,6 @@ class ColumnFinder {
   }
 
   void warn_of_drives_named_like_columns() {
-    const auto warn = [this](std::string sentence) {
-      campaign_.notes.push_back(sentence);
-      campaign_.warnings.push_back(std::move(sentence));
-    };
     std::vector<std::string> columns, whole;
     for (const Joint* joint : drives_named_like(is_of_pose)) {
       columns.push_back(bare_name(joint->alone));
@@ -213,24 +266,31 @@ class ColumnFinder {
       if (!found && (said || !is_reserved(joint.alone))) found = column(joint.alone);
       if (found) {
         found_.joints.push_back({*found, joint.name, joint.dimension});
-        campaign_.joint_columns[joint.name] = {table_.columns()[*found],
-                                               joint.dimension == dimension::angle};
+        NamedColumn& named = found_.names[*found];
+        named.meaning = joint.name;
+        campaign_.joint_columns[joint.name] = {
+            named.as_written ? table_.columns()[*found] : joint.column(),
+            joint.dimension == dimension::angle};
       }
       if (!found && joint.actuated) missing.push_back(said ? joint.alone : joint.column());
     }
     if (!found_.joints.empty() && !missing.empty()) {
       const std::string near = unknown_column_like(missing[0]);
-      fail_header(missing[0],
-                  fmt::format("the actuated joint '{}' has no column, but others have", missing[0]),
-                  near.empty()
-                      ? "Add its column, with the coordinate at which it stood in every row"
-                      : fmt::format("Rename the column '{}' if that is it", near));
+      fault_in_header(
+          missing[0],
+          fmt::format("the actuated joint '{}' has no column, but others have", missing[0]),
+          near.empty() ? "Add its column, with the coordinate at which it stood in every row"
+                       : fmt::format("Rename the column '{}' if that is it", near));
     }
     if (!found_.joints.empty() && found_.position[0])
-      fail_header("x", "the posture is given twice: by x, y, z and by joint coordinates",
-                  "Keep one; rename the other columns to keep them as covariates");
+      fault_in_header(
+          "x", "the posture is given twice: by x, y, z and by joint coordinates",
+          any_of(found_.displacement)
+              ? "Keep one; rename the other columns to keep them as covariates"
+              : "If the position was measured, say 'columns: {x: dx, y: dy, z: dz}' and "
+                "'displacement: absolute'");
     if (found_.orientation[0] && !found_.position[0])
-      fail_header("x", "roll, pitch, yaw need a position as well", "Add the columns x, y, z");
+      fault_in_header("x", "roll, pitch, yaw need a position as well", "Add the columns x, y, z");
   }
 
   // The first column without a meaning whose name may be this one mistyped; empty for none.
@@ -242,19 +302,88 @@ class ColumnFinder {
     return {};
   }
 
-  // "Fx" or "fx [N]" beside "fx" is surely mistyped; a near spelling may be.
-  void check_unit_errors() {
+  // What a number of each column is worth in SI.
+  void find_factors() {
+    for (const std::size_t i : found_.known) {
+      const NamedColumn& named = found_.names[i];
+      const Dimension dimension = dimension_of_column(named.meaning);
+      if (dimension == dimension::none || found_.unknown_units.count(i) > 0) continue;
+      double factor = 1;
+      if (named.unit)
+        factor = own_factor(i, *named.unit, dimension);
+      else if (dimension != dimension::temperature)
+        factor = spatial::parse_unit(campaign_.units.unit_for(dimension)).factor;
+      found_.factors[i] = named.negative ? -factor : factor;
+    }
+  }
+
+  Dimension dimension_of_column(const std::string& meaning) const {
+    for (const Joint& joint : joints_)
+      if (joint.name == meaning) return joint.dimension;
+    return dimension_of(meaning);
+  }
+
+  double own_factor(std::size_t column, const std::string& unit, const Dimension& wanted) {
+    constexpr double gravity = 9.80665;  // [m/s^2]
+    try {
+      const spatial::Unit own = spatial::parse_unit(unit);
+      const bool weight =
+          (wanted == dimension::force && own.dimension == dimension::mass) ||
+          (wanted == dimension::moment && own.dimension == dimension::mass * dimension::length);
+      if (weight) {
+        campaign_.notes.push_back(
+            fmt::format("The column '{}' is in units of mass: the weight of 1 {} is taken, {:.6g} "
+                        "{}.",
+                        table_.columns()[column], unit, own.factor * gravity,
+                        wanted == dimension::force ? "N" : "N m"));
+        return own.factor * gravity;
+      }
+      return spatial::parse_quantity("1 " + unit, wanted);
+    } catch (const std::invalid_argument& error) {
+      std::string what = error.what();
+      if (what.starts_with("'1 ")) what.erase(1, 2);  // the number is ours
+      fault(column, what, "Write the unit in which the column was measured");
+      return 1;
+    }
+  }
+
+  void say_what_was_understood() {
+    std::vector<std::string> said;
+    for (std::size_t i = 0; i < found_.names.size(); ++i) {
+      const NamedColumn& named = found_.names[i];
+      if (named.as_written || found_.known.count(i) == 0 || found_.unknown_units.count(i) > 0)
+        continue;
+      said.push_back(fmt::format("'{}' is {}{}", table_.columns()[i], named.negative ? "-" : "",
+                                 named.meaning) +
+                     (named.unit && dimension_of_column(named.meaning) != dimension::none
+                          ? " in " + *named.unit
+                          : ""));
+    }
+    if (!said.empty())
+      campaign_.notes.push_back(fmt::format("Columns understood: {}.", fmt::join(said, ", ")));
+  }
+
+  // Names that may be a known one mistyped, or look like readings.
+  void look_at_covariates() {
     std::vector<std::string> names = reserved_names();
     for (const Joint& joint : joints_) names.insert(names.end(), {joint.name, joint.alone});
     for (std::size_t i = 0; i < table_.columns().size(); ++i) {
       const std::string& name = table_.columns()[i];
-      if (found_.known.count(i) > 0) continue;
-      const auto same = std::find_if(names.begin(), names.end(), [&](const std::string& known) {
-        return bare_name(name) == bare_name(known);
-      });
-      if (same != names.end())
-        fail_header(name, fmt::format("the column '{}' is not known", name),
-                    fmt::format("Write '{}'; units belong in the campaign file", *same));
+      if (found_.known.count(i) > 0 || stated_.count(i) > 0) continue;
+      const std::string meant = looks_like(name, joints_);
+      const std::string quantity = meant.substr(0, meant.find(' '));
+      if (!meant.empty() && !index_of(quantity)) {
+        warn(
+            fmt::format("The column '{}' is kept as a covariate, not as a reading. If it is {}, "
+                        "say 'columns: {{{}: {}}}' in the campaign file.",
+                        name, quantity, name, meant));
+        continue;
+      }
+      if (!found_.texts.at("time") && holds_clock_times(i))
+        campaign_.notes.push_back(fmt::format(
+            "The column '{}' holds times and is kept as a covariate; if the readings were taken "
+            "then, say 'columns: {{{}: time}}'.",
+            name, name));
       const std::string near = common::nearest_spelling(name, names);
       if (!near.empty())
         campaign_.notes.push_back(fmt::format(
@@ -262,32 +391,69 @@ class ColumnFinder {
     }
   }
 
+  void warn(std::string sentence) {
+    campaign_.notes.push_back(sentence);
+    campaign_.warnings.push_back(std::move(sentence));
+  }
+
+  // In a table without any load, or displacement: the columns that look like one are taken as such,
+  // so that their cells are looked at, and their names are faults.
+  void take_look_alikes(std::string_view letters) {
+    for (const char letter : letters)
+      for (const char axis : {'x', 'y', 'z'})
+        if (index_of({letter, axis})) return;
+    for (std::size_t i = 0; i < table_.columns().size(); ++i) {
+      const std::string& name = table_.columns()[i];
+      if (stated_.count(i) > 0 || is_known_as_written(name)) continue;
+      const std::string meant = looks_like(name, joints_);
+      const std::string quantity = meant.substr(0, meant.find(' '));
+      if (meant.empty() || letters.find(meant[0]) == std::string_view::npos || index_of(quantity))
+        continue;
+      index_of_[quantity] = i;
+      found_.names[i] = {.meaning = quantity, .unit = "1", .as_written = false};
+      const Dimension dimension = dimension_of(quantity);
+      const std::string unit = dimension == dimension::force    ? "N"
+                               : dimension == dimension::moment ? "N m"
+                               : dimension == dimension::length ? "mm"
+                                                                : "deg";
+      if (meant != quantity)
+        fault(i, fmt::format("'{}' is not known as {}", name, quantity),
+              fmt::format("Say 'columns: {{{}: {}}}'", name, meant));
+      else
+        fault(i, fmt::format("'{}' has no unit", name),
+              fmt::format("Write '{} [{}]', or 'columns: {{{}: {} [{}]}}'", name, unit, name, meant,
+                          unit));
+      found_.unknown_units.insert(i);
+    }
+  }
+
+  static bool any_of(const std::array<Column, 6>& columns) {
+    return std::any_of(columns.begin(), columns.end(), [](const Column& c) { return c; });
+  }
+
   void check_columns() {
-    const auto any = [](const auto& columns) {
-      return std::any_of(columns.begin(), columns.end(), [](const Column& c) { return c; });
-    };
-    if (!any(found_.displacement))
-      fail_header("", "there is no column of displacement",
-                  "Name at least one of dx, dy, dz, rx, ry, rz");
-    if (!any(found_.wrench) && campaign_.displacement == DisplacementKind::difference)
-      fail_header("", "there is no column of load, so no difference to the unloaded state",
-                  "Name at least one of fx, fy, fz, mx, my, mz");
+    if (!any_of(found_.displacement))
+      fault_in_header("", "there is no column of displacement",
+                      "Name at least one of dx, dy, dz, rx, ry, rz");
+    if (!any_of(found_.wrench) && campaign_.displacement == DisplacementKind::difference)
+      fault_in_header("", "there is no column of load, so no difference to the unloaded state",
+                      "Name at least one of fx, fy, fz, mx, my, mz");
     const bool moments = found_.wrench[3] || found_.wrench[4] || found_.wrench[5];
     const bool point_given = found_.point[0] || context_.wrench.point || context_.wrench.origin;
     if (moments && !point_given)
-      fail_header(found_.wrench[3]   ? "mx"
-                  : found_.wrench[4] ? "my"
-                                     : "mz",
-                  "moments are given without the point that they are taken about",
-                  "Add the columns px, py, pz, or 'wrench_point: reference' or 'wrench_point: "
-                  "[x, y, z]' to the campaign file, or name a 'wrench_frame' with its origin");
-    if (!moments && !point_given && any(found_.wrench))
+      fault_in_header(found_.wrench[3]   ? "mx"
+                      : found_.wrench[4] ? "my"
+                                         : "mz",
+                      "moments are given without the point that they are taken about",
+                      "Add the columns px, py, pz, or 'wrench_point: reference' or 'wrench_point: "
+                      "[x, y, z]' to the campaign file, or name a 'wrench_frame' with its origin");
+    if (!moments && !point_given && any_of(found_.wrench))
       campaign_.notes.push_back(
           "No point of application is given: forces act at the platform's reference point.");
     if (found_.any_sigma && !found_.displacement[0] && !found_.displacement[1] &&
         !found_.displacement[2])
-      fail_header("sigma", "'sigma' is the deviation of translations, and none is measured",
-                  "Write sigma_rx, sigma_ry, sigma_rz");
+      fault_in_header("sigma", "'sigma' is the deviation of translations, and none is measured",
+                      "Write sigma_rx, sigma_ry, sigma_rz");
     if (!found_.position[0] && found_.joints.empty())
       campaign_.notes.push_back(
           "No column states the posture: the robot stands at its home coordinates.");
@@ -295,15 +461,17 @@ class ColumnFinder {
 
   void check_units() {
     Column angle;
-    for (const Column& c : {found_.displacement[3], found_.displacement[4], found_.displacement[5],
-                            found_.orientation[0]})
-      if (c && !angle) angle = c;
+    const auto look_at = [&](const Column& c) {
+      if (c && !angle && !found_.names[*c].unit) angle = c;
+    };
+    for (std::size_t i = 3; i < 6; ++i) look_at(found_.displacement[i]);
+    for (const Column& c : found_.orientation) look_at(c);
     for (const JointColumn& c : found_.joints)
-      if (c.dimension == dimension::angle && !angle) angle = c.column;
+      if (c.dimension == dimension::angle) look_at(c.column);
     const auto require = [this](const Column& column, bool stated, const char* key,
                                 const char* example) {
-      if (!column || stated) return;
-      throw common::InputError(
+      if (!column || stated || found_.names[*column].unit) return;
+      faults_.add(
           {.file = campaign_.file,
            .line = context_.units_line,
            .key = fmt::format("units.{}", key),
@@ -312,14 +480,30 @@ class ColumnFinder {
            .cure = fmt::format("Write '{}: {}' under 'units'", key, example)});
     };
     require(angle, context_.angle_stated, "angle", "deg");
-    require(found_.texts["time"], context_.time_stated, "time", "s");
+    if (!time_is_of_the_day()) require(found_.texts["time"], context_.time_stated, "time", "s");
+  }
+
+  // Clock times have no unit.
+  bool time_is_of_the_day() const {
+    const Column& time = found_.texts.at("time");
+    return time && holds_clock_times(*time);
+  }
+
+  bool holds_clock_times(std::size_t column) const {
+    for (std::size_t row = 0; row < table_.rows(); ++row)
+      if (!table_.missing(row, column))
+        return read_clock_time(table_.cell(row, column)).has_value();
+    return false;
   }
 
   const io::CsvTable& table_;
   const ReadingsContext& context_;
   Campaign& campaign_;
+  common::Faults& faults_;
   std::vector<Joint> joints_;
   ReadingsColumns found_;
+  std::set<std::size_t> stated_;                 // columns that the campaign file names
+  std::map<std::string, std::size_t> index_of_;  // columns by meanings that are not their names
 };
 
 }  // namespace
@@ -330,9 +514,16 @@ std::string joint_column(const vjm::Manipulator& manipulator, const std::string&
   return name;
 }
 
+std::string unit_of_column(const NamedColumn& column, const Dimension& dimension,
+                           const spatial::UnitSystem& units) {
+  if (dimension == dimension::none) return {};
+  return column.unit ? *column.unit : units.unit_for(dimension);
+}
+
 ReadingsColumns find_columns(const io::CsvTable& table, const ReadingsContext& context,
-                             const vjm::Manipulator& manipulator, Campaign& campaign) {
-  return ColumnFinder(table, context, manipulator, campaign).find();
+                             const vjm::Manipulator& manipulator, Campaign& campaign,
+                             common::Faults& faults) {
+  return ColumnFinder(table, context, manipulator, campaign, faults).find();
 }
 
 }  // namespace kinetostat::calibration

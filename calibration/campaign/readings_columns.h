@@ -1,6 +1,7 @@
 // Which columns of a table of readings mean what. Internal to this module.
 #pragma once
 
+#include <algorithm>
 #include <set>
 
 #include "kinetostat/calibration/campaign/campaign.h"
@@ -28,11 +29,26 @@ struct ReadingsColumns {
   Columns3 point, position, orientation;  // all three or none
   std::vector<JointColumn> joints;
   std::set<std::size_t> known;  // all of the above; the others are covariates
+  /// Of every column of the table: how its name was understood, and what one of its numbers is
+  /// worth in SI, less than zero where it counts the other way round.
+  std::vector<NamedColumn> names;
+  std::vector<double> factors;
+  std::set<std::size_t> unknown_units;  // of columns that look like readings and state none
+
+  bool has_displacement() const {
+    return std::any_of(displacement.begin(), displacement.end(),
+                       [](const Column& c) { return c.has_value(); });
+  }
 };
 
 /// Finds them and checks that they make sense together, with the context and with the units of the
-/// campaign; adds to its notes what is assumed. Throws common::InputError naming the column.
+/// campaign; adds to its notes and warnings what is assumed, and to `faults` what is wrong.
 ReadingsColumns find_columns(const io::CsvTable& table, const ReadingsContext& context,
-                             const vjm::Manipulator& manipulator, Campaign& campaign);
+                             const vjm::Manipulator& manipulator, Campaign& campaign,
+                             common::Faults& faults);
+
+/// The unit of a column whose values have a dimension: its own, else that of the campaign.
+std::string unit_of_column(const NamedColumn& column, const spatial::Dimension& dimension,
+                           const spatial::UnitSystem& units);
 
 }  // namespace kinetostat::calibration

@@ -8,6 +8,8 @@
 #include <string_view>
 
 #include "kinetostat/calibration/campaign/campaign.h"
+#include "kinetostat/calibration/campaign/column_names.h"
+#include "kinetostat/io/csv.h"
 
 namespace kinetostat::calibration {
 
@@ -46,9 +48,15 @@ struct ReadingsContext {
   WrenchNoise wrench_noise = {};
   std::map<std::string, Role> roles = {};  // of sessions
   PostureColumns posture = PostureColumns::unstated;
-  int units_line = 0;                              // of the campaign file
-  bool angle_stated = false, time_stated = false;  // units that the campaign file names
+  std::map<std::string, StatedColumn> columns = {};  // `columns:`, by names in the header
+  io::TableFormat table = {};                        // what `missing`, `decimal` and `sheet` say
+  int units_line = 0;                                // of the campaign file
+  bool angle_stated = false, time_stated = false;    // units that the campaign file names
 };
+
+/// Reads a campaign file except for its readings: fills `campaign` as far as it says so. Throws
+/// common::InputError.
+ReadingsContext read_context(const std::filesystem::path& file, Campaign& campaign);
 
 /// "dx_dz": the correlation of two components, in the order of component_names.
 std::string correlation_name(Eigen::Index i, Eigen::Index j);

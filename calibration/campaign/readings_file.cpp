@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "kinetostat/calibration/campaign/clock_time.h"
 #include "kinetostat/calibration/campaign/readings_columns.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/spelling.h"
@@ -25,47 +26,50 @@ using spatial::Vector3;
 using spatial::Vector6;
 namespace dimension = spatial::dimension;
 
-constexpr double not_measured = std::numeric_limits<double>::quiet_NaN();
+constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
 class Reader {
  public:
   Reader(const io::CsvTable& table, const ReadingsContext& context, ReadingsColumns columns,
-         const vjm::Manipulator& manipulator, Campaign& campaign)
+         const vjm::Manipulator& manipulator, Campaign& campaign, common::Faults& faults)
       : table_(table),
         context_(context),
         columns_(std::move(columns)),
         campaign_(campaign),
-        manipulator_(manipulator) {
-    length_ = factor(dimension::length);
-    force_ = factor(dimension::force);
-    moment_ = factor(dimension::moment);
-    angle_ = factor(dimension::angle);
-    time_ = factor(dimension::time);
-  }
+        faults_(faults),
+        missing_(table.columns().size()),
+        manipulator_(manipulator) {}
 
   void read() {
     read_sessions();
     for (const auto& [name, instrument] : context_.instruments)
       if (instrument.correlation) correlation_of_[name] = index_of(*instrument.correlation);
+    read_times();
     campaign_.readings.reserve(table_.rows());
     for (std::size_t row = 0; row < table_.rows(); ++row) read_row(row);
     check_ids();
-    count_copies_once();
     check_time();
+    if (!faults_.empty()) return;
+    count_copies_once();
     check_noise();
     read_covariates();
+    say_how_it_was_read();
   }
 
  private:
-  double factor(const Dimension& dimension) const {
-    return spatial::parse_unit(campaign_.units.unit_for(dimension)).factor;
+  void fault(std::size_t row, std::size_t column, const std::string& what,
+             const std::string& cure) {
+    faults_.add(table_.mistake(row, column, what, cure));
   }
 
-  double unit(const Dimension& dimension) const {
-    return dimension == dimension::angle ? angle_ : length_;
-  }
-  double displacement_unit(Eigen::Index component) const {
-    return is_rotation(component) ? angle_ : length_;
+  // In SI; not a number after a fault.
+  double value(std::size_t row, std::size_t column) {
+    try {
+      return columns_.factors[column] * table_.number(row, column);
+    } catch (const common::InputError& error) {
+      faults_.add(error);
+      return no_value;
+    }
   }
 
   void read_sessions() {
@@ -79,16 +83,64 @@ class Reader {
     return c ? std::string(table_.cell(row, *c)) : std::string();
   }
 
-  std::optional<double> optional_number(std::size_t row, const Column& column, double unit) const {
-    if (!column || table_.empty(row, *column)) return std::nullopt;
-    return unit * table_.number(row, *column);
+  // Of a few known words; empty where a word says that there is none.
+  std::string word(std::size_t row, const char* name) const {
+    const Column& c = columns_.texts.at(name);
+    return c && table_.missing(row, *c) ? std::string() : text(row, name);
   }
 
-  Vector3 vector3(std::size_t row, const Columns3& columns, double unit) const {
+  std::optional<double> optional_number(std::size_t row, const Column& column) {
+    if (!column) return std::nullopt;
+    if (!table_.missing(row, *column)) return value(row, *column);
+    if (!table_.empty(row, *column)) ++missing_[*column];
+    return std::nullopt;
+  }
+
+  Vector3 vector3(std::size_t row, const Columns3& columns) {
     Vector3 v = Vector3::Zero();
     for (std::size_t i = 0; i < 3; ++i)
-      if (columns[i]) v[static_cast<Eigen::Index>(i)] = unit * table_.number(row, *columns[i]);
+      if (columns[i]) v[static_cast<Eigen::Index>(i)] = value(row, *columns[i]);
     return v;
+  }
+
+  // Dates and times of day count from the first; without dates, past midnight they go on.
+  void read_times() {
+    const Column& column = columns_.texts.at("time");
+    std::size_t first = 0;
+    while (column && first < table_.rows() && table_.missing(first, *column)) ++first;
+    if (!column || first == table_.rows()) return;
+    const auto start = read_clock_time(table_.cell(first, *column));
+    if (!start && !is_ambiguous_date(table_.cell(first, *column))) return;
+    constexpr double day = 86400;
+    clock_times_.assign(table_.rows(), std::nullopt);
+    double previous = 0, midnights = 0;
+    for (std::size_t row = first; row < table_.rows(); ++row) {
+      if (table_.missing(row, *column)) continue;
+      const auto time = read_clock_time(table_.cell(row, *column));
+      if (!time || !start || time->day.has_value() != start->day.has_value()) {
+        refuse_time(row, *column);
+        continue;
+      }
+      double seconds = time->seconds - start->seconds + day * midnights;
+      if (time->day) seconds += day * static_cast<double>(*time->day - *start->day);
+      if (!time->day && seconds < previous - day / 2) ++midnights, seconds += day;
+      clock_times_[row] = previous = seconds;
+    }
+  }
+
+  void refuse_time(std::size_t row, std::size_t column) {
+    const std::string_view cell = table_.cell(row, column);
+    if (is_ambiguous_date(cell))
+      fault(row, column, fmt::format("'{}' may be one day or another", cell),
+            "Write dates as 2026-05-03");
+    else
+      fault(row, column, fmt::format("'{}' is not a time like that of the first row", cell),
+            "Write dates and times as 2026-05-03T14:22:05.1, or seconds");
+  }
+
+  std::optional<double> read_time(std::size_t row) {
+    return clock_times_.empty() ? optional_number(row, columns_.texts.at("time"))
+                                : clock_times_[row];
   }
 
   void read_row(std::size_t row) {
@@ -102,9 +154,9 @@ class Reader {
     reading.cycle = text(row, "cycle");
     reading.setting = text(row, "setting");
     reading.replicate = text(row, "replicate");
-    reading.step = optional_number(row, columns_.texts.at("step"), 1);
-    reading.time = optional_number(row, columns_.texts.at("time"), time_);
-    reading.temperature = optional_number(row, columns_.texts.at("temperature"), 1);
+    reading.step = optional_number(row, columns_.texts.at("step"));
+    reading.time = read_time(row);
+    reading.temperature = optional_number(row, columns_.texts.at("temperature"));
     reading.direction = read_direction(row);
     reading.configuration = read_configuration(row);
     reading.load = read_load(row, reading.configuration);
@@ -115,31 +167,32 @@ class Reader {
     campaign_.readings.push_back(std::move(reading));
   }
 
-  std::string read_id(std::size_t row) const {
+  std::string read_id(std::size_t row) {
     const Column& c = columns_.texts.at("id");
     if (!c) return std::to_string(row + 1);
-    if (table_.empty(row, *c)) table_.fail(row, *c, "the id is empty", "Give each row its own id");
+    if (table_.empty(row, *c)) fault(row, *c, "the id is empty", "Give each row its own id");
     return std::string(table_.cell(row, *c));
   }
 
-  LoadDirection read_direction(std::size_t row) const {
-    const std::string word = text(row, "direction");
-    if (word.empty()) return LoadDirection::unstated;
-    if (word == "loading") return LoadDirection::loading;
-    if (word == "unloading") return LoadDirection::unloading;
-    table_.fail(row, *columns_.texts.at("direction"),
-                fmt::format("'{}' is not a direction of load", word),
-                "Write loading or unloading, or leave the cell empty");
+  LoadDirection read_direction(std::size_t row) {
+    const std::string direction = word(row, "direction");
+    if (direction == "loading") return LoadDirection::loading;
+    if (direction == "unloading") return LoadDirection::unloading;
+    if (!direction.empty())
+      fault(row, *columns_.texts.at("direction"),
+            fmt::format("'{}' is not a direction of load", direction),
+            "Write loading or unloading, or leave the cell empty");
+    return LoadDirection::unstated;
   }
 
   std::size_t read_configuration(std::size_t row) {
     std::vector<double> values;
     for (const Columns3* columns : {&columns_.position, &columns_.orientation}) {
-      const Vector3 v = vector3(row, *columns, columns == &columns_.position ? length_ : angle_);
+      const Vector3 v = vector3(row, *columns);
       values.insert(values.end(), v.begin(), v.end());
     }
-    for (const JointColumn& c : columns_.joints)
-      values.push_back(unit(c.dimension) * table_.number(row, c.column));
+    for (const JointColumn& c : columns_.joints) values.push_back(value(row, c.column));
+    if (std::any_of(values.begin(), values.end(), [](double v) { return std::isnan(v); })) return 0;
     const auto [found, fresh] = configuration_of_.emplace(values, campaign_.configurations.size());
     if (fresh) campaign_.configurations.push_back(configuration(values));
     return found->second;
@@ -156,11 +209,12 @@ class Reader {
   }
 
   vjm::Load read_load(std::size_t row, std::size_t configuration) {
-    const Vector3 point = columns_.point[0] ? vector3(row, columns_.point, length_)
+    const Vector3 point = columns_.point[0] ? vector3(row, columns_.point)
                                             : context_.wrench.point.value_or(Vector3::Zero());
-    const vjm::Load load{
-        vector3(row, {columns_.wrench[0], columns_.wrench[1], columns_.wrench[2]}, force_),
-        vector3(row, {columns_.wrench[3], columns_.wrench[4], columns_.wrench[5]}, moment_), point};
+    const vjm::Load load{vector3(row, {columns_.wrench[0], columns_.wrench[1], columns_.wrench[2]}),
+                         vector3(row, {columns_.wrench[3], columns_.wrench[4], columns_.wrench[5]}),
+                         point};
+    if (!faults_.empty()) return load;  // the posture may be unknown
     if (context_.wrench_noise.is_stated()) add_wrench_covariance(load, configuration);
     const WrenchFrame& frame = context_.wrench;
     const bool as_it_is =
@@ -214,30 +268,30 @@ class Reader {
     return load;
   }
 
-  Role read_role(std::size_t row, const std::string& session) const {
-    const std::string word = text(row, "role");
-    if (word.empty()) {
+  Role read_role(std::size_t row, const std::string& session) {
+    const std::string role = word(row, "role");
+    if (role.empty()) {
       const auto found = context_.roles.find(session);
       return found == context_.roles.end() ? Role::fit : found->second;
     }
-    if (std::find(role_names.begin(), role_names.end(), word) == role_names.end())
-      table_.fail(row, *columns_.texts.at("role"), fmt::format("'{}' is not a role", word),
-                  "Write fit, select or confirm, or leave the cell empty");
-    return role_named(word);
+    if (std::find(role_names.begin(), role_names.end(), role) != role_names.end())
+      return role_named(role);
+    fault(row, *columns_.texts.at("role"), fmt::format("'{}' is not a role", role),
+          "Write fit, select or confirm, or leave the cell empty");
+    return Role::fit;
   }
 
-  std::string read_instrument(std::size_t row) const {
-    const std::string name = text(row, "instrument");
+  std::string read_instrument(std::size_t row) {
+    const std::string name = word(row, "instrument");
     if (!name.empty() && context_.instruments.count(name) == 0) {
       std::vector<std::string> names;
       for (const auto& [known, instrument] : context_.instruments)
         if (!known.empty()) names.push_back(known);
       const std::string near = common::nearest_spelling(name, names);
-      table_.fail(row, *columns_.texts.at("instrument"),
-                  fmt::format("the instrument '{}' is not described", name),
-                  near.empty()
-                      ? fmt::format("Add '{}' under 'instruments' in the campaign file", name)
-                      : fmt::format("Did you mean '{}'?", near));
+      fault(row, *columns_.texts.at("instrument"),
+            fmt::format("the instrument '{}' is not described", name),
+            near.empty() ? fmt::format("Add '{}' under 'instruments' in the campaign file", name)
+                         : fmt::format("Did you mean '{}'?", near));
     }
     return name;
   }
@@ -265,48 +319,61 @@ class Reader {
         result ? campaign_.correlations[*result] : spatial::Matrix6(spatial::Matrix6::Identity());
     std::optional<std::size_t> last;
     for (const auto& [pair, column] : columns_.correlations)
-      if (const auto value = optional_number(row, column, 1)) {
+      if (const auto value = optional_number(row, column)) {
         matrix(pair.first, pair.second) = matrix(pair.second, pair.first) = *value;
         last = column;
       }
     if (!last) return result;
-    if (!is_correlation(matrix))
-      table_.fail(row, *last,
-                  fmt::format("with '{}' these correlations are not possible together",
-                              table_.cell(row, *last)),
-                  "Each lies between -1 and 1, and their matrix is positive definite");
-    return index_of(matrix);
+    if (is_correlation(matrix)) return index_of(matrix);
+    fault(row, *last,
+          fmt::format("with '{}' these correlations are not possible together",
+                      table_.cell(row, *last)),
+          "Each lies between -1 and 1, and their matrix is positive definite");
+    return result;
   }
 
-  void read_mask(std::size_t row, Reading& reading) const {
-    const std::string mask = text(row, "mask");
+  void read_mask(std::size_t row, Reading& reading) {
+    const std::string mask = word(row, "mask");
     reading.mask_reason = text(row, "mask_reason");
     if (mask.empty() || mask == "0" || mask == "false") return;
     if (mask != "1" && mask != "true")
-      table_.fail(row, *columns_.texts.at("mask"), fmt::format("'{}' is neither 0 nor 1", mask),
-                  "Write 1 to leave the reading out, 0 or nothing to use it");
+      return fault(row, *columns_.texts.at("mask"), fmt::format("'{}' is neither 0 nor 1", mask),
+                   "Write 1 to leave the reading out, 0 or nothing to use it");
     if (reading.mask_reason.empty())
-      table_.fail(row, columns_.texts.at("mask_reason").value_or(*columns_.texts.at("mask")),
-                  "the reading is masked without a reason", "Say why in the column mask_reason");
+      fault(row, columns_.texts.at("mask_reason").value_or(*columns_.texts.at("mask")),
+            "the reading is masked without a reason", "Say why in the column mask_reason");
     reading.masked = true;
   }
 
   void read_displacement(std::size_t row, Reading& reading) {
-    reading.displacement.setConstant(not_measured);
+    reading.displacement.setConstant(no_value);
     reading.sigma = instrument_of(reading).sigma;
     reading.correlation = read_correlation(row, reading);
+    bool any = false;
     for (std::size_t i = 0; i < 6; ++i) {
       const auto k = static_cast<Eigen::Index>(i);
-      const double unit = displacement_unit(k);
-      if (const auto value = optional_number(row, columns_.displacement[i], unit))
-        reading.displacement[k] = *value;
-      if (const auto value = sigma(row, is_rotation(k) ? Column() : columns_.any_sigma, unit))
-        reading.sigma[k] = *value;
-      if (const auto value = sigma(row, columns_.sigma[i], unit)) reading.sigma[k] = *value;
+      if (const auto read = optional_number(row, columns_.displacement[i])) {
+        reading.displacement[k] = *read;
+        any = true;
+      }
+      if (const auto read = sigma(row, is_rotation(k) ? Column() : columns_.any_sigma))
+        reading.sigma[k] = *read;
+      if (const auto read = sigma(row, columns_.sigma[i])) reading.sigma[k] = *read;
     }
-    if (!reading.masked && reading.displacement.array().isNaN().all())
-      table_.fail(row, first_displacement(), "the reading has no displacement at all",
-                  "Write what was measured, or mask the row and say why");
+    if (reading.masked || any || !columns_.has_displacement()) return;
+    if (!says_not_measured(row))
+      return fault(row, first_displacement(), "the reading has no displacement at all",
+                   "Write what was measured, or mask the row and say why");
+    reading.masked = true;
+    reading.mask_reason = "nothing was measured";
+    ++not_measured_;
+  }
+
+  // By a word, not by empty cells, which may have been forgotten.
+  bool says_not_measured(std::size_t row) const {
+    return std::any_of(
+        columns_.displacement.begin(), columns_.displacement.end(),
+        [&](const Column& c) { return c && table_.missing(row, *c) && !table_.empty(row, *c); });
   }
 
   std::size_t first_displacement() const {
@@ -314,24 +381,23 @@ class Reader {
                           [](const Column& c) { return c.has_value(); });
   }
 
-  std::optional<double> sigma(std::size_t row, const Column& column, double unit) const {
-    const auto value = optional_number(row, column, unit);
-    if (value && !(*value > 0))
-      table_.fail(row, *column, fmt::format("'{}' is not positive", table_.cell(row, *column)),
-                  "Give the standard deviation of the reading, or leave the cell empty");
+  std::optional<double> sigma(std::size_t row, const Column& column) {
+    const auto value = optional_number(row, column);
+    if (value && *value <= 0)
+      fault(row, *column, fmt::format("'{}' is not positive", table_.cell(row, *column)),
+            "Give the standard deviation of the reading, or leave the cell empty");
     return value;
   }
 
-  void check_ids() const {
+  void check_ids() {
     std::unordered_map<std::string, int> line_of;
     for (std::size_t row = 0; row < campaign_.readings.size(); ++row) {
       const Reading& reading = campaign_.readings[row];
       const auto [found, fresh] = line_of.emplace(reading.id, reading.line);
-      if (!fresh)
-        table_.fail(
-            row, *columns_.texts.at("id"),
-            fmt::format("the id '{}' is already used on line {}", reading.id, found->second),
-            "Give each row its own id");
+      if (!fresh && columns_.texts.at("id"))
+        fault(row, *columns_.texts.at("id"),
+              fmt::format("the id '{}' is already used on line {}", reading.id, found->second),
+              "Give each row its own id");
     }
   }
 
@@ -372,7 +438,7 @@ class Reader {
   }
 
   // Within a cycle time must not run backwards, in the order of steps, or of rows without steps.
-  void check_time() const {
+  void check_time() {
     if (!columns_.texts.at("time")) return;
     const std::vector<Reading>& readings = campaign_.readings;
     std::vector<std::size_t> order(readings.size());
@@ -389,13 +455,13 @@ class Reader {
       if (previous && readings[*previous].session == readings[i].session &&
           readings[*previous].cycle == readings[i].cycle &&
           *readings[i].time < *readings[*previous].time)
-        table_.fail(i, *columns_.texts.at("time"),
-                    fmt::format("time runs backwards in this cycle: '{}' comes after '{}' of line "
-                                "{}",
-                                table_.cell(i, *columns_.texts.at("time")),
-                                table_.cell(*previous, *columns_.texts.at("time")),
-                                readings[*previous].line),
-                    "Order the rows by time, or number the steps and cycles");
+        fault(i, *columns_.texts.at("time"),
+              fmt::format("time runs backwards in this cycle: '{}' comes after '{}' of line "
+                          "{}",
+                          table_.cell(i, *columns_.texts.at("time")),
+                          table_.cell(*previous, *columns_.texts.at("time")),
+                          readings[*previous].line),
+              "Order the rows by time, or number the steps and cycles");
       previous = i;
     }
   }
@@ -412,14 +478,17 @@ class Reader {
         stated += has;
         if (!has && !without) without = {row, k};
       }
-    if (used == 0)
-      table_.fail(0, *columns_.texts.at("mask"), "every reading is masked",
-                  "At least one reading must be used");
+    if (used == 0) {
+      const Column& mask = columns_.texts.at("mask");
+      return fault(0, mask.value_or(first_displacement()),
+                   mask ? "every reading is masked" : "no row has a displacement",
+                   "At least one reading must be used");
+    }
     if (stated > 0 && stated < used)
-      table_.fail(without->first, *columns_.displacement[without->second],
-                  "this value has no standard deviation, but others have",
-                  fmt::format("State it under 'noise' in the campaign file or in a column sigma_{}",
-                              component_names[without->second]));
+      fault(without->first, *columns_.displacement[without->second],
+            "this value has no standard deviation, but others have",
+            fmt::format("State it under 'noise' in the campaign file or in a column sigma_{}",
+                        component_names[without->second]));
     campaign_.noise_stated = stated == used;
   }
 
@@ -438,12 +507,41 @@ class Reader {
           fmt::format("Columns kept as covariates: {}.", fmt::join(names, ", ")));
   }
 
+  // What is not as the format has it, so that nothing is read in another way than people think.
+  void say_how_it_was_read() {
+    const auto say = [this](const std::string& sentence) { campaign_.notes.push_back(sentence); };
+    std::vector<std::string> missing, commas;
+    for (std::size_t c = 0; c < missing_.size(); ++c) {
+      if (missing_[c] > 0)
+        missing.push_back(fmt::format("'{}' ({})", table_.columns()[c], missing_[c]));
+      if (columns_.known.count(c) > 0 && table_.decimal(c) == io::DecimalSign::comma)
+        commas.push_back("'" + table_.columns()[c] + "'");
+    }
+    if (table_.has_title())
+      say(fmt::format("The table begins on line {}: what stands above it is passed over.",
+                      table_.header_line()));
+    if (!table_.format().other_sheets.empty())
+      say(fmt::format("Sheet '{}' is read; tables also stand on: {}.", table_.format().sheet,
+                      fmt::join(table_.format().other_sheets, ", ")));
+    if (!commas.empty()) say("The numbers have decimal commas.");
+    if (!missing.empty())
+      say(fmt::format("Cells that say 'not measured' are missing values: {}.",
+                      fmt::join(missing, ", ")));
+    if (not_measured_ > 0)
+      say(fmt::format("{} row{} without any displacement {} left out.", not_measured_,
+                      not_measured_ == 1 ? "" : "s", not_measured_ == 1 ? "is" : "are"));
+    if (!clock_times_.empty()) say("Times count in seconds from the first one.");
+  }
+
   const io::CsvTable& table_;
   const ReadingsContext& context_;
   ReadingsColumns columns_;
   Campaign& campaign_;
+  common::Faults& faults_;
 
-  double length_ = 1, force_ = 1, moment_ = 1, angle_ = 1, time_ = 1;
+  std::size_t not_measured_ = 0;                    // rows that say so
+  std::vector<std::size_t> missing_;                // cells of each column with a word for it
+  std::vector<std::optional<double>> clock_times_;  // of the rows [s], where times are of the day
   std::map<std::vector<double>, std::size_t> configuration_of_;
   const vjm::Manipulator& manipulator_;
   std::vector<spatial::Pose> commanded_;               // one a configuration
@@ -453,9 +551,10 @@ class Reader {
 }  // namespace
 
 void read_readings(const io::CsvTable& table, const ReadingsContext& context,
-                   const vjm::Manipulator& manipulator, Campaign& campaign) {
-  Reader(table, context, find_columns(table, context, manipulator, campaign), manipulator, campaign)
-      .read();
+                   const vjm::Manipulator& manipulator, Campaign& campaign, common::Faults faults) {
+  ReadingsColumns columns = find_columns(table, context, manipulator, campaign, faults);
+  Reader(table, context, std::move(columns), manipulator, campaign, faults).read();
+  faults.throw_if_any();
 }
 
 }  // namespace kinetostat::calibration

@@ -11,6 +11,7 @@
 
 #include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/common/error.h"
+#include "kinetostat/common/faults.h"
 #include "kinetostat/common/parallel.h"
 #include "kinetostat/spatial/rotation.h"
 
@@ -93,15 +94,17 @@ void Predictor::find_postures(common::Progress& progress) {
       postures.size(), threads_, "unloaded postures", progress,
       [&](std::size_t i) { postures[i] = unloaded_posture(bare_, campaign_.configurations[i]); });
   postures_ = std::make_shared<const std::vector<vjm::PostureResult>>(std::move(postures));
+  common::Faults faults;
   for (const Reading& reading : campaign_.readings)
     if (const vjm::PostureResult& posture = (*postures_)[reading.configuration];
         !posture.reached && !reading.masked)
-      throw common::InputError(
+      faults.add(
           {.file = campaign_.readings_file,
            .line = reading.line,
            .what = fmt::format("the posture of reading '{}' is out of reach: {}", reading.id,
                                posture.reason),
            .cure = "Check the pose columns, their unit and the robot file, or mask the reading"});
+  faults.throw_if_any();
 }
 
 namespace {
@@ -192,6 +195,7 @@ void Predictor::find_cases() {
   for (std::size_t r = 0; r < conditions.size(); ++r)
     conditions[r].known_load = campaign_.readings[r].known_load;
   std::map<std::array<double, 12>, std::size_t> known;
+  cases_.reserve(campaign_.readings.size());
   for (std::size_t r = 0; r < campaign_.readings.size(); ++r) {
     const Reading& reading = campaign_.readings[r];
     const std::size_t c = conditions_index(conditions[r]);
@@ -383,11 +387,21 @@ Predictions Predictor::predict(const Run& run, common::Progress& progress) const
   if (run.with_compliance) predictions.by_wrench.assign(n, spatial::Matrix6::Zero());
   predictions.work.assign(n, Vector6::Zero());
   if (run.with_derivatives) predictions.derivatives.resize(n);
+  // States are most of the memory that many readings need: the last reading of a case takes its
+  // own, and relaxed ones are none.
+  std::vector<std::size_t> last(cases_.size());
+  for (std::size_t i = 0; i < n; ++i) last[case_of_reading_[i]] = i;
+  const bool relaxed = std::all_of(unloaded.begin(), unloaded.end(), [](const vjm::Response& r) {
+    return r.state.bodies.empty() && r.state.coordinates.empty();
+  });
+  predictions.loaded.reserve(n);
+  if (!relaxed) predictions.unloaded.reserve(n);
   for (std::size_t i = 0; i < n; ++i) {
     const std::size_t c = case_of_reading_[i];
     enter(results[c], i, predictions);
-    predictions.loaded.push_back(results[c].state);
-    predictions.unloaded.push_back(unloaded[cases_[c].reference].state);
+    vjm::SystemState& state = results[c].state;
+    predictions.loaded.push_back(last[c] == i ? std::move(state) : state);
+    if (!relaxed) predictions.unloaded.push_back(unloaded[cases_[c].reference].state);
   }
   return predictions;
 }

@@ -10,7 +10,6 @@
 #include "kinetostat/calibration/statistics/normal.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/csv.h"
-#include "kinetostat/io/text_file.h"
 #include "kinetostat/io/yaml.h"
 
 namespace kinetostat::calibration {
@@ -152,8 +151,9 @@ void add_trace(const Campaign& campaign, const SimulationOptions& options,
 SimulatedCampaign simulate(const vjm::Robot& robot, const std::string& robot_name,
                            const std::filesystem::path& plan, const SimulationOptions& options,
                            common::Progress& progress) {
-  const std::string text = io::read_text(plan);
-  const io::CsvTable table(text, plan);
+  io::TableFormat format;
+  const std::string text = io::table_text(plan, format);
+  const io::CsvTable table(text, plan, format);
   refuse_displacements(table);
   const std::string separator(1, separator_of(text, table));
   std::string header, zeros;

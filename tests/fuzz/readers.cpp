@@ -30,6 +30,8 @@
 #include "kinetostat/vjm/io/urdf.h"
 #include "kinetostat/vjm/workspace/map_checkpoint.h"
 
+#include "support/zip_writer.h"
+
 namespace kinetostat::fuzz {
 namespace {
 
@@ -130,6 +132,32 @@ Reader table_reader(const path& folder) {
                 if (!table.empty(row, column) && !std::isfinite(table.number(row, column)))
                   throw Wrong("a number that is none");
           }};
+}
+
+Reader workbook_reader(const path& folder) {
+  const std::string rows =
+      "<row r=\"1\"><c r=\"A1\" t=\"s\"><v>0</v></c><c r=\"B1\" t=\"inlineStr\"><is><t>dz "
+      "[um]</t></is>"
+      "</c></row><row r=\"2\"><c r=\"A2\" s=\"1\"><v>46145.5</v></c><c r=\"B2\"><v>2</v></c></row>";
+  const auto excel = [](const std::string& sheet) {
+    return test::xlsx_of({{"a", sheet}}, {"time"}, {"yyyy-mm-dd"});
+  };
+  return {
+      .name = "workbook",
+      .sound = {excel(rows),
+                test::ods_of("<table:table table:name=\"a\"><table:table-row><table:table-cell>"
+                             "<text:p>fx</text:p></table:table-cell><table:table-cell><text:p>dz"
+                             "</text:p></table:table-cell></table:table-row><table:table-row "
+                             "table:number-rows-repeated=\"3\"><table:table-cell "
+                             "table:number-columns-repeated=\"2\" office:value-type=\"float\" "
+                             "office:value=\"1\"/></table:table-row></table:table>")},
+      .read =
+          [file = folder / "any.xlsx"](const std::string& bytes) {
+            put(file, bytes);
+            (void)io::read_table(file);
+          },
+      .sealed = excel,
+      .contents = {rows}};
 }
 
 Reader compliance_reader(const path& folder) {
@@ -368,6 +396,7 @@ std::vector<Reader> all_readers(const path& folder) {
                           campaign_reader(folder, "arm_thermal_day", "campaign.yaml"),
                           campaign_reader(folder, "arm_hysteresis", "readings.csv"),
                           table_reader(folder),
+                          workbook_reader(folder),
                           compliance_reader(folder),
                           diagnosis_reader(folder),
                           plan_reader(folder),

@@ -55,8 +55,8 @@ TEST(Csv, AcceptsByteOrderMarkCarriageReturnsAndMissingLastLineEnd) {
 }
 
 TEST(Csv, ReadsQuotedCellsWithSeparatorsQuotesAndLineEnds) {
-  const CsvTable table("a,\"b, c\"\n\"one, \"\"two\"\"\",\"x\ny\" \n1,2\n", "t.csv");
-  EXPECT_THAT(table.columns(), ElementsAre("a", "b, c"));
+  const CsvTable table("a,\"b, c\",n\n\"one, \"\"two\"\"\",\"x\ny\" ,1\n1,2,3\n", "t.csv");
+  EXPECT_THAT(table.columns(), ElementsAre("a", "b, c", "n"));
   ASSERT_EQ(table.rows(), 2u);
   EXPECT_EQ(table.cell(0, 0), "one, \"two\"");
   EXPECT_EQ(table.cell(0, 1), "x\ny");
@@ -97,7 +97,8 @@ TEST(Csv, CellsAndCommentsStayOnTheirLine) {
 TEST(Csv, OtherKindsOfFilesAreNamed) {
   EXPECT_THAT(message("PK\x03\x04 and so on"), HasSubstr("a zip archive (as Excel"));
   EXPECT_THAT(message(std::string("a,b\0c\n1,2\n", 10)), HasSubstr("binary data"));
-  EXPECT_THAT(message("\"a\nb\",c\n1,2\n"), HasSubstr("control character"));
+  EXPECT_THAT(message("\"a\x01b\",c\n1,2\n"), HasSubstr("control character"));
+  EXPECT_THAT(CsvTable("\"Fx\n[N]\",c\n1,2\n", "t.csv").columns(), ElementsAre("Fx [N]", "c"));
 }
 
 TEST(Csv, OneLineOfAMillionColumnsIsRefusedAtOnce) {
@@ -131,7 +132,7 @@ INSTANTIATE_TEST_SUITE_P(
         Broken{"fx,dz\n1,\n", "readings.csv:2:3: dz: the cell is empty. Write a number"},
         Broken{"# c\nfx,dz\n1, 12mm\n",
                "readings.csv:3:4: dz: '12mm' is not a number. Write the number alone"},
-        Broken{"fx;dz\n1;0,5\n",
+        Broken{"fx;dz\n1;0,5\n2;0.25\n3;0.5\n",
                "readings.csv:2:3: dz: '0,5' is not a number. Write the decimals with a point"},
         Broken{"fx,dz\n1,n/a\n",
                "readings.csv:2:3: dz: 'n/a' is not a number. Write a number such as"},
@@ -144,7 +145,7 @@ INSTANTIATE_TEST_SUITE_P(
         Broken{"fx,dz\n\"1\"2,3\n", "readings.csv:2:4: text follows the quote"},
         Broken{"\xff\xfe"
                "f",
-               "readings.csv: is UTF-16 text. Save it as 'CSV UTF-8'"}));
+               "readings.csv: is UTF-16 text that ends within a character. Save it again"}));
 
 TEST(Csv, ReadsAHundredThousandRowsWellUnderASecond) {
   std::string content = "id,x,y,z,fx,fy,fz,dx,dy,dz\n";

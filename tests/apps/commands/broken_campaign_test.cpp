@@ -115,9 +115,8 @@ INSTANTIATE_TEST_SUITE_P(
         Broken{"PoseTwice", head, "x,y,z,x.rho,y.rho,z.rho,fx,dx\n0,0,0,1,1,1,1,1\n",
                "readings.csv:1:1: x: the posture is given twice: by x, y, z and by joint "
                "coordinates. Keep"},
-        Broken{
-            "UnitInHeader", head, "x,y,z,Fx [N],dx\n0,0,0,1,1\n",
-            "readings.csv:1:7: Fx [N]: the column 'Fx [N]' is not known. Write 'fx'; units belong"},
+        Broken{"UnknownUnitInHeader", head, "x,y,z,Fx [Newton],dx\n0,0,0,1,1\n",
+               "readings.csv:1:7: Fx [Newton]: unit 'Newton': 'Newton' is not a known unit"},
         Broken{"TimeRunsBackwards", head,
                "cycle,time," + pose + "a,1,0,0,0,1,1\na,5,0,0,0,1,1\na,4,0,0,0,1,1\n",
                "readings.csv:4:3: time: time runs backwards in this cycle: '4' comes after '5' of "

@@ -1,0 +1,41 @@
+#include "kinetostat/io/sheet_rows.h"
+
+#include <algorithm>
+
+namespace kinetostat::io {
+
+void SheetRows::put(std::size_t row, std::size_t column, std::string text) {
+  if (text.empty() || row >= most_rows || column >= most_columns || is_full()) return;
+  ++count_;
+  std::replace_if(
+      text.begin(), text.end(),
+      [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }, ' ');
+  if (row >= rows_.size()) rows_.resize(row + 1);
+  if (column >= rows_[row].size()) rows_[row].resize(column + 1);
+  rows_[row][column] = std::move(text);
+}
+
+std::string SheetRows::text() const {
+  std::size_t width = 0;
+  for (const auto& row : rows_) width = std::max(width, row.size());
+  std::string result;
+  for (const auto& row : rows_) {
+    for (std::size_t c = 0; !row.empty() && c < width; ++c) {
+      if (c > 0) result += '\t';
+      if (c >= row.size()) continue;
+      const bool quoted = row[c].find_first_of("\"#") != std::string::npos;
+      if (!quoted) result += row[c];
+      if (!quoted) continue;
+      result += '"';
+      for (const char letter : row[c]) {
+        if (letter == '"') result += '"';
+        result += letter;
+      }
+      result += '"';
+    }
+    result += '\n';
+  }
+  return result;
+}
+
+}  // namespace kinetostat::io
