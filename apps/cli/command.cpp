@@ -12,13 +12,14 @@
 #include <fmt/format.h>
 
 #include "kinetostat/apps/cli/cancellation.h"
+#include "kinetostat/apps/cli/given_files.h"
 #include "kinetostat/apps/cli/progress_bar.h"
 #include "kinetostat/apps/cli/version.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/out_of_memory.h"
 #include "kinetostat/common/printable.h"
 #include "kinetostat/common/spelling.h"
-#include "kinetostat/io/file_kind.h"
+#include "kinetostat/io/document_kind.h"
 #include "kinetostat/io/text_file.h"
 
 namespace kinetostat::apps {
@@ -145,46 +146,36 @@ std::vector<std::filesystem::path> outputs_of(const OptionList& options) {
   return files;
 }
 
-// The first page whose key word is in the text.
-std::string page_of(const std::string& text,
-                    std::initializer_list<std::pair<const char*, const char*>> marks) {
-  for (const auto& [mark, page] : marks)
-    if (text.find(mark) != std::string::npos) return page;
-  return {};
+std::string page_sentence(const char* sort) {
+  return fmt::format("\nBy its keys this is a {} file, described in docs/reference/{}-file.md.",
+                     sort, sort);
 }
 
 // The page of the reference that describes a file with a mistake in it, by what the file says that
 // it is; empty where none does.
 std::string page_about(const common::InputError& error) {
   const std::filesystem::path& file = error.details().file;
-  const bool table = file.extension() == ".csv";
-  if (!table && file.extension() != ".yaml" && file.extension() != ".yml") return {};
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(file, ignored)) return {};  // a pipe is read once
-  std::string text = "\n";
-  try {
-    text += io::read_start(file, std::size_t{1} << 20);
-  } catch (const common::InputError&) {
-    return {};  // it may not be read
+  const std::string extension = file.extension().string();
+  const bool text = extension == ".csv" || extension == ".tsv" || extension == ".txt";
+  if (!text && extension != ".yaml" && extension != ".yml") return {};
+  switch (io::document_kind(file)) {
+    case io::DocumentKind::link:
+      return page_sentence("link");
+    case io::DocumentKind::campaign:
+      return page_sentence("campaign");
+    case io::DocumentKind::robot:
+      return page_sentence("robot");
+    case io::DocumentKind::table:
+      break;
+    default:
+      return {};
   }
-  if (!io::kind_of_bytes(std::string_view(text).substr(1)).empty()) return {};
   // Readings have loads or displacements; tables of poses have neither, and a page for each use.
-  const std::string page = table ? page_of(text.substr(0, 4096), {{"dx", "campaign-file.md"},
-                                                                  {"dy", "campaign-file.md"},
-                                                                  {"dz", "campaign-file.md"},
-                                                                  {"fx", "campaign-file.md"},
-                                                                  {"fy", "campaign-file.md"},
-                                                                  {"fz", "campaign-file.md"}})
-                                 : page_of(text, {{"\nlink:", "link-file.md"},
-                                                  {"\ncampaign:", "campaign-file.md"},
-                                                  {"\nmanipulator:", "robot-file.md"},
-                                                  {"\nchain_types:", "robot-file.md"},
-                                                  {"\nname:", "robot-file.md"}});
-  if (page.empty()) return {};
-  if (table) return fmt::format("\nIts columns are described in docs/reference/{}.", page);
-  const std::string sort = page.substr(0, page.find('-'));
-  return fmt::format("\nBy its keys this is a {} file, described in docs/reference/{}.", sort,
-                     page);
+  const std::string start = io::read_start(file, 4096);
+  for (const char* name : {"dx", "dy", "dz", "fx", "fy", "fz"})
+    if (start.find(name) != std::string::npos)
+      return "\nIts columns are described in docs/reference/campaign-file.md.";
+  return {};
 }
 
 }  // namespace
@@ -311,6 +302,8 @@ int Program::run(int argc, const char* const* argv) {
     return 128 + cancelling_signal();
   } catch (const UsageError& error) {
     return complain(bad_usage, error.what());
+  } catch (const MisplacedFile& error) {
+    return complain(bad_input, error.what());
   } catch (const common::InputError& error) {
     return complain(bad_input, error.what() + page_about(error));
   } catch (const common::NoConvergence& error) {
@@ -386,6 +379,7 @@ std::string Program::hint(const std::vector<std::string>& arguments) const {
 
 void Program::run_action(const Command& command) {
   const auto start = std::chrono::steady_clock::now();
+  refuse_misplaced_files(command.info.name, command.options().positionals());
   const io::Outputs outputs(outputs_of(command.options()));
   if (command.info.out_is_folder && !options_.out.empty())
     io::require_writable(std::filesystem::path(options_.out) / "file");

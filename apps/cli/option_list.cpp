@@ -166,6 +166,14 @@ std::vector<OptionList::NamedValue> OptionList::outputs() const {
   return files;
 }
 
+std::vector<std::string> OptionList::positionals() const {
+  std::vector<std::string> values;
+  for (const CLI::Option* option : std::as_const(*app_).get_options())
+    if (option->get_positional())
+      values.insert(values.end(), option->results().begin(), option->results().end());
+  return values;
+}
+
 std::vector<std::string> OptionList::long_names() const {
   std::vector<std::string> names;
   for (const CLI::Option* option : std::as_const(*app_).get_options())

@@ -78,6 +78,8 @@ class OptionList {
   std::vector<NamedValue> in_effect() const;
   /// The files that were given to options of add_output().
   std::vector<NamedValue> outputs() const;
+  /// What stands on the command line without the name of an option, in the order of the help.
+  std::vector<std::string> positionals() const;
   /// "--json", ...
   std::vector<std::string> long_names() const;
 
