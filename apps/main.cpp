@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
   kinetostat::apps::add_map(program);
   kinetostat::apps::add_compensate(program);
   kinetostat::apps::add_study(program);
+  kinetostat::apps::add_readings(program);
   kinetostat::apps::add_measure_check(program);
   kinetostat::apps::add_simulate(program);
   kinetostat::apps::add_compare(program);

@@ -16,6 +16,7 @@ void add_trace(Program& program);
 void add_assemble(Program& program);
 void add_map(Program& program);
 void add_compensate(Program& program);
+void add_readings(Program& program);
 void add_measure_check(Program& program);
 void add_simulate(Program& program);
 void add_compare(Program& program);
