@@ -24,14 +24,27 @@ std::string text(const calibration::Campaign& campaign, const std::vector<Observ
          listed(checks, false);
 }
 
-io::Json to_json(const calibration::Campaign& campaign, const std::vector<Observability>& checks) {
+io::Json to_json(const calibration::Campaign& campaign, const std::vector<Observability>& checks,
+                 const std::vector<calibration::JointLoad>& joints) {
   io::Json json{{"campaign", campaign.name},
                 {"readings", campaign.readings.size()},
                 {"notes", campaign.notes},
-                {"checks", io::Json::array()}};
+                {"checks", io::Json::array()},
+                {"joints", io::Json::array()}};
   for (const Observability& item : checks)
-    json["checks"].push_back(
-        {{"topic", item.topic}, {"observable", item.observable}, {"sentence", item.sentence}});
+    json["checks"].push_back({{"topic", item.topic},
+                              {"effect", item.effect},
+                              {"observable", item.observable},
+                              {"sentence", item.sentence},
+                              {"cure", item.observable ? "" : item.cure}});
+  for (const calibration::JointLoad& joint : joints)
+    json["joints"].push_back({{"joint", joint.name},
+                              {"least", joint.least},
+                              {"largest", joint.largest},
+                              {"unit", joint.turns ? "N m" : "N"},
+                              {"postures", joint.postures},
+                              {"loaded", joint.is_loaded()},
+                              {"observable", joint.is_observable()}});
   return json;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "kinetostat/calibration/campaign/campaign_check.h"
+#include "kinetostat/calibration/campaign/joint_loads.h"
 #include "kinetostat/io/json.h"
 
 namespace kinetostat::report {
@@ -13,6 +14,7 @@ namespace kinetostat::report {
 std::string text(const calibration::Campaign& campaign,
                  const std::vector<calibration::Observability>& checks);
 io::Json to_json(const calibration::Campaign& campaign,
-                 const std::vector<calibration::Observability>& checks);
+                 const std::vector<calibration::Observability>& checks,
+                 const std::vector<calibration::JointLoad>& joints);
 
 }  // namespace kinetostat::report

@@ -5,6 +5,7 @@
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/calibration/campaign/campaign_file.h"
+#include "kinetostat/calibration/campaign/joint_loads.h"
 #include "kinetostat/report/campaign_check.h"
 #include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/screen/comparison.h"
@@ -17,14 +18,15 @@ io::Json check(const CampaignRequest& request, Run& run) {
   const vjm::Robot robot = request.read_robot();
   const calibration::Campaign campaign = request.read_campaign(robot, run);
   const auto checks = calibration::check_campaign(campaign, robot);
+  const auto joints = calibration::joint_loads(campaign, robot.without_effects());
   io::Json json{{"headline", report::readings_in_words(campaign, checks)},
                 {"inputs", report::provenance(robot)}};
   say_which_robot(robot, campaign, json, run);
   run.print(report::first_screen(
-      campaign, checks,
+      campaign, checks, joints,
       report::next_step("kinetostat compare " + request.typed(), "where does the model fail?")));
-  run.print_more("\n" + report::text(campaign, checks));
-  json.update(report::to_json(campaign, checks));
+  run.print_more("\n" + report::text(campaign, checks) + report::joints_text(joints));
+  json.update(report::to_json(campaign, checks, joints));
   return json;
 }
 

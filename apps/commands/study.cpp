@@ -12,6 +12,7 @@
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/apps/commands/diagnosis_steps.h"
 #include "kinetostat/calibration/campaign/campaign_check.h"
+#include "kinetostat/calibration/campaign/joint_loads.h"
 #include "kinetostat/calibration/comparison/compare.h"
 #include "kinetostat/calibration/design/plan.h"
 #include "kinetostat/io/text_file.h"
@@ -156,11 +157,12 @@ const Comparison& Study::comparison() {
 
 Step Study::check() {
   const auto checks = calibration::check_campaign(campaign_, robot_);
+  const auto joints = calibration::joint_loads(campaign_, robot_.without_effects());
   io::Json result{{"command", "measure check"}, {"inputs", inputs()}};
-  result.update(report::to_json(campaign_, checks));
+  result.update(report::to_json(campaign_, checks, joints));
   return {.result = std::move(result),
           .picture = {},
-          .text = report::first_screen(campaign_, checks, ""),
+          .text = report::first_screen(campaign_, checks, joints, ""),
           .headline = report::readings_in_words(campaign_, checks),
           .stations = {report::readings_station(campaign_, checks)}};
 }

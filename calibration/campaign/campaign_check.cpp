@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include <Eigen/SVD>
@@ -21,6 +22,36 @@ std::string counted(std::size_t count, const std::string& noun) {
 
 std::string levels_text(std::size_t count) { return counted(count, "level") + " of load"; }
 
+struct Topic {
+  const char *effect, *cure;
+};
+
+// What a topic is about, and what to measure for it, each in a few words.
+Topic topic_of(const std::string& name) {
+  static const std::map<std::string, Topic> topics = {
+      {"noise", {"whether the model is adequate", "state 'noise', or repeat some readings"}},
+      {"wrench_noise", {"errors of the load cell", "state 'wrench_noise' (loads count as exact)"}},
+      {"offsets",
+       {"weight, geometry, thermal offsets", "read absolute poses: they cancel in differences"}},
+      {"components", {"all six components", "read the components that are missing"}},
+      {"load_directions", {"loads in all directions", "load along the other axes, too"}},
+      {"poses", {"dependence on the posture", "read in other postures"}},
+      {"nonlinearity", {"nonlinearity", "load in three steps or more along one direction"}},
+      {"reversal", {"play, preload, one-sided contact", "repeat loads with the opposite sign"}},
+      {"hysteresis", {"hysteresis", "unload in steps, with the columns cycle and step"}},
+      {"clearance_or_friction", {"play against friction", "reverse loads, and take them back"}},
+      {"return_to_zero", {"return to zero", "read the unloaded state after each cycle"}},
+      {"sessions", {"drift between sessions", "repeat some readings on another day"}},
+      {"time", {"creep and drift", "add a column 'time'"}},
+      {"temperature", {"thermal effects", "add a column 'temperature', and let it change"}},
+      {"roles",
+       {"the error on readings kept out", "keep a session or some postures back: 'roles'"}},
+      {"parameters",
+       {"the uncertain parameters", "take more readings, or state fewer as uncertain"}},
+      {"session_frames", {"where the instrument stood", "it is estimated session by session"}}};
+  return topics.at(name);
+}
+
 class Check {
  public:
   Check(const Campaign& campaign, const vjm::Robot& robot)
@@ -36,6 +67,10 @@ class Check {
         zero_return(), sessions(),     time(),     temperature(),   roles(),
         parameters()};
     if (campaign_.session_frame == SessionFrame::estimated) result.push_back(frames());
+    for (Observability& item : result) {
+      item.effect = topic_of(item.topic).effect;
+      item.cure = topic_of(item.topic).cure;
+    }
     return result;
   }
 

@@ -14,7 +14,9 @@ namespace kinetostat::calibration {
 struct Observability {
   std::string topic;  // "noise", "nonlinearity", ...: fixed words, for programs
   bool observable = false;
-  std::string sentence;  // with the figures, and for what is missing: what to measure
+  std::string sentence;     // with the figures, and for what is missing: what to measure
+  std::string effect = {};  // class of effects that it is about, in a few words
+  std::string cure = {};    // what to measure where it is not observable, in a few words
 };
 
 /// In a fixed order. Looks at loads, postures, order and columns only, never at residuals; the same

@@ -256,41 +256,15 @@ std::string counted(std::size_t count, const std::string& noun) {
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
-// Short words for a topic of a check, and what would make it observable.
-struct Topic {
-  std::string_view topic, words, cure;
-};
-constexpr auto topics = std::to_array<Topic>({
-    {"noise", "whether the model is adequate", "state 'noise', or repeat some readings"},
-    {"wrench_noise", "errors of the load cell", "state 'wrench_noise' (loads count as exact)"},
-    {"offsets", "weight, geometry, thermal offsets",
-     "read absolute poses: they cancel in differences"},
-    {"components", "all six components", "read the components that are missing"},
-    {"load_directions", "loads in all directions", "load along the other axes, too"},
-    {"poses", "dependence on the posture", "read in other postures"},
-    {"nonlinearity", "nonlinearity", "load in three steps or more along one direction"},
-    {"reversal", "play, preload, one-sided contact", "repeat loads with the opposite sign"},
-    {"hysteresis", "hysteresis", "unload in steps, with the columns cycle and step"},
-    {"clearance_or_friction", "play against friction", "reverse loads, and take them back"},
-    {"return_to_zero", "return to zero", "read the unloaded state after each cycle"},
-    {"sessions", "drift between sessions", "repeat some readings on another day"},
-    {"time", "creep and drift", "add a column 'time'"},
-    {"temperature", "thermal effects", "add a column 'temperature', and let it change"},
-    {"roles", "the error on readings kept out", "keep a session or some postures back: 'roles'"},
-    {"parameters", "the uncertain parameters", "take more readings, or state fewer as uncertain"},
-    {"session_frames", "where the instrument stood", "it is estimated session by session"},
-});
-
-std::string_view words_of(const std::string& topic) {
-  for (const Topic& t : topics)
-    if (t.topic == topic) return t.words;
-  return topic;
-}
-
-std::string_view cure_of(const std::string& topic) {
-  for (const Topic& t : topics)
-    if (t.topic == topic) return t.cure;
-  return "see --verbose";
+// "joint q2: -95 to 95 N m at 6 postures", or why its stiffness cannot be determined.
+std::string load_in_words(const calibration::JointLoad& joint) {
+  if (!joint.is_loaded())
+    return fmt::format("no load {} it: its stiffness cannot be determined",
+                       joint.turns ? "turns" : "pushes");
+  const std::string load =
+      fmt::format("{:.3g} to {:.3g} {} at {}", joint.least, joint.largest,
+                  joint.turns ? "N m" : "N", counted(joint.postures, "posture"));
+  return joint.is_seen ? load : load + ", but no reading sees it move";
 }
 
 // The last stage of the model before, or after.
@@ -399,22 +373,37 @@ std::string readings_in_words(const Campaign& campaign,
                                            : "not known");
 }
 
+// Of a first screen; of more only those whose stiffness cannot be determined are shown.
+constexpr std::size_t most_joints = 7;
+
+std::string joints_text(const std::vector<calibration::JointLoad>& joints) {
+  std::string text;
+  for (const calibration::JointLoad& joint : joints)
+    text += labelled("  " + joint.name, 36, load_in_words(joint));
+  return text.empty() ? text
+                      : "\n  joint                             what the loads do to it\n" + text;
+}
+
 std::string first_screen(const Campaign& campaign,
                          const std::vector<calibration::Observability>& checks,
+                         const std::vector<calibration::JointLoad>& joints,
                          const std::string& next) {
   std::vector<std::string> seen;
   std::string unseen;
   for (const calibration::Observability& check : checks) {
     if (check.observable)
-      seen.emplace_back(words_of(check.topic));
+      seen.push_back(check.effect);
     else
-      unseen += labelled(std::string(words_of(check.topic)), 36, std::string(cure_of(check.topic)));
+      unseen += labelled(check.effect, 36, check.cure);
   }
+  std::vector<calibration::JointLoad> shown = joints;
+  if (shown.size() > most_joints)
+    std::erase_if(shown, [](const auto& joint) { return joint.is_observable(); });
   std::string text = wrapped(readings_in_words(campaign, checks) + ".");
   if (!seen.empty()) text += wrapped("Observable: " + listed(seen, "and") + ".", 0, 2);
   if (!unseen.empty())
     text += "\n  not observable                      what would show it\n" + unseen;
-  return text + (next.empty() ? "" : "\n" + next);
+  return text + joints_text(shown) + (next.empty() ? "" : "\n" + next);
 }
 
 }  // namespace kinetostat::report

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "kinetostat/calibration/campaign/campaign_check.h"
+#include "kinetostat/calibration/campaign/joint_loads.h"
 #include "kinetostat/calibration/comparison/before_after.h"
 #include "kinetostat/calibration/comparison/compare.h"
 
@@ -27,9 +28,13 @@ std::string first_screen(const calibration::BeforeAfter& both);
 /// "192 of 192 readings usable, 2 sessions, 13 postures, noise stated".
 std::string readings_in_words(const calibration::Campaign& campaign,
                               const std::vector<calibration::Observability>& checks);
-/// What readings can show and what not, with what would show it.
+/// Every joint with a spring, and what the loads do to it. Empty where there is none.
+std::string joints_text(const std::vector<calibration::JointLoad>& joints);
+/// What readings can show and what not, with what would show it, and the joints whose stiffness
+/// cannot be determined.
 std::string first_screen(const calibration::Campaign& campaign,
                          const std::vector<calibration::Observability>& checks,
+                         const std::vector<calibration::JointLoad>& joints,
                          const std::string& next);
 
 }  // namespace kinetostat::report

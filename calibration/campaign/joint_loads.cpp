@@ -1,0 +1,127 @@
+#include "kinetostat/calibration/campaign/joint_loads.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "kinetostat/calibration/campaign/column_names.h"
+#include "kinetostat/calibration/campaign/load_history.h"
+#include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/manipulator/posture.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using spatial::Vector3;
+using spatial::Vector6;
+
+constexpr double step = 1e-6;          // [m or rad], of the central difference
+constexpr double least_motion = 1e-6;  // of a component, per m or rad of the joint: none
+
+vjm::PostureResult posture_of(const vjm::Manipulator& manipulator, const Configuration& command) {
+  return command.target ? vjm::posture_at(manipulator, *command.target)
+                        : vjm::posture_from_joints(manipulator, command.joints);
+}
+
+// All its coordinates by name; passive ones are where the search for a posture starts.
+std::map<std::string, double> coordinates_of(const vjm::Manipulator& manipulator,
+                                             const vjm::Posture& posture) {
+  std::map<std::string, double> values;
+  for (std::size_t c = 0; c < manipulator.size(); ++c) {
+    const vjm::Chain& chain = manipulator.chains()[c];
+    for (const Eigen::Index k : chain.posture_coordinates())
+      values[chain.name() + "." + chain.coordinates()[static_cast<std::size_t>(k)].name] =
+          posture.coordinates[c][k];
+  }
+  return values;
+}
+
+bool has_spring(const vjm::Manipulator& manipulator, const std::string& joint) {
+  for (const vjm::Chain& chain : manipulator.chains())
+    for (const vjm::Spring& spring : chain.springs())
+      if (chain.name() + "." + spring.name == joint) return true;
+  return false;
+}
+
+// The motion [translation; rotation] of the platform's reference point per m or rad of the joint,
+// base axes; 0 where the robot cannot follow.
+Vector6 motion_of(const vjm::Manipulator& manipulator, std::map<std::string, double> values,
+                  const std::string& joint) {
+  const double at = values.at(joint);
+  values[joint] = at + step;
+  const vjm::PostureResult ahead = vjm::posture_from_joints(manipulator, values);
+  values[joint] = at - step;
+  const vjm::PostureResult behind = vjm::posture_from_joints(manipulator, values);
+  Vector6 motion = Vector6::Zero();
+  if (!ahead.reached || !behind.reached) return motion;
+  const spatial::Pose &a = ahead.posture.platform, &b = behind.posture.platform;
+  motion.head<3>() = (a.position() - b.position()) / (2 * step);
+  motion.tail<3>() = spatial::log_rotation(a.rotation() * b.rotation().transpose()) / (2 * step);
+  return motion;
+}
+
+// What the readings measure of a motion of the platform.
+bool is_seen(const Campaign& campaign, const Reading& reading, const spatial::Pose& platform,
+             const Vector6& motion) {
+  Vector6 seen = campaign.observation.motion(platform, motion);
+  if (campaign.observation.platform_axes) {
+    seen.head<3>() = (platform.rotation().transpose() * seen.head<3>()).eval();
+    seen.tail<3>() = (platform.rotation().transpose() * seen.tail<3>()).eval();
+  }
+  for (const Eigen::Index k : components_in_use(reading))
+    if (std::abs(seen[k]) > least_motion) return true;
+  return false;
+}
+
+void count(const Campaign& campaign, const Reading& reading, const vjm::Load& load,
+           const spatial::Pose& platform, const Vector6& motion, JointLoad& joint, bool& driven) {
+  const Vector6 wrench = load.at_reference_point(platform);
+  const double force = wrench.dot(motion);
+  const Vector3 point = platform * load.point_on_platform;
+  const double most =
+      joint.turns ? load.force.norm() * point.norm() + load.moment.norm() : load.force.norm();
+  joint.least = std::min(joint.least, force);
+  joint.largest = std::max(joint.largest, force);
+  if (!(most > 0)) return;
+  const double share = std::abs(force) / most;
+  joint.share = std::max(joint.share, share);
+  if (share <= JointLoad::least_share) return;
+  driven = true;
+  joint.is_seen = joint.is_seen || is_seen(campaign, reading, platform, motion);
+}
+
+}  // namespace
+
+std::vector<JointLoad> joint_loads(const Campaign& campaign, const vjm::Manipulator& manipulator) {
+  std::vector<JointLoad> result;
+  std::vector<std::string> names;
+  for (const Joint& joint : joints_of(manipulator)) {
+    if (!joint.actuated || !has_spring(manipulator, joint.name)) continue;
+    names.push_back(joint.name);
+    result.push_back(
+        {.name = joint.column(), .turns = joint.dimension == spatial::dimension::angle});
+  }
+  const std::vector<vjm::Load> loads = changing_loads(campaign);
+  for (std::size_t c = 0; c < campaign.configurations.size(); ++c) {
+    std::vector<std::size_t> here;
+    for (std::size_t i = 0; i < campaign.readings.size(); ++i)
+      if (campaign.readings[i].configuration == c && !campaign.readings[i].masked)
+        here.push_back(i);
+    if (here.empty()) continue;
+    const vjm::PostureResult found = posture_of(manipulator, campaign.configurations[c]);
+    if (!found.reached) continue;
+    const auto values = coordinates_of(manipulator, found.posture);
+    for (std::size_t j = 0; j < names.size(); ++j) {
+      const Vector6 motion = motion_of(manipulator, values, names[j]);
+      bool driven = false;
+      for (const std::size_t i : here)
+        count(campaign, campaign.readings[i], loads[i], found.posture.platform, motion, result[j],
+              driven);
+      result[j].postures += driven;
+    }
+  }
+  return result;
+}
+
+}  // namespace kinetostat::calibration
