@@ -90,6 +90,8 @@ class Run {
   }
   /// Whether the result goes into a page; then its pictures are wanted.
   bool wants_page() const { return !options_.html.empty(); }
+  /// Whether the result itself is written, as JSON or on a page; else only the report is.
+  bool wants_result() const { return wants_page() || !options_.json.empty(); }
   /// Data that charts of the result need and the result itself does not hold.
   void draw(io::Json picture) { picture_ = std::move(picture); }
   /// Further results that belong on the same page, each with its own tool, command and options.

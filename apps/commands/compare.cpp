@@ -88,8 +88,10 @@ io::Json compare(const CompareRequest& request, Run& run) {
   say_which_robot(robot, campaign, json, run);
   run.print(report::first_screen(robot, campaign, comparison, next_after(request, comparison)));
   run.print_more("\n" + report::text(campaign, comparison));
-  json.update(report::to_json(campaign, comparison));
-  json["configurations"] = report::configurations(robot, campaign);
+  if (run.wants_result()) {  // all readings: several times what the rest needs
+    json.update(report::to_json(campaign, comparison));
+    json["configurations"] = report::configurations(robot, campaign);
+  }
   if (!request.csv.empty())
     io::write_atomically(request.csv, report::residual_table(campaign, comparison));
   if (run.wants_page())

@@ -137,25 +137,25 @@ io::Json show(const Request& request, Run& run) {
 
 void add_readings(Program& program) {
   const auto request = std::make_shared<Request>();
-  CLI::App& app = program.add(
+  OptionList app = program.add(
       {.name = "readings",
        .summary = "Show how a table of readings is understood, and write a campaign file for it",
        .example = "kinetostat readings data/measurements/nist_load_cell/readings.csv "
                   "data/robots/bench.yaml --units length=mm,force=N",
        .out = "Write the campaign file"},
       [request](Run& run) { return show(*request, run); });
-  app.add_option("FILE", request->file, "Table (CSV, .xlsx, .ods), or campaign file")->required();
+  app.add_option("FILE", request->file, "Table (CSV, .xlsx, .ods), or campaign file").required();
   app.add_option("ROBOT", request->robot, "Robot file, whose joints are looked for in the table");
   app.add_option("--column", request->columns,
                  "Meaning of a column, NAME=MEANING, as 'Gauge 1=-dz [um]'; may be repeated")
-      ->type_name("COLUMN")
-      ->default_str("")
-      ->allow_extra_args(false);
+      .type_name("COLUMN")
+      .hide_default()
+      .one_at_a_time();
   app.add_option("--units", request->units,
                  "Units of columns that name none: length=mm,force=N,angle=deg,time=s");
   app.add_option("--displacement", request->displacement,
                  "What displacements are: difference to the unloaded state, or absolute poses")
-      ->check(CLI::IsMember({"difference", "absolute"}));
+      .one_of({"difference", "absolute"});
   app.add_option("--sheet", request->sheet, "Sheet of a spreadsheet; the first with a table");
 }
 

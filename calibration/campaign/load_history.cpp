@@ -11,19 +11,26 @@ namespace {
 // A load that differs by less from the one before it is held, as a load cell reads it.
 constexpr double held = 0.005;
 
-spatial::Vector3 moment_about_reference(const vjm::Load& load) {
-  return load.at_reference_point(spatial::Pose()).tail<3>();
-}
+// A load about the reference point, for comparing many with many.
+struct Wrench {
+  spatial::Vector3 force, moment;
+  double level = 0, arm = 0;
+
+  explicit Wrench(const vjm::Load& load)
+      : force(load.force),
+        moment(load.at_reference_point(spatial::Pose()).tail<3>()),
+        level(level_of(load)),
+        arm(load.point_on_platform.norm()) {}
+};
 
 // Equal and opposite, as nearly as loads are that a cell has read. A wrench may be stated about
 // another point: then the moments agree about the reference point.
-bool opposite(const vjm::Load& a, const vjm::Load& b) {
-  const double size = level_of(a);
-  const spatial::Vector3 moment_a = moment_about_reference(a), moment_b = moment_about_reference(b);
-  const double arm = std::max(a.point_on_platform.norm(), b.point_on_platform.norm());
-  const double moment = std::max({moment_a.norm(), moment_b.norm(), arm * a.force.norm()});
-  return size > 0 && (a.force + b.force).norm() <= same_load * size &&
-         (moment_a + moment_b).norm() <= same_load * moment;
+bool opposite(const Wrench& a, const Wrench& b) {
+  if (!(a.level > 0) || a.force.dot(b.force) > 0) return false;
+  if ((a.force + b.force).norm() > same_load * a.level) return false;
+  const double moment =
+      std::max({a.moment.norm(), b.moment.norm(), std::max(a.arm, b.arm) * a.force.norm()});
+  return (a.moment + b.moment).norm() <= same_load * moment;
 }
 
 bool is_constant(const std::vector<vjm::Load>& loads, const auto& component) {
@@ -177,12 +184,13 @@ std::vector<std::pair<std::size_t, std::size_t>> reversed_pairs(const Campaign& 
     };
     std::sort(members.begin(), members.end(),
               [&key](std::size_t a, std::size_t b) { return key(a) < key(b); });
+    std::vector<Wrench> wrenches;
+    for (const std::size_t i : members) wrenches.emplace_back(loads[i]);
     for (std::size_t a = 0; a < members.size(); ++a) {
-      const double level = level_of(loads[members[a]]);
+      const double most = wrenches[a].level * (1 + same_load);
       for (std::size_t b = a + 1; b < members.size() && !taken[members[a]]; ++b) {
-        const vjm::Load& other = loads[members[b]];
-        if (level_of(other) > level * (1 + same_load)) break;
-        if (taken[members[b]] || !opposite(loads[members[a]], other)) continue;
+        if (wrenches[b].level > most) break;
+        if (taken[members[b]] || !opposite(wrenches[a], wrenches[b])) continue;
         taken[members[a]] = taken[members[b]] = true;
         pairs.emplace_back(members[a], members[b]);
       }

@@ -266,7 +266,10 @@ std::optional<BaseFit> refit(const vjm::Robot& robot, const Predictor& predictor
 
 Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int threads,
                    common::Progress& progress, Loss loss) {
-  const Campaign to_fit = only(campaign, {Role::fit});
+  const bool has_others = has_role(campaign, Role::select) || has_role(campaign, Role::confirm);
+  std::optional<Campaign> part;
+  if (has_others) part = only(campaign, {Role::fit});
+  const Campaign& to_fit = has_others ? *part : campaign;
   const Noise stated = noise_of(campaign, replicate_groups(campaign));
   const Predictor predictor(robot.without_effects(), robot.effects, campaign, threads, progress);
   Evidence evidence{to_fit, replicate_groups(to_fit), {}, {}};
