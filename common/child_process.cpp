@@ -144,6 +144,14 @@ struct Exec {
   std::size_t memory_limit;
 };
 
+// Lowers the limit on the address space of this process; a lower one stays.
+void limit_memory(rlim_t bytes) {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur <= bytes) return;
+  limit.rlim_cur = bytes;
+  setrlimit(RLIMIT_AS, &limit);
+}
+
 // Between fork and exec only calls that are safe when other threads held locks at the fork.
 [[noreturn]] void become(const Exec& exec, pid_t parent) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -151,8 +159,7 @@ struct Exec {
   if (exec.folder != nullptr && chdir(exec.folder) != 0) _exit(127);
   for (int target = 0; target < rearranged; ++target)
     if (dup2(exec.descriptors[static_cast<std::size_t>(target)], target) < 0) _exit(127);
-  const rlimit memory{exec.memory_limit, exec.memory_limit};
-  if (exec.memory_limit > 0) setrlimit(RLIMIT_AS, &memory);
+  if (exec.memory_limit > 0) limit_memory(exec.memory_limit);
   execve(exec.program, exec.arguments, exec.environment);
   _exit(errno == ENOMEM ? exit_out_of_memory : 127);
 }
@@ -165,11 +172,7 @@ struct Exec {
   const rlimit no_core{0, 0};
   setrlimit(RLIMIT_CORE, &no_core);
 #ifndef __SANITIZE_ADDRESS__  // which reserves terabytes of address space
-  rlimit memory{};
-  if (getrlimit(RLIMIT_AS, &memory) == 0 && memory.rlim_cur > isolated_memory) {
-    memory.rlim_cur = isolated_memory;
-    setrlimit(RLIMIT_AS, &memory);
-  }
+  limit_memory(isolated_memory);
 #endif
   try {
     answer.write_all(work());

@@ -34,8 +34,11 @@ inline void limit_process(int argc, char** argv) {
   setrlimit(RLIMIT_CORE, &no_core);
 #ifndef __SANITIZE_ADDRESS__
   if (argc != 3 || std::string(argv[1]) != "--memory") return;
-  const rlimit limit{std::strtoull(argv[2], nullptr, 10), RLIM_INFINITY};
-  if (limit.rlim_cur > 0) setrlimit(RLIMIT_AS, &limit);
+  const rlim_t wanted = std::strtoull(argv[2], nullptr, 10);
+  rlimit limit{};
+  if (wanted == 0 || getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur <= wanted) return;
+  limit.rlim_cur = wanted;  // the hard limit stays: raising it is refused
+  setrlimit(RLIMIT_AS, &limit);
 #else
   (void)argc, (void)argv;
 #endif
