@@ -15,7 +15,7 @@ namespace {
 
 using Details = InputError::Details;
 
-constexpr std::size_t most_shown = 30, most_lines = 4, widest = 44, longest = 260;
+constexpr std::size_t most_shown = 15, most_lines = 4, widest = 44, longest = 260;
 
 // Of a mistake without what stands between quotes: the same in other rows.
 std::string kind_of(const Details& mistake) {
@@ -85,7 +85,7 @@ std::string table(const std::vector<Details>& mistakes) {
   const std::vector<Group> groups = grouped(mistakes);
   const std::filesystem::path& file = mistakes.front().file;
   std::string text =
-      fmt::format("{}: {} thing{} to mend before anything can be computed",
+      fmt::format("{}: {} thing{} to repair before anything can be computed",
                   printable(file.string()), groups.size(), groups.size() == 1 ? "" : "s");
   std::size_t place_width = 0, what_width = 0;
   for (const Group& group : groups) {

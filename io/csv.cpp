@@ -11,9 +11,9 @@
 #include "kinetostat/common/printable.h"
 #include "kinetostat/io/file_kind.h"
 #include "kinetostat/io/largest_number.h"
-#include "kinetostat/io/text_encoding.h"
+#include "kinetostat/io/table/text_encoding.h"
+#include "kinetostat/io/table/workbook.h"
 #include "kinetostat/io/text_file.h"
-#include "kinetostat/io/workbook.h"
 
 namespace kinetostat::io {
 namespace {

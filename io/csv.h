@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "kinetostat/common/faults.h"
-#include "kinetostat/io/table_layout.h"
-#include "kinetostat/io/table_numbers.h"
+#include "kinetostat/io/table/table_layout.h"
+#include "kinetostat/io/table/table_numbers.h"
 
 namespace kinetostat::io {
 

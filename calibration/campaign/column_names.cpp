@@ -8,8 +8,6 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/calibration/campaign/readings_context.h"
-
 namespace kinetostat::calibration {
 namespace {
 
@@ -177,6 +175,11 @@ std::vector<Joint> joints_of(const vjm::Manipulator& manipulator) {
   for (Joint& joint : joints)
     if (uses[joint.alone] > 1) joint.alone = joint.name;
   return joints;
+}
+
+std::string correlation_name(Eigen::Index i, Eigen::Index j) {
+  return fmt::format("{}_{}", component_names[static_cast<std::size_t>(i)],
+                     component_names[static_cast<std::size_t>(j)]);
 }
 
 const std::vector<std::string>& reserved_names() {

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "kinetostat/calibration/campaign/campaign.h"
 #include "kinetostat/spatial/units.h"
 #include "kinetostat/vjm/manipulator/manipulator.h"
 
@@ -23,6 +24,9 @@ struct Joint {
   const std::string& column() const;
 };
 std::vector<Joint> joints_of(const vjm::Manipulator& manipulator);
+
+/// "dx_dz": the correlation of two components, in the order of component_names.
+std::string correlation_name(Eigen::Index i, Eigen::Index j);
 
 /// Names that have a meaning for every robot: "id", "fx", "sigma_dx", "corr_dx_dy", ...
 const std::vector<std::string>& reserved_names();

@@ -7,11 +7,6 @@
 
 namespace kinetostat::calibration {
 
-std::string correlation_name(Eigen::Index i, Eigen::Index j) {
-  return fmt::format("{}_{}", component_names[static_cast<std::size_t>(i)],
-                     component_names[static_cast<std::size_t>(j)]);
-}
-
 bool is_correlation(const spatial::Matrix6& matrix) {
   const Eigen::LLT<spatial::Matrix6> factor(matrix);
   return factor.info() == Eigen::Success &&

@@ -58,8 +58,6 @@ struct ReadingsContext {
 /// common::InputError.
 ReadingsContext read_context(const std::filesystem::path& file, Campaign& campaign);
 
-/// "dx_dz": the correlation of two components, in the order of component_names.
-std::string correlation_name(Eigen::Index i, Eigen::Index j);
 /// Symmetric with unit diagonal as given; positive definite?
 bool is_correlation(const spatial::Matrix6& matrix);
 /// Of one of role_names.

@@ -518,7 +518,7 @@ class Reader {
         commas.push_back("'" + table_.columns()[c] + "'");
     }
     if (table_.has_title())
-      say(fmt::format("The table begins on line {}: what stands above it is passed over.",
+      say(fmt::format("The table starts on line {}: what stands above it is passed over.",
                       table_.header_line()));
     if (!table_.format().other_sheets.empty())
       say(fmt::format("Sheet '{}' is read; tables also stand on: {}.", table_.format().sheet,

@@ -21,7 +21,7 @@ using spatial::Dimension;
 namespace dimension = spatial::dimension;
 
 // A robot of which no joint is known.
-vjm::Manipulator nobody() { return vjm::Manipulator("robot", {vjm::ChainBuilder("robot").build()}); }
+vjm::Manipulator nobody() { return {"robot", {vjm::ChainBuilder("robot").build()}}; }
 
 std::string words_for(const std::string& meaning, const std::vector<Joint>& joints) {
   for (const Joint& joint : joints)

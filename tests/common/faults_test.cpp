@@ -43,7 +43,7 @@ TEST(Faults, SeveralAreSortedByPlaceAndGroupedByKind) {
                 .cure = "Write one"});
   faults.add({.file = "c.yaml", .line = 1, .key = "units", .what = "unknown"});
   const std::string message = message_of(faults);
-  EXPECT_THAT(message, HasSubstr("3 things to mend"));
+  EXPECT_THAT(message, HasSubstr("3 things to repair"));
   EXPECT_THAT(message, HasSubstr("fx: '4a' is no number (and on lines 5, 7)"));
   EXPECT_LT(message.find("unknown"), message.find("'4a'"));
   EXPECT_LT(message.find("'4a'"), message.find("last"));
@@ -69,8 +69,8 @@ TEST(Faults, ALongListIsCut) {
                 .line = i,
                 .what = "mistake " + std::string(1000, 'x') + std::to_string(i)});
   const std::string message = message_of(faults);
-  EXPECT_THAT(message, HasSubstr("100 things to mend"));
-  EXPECT_THAT(message, HasSubstr("and 70 more"));
+  EXPECT_THAT(message, HasSubstr("100 things to repair"));
+  EXPECT_THAT(message, HasSubstr("and 85 more"));
   EXPECT_LT(message.size(), 10'000u);
 }
 

@@ -11,6 +11,7 @@
 #include "kinetostat/calibration/campaign/joint_loads.h"
 #include "kinetostat/calibration/campaign/readings_overview.h"
 #include "kinetostat/common/error.h"
+#include "kinetostat/vjm/chain/chain_builder.h"
 
 #include "calibration/synthetic.h"
 
@@ -27,11 +28,11 @@ const std::string head =
     "readings: readings.csv\n";
 
 vjm::Manipulator arm() {
-  vjm::Chain chain("arm");
+  vjm::ChainBuilder chain("arm");
   chain.actuator("q1", vjm::Motion::rz, 1e5).offset(spatial::Pose::translation({0.3, 0, 0}));
   chain.actuator("q2", vjm::Motion::ry, 1e5).offset(spatial::Pose::translation({0.4, 0, 0}));
   chain.actuator("q3", vjm::Motion::rx, 1e5).offset(spatial::Pose::translation({0.1, 0, 0}));
-  return vjm::Manipulator("arm", {chain});
+  return vjm::Manipulator("arm", {chain.build()});
 }
 
 Campaign read(const std::string& csv, const std::string& more = "") {

@@ -5,6 +5,7 @@
 
 #include "kinetostat/calibration/campaign/campaign_file.h"
 #include "kinetostat/common/error.h"
+#include "kinetostat/vjm/chain/chain_builder.h"
 
 #include "calibration/synthetic.h"
 
@@ -19,10 +20,10 @@ const std::string head =
 
 // Two joints in series, A1 about z and A2 about y.
 vjm::Manipulator arm() {
-  vjm::Chain chain("arm");
+  vjm::ChainBuilder chain("arm");
   chain.actuator("A1", vjm::Motion::rz, 1e5).offset(spatial::Pose::translation({0.3, 0, 0}));
   chain.actuator("A2", vjm::Motion::ry, 1e5).offset(spatial::Pose::translation({0.4, 0, 0}));
-  return vjm::Manipulator("arm", {chain});
+  return vjm::Manipulator("arm", {chain.build()});
 }
 
 struct Malformed {
@@ -200,19 +201,19 @@ const Malformed tables[] = {
     // Several at once, in the order of their places.
     {"NameAndCells",
      "Stiffness test\nKraft X;dz [mm];id\n1;0,5;a\nx;0,25;a\n2;0.75;b\n",
-     {"4 things to mend before anything can be computed", "line 2:1  'Kraft X' has no unit",
+     {"4 things to repair before anything can be computed", "line 2:1  'Kraft X' has no unit",
       "line 4:1  Kraft X: 'x' is not a number", "line 4:8  the id 'a' is already used on line 3",
       "line 5:3  dz [mm]: '0.75' is not a number"}},
     {"RowsAndCells",
      "fz,dz,mask\n1,2\n3,oops,\n4,5,maybe\n",
-     {"3 things to mend", "line 2 ", "this row has 2 cells, the header has 3",
+     {"3 things to repair", "line 2 ", "this row has 2 cells, the header has 3",
       "line 3:3  dz: 'oops' is not a number", "line 4:5  mask: 'maybe' is neither 0 nor 1"}},
     {"ManyOfOneKind",
      "fz,dz\n1,a\n1,b\n1,c\n1,d\n1,e\n1,f\n1,g\n",
-     {"1 thing to mend", "'a' is not a number (and on lines 3, 4, 5, 6 and 2 more)"}},
+     {"1 thing to repair", "'a' is not a number (and on lines 3, 4, 5, 6 and 2 more)"}},
     {"TableAndCampaign",
      "fz,dz\n1,oops\n",
-     {"2 things to mend",
+     {"2 things to repair",
       "campaign.yaml line 6  columns.Gauge: the readings have no column 'Gauge'", "line 2:3",
       "dz: 'oops' is not a number"},
      "columns: {Gauge: dx}\n"},

@@ -4,9 +4,9 @@
 
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/csv.h"
-#include "kinetostat/io/open_xml.h"
-#include "kinetostat/io/text_encoding.h"
-#include "kinetostat/io/workbook.h"
+#include "kinetostat/io/table/open_xml.h"
+#include "kinetostat/io/table/text_encoding.h"
+#include "kinetostat/io/table/workbook.h"
 
 #include "support/zip_writer.h"
 

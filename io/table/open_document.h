@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "kinetostat/io/workbook.h"
-#include "kinetostat/io/zip_archive.h"
+#include "kinetostat/io/table/sheet_rows.h"
+#include "kinetostat/io/table/zip_archive.h"
 
 namespace kinetostat::io {
 

@@ -1,10 +1,12 @@
 // Sheets of an .xlsx file (Office Open XML, ECMA-376 part 1, 18.3 SpreadsheetML).
 #pragma once
 
+#include <string>
+#include <string_view>
 #include <vector>
 
-#include "kinetostat/io/workbook.h"
-#include "kinetostat/io/zip_archive.h"
+#include "kinetostat/io/table/sheet_rows.h"
+#include "kinetostat/io/table/zip_archive.h"
 
 namespace kinetostat::io {
 

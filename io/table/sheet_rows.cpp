@@ -1,4 +1,4 @@
-#include "kinetostat/io/sheet_rows.h"
+#include "kinetostat/io/table/sheet_rows.h"
 
 #include <algorithm>
 

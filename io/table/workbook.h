@@ -7,16 +7,12 @@
 #include <string_view>
 #include <vector>
 
+#include "kinetostat/io/table/sheet_rows.h"
+
 namespace kinetostat::io {
 
 /// Whether the bytes are those of an .xlsx or .ods file.
 bool is_workbook(std::string_view bytes);
-
-struct Sheet {
-  std::string name;
-  std::string text;     // cells separated by tabs, one line a row, from the first row on
-  bool is_cut = false;  // it has more cells than SheetRows takes
-};
 
 /// The sheets in their order. Formulas have the values that were saved; dates and times are ISO
 /// 8601 to the millisecond, and numbers have a decimal point. Throws InputError when the file is

@@ -1,4 +1,4 @@
-// The cells of one sheet while they are read, as the text that workbook.h promises.
+// A sheet of a spreadsheet as text, and its cells while they are read.
 #pragma once
 
 #include <cstddef>
@@ -6,6 +6,12 @@
 #include <vector>
 
 namespace kinetostat::io {
+
+struct Sheet {
+  std::string name;
+  std::string text;     // cells separated by tabs, one line a row, from the first row on
+  bool is_cut = false;  // it has more cells than SheetRows takes
+};
 
 class SheetRows {
  public:

@@ -1,4 +1,4 @@
-#include "kinetostat/io/workbook.h"
+#include "kinetostat/io/table/workbook.h"
 
 #include <algorithm>
 
@@ -7,11 +7,11 @@
 
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/spelling.h"
-#include "kinetostat/io/open_document.h"
-#include "kinetostat/io/open_xml.h"
-#include "kinetostat/io/sheet_rows.h"
-#include "kinetostat/io/table_layout.h"
-#include "kinetostat/io/zip_archive.h"
+#include "kinetostat/io/table/open_document.h"
+#include "kinetostat/io/table/open_xml.h"
+#include "kinetostat/io/table/sheet_rows.h"
+#include "kinetostat/io/table/table_layout.h"
+#include "kinetostat/io/table/zip_archive.h"
 
 namespace kinetostat::io {
 

@@ -1,4 +1,4 @@
-#include "kinetostat/io/xml_scanner.h"
+#include "kinetostat/io/table/xml_scanner.h"
 
 #include <algorithm>
 #include <array>
@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "kinetostat/io/text_encoding.h"
+#include "kinetostat/io/table/text_encoding.h"
 
 namespace kinetostat::io {
 namespace {

@@ -1,4 +1,4 @@
-#include "kinetostat/io/zip_archive.h"
+#include "kinetostat/io/table/zip_archive.h"
 
 #include <algorithm>
 #include <zlib.h>

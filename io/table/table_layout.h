@@ -1,4 +1,4 @@
-// Where the table begins in a text that may have a title block above it.
+// Where the table starts in a text that may have a title block above it.
 #pragma once
 
 #include <cstddef>

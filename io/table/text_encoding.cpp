@@ -1,4 +1,4 @@
-#include "kinetostat/io/text_encoding.h"
+#include "kinetostat/io/table/text_encoding.h"
 
 #include <array>
 #include <string_view>

@@ -1,4 +1,4 @@
-#include "kinetostat/io/open_document.h"
+#include "kinetostat/io/table/open_document.h"
 
 #include <algorithm>
 #include <charconv>
@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/io/sheet_rows.h"
-#include "kinetostat/io/xml_scanner.h"
+#include "kinetostat/io/table/sheet_rows.h"
+#include "kinetostat/io/table/xml_scanner.h"
 
 namespace kinetostat::io {
 namespace {

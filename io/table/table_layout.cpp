@@ -1,4 +1,4 @@
-#include "kinetostat/io/table_layout.h"
+#include "kinetostat/io/table/table_layout.h"
 
 #include <algorithm>
 #include <array>

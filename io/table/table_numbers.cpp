@@ -1,4 +1,4 @@
-#include "kinetostat/io/table_numbers.h"
+#include "kinetostat/io/table/table_numbers.h"
 
 #include <algorithm>
 #include <array>
