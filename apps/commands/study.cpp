@@ -11,6 +11,7 @@
 #include "kinetostat/apps/cli/fit_cache.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/apps/commands/diagnosis_steps.h"
+#include "kinetostat/apps/commands/study_design.h"
 #include "kinetostat/calibration/campaign/campaign_check.h"
 #include "kinetostat/calibration/campaign/joint_loads.h"
 #include "kinetostat/calibration/comparison/compare.h"
@@ -354,6 +355,8 @@ io::Json Study::all() {
 
 io::Json study(const StudyRequest& request, Run& run) {
   if (!run.out()) throw UsageError("--out", "the study has no folder", "Give -o DIR");
+  if (request.campaign.files.size() == 1 && is_robot_file(request.campaign.files.front()))
+    return study_design(request.campaign.files.front(), run);
   return Study(request, run).all();
 }
 
@@ -363,7 +366,7 @@ void add_study(Program& program) {
   const auto request = std::make_shared<StudyRequest>();
   OptionList app = program.add(
       {.name = "study",
-       .summary = "From readings to a model that explains them: all steps, one page",
+       .summary = "From readings to a model that explains them, or all about a robot: one page",
        .example = "kinetostat study data/measurements/nist_load_cell/campaign.yaml -o study",
        .out =
            "Write the page, the calibrated robot file, the readings to take next, and every step "

@@ -63,7 +63,7 @@ function bentRobot({ result, picture }, source) {
     load: picture.robot.load,
     joint: picture.joint_curve?.joint ?? picture.robot.joint,
   });
-  return new Figure({ ...spec, title: "The robot under its largest load", wide: false, height: 420 }, view).node;
+  return new Figure({ ...spec, title: "The robot under load", wide: false, height: 420 }, view).node;
 }
 
 function excludedTable(excluded) {
@@ -95,9 +95,41 @@ function workTable(list) {
   return node;
 }
 
+const restOf = (rest) =>
+  element(
+    "details",
+    { class: "rest", id: "study-rest" },
+    element("summary", {}, "Every chart, test and table of all steps"),
+    ...rest,
+  );
+
+/** Of a robot without readings. */
+function designSection(entry, rest) {
+  const { result } = entry;
+  const robot = bentRobot(entry, `Source: ${result.inputs.robot.file}.`);
+  return element(
+    "section",
+    { class: "study" },
+    stations(result.stations),
+    element("h2", {}, result.design),
+    element(
+      "div",
+      { class: "charts" },
+      ...(robot ? [robot] : []),
+      table(
+        ["spring", "share"],
+        result.yields.map((s) => [s.spring, `${number(100 * s.share)} %`]),
+        "What yields along the softest direction",
+      ),
+    ),
+    restOf(rest),
+  );
+}
+
 /** `rest`: the sections of all steps. */
 export function studySection(entry, rest) {
   const { result } = entry;
+  if (result.design) return designSection(entry, rest);
   const source = `Source: ${result.campaign_name}.`;
   const charts = (...nodes) =>
     element("div", { class: "charts" }, ...nodes.filter((node) => node !== null));
@@ -138,11 +170,6 @@ export function studySection(entry, rest) {
       result.files.map((f) => [f.file, f.what]),
       "Files beside this page",
     ),
-    element(
-      "details",
-      { class: "rest", id: "study-rest" },
-      element("summary", {}, "Every chart, test and table of all steps"),
-      ...rest,
-    ),
+    restOf(rest),
   );
 }

@@ -77,10 +77,10 @@ std::vector<Value> values_of(const vjm::Robot& robot, const calibration::Campaig
     if (k > 0 && (parameter.is_shape || parameter.is_phase || std::isnan(deviation))) continue;
     const std::string unit = unit_for_people(campaign, parameter, angular);
     const double factor = unit.empty() ? 1 : spatial::parse_unit(unit).factor;
-    values.push_back(
-        {parameter.name,
-         with_error(value / factor, deviation / factor) + (unit.empty() ? "" : " " + unit),
-         std::abs(value - parameter.none) / deviation});
+    values.push_back({parameter.name,
+                      with_error(value / factor, deviation / factor) +
+                          (unit.empty() ? "" : " " + unit_in_words(unit)),
+                      std::abs(value - parameter.none) / deviation});
   }
   return values;
 }
@@ -94,7 +94,9 @@ std::string size_in_words(const vjm::Robot& robot, const calibration::Campaign& 
   std::vector<Value> shown;
   for (const Value& value : values)
     if (value.significance > stands_out && shown.size() < most) shown.push_back(value);
-  if (shown.empty() && !values.empty()) shown.push_back(values.front());
+  // A size below its own error is none that is known.
+  if (shown.empty() && !values.empty() && !(values.front().significance < 1))
+    shown.push_back(values.front());
   if (shown.empty()) return {};
   if (shown.size() == 1 && shown.front().name == values.front().name) return shown.front().text;
   std::vector<std::string> words;
@@ -203,9 +205,11 @@ std::string error_sentence(const Diagnosis& d) {
 std::string laws_sentences(const Diagnosis& d) {
   std::string text;
   for (const FoundEffect& found : d.found) {
-    if (const std::string laws = laws_text(found.decision);
-        !laws.empty() && found.decision.answers.front().laws.front().share < decisive_law)
+    if (std::string laws = laws_text(found.decision);
+        !laws.empty() && found.decision.answers.front().laws.front().share < decisive_law) {
+      std::replace(laws.begin(), laws.end(), '_', ' ');
       text += wrapped(fmt::format("Which law: {}.", laws), 0, 2);
+    }
     if (const std::string why = inseparable_text(found.decision); !why.empty())
       text += wrapped(capitalised(why) + ".", 0, 2);
   }

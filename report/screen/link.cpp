@@ -93,7 +93,7 @@ std::string headline(const fea::SurfaceCheck& check, const MeshCheckUnits& units
   const fea::SurfaceReport& report = check.report;
   if (report.sound())
     return fmt::format("The mesh bounds a solid of {} {}^3: {} facets, {} bod{}.",
-                       number(check.mass.volume / std::pow(units.length, 3), 4), units.unit,
+                       figure(check.mass.volume / std::pow(units.length, 3), 4), units.unit,
                        with_commas(static_cast<std::size_t>(report.facets)), report.bodies(),
                        report.bodies() == 1 ? "y" : "ies");
   std::vector<std::string> defects;

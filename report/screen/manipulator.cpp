@@ -63,8 +63,9 @@ std::string shares_sentence(const std::vector<std::pair<std::string, double>>& p
 
 std::string free_sentence(const vjm::UnloadedStiffness& stiffness) {
   std::string text = "The platform has no stiffness in some direction:";
-  for (const std::string& sentence : stiffness.free.sentences) text += " " + sentence;
-  return text;
+  const std::vector<std::string>& sentences = stiffness.free.sentences;
+  for (std::size_t i = 0; i < sentences.size(); ++i) text += (i == 0 ? " " : "; ") + sentences[i];
+  return text + ".";
 }
 
 std::string joints_in_words(const vjm::Robot& robot, const vjm::Posture& posture) {
@@ -88,7 +89,7 @@ std::string joints_in_words(const vjm::Robot& robot, const vjm::Posture& posture
 std::string stiffness_table(const vjm::Robot& robot, const vjm::UnloadedStiffness& stiffness,
                             const std::vector<std::pair<std::string, double>>& places) {
   std::string text = fmt::format(
-      "  {:<44}  {}\n", fmt::format("stiffness [{}]  x         y         z", stiffness_unit(robot)),
+      "  {:<48}  {}\n", fmt::format("stiffness [{}]  x         y         z", stiffness_unit(robot)),
       places.empty() ? "" : "yields along the softest direction");
   const std::size_t rows = std::max<std::size_t>(3, std::min(places.size(), most_springs));
   const spatial::Matrix3 k =
@@ -103,14 +104,14 @@ std::string stiffness_table(const vjm::Robot& robot, const vjm::UnloadedStiffnes
         const double value = k(static_cast<Eigen::Index>(i), j);
         left += fmt::format("{:<10}", std::abs(value) < 1e-9 * largest
                                           ? "0"
-                                          : number(in_stiffness_unit(robot, value), 3));
+                                          : figure(in_stiffness_unit(robot, value), 3));
       }
     }
     std::string right;
     if (i < std::min(places.size(), most_springs))
       right = fmt::format("{:<20} {:<20} {:>5}", places[i].first, bar(places[i].second, 20),
                           short_percent(places[i].second));
-    std::string line = fmt::format("  {:<44}  {}", left, right);
+    std::string line = fmt::format("  {:<48}  {}", left, right);
     line.erase(line.find_last_not_of(' ') + 1);
     text += line + "\n";
   }
@@ -120,10 +121,26 @@ std::string stiffness_table(const vjm::Robot& robot, const vjm::UnloadedStiffnes
 }  // namespace
 
 SoftestDirection softest_direction(const spatial::Compliance6& compliance) {
+  constexpr double alike = 1e-3;  // below it two directions are as soft as each other
   const spatial::Matrix3 block = compliance.matrix().topLeftCorner<3, 3>();
   const Eigen::SelfAdjointEigenSolver<spatial::Matrix3> solver(
       spatial::Matrix3(0.5 * (block + block.transpose())));
-  SoftestDirection softest{solver.eigenvectors().col(2), solver.eigenvalues()[2]};
+  const Vector3& values = solver.eigenvalues();
+  SoftestDirection softest{solver.eigenvectors().col(2), values[2], 0};
+  spatial::Matrix3 projector = spatial::Matrix3::Zero();
+  for (int k = 0; k < 3; ++k)
+    if (values[k] >= (1 - alike) * values[2]) {
+      const Vector3 v = solver.eigenvectors().col(k);
+      projector += v * v.transpose();
+      ++softest.dimensions;
+    }
+  // Of many, the one nearest to a base axis; rounding must not choose.
+  if (softest.dimensions > 1) {
+    int nearest = 0;
+    for (int k = 1; k < 3; ++k)
+      if (projector(k, k) > projector(nearest, nearest) + 1e-6) nearest = k;
+    softest.direction = Vector3(projector.col(nearest)).normalized();
+  }
   Eigen::Index largest = 0;
   softest.direction.cwiseAbs().maxCoeff(&largest);
   if (softest.direction[largest] < 0) softest.direction = -softest.direction;
@@ -141,8 +158,12 @@ std::string headline(const vjm::Robot& robot, const vjm::UnloadedStiffness& stif
   if (!stiffness.compliance) return free_sentence(stiffness);
   const SoftestDirection softest = softest_direction(*stiffness.compliance);
   if (!(softest.compliance > 0)) return "The platform does not yield to any force.";
-  return fmt::format("Softest along {}: {} {}.{}", direction_in_words(softest.direction),
-                     number(in_stiffness_unit(robot, 1 / softest.compliance), 3),
+  const std::string direction = direction_in_words(softest.direction);
+  return fmt::format("{}: {} {}.{}",
+                     softest.dimensions == 3   ? "Alike in all directions, as along " + direction
+                     : softest.dimensions == 2 ? "Softest in a plane, as along " + direction
+                                               : "Softest along " + direction,
+                     figure(in_stiffness_unit(robot, 1 / softest.compliance), 3),
                      stiffness_unit(robot), shares_sentence(by_place(robot, shares)));
 }
 
@@ -175,7 +196,7 @@ std::string headline(const vjm::Robot& robot, const vjm::Equilibrium& e) {
                        e.reason);
   const double force = e.wrench.force.norm();
   const std::string load =
-      force > 0 ? fmt::format("{} {} along {}", number(force / force_of(robot), 4),
+      force > 0 ? fmt::format("{} {} along {}", figure(force / force_of(robot), 4),
                               robot.units.force, direction_in_words(e.wrench.force / force))
                 : std::string("Under this load");
   const Vector3 moved = e.displacement.translation / length_of(robot);
@@ -198,9 +219,9 @@ std::string first_screen(const vjm::Robot& robot, const vjm::Equilibrium& e) {
       text += fmt::format(
           "\n  stiffness along the load, there  {} {}\n"
           "  softest along {}  {} {}\n",
-          number(in_stiffness_unit(robot, 1 / along), 3), stiffness_unit(robot),
+          figure(in_stiffness_unit(robot, 1 / along), 3), stiffness_unit(robot),
           direction_in_words(softest.direction),
-          number(in_stiffness_unit(robot, 1 / softest.compliance), 3), stiffness_unit(robot));
+          figure(in_stiffness_unit(robot, 1 / softest.compliance), 3), stiffness_unit(robot));
   }
   text += fmt::format(
       "  elastic energy {} J; wrench, tangent stiffness and what each chain carries: "
@@ -225,7 +246,7 @@ std::string headline(const vjm::Robot& robot, const vjm::Assembly& assembly) {
       "{} {}, in chain {}.",
       number(e.displacement.translation.norm() / length_of(robot), 3), robot.units.length,
       number(e.displacement.rotation.norm() / angle_of(robot), 3), robot.units.angle,
-      number(force / force_of(robot), 3), robot.units.force, most);
+      figure(force / force_of(robot)), robot.units.force, most);
 }
 
 std::string first_screen(const vjm::Robot& robot, const vjm::Assembly& assembly) {
@@ -242,7 +263,7 @@ std::string first_screen(const vjm::Robot& robot, const vjm::Assembly& assembly)
   for (std::size_t i = 0; i < std::min(order.size(), most_chains); ++i) {
     const auto& [force, c] = order[i];
     table.add_row(
-        {robot.manipulator.chains()[c].name(), number(-force / force_of(robot), 4),
+        {robot.manipulator.chains()[c].name(), figure(-force / force_of(robot), 4),
          number(e.chains[c].wrench.moment.norm() / (force_of(robot) * length_of(robot)), 4)});
   }
   text +=

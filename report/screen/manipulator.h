@@ -17,6 +17,7 @@ namespace kinetostat::report {
 struct SoftestDirection {
   spatial::Vector3 direction;  // unit vector, base axes; its largest component is positive
   double compliance = 0;       // [m/N]
+  int dimensions = 1;          // of the directions that are as soft: 3 where all are alike
 };
 SoftestDirection softest_direction(const spatial::Compliance6& compliance);
 /// "z", "-z", "(0.5, 0, 0.87)"

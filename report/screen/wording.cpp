@@ -142,6 +142,15 @@ std::string change(double factor, double deviation) {
                      rounded(100 * deviation, decimals));
 }
 
+std::string figure(double value, int digits) {
+  const double size = std::abs(value);
+  if (!(size >= 999.5) || size >= 1e7) return number(value, digits);
+  const double unit = std::pow(10.0, std::floor(std::log10(size)) - digits + 1);
+  const double rounded_size = std::round(size / unit) * unit;
+  return (value < 0 ? "-" : "") +
+         (rounded_size < 1e4 ? fmt::format("{:.0f}", rounded_size) : with_commas(rounded_size));
+}
+
 std::string short_percent(double share) {
   if (share > 0.999) return "over 99.9 %";
   if (share >= 0.1) return fmt::format("{:.0f} %", 100 * share);
@@ -192,6 +201,25 @@ std::string effect_in_words(const vjm::Manipulator& manipulator, const std::stri
   std::replace(words.begin(), words.end(), '_', ' ');
   if (at == "load" || at == "sensor" || at.empty()) return words;
   return words + " at " + place_in_words(manipulator, at);
+}
+
+std::string unit_in_words(const std::string& unit) {
+  std::istringstream tokens(unit);
+  std::string above, below;
+  std::size_t below_count = 0;
+  for (std::string token; tokens >> token;) {
+    const std::size_t power = token.find("^-");
+    if (power == std::string::npos) {
+      above += (above.empty() ? "" : " ") + token;
+      continue;
+    }
+    const std::string exponent = token.substr(power + 2);
+    below += (below.empty() ? "" : " ") + token.substr(0, power) +
+             (exponent == "1" ? "" : "^" + exponent);
+    ++below_count;
+  }
+  if (below.empty()) return above;
+  return (above.empty() ? "1" : above) + "/" + (below_count > 1 ? "(" + below + ")" : below);
 }
 
 std::string bar(double share, std::size_t length) {

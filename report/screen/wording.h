@@ -28,6 +28,9 @@ std::string times(double error);
 std::string with_error(double value, double deviation);
 /// The same of a change in percent: "+16 % +- 7".
 std::string change(double factor, double deviation);
+/// `digits` significant digits without an exponent where people would write none: "1060",
+/// "0.0282", "107,000"; as number() below 0.001 and from ten million on.
+std::string figure(double value, int digits = 3);
 /// "96 %", "over 99.9 %", "0.0001 %".
 std::string short_percent(double share);
 /// Odds of something improbable against the rest: "1 : 1,200,000", "below 1 : 10^12".
@@ -45,6 +48,9 @@ std::string short_name(const vjm::Manipulator& manipulator, const std::string& n
 /// own.
 std::string effect_in_words(const vjm::Manipulator& manipulator, const std::string& kind,
                             const std::string& at);
+
+/// "N m^-1" as people write it: "N/m"; "K^-1": "1/K"; "N m rad^-1": "N m/rad".
+std::string unit_in_words(const std::string& unit);
 
 /// A bar of `length` at most, `share` of it, at least one sign long.
 std::string bar(double share, std::size_t length);

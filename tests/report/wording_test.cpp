@@ -40,6 +40,24 @@ TEST(Wording, ValuesHaveTheDigitsOfTheirDeviation) {
   EXPECT_EQ(change(0.968, 0.012), "-3.2 % +- 1.2");
 }
 
+TEST(Wording, FiguresHaveNoExponentWherePeopleWriteNone) {
+  EXPECT_EQ(figure(1063.4), "1060");
+  EXPECT_EQ(figure(-16412), "-16,400");
+  EXPECT_EQ(figure(106973, 4), "107,000");
+  EXPECT_EQ(figure(0.02817), "0.0282");
+  EXPECT_EQ(figure(999.6), "1000");
+  EXPECT_EQ(figure(0), "0");
+}
+
+TEST(Wording, UnitsAreWrittenAsPeopleWriteThem) {
+  EXPECT_EQ(unit_in_words("N m^-1"), "N/m");
+  EXPECT_EQ(unit_in_words("N m rad^-1"), "N m/rad");
+  EXPECT_EQ(unit_in_words("K^-1"), "1/K");
+  EXPECT_EQ(unit_in_words("m N^-1 rad^-2"), "m/(N rad^2)");
+  EXPECT_EQ(unit_in_words("um"), "um");
+  EXPECT_EQ(unit_in_words(""), "");
+}
+
 TEST(Wording, ErrorsProbabilitiesAndOdds) {
   EXPECT_EQ(times(1.004), "1.00");
   EXPECT_EQ(times(9.996), "10.0");
