@@ -18,6 +18,13 @@ std::vector<Eigen::Index> components_in_use(const Reading& reading) {
   return used;
 }
 
+std::vector<Value> values_in_use(const Campaign& campaign) {
+  std::vector<Value> values;
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i)
+    for (const Eigen::Index k : components_in_use(campaign.readings[i])) values.push_back({i, k});
+  return values;
+}
+
 bool has_role(const Campaign& campaign, Role role) {
   return std::any_of(campaign.readings.begin(), campaign.readings.end(),
                      [role](const Reading& r) { return !r.masked && r.role == role; });

@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 #include <initializer_list>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -115,9 +116,22 @@ struct Campaign {
   /// Covariance of the noise of each reading's wrench [force; moment], base axes, about its point
   /// [N, N m]; empty: wrenches are taken to be exact.
   std::vector<spatial::Matrix6> wrench_covariance;
+  /// Standard deviation of the unloaded readings that differences are counted from [m; rad]; NaN:
+  /// not stated.
+  spatial::Vector6 datum_noise =
+      spatial::Vector6::Constant(std::numeric_limits<double>::quiet_NaN());
   std::vector<std::string> notes;     // what was assumed, in sentences
   std::vector<std::string> warnings;  // those of them that may well have been meant otherwise
 };
+
+/// One measured number: a component of a reading in use.
+struct Value {
+  std::size_t reading = 0;
+  Eigen::Index component = 0;
+};
+
+/// All of them, in the order of the readings.
+std::vector<Value> values_in_use(const Campaign& campaign);
 
 /// Whether any reading has this role.
 bool has_role(const Campaign& campaign, Role role);

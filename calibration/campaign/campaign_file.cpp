@@ -77,6 +77,7 @@ YamlNode read_top(const std::filesystem::path& file) {
                   "units",
                   "displacement",
                   "zero",
+                  "datum_noise",
                   "session_frame",
                   "frames",
                   "displacement_frame",
@@ -257,6 +258,29 @@ WrenchNoise read_wrench_noise(const YamlNode& top) {
   return noise;
 }
 
+// `datum_noise: {translation: 5 um, rotation: 10 urad}`; 0 um: exact.
+void read_datum_noise(const YamlNode& top, Campaign& campaign) {
+  const auto given = top.find("datum_noise");
+  if (!given) return;
+  given->allow_only({"translation", "rotation"});
+  const auto read = [&](const char* key, const Dimension& dimension, Eigen::Index first) {
+    const auto node = given->find(key);
+    if (!node) return;
+    const double value = node->quantity_with_unit(dimension);
+    if (!(value >= 0))
+      node->fail("'" + node->text() + "' is negative",
+                 "Give the standard deviation of the unloaded reading, 0 where it is exact");
+    campaign.datum_noise.segment<3>(first).setConstant(value);
+  };
+  read("translation", dimension::length, 0);
+  read("rotation", dimension::angle, 3);
+  const bool is_read =
+      campaign.displacement == DisplacementKind::difference && campaign.zero == ZeroReading::known;
+  if (!is_read && (campaign.datum_noise.array() > 0).any())
+    given->fail("no unloaded reading is there whose noise it could be",
+                "Remove the key: it is for 'displacement: difference' with 'zero: known'");
+}
+
 // Noise of the wrench adds to that of the displacement, which must then be known by itself.
 void check_wrench_noise(const YamlNode& top, const Campaign& campaign) {
   if (campaign.wrench_covariance.empty() || campaign.noise_stated) return;
@@ -264,6 +288,13 @@ void check_wrench_noise(const YamlNode& top, const Campaign& campaign) {
       .fail("the noise of the wrenches adds to that of the displacements, which is not stated",
             "State 'noise: {translation: ...}' as well, or remove 'wrench_noise': the scatter of "
             "repeated readings holds both");
+}
+
+void check_datum_noise(const YamlNode& top, const Campaign& campaign) {
+  if (campaign.noise_stated || !(campaign.datum_noise.array() > 0).any()) return;
+  top.at("datum_noise")
+      .fail("the noise of the unloaded readings is stated, and that of the others is not",
+            "State 'noise: {translation: ...}' as well, or remove the key");
 }
 
 std::map<std::string, Role> read_roles(const YamlNode& top) {
@@ -370,6 +401,7 @@ ReadingsContext read_stated(const YamlNode& top, Campaign& campaign) {
     campaign.displacement = DisplacementKind::absolute;
   if (const auto zero = top.find("zero"); zero && zero->choice({"known", "estimate"}) == "estimate")
     campaign.zero = ZeroReading::estimated;
+  read_datum_noise(top, campaign);
   if (const auto frame = top.find("session_frame");
       frame && frame->choice({"known", "estimate"}) == "estimate")
     campaign.session_frame = SessionFrame::estimated;
@@ -403,6 +435,7 @@ Campaign read_campaign(const std::filesystem::path& file, const vjm::Manipulator
   read_readings(table, context, manipulator, campaign, std::move(faults));
   check_roles(top, context.roles, campaign);
   check_wrench_noise(top, campaign);
+  check_datum_noise(top, campaign);
   read_known_loads(top, campaign);
   return campaign;
 }

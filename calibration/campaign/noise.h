@@ -14,6 +14,12 @@ enum class NoiseSource {
   unknown      // neither: residuals are not weighted, and no test of adequacy is possible
 };
 
+/// Readings that are counted from one reading of the unloaded state: they share its error.
+struct Datum {
+  std::vector<std::size_t> readings;
+  spatial::Vector6 sigma;  // standard deviation of that one reading [m; rad]
+};
+
 struct Noise {
   NoiseSource source = NoiseSource::unknown;
   /// Standard deviations by which residuals are divided [m; rad], one entry a reading. With an
@@ -21,6 +27,7 @@ struct Noise {
   std::vector<spatial::Vector6> sigma;
   /// Between components, one entry a reading (nullptr: independent); empty: all are.
   std::vector<std::shared_ptr<const spatial::Matrix6>> correlation = {};
+  std::vector<Datum> datums = {};  // disjoint; beside `sigma`, which is that of each reading alone
   /// False when translations and rotations are measured together and nothing says how their errors
   /// compare: then they cannot enter one sum of squares.
   bool comparable = true;
@@ -30,7 +37,8 @@ struct Noise {
   Eigen::Index degrees_of_freedom = 0;
 
   /// Divides rows that belong to the components `used` of a reading (residuals, derivatives) by its
-  /// noise; correlated components by the Cholesky factor of their covariance.
+  /// noise; correlated components by the Cholesky factor of their covariance. What readings share
+  /// stays in: see SharedNoise.
   void whiten(std::size_t reading, const std::vector<Eigen::Index>& used,
               Eigen::Ref<Eigen::MatrixXd> rows) const;
 };

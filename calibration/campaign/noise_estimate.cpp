@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "kinetostat/calibration/campaign/datum.h"
 #include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/calibration/campaign/pure_error.h"
 
@@ -48,9 +49,11 @@ Noise noise_of(const Campaign& campaign, const std::vector<ReplicateGroup>& grou
     noise.source = NoiseSource::stated;
     for (const Reading& reading : campaign.readings) noise.sigma.push_back(reading.sigma);
     add_correlations(campaign, noise);
+    noise.datums = datums_of(campaign, noise.sigma);
     return noise;
   }
   noise.sigma.assign(n, Vector6::Ones());
+  noise.datums = datums_of(campaign, noise.sigma);
   Vector6 pooled = Vector6::Ones();
   bool complete = true;
   Eigen::Index freedom = 0;
@@ -66,11 +69,15 @@ Noise noise_of(const Campaign& campaign, const std::vector<ReplicateGroup>& grou
           std::sqrt(scatter.sum / static_cast<double>(scatter.degrees_of_freedom)));
   }
   noise.comparable = complete || !(measures(campaign, false) && measures(campaign, true));
-  if (!complete) return noise;
+  if (!complete) {
+    noise.datums.clear();
+    return noise;
+  }
   noise.source = NoiseSource::replicates;
   noise.only_unloaded = are_only_unloaded(campaign, groups);
   noise.degrees_of_freedom = freedom;
   noise.sigma.assign(n, pooled);
+  noise.datums = datums_of(campaign, noise.sigma);
   return noise;
 }
 

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/calibration/campaign/datum.h"
 #include "kinetostat/calibration/campaign/noise_estimate.h"
 #include "kinetostat/calibration/campaign/pure_error.h"
 #include "kinetostat/calibration/comparison/unit_error.h"
@@ -76,6 +77,15 @@ void add_residuals(const Evidence& evidence, Assessment& assessment) {
     }
     assessment.whitened.push_back(whitened);
   }
+  const std::vector<Value> values = values_in_use(evidence.campaign);
+  Eigen::MatrixXd column(values.size(), 1);
+  for (std::size_t v = 0; v < values.size(); ++v)
+    column(static_cast<Eigen::Index>(v), 0) =
+        assessment.whitened[values[v].reading][values[v].component];
+  SharedNoise(evidence.noise, values).whiten(column);
+  for (std::size_t v = 0; v < values.size(); ++v)
+    assessment.whitened[values[v].reading][values[v].component] =
+        column(static_cast<Eigen::Index>(v), 0);
 }
 
 bool is_exact(const Evidence& evidence, const Assessment& assessment) {
@@ -270,7 +280,9 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
   std::optional<Campaign> part;
   if (has_others) part = only(campaign, {Role::fit});
   const Campaign& to_fit = has_others ? *part : campaign;
-  const Noise stated = noise_of(campaign, replicate_groups(campaign));
+  Noise stated = noise_of(campaign, replicate_groups(campaign));
+  // Whitened by what they share, one gross error would be in many readings.
+  if (loss != Loss::squares) stated.datums.clear();
   const Predictor predictor(robot.without_effects(), robot.effects, campaign, threads, progress);
   Evidence evidence{to_fit, replicate_groups(to_fit), {}, {}};
   const auto know = [&](const std::vector<Parameter>& parameters, const Eigen::VectorXd& values) {

@@ -5,6 +5,8 @@
 #include <limits>
 #include <random>
 
+#include "kinetostat/calibration/campaign/datum.h"
+
 namespace kinetostat::calibration {
 namespace {
 
@@ -18,14 +20,16 @@ double root_mean_square(double sum, Index count) {
                     : std::sqrt(sum / static_cast<double>(count));
 }
 
-void add_physical(const VectorXd& error, const std::vector<Value>& values, const Noise& noise,
+void add_physical(const VectorXd& whitened, const std::vector<Value>& values, const Noise& noise,
                   WaterfallStage& stage) {
+  Eigen::MatrixXd error = whitened;
+  SharedNoise(noise, values).restore(error);
   double sums[2] = {0, 0};
   Index counts[2] = {0, 0};
   for (std::size_t i = 0; i < values.size(); ++i) {
     const int kind = is_rotation(values[i].component) ? 1 : 0;
     const double sigma = noise.sigma[values[i].reading][values[i].component];
-    sums[kind] += std::pow(error[static_cast<Index>(i)] * sigma, 2);
+    sums[kind] += std::pow(error(static_cast<Index>(i), 0) * sigma, 2);
     ++counts[kind];
   }
   stage.translation = root_mean_square(sums[0], counts[0]);

@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/calibration/campaign/datum.h"
 #include "kinetostat/calibration/regression/session_frame.h"
 #include "kinetostat/calibration/statistics/identifiability.h"
 #include "kinetostat/common/error.h"
@@ -128,6 +129,7 @@ class Problem {
         noise_(noise),
         known_(known),
         values_(values_in_use(campaign)),
+        shared_(noise, values_),
         unknowns_(campaign, parameters, values_, known),
         progress_(progress) {}
 
@@ -174,6 +176,9 @@ class Problem {
                          result);
     beyond_ = first_beyond(result);
     if (beyond_) return std::nullopt;
+    shared_.whiten(result.residual.head(values()));
+    if (differentiated > 0 || unknowns_.size() > unknowns_.parameter_count())
+      shared_.whiten(result.jacobian.topRows(values()));
     predictions.derivatives.clear();
     nearest_ = std::move(predictions);
     return result;
@@ -310,6 +315,7 @@ class Problem {
   const Noise& noise_;
   const BaseFit* known_;  // of the sessions that it knows, or nullptr
   std::vector<Value> values_;
+  SharedNoise shared_;
   Unknowns unknowns_;
   common::Progress& progress_;
   std::vector<Vector6> predicted_, work_;  // of the last residual
@@ -496,14 +502,6 @@ BaseFit fitted(Problem& problem, const Noise& noise, const BaseFitOptions& optio
 }
 
 }  // namespace
-
-std::vector<Value> values_in_use(const Campaign& campaign) {
-  std::vector<Value> values;
-  for (std::size_t i = 0; i < campaign.readings.size(); ++i)
-    for (Index k = 0; k < 6; ++k)
-      if (campaign.readings[i].uses(k)) values.push_back({i, k});
-  return values;
-}
 
 double norm_over_noise(const std::vector<Value>& values, const Campaign& campaign,
                        const Noise& noise) {

@@ -13,15 +13,6 @@
 
 namespace kinetostat::calibration {
 
-/// One measured number: a component of a reading in use.
-struct Value {
-  std::size_t reading = 0;
-  Eigen::Index component = 0;
-};
-
-/// All of them, in the order of the readings.
-std::vector<Value> values_in_use(const Campaign& campaign);
-
 /// Norm of their readings, each over its noise.
 double norm_over_noise(const std::vector<Value>& values, const Campaign& campaign,
                        const Noise& noise);

@@ -78,6 +78,13 @@ std::string noise_text(const SimulationOptions& options) {
   return parts.empty() ? "" : "noise: {" + parts + "}\n";
 }
 
+// The unloaded state is the model's own.
+std::string datum_noise_text(const SimulationOptions& options) {
+  return options.displacement == DisplacementKind::difference
+             ? "datum_noise: {translation: 0 m, rotation: 0 rad}\n"
+             : "";
+}
+
 std::string wrench_noise_text(const SimulationOptions& options) {
   std::string parts;
   const auto add = [&parts](const char* key, double value, const char* unit) {
@@ -112,13 +119,13 @@ std::string yaml_text(const vjm::Robot& robot, const std::string& robot_name,
       "robot: {}\n"
       "units: {{length: {}, force: {}, angle: {}, time: {}}}\n"
       "displacement: {}\n"
-      "wrench_point: reference\n{}{}"
+      "wrench_point: reference\n{}{}{}"
       "readings: readings.csv\n",
       options.seed, io::yaml_scalar("synthetic readings of " + robot.name), options.seed,
       io::yaml_scalar(robot_name), robot.units.length, robot.units.force, robot.units.angle,
       robot.units.time,
       options.displacement == DisplacementKind::absolute ? "absolute" : "difference",
-      noise_text(options), wrench_noise_text(options));
+      noise_text(options), datum_noise_text(options), wrench_noise_text(options));
 }
 
 void add_trace(const Campaign& campaign, const SimulationOptions& options,

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/calibration/campaign/datum.h"
 #include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/calibration/comparison/unit_error.h"
 #include "kinetostat/calibration/regression/evidence.h"
@@ -211,6 +212,7 @@ MatrixXd CandidateFitter::by_force(const BaseFit& fit, common::Progress& progres
     noise_.whiten(values[first].reading, used, rows);
     columns.middleRows(static_cast<Index>(first), rows.rows()) = rows;
   }
+  SharedNoise(noise_, values).whiten(columns);
   return columns;
 }
 

@@ -8,6 +8,7 @@
 #include <Eigen/QR>
 #include <fmt/format.h>
 
+#include "kinetostat/calibration/campaign/datum.h"
 #include "kinetostat/calibration/regression/evidence.h"
 #include "kinetostat/calibration/statistics/residual_space.h"
 
@@ -48,12 +49,15 @@ void CorrelatedNoise::add_zeros(const Campaign& campaign, const std::vector<Valu
   Way way{.what = fmt::format("readings of one {} are off together, as the noise of the one "
                               "reading without load that they are counted from makes them",
                               in_cycles ? "cycle" : "configuration")};
+  const SharedNoise known(noise, values);
   for (const auto& [key, rows] : shared) {
     double least = sigma(rows[0]);
     for (const Index row : rows) least = std::min(least, sigma(row));
-    VectorXd zero(static_cast<Index>(rows.size()));  // its deviation over that of each reading
-    for (std::size_t i = 0; i < rows.size(); ++i)
-      zero[static_cast<Index>(i)] = least / sigma(rows[i]);
+    // Its deviation over that of each reading, beside what is known of it.
+    MatrixXd column = MatrixXd::Zero(static_cast<Index>(values.size()), 1);
+    for (const Index row : rows) column(row, 0) = least / sigma(row);
+    known.whiten(column);
+    VectorXd zero = column(rows, 0);
     way.log_determinant += std::log1p(zero.squaredNorm());
     way.blocks.push_back({rows, std::move(zero)});
   }

@@ -185,6 +185,7 @@ std::string fit_scope(const Campaign& campaign, const Noise& noise) {
                                noise.degrees_of_freedom, noise.correlation.size());
   for (const auto& correlation : noise.correlation)
     bytes += correlation ? bytes_of(true, *correlation) : bytes_of(false);
+  for (const Datum& datum : noise.datums) bytes += bytes_of(datum.readings, datum.sigma);
   for (const Reading& reading : campaign.readings) bytes += bytes_of(reading.masked);
   return io::sha256(bytes);
 }

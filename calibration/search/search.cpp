@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "kinetostat/calibration/campaign/datum.h"
 #include "kinetostat/calibration/regression/evidence.h"
 #include "kinetostat/calibration/search/outliers.h"
 #include "kinetostat/calibration/search/pair_screen.h"
@@ -121,14 +122,20 @@ void Search::take_signatures(const Search& wider) {
 }
 
 std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
+  // Each reading by itself: whitened by what they share, one gross error would be in many.
+  const SharedNoise shared(fitter_.noise(), values_);
+  const auto of_each = [&](MatrixXd columns) {
+    shared.restore(columns);
+    return columns;
+  };
   std::vector<MatrixXd> effects(candidates_.size(), MatrixXd(fit.at.residual.size(), 0));
   for (std::size_t i = 0; i < signatures_.size(); ++i) {
     MatrixXd& columns = effects[owner_[i].first];
-    const MatrixXd more = signatures_[i].of_usual_size();
+    const MatrixXd more = of_each(signatures_[i].of_usual_size());
     columns.conservativeResize(Eigen::NoChange, columns.cols() + more.cols());
     columns.rightCols(more.cols()) = more;
   }
-  return calibration::outliers(-fit.at.residual, fit.at.jacobian, effects);
+  return calibration::outliers(-of_each(fit.at.residual), of_each(fit.at.jacobian), effects);
 }
 
 std::vector<Candidate> Search::like_the_fit(const BaseFit& nominal, const BaseFit& fitted) const {

@@ -274,7 +274,7 @@ TEST(Adequacy, VerdictsAreWrongAsOftenAsTheySay) {
 TEST(Statistics, AreThoseOfTheResiduals) {
   const auto file = test::write_campaign(
       "kinetostat: 1\ncampaign: c\nunits: {length: mm, force: N}\ndisplacement: difference\n"
-      "readings: readings.csv\nnoise: {translation: 0.1 mm}\n",
+      "readings: readings.csv\nnoise: {translation: 0.1 mm}\ndatum_noise: {translation: 0 mm}\n",
       "id,session,fz,dz,mask,mask_reason\n"
       "a,s,1000,1.3,,\nb,s,2000,2.1,,\nc,t,3000,2.6,,\nd,t,3000,99,1,slipped\n");
   vjm::Robot robot = test::bench();

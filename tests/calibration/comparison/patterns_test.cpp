@@ -73,7 +73,7 @@ Compared compared(const Flaw& flaw) {
   robot.uncertain.clear();
   const auto file = test::write_campaign(
       "kinetostat: 1\ncampaign: c\nunits: {length: mm, force: N}\ndisplacement: difference\n"
-      "readings: readings.csv\nnoise: {translation: 10 um}\n",
+      "readings: readings.csv\nnoise: {translation: 10 um}\ndatum_noise: {translation: 0 um}\n",
       csv(flaw));
   Campaign campaign = read_campaign(file, robot.manipulator);
   common::Progress silent;

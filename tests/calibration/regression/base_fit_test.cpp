@@ -70,7 +70,8 @@ TEST(BaseFit, EstimatesOneZeroOffsetPerSession) {
 
 TEST(BaseFit, StandardErrorsFollowFromTheStatedNoise) {
   const auto file =
-      bench_campaign("fz,dz\n1000,1.001\n2000,1.999\n-1000,-1\n", "noise: {translation: 2 um}\n");
+      bench_campaign("fz,dz\n1000,1.001\n2000,1.999\n-1000,-1\n",
+                     "noise: {translation: 2 um}\ndatum_noise: {translation: 0 um}\n");
   const BaseFit fit = test::compare_files(test::bench(), file).fitted->fit;
   // dz = F/k: sd(1/k) = sigma / |F|, and d(1/k)/(1/k) = -d(log k).
   const double f = std::sqrt(6e6), k = 1e6 * std::exp(fit.parameters[0].value);

@@ -1,0 +1,118 @@
+#include "kinetostat/calibration/campaign/datum.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <string>
+#include <tuple>
+
+#include "kinetostat/calibration/campaign/load_history.h"
+#include "kinetostat/spatial/decomposition.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using spatial::Vector6;
+
+bool is_zero(const Reading& reading) {
+  const std::vector<Index> used = components_in_use(reading);
+  return std::all_of(used.begin(), used.end(),
+                     [&](Index k) { return reading.displacement[k] == 0; });
+}
+
+Vector6 usual_sigma(const std::vector<std::size_t>& readings, const std::vector<Vector6>& sigma) {
+  Vector6 least = Vector6::Constant(std::numeric_limits<double>::infinity());
+  for (const std::size_t i : readings)
+    for (Index k = 0; k < 6; ++k)
+      if (sigma[i][k] < least[k]) least[k] = sigma[i][k];
+  return least.unaryExpr(
+      [](double s) { return std::isfinite(s) ? std::sqrt(usual_datum_variance) * s : 0; });
+}
+
+}  // namespace
+
+std::vector<Datum> datums_of(const Campaign& campaign, const std::vector<Vector6>& sigma) {
+  if (campaign.displacement != DisplacementKind::difference || campaign.zero != ZeroReading::known)
+    return {};
+  // In a plan nothing is read yet.
+  const bool is_read = !std::all_of(campaign.readings.begin(), campaign.readings.end(), is_zero);
+  std::map<std::tuple<std::size_t, std::string, std::size_t>, std::vector<std::size_t>> counted;
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+    const Reading& reading = campaign.readings[i];
+    const bool is_datum = is_read && level_of(reading.load) == 0 && is_zero(reading);
+    if (is_used(reading) && !is_datum)
+      counted[{reading.session, reading.cycle, reading.configuration}].push_back(i);
+  }
+  std::vector<Datum> datums;
+  for (const auto& [key, readings] : counted) {
+    if (readings.size() < 2) continue;
+    Vector6 deviation = usual_sigma(readings, sigma);
+    for (Index k = 0; k < 6; ++k)
+      if (!std::isnan(campaign.datum_noise[k])) deviation[k] = campaign.datum_noise[k];
+    datums.push_back({readings, deviation});
+  }
+  return datums;
+}
+
+SharedNoise::SharedNoise(const Noise& noise, const std::vector<Value>& values) {
+  std::map<std::size_t, std::vector<Index>> rows_of;
+  for (std::size_t v = 0; v < values.size() && !noise.datums.empty(); ++v)
+    rows_of[values[v].reading].push_back(static_cast<Index>(v));
+  for (const Datum& datum : noise.datums) {
+    std::vector<Index> rows;
+    for (const std::size_t reading : datum.readings)
+      if (const auto found = rows_of.find(reading); found != rows_of.end())
+        rows.insert(rows.end(), found->second.begin(), found->second.end());
+    if (!rows.empty()) add(datum, noise, values, std::move(rows));
+  }
+}
+
+// With Z Z' = U S^2 U' the powers of I + Z Z' differ from I by U f(S) U'.
+void SharedNoise::add(const Datum& datum, const Noise& noise, const std::vector<Value>& values,
+                      std::vector<Index> rows) {
+  MatrixXd z = MatrixXd::Zero(static_cast<Index>(rows.size()), 6);
+  for (std::size_t first = 0, next = 0; first < rows.size(); first = next) {
+    const std::size_t reading = values[static_cast<std::size_t>(rows[first])].reading;
+    std::vector<Index> used;
+    for (next = first; next < rows.size(); ++next) {
+      const Value& value = values[static_cast<std::size_t>(rows[next])];
+      if (value.reading != reading) break;
+      z(static_cast<Index>(next), value.component) = datum.sigma[value.component];
+      used.push_back(value.component);
+    }
+    noise.whiten(reading, used,
+                 z.middleRows(static_cast<Index>(first), static_cast<Index>(used.size())));
+  }
+  const spatial::SymmetricEigen eigen = spatial::symmetric_eigen(z.transpose() * z);
+  std::vector<Index> kept;
+  for (Index k = 0; k < 6; ++k)
+    if (eigen.values[k] > 1e-12) kept.push_back(k);
+  if (kept.empty()) return;
+  const VectorXd squares = eigen.values(kept), roots = (1 + squares.array()).sqrt();
+  blocks_.push_back(
+      {std::move(rows),
+       z * eigen.vectors(Eigen::all, kept) * squares.cwiseSqrt().cwiseInverse().asDiagonal(),
+       (1 - roots.array().inverse()).matrix(), (roots.array() - 1).matrix()});
+}
+
+void SharedNoise::whiten(Eigen::Ref<MatrixXd> rows) const {
+  for (const Block& block : blocks_) {
+    const MatrixXd part = rows(block.rows, Eigen::all);
+    rows(block.rows, Eigen::all) =
+        part - block.u * (block.less.asDiagonal() * (block.u.transpose() * part)).eval();
+  }
+}
+
+void SharedNoise::restore(Eigen::Ref<MatrixXd> rows) const {
+  for (const Block& block : blocks_) {
+    const MatrixXd part = rows(block.rows, Eigen::all);
+    rows(block.rows, Eigen::all) =
+        part + block.u * (block.more.asDiagonal() * (block.u.transpose() * part)).eval();
+  }
+}
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,55 @@
+// Differences are counted from a reading of the unloaded state, whose error they share.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "kinetostat/calibration/campaign/campaign.h"
+#include "kinetostat/calibration/campaign/noise.h"
+
+namespace kinetostat::calibration {
+
+/// Share of one reading's variance that a datum has where its noise is not stated: readings without
+/// load are often averaged, yet seldom by many.
+inline constexpr double usual_datum_variance = 0.5;
+
+/// The datums of differences whose unloaded state was read: one for each cycle (without cycles: for
+/// each configuration in a session) of which two readings or more are in use; rows that are the
+/// datum itself (without load, exactly 0) are not counted from it. Noise of the datum: as stated,
+/// else usual_datum_variance of the best reading's. `sigma`: of each reading [m; rad].
+std::vector<Datum> datums_of(const Campaign& campaign, const std::vector<spatial::Vector6>& sigma);
+
+/// What readings share by their datums, after each was whitened by itself (Noise::whiten): the
+/// covariance is then
+///
+///   C = I + Z Z',   Z = W E s
+///
+/// for the values of one datum: E has a column for each component, with 1 where a value is of it; s
+/// is the datum's standard deviation of each component; W whitens single readings. At most six
+/// ranks a datum.
+class SharedNoise {
+ public:
+  /// `values`: which rows stand for, readings in their order.
+  SharedNoise(const Noise& noise, const std::vector<Value>& values);
+
+  /// Multiplies by the symmetric C^-1/2: afterwards all values are independent and of unit
+  /// variance.
+  void whiten(Eigen::Ref<Eigen::MatrixXd> rows) const;
+  /// Multiplies by C^1/2, which takes that back.
+  void restore(Eigen::Ref<Eigen::MatrixXd> rows) const;
+
+ private:
+  // Rows that share a datum; C^(-1/2) = I - U diag(less) U' and C^(1/2) = I + U diag(more) U'.
+  struct Block {
+    std::vector<Eigen::Index> rows;
+    Eigen::MatrixXd u;
+    Eigen::VectorXd less, more;
+  };
+  void add(const Datum& datum, const Noise& noise, const std::vector<Value>& values,
+           std::vector<Eigen::Index> rows);
+
+  std::vector<Block> blocks_;
+};
+
+}  // namespace kinetostat::calibration
