@@ -42,7 +42,7 @@ double law_error_like(const std::vector<FoundEffect>& found, const Candidate& ca
   constexpr double relative_error = 0.25;
   double most = 0;
   for (const FoundEffect& f : found) {
-    const bool relatives = are_laws_of_one_joint(f.candidate, candidate) ||
+    const bool relatives = act_at_one_joint(f.candidate, candidate) ||
                            (f.candidate.effect.kind->varies && candidate.effect.kind->varies);
     most = std::max(most, (relatives ? relative_error : law_error) * f.length);
   }

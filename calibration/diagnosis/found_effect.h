@@ -34,7 +34,7 @@ bool is_found(const DiagnosisStep& step, const std::vector<FoundEffect>& found);
 bool is_absurd(const DiagnosisStep& step);
 
 /// The length of what the laws of those that were found may get wrong, where that looks like a
-/// candidate: more of it where both are laws of one joint, or of time and temperature.
+/// candidate: more of it where both act at one joint, or follow time or temperature.
 double law_error_like(const std::vector<FoundEffect>& found, const Candidate& candidate);
 
 /// The best of a round.

@@ -73,10 +73,13 @@ Judgement judge_nothing_found(const Diagnosis& d, bool structure_left) {
 }  // namespace
 
 Judgement judge(const Diagnosis& d, double share_left) {
+  // Of the misfit: laws in other forms leave a tenth, effects outside the catalogue a quarter and
+  // more of what the nearest one explains.
+  constexpr double most_left = 0.2;
   const bool structure_left = d.left.p_value() < structure_level;
   if (d.found.empty()) return judge_nothing_found(d, structure_left);
   const bool unlike_any = d.above_free_form < beaten_by_free_form && !is_other_law(d);
-  if (unlike_any || (structure_left && share_left > unexplained_share))
+  if (unlike_any || (structure_left && share_left > most_left))
     return {Verdict::unexplained};
   return {verdict_on_found(d)};
 }

@@ -139,17 +139,21 @@ std::vector<std::size_t> indistinguishable(const DiagnosisStep& step) {
 
 }  // namespace
 
-bool are_laws_of_one_joint(const Candidate& a, const Candidate& b) {
-  const auto is_law = [](const Candidate& c) {
-    return c.effect.kind->place == vjm::EffectPlace::joint && c.effect.kind->history == 0;
+bool act_at_one_joint(const Candidate& a, const Candidate& b) {
+  const auto is_at_joint = [](const Candidate& c) {
+    return c.effect.kind->place == vjm::EffectPlace::joint;
   };
   const auto shared = [&](const vjm::EffectSite& x) {
     return std::any_of(b.effect.sites.begin(), b.effect.sites.end(), [&](const vjm::EffectSite& y) {
       return x.chain == y.chain && x.element == y.element;
     });
   };
-  return is_law(a) && is_law(b) &&
+  return is_at_joint(a) && is_at_joint(b) &&
          std::any_of(a.effect.sites.begin(), a.effect.sites.end(), shared);
+}
+
+bool are_laws_of_one_joint(const Candidate& a, const Candidate& b) {
+  return a.effect.kind->history == 0 && b.effect.kind->history == 0 && act_at_one_joint(a, b);
 }
 
 double times_usual(const RankedCandidate& ranked) {

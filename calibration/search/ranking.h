@@ -24,6 +24,8 @@ std::size_t weigh(const BaseFit& without, const std::vector<BaseFit>& fits,
                   const HeldOutGroups& groups, const FreeForm& free_form,
                   const CorrelatedNoise& correlated, DiagnosisStep& step);
 
+/// Whether both act at one joint.
+bool act_at_one_joint(const Candidate& a, const Candidate& b);
 /// Whether both are laws of one joint without memory: the readings must then distinguish the shapes
 /// of two laws.
 bool are_laws_of_one_joint(const Candidate& a, const Candidate& b);
