@@ -206,7 +206,7 @@ std::string text(const vjm::Robot& robot, const Campaign& campaign,
   }
   if (!plan.splits.empty()) text += splits_text(plan);
   if (!plan.sharpened.empty()) text += sharpened_text(robot, plan);
-  for (const std::string& note : plan.notes) text += "Left out: " + note + "\n";
+  for (const std::string& note : plan.notes) text += note + "\n";
   return text;
 }
 

@@ -69,32 +69,13 @@ constexpr std::size_t most_read = (std::size_t{16} << 20) + 1;
 YamlNode read_top(const std::filesystem::path& file) {
   YamlNode top = io::parse_yaml(with_quoted_columns(io::read_start(file, most_read)), file);
   io::check_format_version(top);
-  top.allow_only({"kinetostat",
-                  "campaign",
-                  "origin",
-                  "robot",
-                  "posture",
-                  "units",
-                  "displacement",
-                  "zero",
-                  "datum_noise",
-                  "session_frame",
-                  "frames",
-                  "displacement_frame",
-                  "target_point",
-                  "wrench_frame",
-                  "wrench_point",
-                  "wrench_noise",
-                  "known_loads",
-                  "noise",
-                  "instruments",
-                  "instrument",
-                  "roles",
-                  "columns",
-                  "missing",
-                  "decimal",
-                  "sheet",
-                  "readings"});
+  top.allow_only({"kinetostat",   "campaign",      "origin",       "robot",
+                  "posture",      "units",         "displacement", "zero",
+                  "datum_noise",  "session_frame", "frames",       "displacement_frame",
+                  "target_point", "wrench_frame",  "wrench_point", "wrench_noise",
+                  "known_loads",  "noise",         "instruments",  "instrument",
+                  "roles",        "columns",       "missing",      "decimal",
+                  "sheet",        "readings"});
   return top;
 }
 

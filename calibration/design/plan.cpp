@@ -186,10 +186,10 @@ std::string advice_for(const PlanTask& task, const ModelPair& pair, const Campai
 }
 
 void add_splits(const PlanTask& task, const Prospects& prospects, Plan& plan) {
-  const std::vector<Forecast> all =
-      task.forecasts(plan.readings, task.models_for(plan.displacement));
-  const MatrixXd common =
+  std::vector<Forecast> all = task.forecasts(plan.readings, task.models_for(plan.displacement));
+  MatrixXd common =
       session_unknowns(task.campaign, plan.readings, task.components, all.back().mean);
+  whiten(plan.readings, all, common);
   std::map<std::pair<std::size_t, std::size_t>, PlannedSplit> splits;  // both ways in one
   for (std::size_t p = 0; p < task.pairs.size(); ++p) {
     const ModelPair& pair = task.pairs[p];
@@ -240,7 +240,29 @@ PlanTask with_known_weights(PlanTask task) {
   return task;
 }
 
-void plan_split(const PlanTask& task, Plan& plan) {
+constexpr double least_gain = 0.1;  // of the chance of an answer: less is not worth the time
+
+// What the batch promises, in the probability of the verdict; nothing is asked for that hardly
+// changes it.
+void weigh_promise(const PlanTask& task, const Prospects& prospects, double in_catalogue,
+                   Batch& batch, Plan& plan) {
+  if (batch.blocks.empty()) return;
+  const double now = in_catalogue * chance_of_answer(task, {}, prospects);
+  const double then = in_catalogue * chance_of_answer(task, batch, prospects);
+  const std::string chances = fmt::format(
+      "Chance that the verdict is one answer, and the true one, as far as the candidates hold it: "
+      "{:.0f} % now, {:.0f} % after {:.0f} min.",
+      100 * now, 100 * then, batch.minutes);
+  if (then - now >= least_gain) {
+    plan.notes.push_back(chances);
+    return;
+  }
+  plan.notes.push_back(chances + " That is not worth the time.");
+  plan.asks_for_absolute = plan.asks_for_weights = false;
+  batch = {};
+}
+
+void plan_split(const PlanTask& task, double in_catalogue, Plan& plan) {
   Prospects prospects = prospects_of(task, plan.displacement);
   Batch batch = split(task, prospects, false);
   if (plan.displacement == DisplacementKind::difference) {
@@ -250,7 +272,9 @@ void plan_split(const PlanTask& task, Plan& plan) {
     const double before = mistakes_left(task, {}, prospects);
     const double left = mistakes_left(task, batch, prospects);
     const double left_by_poses = mistakes_left(task, other, absolute);
-    if (left > 0.02 * before && left_by_poses < 0.8 * left) {
+    const double more =
+        chance_of_answer(task, other, absolute) - chance_of_answer(task, batch, prospects);
+    if (left > 0.02 * before && left_by_poses < 0.8 * left && more > 0.05) {
       plan.displacement = DisplacementKind::absolute;
       plan.asks_for_absolute = true;
       prospects = std::move(absolute);
@@ -260,14 +284,16 @@ void plan_split(const PlanTask& task, Plan& plan) {
   if (only_weights_tell(task, batch, prospects)) {
     const PlanTask weights = with_known_weights(task);
     const Prospects by_weights = prospects_of(weights, plan.displacement);
-    const Batch other = split(weights, by_weights, false);
+    Batch other = split(weights, by_weights, false);
     if (mistakes_left(weights, other, by_weights) < 0.8 * mistakes_left(task, batch, prospects)) {
       plan.asks_for_weights = true;
+      weigh_promise(weights, by_weights, in_catalogue, other, plan);
       arrange(weights, other, plan);
       add_splits(weights, by_weights, plan);
       return;
     }
   }
+  weigh_promise(task, prospects, in_catalogue, batch, plan);
   arrange(task, batch, plan);
   add_splits(task, prospects, plan);
   const bool all_apart = std::all_of(
@@ -299,12 +325,15 @@ bool is_friction(const PlanModel& model) {
   return model.effect_class == vjm::EffectClass::friction && !model.is_look_alike;
 }
 
-// Friction is not named before some load has been taken back, whatever else may tell it.
+// Friction is not named before some load has been taken back, whatever else may tell it: until then
+// how well its law fits is no evidence.
 void leave_out_one_way(PlanTask& task) {
   if (std::none_of(task.models.begin(), task.models.end(), is_friction)) return;
   if (takes_loads_back(task.campaign)) return;
   std::erase_if(task.choices.blocks,
                 [](const PlanBlock& block) { return !block.pattern->takes_back(); });
+  for (std::size_t m = 0; m + 1 < task.models.size(); ++m)
+    if (!task.models[m].is_look_alike) task.models[m].weight = 1;
 }
 
 // Of what else is unseen, the models that some of the readings to choose from could take for a
@@ -359,7 +388,8 @@ Plan plan(const vjm::Robot& robot, const Campaign& campaign, const PlanQuestion&
   plan.displacement = campaign.displacement;
   plan.work_before = plan.work_after = std::numeric_limits<double>::quiet_NaN();
   plan.has_replicates = has_replicates(campaign);
-  plan.notes = task.choices.left_out;
+  for (const std::string& choice : task.choices.left_out)
+    plan.notes.push_back("Left out: " + choice);
   if (noise.source != NoiseSource::unknown) noise = noise_of(robot, campaign, threads, progress);
   task.sigma = usual_noise(campaign, noise);
   task.components = components_of(task.sigma);
@@ -367,12 +397,25 @@ Plan plan(const vjm::Robot& robot, const Campaign& campaign, const PlanQuestion&
     plan_replicates(task, plan);
     return plan;
   }
+  if (question.in_catalogue < least_gain) {
+    plan.notes.push_back(
+        fmt::format("What is missing is an effect of the catalogue with a probability of {:.2g} % "
+                    "only: readings "
+                    "that distinguish its effects would not find it.",
+                    100 * question.in_catalogue));
+    return plan;
+  }
   task.models = plan_models(robot, campaign, noise, question, threads, progress);
   choose_look_alikes(task);
+  leave_out_one_way(task);
   task.pairs = pairs_of(task.models, question.perhaps_nothing);
   if (!task.pairs.empty()) {
-    leave_out_one_way(task);
-    plan_split(task, plan);
+    plan_split(task, question.in_catalogue, plan);
+  } else if (question.in_catalogue < 1) {
+    plan.notes.emplace_back(
+        "Something is left that the nearest effect does not explain: readings that sharpen that "
+        "one "
+        "would not find the rest.");
   } else if (task.models.back().root.cols() == 0) {
     throw common::NotIdentifiable(
         "no candidate is left, and nothing in the model is uncertain: there is nothing to sharpen. "

@@ -333,6 +333,8 @@ Campaign planned_readings(const Campaign& like, DisplacementKind displacement,
   campaign.observation = like.observation;
   campaign.joint_columns = like.joint_columns;
   campaign.displacement = displacement;
+  campaign.zero = like.zero;
+  campaign.datum_noise = like.datum_noise;
   campaign.noise_stated = true;
   campaign.sessions = {"planned"};
   campaign.configurations = configurations;

@@ -2,9 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <utility>
 
 #include <fmt/format.h>
 
+#include "kinetostat/calibration/campaign/datum.h"
+#include "kinetostat/calibration/campaign/noise_estimate.h"
+#include "kinetostat/calibration/diagnosis/decision.h"
 #include "kinetostat/calibration/search/ranking.h"
 #include "kinetostat/common/parallel.h"
 
@@ -15,9 +20,23 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 constexpr std::size_t most_blocks = 60;
+constexpr double sure_enough = 0.95;  // chance of an answer with which a batch is complete
+constexpr double hopeless = 0.25;     // chance below which two models are not worth the time
 
 // Bound of the chance to mistake one model of a pair for the other.
 double mistaken(double squared_separation) { return std::exp(-squared_separation / 8); }
+
+double normal_distribution(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }
+
+// Chance that readings which separate two models by d' give the true one, now `odds` times as
+// probable as the other, the level of a verdict: log evidence grows by d'^2/2 +- d', and a verdict
+// counts a share of it.
+double chance_of_level(double odds, double separation) {
+  const DecisionRules rules;
+  const double wanted = std::log(rules.level / (1 - rules.level) / odds) / rules.exponent;
+  if (separation == 0) return wanted <= 0 ? 1 : 0;
+  return normal_distribution(separation / 2 - wanted / separation);
+}
 
 // Rows of one block of a forecast.
 Forecast rows_of(const Forecast& forecast, Index first, Index count) {
@@ -46,6 +65,29 @@ class State {
       sum += task_->pairs[p].weight * mistaken(separations_[p].squared());
     return sum;
   }
+  // That the verdict then is one answer, the true one, by the pair that is worst for each model; of
+  // all pairs, or of those that are not given up.
+  double chance_of_answer(bool with_given_up) const {
+    std::vector<double> least(task_->models.size(), 1);
+    double all = 0, sum = 0;
+    for (std::size_t p = 0; p < separations_.size(); ++p) {
+      const ModelPair& pair = task_->pairs[p];
+      if (pair.weight == 0 && !with_given_up) continue;
+      for (const auto& [truth, other] : {std::pair(pair.a, pair.b), {pair.b, pair.a}})
+        least[truth] = std::min(least[truth], chance(p, truth, other));
+    }
+    for (std::size_t m = 0; m < least.size(); ++m) {
+      if (task_->models[m].is_look_alike || !is_paired(m)) continue;
+      all += task_->models[m].weight;
+      sum += task_->models[m].weight * least[m];
+    }
+    return all > 0 ? sum / all : 1;
+  }
+  // Of the likelier of the two to be told from the other, if it is true.
+  double chance(std::size_t pair) const {
+    const auto& [a, b, any_size, weight] = task_->pairs[pair];
+    return std::max(chance(pair, a, b), chance(pair, b, a));
+  }
   State with(const std::vector<std::size_t>& blocks) const {
     State next = *this;
     for (const std::size_t b : blocks)
@@ -62,6 +104,16 @@ class State {
   }
 
  private:
+  double chance(std::size_t pair, std::size_t truth, std::size_t other) const {
+    return chance_of_level(task_->models[truth].weight / task_->models[other].weight,
+                           separation(pair));
+  }
+  bool is_paired(std::size_t model) const {
+    return std::any_of(task_->pairs.begin(), task_->pairs.end(), [model](const ModelPair& pair) {
+      return pair.a == model || pair.b == model;
+    });
+  }
+
   const PlanTask* task_;
   const Prospects* prospects_;
   std::vector<Separation> separations_;
@@ -74,11 +126,25 @@ class Splitter {
 
   // Until the pairs are apart, or the rest of the time would bring next to nothing.
   void distinguish() {
-    while (least_of(state_, 0) < task_.options.wanted) {
+    while (least_of(state_, 0) < task_.options.wanted &&
+           state_.chance_of_answer(false) < sure_enough) {
       const std::vector<std::size_t> next = best_beside(state_, {});
       if (next.empty() || is_idle(next)) break;
       take(next, what_falls(state_, state_.with(next)));
     }
+  }
+
+  // The last cycles are left out, as far as the verdict hardly needs them.
+  void shorten() {
+    constexpr double hardly = 0.03;  // of the chance of an answer
+    const Batch& batch = chooser_.batch();
+    const double whole = state_.chance_of_answer(false);
+    State state(task_, prospects_);
+    std::size_t count = 0;
+    while (count < batch.blocks.size() && state.chance_of_answer(false) < whole - hardly)
+      state = state.with({batch.blocks[count++]});
+    chooser_.keep_first(count);
+    state_ = state;
   }
 
   // Postures without load that tell something together only, as in a frame that is not known; best
@@ -89,7 +155,7 @@ class Splitter {
   }
 
   double mistakes() const { return state_.mistakes(); }
-  double separation(std::size_t pair) const { return state_.separation(pair); }
+  double chance(std::size_t pair) const { return state_.chance(pair); }
 
   // One posture may have been read wrongly.
   void distinguish_without_any_posture() {
@@ -335,6 +401,16 @@ std::vector<Forecast> PlanTask::forecasts(const Campaign& planned,
   return result;
 }
 
+void whiten(const Campaign& planned, std::vector<Forecast>& all, MatrixXd& common) {
+  const SharedNoise shared(noise_of(planned, {}), values_in_use(planned));
+  for (Forecast& f : all) {
+    shared.whiten(f.mean);
+    shared.whiten(f.spread);
+    shared.whiten(f.forms);
+  }
+  shared.whiten(common);
+}
+
 Separation separation_of(const ModelPair& pair, const std::vector<Forecast>& all,
                          const MatrixXd& common) {
   return separation_of(all[pair.a], all[pair.b], pair.any_size, all.back(), common);
@@ -342,9 +418,9 @@ Separation separation_of(const ModelPair& pair, const std::vector<Forecast>& all
 
 Prospects prospects_of(const PlanTask& task, DisplacementKind kind) {
   const Campaign planned = task.readings(kind, task.choices.blocks, task.options.minutes / 2);
-  const std::vector<Forecast> all = task.forecasts(planned, task.models_for(kind));
-  const MatrixXd common =
-      session_unknowns(task.campaign, planned, task.components, all.back().mean);
+  std::vector<Forecast> all = task.forecasts(planned, task.models_for(kind));
+  MatrixXd common = session_unknowns(task.campaign, planned, task.components, all.back().mean);
+  whiten(planned, all, common);
   Prospects prospects;
   prospects.separations.resize(task.choices.blocks.size());
   prospects.gains.resize(task.choices.blocks.size());
@@ -408,6 +484,13 @@ void Chooser::take(std::size_t b, std::string why) {
   batch_.why.push_back(std::move(why));
 }
 
+void Chooser::keep_first(std::size_t count) {
+  const Batch all = std::exchange(batch_, {});
+  postures_.clear();
+  std::fill(runs_.begin(), runs_.end(), 0);
+  for (std::size_t k = 0; k < count; ++k) take(all.blocks[k], all.why[k]);
+}
+
 namespace {
 
 // With and without postures that are taken together first: whichever leaves fewer mistakes, or as
@@ -428,7 +511,7 @@ Splitter distinguished(const PlanTask& task, const Prospects& prospects) {
 bool give_up_hopeless(const Splitter& splitter, PlanTask& task) {
   bool some = false;
   for (std::size_t p = 0; p < task.pairs.size(); ++p) {
-    if (task.pairs[p].weight == 0 || splitter.separation(p) >= unsplit) continue;
+    if (task.pairs[p].weight == 0 || splitter.chance(p) >= hopeless) continue;
     task.pairs[p].weight = 0;
     some = true;
   }
@@ -446,11 +529,17 @@ Batch split(const PlanTask& all, const Prospects& prospects, bool in_own_campaig
       return {};
     splitter.emplace(distinguished(task, prospects));
   }
+  splitter->shorten();
+  if (splitter->batch().blocks.empty()) return {};
   if (in_own_campaign) {
     splitter->distinguish_without_any_posture();
     splitter->predict_any_posture();
   }
   return splitter->batch();
+}
+
+double chance_of_answer(const PlanTask& task, const Batch& batch, const Prospects& prospects) {
+  return State(task, prospects).with(batch.blocks).chance_of_answer(true);
 }
 
 double mistakes_left(const PlanTask& task, const Batch& batch, const Prospects& prospects) {

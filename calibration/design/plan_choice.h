@@ -47,6 +47,10 @@ struct PlanTask {
   std::vector<Forecast> forecasts(const Campaign& planned, const std::vector<PlanModel>& of) const;
 };
 
+/// Takes what planned readings share by their datums out of forecasts of them and of the unknowns
+/// of their session.
+void whiten(const Campaign& planned, std::vector<Forecast>& all, Eigen::MatrixXd& common);
+
 Separation separation_of(const ModelPair& pair, const std::vector<Forecast>& all,
                          const Eigen::MatrixXd& common);
 
@@ -81,6 +85,7 @@ class Chooser {
   /// The block with the largest gain per minute; none where no gain is above `least`.
   std::optional<std::size_t> best(const std::vector<double>& gains, double least) const;
   void take(std::size_t block, std::string why);
+  void keep_first(std::size_t count);
   const Batch& batch() const { return batch_; }
   const std::set<std::size_t>& postures() const { return postures_; }
 
@@ -98,6 +103,14 @@ inline constexpr double unsplit = 2;  // d' of all that is measured: no use to t
 /// an effect, without any one of their postures, too, and determine the fitted parameters so well
 /// that they predict that posture: a result that rests on one posture is not believed.
 Batch split(const PlanTask& task, const Prospects& prospects, bool in_own_campaign);
+
+/// Chance that the verdict after a batch is one answer, and the true one. Model m, with the weight
+/// w_m that the verdict so far gives it, is told from n when
+///
+///   log(w_m / w_n) + exponent * g >= log(level / (1 - level)),   g ~ N(d'^2 / 2, d'^2)
+///
+/// with the level and the exponent of the verdict (DecisionRules); of its pairs the worst counts.
+double chance_of_answer(const PlanTask& task, const Batch& batch, const Prospects& prospects);
 
 /// Chance of a wrong name that a batch leaves, over all pairs.
 double mistakes_left(const PlanTask& task, const Batch& batch, const Prospects& prospects);

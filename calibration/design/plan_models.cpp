@@ -178,7 +178,7 @@ std::vector<PlanModel> plan_models(const vjm::Robot& robot, const Campaign& camp
   }
   models.push_back(model_of(robot, question.present, base));
   models.back().name = "nothing more";
-  models.back().weight = 0;
+  models.back().weight = question.nothing;
   const double least = least_weight / static_cast<double>(models.size());
   for (PlanModel& model : models) model.weight = std::max(model.weight, least);
   return models;

@@ -44,6 +44,11 @@ class Questioner {
       for (const std::string& name : diagnosis_.ambiguous)
         question.open.push_back(open(name, question));
       question.perhaps_nothing = question.open.size() == 1;
+      if (question.perhaps_nothing && !diagnosis_.found.empty()) {
+        // All laws of the answer count, against all that it is not.
+        question.open.front().probability = diagnosis_.found.back().probability;
+        question.nothing = 1 - question.open.front().probability;
+      }
     } else if (is(Verdict::unexplained)) {
       if (!question.present.empty()) question.present.pop_back();
       add_nearest(question);
@@ -121,9 +126,12 @@ class Questioner {
 
   // Those that came nearest, though they do not explain the readings.
   void add_nearest(PlanQuestion& question) const {
-    for (const RecordedCandidate& entry : ranking(question))
-      if (entry.is_fitted && question.open.size() < 4)
-        question.open.push_back(open_candidate_of(entry));
+    question.in_catalogue = 0;
+    for (const RecordedCandidate& entry : ranking(question)) {
+      if (!entry.is_fitted) continue;
+      question.in_catalogue += entry.probability;
+      if (question.open.size() < 4) question.open.push_back(open_candidate_of(entry));
+    }
   }
 
   // The best place of every kind that was not observable.

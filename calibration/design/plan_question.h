@@ -22,6 +22,9 @@ struct PlanQuestion {
   std::vector<Candidate> present = {};   // what was found and is not in doubt
   std::vector<OpenCandidate> open = {};  // what may be missing beside that
   bool perhaps_nothing = false;          // that nothing is missing is a candidate, too
+  double nothing = 0;                    // probability of that; 0: not known
+  /// Probability that it is in the catalogue at all, after a diagnosis that leaves it unexplained.
+  double in_catalogue = 1;
   /// Where the candidates were asked for: further effects that are not observable in the readings
   /// so far, each of its usual size. New readings that show the candidates may show these, too, and
   /// must distinguish them.

@@ -450,6 +450,71 @@ TEST(Plan, TurnsAJointInQuestionThroughItsRange) {
   EXPECT_THAT(swept({.within = {{"arm.q2", {0, std::numbers::pi / 4}}}}), from_to(0, 45));
 }
 
+// The slide, friction or clearance with these probabilities, read with some noise [m].
+Plan between_laws(double noise, double friction, double clearance) {
+  Laboratory laboratory(slide);
+  laboratory.options().translation_noise = noise;
+  const Campaign campaign = laboratory.measure(loads_only_up({0, 300, 600, 900, 600, 300}));
+  PlanQuestion question =
+      between(laboratory.robot(), {"friction at cell.q", "clearance at cell.q"});
+  for (OpenCandidate& open : question.open)
+    open.probability = open.candidate.effect.kind->name == "friction" ? friction : clearance;
+  common::Progress silent;
+  return plan(laboratory.robot(), campaign, question, {.minutes = 60}, 2, silent);
+}
+
+// A verdict holds 95 %: of two that are as likely, d' of 2 gives that with a chance of 8 %.
+TEST(Plan, AsksForNothingThatHardlyChangesTheVerdict) {
+  bool some = false, none = false;
+  for (double noise = 1e-5; noise < 1e-2; noise *= 1.2) {
+    const Plan p = between_laws(noise, 0.5, 0.5);
+    ASSERT_EQ(p.splits.size(), 1u);
+    if (p.minutes > 0) {
+      some = true;
+      EXPECT_GT(p.splits[0].separation, 2) << noise;
+      EXPECT_THAT(p.notes, testing::Contains(HasSubstr("Chance that the verdict is one answer")));
+    } else {
+      none = true;
+      EXPECT_TRUE(p.readings.readings.empty());
+    }
+  }
+  EXPECT_TRUE(some && none);
+}
+
+// Readings that distinguish effects of the catalogue do not find one that it lacks.
+TEST(Plan, AsksForNothingWhereTheCatalogueLacksTheEffect) {
+  Laboratory laboratory(slide);
+  laboratory.hide("creep", "q", "c=3e-8 m/N,tau=300 s");
+  std::string csv = "id,session,cycle,step,time,fz\n";
+  for (int i = 0; i < 60; ++i)
+    csv += fmt::format("a{0},first,c{1},{2},{3},{4}\n", i, i / 20, i % 20, 40 * i,
+                       i % 20 < 10 ? 300 : 900);
+  const Campaign campaign = laboratory.measure(csv);
+  const Diagnosis d = laboratory.diagnose(campaign, {"session_drift", "hardening", "clearance"});
+  ASSERT_EQ(d.verdict, Verdict::unexplained);
+  const PlanQuestion question =
+      question_of(laboratory.robot(), laboratory.recorded(campaign, d), {});
+  common::Progress silent;
+  const Plan p = plan(laboratory.robot(), campaign, question, {}, 2, silent);
+  EXPECT_EQ(p.minutes, 0);
+  EXPECT_THAT(p.notes, testing::Contains(HasSubstr("would not find")));
+}
+
+// What the readings so far say need not be measured again.
+TEST(Plan, CountsWhatIsKnownAlready) {
+  double as_likely = 0, likelier = 0;
+  for (double noise = 1e-5; noise < 1e-3; noise *= 1.5) {
+    const double open = between_laws(noise, 0.5, 0.5).minutes;
+    if (open == 0)
+      continue;  // too little to decide between equals, perhaps not to confirm the likelier
+    const double known = between_laws(noise, 0.9, 0.1).minutes;
+    EXPECT_LE(known, open) << noise;
+    as_likely += open;
+    likelier += known;
+  }
+  EXPECT_LT(likelier, as_likely);
+}
+
 TEST(Plan, IsTheSameForAnyNumberOfThreads) {
   Laboratory laboratory(slide);
   const Campaign campaign = laboratory.measure(loads_only_up({0, 300, 600, 900}));
