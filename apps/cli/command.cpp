@@ -271,7 +271,9 @@ std::string Program::help_footer() const {
     add(group.title, listed);
   }
   add("Others", left);
-  return text + "\n'kinetostat COMMAND --help' describes one command, with an example.";
+  return text +
+         "\n'kinetostat COMMAND --help' describes one command, with an example;\n"
+         "'kinetostat --version' says what is linked, and its licences.";
 }
 
 std::string Program::help() {
