@@ -83,7 +83,7 @@ class State {
     }
     return all > 0 ? sum / all : 1;
   }
-  // Of the likelier of the two to be told from the other, if it is true.
+  // Of the likelier of the two distinguished from the other, if it is true.
   double chance(std::size_t pair) const {
     const auto& [a, b, any_size, weight] = task_->pairs[pair];
     return std::max(chance(pair, a, b), chance(pair, b, a));

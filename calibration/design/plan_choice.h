@@ -105,7 +105,7 @@ inline constexpr double unsplit = 2;  // d' of all that is measured: no use to t
 Batch split(const PlanTask& task, const Prospects& prospects, bool in_own_campaign);
 
 /// Chance that the verdict after a batch is one answer, and the true one. Model m, with the weight
-/// w_m that the verdict so far gives it, is told from n when
+/// w_m that the verdict so far gives it, is distinguished from n when
 ///
 ///   log(w_m / w_n) + exponent * g >= log(level / (1 - level)),   g ~ N(d'^2 / 2, d'^2)
 ///

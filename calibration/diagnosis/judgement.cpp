@@ -79,8 +79,7 @@ Judgement judge(const Diagnosis& d, double share_left) {
   const bool structure_left = d.left.p_value() < structure_level;
   if (d.found.empty()) return judge_nothing_found(d, structure_left);
   const bool unlike_any = d.above_free_form < beaten_by_free_form && !is_other_law(d);
-  if (unlike_any || (structure_left && share_left > most_left))
-    return {Verdict::unexplained};
+  if (unlike_any || (structure_left && share_left > most_left)) return {Verdict::unexplained};
   return {verdict_on_found(d)};
 }
 
