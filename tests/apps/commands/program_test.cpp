@@ -104,8 +104,8 @@ TEST(ProgramRun, CompareReportsThePublishedLackOfFit) {
   EXPECT_THAT(outcome.out, HasSubstr("lack-of-fit F = 214.7 against 2.15"));
   // The robot that the campaign names is the same one.
   const Outcome named = kinetostat("compare " + load_cell + " -v");
-  EXPECT_EQ(outcome.out.substr(outcome.out.find("Robot")),
-            named.out.substr(named.out.find("Robot")));
+  EXPECT_EQ(outcome.out.substr(outcome.out.find("Campaign")),
+            named.out.substr(named.out.find("Campaign")));
 }
 
 TEST(ProgramRun, CompareSaysWhenAnotherRobotIsUsedThanTheCampaignNames) {
