@@ -72,15 +72,6 @@ SystemState EquilibriumSystem::relaxed_state() const {
   return state;
 }
 
-Index EquilibriumSystem::row_of(int body, bool platform_held) const {
-  if (body == Span::base) return -1;
-  return Index{6} * (body - (platform_held ? 1 : 0));
-}
-
-Index EquilibriumSystem::body_rows(bool platform_held) const {
-  return 6 * (static_cast<Index>(manipulator_.body_count()) - (platform_held ? 1 : 0));
-}
-
 SystemVector EquilibriumSystem::zero() const {
   SystemVector v;
   make_zero(v);

@@ -69,9 +69,13 @@ class EquilibriumSystem {
   double wrench_norm(const SystemState& state) const;
 
   /// First of the six rows of a body in the Newton matrix; negative when it does not move.
-  Eigen::Index row_of(int body, bool platform_held) const;
+  Eigen::Index row_of(int body, bool platform_held) const {
+    return body == Span::base ? -1 : Eigen::Index{6} * (body - (platform_held ? 1 : 0));
+  }
   /// Rows of all bodies there.
-  Eigen::Index body_rows(bool platform_held) const;
+  Eigen::Index body_rows(bool platform_held) const {
+    return 6 * (static_cast<Eigen::Index>(manipulator_.body_count()) - (platform_held ? 1 : 0));
+  }
 
  private:
   const Manipulator& manipulator_;
