@@ -60,10 +60,15 @@ std::vector<double> deflections(const Predictor& predictor, const Campaign& camp
     double& d = result.emplace_back(std::nan(""));
     if (!is_used(campaign.readings[i]) || predictions.loaded[i].coordinates.empty()) continue;
     const double x = predictions.loaded[i].coordinates[spring.chain][spring.coordinate];
-    d = campaign.displacement == DisplacementKind::absolute
-            ? x - predictor.posture_of(i).coordinates_of(bare.chains()[spring.chain],
-                                                         spring.chain)[spring.coordinate]
-            : x - predictions.unloaded[i].coordinates[spring.chain][spring.coordinate];
+    // A state without load that nobody had to find is that of the command.
+    const bool is_from_command = campaign.displacement == DisplacementKind::absolute ||
+                                 i >= predictions.unloaded.size() ||
+                                 predictions.unloaded[i].coordinates.empty();
+    const double from = is_from_command
+                            ? predictor.posture_of(i).coordinates_of(
+                                  bare.chains()[spring.chain], spring.chain)[spring.coordinate]
+                            : predictions.unloaded[i].coordinates[spring.chain][spring.coordinate];
+    d = x - from;
   }
   return result;
 }

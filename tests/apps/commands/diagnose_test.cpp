@@ -83,7 +83,7 @@ TEST_F(Diagnose, NamesTheHiddenClearanceAndAdoptingItLetsTheErrorFall) {
 
   const Outcome adopted = kinetostat("adopt shown.yaml diagnosis.json -o better.yaml");
   ASSERT_EQ(adopted.code, 0) << adopted.err;
-  EXPECT_THAT(adopted.out, HasSubstr("clearance at joint y.rho and 1 fitted value (rho"));
+  EXPECT_THAT(adopted.out, HasSubstr("clearance at joint y.rho and 3 fitted values (rho"));
   const std::string better = io::read_text(working_folder() / "better.yaml");
   EXPECT_TRUE(better.starts_with(shown_));
   EXPECT_THAT(better, HasSubstr("gap: {value: 0.0"));  // in the file's mm
@@ -247,7 +247,7 @@ TEST(Adopt, TakesAllThatWasFoundTogether) {
             5);
   const Outcome all = kinetostat("adopt arms.yaml arms.json --all -o both.yaml");
   EXPECT_EQ(all.code, 0) << all.err;
-  EXPECT_THAT(all.out, HasSubstr("preload at joint q1 and preload at joint q2"));
+  EXPECT_THAT(all.out, HasSubstr("preload at joint q1, preload at joint q2"));
   EXPECT_THAT(kinetostat("compare both.yaml lifts/campaign.yaml -q").out,
               HasSubstr("The model explains the readings"));
 
