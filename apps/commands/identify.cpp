@@ -103,11 +103,11 @@ io::Json identify(Run& run, const Options& options) {
     if (run.shortfall().empty()) results.keep(*entry);
   }
   run.print(entry->screen);
-  if (is_kept) run.print("from the cache: computed before from the same input\n");
-  if (!is_kept && cache.hits() > 0) run.print("volume mesh from the cache\n");
   run.print("\n" + report::next_step("kinetostat beam " + report::quoted(options.link),
                                      "would a beam have done?"));
   run.print_more("\n" + entry->report);
+  if (is_kept) run.print("from the cache: computed before from the same input\n");
+  if (!is_kept && cache.hits() > 0) run.print("volume mesh from the cache\n");
   if (run.out()) io::write_json(*run.out(), entry->result);
   return entry->result;
 }

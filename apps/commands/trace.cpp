@@ -120,11 +120,11 @@ io::Json trace(const Request& request, Run& run) {
   }
   run.print(report::wrapped(report::headline(robot, task, path)) +
             report::wrapped(report::warning(robot, task, study)));
-  run.print(run.out() ? ""
-                      : "\nevery critical point, branch and equilibrium: --verbose, or --html\n");
+  run.print(report::wrapped_lines(report::text(robot, task, study)));
+  run.print("\nevery critical point, branch and equilibrium: --verbose, or --html\n");
   run.print_more("\n" + fmt::format("{}\n", robot.name) +
                  report::text(robot, request.posture.posture(robot)) +
-                 report::text(robot, task, path) + report::text(robot, task, study));
+                 report::text(robot, task, path));
   if (run.wants_page()) run.draw(report::picture(robot, task, path));
   if (run.out()) io::write_atomically(*run.out(), report::csv(robot, task, path));
   if (path.branches[0].end == vjm::BranchEnd::lost) run.stop_short(path.branches[0].reason);

@@ -43,7 +43,9 @@ double in_stiffness_unit(const vjm::Robot& robot, double si) {
 std::vector<std::pair<std::string, double>> by_place(const vjm::Robot& robot,
                                                      const std::vector<vjm::SpringShare>& shares) {
   std::vector<std::pair<std::string, double>> places;
+  constexpr double worth_a_row = 0.005;
   for (const vjm::SpringShare& s : shares) {
+    if (s.share < worth_a_row) continue;
     const std::string name = robot.manipulator.chains()[s.chain].name() + "." + s.spring;
     places.emplace_back(place_in_words(robot.manipulator, name), s.share);
   }
@@ -109,7 +111,7 @@ std::string stiffness_table(const vjm::Robot& robot, const vjm::UnloadedStiffnes
     }
     std::string right;
     if (i < std::min(places.size(), most_springs))
-      right = fmt::format("{:<20} {:<20} {:>5}", places[i].first, bar(places[i].second, 20),
+      right = fmt::format("{:<20} {:<16} {:>6}", places[i].first, bar(places[i].second, 16),
                           short_percent(places[i].second));
     std::string line = fmt::format("  {:<48}  {}", left, right);
     line.erase(line.find_last_not_of(' ') + 1);

@@ -94,6 +94,14 @@ std::string wrapped(const std::string& text, std::size_t first, std::size_t rest
   return is_empty ? result : result + line + "\n";
 }
 
+std::string wrapped_lines(const std::string& text) {
+  std::istringstream lines(text);
+  std::string result;
+  for (std::string line; std::getline(lines, line);)
+    result += columns_of(line) <= screen_columns ? line + "\n" : wrapped(line, 0, 2);
+  return result;
+}
+
 std::string labelled(const std::string& label, std::size_t width, const std::string& text) {
   std::string lines = wrapped(text, width + 2, width + 2);
   const std::size_t size = columns_of(label);

@@ -15,6 +15,8 @@ inline constexpr std::size_t screen_columns = 100, screen_lines = 25;
 /// Text in lines of at most screen_columns (a longer word stands alone); the first is indented by
 /// `first` blanks, the others by `rest`. Ends with a line end. Empty for an empty text.
 std::string wrapped(const std::string& text, std::size_t first = 0, std::size_t rest = 0);
+/// Lines that fit as they are, longer ones wrapped.
+std::string wrapped_lines(const std::string& text);
 /// A row of a list: `label` padded to `width`, then the text, wrapped beside it.
 std::string labelled(const std::string& label, std::size_t width, const std::string& text);
 /// "a", "a and b", "a, b and c".
