@@ -10,6 +10,7 @@
 #include "kinetostat/calibration/campaign/noise_estimate.h"
 #include "kinetostat/calibration/campaign/pure_error.h"
 #include "kinetostat/calibration/comparison/compare.h"
+#include "kinetostat/common/error.h"
 
 #include "calibration/laboratory.h"
 #include "calibration/random_matrix.h"
@@ -161,6 +162,29 @@ TEST(Datum, IsNoScatterOfRepeatedReadings) {
   const PureError scatter = pure_error(campaign, groups, noise);
   EXPECT_NEAR(scatter.sum, expected, 1e-9 * expected);
   EXPECT_EQ(scatter.degrees_of_freedom, n - std::ssize(groups));
+}
+
+// Where no unloaded reading is, or the others' noise is not known, it has no noise to state.
+TEST(Datum, IsRefusedWhereItMeansNothing) {
+  const auto read = [](const std::string& more) {
+    return read_campaign(
+        test::write_campaign("kinetostat: 1\ncampaign: c\nunits: {length: mm, force: "
+                             "N}\nreadings: readings.csv\n" +
+                                 more,
+                             "fz,dz\n1000,1\n2000,2\n"),
+        test::bench().manipulator);
+  };
+  const std::string difference = "displacement: difference\n",
+                    noise = "noise: {translation: 2 um}\n",
+                    stated = "datum_noise: {translation: 3 um}\n";
+  EXPECT_EQ(read(difference + noise + stated).datum_noise[2], 3e-6);
+  EXPECT_EQ(read(difference + "datum_noise: {translation: 0 um}\n").datum_noise[2], 0);
+  for (const std::string& bad :
+       {difference + stated, difference + noise + stated + "zero: estimate\n",
+        "displacement: absolute\n" + noise + stated,
+        difference + noise + "datum_noise: {translation: -3 um}\n",
+        difference + noise + "datum_noise: {translation: 3}\n"})
+    EXPECT_THROW((void)read(bad), common::InputError) << bad;
 }
 
 const std::string slide =
