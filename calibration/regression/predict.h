@@ -37,7 +37,8 @@ struct Predictions {
   /// The stated wrench [force; moment about the target] as it works on the displacement, in its
   /// axes, at the predicted pose.
   std::vector<spatial::Vector6> work;
-  /// Equilibria under the load and without, from which those of a similar model are found quickly.
+  /// Equilibria under the load and without, from which those of a similar model are found quickly;
+  /// those without load are left out where no force acts then.
   std::vector<vjm::SystemState> loaded, unloaded;
   /// The first reading in use that fails, if one does; the rest is then not to be used.
   std::optional<PredictionFailure> failure;

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "kinetostat/vjm/chain/chain_builder.h"
+
 namespace kinetostat::report {
 namespace {
 
@@ -72,21 +74,21 @@ TEST(Wording, ErrorsProbabilitiesAndOdds) {
 }
 
 TEST(Wording, PlacesAreNamedAsPeopleCallThem) {
-  vjm::Chain arm("arm");
+  vjm::ChainBuilder arm("arm");
   arm.actuator("q1", vjm::Motion::rz, 1e5)
       .link("upper", spatial::Pose::translation({0.3, 0, 0}),
             spatial::Compliance6(spatial::Matrix6(1e-8 * spatial::Matrix6::Identity())));
-  const vjm::Manipulator one("one", {arm});
+  const vjm::Manipulator one("one", {arm.build()});
   EXPECT_EQ(place_in_words(one, "arm.q1"), "joint q1");
   EXPECT_EQ(place_in_words(one, "arm.upper"), "link upper");
   EXPECT_EQ(place_in_words(one, "platform"), "platform");
   EXPECT_EQ(effect_in_words(one, "thermal_expansion", "arm.upper"),
             "thermal expansion at link upper");
   EXPECT_EQ(effect_in_words(one, "wrench_gain", "load"), "wrench gain");
-  vjm::Chain x("x"), y("y");
+  vjm::ChainBuilder x("x"), y("y");
   x.actuator("rho", vjm::Motion::tx, 1e6);
   y.actuator("rho", vjm::Motion::ty, 1e6);
-  const vjm::Manipulator two("two", {x, y});
+  const vjm::Manipulator two("two", {x.build(), y.build()});
   EXPECT_EQ(place_in_words(two, "x.rho"), "joint x.rho");
   EXPECT_EQ(place_in_words(two, "rho"), "joint rho of every chain");
   EXPECT_EQ(short_name(two, "x.rho"), "x.rho");

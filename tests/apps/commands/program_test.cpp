@@ -257,7 +257,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"campaign_without_robot",
                 "compare data/robots/bench.yaml",
                 3,
-                {"bench.yaml", "'name' is not known here"}},
+                {"bench.yaml", "no campaign file comes after it"}},
         Mistake{"missing_campaign",
                 "compare data/robots/bench.yaml nowhere.yaml",
                 3,

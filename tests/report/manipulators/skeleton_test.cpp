@@ -102,11 +102,11 @@ TEST(SkeletonOfShippedRobots, EveryChainBends) {
 
 // A straight link is one line to where its end has gone; nothing of it stays where it was.
 TEST(SkeletonOfABeam, IsOneLineToItsDeflectedEnd) {
-  vjm::Chain chain("arm");
-  spatial::Matrix6 compliance = 1e-6 * spatial::Matrix6::Identity();
+  const spatial::Matrix6 compliance = 1e-6 * spatial::Matrix6::Identity();
+  vjm::ChainBuilder chain("arm");
   chain.actuator("q", vjm::Motion::rz, 1e4)
       .link("beam", spatial::Pose::translation({0.5, 0, 0}), spatial::Compliance6(compliance, {}));
-  const vjm::Manipulator arm("arm", {chain});
+  const vjm::Manipulator arm("arm", {chain.build()});
   const vjm::Posture posture = vjm::posture_from_joints(arm, {}).posture;
   vjm::Load load;
   load.force = {0, 0, -100};
