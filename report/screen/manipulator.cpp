@@ -111,7 +111,7 @@ std::string stiffness_table(const vjm::Robot& robot, const vjm::UnloadedStiffnes
     }
     std::string right;
     if (i < std::min(places.size(), most_springs))
-      right = fmt::format("{:<20} {:<16} {:>6}", places[i].first, bar(places[i].second, 16),
+      right = fmt::format("{:<20} {:<12} {:>11}", places[i].first, bar(places[i].second, 12),
                           short_percent(places[i].second));
     std::string line = fmt::format("  {:<48}  {}", left, right);
     line.erase(line.find_last_not_of(' ') + 1);
