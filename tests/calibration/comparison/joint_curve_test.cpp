@@ -62,7 +62,9 @@ TEST(JointCurve, OfOneJointIsItsReadings) {
     EXPECT_NEAR(p.measured, reading.displacement.z(), 1e-12);
     EXPECT_NEAR(p.deviation, reading.sigma.z(), 1e-12);
     // Beyond its rounded corner a gap of 5 um is taken up on either side.
-    if (force != 0) EXPECT_NEAR(std::abs(p.with) - std::abs(p.without), 5e-6, 1e-8);
+    if (force != 0) {
+      EXPECT_NEAR(std::abs(p.with) - std::abs(p.without), 5e-6, 1e-8);
+    }
   }
 }
 
