@@ -202,7 +202,7 @@ TEST(LittleMemory, AModelThatNeedsMoreThanItMayHaveIsNoBadInput) {
   put("allowed.yaml", little_link());
   const Outcome outcome = kinetostat("identify allowed.yaml --no-cache --memory 1MB");
   EXPECT_EQ(outcome.code, 6);
-  EXPECT_THAT(outcome.err, HasSubstr("allowed.yaml: the direct solver needs"));
+  EXPECT_THAT(outcome.err, HasSubstr("allowed.yaml: the multigrid solver needs"));
   EXPECT_THAT(outcome.err, HasSubstr("or allow more (--memory)"));
 }
 

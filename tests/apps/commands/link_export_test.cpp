@@ -97,7 +97,7 @@ TEST(PrintedBars, AreThoseOfEveryLoadedInterface) {
   text.replace(text.find("{accuracy: 1 %}"), 15, "{size: 10}");
   std::ofstream(working_folder() / "ternary.yaml") << text;
   const test::Outcome outcome =
-      kinetostat("identify ternary.yaml -o ternary.json --no-cache --bracket never");
+      kinetostat("identify ternary.yaml -o ternary.json --no-cache --bracket never --verbose");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const std::string bars = outcome.out.substr(outcome.out.find("error bars"));
   const io::Json result = io::read_json(working_folder() / "ternary.json");
