@@ -379,9 +379,9 @@ constexpr std::size_t most_joints = 7;
 std::string joints_text(const std::vector<calibration::JointLoad>& joints) {
   std::string text;
   for (const calibration::JointLoad& joint : joints)
-    text += labelled("  " + joint.name, 36, load_in_words(joint));
+    text += labelled(joint.name, 36, load_in_words(joint));
   return text.empty() ? text
-                      : "\n  joint                             what the loads do to it\n" + text;
+                      : "\n  joint                               what the loads do to it\n" + text;
 }
 
 std::string first_screen(const Campaign& campaign,
