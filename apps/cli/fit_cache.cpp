@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/apps/cli/this_program.h"
+#include "kinetostat/apps/cli/version.h"
 #include "kinetostat/io/text_file.h"
 
 namespace kinetostat::apps {

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "kinetostat/apps/cli/this_program.h"
+#include "kinetostat/apps/cli/version.h"
 #include "kinetostat/report/links/link_result.h"
 
 namespace kinetostat::apps {

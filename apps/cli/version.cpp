@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "kinetostat/io/text_file.h"
 #include "kinetostat/report/page.h"
 
 namespace kinetostat::apps {
@@ -79,5 +80,7 @@ std::string version_report() {
          "\nThe program as a whole, linked with CHOLMOD, is under GPL-3.0; the source code "
          "of kinetostat is\nunder Apache-2.0.\n";
 }
+
+std::string this_program() { return io::sha256(io::read_text("/proc/self/exe")); }
 
 }  // namespace kinetostat::apps

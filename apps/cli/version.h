@@ -1,4 +1,4 @@
-// Versions of this program and its libraries.
+// Versions of this program and its libraries, and which build it is.
 #pragma once
 
 #include <string>
@@ -10,5 +10,9 @@ std::string version();
 
 /// Version, parts that are linked with their versions and licences, and the BLAS in use.
 std::string version_report();
+
+/// SHA-256 of the program that runs. Another build may compute otherwise, whatever its version
+/// says, so it is part of every key in the cache.
+std::string this_program();
 
 }  // namespace kinetostat::apps

@@ -55,7 +55,7 @@ class Unsolvable : public testing::TestWithParam<Request> {
 
 TEST_P(Unsolvable, EndsWithReasonStateAndCode) {
   const Request& request = GetParam();
-  const Outcome outcome = kinetostat(request.arguments);
+  const Outcome outcome = kinetostat(request.arguments + " --verbose");
   EXPECT_EQ(outcome.code, request.code) << outcome.err;
   EXPECT_THAT(outcome.err, HasSubstr(request.reason));
   EXPECT_THAT(outcome.out + outcome.err, HasSubstr(request.state));
