@@ -20,6 +20,7 @@ using Kinds = std::vector<DocumentKind>;
 struct Wanted {
   const char* command;
   std::vector<Kinds> places;
+  bool takes_robot_alone = false;  // where the places begin with a robot or a campaign
 };
 
 const Kinds robot = {DocumentKind::robot};
@@ -42,7 +43,7 @@ const std::vector<Wanted>& all_wanted() {
       {"compare", {robot_or_campaign, campaign}},
       {"diagnose", {robot_or_campaign, campaign}},
       {"plan", {robot_or_campaign, campaign}},
-      {"study", {robot_or_campaign, campaign}},
+      {"study", {robot_or_campaign, campaign}, true},
       {"adopt", {robot, {DocumentKind::diagnosis}}},
       {"identify", {{DocumentKind::link}}},
       {"beam", {{DocumentKind::link}}},
@@ -125,7 +126,7 @@ void refuse_misplaced_files(const std::string& command, const std::vector<std::s
         files[i], fmt::format("this is {}, not {}", io::words_for(kinds[i]), words_for(wanted)),
         command_for(kinds[i], files[i]));
   }
-  if (files.size() == 1 && kinds[0] == DocumentKind::robot && found->places[0] == robot_or_campaign)
+  if (kinds == robot && found->places[0] == robot_or_campaign && !found->takes_robot_alone)
     throw MisplacedFile(
         files[0], "this is a robot file, and no campaign file comes after it",
         fmt::format("Write 'kinetostat {} {} campaign.yaml'; 'kinetostat readings TABLE -o "
