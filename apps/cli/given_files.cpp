@@ -20,7 +20,7 @@ using Kinds = std::vector<DocumentKind>;
 struct Wanted {
   const char* command;
   std::vector<Kinds> places;
-  bool takes_robot_alone = false;  // where the places begin with a robot or a campaign
+  bool takes_robot_alone = false;  // where a campaign may stand in its place
 };
 
 const Kinds robot = {DocumentKind::robot};
