@@ -113,6 +113,7 @@ void refuse_misplaced_files(const std::string& command, const std::vector<std::s
                                   [&](const Wanted& w) { return command == w.command; });
   if (found == all_wanted().end()) return;
   std::vector<DocumentKind> kinds;
+  kinds.reserve(files.size());
   for (const std::string& file : files) kinds.push_back(io::document_kind(file));
   if (kinds == Kinds{DocumentKind::campaign, DocumentKind::robot} && found->places.size() > 1)
     throw MisplacedFile(files[0], "this is a campaign file, and the robot file comes first",
