@@ -21,6 +21,26 @@ export function loadAxis(readings, view, component) {
   return along ? along[0] : null;
 }
 
+/** The readings of a curve, with the deviation of their deflection along one axis. */
+function readingMarks(curve, look, place, errorBar, factor) {
+  return {
+    type: "scatter",
+    mode: "markers",
+    name: "readings",
+    ...place,
+    [errorBar]: {
+      type: "data",
+      array: curve.deviation.map((d) => d / factor),
+      thickness: 0.7,
+      width: 0,
+      color: look.quiet,
+    },
+    marker: { color: look.ink, size: 5 },
+    text: curve.id.map((id) => plain(`reading ${id}`)),
+    hovertemplate: "%{text}: %{x:.4g}, %{y:.4g}<extra></extra>",
+  };
+}
+
 export function againstLoad(readings, view, source) {
   const pick = () => {
     const component = view.get("component");
@@ -161,22 +181,7 @@ export function jointCurve(curve, source) {
             line: { color: look.bad, width: 2, dash: "dash" },
           },
           ...lines,
-          {
-            type: "scatter",
-            mode: "markers",
-            name: "readings",
-            ...path("measured", all),
-            error_x: {
-              type: "data",
-              array: curve.deviation.map((d) => d / x.factor),
-              thickness: 0.7,
-              width: 0,
-              color: look.quiet,
-            },
-            marker: { color: look.ink, size: 5 },
-            text: curve.id.map((id) => plain(`reading ${id}`)),
-            hovertemplate: "%{text}: %{x:.4g}, %{y:.4g}<extra></extra>",
-          },
+          readingMarks(curve, look, path("measured", all), "error_x", x.factor),
         ],
         layout: layout(look, {
           xaxis: axis(look, `deflection of ${curve.place} [${x.unit}]`),
@@ -228,22 +233,7 @@ export function extraDeflection(curve, source) {
             ...place("with", members),
             line: { color: look.final, width: 2 },
           })),
-          {
-            type: "scatter",
-            mode: "markers",
-            name: "readings",
-            ...place("measured", all),
-            error_y: {
-              type: "data",
-              array: curve.deviation.map((d) => d / y.factor),
-              thickness: 0.7,
-              width: 0,
-              color: look.quiet,
-            },
-            marker: { color: look.ink, size: 5 },
-            text: curve.id.map((id) => plain(`reading ${id}`)),
-            hovertemplate: "%{text}: %{x:.4g}, %{y:.4g}<extra></extra>",
-          },
+          readingMarks(curve, look, place("measured", all), "error_y", y.factor),
         ],
         layout: layout(look, {
           xaxis: axis(look, `load at ${curve.place} [${x.unit}]`),
