@@ -16,6 +16,7 @@
 #include "kinetostat/calibration/campaign/joint_loads.h"
 #include "kinetostat/calibration/comparison/compare.h"
 #include "kinetostat/calibration/design/plan.h"
+#include "kinetostat/io/document_kind.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/campaign_check.h"
 #include "kinetostat/report/comparison.h"
@@ -355,7 +356,8 @@ io::Json Study::all() {
 
 io::Json study(const StudyRequest& request, Run& run) {
   if (!run.out()) throw UsageError("--out", "the study has no folder", "Give -o DIR");
-  if (request.campaign.files.size() == 1 && is_robot_file(request.campaign.files.front()))
+  if (request.campaign.files.size() == 1 &&
+      io::document_kind(request.campaign.files.front()) == io::DocumentKind::robot)
     return study_design(request.campaign.files.front(), run);
   return Study(request, run).all();
 }

@@ -220,12 +220,6 @@ io::Json DesignStudy::all() {
 
 }  // namespace
 
-bool is_robot_file(const std::filesystem::path& file) {
-  const std::string text = "\n" + io::read_text(file);
-  return text.find("\nmanipulator:") != std::string::npos &&
-         text.find("\ncampaign:") == std::string::npos;
-}
-
 io::Json study_design(const std::filesystem::path& file, Run& run) {
   return DesignStudy(file, run).all();
 }

@@ -7,9 +7,6 @@
 
 namespace kinetostat::apps {
 
-/// Whether a file says that it is a robot: it has a manipulator and no campaign.
-bool is_robot_file(const std::filesystem::path& file);
-
 /// Stiffness at home and what yields there, the same about home, the critical force, internal loads
 /// of chains that do not close: into run.out(), with a page. Throws common::NoConvergence where the
 /// robot cannot stand at home.
