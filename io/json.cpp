@@ -203,6 +203,12 @@ void write_json(const std::filesystem::path& file, const Json& json) {
   write_atomically(file, to_text(json));
 }
 
+Json numbers(const Eigen::Ref<const Eigen::VectorXd>& values) {
+  Json list = Json::array();
+  for (const double x : values) list.push_back(std::isnan(x) ? Json() : Json(x));
+  return list;
+}
+
 Json to_json(const Vector3& vector) { return {vector.x(), vector.y(), vector.z()}; }
 
 Json to_json(const spatial::Compliance6& compliance) {

@@ -26,6 +26,8 @@ Json to_json(const spatial::Stiffness6& stiffness);
 Json to_json(const spatial::Wrench& wrench);
 Json to_json(const spatial::Twist& twist);
 Json to_json(const spatial::Vector3& vector);
+/// A list; null where there is no number (NaN).
+Json numbers(const Eigen::Ref<const Eigen::VectorXd>& values);
 /// A matrix of any size and without a frame: a list of its rows.
 template <class Derived>
 Json rows(const Eigen::MatrixBase<Derived>& matrix) {

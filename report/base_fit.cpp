@@ -15,16 +15,13 @@ using calibration::BoundHit;
 using calibration::Campaign;
 using calibration::ParameterEstimate;
 using io::Json;
+using io::numbers;
 
 // Below this weight a reading is named as one that hardly counted.
 constexpr double low_weight = 0.5;
 
 std::string component_name(Eigen::Index component) {
   return calibration::component_names[static_cast<std::size_t>(component)];
-}
-
-const std::string& unit_of(const Campaign& campaign, Eigen::Index component) {
-  return calibration::is_rotation(component) ? campaign.units.angle : campaign.units.length;
 }
 
 std::string shown(const Campaign& campaign, Eigen::Index component, double si, int digits) {
@@ -143,12 +140,6 @@ Json to_json(const Campaign& campaign, const calibration::Zero& zero) {
           {"value", zero.value},
           {"standard_error", zero.standard_error},
           {"unit", calibration::is_rotation(zero.component) ? "rad" : "m"}};
-}
-
-Json numbers(const spatial::Vector6& v) {
-  Json json = Json::array();
-  for (const double x : v) json.push_back(std::isnan(x) ? Json() : Json(x));
-  return json;
 }
 
 Json to_json(const Campaign& campaign, const calibration::FrameEstimate& frame) {

@@ -24,6 +24,7 @@ using calibration::LackOfFitTest;
 using calibration::NoiseSource;
 using calibration::ResidualStatistics;
 using io::Json;
+using io::numbers;
 
 // A model as it is called in sentences.
 struct Named {
@@ -39,10 +40,6 @@ std::vector<Named> models(const Comparison& comparison) {
 
 std::string name_of(Eigen::Index component) {
   return calibration::component_names[static_cast<std::size_t>(component)];
-}
-
-const std::string& unit_of(const Campaign& campaign, Eigen::Index component) {
-  return calibration::is_rotation(component) ? campaign.units.angle : campaign.units.length;
 }
 
 double in_units(const Campaign& campaign, Eigen::Index component, double si) {
@@ -379,13 +376,6 @@ Json to_json(const Campaign& campaign, const ResidualStatistics& s) {
   json["worst_reading"] = campaign.readings[s.worst_reading].id;
   json["bias"] = s.bias;
   json["share"] = s.share;
-  return json;
-}
-
-// null where nothing was measured.
-Json numbers(const spatial::Vector6& v) {
-  Json json = Json::array();
-  for (const double x : v) json.push_back(std::isnan(x) ? Json() : Json(x));
   return json;
 }
 

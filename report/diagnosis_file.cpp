@@ -25,12 +25,7 @@ using calibration::RecordedEstimate;
 using calibration::RecordedFinding;
 using calibration::RecordedStep;
 using io::Json;
-
-Json numbers(const Eigen::VectorXd& v) {
-  Json list = Json::array();
-  for (const double x : v) list.push_back(std::isnan(x) ? Json() : Json(x));
-  return list;
-}
+using io::numbers;
 
 Json candidate_json(const vjm::Robot& robot, const Candidate& candidate) {
   const vjm::EffectKind& kind = *candidate.effect.kind;
@@ -104,7 +99,7 @@ Json step_json(const vjm::Robot& robot, const DiagnosisStep& step) {
 
 // Values in the coordinate that was fitted: of a stiffness the logarithm of its factor.
 Json profile_json(const calibration::Profile& profile) {
-  Json json = to_json(profile.estimate), points = Json::array(), interval = Json::array();
+  Json json = report::to_json(profile.estimate), points = Json::array(), interval = Json::array();
   for (const calibration::ProfilePoint& p : profile.points)
     points.push_back({{"value", p.value}, {"rise", p.rise}});
   for (const auto& end : profile.interval) interval.push_back(end ? Json(*end) : Json());
@@ -117,7 +112,7 @@ Json estimates_json(const vjm::Robot& robot,
                     const std::vector<calibration::ParameterEstimate>& estimates) {
   Json list = Json::array();
   for (const calibration::ParameterEstimate& e : estimates) {
-    Json json = to_json(e);
+    Json json = report::to_json(e);
     if (!e.parameter.is_logarithm()) {
       const vjm::Effect& effect = robot.effects.at(e.parameter.effect);
       const auto value = static_cast<std::size_t>(e.parameter.value);

@@ -25,6 +25,10 @@ std::vector<Value> values_in_use(const Campaign& campaign) {
   return values;
 }
 
+const std::string& unit_of(const Campaign& campaign, Eigen::Index component) {
+  return is_rotation(component) ? campaign.units.angle : campaign.units.length;
+}
+
 bool has_role(const Campaign& campaign, Role role) {
   return std::any_of(campaign.readings.begin(), campaign.readings.end(),
                      [role](const Reading& r) { return !r.masked && r.role == role; });

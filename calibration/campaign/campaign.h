@@ -130,6 +130,9 @@ struct Value {
   Eigen::Index component = 0;
 };
 
+/// The campaign's unit of a component, by which it is written and shown.
+const std::string& unit_of(const Campaign& campaign, Eigen::Index component);
+
 /// All of them, in the order of the readings.
 std::vector<Value> values_in_use(const Campaign& campaign);
 

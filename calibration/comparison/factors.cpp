@@ -18,11 +18,11 @@ namespace {
 using Eigen::Index;
 using spatial::Vector6;
 
-constexpr double rounding = 1e-9;  // of a direction
+constexpr double rounding_of_direction = 1e-9;
 
-class Finder {
+class FactorFinder {
  public:
-  explicit Finder(const Campaign& campaign)
+  explicit FactorFinder(const Campaign& campaign)
       : campaign_(campaign), changing_(changing_loads(campaign)) {}
 
   std::vector<Factor> all() const {
@@ -135,7 +135,7 @@ class Finder {
     return by_text("direction of load", [this](std::size_t i) -> std::string {
       const Vector6 u = direction_of(changing_[i]);
       for (Index k = 0; k < 6; ++k)  // the first of equals, whatever rounding makes of them
-        if (!u.isZero(0) && std::abs(u[k]) >= u.cwiseAbs().maxCoeff() - rounding)
+        if (!u.isZero(0) && std::abs(u[k]) >= u.cwiseAbs().maxCoeff() - rounding_of_direction)
           return fmt::format(
               "{}{}", u[k] > 0 ? "+" : "-",
               std::array{"fx", "fy", "fz", "mx", "my", "mz"}[static_cast<std::size_t>(k)]);
@@ -219,6 +219,6 @@ class Finder {
 
 }  // namespace
 
-std::vector<Factor> factors_of(const Campaign& campaign) { return Finder(campaign).all(); }
+std::vector<Factor> factors_of(const Campaign& campaign) { return FactorFinder(campaign).all(); }
 
 }  // namespace kinetostat::calibration

@@ -12,9 +12,9 @@ namespace {
 using Eigen::Index;
 using spatial::Vector6;
 
-class Finder {
+class LoopFinder {
  public:
-  Finder(const Campaign& campaign, const std::vector<Vector6>& residual,
+  LoopFinder(const Campaign& campaign, const std::vector<Vector6>& residual,
          const std::vector<Vector6>& work, const Noise& noise)
       : campaign_(campaign),
         changing_(changing_loads(campaign)),
@@ -128,7 +128,7 @@ class Finder {
 
 LoadLoops find_loops(const Campaign& campaign, const std::vector<Vector6>& residual,
                      const std::vector<Vector6>& work, const Noise& noise) {
-  return Finder(campaign, residual, work, noise).find();
+  return LoopFinder(campaign, residual, work, noise).find();
 }
 
 }  // namespace kinetostat::calibration

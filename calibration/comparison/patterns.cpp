@@ -99,9 +99,9 @@ Explained along_line(const std::vector<Sample>& samples, const std::vector<doubl
   return e;
 }
 
-class Finder {
+class PatternFinder {
  public:
-  Finder(const Campaign& campaign, const std::vector<Vector6>& residual,
+  PatternFinder(const Campaign& campaign, const std::vector<Vector6>& residual,
          const std::vector<Vector6>& whitened, const std::vector<Vector6>& work, Index parameters,
          const Noise& noise)
       : campaign_(campaign),
@@ -300,7 +300,7 @@ std::vector<double> holm(const std::vector<double>& p_values) {
 Patterns find_patterns(const Campaign& campaign, const std::vector<Vector6>& residual,
                        const std::vector<Vector6>& whitened, const std::vector<Vector6>& work,
                        Index parameters, const Noise& noise) {
-  return Finder(campaign, residual, whitened, work, parameters, noise).find();
+  return PatternFinder(campaign, residual, whitened, work, parameters, noise).find();
 }
 
 }  // namespace kinetostat::calibration

@@ -6,6 +6,7 @@
 
 #include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/calibration/regression/evidence.h"
+#include "kinetostat/calibration/statistics/residual_space.h"
 #include "kinetostat/spatial/decomposition.h"
 #include "kinetostat/spatial/rotation.h"
 
@@ -63,12 +64,6 @@ MatrixXd loads_of(const Campaign& campaign) {
     if (size > 0) features.col(kept++) = features.col(j) * (1.5 / size);
   }
   return features.leftCols(kept);
-}
-
-MatrixXd beside(const MatrixXd& a, const MatrixXd& b) {
-  MatrixXd both(a.rows(), a.cols() + b.cols());
-  both << a, b;
-  return both;
 }
 
 template <typename Number>

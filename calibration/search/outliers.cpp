@@ -5,6 +5,7 @@
 #include <numbers>
 #include <optional>
 
+#include "kinetostat/calibration/statistics/residual_space.h"
 #include "kinetostat/calibration/statistics/robust_residual.h"
 
 namespace kinetostat::calibration {
@@ -24,12 +25,6 @@ const double cost_of_outlier = -std::log(0.01 / 200 * std::sqrt(2 * std::numbers
 
 double cost_of(const VectorXd& left) {
   return (left.array().square() / 2).min(cost_of_outlier).sum();
-}
-
-MatrixXd beside(const MatrixXd& a, const MatrixXd& b) {
-  MatrixXd both(a.rows(), a.cols() + b.cols());
-  both << a, b;
-  return both;
 }
 
 // An effect with what it explains of a residual that no single value rules.

@@ -12,6 +12,12 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+MatrixXd beside(const MatrixXd& a, const MatrixXd& b) {
+  MatrixXd both(a.rows(), a.cols() + b.cols());
+  both << a, b;
+  return both;
+}
+
 MatrixXd span_of(const MatrixXd& columns, double smallest) {
   MatrixXd scaled = columns;
   double longest = 0;

@@ -32,6 +32,9 @@ class ResidualSpace {
   Eigen::VectorXd residual_;
 };
 
+/// The columns of a, then those of b.
+Eigen::MatrixXd beside(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
+
 /// Orthonormal columns that span the given ones; directions shorter than `smallest` after columns
 /// have been taken away from one another are dropped (columns are in standard deviations of noise).
 Eigen::MatrixXd span_of(const Eigen::MatrixXd& columns, double smallest = 0);

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/fea/elasticity/groups.h"
+
 namespace kinetostat::fea {
 namespace {
 
@@ -26,28 +28,13 @@ void blocks_of(std::span<const int> element, const DofMap& unknowns, std::vector
   blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
 }
 
-// Items grouped by owner: those of owner i are item[start[i]] to item[start[i + 1] - 1].
-struct Groups {
-  std::vector<int> start, item;
-};
-
 Groups elements_of_blocks(const TetMesh& mesh, const DofMap& unknowns) {
-  Groups groups{std::vector<int>(static_cast<std::size_t>(unknowns.blocks()) + 1, 0), {}};
   std::vector<int> blocks;
-  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
-    blocks_of(mesh.element(e), unknowns, blocks);
-    for (const int b : blocks) ++groups.start[static_cast<std::size_t>(b) + 1];
-  }
-  for (std::size_t b = 1; b < groups.start.size(); ++b) groups.start[b] += groups.start[b - 1];
-  groups.item.resize(static_cast<std::size_t>(groups.start.back()));
-  std::vector<int> next(groups.start.begin(), groups.start.end() - 1);
-  for (std::size_t e = 0; e < mesh.element_count(); ++e) {
-    blocks_of(mesh.element(e), unknowns, blocks);
-    for (const int b : blocks)
-      groups.item[static_cast<std::size_t>(next[static_cast<std::size_t>(b)]++)] =
-          static_cast<int>(e);
-  }
-  return groups;
+  return group(static_cast<std::size_t>(unknowns.blocks()), mesh.element_count(),
+               [&](std::size_t e) -> const std::vector<int>& {
+                 blocks_of(mesh.element(e), unknowns, blocks);
+                 return blocks;
+               });
 }
 
 // Which part of the matrix is made: rows first to end - 1; whole, or from the diagonal on.

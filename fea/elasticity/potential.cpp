@@ -2,12 +2,14 @@
 
 #include <Eigen/SparseCholesky>
 
+#include "kinetostat/common/index.h"
+
 namespace kinetostat::fea {
 namespace {
 
-constexpr int held = -2, unused = -1;
+using common::at;
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+constexpr int held = -2, unused = -1;
 
 // Numbers of the free corner nodes; `held` for those with a given value.
 std::vector<int> number_unknowns(const TetMesh& mesh, const std::vector<int>& low,

@@ -7,6 +7,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "kinetostat/fea/elasticity/groups.h"
 #include "kinetostat/fea/linear_algebra/several_processors.h"
 
 namespace kinetostat::fea {
@@ -17,39 +18,12 @@ constexpr Eigen::Index components = 6;
 constexpr std::size_t fewest_elements = 12;
 
 // Stress from the displacement gradient h(a, b) = du_a/dx_b.
-Vector6 stress_of(const Matrix3& h, const Material& material) {
+Vector6 stress_components(const Matrix3& h, const Material& material) {
   const double mu = material.mu(), pressure = material.lambda() * h.trace();
   Vector6 s;
   s << pressure + 2 * mu * h(0, 0), pressure + 2 * mu * h(1, 1), pressure + 2 * mu * h(2, 2),
       mu * (h(0, 1) + h(1, 0)), mu * (h(1, 2) + h(2, 1)), mu * (h(2, 0) + h(0, 2));
   return s;
-}
-
-// Items grouped by owner: those of owner i are item[start[i]] to item[start[i + 1] - 1].
-struct Groups {
-  std::vector<int> start, item;
-
-  std::span<const int> of(int owner) const {
-    const auto first = static_cast<std::size_t>(start[static_cast<std::size_t>(owner)]);
-    const auto last = static_cast<std::size_t>(start[static_cast<std::size_t>(owner) + 1]);
-    return std::span(item).subspan(first, last - first);
-  }
-};
-
-// `owners_of(i)` are the owners of item i.
-template <class OwnersOf>
-Groups group(std::size_t owners, std::size_t items, OwnersOf owners_of) {
-  Groups groups{std::vector<int>(owners + 1, 0), {}};
-  for (std::size_t i = 0; i < items; ++i)
-    for (const int owner : owners_of(i)) ++groups.start[static_cast<std::size_t>(owner) + 1];
-  for (std::size_t o = 0; o < owners; ++o) groups.start[o + 1] += groups.start[o];
-  groups.item.resize(static_cast<std::size_t>(groups.start.back()));
-  std::vector<int> next(groups.start.begin(), groups.start.end() - 1);
-  for (std::size_t i = 0; i < items; ++i)
-    for (const int owner : owners_of(i))
-      groups.item[static_cast<std::size_t>(next[static_cast<std::size_t>(owner)]++)] =
-          static_cast<int>(i);
-  return groups;
 }
 
 Eigen::Index term_count(int order) { return order == 1 ? 4 : 10; }
@@ -393,7 +367,7 @@ class ElementStresses {
     // From the straight element with these corners to the curved one.
     if (curved_) slopes_ *= Matrix3(nodes_ * shapes.transpose()).inverse();
     for (Eigen::Index c = 0; c < slopes_.rows() / 3; ++c)
-      out.template segment<6>(components * c) = stress_of(slopes_.middleRows<3>(3 * c), material_);
+      out.template segment<6>(components * c) = stress_components(slopes_.middleRows<3>(3 * c), material_);
   }
 
  private:

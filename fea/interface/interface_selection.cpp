@@ -46,9 +46,9 @@ double distance_from_triangle(const Vector3& p, const std::array<Vector3, 3>& t)
 }
 
 // Whether points lie on a surface.
-class Patch {
+class PatchMatcher {
  public:
-  Patch(const SurfaceMesh& surface, double tolerance)
+  PatchMatcher(const SurfaceMesh& surface, double tolerance)
       : surface_(surface), tolerance_(tolerance), tree_(facet_boxes(surface, tolerance)) {}
 
   bool contains(const Vector3& p) const {
@@ -176,7 +176,7 @@ std::vector<int> group(const SurfaceMesh& surface, const GroupSelector& selector
 }
 
 std::vector<int> on_patch(const SurfaceMesh& surface, const PatchSelector& selector) {
-  const Patch patch(selector.patch, distance_tolerance(surface));
+  const PatchMatcher patch(selector.patch, distance_tolerance(surface));
   return facets_where(surface, [&](std::size_t f) {
     return patch.contains(surface.corner(f, 0)) && patch.contains(surface.corner(f, 1)) &&
            patch.contains(surface.corner(f, 2)) && patch.contains(surface.centroid(f));

@@ -2,14 +2,16 @@
 
 #include <algorithm>
 
+#include "kinetostat/common/index.h"
+
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 __extension__ using Wide = __int128;
 
 constexpr std::int64_t outer = std::int64_t{1} << 28;
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 

@@ -4,16 +4,17 @@
 #include <map>
 #include <utility>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/surface/box_tree.h"
 #include "kinetostat/fea/surface/surface_topology.h"
 
 namespace kinetostat::fea {
 namespace {
 
+using common::at;
+
 constexpr double most_sizes_per_edge = 2;
 constexpr int most_halvings = 12;
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 class Wishes {
  public:

@@ -7,12 +7,13 @@
 #include <set>
 #include <vector>
 
+#include "kinetostat/common/index.h"
+
 namespace kinetostat::fea {
 namespace {
 
+using common::at;
 using Tet = std::array<int, 4>;
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 Triangle sorted(Triangle t) {
   std::sort(t.begin(), t.end());

@@ -11,11 +11,6 @@
 namespace kinetostat::fea {
 namespace {
 
-std::uint64_t edge_key(int a, int b) {
-  return static_cast<std::uint64_t>(std::min(a, b)) << 32 |
-         static_cast<std::uint64_t>(std::max(a, b));
-}
-
 // All edges once, ascending by their two corners.
 std::vector<std::uint64_t> unique_edges(const TetMesh& mesh) {
   std::vector<std::uint64_t> edges;

@@ -1,6 +1,7 @@
 // A solid as tetrahedra of first or second order.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -46,6 +47,11 @@ struct TetMesh {
 /// The pairs of corners whose middles are nodes 4 to 9.
 inline constexpr std::array<std::array<int, 2>, 6> tet_edges{
     {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
+
+/// The same for both directions of an edge, ascending with its smaller end, then its other.
+constexpr std::uint64_t edge_key(int a, int b) {
+  return static_cast<std::uint64_t>(a < b ? a : b) << 32 | static_cast<std::uint64_t>(a < b ? b : a);
+}
 
 /// Puts a node on the middle of every edge. Requires order 1.
 TetMesh with_mid_nodes(const TetMesh& linear);

@@ -12,20 +12,15 @@
 #include <fmt/format.h>
 
 #include "kinetostat/common/error.h"
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/mesh/length_unit.h"
 #include "kinetostat/io/text_file.h"
 
 namespace kinetostat::fea {
 namespace {
 
+using common::at;
 using common::InputError;
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-std::uint64_t edge_key(int a, int b) {
-  return static_cast<std::uint64_t>(std::min(a, b)) << 32 |
-         static_cast<std::uint64_t>(std::max(a, b));
-}
 
 Triangle sorted(Triangle t) {
   std::sort(t.begin(), t.end());

@@ -5,11 +5,14 @@
 #include <limits>
 #include <numeric>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/elasticity/potential.h"
 #include "kinetostat/fea/section/section_mesh.h"
 
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 // Pieces of one section may differ by so much of the potential between the interfaces.
 constexpr double same_section = 0.1;
@@ -17,8 +20,6 @@ constexpr int corrections = 2;
 // A centroid farther from the axis, in terms of the root of the area, is that of a section with
 // more than the axis' own material in it, at a flange or a rib: no reason to bend the axis.
 constexpr double largest_correction = 0.2;
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 Vector3 in_space(const Vector2& p, const spatial::Frame& frame) {
   return frame.point + frame.axes.col(1) * p.x() + frame.axes.col(2) * p.y();

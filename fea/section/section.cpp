@@ -7,13 +7,14 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/SparseCholesky>
 
+#include "kinetostat/common/index.h"
+
 namespace kinetostat::fea {
 namespace {
 
+using common::at;
 using Gradients = Eigen::Matrix<double, 6, 2>;
 using Vector6Nodes = Eigen::Matrix<double, 6, 1>;
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 // Triangles with nodes on the middles of sides 01, 12, 20 as nodes 3, 4, 5.
 struct QuadraticMesh {

@@ -7,17 +7,18 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/mesh/delaunay.h"
 
 namespace kinetostat::fea {
 namespace {
 
+using common::at;
+
 constexpr double grid_extent = 1 << 26;
 constexpr int most_points = 100'000;
 constexpr double worst_ratio =
     1.4143;  // of circumradius to shortest side: angles above 20.7 degrees
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 double squared(const GridPoint& a, const GridPoint& b) {
   const auto x = static_cast<double>(a.x - b.x), y = static_cast<double>(a.y - b.y);

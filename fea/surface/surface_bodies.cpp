@@ -5,12 +5,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/spatial/units.h"
 
 namespace kinetostat::fea {
 namespace {
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+using common::at;
 
 // For each facet the one group that holds it; -1 where none or several do.
 std::vector<int> group_of_facets(const SurfaceMesh& mesh) {

@@ -4,6 +4,7 @@
 #include <set>
 #include <utility>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/surface/surface_check.h"
 #include "kinetostat/fea/surface/surface_topology.h"
 #include "kinetostat/fea/surface/surface_weld.h"
@@ -11,7 +12,7 @@
 namespace kinetostat::fea {
 namespace {
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+using common::at;
 
 // Tags ride along as groups, which every operation on a surface keeps.
 SurfaceMesh with_tags_as_groups(const SurfaceMesh& surface, const std::vector<int>& tags) {

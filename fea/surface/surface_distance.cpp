@@ -5,8 +5,12 @@
 #include <cmath>
 #include <limits>
 
+#include "kinetostat/common/index.h"
+
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 // The nearest point of a triangle (Ericson, Real-Time Collision Detection, 2005, 5.1.5).
 Vector3 nearest_of_triangle(const Vector3& p, const Vector3& a, const Vector3& b,
@@ -129,8 +133,6 @@ class Columns {
     double z;
     int enters;  // 1 or -1, going up
   };
-  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
   void add(const Vector3& a, const Vector3& b, const Vector3& c) {
     const double area = (b - a).head<2>().x() * (c - a).y() - (b - a).y() * (c - a).x();
     if (area == 0) return;

@@ -7,11 +7,14 @@
 
 #include <Eigen/Dense>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/surface/surface_faces.h"
 #include "kinetostat/fea/surface/surface_topology.h"
 
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 // Curved surfaces are tessellated with smaller angles, edges of a solid are sharper.
 const double least_angle_cosine = std::cos(5 * M_PI / 180);
@@ -20,8 +23,6 @@ constexpr double reach_of_first_facet = 3;
 
 // Share of a face's edges behind which the surface goes on at a small angle.
 constexpr double most_smooth = 0.25;
-
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 struct Plane {
   Vector3 normal = Vector3::Zero();

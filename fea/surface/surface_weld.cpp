@@ -4,13 +4,14 @@
 #include <map>
 #include <numeric>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/surface/box_tree.h"
 #include "kinetostat/fea/surface/surface_topology.h"
 
 namespace kinetostat::fea {
 namespace {
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+using common::at;
 
 // Sides that no other facet has.
 std::vector<EdgeUse> open_edges(const SurfaceMesh& mesh) {

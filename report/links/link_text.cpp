@@ -15,12 +15,8 @@ namespace {
 using fea::LinkResult;
 using spatial::Vector3;
 
-double metres_of(const std::string& unit) {
-  return spatial::parse_quantity("1 " + unit, spatial::dimension::length);
-}
-
 // Components that are rounding beside the largest, or below a nanometre, are shown as 0.
-std::string vector_text(const Vector3& v, double unit) {
+std::string coordinates(const Vector3& v, double unit) {
   const double noise = std::max(1e-9 * v.cwiseAbs().maxCoeff(), 1e-12);
   const auto shown = [&](double x) { return number(std::abs(x) < noise ? 0 : x / unit); };
   return fmt::format("[{}, {}, {}]", shown(v.x()), shown(v.y()), shown(v.z()));
@@ -29,7 +25,7 @@ std::string vector_text(const Vector3& v, double unit) {
 std::string mesh_line(const LinkResult& result) {
   const std::string size =
       result.element_size > 0
-          ? fmt::format(" (size {} {})", number(result.element_size / metres_of(result.unit)),
+          ? fmt::format(" (size {} {})", number(result.element_size / spatial::parse_unit(result.unit).factor),
                         result.unit)
           : "";
   return fmt::format("mesh: {} tetrahedra of {} nodes{}, {} nodes, {} unknowns\n",
@@ -54,13 +50,13 @@ std::string solver_line(const fea::SolverStats& solver) {
 }
 
 std::string interface_line(const fea::CoupledInterface& coupled, const std::string& unit) {
-  const double length = metres_of(unit);
+  const double length = spatial::parse_unit(unit).factor;
   const fea::Interface& interface = coupled.geometry;
   return fmt::format(
       "  {:<7} {}, area {} {}^2, centroid {} {}, {} nodes, radii of gyration {} {}\n", coupled.name,
       name(coupled.coupling), number(interface.area / (length * length)), unit,
-      vector_text(interface.centroid, length), unit, interface.nodes.size(),
-      vector_text(interface.gyration, length), unit);
+      coordinates(interface.centroid, length), unit, interface.nodes.size(),
+      coordinates(interface.gyration, length), unit);
 }
 
 std::string compliance_text(const LinkResult& result, const spatial::UnitSystem& units) {
@@ -71,8 +67,8 @@ std::string compliance_text(const LinkResult& result, const spatial::UnitSystem&
     if (result.interfaces.size() > 2) out += "\nat " + result.interfaces[i].name + ":";
     out += "\n" + text(compliance, units);
     const spatial::EigenStiffness eigen = spatial::eigen_stiffness(compliance);
-    out += fmt::format("eigen-stiffness: {} N/m, {} N m/rad\n", vector_text(eigen.translation, 1),
-                       vector_text(eigen.rotation, 1));
+    out += fmt::format("eigen-stiffness: {} N/m, {} N m/rad\n", coordinates(eigen.translation, 1),
+                       coordinates(eigen.rotation, 1));
   }
   out += fmt::format("symmetry defect {:.1e}\n", result.symmetry_defect);
   for (std::size_t i = 0; i < result.interfaces.size(); ++i)
@@ -117,8 +113,8 @@ std::string preload_text(const LinkResult& result, const spatial::UnitSystem& un
     return std::isfinite(value) ? number(value) + " times the preload" : "never";
   };
   return fmt::format(
-             "\nunder the preload {} N, {} N m:\n{}", vector_text(wrench.head<3>(), 1),
-             vector_text(wrench.tail<3>(), 1),
+             "\nunder the preload {} N, {} N m:\n{}", coordinates(wrench.head<3>(), 1),
+             coordinates(wrench.tail<3>(), 1),
              text(spatial::Stiffness6(geometric.stiffness, result.compliance.frame()), units)) +
          fmt::format("buckles, loaded interface free: {}; held: {}\n",
                      factor(geometric.buckling_free), factor(geometric.buckling_held));
@@ -141,7 +137,7 @@ std::string text(const LinkResult& result) {
     out += interface_line(interface, result.unit);
   if (result.mass)
     out += fmt::format("mass {} kg, centre of mass {} {}\n", number(*result.mass),
-                       vector_text(result.center_of_mass, metres_of(result.unit)), result.unit);
+                       coordinates(result.center_of_mass, spatial::parse_unit(result.unit).factor), result.unit);
   out += compliance_text(result, units) + "\n" + accuracy_text(result) +
          bracket_text(result, units) + preload_text(result, units);
   for (const std::string& warning : result.warnings) out += fmt::format("warning: {}\n", warning);

@@ -6,12 +6,13 @@
 #include <queue>
 #include <set>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/surface/surface_topology.h"
 
 namespace kinetostat::fea::hard {
 namespace {
 
-std::size_t at(int i) { return static_cast<std::size_t>(i); }
+using common::at;
 
 bool is_at_end(const Box& box, const Vector3& p) {
   const double near = 1e-5 * box.diagonal().norm();
