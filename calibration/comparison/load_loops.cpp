@@ -15,7 +15,7 @@ using spatial::Vector6;
 class LoopFinder {
  public:
   LoopFinder(const Campaign& campaign, const std::vector<Vector6>& residual,
-         const std::vector<Vector6>& work, const Noise& noise)
+             const std::vector<Vector6>& work, const Noise& noise)
       : campaign_(campaign),
         changing_(changing_loads(campaign)),
         residual_(residual),

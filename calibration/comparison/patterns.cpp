@@ -102,8 +102,8 @@ Explained along_line(const std::vector<Sample>& samples, const std::vector<doubl
 class PatternFinder {
  public:
   PatternFinder(const Campaign& campaign, const std::vector<Vector6>& residual,
-         const std::vector<Vector6>& whitened, const std::vector<Vector6>& work, Index parameters,
-         const Noise& noise)
+                const std::vector<Vector6>& whitened, const std::vector<Vector6>& work,
+                Index parameters, const Noise& noise)
       : campaign_(campaign),
         residual_(residual),
         whitened_(whitened),

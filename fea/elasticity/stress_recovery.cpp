@@ -367,7 +367,8 @@ class ElementStresses {
     // From the straight element with these corners to the curved one.
     if (curved_) slopes_ *= Matrix3(nodes_ * shapes.transpose()).inverse();
     for (Eigen::Index c = 0; c < slopes_.rows() / 3; ++c)
-      out.template segment<6>(components * c) = stress_components(slopes_.middleRows<3>(3 * c), material_);
+      out.template segment<6>(components * c) =
+          stress_components(slopes_.middleRows<3>(3 * c), material_);
   }
 
  private:

@@ -50,7 +50,8 @@ inline constexpr std::array<std::array<int, 2>, 6> tet_edges{
 
 /// The same for both directions of an edge, ascending with its smaller end, then its other.
 constexpr std::uint64_t edge_key(int a, int b) {
-  return static_cast<std::uint64_t>(a < b ? a : b) << 32 | static_cast<std::uint64_t>(a < b ? b : a);
+  return static_cast<std::uint64_t>(a < b ? a : b) << 32 |
+         static_cast<std::uint64_t>(a < b ? b : a);
 }
 
 /// Puts a node on the middle of every edge. Requires order 1.

@@ -20,7 +20,8 @@ constexpr const char* displacements[] = {"x", "y", "z", "rx", "ry", "rz"};
 constexpr const char* loads[] = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
 
 std::string section_table(const fea::BeamStudy& study, const std::string& unit) {
-  const double length = spatial::parse_unit(unit).factor, area = length * length, moment = std::pow(length, 4);
+  const double length = spatial::parse_unit(unit).factor, area = length * length,
+               moment = std::pow(length, 4);
   Table table({"along [" + unit + "]", "area [" + unit + "^2]", "I1 [" + unit + "^4]",
                "I2 [" + unit + "^4]", "J [" + unit + "^4]", "kappa1", "kappa2", "pieces", "holes"});
   for (const BeamStation& station : study.stations) {
@@ -95,9 +96,10 @@ Json comparison_json(const BeamComparison& c) {
 
 std::string text(const BeamResult& result) {
   const std::string& unit = result.link.unit;
-  std::string out = fmt::format("link {}: axis {} {} long, {} sections\n\n", result.link.name,
-                                number(result.study.axis.length() / spatial::parse_unit(unit).factor), unit,
-                                result.study.stations.size());
+  std::string out =
+      fmt::format("link {}: axis {} {} long, {} sections\n\n", result.link.name,
+                  number(result.study.axis.length() / spatial::parse_unit(unit).factor), unit,
+                  result.study.stations.size());
   out += section_table(result.study, unit);
   out += fmt::format(
       "\nsignificant entries of the compliance [m, rad per N, N m] at the loaded point, and what "

@@ -25,7 +25,8 @@ std::string coordinates(const Vector3& v, double unit) {
 std::string mesh_line(const LinkResult& result) {
   const std::string size =
       result.element_size > 0
-          ? fmt::format(" (size {} {})", number(result.element_size / spatial::parse_unit(result.unit).factor),
+          ? fmt::format(" (size {} {})",
+                        number(result.element_size / spatial::parse_unit(result.unit).factor),
                         result.unit)
           : "";
   return fmt::format("mesh: {} tetrahedra of {} nodes{}, {} nodes, {} unknowns\n",
@@ -137,7 +138,8 @@ std::string text(const LinkResult& result) {
     out += interface_line(interface, result.unit);
   if (result.mass)
     out += fmt::format("mass {} kg, centre of mass {} {}\n", number(*result.mass),
-                       coordinates(result.center_of_mass, spatial::parse_unit(result.unit).factor), result.unit);
+                       coordinates(result.center_of_mass, spatial::parse_unit(result.unit).factor),
+                       result.unit);
   out += compliance_text(result, units) + "\n" + accuracy_text(result) +
          bracket_text(result, units) + preload_text(result, units);
   for (const std::string& warning : result.warnings) out += fmt::format("warning: {}\n", warning);

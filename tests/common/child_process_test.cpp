@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace kinetostat::common {
+namespace kinetostat::common::child_process_test {
 namespace {
 
 ChildResult shell(const std::string& script, double time_limit = 20) {
@@ -43,4 +43,4 @@ TEST(RunIsolated, KnowsWhatRanOutOfMemory) {
 }
 
 }  // namespace
-}  // namespace kinetostat::common
+}  // namespace kinetostat::common::child_process_test

@@ -4,7 +4,7 @@
 
 #include "kinetostat/common/out_of_memory.h"
 
-namespace kinetostat::common {
+namespace kinetostat::common::error_test {
 namespace {
 
 TEST(InputError, ReadsLikeACompilerMessage) {
@@ -43,4 +43,4 @@ TEST(InputError, QuotesNeitherBytesNorWholeFiles) {
 }
 
 }  // namespace
-}  // namespace kinetostat::common
+}  // namespace kinetostat::common::error_test

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace kinetostat::common {
+namespace kinetostat::common::faults_test {
 namespace {
 
 using testing::HasSubstr;
@@ -75,4 +75,4 @@ TEST(Faults, ALongListIsCut) {
 }
 
 }  // namespace
-}  // namespace kinetostat::common
+}  // namespace kinetostat::common::faults_test

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace kinetostat::common {
+namespace kinetostat::common::parallel_test {
 namespace {
 
 constexpr std::size_t count = 1000;
@@ -64,4 +64,4 @@ TEST(Parallel, FewerThreadsDoWhereTheSystemHasNoMore) {
 }
 
 }  // namespace
-}  // namespace kinetostat::common
+}  // namespace kinetostat::common::parallel_test

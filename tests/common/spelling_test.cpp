@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace kinetostat::common {
+namespace kinetostat::common::spelling_test {
 namespace {
 
 TEST(Spelling, FindsTypingErrors) {
@@ -29,4 +29,4 @@ TEST(Spelling, DoesNotGuessWildly) {
 }
 
 }  // namespace
-}  // namespace kinetostat::common
+}  // namespace kinetostat::common::spelling_test

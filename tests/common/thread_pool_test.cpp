@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace kinetostat::common {
+namespace kinetostat::common::thread_pool_test {
 namespace {
 
 TEST(ThreadPool, PassesOnAnExceptionAndGoesOn) {
@@ -32,4 +32,4 @@ TEST(ThreadPool, DoesEveryItemOnceInEveryCall) {
 }
 
 }  // namespace
-}  // namespace kinetostat::common
+}  // namespace kinetostat::common::thread_pool_test

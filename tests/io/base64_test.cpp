@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace kinetostat::io {
+namespace kinetostat::io::base64_test {
 namespace {
 
 // RFC 4648, section 10.
@@ -38,4 +38,4 @@ TEST(Base64, RefusesOtherLetters) {
 }
 
 }  // namespace
-}  // namespace kinetostat::io
+}  // namespace kinetostat::io::base64_test

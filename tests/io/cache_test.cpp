@@ -12,7 +12,7 @@
 
 #include "support/temporary_folder.h"
 
-namespace kinetostat::io {
+namespace kinetostat::io::cache_test {
 namespace {
 
 class CacheTest : public testing::Test {
@@ -121,4 +121,4 @@ TEST_F(CacheTest, ManyAtOnceSeeWholeEntriesOnly) {
 }
 
 }  // namespace
-}  // namespace kinetostat::io
+}  // namespace kinetostat::io::cache_test

@@ -7,7 +7,7 @@
 
 #include "kinetostat/common/error.h"
 
-namespace kinetostat::io {
+namespace kinetostat::io::csv_test {
 namespace {
 
 using testing::ElementsAre;
@@ -166,4 +166,4 @@ TEST(Csv, ReadsAHundredThousandRowsWellUnderASecond) {
 }
 
 }  // namespace
-}  // namespace kinetostat::io
+}  // namespace kinetostat::io::csv_test

@@ -12,7 +12,7 @@
 #include "support/random.h"
 #include "support/temporary_folder.h"
 
-namespace kinetostat::io {
+namespace kinetostat::io::json_test {
 namespace {
 
 using spatial::Compliance6;
@@ -159,4 +159,4 @@ TEST(Json, ComplianceMustBeSymmetricAndPositiveDefinite) {
 }
 
 }  // namespace
-}  // namespace kinetostat::io
+}  // namespace kinetostat::io::json_test

@@ -9,7 +9,7 @@
 #include "support/random.h"
 #include "support/temporary_folder.h"
 
-namespace kinetostat::io {
+namespace kinetostat::io::link_result_file_test {
 namespace {
 
 using testing::HasSubstr;
@@ -62,4 +62,4 @@ TEST_F(LinkResultFile, AMassThatIsNoneNamesItsKey) {
 }
 
 }  // namespace
-}  // namespace kinetostat::io
+}  // namespace kinetostat::io::link_result_file_test

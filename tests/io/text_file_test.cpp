@@ -16,7 +16,7 @@
 
 #include "support/temporary_folder.h"
 
-namespace kinetostat::io {
+namespace kinetostat::io::text_file_test {
 namespace {
 
 class TextFile : public testing::Test {
@@ -229,4 +229,4 @@ TEST(Sha256, PublishedVectors) {
 }
 
 }  // namespace
-}  // namespace kinetostat::io
+}  // namespace kinetostat::io::text_file_test

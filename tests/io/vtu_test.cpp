@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace kinetostat::io {
+namespace kinetostat::io::vtu_test {
 namespace {
 
 VtuGrid one_triangle() {
@@ -73,4 +73,4 @@ TEST(Vtu, RefusesAFieldOfTheWrongLength) {
 }
 
 }  // namespace
-}  // namespace kinetostat::io
+}  // namespace kinetostat::io::vtu_test

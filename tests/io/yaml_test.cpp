@@ -13,7 +13,7 @@
 #include "support/matrix_near.h"
 #include "support/temporary_folder.h"
 
-namespace kinetostat::io {
+namespace kinetostat::io::yaml_test {
 namespace {
 
 using spatial::Vector3;
@@ -345,4 +345,4 @@ TEST(Yaml, MeaningIsThatOfTheContent) {
 }
 
 }  // namespace
-}  // namespace kinetostat::io
+}  // namespace kinetostat::io::yaml_test

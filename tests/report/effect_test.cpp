@@ -5,7 +5,7 @@
 
 #include "kinetostat/io/text_file.h"
 
-namespace kinetostat::report {
+namespace kinetostat::report::effect_test {
 namespace {
 
 // The page of the theory of effects tells of each what the program prints.
@@ -25,4 +25,4 @@ TEST(EffectText, IsThatOfThePage) {
 }
 
 }  // namespace
-}  // namespace kinetostat::report
+}  // namespace kinetostat::report::effect_test

@@ -11,7 +11,7 @@
 
 #include "support/temporary_folder.h"
 
-namespace kinetostat::report {
+namespace kinetostat::report::page_test {
 namespace {
 
 using io::Json;
@@ -129,4 +129,4 @@ TEST(TitleOfResult, SaysCommandAndSubject) {
 }
 
 }  // namespace
-}  // namespace kinetostat::report
+}  // namespace kinetostat::report::page_test

@@ -9,7 +9,7 @@
 
 #include "support/temporary_folder.h"
 
-namespace kinetostat::report {
+namespace kinetostat::report::readings_picture_test {
 namespace {
 
 using io::Json;
@@ -91,4 +91,4 @@ TEST_F(ReadingsPicture, ResultsHoldLoadsPosturesAndNoiseOfTheReadings) {
 }
 
 }  // namespace
-}  // namespace kinetostat::report
+}  // namespace kinetostat::report::readings_picture_test

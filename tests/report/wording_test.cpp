@@ -7,7 +7,7 @@
 
 #include "kinetostat/vjm/chain/chain_builder.h"
 
-namespace kinetostat::report {
+namespace kinetostat::report::wording_test {
 namespace {
 
 TEST(Wording, LinesAreNoWiderThanAScreenAndNoWordIsLost) {
@@ -110,4 +110,4 @@ TEST(Wording, NextStepsFitAndCanBeTyped) {
 }
 
 }  // namespace
-}  // namespace kinetostat::report
+}  // namespace kinetostat::report::wording_test

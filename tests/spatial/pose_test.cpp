@@ -8,7 +8,7 @@
 #include "support/matrix_near.h"
 #include "support/random.h"
 
-namespace kinetostat::spatial {
+namespace kinetostat::spatial::pose_test {
 namespace {
 
 using test::matrix_near;
@@ -74,4 +74,4 @@ TEST(Pose, DifferenceIsInTheCommonAxes) {
 }
 
 }  // namespace
-}  // namespace kinetostat::spatial
+}  // namespace kinetostat::spatial::pose_test

@@ -9,7 +9,7 @@
 #include "support/matrix_near.h"
 #include "support/random.h"
 
-namespace kinetostat::spatial {
+namespace kinetostat::spatial::rotation_test {
 namespace {
 
 using test::matrix_near;
@@ -121,4 +121,4 @@ TEST(Rotation, MirrorsAndStretchesAreNotRotations) {
 }
 
 }  // namespace
-}  // namespace kinetostat::spatial
+}  // namespace kinetostat::spatial::rotation_test

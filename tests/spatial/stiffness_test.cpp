@@ -8,7 +8,7 @@
 #include "support/matrix_near.h"
 #include "support/random.h"
 
-namespace kinetostat::spatial {
+namespace kinetostat::spatial::stiffness_test {
 namespace {
 
 using test::matrix_near;
@@ -162,4 +162,4 @@ TEST(EigenStiffness, TurnsWithTheAxes) {
 }
 
 }  // namespace
-}  // namespace kinetostat::spatial
+}  // namespace kinetostat::spatial::stiffness_test

@@ -9,7 +9,7 @@
 
 #include "support/random.h"
 
-namespace kinetostat::spatial {
+namespace kinetostat::spatial::units_test {
 namespace {
 
 using testing::HasSubstr;
@@ -228,4 +228,4 @@ TEST(UnitSystem, CompoundsFollowTheFile) {
 }
 
 }  // namespace
-}  // namespace kinetostat::spatial
+}  // namespace kinetostat::spatial::units_test

@@ -5,7 +5,7 @@
 #include "support/matrix_near.h"
 #include "support/random.h"
 
-namespace kinetostat::spatial {
+namespace kinetostat::spatial::wrench_twist_test {
 namespace {
 
 using test::matrix_near;
@@ -80,4 +80,4 @@ TEST(Transforms, SumsAreTakenInTheFrameOfTheLeftOperand) {
 }
 
 }  // namespace
-}  // namespace kinetostat::spatial
+}  // namespace kinetostat::spatial::wrench_twist_test

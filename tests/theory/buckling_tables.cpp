@@ -16,10 +16,10 @@ namespace {
 
 using spatial::Vector3;
 using spatial::Vector6;
-using vjm::testing::k0;
-using vjm::testing::length;
-using vjm::testing::Shape;
-using vjm::testing::Springs;
+using vjm::samples::k0;
+using vjm::samples::length;
+using vjm::samples::Shape;
+using vjm::samples::Springs;
 
 std::optional<vjm::PathPoint> first_critical(const vjm::Manipulator& robot,
                                              const vjm::Posture& posture,
@@ -36,9 +36,9 @@ std::optional<vjm::PathPoint> first_critical(const vjm::Manipulator& robot,
 }
 
 std::string critical_force(Springs springs, Shape shape) {
-  const vjm::Manipulator robot = vjm::testing::urrs(springs);
+  const vjm::Manipulator robot = vjm::samples::urrs(springs);
   const auto point =
-      first_critical(robot, vjm::testing::posture(robot, shape), -0.5 * length * Vector6::Unit(0));
+      first_critical(robot, vjm::samples::posture(robot, shape), -0.5 * length * Vector6::Unit(0));
   return point ? fmt::format("{:.4f}", point->along->force * length / k0) : "none";
 }
 

@@ -11,8 +11,6 @@ namespace {
 
 using Readings = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
-constexpr double degree = std::numbers::pi / 180;
-
 std::string head(const RobotSpec& robot, const Plan& plan) {
   std::string line = "id,session,cycle,step,time,temperature,humidity,operator";
   if (robot.serial) {

@@ -13,8 +13,6 @@
 namespace twin {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
-
 Posture random_posture(const RobotSpec& robot, Random& random) {
   if (!robot.serial) {
     Vector3 point = robot.centre;

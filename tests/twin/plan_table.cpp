@@ -58,7 +58,6 @@ class Table {
 
 Posture posture_in(const Table& table, std::size_t row, const RobotSpec& robot) {
   if (!robot.serial) return posture_at(robot, 1e-3 * table.vector(row, "x", "y", "z"));
-  constexpr double degree = std::numbers::pi / 180;
   std::vector<double> q;
   for (const Item& item : robot.chains[0].items)
     if (item.kind == Item::actuator)

@@ -163,7 +163,7 @@ class ChainPair {
   std::vector<double> coordinates_;
 };
 
-class RandomRobot : public vjm::testing::RandomChains {
+class RandomRobot : public vjm::samples::RandomChains {
  public:
   RandomRobot(unsigned seed, double stiffer) : RandomChains(seed), stiffer_(stiffer) {
     pair_.gravity = {0, 0, seed % 2 == 0 ? -9.81 : 0.0};

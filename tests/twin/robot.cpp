@@ -9,7 +9,6 @@
 namespace twin {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
 // Of what counts as rigid [N/m], [N m/rad]: far above every spring, far below what rounding
 // forbids.
 constexpr double stiff_translation = 1e12, stiff_rotation = 1e11;

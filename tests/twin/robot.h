@@ -3,12 +3,15 @@
 #pragma once
 
 #include <map>
+#include <numbers>
 #include <string>
 #include <vector>
 
 #include "structure.h"
 
 namespace twin {
+
+inline constexpr double degree = std::numbers::pi / 180;  // [rad]
 
 /// A slender prismatic beam (Euler-Bernoulli) along x of its own axes, y and z its principal axes.
 struct Beam {

@@ -6,7 +6,7 @@
 #include "kinetostat/spatial/rotation.h"
 #include "kinetostat/vjm/chain/chain_builder.h"
 
-namespace kinetostat::vjm::testing {
+namespace kinetostat::vjm::samples {
 
 class RandomChains {
  public:
@@ -61,4 +61,4 @@ class RandomChains {
   std::mt19937 engine_;
 };
 
-}  // namespace kinetostat::vjm::testing
+}  // namespace kinetostat::vjm::samples

@@ -10,7 +10,7 @@
 #include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
-namespace kinetostat::vjm::testing {
+namespace kinetostat::vjm::samples {
 
 inline constexpr double length = 0.3, k0 = 393.75;  // 70 GPa, 15 x 6 mm
 
@@ -82,4 +82,4 @@ inline Posture posture(const Manipulator& robot, Shape shape) {
   return posture_from_joints(robot, {{"u", u}, {"a1", bend}, {"a2", -bend}}).posture;
 }
 
-}  // namespace kinetostat::vjm::testing
+}  // namespace kinetostat::vjm::samples

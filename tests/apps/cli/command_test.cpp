@@ -17,7 +17,7 @@
 
 #include "support/temporary_folder.h"
 
-namespace kinetostat::apps {
+namespace kinetostat::apps::command_test {
 namespace {
 
 using testing::HasSubstr;
@@ -339,4 +339,4 @@ TEST(ProgramDeathTest, TerminationStopsAtTheNextReportAndWritesNothing) {
 }
 
 }  // namespace
-}  // namespace kinetostat::apps
+}  // namespace kinetostat::apps::command_test

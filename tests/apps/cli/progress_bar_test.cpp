@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace kinetostat::apps {
+namespace kinetostat::apps::progress_bar_test {
 namespace {
 
 std::string shown(ProgressBar::Style style) {
@@ -83,4 +83,4 @@ TEST(ProgressBar, ClockReadsLikeAClock) {
 }
 
 }  // namespace
-}  // namespace kinetostat::apps
+}  // namespace kinetostat::apps::progress_bar_test

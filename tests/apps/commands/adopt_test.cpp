@@ -10,7 +10,7 @@
 
 #include "apps/run_program.h"
 
-namespace kinetostat::apps {
+namespace kinetostat::apps::adopt_test {
 namespace {
 
 using test::kinetostat;
@@ -74,4 +74,4 @@ TEST(Adopt, WritesTheCalibratedModelWithoutAnEffect) {
 }
 
 }  // namespace
-}  // namespace kinetostat::apps
+}  // namespace kinetostat::apps::adopt_test

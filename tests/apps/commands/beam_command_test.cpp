@@ -8,7 +8,7 @@
 
 #include "apps/run_program.h"
 
-namespace kinetostat {
+namespace kinetostat::beam_command_test {
 namespace {
 
 using test::kinetostat;
@@ -56,4 +56,4 @@ TEST(BeamCommand, WrongResultsAndNamesAreNoticed) {
 }
 
 }  // namespace
-}  // namespace kinetostat
+}  // namespace kinetostat::beam_command_test

@@ -9,7 +9,7 @@
 
 #include "apps/run_program.h"
 
-namespace kinetostat {
+namespace kinetostat::broken_campaign_test {
 namespace {
 
 using test::kinetostat;
@@ -177,4 +177,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& broken) { return broken.param.name; });
 
 }  // namespace
-}  // namespace kinetostat
+}  // namespace kinetostat::broken_campaign_test

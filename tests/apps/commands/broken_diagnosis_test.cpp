@@ -11,7 +11,7 @@
 
 #include "apps/run_program.h"
 
-namespace kinetostat {
+namespace kinetostat::broken_diagnosis_test {
 namespace {
 
 using io::Json;
@@ -100,4 +100,4 @@ TEST_F(BrokenDiagnosis, AdoptingWritesThroughALink) {
 }
 
 }  // namespace
-}  // namespace kinetostat
+}  // namespace kinetostat::broken_diagnosis_test

@@ -11,7 +11,7 @@
 
 #include "apps/run_program.h"
 
-namespace kinetostat {
+namespace kinetostat::broken_link_test {
 namespace {
 
 using test::kinetostat;
@@ -160,4 +160,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& test) { return test.param.name; });
 
 }  // namespace
-}  // namespace kinetostat
+}  // namespace kinetostat::broken_link_test

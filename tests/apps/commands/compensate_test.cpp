@@ -11,7 +11,7 @@
 
 #include "apps/run_program.h"
 
-namespace kinetostat {
+namespace kinetostat::compensate_test {
 namespace {
 
 using test::kinetostat;
@@ -111,4 +111,4 @@ TEST(FixedPointMethod, AgreesWithNewtonsAndSaysWhatItCannotDo) {
 }
 
 }  // namespace
-}  // namespace kinetostat
+}  // namespace kinetostat::compensate_test

@@ -10,7 +10,7 @@
 
 #include "apps/run_program.h"
 
-namespace kinetostat {
+namespace kinetostat::diagnose_resume_test {
 namespace {
 
 using test::kinetostat;
@@ -175,4 +175,4 @@ TEST_F(DiagnoseResume, ParallelRunsShareItInPeace) {
 }
 
 }  // namespace
-}  // namespace kinetostat
+}  // namespace kinetostat::diagnose_resume_test

@@ -17,7 +17,7 @@
 #include "apps/run_program.h"
 #include "support/two_arms.h"
 
-namespace kinetostat {
+namespace kinetostat::diagnose_test {
 namespace {
 
 using test::kinetostat;
@@ -280,4 +280,4 @@ TEST(CompareBeforeAfter, RefusesARobotThatWasNotMeasured) {
 }
 
 }  // namespace
-}  // namespace kinetostat
+}  // namespace kinetostat::diagnose_test

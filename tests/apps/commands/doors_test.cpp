@@ -19,7 +19,7 @@
 
 #include "apps/run_program.h"
 
-namespace kinetostat {
+namespace kinetostat::doors_test {
 namespace {
 
 using test::kinetostat;
@@ -256,4 +256,4 @@ TEST(Results, KeepThePermissionsOfWhatTheyReplace) {
 }
 
 }  // namespace
-}  // namespace kinetostat
+}  // namespace kinetostat::doors_test

@@ -10,7 +10,7 @@
 
 #include "apps/run_program.h"
 
-namespace kinetostat {
+namespace kinetostat::effect_command_test {
 namespace {
 
 using test::kinetostat;
@@ -136,4 +136,4 @@ TEST(PlanCommand, GoesTheWholeWay) {
 }
 
 }  // namespace
-}  // namespace kinetostat
+}  // namespace kinetostat::effect_command_test

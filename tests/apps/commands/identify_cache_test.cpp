@@ -14,7 +14,7 @@
 
 #include "apps/run_program.h"
 
-namespace kinetostat {
+namespace kinetostat::identify_cache_test {
 namespace {
 
 using test::kinetostat;
@@ -160,4 +160,4 @@ TEST_F(IdentifyCache, ParallelRunsShareItInPeace) {
 }
 
 }  // namespace
-}  // namespace kinetostat
+}  // namespace kinetostat::identify_cache_test

@@ -8,7 +8,7 @@
 
 #include "apps/run_program.h"
 
-namespace kinetostat {
+namespace kinetostat::import_test {
 namespace {
 
 using test::kinetostat;
@@ -49,4 +49,4 @@ TEST(ImportCommand, MistakesAreNamedWithTheirPlace) {
 }
 
 }  // namespace
-}  // namespace kinetostat
+}  // namespace kinetostat::import_test

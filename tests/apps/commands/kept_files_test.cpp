@@ -9,7 +9,7 @@
 
 #include "apps/run_program.h"
 
-namespace kinetostat {
+namespace kinetostat::kept_files_test {
 namespace {
 
 using io::read_text;
@@ -73,4 +73,4 @@ TEST_F(KeptFiles, AreMeasurementsWhereReadingsAreSimulated) {
 }
 
 }  // namespace
-}  // namespace kinetostat
+}  // namespace kinetostat::kept_files_test

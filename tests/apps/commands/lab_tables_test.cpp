@@ -16,7 +16,7 @@
 #include "apps/run_program.h"
 #include "support/zip_writer.h"
 
-namespace kinetostat {
+namespace kinetostat::lab_tables_test {
 namespace {
 
 using test::kinetostat;
@@ -247,4 +247,4 @@ TEST(Readings, OfALoggerAreComparedInBoundedMemory) {
 }
 
 }  // namespace
-}  // namespace kinetostat
+}  // namespace kinetostat::lab_tables_test

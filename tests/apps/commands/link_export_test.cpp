@@ -13,7 +13,7 @@
 #include "apps/run_program.h"
 #include "support/program.h"
 
-namespace kinetostat {
+namespace kinetostat::link_export_test {
 namespace {
 
 using test::kinetostat;
@@ -114,4 +114,4 @@ TEST(PrintedBars, AreThoseOfEveryLoadedInterface) {
 }
 
 }  // namespace
-}  // namespace kinetostat
+}  // namespace kinetostat::link_export_test

@@ -10,7 +10,7 @@
 
 #include "apps/run_program.h"
 
-namespace kinetostat {
+namespace kinetostat::map_test {
 namespace {
 
 using test::kinetostat;
@@ -124,4 +124,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& test) { return test.param.name; });
 
 }  // namespace
-}  // namespace kinetostat
+}  // namespace kinetostat::map_test

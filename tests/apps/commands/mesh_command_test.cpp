@@ -13,7 +13,7 @@
 
 #include "apps/run_program.h"
 
-namespace kinetostat {
+namespace kinetostat::mesh_command_test {
 namespace {
 
 using test::kinetostat;
@@ -146,4 +146,4 @@ TEST(MeshCommand, AVolumeMeshIsReportedWithItsGroupsAndTakesNoRepair) {
 }
 
 }  // namespace
-}  // namespace kinetostat
+}  // namespace kinetostat::mesh_command_test

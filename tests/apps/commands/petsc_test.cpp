@@ -11,7 +11,7 @@
 
 #include "apps/run_program.h"
 
-namespace kinetostat {
+namespace kinetostat::petsc_test {
 namespace {
 
 using test::kinetostat;
@@ -94,4 +94,4 @@ TEST_F(Petsc, PassesOnWhatTheLauncherSays) {
 }
 
 }  // namespace
-}  // namespace kinetostat
+}  // namespace kinetostat::petsc_test

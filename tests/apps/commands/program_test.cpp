@@ -13,7 +13,7 @@
 
 #include "apps/run_program.h"
 
-namespace kinetostat {
+namespace kinetostat::program_test {
 namespace {
 
 using test::kinetostat;
@@ -269,4 +269,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& test) { return test.param.name; });
 
 }  // namespace
-}  // namespace kinetostat
+}  // namespace kinetostat::program_test

@@ -10,7 +10,7 @@
 
 #include "apps/run_program.h"
 
-namespace kinetostat {
+namespace kinetostat::report_test {
 namespace {
 
 using test::kinetostat;
@@ -77,4 +77,4 @@ TEST(NewCommand, WritesOverNothing) {
 }
 
 }  // namespace
-}  // namespace kinetostat
+}  // namespace kinetostat::report_test

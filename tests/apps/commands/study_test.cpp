@@ -13,7 +13,7 @@
 
 #include "apps/run_program.h"
 
-namespace kinetostat {
+namespace kinetostat::study_test {
 namespace {
 
 using test::kinetostat;
@@ -168,4 +168,4 @@ TEST_F(Study, NeedsAFolder) {
 }
 
 }  // namespace
-}  // namespace kinetostat
+}  // namespace kinetostat::study_test

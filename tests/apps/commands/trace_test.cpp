@@ -12,7 +12,7 @@
 
 #include "apps/run_program.h"
 
-namespace kinetostat {
+namespace kinetostat::trace_test {
 namespace {
 
 using test::kinetostat;
@@ -119,4 +119,4 @@ TEST(TraceCommand, IsTheSameByteForByteEveryTime) {
 }
 
 }  // namespace
-}  // namespace kinetostat
+}  // namespace kinetostat::trace_test

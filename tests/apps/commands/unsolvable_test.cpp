@@ -10,7 +10,7 @@
 
 #include "apps/run_program.h"
 
-namespace kinetostat {
+namespace kinetostat::unsolvable_test {
 namespace {
 
 using test::kinetostat;
@@ -127,4 +127,4 @@ TEST(UnsolvableJson, HoldsTheLastEquilibrium) {
 }
 
 }  // namespace
-}  // namespace kinetostat
+}  // namespace kinetostat::unsolvable_test

@@ -15,7 +15,7 @@
 #include "calibration/synthetic.h"
 #include "support/matrix_near.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::campaign_test {
 namespace {
 
 using testing::ElementsAre;
@@ -331,4 +331,4 @@ TEST(CampaignFile, WrenchesMayBeGivenInAnyStatedFrame) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::campaign_test

@@ -16,7 +16,7 @@
 #include "calibration/random_matrix.h"
 #include "calibration/synthetic.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::datum_test {
 namespace {
 
 using Eigen::Index;
@@ -237,4 +237,4 @@ TEST(Datum, MakesTestsOfSoundReadingsHonest) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::datum_test

@@ -15,7 +15,7 @@
 
 #include "calibration/synthetic.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::lab_campaign_test {
 namespace {
 
 using testing::Contains;
@@ -246,4 +246,4 @@ TEST(JointLoads, SeeOnlyWhatIsMeasured) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::lab_campaign_test

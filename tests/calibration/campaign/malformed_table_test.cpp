@@ -9,7 +9,7 @@
 
 #include "calibration/synthetic.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::malformed_table_test {
 namespace {
 
 using testing::HasSubstr;
@@ -223,4 +223,4 @@ INSTANTIATE_TEST_SUITE_P(All, MalformedTable, testing::ValuesIn(tables),
                          [](const auto& table) { return table.param.name; });
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::malformed_table_test

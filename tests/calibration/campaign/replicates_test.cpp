@@ -10,7 +10,7 @@
 
 #include "calibration/synthetic.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::replicates_test {
 namespace {
 
 Campaign campaign(const std::string& csv, const std::string& more = "") {
@@ -139,4 +139,4 @@ TEST(Replicates, PureErrorIsWeightedByTheNoiseOfEachReading) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::replicates_test

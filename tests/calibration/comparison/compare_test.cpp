@@ -11,7 +11,7 @@
 
 #include "calibration/synthetic.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::compare_test {
 namespace {
 
 // Every figure of a comparison that must not depend on how the campaign is written down.
@@ -319,4 +319,4 @@ TEST(ResidualTable, HasOneRowPerReadingInTheUnitsOfTheCampaign) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::compare_test

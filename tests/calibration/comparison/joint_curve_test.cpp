@@ -9,7 +9,7 @@
 
 #include "calibration/laboratory.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::joint_curve_test {
 namespace {
 
 constexpr char slide[] = R"(kinetostat: 1
@@ -98,4 +98,4 @@ TEST(JointCurve, NeedsAJointWithASpringOfItsOwnAndNoEffectYet) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::joint_curve_test

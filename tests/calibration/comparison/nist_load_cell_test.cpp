@@ -10,7 +10,7 @@
 
 #include "calibration/synthetic.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::nist_load_cell_test {
 namespace {
 
 const std::string folder = std::string(KINETOSTAT_SOURCE_DIR) + "/data/measurements/nist_load_cell";
@@ -141,4 +141,4 @@ TEST_F(NistLoadCell, OneRunAloneIsNotJudged) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::nist_load_cell_test

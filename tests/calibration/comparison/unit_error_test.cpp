@@ -11,7 +11,7 @@
 
 #include "calibration/laboratory.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::unit_error_test {
 namespace {
 
 using spatial::Vector6;
@@ -81,4 +81,4 @@ TEST(UnitError, IsTheFirstFinding) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::unit_error_test

@@ -5,7 +5,7 @@
 
 #include "support/random.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::discrimination_test {
 namespace {
 
 using Eigen::Index;
@@ -101,4 +101,4 @@ TEST(Discrimination, RootOfACovarianceOfAnyUnits) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::discrimination_test

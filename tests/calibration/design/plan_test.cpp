@@ -19,7 +19,7 @@
 
 #include "calibration/laboratory.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::plan_test {
 namespace {
 
 using test::Laboratory;
@@ -549,4 +549,4 @@ TEST(Plan, RefusesWhatIsNoDiagnosis) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::plan_test

@@ -9,7 +9,7 @@
 
 #include "calibration/laboratory.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::common_cause_test {
 namespace {
 
 using test::Laboratory;
@@ -99,4 +99,4 @@ TEST_F(CommonCauseTest, ThePlanAsksForKnownWeights) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::common_cause_test

@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::decision_test {
 namespace {
 
 using testing::ElementsAre;
@@ -186,4 +186,4 @@ TEST(Decision, DependsOnNeitherOrderNorIdleCandidates) {
 TEST(Decision, WithoutFitsThereIsNone) { EXPECT_TRUE(decide(DiagnosisStep{}).answers.empty()); }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::decision_test

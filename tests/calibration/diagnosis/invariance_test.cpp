@@ -6,7 +6,7 @@
 
 #include "calibration/laboratory.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::invariance_test {
 namespace {
 
 using test::Laboratory;
@@ -159,4 +159,4 @@ TEST(PlayWithABias, IsBacklashWithItsBias) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::invariance_test

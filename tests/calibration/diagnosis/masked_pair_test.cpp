@@ -12,7 +12,7 @@
 #include "calibration/random_matrix.h"
 #include "support/two_arms.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::masked_pair_test {
 namespace {
 
 using Eigen::Index;
@@ -104,4 +104,4 @@ TEST(MaskedPair, IsFoundThoughNeitherShowsAlone) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::masked_pair_test

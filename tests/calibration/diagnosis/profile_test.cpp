@@ -7,7 +7,7 @@
 
 #include "calibration/synthetic.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::profile_test {
 namespace {
 
 constexpr double sigma = 2e-6;  // [m]
@@ -77,4 +77,4 @@ TEST(Profile, EndsWhereTheRangeOfAValueEnds) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::profile_test

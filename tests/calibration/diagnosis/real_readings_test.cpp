@@ -9,7 +9,7 @@
 #include "kinetostat/calibration/diagnosis/diagnosis.h"
 #include "kinetostat/vjm/io/robot_file.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::real_readings_test {
 namespace {
 
 // The thesis from which they are: play and friction as built, friction and less play preloaded.
@@ -86,4 +86,4 @@ TEST(ShippedCampaign, OutsideTheCatalogueIsNoMatterOfKinematics) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::real_readings_test

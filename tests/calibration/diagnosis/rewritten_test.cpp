@@ -11,7 +11,7 @@
 
 #include "calibration/laboratory.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::rewritten_test {
 namespace {
 
 using spatial::Matrix3;
@@ -217,4 +217,4 @@ INSTANTIATE_TEST_SUITE_P(Effects, Rewritten, testing::Values(friction, play, lit
                          [](const auto& hidden) { return std::string(hidden.param.name); });
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::rewritten_test

@@ -11,7 +11,7 @@
 
 #include "calibration/laboratory.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::verdict_test {
 namespace {
 
 using test::Laboratory;
@@ -464,4 +464,4 @@ TEST(Verdict, SaysWhatItCouldNotSee) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::verdict_test

@@ -12,7 +12,7 @@
 
 #include "calibration/synthetic.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::base_fit_test {
 namespace {
 
 using testing::HasSubstr;
@@ -405,4 +405,4 @@ TEST(SessionFrame, DerivativesAreExact) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::base_fit_test

@@ -10,7 +10,7 @@
 
 #include "kinetostat/calibration/statistics/normal.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::evidence_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -170,4 +170,4 @@ TEST(Evidence, IsAsOftenRightAsItSaysThoughTheNoiseIsLargerThanStated) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::evidence_test

@@ -11,7 +11,7 @@
 #include "calibration/synthetic.h"
 #include "support/matrix_near.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::predict_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -230,4 +230,4 @@ TEST(Prediction, TakesTheRotationVectorNearestToTheMeasuredOne) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::predict_test

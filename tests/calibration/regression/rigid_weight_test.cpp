@@ -6,7 +6,7 @@
 
 #include "calibration/laboratory.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::rigid_weight_test {
 namespace {
 
 using test::Laboratory;
@@ -93,4 +93,4 @@ TEST(RigidWeight, WhereNothingHasAMassThatIsTheReason) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::rigid_weight_test

@@ -12,7 +12,7 @@
 
 #include "calibration/synthetic.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::wrench_noise_test {
 namespace {
 
 using spatial::Matrix6;
@@ -161,4 +161,4 @@ TEST(WrenchNoise, IsRefusedWithoutTheNoiseOfTheInstrument) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::wrench_noise_test

@@ -11,7 +11,7 @@
 
 #include "calibration/random_matrix.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::candidate_fit_test {
 namespace {
 
 using Eigen::Index;
@@ -357,4 +357,4 @@ TEST(Waterfall, IntervalHoldsTheErrorAndTheFloorIsTheNoise) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::candidate_fit_test

@@ -13,7 +13,7 @@
 #include "calibration/laboratory.h"
 #include "calibration/random_matrix.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::correlated_noise_test {
 namespace {
 
 using Eigen::Index;
@@ -232,4 +232,4 @@ TEST(Verdict, AnEffectIsFoundBesideDatumsThatCyclesShare) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::correlated_noise_test

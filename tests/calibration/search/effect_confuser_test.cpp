@@ -11,7 +11,7 @@
 #include "calibration/synthetic.h"
 #include "vjm/effect_catalogue.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::effect_confuser_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -180,4 +180,4 @@ TEST(EffectConfounder, TheCatalogueNamesTheNearestOne) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::effect_confuser_test

@@ -11,7 +11,7 @@
 #include "calibration/synthetic.h"
 #include "vjm/effect_catalogue.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::effect_signature_test {
 namespace {
 
 using spatial::Vector6;
@@ -306,4 +306,4 @@ TEST_P(EffectSignature, IsFitted) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::effect_signature_test

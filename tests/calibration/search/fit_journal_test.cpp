@@ -15,7 +15,7 @@
 #include "kinetostat/common/error.h"
 #include "kinetostat/report/diagnosis_file.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::fit_journal_test {
 namespace {
 
 // In memory; asks for the search to be stopped when it has kept so much more.
@@ -233,4 +233,4 @@ TEST_F(FitJournalTest, OtherQuestionsHaveOtherKeys) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::fit_journal_test

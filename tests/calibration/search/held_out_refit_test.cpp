@@ -10,7 +10,7 @@
 
 #include "calibration/laboratory.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::held_out_refit_test {
 namespace {
 
 using test::Laboratory;
@@ -69,4 +69,4 @@ TEST(HeldOutRefit, FrictionPredictsCyclesThatItWasNotFittedTo) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::held_out_refit_test

@@ -5,7 +5,7 @@
 
 #include "calibration/random_matrix.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::outliers_test {
 namespace {
 
 using Eigen::Index;
@@ -68,4 +68,4 @@ TEST(Outliers, AreNoneInNoise) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::outliers_test

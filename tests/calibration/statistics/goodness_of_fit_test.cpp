@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::goodness_of_fit_test {
 namespace {
 
 // With two degrees of freedom the chance is exp(-x / 2).
@@ -27,4 +27,4 @@ TEST(ChiSquare, ThatIsNothingAmongThousandsIsCertainlyTooSmall) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::goodness_of_fit_test

@@ -6,7 +6,7 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::least_squares_test {
 namespace {
 
 using Eigen::Index;
@@ -154,4 +154,4 @@ TEST(NormalMatrix, InverseLeavesHeldUnknownsOut) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::least_squares_test

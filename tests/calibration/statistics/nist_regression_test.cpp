@@ -12,7 +12,7 @@
 
 #include "kinetostat/calibration/statistics/least_squares.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::nist_regression_test {
 namespace {
 
 using Eigen::Index;
@@ -253,4 +253,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& set) { return set.param.name; });
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::nist_regression_test

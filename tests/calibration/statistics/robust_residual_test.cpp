@@ -4,7 +4,7 @@
 
 #include "calibration/random_matrix.h"
 
-namespace kinetostat::calibration {
+namespace kinetostat::calibration::robust_residual_test {
 namespace {
 
 using Eigen::Index;
@@ -80,4 +80,4 @@ TEST(RobustResidual, NeedsNoColumns) {
 }
 
 }  // namespace
-}  // namespace kinetostat::calibration
+}  // namespace kinetostat::calibration::robust_residual_test

@@ -7,7 +7,7 @@
 
 #include "fea/shapes.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::assembly_test {
 namespace {
 
 const Material steel(210e9, 0.3);
@@ -122,4 +122,4 @@ TEST(DofMap, RefusesANodeWithTwoMasters) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::assembly_test

@@ -7,7 +7,7 @@
 
 #include "fea/shapes.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::elasticity_test {
 namespace {
 
 const std::array<Vector3, 4> skewed{Vector3(0.1, 0.2, 0), Vector3(1.3, 0.1, 0.2),
@@ -88,4 +88,4 @@ TEST(Material, RefusesWhatNoMaterialIs) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::elasticity_test

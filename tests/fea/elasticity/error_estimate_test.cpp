@@ -5,7 +5,7 @@
 
 #include "fea/reference_bar.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::error_estimate_test {
 namespace {
 
 common::ThreadPool alone(1);
@@ -169,4 +169,4 @@ TEST_F(BarError, IsCloseToTheTrueError) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::error_estimate_test

@@ -14,7 +14,7 @@
 
 #include "fea/shapes.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::solver_test {
 namespace {
 
 const Material steel(210e9, 0.3);
@@ -284,4 +284,4 @@ TEST(Memory, IsFoundOnThisMachine) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::solver_test

@@ -16,7 +16,7 @@
 
 #include "fea/shapes.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::coupling_test {
 namespace {
 
 const Material steel(210e9, 0.3);
@@ -399,4 +399,4 @@ TEST(StiffBody, GrowsSoundElementsOnFlatHollowAndRoundFaces) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::coupling_test

@@ -11,7 +11,7 @@
 
 #include "fea/shapes.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::interface_selection_test {
 namespace {
 
 using testing::HasSubstr;
@@ -192,4 +192,4 @@ TEST(SurfaceFaces, ABoxHasSixAndATubeTwoCylinders) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::interface_selection_test

@@ -14,7 +14,7 @@
 
 #include "fea/shapes.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::aggregate_level_test {
 namespace {
 
 const Material steel(210e9, 0.3);
@@ -164,4 +164,4 @@ TEST(AggregationMultigrid, IsSymmetricAndPositiveDefiniteAndNearTheInverse) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::aggregate_level_test

@@ -7,7 +7,7 @@
 
 #include "fea/shapes.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::factorisation_test {
 namespace {
 
 const Material steel(210e9, 0.3);
@@ -61,4 +61,4 @@ TEST(Blas, IsNamedAndSetBack) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::factorisation_test

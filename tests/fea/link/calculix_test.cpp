@@ -10,7 +10,7 @@
 #include "fea/shapes.h"
 #include "support/program.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::calculix_test {
 namespace {
 
 // A bent block, so that nothing is symmetric. The top near the end is a third interface.
@@ -93,4 +93,4 @@ TEST(CalculixDat, MustHoldEveryStep) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::calculix_test

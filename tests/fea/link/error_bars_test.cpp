@@ -5,7 +5,7 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::error_bars_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -133,4 +133,4 @@ TEST(ErrorBars, SignificanceDoesNotDependOnUnits) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::error_bars_test

@@ -9,7 +9,7 @@
 #include "kinetostat/fea/link/matrix_export.h"
 #include "kinetostat/io/vtu.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::export_names_test {
 namespace {
 
 using testing::HasSubstr;
@@ -105,4 +105,4 @@ TEST(ExportNames, AreXmlForParaView) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::export_names_test

@@ -15,7 +15,7 @@
 #include "fea/shapes.h"
 #include "support/program.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::geometric_stiffness_test {
 namespace {
 
 const Material material(210e9, 0.3);
@@ -231,4 +231,4 @@ TEST(GeometricStiffness, RefusesWhatNoLinkBears) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::geometric_stiffness_test

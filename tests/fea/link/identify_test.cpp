@@ -15,7 +15,7 @@
 
 #include "fea/shapes.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::identify_test {
 namespace {
 
 using testing::HasSubstr;
@@ -290,4 +290,4 @@ TEST_F(Identify, StressOfTensionIsForceOverArea) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::identify_test

@@ -8,7 +8,7 @@
 
 #include "fea/reference_bar.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::refinement_test {
 namespace {
 
 using testing::HasSubstr;
@@ -117,4 +117,4 @@ TEST_F(Refine, ThrowsWhatStopsTheFirstMesh) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::refinement_test

@@ -9,7 +9,7 @@
 
 #include "fea/shapes.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::edge_division_test {
 namespace {
 
 // The two facets of each side of a box are one face.
@@ -71,4 +71,4 @@ TEST_F(EdgeDivision, DoesNothingWithoutAWish) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::edge_division_test

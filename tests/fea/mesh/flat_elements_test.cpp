@@ -8,7 +8,7 @@
 
 #include "fea/shapes.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::flat_elements_test {
 namespace {
 
 TetMesh filled_box() {
@@ -98,4 +98,4 @@ TEST(FlatElements, OneOnAFaceIsPeeledOffAndItsTagStays) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::flat_elements_test

@@ -9,7 +9,7 @@
 
 #include "fea/shapes.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::size_field_test {
 namespace {
 
 double least(const SizeField& field) {
@@ -95,4 +95,4 @@ TEST(SizeField, GradesTheTetrahedra) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::size_field_test

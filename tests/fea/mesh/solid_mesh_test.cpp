@@ -15,7 +15,7 @@
 #include "fea/shapes.h"
 #include "fea/surface/hard_surfaces.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::solid_mesh_test {
 namespace {
 
 constexpr double mm = 1e-3;
@@ -198,4 +198,4 @@ TEST(SolidMesh, WithoutCgalTheOtherRungsAreTried) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::solid_mesh_test

@@ -7,7 +7,7 @@
 
 #include "fea/shapes.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::tet_mesh_test {
 namespace {
 
 TEST(TetMesh, MidNodesLieOnTheMiddlesOfTheirEdgesAndAreShared) {
@@ -88,4 +88,4 @@ TEST(TetMesh, CountsPieces) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::tet_mesh_test

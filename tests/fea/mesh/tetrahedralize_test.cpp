@@ -8,7 +8,7 @@
 
 #include "fea/shapes.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::tetrahedralize_test {
 namespace {
 
 using Cause = MeshingError::Cause;
@@ -208,4 +208,4 @@ TEST(Tetrahedralize, AnAbsurdSizeIsRefusedBeforehandWithOneThatWorks) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::tetrahedralize_test

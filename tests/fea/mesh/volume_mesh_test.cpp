@@ -14,7 +14,7 @@
 #include "fea/shapes.h"
 #include "support/program.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::volume_mesh_test {
 namespace {
 
 using testing::HasSubstr;
@@ -307,4 +307,4 @@ TEST(GmshTetrahedra, FillABoxWithACavityAndKeepTheTags) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::volume_mesh_test

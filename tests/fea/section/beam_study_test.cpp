@@ -9,7 +9,7 @@
 
 #include "fea/shapes.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::beam_study_test {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
@@ -178,4 +178,4 @@ TEST(BeamStudy, ComparisonNamesTheWorstSignificantEntry) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::beam_study_test

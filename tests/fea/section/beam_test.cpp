@@ -4,7 +4,7 @@
 
 #include "fea/reference_bar.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::beam_test {
 namespace {
 
 // Torsion constant of a rectangle a > b by Saint-Venant's series.
@@ -59,4 +59,4 @@ TEST(Beam, ComplianceGrowsWithRefinementAndSettles) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::beam_test

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::section_test {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
@@ -200,4 +200,4 @@ TEST(Section, OutlineThatCrossesItselfIsRefused) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::section_test

@@ -10,7 +10,7 @@
 
 #include "fea/shapes.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::surface_check_test {
 namespace {
 
 constexpr double tolerance = 1e-6;
@@ -219,4 +219,4 @@ TEST(DoubtAboutUnit, IsRaisedForSpecksAndHouses) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::surface_check_test

@@ -6,7 +6,7 @@
 
 #include "fea/shapes.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::surface_flattening_test {
 namespace {
 
 double farthest_move(const SurfaceMesh& a, const SurfaceMesh& b) {
@@ -44,4 +44,4 @@ TEST(Flatten, LeavesRoundFacesRound) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::surface_flattening_test

@@ -17,7 +17,7 @@
 
 #include "fea/shapes.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::surface_mesh_test {
 namespace {
 
 using common::InputError;
@@ -201,4 +201,4 @@ TEST(Weld, ToleranceGrowsWithTheDistanceFromTheOrigin) {
 }
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::surface_mesh_test

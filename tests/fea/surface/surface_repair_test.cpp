@@ -17,7 +17,7 @@
 #include "fea/shapes.h"
 #include "support/temporary_folder.h"
 
-namespace kinetostat::fea {
+namespace kinetostat::fea::surface_repair_test {
 namespace {
 
 using testing::HasSubstr;
@@ -436,4 +436,4 @@ TEST(RepairByCgal, GivesTheSameSurfaceTwice) {
 #endif
 
 }  // namespace
-}  // namespace kinetostat::fea
+}  // namespace kinetostat::fea::surface_repair_test

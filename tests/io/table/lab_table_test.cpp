@@ -10,7 +10,7 @@
 
 #include "support/zip_writer.h"
 
-namespace kinetostat::io {
+namespace kinetostat::io::lab_table_test {
 namespace {
 
 using testing::ElementsAre;
@@ -199,4 +199,4 @@ TEST(Workbook, DamageIsNamed) {
 }
 
 }  // namespace
-}  // namespace kinetostat::io
+}  // namespace kinetostat::io::lab_table_test

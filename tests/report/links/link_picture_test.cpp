@@ -7,7 +7,7 @@
 
 #include "fea/reference_bar.h"
 
-namespace kinetostat::report {
+namespace kinetostat::report::link_picture_test {
 namespace {
 
 using io::Json;
@@ -88,4 +88,4 @@ TEST_F(LinkPicture, KeepsToTheNumberOfPoints) {
 }
 
 }  // namespace
-}  // namespace kinetostat::report
+}  // namespace kinetostat::report::link_picture_test

@@ -8,7 +8,7 @@
 
 #include "fea/shapes.h"
 
-namespace kinetostat::report {
+namespace kinetostat::report::link_result_test {
 namespace {
 
 using io::Json;
@@ -92,4 +92,4 @@ TEST_F(LinkResultJson, TextSaysWhatTheJsonHas) {
 }
 
 }  // namespace
-}  // namespace kinetostat::report
+}  // namespace kinetostat::report::link_result_test

@@ -6,7 +6,7 @@
 
 #include "kinetostat/vjm/manipulator/posture.h"
 
-namespace kinetostat::report {
+namespace kinetostat::report::manipulator_test {
 namespace {
 
 using spatial::Pose;
@@ -79,4 +79,4 @@ TEST(MotionOfCoordinates, IsNullWhereAChainIsRigid) {
 }
 
 }  // namespace
-}  // namespace kinetostat::report
+}  // namespace kinetostat::report::manipulator_test

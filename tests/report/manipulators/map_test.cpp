@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace kinetostat::report {
+namespace kinetostat::report::map_test {
 namespace {
 
 using testing::HasSubstr;
@@ -85,4 +85,4 @@ TEST_F(MapReport, SummaryCountsStatesAndNamesTheExtremes) {
 }
 
 }  // namespace
-}  // namespace kinetostat::report
+}  // namespace kinetostat::report::map_test

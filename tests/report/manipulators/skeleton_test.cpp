@@ -9,7 +9,7 @@
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
-namespace kinetostat::report {
+namespace kinetostat::report::skeleton_test {
 namespace {
 
 using io::Json;
@@ -130,4 +130,4 @@ TEST(SkeletonOfAScrew, ShowsEachJointAsItMoves) {
 }
 
 }  // namespace
-}  // namespace kinetostat::report
+}  // namespace kinetostat::report::skeleton_test

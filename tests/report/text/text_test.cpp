@@ -8,7 +8,7 @@
 
 #include "kinetostat/spatial/rotation.h"
 
-namespace kinetostat::report {
+namespace kinetostat::report::text_test {
 namespace {
 
 using spatial::Compliance6;
@@ -123,4 +123,4 @@ TEST(TwistText, VectorsHaveTheirUnits) {
 }
 
 }  // namespace
-}  // namespace kinetostat::report
+}  // namespace kinetostat::report::text_test

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::beam_test {
 namespace {
 
 using spatial::Compliance6;
@@ -105,4 +105,4 @@ TEST(Beam, RefusesWhatIsNotABeam) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::beam_test

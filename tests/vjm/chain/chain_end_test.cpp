@@ -12,7 +12,7 @@
 #include "support/matrix_near.h"
 #include "vjm/robot_text.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::chain_end_test {
 namespace {
 
 using kinetostat::test::matrix_near;
@@ -138,4 +138,4 @@ TEST(ChainEnd, APayloadIsOnThePlatform) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::chain_end_test

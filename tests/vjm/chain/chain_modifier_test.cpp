@@ -7,7 +7,7 @@
 #include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/chain/kinematics.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::chain_modifier_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -71,4 +71,4 @@ TEST(ChainModifier, AMassAtTheEndIsBesideDisplacementsOfTheEnd) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::chain_modifier_test

@@ -6,7 +6,7 @@
 
 #include "vjm/random_chain.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::kinematics_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -14,7 +14,7 @@ using Eigen::VectorXd;
 using spatial::Vector6;
 
 TEST(Kinematics, JacobianIsTheDerivativeOfThePose) {
-  testing::RandomChains random(1);
+  samples::RandomChains random(1);
   ChainKinematics at, before, after;
   for (int trial = 0; trial < 50; ++trial) {
     const Chain chain = random.chain(trial % 5);
@@ -32,7 +32,7 @@ TEST(Kinematics, JacobianIsTheDerivativeOfThePose) {
 }
 
 TEST(Kinematics, HessianIsTheDerivativeOfTheGeneralisedForces) {
-  testing::RandomChains random(2);
+  samples::RandomChains random(2);
   ChainKinematics at, before, after;
   MatrixXd hessian;
   for (int trial = 0; trial < 50; ++trial) {
@@ -54,7 +54,7 @@ TEST(Kinematics, HessianIsTheDerivativeOfTheGeneralisedForces) {
 }
 
 TEST(Kinematics, WrenchesAtNodesHaveExactForcesAndHessians) {
-  testing::RandomChains random(4);
+  samples::RandomChains random(4);
   ChainKinematics at, before, after;
   for (int trial = 0; trial < 20; ++trial) {
     const Chain chain = random.chain(trial % 4, true);
@@ -85,7 +85,7 @@ TEST(Kinematics, WrenchesAtNodesHaveExactForcesAndHessians) {
 }
 
 TEST(Kinematics, HessianOfAPureForceIsSymmetricAndThatOfAMomentIsNot) {
-  testing::RandomChains random(3);
+  samples::RandomChains random(3);
   const Chain chain = random.chain(3);
   ChainKinematics at;
   MatrixXd hessian;
@@ -113,4 +113,4 @@ TEST(Kinematics, CoupledJointsShareACoordinate) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::kinematics_test

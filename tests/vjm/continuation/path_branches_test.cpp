@@ -9,7 +9,7 @@
 #include "kinetostat/vjm/continuation/path.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::path_branches_test {
 namespace {
 
 using spatial::Pose;
@@ -372,4 +372,4 @@ TEST(Branches, TheShortenedChainHasNoContactsAndNoBranchTwice) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::path_branches_test

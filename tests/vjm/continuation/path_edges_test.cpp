@@ -12,7 +12,7 @@
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::path_edges_test {
 namespace {
 
 using spatial::Pose;
@@ -258,4 +258,4 @@ INSTANTIATE_TEST_SUITE_P(All, ShippedRobots,
                                            "urrs_c.yaml"));
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::path_edges_test

@@ -9,7 +9,7 @@
 #include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::path_test {
 namespace {
 
 using spatial::Pose;
@@ -271,4 +271,4 @@ TEST(Path, EndsWithTheReasonWhereThePosturesEnd) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::path_test

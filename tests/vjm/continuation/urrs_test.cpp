@@ -7,15 +7,15 @@
 
 #include "kinetostat/vjm/continuation/path.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::urrs_test {
 namespace {
 
+using samples::k0;
+using samples::length;
+using samples::Shape;
+using samples::Springs;
+using samples::urrs;
 using spatial::Vector6;
-using testing::k0;
-using testing::length;
-using testing::Shape;
-using testing::Springs;
-using testing::urrs;
 
 struct Case {
   Springs springs;
@@ -34,7 +34,7 @@ TEST_P(CriticalForce, IsThatOfAnIndependentProgram) {
   PathOptions options;
   options.until_critical = true;
   common::Progress progress;
-  const Path path = trace(robot, testing::posture(robot, c.shape), task, options, progress);
+  const Path path = trace(robot, samples::posture(robot, c.shape), task, options, progress);
   if (c.critical == 0) {
     EXPECT_TRUE(path.critical.empty());
     EXPECT_EQ(path.branches[0].end, BranchEnd::target);
@@ -63,4 +63,4 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{Springs::spatial_beam, Shape::zigzag, 0.2677, 4e-4}));
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::urrs_test

@@ -9,7 +9,7 @@
 
 #include "support/random.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::effect_catalogue_test {
 namespace {
 
 using kinetostat::test::Random;
@@ -268,4 +268,4 @@ TEST(Effects, SayWhatTheyAre) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::effect_catalogue_test

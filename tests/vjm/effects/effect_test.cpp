@@ -9,7 +9,7 @@
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/equilibrium_state.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::effect_test {
 namespace {
 
 using spatial::Vector6;
@@ -310,4 +310,4 @@ TEST(Effects, AreRefusedWhereTheyCannotAct) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::effect_test

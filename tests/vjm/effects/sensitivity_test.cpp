@@ -10,7 +10,7 @@
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::sensitivity_test {
 namespace {
 
 using spatial::Pose;
@@ -69,4 +69,4 @@ TEST(Sensitivity, UnknownSpringsAreRefused) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::sensitivity_test

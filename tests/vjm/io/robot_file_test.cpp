@@ -16,7 +16,7 @@
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/stiffness.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::robot_file_test {
 namespace {
 
 using spatial::Pose;
@@ -355,4 +355,4 @@ TEST_F(RobotFile, AMissingFileIsSaidSo) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::robot_file_test

@@ -17,7 +17,7 @@
 #include "support/matrix_near.h"
 #include "support/temporary_folder.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::shipped_robots_test {
 namespace {
 
 using spatial::Matrix3;
@@ -174,4 +174,4 @@ TEST(SixAxisFromUrdf, ShippedRobotFileIsTheImportWithItsStiffnessFilledIn) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::shipped_robots_test

@@ -17,7 +17,7 @@
 
 #include "vjm/robot_text.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::sub_manipulator_test {
 namespace {
 
 using spatial::Matrix6;
@@ -131,4 +131,4 @@ TEST(SubManipulator, AFileThatIsPartOfItselfIsRefused) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::sub_manipulator_test

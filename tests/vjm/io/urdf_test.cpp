@@ -15,7 +15,7 @@
 #include "support/random.h"
 #include "support/temporary_folder.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::urdf_test {
 namespace {
 
 using spatial::Pose;
@@ -242,4 +242,4 @@ TEST_F(Urdf, LoopsAndBranchesAreRefusedWithTheirLinks) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::urdf_test

@@ -6,7 +6,7 @@
 
 #include "vjm/random_chain.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::free_motion_test {
 namespace {
 
 using spatial::Matrix6;
@@ -87,7 +87,7 @@ TEST(FreeMotions, AllTranslations) {
 
 // Random spaces: whatever is said must span the null space.
 TEST(FreeMotions, TheMotionsNamedSpanTheNullSpace) {
-  testing::RandomChains random(31);
+  samples::RandomChains random(31);
   for (int trial = 0; trial < 100; ++trial) {
     Twists twists(6, 1 + trial % 5);
     for (Eigen::Index i = 0; i < twists.cols(); ++i) twists.col(i) = random.vector6(0.5, 1.0);
@@ -109,4 +109,4 @@ TEST(FreeMotions, TheMotionsNamedSpanTheNullSpace) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::free_motion_test

@@ -13,7 +13,7 @@
 
 #include "vjm/random_chain.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::posture_test {
 namespace {
 
 using spatial::Pose;
@@ -32,7 +32,7 @@ Manipulator six_axis_arm() {
 }
 
 TEST(PostureAt, ReachesWhateverForwardKinematicsReached) {
-  testing::RandomChains random(21);
+  samples::RandomChains random(21);
   const Manipulator arm = six_axis_arm();
   const Chain& chain = arm.chains()[0];
   ChainKinematics kinematics;
@@ -114,4 +114,4 @@ TEST(PostureFromJoints, UnknownAndAmbiguousNamesAreRefused) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::posture_test

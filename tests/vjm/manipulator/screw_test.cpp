@@ -16,7 +16,7 @@
 #include "vjm/random_chain.h"
 #include "vjm/robot_text.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::screw_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -105,7 +105,7 @@ TEST(Screw, ANutThatIsGuidedOnlySlides) {
 
 // Chains with screws in all directions, sprung and free: derivatives against differences.
 TEST(Screw, DerivativesAreExact) {
-  testing::RandomChains random(31);
+  samples::RandomChains random(31);
   ChainKinematics at, before, after;
   for (int trial = 0; trial < 30; ++trial) {
     ChainBuilder builder("screws", random.pose(0.2));
@@ -201,4 +201,4 @@ TEST(Screw, AFactorWithoutItsUnitIsRefused) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::screw_test

@@ -27,7 +27,7 @@ extern "C" void* malloc(std::size_t size) {
 }
 #endif
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::allocation_test {
 namespace {
 
 struct Cost {
@@ -94,4 +94,4 @@ INSTANTIATE_TEST_SUITE_P(SerialParallelAndMechanisms, AllocationUnderLoad,
                          [](const auto& test) { return std::string(test.param.file, 4); });
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::allocation_test

@@ -20,7 +20,7 @@
 #include "support/program.h"
 #include "support/temporary_folder.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::calculix_arm_test {
 namespace {
 
 using spatial::Vector3;
@@ -220,4 +220,4 @@ TEST(HeavyArmUnderItsWeight, SegmentsDoNotMatterToFirstOrder) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::calculix_arm_test

@@ -13,7 +13,7 @@
 
 #include "vjm/random_chain.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::equilibrium_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -36,7 +36,7 @@ Posture orthoglide_at(double x, double y, double z) {
 
 // A soft serial arm with links and joint springs: large rotations at moderate loads.
 Manipulator arm(unsigned seed) {
-  testing::RandomChains random(seed);
+  samples::RandomChains random(seed);
   ChainBuilder chain("arm");
   for (const char* name : {"q1", "q2", "q3"}) {
     chain.actuator(name, name[1] == '2' ? Motion::ry : Motion::rz, 2e3);
@@ -203,7 +203,7 @@ TEST(Equilibrium, ALoadAtAPlatformPointIsALoadAtAMovedReferencePoint) {
 }
 
 TEST(Equilibrium, DoesNotDependOnTheBaseFrame) {
-  testing::RandomChains random(9);
+  samples::RandomChains random(9);
   const spatial::Compliance6 soft = random.compliance();
   const Pose moved = random.pose(1.5);
   const auto solve = [&](const Pose& base) {
@@ -267,7 +267,7 @@ TEST(Equilibrium, ExtraPassiveJointsThatRepeatALegsSpinChangeNothing) {
 // Hexapods in general postures; with `spin`, every leg has a spherical joint at both ends and may
 // turn about its own axis, which changes nothing else.
 Manipulator hexapod(unsigned seed, bool spin) {
-  testing::RandomChains random(seed);
+  samples::RandomChains random(seed);
   std::vector<Chain> legs;
   for (int i = 0; i < 6; ++i) {
     const double a = random.uniform(0, 2 * M_PI), b = random.uniform(0, 2 * M_PI);
@@ -298,7 +298,7 @@ Equilibrium hexapod_under(const Manipulator& hexapod, const Load& load) {
 TEST(Equilibrium, LegsThatSpinBetweenSphericalJointsCarryAsThoseThatDoNot) {
   int compared = 0;
   for (unsigned seed = 1; seed <= 30; ++seed) {
-    testing::RandomChains random(1000 + seed);
+    samples::RandomChains random(1000 + seed);
     const Vector3 force = random.vector(1), moment = random.vector(0.1);
     for (const double size : {1e1, 1e3, 3e4}) {
       const Load load{.force = size * force, .moment = size * moment};
@@ -401,4 +401,4 @@ TEST_P(StiffStop, ContradictoryOnesPressAgainstEachOther) {
 INSTANTIATE_TEST_SUITE_P(Contacts, StiffStop, ::testing::Values(1e5, 1e8, 1e11));
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::equilibrium_test

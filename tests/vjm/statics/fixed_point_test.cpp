@@ -8,7 +8,7 @@
 
 #include "vjm/random_chain.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::fixed_point_test {
 namespace {
 
 using spatial::Pose;
@@ -91,4 +91,4 @@ TEST(FixedPointIteration, RefusesWhatThePapersDoNotTreat) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::fixed_point_test

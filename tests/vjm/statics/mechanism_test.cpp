@@ -16,7 +16,7 @@
 #include "vjm/random_chain.h"
 #include "vjm/robot_text.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::mechanism_test {
 namespace {
 
 using spatial::Matrix6;
@@ -89,7 +89,7 @@ TEST(Mechanism, TangentIsTheSlopeWithInnerBodiesThatMove) {
 
 // A chain may be cut anywhere into two that meet in an inner body.
 TEST(Mechanism, ACutChainIsTheSameChain) {
-  testing::RandomChains random(51);
+  samples::RandomChains random(51);
   const spatial::Compliance6 soft1 = random.compliance(), soft2 = random.compliance();
   const Pose first(random.pose(0.3)), second(random.pose(0.3)), base(random.pose(0.5));
   ChainBuilder whole("whole", base);
@@ -156,7 +156,7 @@ manipulator: {chain: arm}
 }
 
 TEST(NodeLoads, ALoadAtTheLastNodeIsALoadOnThePlatform) {
-  testing::RandomChains random(52);
+  samples::RandomChains random(52);
   ChainBuilder chain("c");
   chain.actuator("q", Motion::rz, 1e4)
       .link("l", Pose::translation({0.4, 0.1, 0}), random.compliance());
@@ -272,4 +272,4 @@ TEST(Patterns, ThreeTurnedCopiesAreTheOrthoglide) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::mechanism_test

@@ -9,7 +9,7 @@
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::newton_matrix_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -37,10 +37,10 @@ SystemVector random_vector(const EquilibriumSystem& system, bool held, unsigned 
   return system.from_flat(flat, held);
 }
 
-class NewtonMatrixOf : public testing::TestWithParam<const char*> {};
+class NewtonMatrixOf : public ::testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(ArmParallelRobotAndMechanism, NewtonMatrixOf,
-                         testing::Values("six_axis.yaml", "orthoglide.yaml", "delta.yaml",
-                                         "orthoglide_prpar.yaml"),
+                         ::testing::Values("six_axis.yaml", "orthoglide.yaml", "delta.yaml",
+                                           "orthoglide_prpar.yaml"),
                          [](const auto& test) {
                            const std::string name = test.param;
                            return name.substr(0, name.find('.'));
@@ -113,4 +113,4 @@ TEST(NewtonMatrix, StaysWhereItIsUntilRenewed) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::newton_matrix_test

@@ -9,7 +9,7 @@
 #include "kinetostat/vjm/statics/equilibrium.h"
 #include "kinetostat/vjm/statics/stiffness.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::orthoglide_test {
 namespace {
 
 using spatial::Pose;
@@ -102,4 +102,4 @@ INSTANTIATE_TEST_SUITE_P(Points, Orthoglide, testing::ValuesIn(rows),
                          [](const auto& row) { return fmt::format("Q{}", row.index); });
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::orthoglide_test

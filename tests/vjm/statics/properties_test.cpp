@@ -14,15 +14,15 @@
 #include "support/matrix_near.h"
 #include "vjm/random_chain.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::properties_test {
 namespace {
 
+using samples::RandomChains;
 using spatial::Compliance6;
 using spatial::Matrix6;
 using spatial::Pose;
 using spatial::Vector3;
 using spatial::Vector6;
-using testing::RandomChains;
 
 // What the numbers of a model are multiplied by when its units change.
 struct Units {
@@ -231,4 +231,4 @@ TEST_P(Properties, ResultsScaleWithTheUnits) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::properties_test

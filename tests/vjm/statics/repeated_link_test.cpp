@@ -10,7 +10,7 @@
 
 #include "vjm/robot_text.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::repeated_link_test {
 namespace {
 
 using spatial::Vector3;
@@ -120,4 +120,4 @@ TEST(RepeatedLink, EffectsActOnOneUse) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::repeated_link_test

@@ -11,15 +11,15 @@
 #include "support/matrix_near.h"
 #include "vjm/random_chain.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::routes_test {
 namespace {
 
+using samples::RandomChains;
 using spatial::Matrix6;
 using spatial::Pose;
 using spatial::Vector3;
 using spatial::Vector6;
 using test::matrix_near_relative;
-using testing::RandomChains;
 
 struct Case {
   Chain chain;
@@ -224,4 +224,4 @@ TEST(PublishedFormulas, LoadedSerialFormulaIsTheTangentOfTheEquilibrium) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::routes_test

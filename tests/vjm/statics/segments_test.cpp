@@ -11,7 +11,7 @@
 #include "kinetostat/vjm/continuation/path.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::segments_test {
 namespace {
 
 TEST(SegmentStudy, ExtrapolatesASquareLawExactly) {
@@ -71,4 +71,4 @@ TEST(SegmentStudy, OfAColumnConvergesToEulerWithOrderTwo) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::segments_test

@@ -10,7 +10,7 @@
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/stiffness.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::spring_shares_test {
 namespace {
 
 using spatial::Vector3;
@@ -55,4 +55,4 @@ TEST(SpringShares, AreTheDerivativesOfTheCompliance) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::spring_shares_test

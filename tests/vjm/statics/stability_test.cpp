@@ -12,7 +12,7 @@
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/equilibrium.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::stability_test {
 namespace {
 
 using spatial::Compliance6;
@@ -155,4 +155,4 @@ TEST(Stability, ASoftHingeBesideAStiffDriveBucklesAtKOverL) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::stability_test

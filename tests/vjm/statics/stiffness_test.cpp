@@ -12,7 +12,7 @@
 
 #include "vjm/random_chain.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::stiffness_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -80,7 +80,7 @@ TEST(UnloadedStiffness, AnUprightParallelogramWithMassesSwingsFreely) {
 }
 
 TEST(UnloadedStiffness, EqualsTheBlockInverseOnRandomChains) {
-  testing::RandomChains random(11);
+  samples::RandomChains random(11);
   ChainKinematics kinematics;
   for (int trial = 0; trial < 100; ++trial) {
     const Chain chain = random.chain(trial % 5);
@@ -93,7 +93,7 @@ TEST(UnloadedStiffness, EqualsTheBlockInverseOnRandomChains) {
 }
 
 TEST(UnloadedStiffness, RedundantPassiveJointsChangeNothing) {
-  testing::RandomChains random(12);
+  samples::RandomChains random(12);
   const spatial::Compliance6 compliance = random.compliance();
   const auto build = [&](int copies) {
     ChainBuilder chain("c");
@@ -116,7 +116,7 @@ TEST(UnloadedStiffness, RedundantPassiveJointsChangeNothing) {
 
 TEST(UnloadedStiffness, SpringsOfASerialArmAddInCompliance) {
   // MMT11 Table 1: K_c = (sum J_i K_i^-1 J_i')^-1.
-  testing::RandomChains random(13);
+  samples::RandomChains random(13);
   const Chain chain = random.chain(0);
   const VectorXd x = random.state(chain, 1.0);
   ChainKinematics kinematics;
@@ -235,7 +235,7 @@ TEST(UnloadedStiffness, PlanarParallelRobotWithElasticActuatorsIsGosselins) {
 }
 
 TEST(UnloadedStiffness, DoesNotDependOnWhereTheBaseFrameIs) {
-  testing::RandomChains random(14);
+  samples::RandomChains random(14);
   const spatial::Compliance6 compliance = random.compliance();
   const auto build = [&](const Pose& base) {
     ChainBuilder chain("c", base);
@@ -258,4 +258,4 @@ TEST(UnloadedStiffness, DoesNotDependOnWhereTheBaseFrameIs) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::stiffness_test

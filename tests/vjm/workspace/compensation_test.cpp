@@ -8,7 +8,7 @@
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::compensation_test {
 namespace {
 
 using spatial::Pose;
@@ -90,4 +90,4 @@ TEST(Compensation, UnreachableTargetsAndLoadsEndWithTheReason) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::compensation_test

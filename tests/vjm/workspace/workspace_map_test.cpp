@@ -16,7 +16,7 @@
 
 #include "support/temporary_folder.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::workspace_map_test {
 namespace {
 
 using spatial::Pose;
@@ -323,4 +323,4 @@ TEST(WorkspaceMap, RangeLeavesOutWhatIsNotFinite) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::workspace_map_test

@@ -6,7 +6,7 @@
 
 #include "support/random.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::expression_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -106,4 +106,4 @@ TEST(Expression, NestsOnlySoDeep) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::expression_test

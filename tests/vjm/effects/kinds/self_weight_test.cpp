@@ -7,7 +7,7 @@
 
 #include "vjm/robot_text.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::self_weight_test {
 namespace {
 
 using testing::ElementsAre;
@@ -83,4 +83,4 @@ TEST(SelfWeight, OfAFlexibleLinkWithAMassIsThatMassGrown) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::self_weight_test

@@ -9,7 +9,7 @@
 
 #include "vjm/robot_text.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::user_effect_test {
 namespace {
 
 // One spring along z, 1e6 N/m, with further lines.
@@ -158,4 +158,4 @@ TEST(UserEffect, IsRefusedWithTheColumnOfTheMistake) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::user_effect_test
