@@ -33,10 +33,10 @@ const std::filesystem::path& working_folder() {
   return folder.path();
 }
 
-Outcome kinetostat(const std::string& arguments) {
+Outcome kinetostat(const std::string& arguments, const std::filesystem::path& cache) {
   const std::string command =
-      fmt::format("cd '{}' && XDG_CACHE_HOME=$PWD/cache timeout 500 '{}' {} 2>stderr",
-                  working_folder().string(), KINETOSTAT_PROGRAM, arguments);
+      fmt::format("cd '{}' && XDG_CACHE_HOME='{}' timeout 500 '{}' {} 2>stderr",
+                  working_folder().string(), cache.string(), KINETOSTAT_PROGRAM, arguments);
   std::FILE* pipe = popen(command.c_str(), "r");
   std::string out;
   std::array<char, 4096> buffer{};

@@ -15,7 +15,9 @@ struct Outcome {
 /// write there are thrown away when the test program ends.
 const std::filesystem::path& working_folder();
 
-/// `arguments` as they are typed; the working folder is working_folder(). Ends after two minutes.
-Outcome kinetostat(const std::string& arguments);
+/// `arguments` as they are typed; the working folder is working_folder(). Results that the same
+/// program has kept in `cache` are used again; by default those of all tests.
+Outcome kinetostat(const std::string& arguments,
+                   const std::filesystem::path& cache = KINETOSTAT_TEST_CACHE);
 
 }  // namespace kinetostat::test

@@ -13,11 +13,15 @@
 namespace kinetostat::diagnose_resume_test {
 namespace {
 
-using test::kinetostat;
 using test::Outcome;
 using test::working_folder;
 using testing::HasSubstr;
 using testing::Not;
+
+// With a cache of its own, which is empty when a test starts.
+test::Outcome kinetostat(const std::string& arguments) {
+  return test::kinetostat(arguments, working_folder() / "cache");
+}
 
 const std::string command = "diagnose data/measurements/nist_load_cell/campaign.yaml --json d.json";
 

@@ -17,10 +17,14 @@
 namespace kinetostat::identify_cache_test {
 namespace {
 
-using test::kinetostat;
 using test::working_folder;
 using testing::HasSubstr;
 using testing::Not;
+
+// With a cache of its own, which is empty when a test starts.
+test::Outcome kinetostat(const std::string& arguments) {
+  return test::kinetostat(arguments, working_folder() / "cache");
+}
 
 // A copy of the test bar's link file with coarser elements, and a cache of its own.
 class IdentifyCache : public testing::Test {
