@@ -26,6 +26,8 @@ constexpr double forgetting = 0.7;
 constexpr double lost = 1e-7;
 // With which a problem is tried again that has run into such a place.
 constexpr double careful_damping = 1e3;
+// Share of the way from the start to a bound at which an unknown counts as being on it.
+constexpr double on_bound = 1e-9;
 // Beyond this damping a step is too short to change the unknowns in double precision.
 constexpr double largest_damping = 1e18;
 
@@ -139,6 +141,7 @@ class Solver {
     if (result_.status == LeastSquaresStatus::no_start) return result_;
     if (has_lost_an_unknown() && options_.first_damping < careful_damping) try_again(start);
     result_.weights = weights_of(options_.loss, result_.at.residual);
+    settle_on_bounds(start);
     find_hits();
     return result_;
   }
@@ -250,6 +253,16 @@ class Solver {
     problem.lower = (lower_ - result_.x).cwiseMax(-longest_);
     problem.upper = (upper_ - result_.x).cwiseMin(longest_);
     return problem;
+  }
+
+  // An unknown that has come from its start to a billionth of the way of a bound is on it: which
+  // side of the last rounding it ends on must not decide whether it counts as fitted.
+  void settle_on_bounds(const VectorXd& start) {
+    for (Index k = 0; k < start.size(); ++k)
+      for (const double bound : {lower_[k], upper_[k]})
+        if (std::isfinite(bound) &&
+            std::abs(result_.x[k] - bound) <= on_bound * std::abs(start[k] - bound))
+          result_.x[k] = bound;
   }
 
   void find_hits() {

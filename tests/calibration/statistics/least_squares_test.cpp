@@ -31,6 +31,23 @@ struct Random {
   }
 };
 
+// The cost is least at the bound itself, to which the steps come as near as rounding lets them.
+TEST(LeastSquares, AnUnknownThatApproachesItsBoundEndsOnIt) {
+  const ResidualFunction towards_nought = [](const VectorXd& x) {
+    const double stretched = std::expm1(x[0]) + 1e-3 * x[0] * x[0];
+    return Linearisation{VectorXd::Constant(1, stretched),
+                         MatrixXd::Constant(1, 1, std::exp(x[0]) + 2e-3 * x[0])};
+  };
+  for (const double start : {1e-6, 0.3, 1.0, 4.0}) {
+    LeastSquaresOptions options;
+    options.lower = VectorXd::Zero(1);
+    const LeastSquaresResult result =
+        minimise(towards_nought, VectorXd::Constant(1, start), options);
+    EXPECT_EQ(result.x[0], 0) << start;
+    EXPECT_EQ(result.hit[0], BoundHit::lower) << start;
+  }
+}
+
 // The conditions of Karush, Kuhn and Tucker decide, whatever the bounds.
 TEST(LeastSquares, BoundedProblemsMeetTheirOptimalityConditions) {
   for (unsigned seed = 0; seed < 200; ++seed) {
