@@ -1,17 +1,14 @@
 // kinetostat study: from readings to a model that explains them, step by step, and one page.
-#include "kinetostat/report/screen/study.h"
+#include "kinetostat/apps/commands/study.h"
 
 #include <memory>
 #include <optional>
 
 #include <fmt/format.h>
 
-#include "kinetostat/apps/cli/campaign_request.h"
-#include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/cli/fit_cache.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/apps/commands/diagnosis_steps.h"
-#include "kinetostat/apps/commands/study_design.h"
 #include "kinetostat/calibration/campaign/campaign_check.h"
 #include "kinetostat/calibration/campaign/joint_loads.h"
 #include "kinetostat/calibration/comparison/compare.h"
@@ -28,6 +25,7 @@
 #include "kinetostat/report/screen/diagnosis.h"
 #include "kinetostat/report/screen/joint_curve.h"
 #include "kinetostat/report/screen/plan.h"
+#include "kinetostat/report/screen/study.h"
 #include "kinetostat/report/screen/wording.h"
 #include "kinetostat/report/waterfall.h"
 
@@ -121,12 +119,13 @@ class StudyFolder {
 
 class Study {
  public:
-  Study(const StudyRequest& request, Run& run)
-      : request_(request),
+  Study(const CampaignRequest& request, const std::filesystem::path& folder, bool no_cache,
+        Run& run)
+      : no_cache_(no_cache),
         run_(run),
-        robot_(request.campaign.read_robot()),
-        campaign_(request.campaign.read_campaign(robot_, run)),
-        files_(*run.out(), inputs_of(robot_, campaign_), run) {}
+        robot_(request.read_robot()),
+        campaign_(request.read_campaign(robot_, run)),
+        files_(folder, inputs_of(robot_, campaign_), run) {}
 
   io::Json all();
 
@@ -142,7 +141,7 @@ class Study {
   io::Json files() const;
   void write_page(const std::vector<Station>& stations) const;
 
-  const StudyRequest& request_;
+  bool no_cache_;
   Run& run_;
   vjm::Robot robot_;
   Campaign campaign_;
@@ -184,7 +183,7 @@ Step Study::compare() {
 Step Study::diagnose() {
   const calibration::DiagnosisOptions options;
   const calibration::Diagnosis found =
-      resumable_diagnosis(robot_, campaign_, options, request_.no_cache, run_);
+      resumable_diagnosis(robot_, campaign_, options, no_cache_, run_);
   io::Json result{{"command", "diagnose"}};
   result.update(diagnosis_result(robot_, campaign_, options, found));
   result["excluded"] = io::Json::array();
@@ -358,11 +357,16 @@ io::Json study(const StudyRequest& request, Run& run) {
   if (!run.out()) throw UsageError("--out", "the study has no folder", "Give -o DIR");
   if (request.campaign.files.size() == 1 &&
       io::document_kind(request.campaign.files.front()) == io::DocumentKind::robot)
-    return study_design(request.campaign.files.front(), run);
-  return Study(request, run).all();
+    return study_design(request.campaign.files.front(), *run.out(), run);
+  return study_readings(request.campaign, *run.out(), request.no_cache, run);
 }
 
 }  // namespace
+
+io::Json study_readings(const CampaignRequest& campaign, const std::filesystem::path& folder,
+                        bool no_cache, Run& run) {
+  return Study(campaign, folder, no_cache, run).all();
+}
 
 void add_study(Program& program) {
   const auto request = std::make_shared<StudyRequest>();

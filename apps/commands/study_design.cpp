@@ -1,4 +1,4 @@
-#include "kinetostat/apps/commands/study_design.h"
+#include "kinetostat/apps/commands/study.h"
 
 #include <cmath>
 
@@ -27,9 +27,9 @@ constexpr double most_deflection = 0.01;  // to which the critical force is soug
 
 class DesignStudy {
  public:
-  DesignStudy(const std::filesystem::path& file, Run& run)
+  DesignStudy(const std::filesystem::path& file, const std::filesystem::path& folder, Run& run)
       : run_(run),
-        folder_(*run.out()),
+        folder_(folder),
         robot_(vjm::read_robot(file)),
         posture_(at_home(robot_)),
         unloaded_(unloaded_stiffness(robot_.manipulator, posture_)) {
@@ -220,8 +220,9 @@ io::Json DesignStudy::all() {
 
 }  // namespace
 
-io::Json study_design(const std::filesystem::path& file, Run& run) {
-  return DesignStudy(file, run).all();
+io::Json study_design(const std::filesystem::path& file, const std::filesystem::path& folder,
+                      Run& run) {
+  return DesignStudy(file, folder, run).all();
 }
 
 }  // namespace kinetostat::apps

@@ -303,6 +303,7 @@ void take_growth(const Search& search, Growth& growth, Diagnosis& d) {
 void ask_for_kinematics(double share, Diagnosis& d) {
   constexpr double most_of_it = 0.5;
   if (d.verdict != Verdict::unexplained || share < most_of_it) return;
+  d.by_kinematics = share;
   d.missing.push_back(
       fmt::format("a calibration of the kinematics: geometric errors of all joints and links "
                   "together explain {:.0f} % of the misfit; identify them first ('errors' in the "

@@ -25,6 +25,9 @@ struct Diagnosis {
   /// Where nothing was found: the one cause that fitted parameters may stand for.
   std::optional<CommonCause> common_cause;
   std::vector<std::string> missing;    // what readings would have to have, in sentences
+  /// Share of the misfit that geometric errors of all joints and links explain together, where no
+  /// effect alone does; nothing below one half.
+  std::optional<double> by_kinematics;
   std::vector<std::string> set_aside;  // readings that no candidate explains, with reasons
   /// Values that no candidate explains, where they are too many to be set aside.
   std::size_t far_values = 0;

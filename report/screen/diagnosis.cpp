@@ -254,6 +254,11 @@ std::string headline(const vjm::Robot& robot, const calibration::Campaign& campa
     case Verdict::narrowed_down:
       return effects_in_words(robot, campaign, d);
     case Verdict::unexplained: {
+      if (d.by_kinematics)
+        return fmt::format(
+            "Calibrate the kinematics first: geometric errors of all joints and links together "
+            "explain {:.0f} % of the error; no single effect does.",
+            100 * *d.by_kinematics);
       const std::string factor = depends_on(d);
       return fmt::format("Something is missing that the catalogue does not hold{}.",
                          factor.empty() ? "" : ": the error depends on " + factor);
@@ -284,7 +289,8 @@ std::string verdict_in_short(const vjm::Robot& robot, const Diagnosis& d) {
       return text;
     }
     case Verdict::unexplained:
-      return "something outside the catalogue";
+      return d.by_kinematics ? "errors of the geometry: calibrate the kinematics first"
+                             : "something outside the catalogue";
     case Verdict::none_needed:
       return "nothing: no effect is needed";
     default:

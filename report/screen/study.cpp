@@ -88,10 +88,11 @@ Station not_adopted_station(const std::string& why, bool is_needed) {
 
 Station next_station(const vjm::Robot& robot, const calibration::PlanQuestion& question,
                      const calibration::Plan& plan) {
-  return {
-      "next",
-      (question.open.empty() ? "nothing is open; to " : "") + plan_in_short(robot, question, plan),
-      question.open.empty() ? Light::good : Light::open};
+  const std::string lead = !question.open.empty() ? ""
+                           : plan.blocks.empty()  ? "nothing is open; "
+                                                  : "nothing is open; to ";
+  return {"next", lead + plan_in_short(robot, question, plan),
+          question.open.empty() ? Light::good : Light::open};
 }
 
 Station nothing_next_station(const std::string& why) { return {"next", why, Light::open}; }

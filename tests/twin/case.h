@@ -37,6 +37,9 @@ std::vector<Case> suite();
 /// every robot and kind of effect, are held back.
 std::vector<Case> trial_suite();
 
+/// The shipped campaigns of `kinetostat demo` that are simulated.
+std::vector<Case> stories();
+
 /// Writes robot.yaml, campaign.yaml and readings.csv into `folder`, and what is hidden to `truth`,
 /// which the product never sees. Throws std::runtime_error.
 void write_case(const Case& spec, const std::filesystem::path& folder,

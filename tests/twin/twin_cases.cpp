@@ -27,7 +27,7 @@ constexpr const char* usage =
     "stiffnesses\n";
 
 twin::Case case_named(const std::string& name) {
-  for (const std::vector<twin::Case>& cases : {twin::suite(), twin::trial_suite()})
+  for (const std::vector<twin::Case>& cases : {twin::suite(), twin::trial_suite(), twin::stories()})
     for (const twin::Case& c : cases)
       if (c.name == name) return c;
   throw std::runtime_error("no case " + name);

@@ -1,4 +1,5 @@
 // The program as its users meet it: arguments and files in, exit code and text out.
+#include <algorithm>
 #include <fstream>
 #include <regex>
 #include <sstream>
@@ -79,17 +80,45 @@ TEST(ProgramRun, MeshCheckReportsAnOpenSurfaceAndRefusesIt) {
   EXPECT_THAT(io::read_text(working_folder() / "open.json"), HasSubstr("\"sound\": false"));
 }
 
-TEST(ProgramRun, DemoGoesTheWholeWay) {
-  const Outcome outcome = kinetostat("demo --folder demo");
+// From readings to a model that agrees, with what is hidden there named and sized, on one screen.
+TEST(ProgramRun, DemoEndsInANameAndAModelThatAgrees) {
+  const Outcome outcome = kinetostat("demo -o demo --json demo.json");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_THAT(outcome.out, HasSubstr("lack-of-fit F = 214.7"));
-  EXPECT_THAT(outcome.out, HasSubstr("The linear spring FAILS"));
-  EXPECT_THAT(outcome.out, HasSubstr("better.yaml: clearance at joint x.rho"));
-  // The shipped link files are what identification gives.
-  for (const char* link : {"foot", "bar"}) {
-    const std::string name = std::string("links/") + link + ".link.json";
-    const auto made = io::read_compliance(working_folder() / "demo" / name).matrix();
-    const auto shipped = io::read_compliance(working_folder() / "data" / name).matrix();
+  EXPECT_TRUE(outcome.out.starts_with("Backlash at joint q3")) << outcome.out;
+  EXPECT_THAT(outcome.out, HasSubstr("the base"));
+  EXPECT_LE(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 25);
+  const io::Json study = io::read_json(working_folder() / "demo.json")["studies"][0]["study"];
+  EXPECT_EQ(study["verdict"], "identified");
+  EXPECT_LT(study["error_as_written"], 1.1);
+  EXPECT_GT(study["waterfall"][0]["whitened"], 5);
+  const io::Json found = io::read_json(working_folder() / "demo/arm/diagnosis.json")["found"];
+  ASSERT_EQ(found.size(), 2u);
+  const auto expect_near = [](const io::Json& effect, std::size_t k, double truth) {
+    const double value = effect["values"][k], deviation = effect["deviations"][k];
+    EXPECT_NEAR(value, truth, 3 * deviation) << effect["effect"];
+  };
+  expect_near(found[0], 0, 5.7e-5);
+  expect_near(found[1], 1, 9.0e-8);
+}
+
+TEST(ProgramRun, EveryStoryHasItsFiles) {
+  const Outcome outcome = kinetostat("demo --list --json list.json");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  for (const io::Json& story : io::read_json(working_folder() / "list.json")["stories"]) {
+    EXPECT_THAT(outcome.out, HasSubstr(story["about"].get<std::string>()));
+    for (const std::string file : story["files"]) {
+      const bool is_robot = file.find("robots/") != std::string::npos;
+      EXPECT_EQ(kinetostat((is_robot ? "stiffness " : "measure check ") + file).code, 0) << file;
+    }
+  }
+}
+
+TEST(ProgramRun, ShippedLinksAreWhatTheirMeshesGive) {
+  for (const std::string link : {"foot", "bar"}) {
+    const std::string name = link + ".link.json";
+    ASSERT_EQ(kinetostat("identify meshes/" + link + ".yaml -o " + name).code, 0);
+    const auto made = io::read_compliance(working_folder() / name).matrix();
+    const auto shipped = io::read_compliance(working_folder() / "data/links" / name).matrix();
     EXPECT_LT((made - shipped).norm(), 1e-6 * shipped.norm()) << link;
   }
 }
@@ -235,6 +264,7 @@ INSTANTIATE_TEST_SUITE_P(
             "simulate " + orthoglide + " --plan data/measurements/plans/orthoglide.csv --seed -1",
             2,
             {"--seed", "-1"}},
+        Mistake{"unknown_story", "demo ur1", 2, {"no story 'ur1'", "Did you mean 'ur10'?"}},
         Mistake{"no_threads", "stiffness " + orthoglide + " --threads 0", 2, {"--threads"}}),
     [](const auto& test) { return test.param.name; });
 
