@@ -1,9 +1,8 @@
-#include "kinetostat/apps/commands/study.h"
-
 #include <cmath>
 
 #include <fmt/format.h>
 
+#include "kinetostat/apps/commands/study.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/manipulators/manipulator.h"
@@ -15,6 +14,7 @@
 #include "kinetostat/report/screen/wording.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/assembly.h"
+#include "kinetostat/vjm/workspace/neighbourhood.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -22,7 +22,7 @@ namespace {
 using report::Light;
 using report::Station;
 
-constexpr double cube = 0.1;              // half the edge of the poses about home, over the reach
+constexpr double cube = 0.1;              // how far poses about home go, over the reach
 constexpr double most_deflection = 0.01;  // to which the critical force is sought, over the reach
 
 class DesignStudy {
@@ -99,17 +99,10 @@ Station DesignStudy::yields_station() const {
   return {"yields", "along that direction " + report::listed(words, "and"), Light::good};
 }
 
-// Poses about home, turned as it is.
 Station DesignStudy::workspace_station() {
-  vjm::PoseList list;
-  list.shape = {3, 3, 3, 1, 1, 1};
   const double edge = cube * unloaded_.length;
-  for (int i = -1; i <= 1; ++i)
-    for (int j = -1; j <= 1; ++j)
-      for (int k = -1; k <= 1; ++k) {
-        const spatial::Vector3 shift = edge * spatial::Vector3(i, j, k);
-        list.poses.push_back({.platform = spatial::Pose::translation(shift) * posture_.platform});
-      }
+  const vjm::Neighbourhood about = vjm::neighbourhood(robot_.manipulator, posture_, edge);
+  const vjm::PoseList& list = about.list;
   const std::vector<report::NamedIndex> indices = {
       {"weakest-translation",
        {.kind = vjm::MapIndex::Kind::weakest_translation},
@@ -124,13 +117,22 @@ Station DesignStudy::workspace_station() {
   const vjm::MapRange range = vjm::range_of(points, 0);
   const double length = spatial::parse_unit(robot_.units.length).factor;
   if (range.count == 0) return {"workspace", "no pose about home can be reached", Light::open};
-  return {"workspace",
-          fmt::format("softest {} to {} {} at {} of {} poses within {} {} of home",
-                      report::figure(range.smallest / stiffness_factor(), 3),
-                      report::figure(range.largest / stiffness_factor(), 3), stiffness_unit(),
-                      range.count, list.poses.size(), report::figure(edge / length, 3),
-                      robot_.units.length),
-          range.count == list.poses.size() ? Light::good : Light::open};
+  const std::string where =
+      fmt::format("{} {}", report::figure(edge / length, 3), robot_.units.length);
+  std::vector<std::string> joints;
+  for (const std::string& joint : about.joints)
+    joints.push_back(report::short_name(robot_.manipulator, joint));
+  return {
+      "workspace",
+      fmt::format("softest {} to {} {} at {} of {} {}",
+                  report::figure(range.smallest / stiffness_factor(), 3),
+                  report::figure(range.largest / stiffness_factor(), 3), stiffness_unit(),
+                  range.count, list.poses.size(),
+                  joints.empty() ? fmt::format("poses within {} of home", where)
+                                 : fmt::format("postures about home, {} moved by up to {} at the "
+                                               "platform",
+                                               report::listed(joints), where)),
+      range.count == list.poses.size() ? Light::good : Light::open};
 }
 
 Station DesignStudy::critical_station() {
@@ -193,8 +195,9 @@ void DesignStudy::write_page(const std::string& headline, const io::Json& study)
 }
 
 io::Json DesignStudy::all() {
-  std::vector<Station> stations{stiffness_station(), yields_station()};
+  std::vector<Station> stations{stiffness_station()};
   if (unloaded_.compliance) {
+    stations.push_back(yields_station());
     stations.push_back(workspace_station());
     stations.push_back(critical_station());
   }

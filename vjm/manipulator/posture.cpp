@@ -19,6 +19,9 @@ using Eigen::VectorXd;
 using spatial::Pose;
 using spatial::Vector6;
 
+// Error of closed loops that counts as none, over the reach.
+constexpr double closed = 1e-11;
+
 // A system of equations error(z) = 0 with its Jacobian, z in comparable units.
 struct Residual {
   VectorXd error;
@@ -112,13 +115,17 @@ class ChainPostureSolver {
     evaluate(chain_, x, kinematics_);
     return scaled_difference(kinematics_.end, target_, length_);
   }
-  // Rounding of the pose itself bounds what can be reached.
-  double accepted() const {
-    return std::max(options_.tolerance, 1e-13 * (length_ + target_.position().norm()));
-  }
+  // A pose that closed loops have led to is accurate to this; what is over-constrained reaches it
+  // no better.
+  double accepted() const { return std::max(sought(), closed * length_); }
   double length() const { return length_; }
 
  private:
+  // Rounding of the pose itself bounds what can be reached.
+  double sought() const {
+    return std::max(options_.tolerance, 1e-13 * (length_ + target_.position().norm()));
+  }
+
   VectorXd solve_from(const VectorXd& start) {
     const auto& free = chain_.posture_coordinates();
     const auto n = static_cast<Index>(free.size());
@@ -142,7 +149,7 @@ class ChainPostureSolver {
                 -kinematics_.jacobian.col(free[static_cast<std::size_t>(k)]) / unit[k];
           residual.jacobian.bottomRows<3>() *= length_;
         },
-        0.1 * accepted(), options_.max_iterations);
+        0.1 * sought(), options_.max_iterations);
     set(z);
     return x;
   }
@@ -208,7 +215,7 @@ class LoopCloser {
     VectorXd z = VectorXd::Zero(6 * moving_bodies() + n);
     for (Index k = 0; k < n; ++k) z[6 * moving_bodies() + k] = value(k);
     // In a singular posture the last digits come slowly.
-    const double accepted = std::max(options_.tolerance, 1e-11 * length_);
+    const double accepted = std::max(options_.tolerance, closed * length_);
     const auto evaluate_loops = [&](const VectorXd& values, Residual& residual) {
       set(values, origin);
       fill(residual);
