@@ -7,6 +7,7 @@
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/cli/robot_request.h"
 #include "kinetostat/apps/commands/commands.h"
+#include "kinetostat/apps/commands/link_models.h"
 #include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/manipulators/segment_check.h"
 #include "kinetostat/report/manipulators/skeleton.h"
@@ -20,7 +21,28 @@ struct Request {
   PostureRequest posture;
   LoadRequest load;
   std::string method = "newton";
+  std::vector<std::string> links;
 };
+
+// How far the platform goes, or under --move the force that holds it there.
+void compare_links(const Request& request, const vjm::Robot& robot, io::Json& json, Run& run) {
+  const bool is_held = !request.load.move.empty();
+  const ScratchFolder folder;
+  const LinkModels models(request.posture.robot_file, request.links, folder.path(), run);
+  const auto rows = models.compare([&](const vjm::Robot& other) {
+    const vjm::Posture posture = request.posture.posture(other);
+    const vjm::Equilibrium found = request.load.solve(other, posture);
+    if (found.status != vjm::EquilibriumStatus::converged)
+      throw common::NoConvergence(found.reason);
+    return is_held ? found.wrench.force.norm()
+                   : (found.platform.position() - posture.platform.position()).norm();
+  });
+  const std::string unit = is_held ? robot.units.force : robot.units.length;
+  const report::LinkModelFigure figure{is_held ? "holding force" : "displacement", unit,
+                                       spatial::parse_unit(unit).factor};
+  run.print("\n" + report::text(figure, rows));
+  json["link_models"] = report::to_json(figure, rows);
+}
 
 // The papers' iteration; its state, how it came there, and why it stopped.
 io::Json by_fixed_point(const Request& request, const vjm::Robot& robot,
@@ -74,6 +96,7 @@ io::Json deflect(const Request& request, Run& run) {
   json["headline"] = report::headline(robot, equilibrium);
   json["equilibrium"] = report::to_json(robot, equilibrium);
   report::add_to(json, segments);
+  if (!request.links.empty()) compare_links(request, robot, json, run);
   return json;
 }
 
@@ -88,6 +111,7 @@ void add_deflect(Program& program) {
       [request](Run& run) { return deflect(*request, run); });
   request->posture.add_options(app);
   request->load.add_options(app);
+  add_links_option(app, request->links);
   app.add_option("--method", request->method,
                  "newton, or fixed-point: the papers' iteration (MMT11 eq. 10-11), for comparison")
       .one_of({"newton", "fixed-point"});

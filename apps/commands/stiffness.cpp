@@ -6,6 +6,7 @@
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/cli/robot_request.h"
 #include "kinetostat/apps/commands/commands.h"
+#include "kinetostat/apps/commands/link_models.h"
 #include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/manipulators/segment_check.h"
 #include "kinetostat/report/manipulators/skeleton.h"
@@ -17,7 +18,25 @@ namespace {
 struct Request {
   PostureRequest posture;
   LoadRequest load;
+  std::vector<std::string> links;
 };
+
+// Along the direction in which the robot of the file is softest.
+void compare_links(const Request& request, const vjm::Robot& robot,
+                   const vjm::UnloadedStiffness& unloaded, io::Json& json, Run& run) {
+  if (!unloaded.compliance)
+    throw UsageError("--links", "some motion of the platform meets no resistance",
+                     "Compare the links under a load: kinetostat deflect");
+  const spatial::Vector3 direction = report::softest_direction(*unloaded.compliance).direction;
+  const ScratchFolder folder;
+  const LinkModels models(request.posture.robot_file, request.links, folder.path(), run);
+  const auto rows = models.compare([&](const vjm::Robot& other) {
+    return stiffness_along(other, request.posture.posture(other), direction);
+  });
+  const report::LinkModelFigure figure = report::stiffness_figure(robot.units);
+  run.print("\n" + report::text(figure, rows));
+  json["link_models"] = report::to_json(figure, rows);
+}
 
 io::Json stiffness(const Request& request, Run& run) {
   const vjm::Robot robot = request.posture.read();
@@ -35,6 +54,7 @@ io::Json stiffness(const Request& request, Run& run) {
   json["yields"] = report::to_json(robot, shares);
   json["unloaded"] = report::to_json(robot, unloaded);
   run.draw(report::picture(robot.manipulator, posture));
+  if (!request.links.empty()) compare_links(request, robot, unloaded, json, run);
   if (!request.load.given() && robot.manipulator.is_relaxed_when_unloaded()) return json;
 
   vjm::Equilibrium loaded = request.load.solve(robot, posture);
@@ -59,6 +79,7 @@ void add_stiffness(Program& program) {
       [request](Run& run) { return stiffness(*request, run); });
   request->posture.add_options(app);
   request->load.add_options(app);
+  add_links_option(app, request->links);
 }
 
 }  // namespace kinetostat::apps

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/apps/commands/link_models.h"
 #include "kinetostat/apps/commands/study.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/text_file.h"
@@ -61,6 +62,7 @@ class DesignStudy {
   Station workspace_station();
   Station critical_station();
   Station assembly_station() const;
+  Station links_station();
   std::vector<vjm::Manipulator> finer() const;
   void write_page(const std::string& headline, const io::Json& study) const;
 
@@ -71,7 +73,8 @@ class DesignStudy {
   vjm::UnloadedStiffness unloaded_;
   report::SoftestDirection softest_{.direction = spatial::Vector3::UnitZ()};
   std::vector<vjm::SpringShare> shares_;
-  io::Json map_, map_picture_;
+  io::Json map_, map_picture_, link_models_;
+  std::string links_text_;
 };
 
 std::vector<vjm::Manipulator> DesignStudy::finer() const {
@@ -164,6 +167,18 @@ Station DesignStudy::assembly_station() const {
           Light::open};
 }
 
+// The links from their meshes, as beams and by finite elements.
+Station DesignStudy::links_station() {
+  const LinkModels models(robot_.file, {"beam", "fea"}, folder_ / "links", run_);
+  const auto rows = models.compare([&](const vjm::Robot& robot) {
+    return stiffness_along(robot, at_home(robot), softest_.direction);
+  });
+  const report::LinkModelFigure figure = report::stiffness_figure(robot_.units);
+  link_models_ = report::to_json(figure, rows);
+  links_text_ = "\n" + report::text(figure, rows);
+  return {"links", report::in_short(rows), Light::good};
+}
+
 void DesignStudy::write_page(const std::string& headline, const io::Json& study) const {
   if (!report::has_pages()) return;
   io::Json stiffness = report::inputs_and_posture(robot_, posture_);
@@ -202,6 +217,7 @@ io::Json DesignStudy::all() {
     stations.push_back(critical_station());
   }
   stations.push_back(assembly_station());
+  if (unloaded_.compliance && LinkModels::are_in(robot_.file)) stations.push_back(links_station());
   const std::string headline = report::headline(robot_, unloaded_, shares_);
   io::Json list = io::Json::array();
   for (const Station& station : stations) list.push_back(report::to_json(station));
@@ -210,6 +226,7 @@ io::Json DesignStudy::all() {
                 {"design", robot_.name},
                 {"stations", list},
                 {"yields", report::to_json(robot_, shares_)}};
+  if (!link_models_.is_null()) json["link_models"] = link_models_;
   if (map_.is_object()) io::write_json(folder_ / "map.json", map_);
   io::write_json(folder_ / "study.json", json);
   io::Json study{{"command", "study"}};
@@ -217,7 +234,7 @@ io::Json DesignStudy::all() {
   write_page(headline, study);
   run_.print(report::wrapped(headline) + "\n" + report::text(stations));
   if (report::has_pages()) run_.print(fmt::format("page: {}\n", (folder_ / "index.html").string()));
-  run_.print_more("\n" + report::first_screen(robot_, posture_, unloaded_, shares_));
+  run_.print_more("\n" + report::first_screen(robot_, posture_, unloaded_, shares_) + links_text_);
   return json;
 }
 

@@ -22,6 +22,7 @@ const places = {
   missing: "study-missing",
   adopted: "study-files",
   next: "study-next",
+  links: "study-links",
 };
 
 function stations(list) {
@@ -103,6 +104,32 @@ const restOf = (rest) =>
     ...rest,
   );
 
+/** The robot with its links by several models; the last is what the others are compared to. */
+function linkTable(models) {
+  if (!models) return null;
+  const percent = (share) => `${share < 0 ? "" : "+"}${number(100 * share, 3)} %`;
+  const last = models.rows.at(-1);
+  const others = (row, text) => (row === last ? "" : text(row));
+  const links = Object.keys(models.rows[0].by_link);
+  const node = table(
+    [
+      "links",
+      `${models.figure} [${models.unit}]`,
+      `against ${last.model}`,
+      ...links.map((link) => `${link} alone`),
+    ],
+    models.rows.map((row) => [
+      row.model,
+      number(row.value / models.factor, 4),
+      others(row, () => percent(row.difference)),
+      ...links.map((link) => others(row, () => percent(row.by_link[link]))),
+    ]),
+    "The robot with its links as beams and by finite elements",
+  );
+  node.id = "study-links";
+  return node;
+}
+
 /** Of a robot without readings. */
 function designSection(entry, rest) {
   const { result } = entry;
@@ -116,10 +143,15 @@ function designSection(entry, rest) {
       "div",
       { class: "charts" },
       ...(robot ? [robot] : []),
-      table(
-        ["spring", "share"],
-        result.yields.map((s) => [s.spring, `${number(100 * s.share)} %`]),
-        "What yields along the softest direction",
+      element(
+        "div",
+        {},
+        table(
+          ["spring", "share"],
+          result.yields.map((s) => [s.spring, `${number(100 * s.share)} %`]),
+          "What yields along the softest direction",
+        ),
+        linkTable(result.link_models) ?? "",
       ),
     ),
     restOf(rest),

@@ -153,7 +153,8 @@ Compliance6 divided_by_copies(const Compliance6& compliance, const YamlNode& nod
 }
 
 LinkModel read_identified(const YamlNode& node, const YamlNode& value, const UnitSystem& units) {
-  node.allow_only({"compliance", "start", "end_axes", "copies"});
+  node.allow_only({"compliance", "link_file", "start", "end_axes", "copies"});
+  if (const auto source = node.find("link_file")) (void)source->existing_file();
   const std::filesystem::path file = value.existing_file();
   const io::IdentifiedLink identified = io::read_identified_link(file);
   Pose start;
