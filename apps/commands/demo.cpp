@@ -1,4 +1,4 @@
-// kinetostat demo: stories told by studies of shipped robots and readings.
+// kinetostat demo: stories, each a study of shipped robots and readings.
 #include <iterator>
 #include <memory>
 #include <vector>

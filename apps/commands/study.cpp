@@ -196,7 +196,8 @@ Step Study::diagnose() {
                                  run_.progress());
   io::Json picture = diagnosis_picture(robot_, campaign_, comparison(), after ? &*after : nullptr);
   picture["robot"] = report::bent_robot_picture(robot_, campaign_, found);
-  if (after)
+  // Where nothing is established, no joint is to be looked at.
+  if (after && found.verdict != calibration::Verdict::unexplained)
     picture["joint_curve"] = report::joint_curve_picture(robot_, campaign_, found, comparison(),
                                                          *after, run_.threads(), run_.progress());
   return {.result = std::move(result),

@@ -45,12 +45,6 @@ function textSection({ result, text }) {
   );
 }
 
-/** The demo's result holds a comparison; its links and its diagnosis are results of their own. */
-function parts(entry) {
-  const { command, comparison } = entry.result;
-  return command === "demo" && comparison ? [{ ...entry, result: comparison }] : [entry];
-}
-
 /** What is about campaigns first, then the rest as it came. */
 function sections(given) {
   const study = given.find(isStudy);
@@ -58,8 +52,7 @@ function sections(given) {
     const rest = sections(given.filter((entry) => entry !== study && !isStudy(entry)));
     return [guarded((entry) => studySection(entry, rest), study)];
   }
-  const entries = given.flatMap(parts);
-  const others = entries
+  const others = given
     .filter((entry) => !isMeasurement(entry))
     .flatMap((entry) => {
       const known = kinds.filter(([is]) => is(entry));
@@ -67,7 +60,7 @@ function sections(given) {
     });
   const diagnosedFirst = (a, b) => Boolean(b.diagnosis) - Boolean(a.diagnosis);
   return [
-    ...campaigns(entries).sort(diagnosedFirst).map((one) =>
+    ...campaigns(given).sort(diagnosedFirst).map((one) =>
       guarded(one.studio ? studioSection : measurementSection, one),
     ),
     ...others,
