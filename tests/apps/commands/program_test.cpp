@@ -80,6 +80,22 @@ TEST(ProgramRun, MeshCheckReportsAnOpenSurfaceAndRefusesIt) {
   EXPECT_THAT(io::read_text(working_folder() / "open.json"), HasSubstr("\"sound\": false"));
 }
 
+// Words alone: figures may change in their last digits.
+std::string without_digits(const std::string& text) {
+  return std::regex_replace(text, std::regex("[0-9.]+"), "#");
+}
+
+// The lines below "$ kinetostat demo" in the README, without their indent.
+std::vector<std::string> quoted_in_readme() {
+  std::istringstream text(io::read_text(std::string(KINETOSTAT_SOURCE_DIR) + "/README.md"));
+  std::vector<std::string> lines;
+  std::string line;
+  while (std::getline(text, line) && line != "    $ kinetostat demo") continue;
+  while (std::getline(text, line) && (line.empty() || line.starts_with("    ")))
+    if (!line.empty()) lines.push_back(line.substr(4));
+  return lines;
+}
+
 // From readings to a model that agrees, with what is hidden there named and sized, on one screen.
 TEST(ProgramRun, DemoEndsInANameAndAModelThatAgrees) {
   const Outcome outcome = kinetostat("demo -o demo --json demo.json");
@@ -99,6 +115,10 @@ TEST(ProgramRun, DemoEndsInANameAndAModelThatAgrees) {
   };
   expect_near(found[0], 0, 5.7e-5);
   expect_near(found[1], 1, 9.0e-8);
+  const std::vector<std::string> quoted = quoted_in_readme();
+  EXPECT_GE(quoted.size(), 10u);
+  for (const std::string& line : quoted)
+    EXPECT_THAT(without_digits(outcome.out), HasSubstr(without_digits(line)));
 }
 
 TEST(ProgramRun, EveryStoryHasItsFiles) {
