@@ -8,7 +8,7 @@
 
 #include "apps/run_program.h"
 
-namespace kinetostat {
+namespace kinetostat::link_models_test {
 namespace {
 
 using test::kinetostat;
@@ -116,4 +116,4 @@ TEST(LinkModels, NeedLinksThatNameTheirMesh) {
 }
 
 }  // namespace
-}  // namespace kinetostat
+}  // namespace kinetostat::link_models_test

@@ -7,7 +7,7 @@
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::neighbourhood_test {
 namespace {
 
 const std::filesystem::path data = std::filesystem::path(KINETOSTAT_SOURCE_DIR) / "data";
@@ -64,4 +64,4 @@ TEST(Neighbourhood, IsReachedByEveryShippedRobotThatStandsAtHome) {
 }
 
 }  // namespace
-}  // namespace kinetostat::vjm
+}  // namespace kinetostat::vjm::neighbourhood_test
