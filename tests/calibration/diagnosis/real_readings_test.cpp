@@ -71,6 +71,8 @@ TEST(Ur10, IsToBeCalibratedInItsKinematicsFirst) {
   const Diagnosis d = diagnose(robot, campaign, {.kinds = {}, .draws = 199}, 2, silent);
   EXPECT_EQ(d.verdict, Verdict::unexplained);
   EXPECT_THAT(d.missing, testing::Contains(testing::HasSubstr("calibration of the kinematics")));
+  ASSERT_TRUE(d.by_kinematics.has_value());
+  EXPECT_GT(*d.by_kinematics, 0.5);
 }
 
 // Nor is everything that is unexplained in poses a matter of kinematics.
@@ -83,6 +85,7 @@ TEST(ShippedCampaign, OutsideTheCatalogueIsNoMatterOfKinematics) {
                                {.kinds = {}, .draws = 199}, 2, silent);
   EXPECT_EQ(d.verdict, Verdict::unexplained);
   EXPECT_THAT(d.missing, testing::Each(testing::Not(testing::HasSubstr("kinematics"))));
+  EXPECT_FALSE(d.by_kinematics.has_value());
 }
 
 }  // namespace
