@@ -20,12 +20,8 @@ using io::numbers;
 // Below this weight a reading is named as one that hardly counted.
 constexpr double low_weight = 0.5;
 
-std::string component_name(Eigen::Index component) {
-  return calibration::component_names[static_cast<std::size_t>(component)];
-}
-
-std::string shown(const Campaign& campaign, Eigen::Index component, double si, int digits) {
-  return number(si / spatial::parse_unit(unit_of(campaign, component)).factor, digits);
+std::string shown(const std::string& unit, double si, int digits) {
+  return number(si / spatial::parse_unit(unit).factor, digits);
 }
 
 std::string hit_text(BoundHit hit) { return hit == BoundHit::lower ? "lower" : "upper"; }
@@ -73,10 +69,10 @@ std::string zeros_text(const Campaign& campaign, const BaseFit& fit) {
   if (fit.zeros.empty()) return {};
   Table table({"zero offset of", "session", "value", "+-", "unit"});
   for (const calibration::Zero& zero : fit.zeros)
-    table.add_row({component_name(zero.component), campaign.sessions[zero.session],
-                   shown(campaign, zero.component, zero.value, 6),
-                   shown(campaign, zero.component, zero.standard_error, 2),
-                   unit_of(campaign, zero.component)});
+    table.add_row({campaign.component(zero.component).name, campaign.sessions[zero.session],
+                   shown(campaign.unit_of(zero.component), zero.value, 6),
+                   shown(campaign.unit_of(zero.component), zero.standard_error, 2),
+                   campaign.unit_of(zero.component)});
   return "\n" + table.text();
 }
 
@@ -85,15 +81,17 @@ std::string frames_text(const Campaign& campaign, const BaseFit& fit) {
   Table table({"frame of session", "", "value", "+-", "unit"});
   bool any_undetermined = false;
   for (const calibration::FrameEstimate& frame : fit.frames)
-    for (Eigen::Index k = 0; k < 6; ++k)
+    for (Eigen::Index k = 0; k < 6; ++k) {
+      const bool turns = calibration::is_rotation(k);
+      const std::string& unit = turns ? campaign.units.angle : campaign.units.length;
       if (std::isnan(frame.standard_error[k]))
         any_undetermined |= !std::isnan(frame.value[k]);
       else
-        table.add_row(
-            {campaign.sessions[frame.session],
-             (calibration::is_rotation(k) ? "turn about " : "") + component_name(k).substr(1),
-             shown(campaign, k, frame.value[k], 6), shown(campaign, k, frame.standard_error[k], 2),
-             unit_of(campaign, k)});
+        table.add_row({campaign.sessions[frame.session],
+                       (turns ? "turn about " : "") + std::string(1, "xyz"[k % 3]),
+                       shown(unit, frame.value[k], 6), shown(unit, frame.standard_error[k], 2),
+                       unit});
+    }
   std::string text = "\n" + table.text();
   if (campaign.displacement == calibration::DisplacementKind::difference)
     text += "  In differences the position of a frame cancels: it is not observable.\n";
@@ -135,11 +133,11 @@ std::string loss_text(const Campaign& campaign, const BaseFit& fit) {
 }
 
 Json to_json(const Campaign& campaign, const calibration::Zero& zero) {
-  return {{"component", component_name(zero.component)},
+  return {{"component", campaign.component(zero.component).name},
           {"session", campaign.sessions[zero.session]},
           {"value", zero.value},
           {"standard_error", zero.standard_error},
-          {"unit", calibration::is_rotation(zero.component) ? "rad" : "m"}};
+          {"unit", spatial::to_string(campaign.component(zero.component).dimension)}};
 }
 
 Json to_json(const Campaign& campaign, const calibration::FrameEstimate& frame) {

@@ -38,16 +38,16 @@ std::vector<Named> models(const Comparison& comparison) {
   return result;
 }
 
-std::string name_of(Eigen::Index component) {
-  return calibration::component_names[static_cast<std::size_t>(component)];
+const std::string& name_of(const Campaign& campaign, Eigen::Index component) {
+  return campaign.component(component).name;
 }
 
 double in_units(const Campaign& campaign, Eigen::Index component, double si) {
-  return si / spatial::parse_unit(unit_of(campaign, component)).factor;
+  return si / spatial::parse_unit(campaign.unit_of(component)).factor;
 }
 
 std::string quantity(const Campaign& campaign, Eigen::Index component, double si) {
-  return number(in_units(campaign, component, si), 4) + " " + unit_of(campaign, component);
+  return number(in_units(campaign, component, si), 4) + " " + campaign.unit_of(component);
 }
 
 std::string probability(double p) {
@@ -113,9 +113,9 @@ std::string axis_sentence(const Campaign& campaign, const std::string& model,
   return fmt::format(
       "{} leaves {} % of its squared error in {}: rms {}, largest {} at reading "
       "'{}', bias {}.",
-      model, number(100 * s.share, 3), name_of(s.component), quantity(campaign, s.component, s.rms),
-      quantity(campaign, s.component, s.max), campaign.readings[s.worst_reading].id,
-      quantity(campaign, s.component, shown_bias(s)));
+      model, number(100 * s.share, 3), name_of(campaign, s.component),
+      quantity(campaign, s.component, s.rms), quantity(campaign, s.component, s.max),
+      campaign.readings[s.worst_reading].id, quantity(campaign, s.component, shown_bias(s)));
 }
 
 void add_axes(const Campaign& campaign, const Named& model, std::vector<Finding>& findings) {
@@ -136,7 +136,8 @@ std::string test_text(const calibration::PatternTest& test) {
                      probability(test.holm_p_value));
 }
 
-std::string pattern_sentence(const std::string& model, const calibration::Pattern& pattern) {
+std::string pattern_sentence(const Campaign& campaign, const std::string& model,
+                             const calibration::Pattern& pattern) {
   const bool by_bias =
       pattern.bias && (!pattern.size || pattern.bias->holm_p_value <= pattern.size->holm_p_value);
   const auto worst = std::max_element(
@@ -150,7 +151,7 @@ std::string pattern_sentence(const std::string& model, const calibration::Patter
       number(100 * worst->share_of_values, 3));
   if (worst->component)
     text += fmt::format(", {} % of it in {}", number(100 * worst->component_share, 3),
-                        name_of(*worst->component));
+                        name_of(campaign, *worst->component));
   if (by_bias && pattern.along_load) {
     text += ", mean along the load";
     for (std::size_t g = 0; g < std::min<std::size_t>(pattern.groups.size(), 4); ++g)
@@ -192,14 +193,14 @@ std::string return_sentence(const Campaign& campaign, const std::string& model,
   Eigen::Index component = 0;
   double largest = -1;
   for (const calibration::Loop& loop : patterns.loops.each)
-    for (Eigen::Index k = 0; loop.return_to_zero && k < 6; ++k)
+    for (Eigen::Index k = 0; loop.return_to_zero && k < campaign.size(); ++k)
       if (const double size = std::abs((*loop.return_to_zero)[k]); size > largest)
         largest = size, worst = &loop, component = k;
   return fmt::format(
       "{} does not return to zero as the readings do: in load cycle '{}' they come back {} of {} "
       "off ({}).",
       model, worst->cycle, quantity(campaign, component, (*worst->return_to_zero)[component]),
-      name_of(component), loop_test_text(*patterns.loops.return_to_zero));
+      name_of(campaign, component), loop_test_text(*patterns.loops.return_to_zero));
 }
 
 // Between -6 and -5: below the tests of adequacy, above plain statistics, the surest first.
@@ -220,7 +221,7 @@ void add_patterns(const Campaign& campaign, const Named& model, std::vector<Find
   const calibration::Patterns& patterns = model.assessment->patterns;
   for (const calibration::Pattern& pattern : patterns.factors)
     if (pattern.holm_p_value() < level)
-      findings.push_back({severity_of(pattern), pattern_sentence(model.name, pattern)});
+      findings.push_back({severity_of(pattern), pattern_sentence(campaign, model.name, pattern)});
   if (patterns.reversal && patterns.reversal->test.holm_p_value < level) {
     const calibration::Reversal& r = *patterns.reversal;
     findings.push_back(
@@ -273,13 +274,13 @@ std::string statistics_text(const Campaign& campaign, const Assessment& assessme
   rows.insert(rows.end(), assessment.by_session.begin(), assessment.by_session.end());
   for (const ResidualStatistics& s : rows) {
     const auto show = [&](double si) { return number(in_units(campaign, s.component, si), 4); };
-    std::vector<std::string> row = {name_of(s.component),
+    std::vector<std::string> row = {name_of(campaign, s.component),
                                     std::to_string(s.count),
                                     show(s.rms),
                                     show(s.max),
                                     campaign.readings[s.worst_reading].id,
                                     show(shown_bias(s)),
-                                    unit_of(campaign, s.component)};
+                                    campaign.unit_of(s.component)};
     if (sessions) row.insert(row.begin() + 1, session_name(campaign, s));
     table.add_row(row);
   }
@@ -331,7 +332,7 @@ std::string held_out_text(const Campaign& campaign, const Assessment& assessment
       continue;
     }
     for (const ResidualStatistics& s : held_out.by_component)
-      text += fmt::format(", {} rms {} max {}", name_of(s.component),
+      text += fmt::format(", {} rms {} max {}", name_of(campaign, s.component),
                           quantity(campaign, s.component, s.rms),
                           quantity(campaign, s.component, s.max));
     if (held_out.chi_square)
@@ -367,9 +368,9 @@ Json to_json(const LackOfFitTest& test) {
 }
 
 Json to_json(const Campaign& campaign, const ResidualStatistics& s) {
-  Json json{{"component", name_of(s.component)}};
+  Json json{{"component", name_of(campaign, s.component)}};
   if (s.session) json["session"] = campaign.sessions[*s.session];
-  json["unit"] = calibration::is_rotation(s.component) ? "rad" : "m";
+  json["unit"] = spatial::to_string(campaign.component(s.component).dimension);
   json["values"] = s.count;
   json["rms"] = s.rms;
   json["max"] = s.max;
@@ -386,7 +387,7 @@ Json to_json(const calibration::PatternTest& test) {
           {"holm_p_value", test.holm_p_value}};
 }
 
-Json to_json(const calibration::Pattern& pattern) {
+Json to_json(const Campaign& campaign, const calibration::Pattern& pattern) {
   Json json{{"factor", pattern.factor},  {"along_load", pattern.along_load},
             {"trend", pattern.is_trend}, {"mean", nullptr},
             {"size", nullptr},           {"groups", Json::array()}};
@@ -400,7 +401,7 @@ Json to_json(const calibration::Pattern& pattern) {
                               {"whitened_mean", g.mean}});
     if (g.component)
       json["groups"].back().update(
-          {{"component", name_of(*g.component)}, {"component_share", g.component_share}});
+          {{"component", name_of(campaign, *g.component)}, {"component_share", g.component_share}});
   }
   return json;
 }
@@ -426,13 +427,14 @@ Json to_json(const calibration::LoopTest& test) {
   return json;
 }
 
-Json to_json(const calibration::Patterns& patterns) {
+Json to_json(const Campaign& campaign, const calibration::Patterns& patterns) {
   Json json{{"factors", Json::array()},
             {"reversal", nullptr},
             {"loops", Json::array()},
             {"loop_area", nullptr},
             {"return_to_zero", nullptr}};
-  for (const calibration::Pattern& p : patterns.factors) json["factors"].push_back(to_json(p));
+  for (const calibration::Pattern& p : patterns.factors)
+    json["factors"].push_back(to_json(campaign, p));
   for (const calibration::Loop& loop : patterns.loops.each) json["loops"].push_back(to_json(loop));
   if (patterns.reversal)
     json["reversal"] = {{"pairs", patterns.reversal->pairs},
@@ -485,13 +487,13 @@ Json to_json(const Campaign& campaign, const Assessment& assessment) {
   json["held_out"] = Json::array();
   for (const auto& held_out : assessment.held_out)
     json["held_out"].push_back(to_json(campaign, held_out));
-  json["patterns"] = to_json(assessment.patterns);
+  json["patterns"] = to_json(campaign, assessment.patterns);
   return json;
 }
 
 // Of what was measured; NaN elsewhere.
-spatial::Vector6 sigma_of(const calibration::Reading& reading, spatial::Vector6 sigma) {
-  for (Eigen::Index k = 0; k < 6; ++k)
+Eigen::VectorXd sigma_of(const calibration::Reading& reading, Eigen::VectorXd sigma) {
+  for (Eigen::Index k = 0; k < sigma.size(); ++k)
     if (std::isnan(reading.displacement[k])) sigma[k] = std::numeric_limits<double>::quiet_NaN();
   return sigma;
 }
@@ -616,7 +618,9 @@ Json to_json(const Campaign& campaign, const Comparison& comparison) {
                           {"degrees_of_freedom", comparison.replicates->degrees_of_freedom}};
   if (comparison.noise_check) json["noise_check"] = to_json(*comparison.noise_check);
   if (comparison.fitted) json["refitted"] = to_json(campaign, *comparison.fitted);
-  json["components"] = calibration::component_names;
+  json["components"] = Json::array();
+  for (const calibration::Component& component : campaign.components)
+    json["components"].push_back(component.name);
   json["readings"] = readings_json(campaign, comparison);
   return json;
 }
@@ -629,11 +633,11 @@ std::string residual_table(const Campaign& campaign, const Comparison& compariso
   const std::vector<Eigen::Index> components = measured_components(comparison);
   const std::vector<Named> all = models(comparison);
   for (const Eigen::Index k : components) {
-    text += "," + name_of(k);
+    text += "," + name_of(campaign, k);
     for (const char* model : {"designed", "refitted"})
       if (model == std::string("designed") || comparison.fitted)
-        text +=
-            fmt::format(",predicted_{0}_{1},residual_{0}_{1},whitened_{0}_{1}", name_of(k), model);
+        text += fmt::format(",predicted_{0}_{1},residual_{0}_{1},whitened_{0}_{1}",
+                            name_of(campaign, k), model);
   }
   text += "\n";
   for (std::size_t i = 0; i < campaign.readings.size(); ++i) {

@@ -19,7 +19,6 @@ using calibration::Campaign;
 using calibration::Configuration;
 using calibration::Reading;
 using io::Json;
-using spatial::Vector6;
 
 // Six digits are more than a screen shows and a third of the bytes.
 Json rounded(double value) {
@@ -53,7 +52,7 @@ class Names {
 
 std::vector<Eigen::Index> measured(const Campaign& campaign) {
   std::vector<Eigen::Index> result;
-  for (Eigen::Index k = 0; k < 6; ++k)
+  for (Eigen::Index k = 0; k < campaign.size(); ++k)
     if (std::any_of(campaign.readings.begin(), campaign.readings.end(),
                     [k](const Reading& r) { return !std::isnan(r.displacement[k]); }))
       result.push_back(k);
@@ -62,12 +61,13 @@ std::vector<Eigen::Index> measured(const Campaign& campaign) {
 
 // One list a component that is measured.
 template <class Vectors>
-Json by_component(const std::vector<Eigen::Index>& components, const Vectors& vectors) {
+Json by_component(const Campaign& campaign, const std::vector<Eigen::Index>& components,
+                  const Vectors& vectors) {
   Json json = Json::object();
   for (const Eigen::Index k : components) {
     Json list = Json::array();
-    for (const Vector6& v : vectors) list.push_back(rounded(v[k]));
-    json[calibration::component_names[static_cast<std::size_t>(k)]] = std::move(list);
+    for (const Eigen::VectorXd& v : vectors) list.push_back(rounded(v[k]));
+    json[campaign.component(k).name] = std::move(list);
   }
   return json;
 }
@@ -170,7 +170,7 @@ std::vector<ReadingsModel> readings_models(const calibration::Comparison& compar
 Json readings_picture(const vjm::Robot& robot, const Campaign& campaign,
                       const calibration::Noise& noise, const std::vector<ReadingsModel>& models) {
   const std::vector<Eigen::Index> components = measured(campaign);
-  std::vector<Vector6> displacements;
+  std::vector<Eigen::VectorXd> displacements;
   for (const Reading& reading : campaign.readings) displacements.push_back(reading.displacement);
   Json json{{"units",
              {{"length", campaign.units.length},
@@ -187,13 +187,13 @@ Json readings_picture(const vjm::Robot& robot, const Campaign& campaign,
   add_skeleton(robot, campaign, json["poses"]);
   add_circumstances(campaign, json);
   json["load"] = forces_json(campaign);
-  json["measured"] = by_component(components, displacements);
+  json["measured"] = by_component(campaign, components, displacements);
   if (noise.source != calibration::NoiseSource::unknown)
-    json["sigma"] = by_component(components, noise.sigma);
+    json["sigma"] = by_component(campaign, components, noise.sigma);
   json["models"] = Json::array();
   for (const ReadingsModel& model : models)
     json["models"].push_back(
-        {{"name", model.name}, {"residual", by_component(components, model.residual)}});
+        {{"name", model.name}, {"residual", by_component(campaign, components, model.residual)}});
   return json;
 }
 

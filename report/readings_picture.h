@@ -13,7 +13,7 @@ namespace kinetostat::report {
 /// A model, by the name under which it is drawn, and its residuals [m; rad], one entry a reading.
 struct ReadingsModel {
   std::string name;
-  std::vector<spatial::Vector6> residual;
+  std::vector<Eigen::VectorXd> residual;
 };
 
 /// "nominal", and "fitted" when there is a fit.

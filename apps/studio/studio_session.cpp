@@ -34,9 +34,9 @@ bool is_plain_yaml_name(const std::string& name) {
          });
 }
 
-std::vector<spatial::Vector6> residual_of(const calibration::Campaign& campaign,
-                                          const BaseFit& fit) {
-  std::vector<spatial::Vector6> residual;
+std::vector<Eigen::VectorXd> residual_of(const calibration::Campaign& campaign,
+                                         const BaseFit& fit) {
+  std::vector<Eigen::VectorXd> residual;
   for (std::size_t i = 0; i < campaign.readings.size(); ++i)
     residual.push_back(campaign.readings[i].displacement - fit.predicted[i]);
   return residual;

@@ -13,9 +13,52 @@ bool Reading::uses(Eigen::Index component) const {
 
 std::vector<Eigen::Index> components_in_use(const Reading& reading) {
   std::vector<Eigen::Index> used;
-  for (Eigen::Index k = 0; k < 6; ++k)
+  for (Eigen::Index k = 0; k < reading.displacement.size(); ++k)
     if (reading.uses(k)) used.push_back(k);
   return used;
+}
+
+std::vector<Component> platform_components() {
+  std::vector<Component> components;
+  for (Eigen::Index k = 0; k < 6; ++k)
+    components.push_back(
+        {.name = component_names[static_cast<std::size_t>(k)],
+         .dimension = is_rotation(k) ? spatial::dimension::angle : spatial::dimension::length,
+         .axis = k});
+  return components;
+}
+
+void leave_out_platform(Campaign& campaign) {
+  campaign.sensors.erase(campaign.sensors.begin());
+  campaign.components.erase(campaign.components.begin(), campaign.components.begin() + 6);
+  for (Component& component : campaign.components) --component.sensor;
+  for (Sensor& sensor : campaign.sensors)
+    if (sensor.minus) --*sensor.minus;
+  campaign.datum_noise = campaign.datum_noise.tail(campaign.size()).eval();
+}
+
+std::string Campaign::unit_of(Eigen::Index k) const {
+  const spatial::Dimension& of = component(k).dimension;
+  if (of == spatial::dimension::angle) return units.angle;
+  if (of == spatial::dimension::force) return units.force;
+  return of == spatial::dimension::moment ? units.force + " " + units.length : units.length;
+}
+
+std::vector<std::vector<Eigen::Index>> component_kinds(const Campaign& campaign) {
+  std::vector<std::vector<Eigen::Index>> kinds;
+  for (Eigen::Index k = 0; k < campaign.size(); ++k) {
+    const auto same = [&](const std::vector<Eigen::Index>& kind) {
+      const Component& first = campaign.component(kind.front());
+      return first.sensor == campaign.component(k).sensor &&
+             first.dimension == campaign.component(k).dimension;
+    };
+    const auto found = std::find_if(kinds.begin(), kinds.end(), same);
+    if (found == kinds.end())
+      kinds.push_back({k});
+    else
+      found->push_back(k);
+  }
+  return kinds;
 }
 
 std::vector<Value> values_in_use(const Campaign& campaign) {
@@ -23,10 +66,6 @@ std::vector<Value> values_in_use(const Campaign& campaign) {
   for (std::size_t i = 0; i < campaign.readings.size(); ++i)
     for (const Eigen::Index k : components_in_use(campaign.readings[i])) values.push_back({i, k});
   return values;
-}
-
-const std::string& unit_of(const Campaign& campaign, Eigen::Index component) {
-  return is_rotation(component) ? campaign.units.angle : campaign.units.length;
 }
 
 bool has_role(const Campaign& campaign, Role role) {

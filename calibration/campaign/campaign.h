@@ -10,17 +10,29 @@
 #include <string>
 #include <vector>
 
-#include "kinetostat/calibration/campaign/observation.h"
+#include "kinetostat/calibration/sensors/observation.h"
+#include "kinetostat/calibration/sensors/sensor.h"
 #include "kinetostat/spatial/pose.h"
 #include "kinetostat/spatial/units.h"
 #include "kinetostat/vjm/statics/equilibrium.h"
 
 namespace kinetostat::calibration {
 
-/// The six components of a displacement, in the order of every Vector6 of this module:
-/// [translation; rotation vector] of the platform's reference point, base axes.
+/// The six components of a displacement [translation; rotation vector].
 inline constexpr std::array<const char*, 6> component_names = {"dx", "dy", "dz", "rx", "ry", "rz"};
 inline constexpr bool is_rotation(Eigen::Index component) { return component >= 3; }
+
+inline constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+/// One number that a reading may have.
+struct Component {
+  std::string name;              // its column: "dx"
+  spatial::Dimension dimension;  // length, angle, force or moment
+  std::size_t sensor = 0;        // in Campaign::sensors
+  Eigen::Index axis = 0;         // of what the sensor sees, in the order of component_names
+
+  bool operator==(const Component&) const = default;
+};
 
 /// Reference from which a displacement is counted.
 enum class DisplacementKind {
@@ -66,9 +78,11 @@ struct Reading {
   LoadDirection direction = LoadDirection::unstated;
   std::size_t configuration = 0;  // in Campaign::configurations
   vjm::Load load;
-  bool known_load = false;        // by weights, not by what a load cell says
-  spatial::Vector6 displacement;  // [m; rad]; NaN where not measured
-  spatial::Vector6 sigma;         // standard deviation of the noise [m; rad]; NaN where not stated
+  bool known_load = false;  // by weights, not by what a load cell says
+  /// One entry a component of the campaign, SI: what was read, NaN where nothing was, and the
+  /// standard deviation of its noise, NaN where not stated.
+  Eigen::VectorXd displacement = Eigen::VectorXd::Constant(6, not_a_number);
+  Eigen::VectorXd sigma = displacement;
   /// Index into Campaign::correlations of the noise between components; none: independent.
   std::optional<std::size_t> correlation;
   Role role = Role::fit;
@@ -95,6 +109,9 @@ struct JointInTable {
   bool operator==(const JointInTable&) const = default;
 };
 
+/// The components of the platform's displacement: those of a campaign without further sensors.
+std::vector<Component> platform_components();
+
 struct Campaign {
   std::filesystem::path file, readings_file;
   std::string name;
@@ -107,31 +124,48 @@ struct Campaign {
   /// Every value that is used has a standard deviation, or none has.
   bool noise_stated = false;
 
+  /// What is read: in what order a reading has it, by what sensor, and what those look at.
+  std::vector<Component> components = platform_components();
+  std::vector<Sensor> sensors = {Sensor()};
+  vjm::Watch watch;
   std::vector<Reading> readings;              // in the order of the file
   std::vector<Configuration> configurations;  // the distinct ones
   std::vector<std::string> sessions;          // sorted; {""} when there is no such column
   std::vector<Covariate> covariates;
   std::map<std::string, JointInTable> joint_columns;  // by their whole names, "chain.joint"
-  std::vector<spatial::Matrix6> correlations;         // the distinct ones; positive definite
+  std::vector<Eigen::MatrixXd> correlations;          // the distinct ones; positive definite
   /// Covariance of the noise of each reading's wrench [force; moment], base axes, about its point
   /// [N, N m]; empty: wrenches are taken to be exact.
   std::vector<spatial::Matrix6> wrench_covariance;
-  /// Standard deviation of the unloaded readings that differences are counted from [m; rad]; NaN:
-  /// not stated.
-  spatial::Vector6 datum_noise =
-      spatial::Vector6::Constant(std::numeric_limits<double>::quiet_NaN());
+  /// Standard deviation of the unloaded readings that differences are counted from, one entry a
+  /// component; NaN: not stated.
+  Eigen::VectorXd datum_noise = Eigen::VectorXd::Constant(6, not_a_number);
   std::vector<std::string> notes;     // what was assumed, in sentences
   std::vector<std::string> warnings;  // those of them that may well have been meant otherwise
+
+  Eigen::Index size() const { return std::ssize(components); }  // of every reading
+  const Component& component(Eigen::Index k) const {
+    return components[static_cast<std::size_t>(k)];
+  }
+  /// Whether the pose of the platform, as `observation` has it, is among what is read; it is the
+  /// first sensor then.
+  bool reads_platform() const { return !sensors.empty() && sensors.front().is_platform(); }
+  bool is_of_platform(Eigen::Index k) const { return reads_platform() && component(k).sensor == 0; }
+  /// The unit in which its people write a component: "um".
+  std::string unit_of(Eigen::Index component) const;
 };
+
+/// Takes the platform out of what is read: sensors, components and datum noise.
+void leave_out_platform(Campaign& campaign);
+
+/// Components that errors of one kind are in: the translations of one sensor, its rotations.
+std::vector<std::vector<Eigen::Index>> component_kinds(const Campaign& campaign);
 
 /// One measured number: a component of a reading in use.
 struct Value {
   std::size_t reading = 0;
   Eigen::Index component = 0;
 };
-
-/// The campaign's unit of a component, by which it is written and shown.
-const std::string& unit_of(const Campaign& campaign, Eigen::Index component);
 
 /// All of them, in the order of the readings.
 std::vector<Value> values_in_use(const Campaign& campaign);

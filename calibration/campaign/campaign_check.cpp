@@ -106,9 +106,8 @@ class Check {
     if (campaign_.displacement == DisplacementKind::absolute || !campaign_.noise_stated)
       return largest;
     for (const std::size_t i : used_)
-      for (Eigen::Index k = 0; k < 6; ++k)
-        if (reading(i).uses(k))
-          largest = std::max(largest, std::abs(reading(i).displacement[k]) / reading(i).sigma[k]);
+      for (const Eigen::Index k : components_in_use(reading(i)))
+        largest = std::max(largest, std::abs(reading(i).displacement[k]) / reading(i).sigma[k]);
     return largest;
   }
 
@@ -138,15 +137,28 @@ class Check {
 
   Observability components() const {
     std::vector<std::string> missing;
-    for (Eigen::Index k = 0; k < 6; ++k)
-      if (std::none_of(used_.begin(), used_.end(),
+    if (!campaign_.reads_platform())
+      return {"components", false,
+              fmt::format("The pose of the platform is not measured, but {}. Errors that move none "
+                          "of these are not observable.",
+                          fmt::join(sensor_names(), ", "))};
+    for (Eigen::Index k = 0; k < campaign_.size(); ++k)
+      if (campaign_.is_of_platform(k) &&
+          std::none_of(used_.begin(), used_.end(),
                        [&](std::size_t i) { return reading(i).uses(k); }))
-        missing.emplace_back(component_names[static_cast<std::size_t>(k)]);
+        missing.push_back(campaign_.component(k).name);
     if (missing.empty()) return {"components", true, "All six components are measured."};
     return {"components", false,
             fmt::format("Not measured: {}. Errors that move the platform only that way are not "
                         "observable.",
                         fmt::join(missing, ", "))};
+  }
+
+  std::vector<std::string> sensor_names() const {
+    std::vector<std::string> names;
+    for (const Sensor& sensor : campaign_.sensors)
+      if (!sensor.is_platform()) names.push_back("'" + sensor.name + "'");
+    return names;
   }
 
   // Independent directions, with rotations made comparable by the scale of each kind.
@@ -340,8 +352,8 @@ class Check {
     std::set<std::size_t> frames;
     for (const std::size_t i : used_) {
       frames.insert(reading(i).session);
-      for (Eigen::Index k = 0; k < 6; ++k)
-        if (reading(i).uses(k)) zeros.emplace(reading(i).session, k);
+      for (const Eigen::Index k : components_in_use(reading(i)))
+        zeros.emplace(reading(i).session, k);
     }
     const std::size_t of_frame = campaign_.displacement == DisplacementKind::absolute ? 6 : 3;
     return (campaign_.zero == ZeroReading::estimated ? zeros.size() : 0) +
@@ -350,8 +362,7 @@ class Check {
 
   Observability parameters() const {
     std::size_t values = 0;
-    for (const std::size_t i : used_)
-      for (Eigen::Index k = 0; k < 6; ++k) values += reading(i).uses(k);
+    for (const std::size_t i : used_) values += components_in_use(reading(i)).size();
     const std::size_t uncertain = robot_.uncertain.size() + robot_.uncertain_values.size();
     if (uncertain == 0)
       return {"parameters", true,

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/calibration/campaign/readings_file.h"
+#include "kinetostat/calibration/campaign/sensor_file.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/faults.h"
 #include "kinetostat/common/spelling.h"
@@ -75,7 +76,7 @@ YamlNode read_top(const std::filesystem::path& file) {
                   "target_point", "wrench_frame",  "wrench_point", "wrench_noise",
                   "known_loads",  "noise",         "instruments",  "instrument",
                   "roles",        "columns",       "missing",      "decimal",
-                  "sheet",        "readings"});
+                  "sheet",        "readings",      "sensors"});
   return top;
 }
 
@@ -372,7 +373,8 @@ std::optional<std::filesystem::path> robot_named_in(const std::filesystem::path&
 
 namespace {
 
-ReadingsContext read_stated(const YamlNode& top, Campaign& campaign) {
+ReadingsContext read_stated(const YamlNode& top, const vjm::Manipulator& manipulator,
+                            Campaign& campaign) {
   const YamlNode units = top.at("units");
   campaign.file = top.file();
   campaign.name = top.at("campaign").text();
@@ -389,7 +391,9 @@ ReadingsContext read_stated(const YamlNode& top, Campaign& campaign) {
   campaign.readings_file = top.at("readings").existing_file();
   const auto frames = read_frames(top, campaign.units);
   campaign.observation = read_observation(top, frames, campaign);
-  return {.instruments = read_instruments(top),
+  const Eigen::VectorXd sensor_sigma = read_sensors(top, manipulator, campaign);
+  return {.sensor_sigma = sensor_sigma,
+          .instruments = read_instruments(top),
           .wrench = read_wrench_frame(top, frames, campaign.units),
           .wrench_noise = read_wrench_noise(top),
           .roles = read_roles(top),
@@ -403,14 +407,15 @@ ReadingsContext read_stated(const YamlNode& top, Campaign& campaign) {
 
 }  // namespace
 
-ReadingsContext read_context(const std::filesystem::path& file, Campaign& campaign) {
-  return read_stated(read_top(file), campaign);
+ReadingsContext read_context(const std::filesystem::path& file, const vjm::Manipulator& manipulator,
+                             Campaign& campaign) {
+  return read_stated(read_top(file), manipulator, campaign);
 }
 
 Campaign read_campaign(const std::filesystem::path& file, const vjm::Manipulator& manipulator) {
   const YamlNode top = read_top(file);
   Campaign campaign;
-  const ReadingsContext context = read_stated(top, campaign);
+  const ReadingsContext context = read_stated(top, manipulator, campaign);
   common::Faults faults;
   const io::CsvTable table = io::read_table(campaign.readings_file, context.table, &faults);
   read_readings(table, context, manipulator, campaign, std::move(faults));

@@ -16,7 +16,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using spatial::Vector6;
 
 bool is_zero(const Reading& reading) {
   const std::vector<Index> used = components_in_use(reading);
@@ -24,10 +23,11 @@ bool is_zero(const Reading& reading) {
                      [&](Index k) { return reading.displacement[k] == 0; });
 }
 
-Vector6 usual_sigma(const std::vector<std::size_t>& readings, const std::vector<Vector6>& sigma) {
-  Vector6 least = Vector6::Constant(std::numeric_limits<double>::infinity());
+VectorXd usual_sigma(const std::vector<std::size_t>& readings, const std::vector<VectorXd>& sigma) {
+  VectorXd least =
+      VectorXd::Constant(sigma[readings.front()].size(), std::numeric_limits<double>::infinity());
   for (const std::size_t i : readings)
-    for (Index k = 0; k < 6; ++k)
+    for (Index k = 0; k < least.size(); ++k)
       if (sigma[i][k] < least[k]) least[k] = sigma[i][k];
   return least.unaryExpr(
       [](double s) { return std::isfinite(s) ? std::sqrt(usual_datum_variance) * s : 0; });
@@ -35,7 +35,7 @@ Vector6 usual_sigma(const std::vector<std::size_t>& readings, const std::vector<
 
 }  // namespace
 
-std::vector<Datum> datums_of(const Campaign& campaign, const std::vector<Vector6>& sigma) {
+std::vector<Datum> datums_of(const Campaign& campaign, const std::vector<VectorXd>& sigma) {
   if (campaign.displacement != DisplacementKind::difference || campaign.zero != ZeroReading::known)
     return {};
   // In a plan nothing is read yet.
@@ -50,8 +50,8 @@ std::vector<Datum> datums_of(const Campaign& campaign, const std::vector<Vector6
   std::vector<Datum> datums;
   for (const auto& [key, readings] : counted) {
     if (readings.size() < 2) continue;
-    Vector6 deviation = usual_sigma(readings, sigma);
-    for (Index k = 0; k < 6; ++k)
+    VectorXd deviation = usual_sigma(readings, sigma);
+    for (Index k = 0; k < deviation.size(); ++k)
       if (!std::isnan(campaign.datum_noise[k])) deviation[k] = campaign.datum_noise[k];
     datums.push_back({readings, deviation});
   }
@@ -74,7 +74,7 @@ SharedNoise::SharedNoise(const Noise& noise, const std::vector<Value>& values) {
 // With Z Z' = U S^2 U' the powers of I + Z Z' differ from I by U f(S) U'.
 void SharedNoise::add(const Datum& datum, const Noise& noise, const std::vector<Value>& values,
                       std::vector<Index> rows) {
-  MatrixXd z = MatrixXd::Zero(static_cast<Index>(rows.size()), 6);
+  MatrixXd z = MatrixXd::Zero(static_cast<Index>(rows.size()), datum.sigma.size());
   for (std::size_t first = 0, next = 0; first < rows.size(); first = next) {
     const std::size_t reading = values[static_cast<std::size_t>(rows[first])].reading;
     std::vector<Index> used;
@@ -89,7 +89,7 @@ void SharedNoise::add(const Datum& datum, const Noise& noise, const std::vector<
   }
   const spatial::SymmetricEigen eigen = spatial::symmetric_eigen(z.transpose() * z);
   std::vector<Index> kept;
-  for (Index k = 0; k < 6; ++k)
+  for (Index k = 0; k < eigen.values.size(); ++k)
     if (eigen.values[k] > 1e-12) kept.push_back(k);
   if (kept.empty()) return;
   const VectorXd squares = eigen.values(kept), roots = (1 + squares.array()).sqrt();

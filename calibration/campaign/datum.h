@@ -17,8 +17,8 @@ inline constexpr double usual_datum_variance = 0.5;
 /// The datums of differences whose unloaded state was read: one for each cycle (without cycles: for
 /// each configuration in a session) of which two readings or more are in use; rows that are the
 /// datum itself (without load, exactly 0) are not counted from it. Noise of the datum: as stated,
-/// else usual_datum_variance of the best reading's. `sigma`: of each reading [m; rad].
-std::vector<Datum> datums_of(const Campaign& campaign, const std::vector<spatial::Vector6>& sigma);
+/// else usual_datum_variance of the best reading's. `sigma`: of each reading and component.
+std::vector<Datum> datums_of(const Campaign& campaign, const std::vector<Eigen::VectorXd>& sigma);
 
 /// What readings share by their datums, after each was whitened by itself (Noise::whiten): the
 /// covariance is then
@@ -26,8 +26,8 @@ std::vector<Datum> datums_of(const Campaign& campaign, const std::vector<spatial
 ///   C = I + Z Z',   Z = W E s
 ///
 /// for the values of one datum: E has a column for each component, with 1 where a value is of it; s
-/// is the datum's standard deviation of each component; W whitens single readings. At most six
-/// ranks a datum.
+/// is the datum's standard deviation of each component; W whitens single readings. At most one
+/// rank a datum and component.
 class SharedNoise {
  public:
   /// `values`: which rows stand for, readings in their order.

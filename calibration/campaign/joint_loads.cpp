@@ -8,6 +8,7 @@
 #include "kinetostat/calibration/campaign/column_names.h"
 #include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/effects/watcher.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
 namespace kinetostat::calibration {
@@ -44,40 +45,91 @@ bool has_spring(const vjm::Manipulator& manipulator, const std::string& joint) {
   return false;
 }
 
-// The motion [translation; rotation] of the platform's reference point per m or rad of the joint,
-// base axes; 0 where the robot cannot follow.
-Vector6 motion_of(const vjm::Manipulator& manipulator, std::map<std::string, double> values,
-                  const std::string& joint) {
-  const double at = values.at(joint);
-  values[joint] = at + step;
-  const vjm::PostureResult ahead = vjm::posture_from_joints(manipulator, values);
-  values[joint] = at - step;
-  const vjm::PostureResult behind = vjm::posture_from_joints(manipulator, values);
-  Vector6 motion = Vector6::Zero();
-  if (!ahead.reached || !behind.reached) return motion;
-  const spatial::Pose &a = ahead.posture.platform, &b = behind.posture.platform;
-  motion.head<3>() = (a.position() - b.position()) / (2 * step);
-  motion.tail<3>() = spatial::log_rotation(a.rotation() * b.rotation().transpose()) / (2 * step);
-  return motion;
+// What happens per m or rad of a joint, the others standing still; 0 where the robot cannot follow.
+struct Motion {
+  Vector6 platform = Vector6::Zero();  // [translation; rotation] of its reference point, base axes
+  Eigen::VectorXd seen;                // one entry a component of the campaign
+};
+
+Vector6 rate(const spatial::Pose& behind, const spatial::Pose& ahead) {
+  Vector6 rate;
+  rate.head<3>() = (ahead.position() - behind.position()) / (2 * step);
+  rate.tail<3>() =
+      spatial::log_rotation(ahead.rotation() * behind.rotation().transpose()) / (2 * step);
+  return rate;
 }
 
-// What the readings measure of a motion of the platform.
-bool is_seen(const Campaign& campaign, const Reading& reading, const spatial::Pose& platform,
-             const Vector6& motion) {
+// Of the platform, as it is measured.
+Vector6 seen_of_platform(const Campaign& campaign, const spatial::Pose& platform,
+                         const Vector6& motion) {
   Vector6 seen = campaign.observation.motion(platform, motion);
   if (campaign.observation.platform_axes) {
     seen.head<3>() = (platform.rotation().transpose() * seen.head<3>()).eval();
     seen.tail<3>() = (platform.rotation().transpose() * seen.tail<3>()).eval();
   }
+  return seen;
+}
+
+// Postures with the joint a step behind, where it is, and a step ahead.
+struct Steps {
+  vjm::Posture behind, at, ahead;
+};
+
+std::vector<Vector6> seen_by_sensors(const Campaign& campaign, const vjm::Manipulator& manipulator,
+                                     const Steps& steps, const Vector6& platform) {
+  const Vector3 up = vjm::vertical(manipulator);
+  std::vector<Vector6> rates;
+  for (const Sensor& sensor : campaign.sensors) {
+    if (sensor.is_platform()) {
+      rates.push_back(seen_of_platform(campaign, steps.at.platform, platform));
+      continue;
+    }
+    const auto seen = [&](const vjm::Posture& posture) {
+      return seen_by(sensor, vjm::watched_at_rest(campaign.watch, manipulator, posture, 0),
+                     campaign.watch, up)
+          .pose;
+    };
+    Vector6& seen_rate = rates.emplace_back(rate(seen(steps.behind), seen(steps.ahead)));
+    if (!sensor.own_axes) continue;
+    const spatial::Matrix3 back = seen(steps.at).rotation().transpose();
+    seen_rate << back * seen_rate.head<3>(), back * seen_rate.tail<3>();
+  }
+  return rates;
+}
+
+Motion motion_of(const Campaign& campaign, const vjm::Manipulator& manipulator,
+                 const vjm::Posture& posture, std::map<std::string, double> values,
+                 const std::string& joint) {
+  const double at = values.at(joint);
+  values[joint] = at + step;
+  const vjm::PostureResult ahead = vjm::posture_from_joints(manipulator, values);
+  values[joint] = at - step;
+  const vjm::PostureResult behind = vjm::posture_from_joints(manipulator, values);
+  Motion motion{.seen = Eigen::VectorXd::Zero(campaign.size())};
+  if (!ahead.reached || !behind.reached) return motion;
+  motion.platform = rate(behind.posture.platform, ahead.posture.platform);
+  const std::vector<Vector6> rates = seen_by_sensors(
+      campaign, manipulator, {behind.posture, posture, ahead.posture}, motion.platform);
+  for (Eigen::Index k = 0; k < campaign.size(); ++k) {
+    const Component& component = campaign.component(k);
+    motion.seen[k] = rates[component.sensor][component.axis];
+    if (const auto minus = campaign.sensors[component.sensor].minus)
+      motion.seen[k] -= rates[*minus][component.axis];
+  }
+  return motion;
+}
+
+// Whether the readings measure such a motion.
+bool is_seen(const Reading& reading, const Motion& motion) {
   for (const Eigen::Index k : components_in_use(reading))
-    if (std::abs(seen[k]) > least_motion) return true;
+    if (std::abs(motion.seen[k]) > least_motion) return true;
   return false;
 }
 
-void count(const Campaign& campaign, const Reading& reading, const vjm::Load& load,
-           const spatial::Pose& platform, const Vector6& motion, JointLoad& joint, bool& driven) {
+void count(const Reading& reading, const vjm::Load& load, const spatial::Pose& platform,
+           const Motion& motion, JointLoad& joint, bool& driven) {
   const Vector6 wrench = load.at_reference_point(platform);
-  const double force = wrench.dot(motion);
+  const double force = wrench.dot(motion.platform);
   const Vector3 point = platform * load.point_on_platform;
   const double most =
       joint.turns ? load.force.norm() * point.norm() + load.moment.norm() : load.force.norm();
@@ -88,12 +140,13 @@ void count(const Campaign& campaign, const Reading& reading, const vjm::Load& lo
   joint.share = std::max(joint.share, share);
   if (share <= JointLoad::least_share) return;
   driven = true;
-  joint.is_seen = joint.is_seen || is_seen(campaign, reading, platform, motion);
+  joint.is_seen = joint.is_seen || is_seen(reading, motion);
 }
 
 }  // namespace
 
-std::vector<JointLoad> joint_loads(const Campaign& campaign, const vjm::Manipulator& manipulator) {
+std::vector<JointLoad> joint_loads(const Campaign& campaign, const vjm::Manipulator& robot) {
+  const vjm::Manipulator manipulator = vjm::with_watched(robot, campaign.watch);
   std::vector<JointLoad> result;
   std::vector<std::string> names;
   for (const Joint& joint : joints_of(manipulator)) {
@@ -113,11 +166,10 @@ std::vector<JointLoad> joint_loads(const Campaign& campaign, const vjm::Manipula
     if (!found.reached) continue;
     const auto values = coordinates_of(manipulator, found.posture);
     for (std::size_t j = 0; j < names.size(); ++j) {
-      const Vector6 motion = motion_of(manipulator, values, names[j]);
+      const Motion motion = motion_of(campaign, manipulator, found.posture, values, names[j]);
       bool driven = false;
       for (const std::size_t i : here)
-        count(campaign, campaign.readings[i], loads[i], found.posture.platform, motion, result[j],
-              driven);
+        count(campaign.readings[i], loads[i], found.posture.platform, motion, result[j], driven);
       result[j].postures += driven;
     }
   }

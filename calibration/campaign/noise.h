@@ -10,26 +10,26 @@ namespace kinetostat::calibration {
 
 enum class NoiseSource {
   stated,      // by the campaign file or its sigma columns
-  replicates,  // pooled scatter of repeated readings, translations and rotations apart
+  replicates,  // pooled scatter of repeated readings, each kind of component apart
   unknown      // neither: residuals are not weighted, and no test of adequacy is possible
 };
 
 /// Readings that are counted from one reading of the unloaded state: they share its error.
 struct Datum {
   std::vector<std::size_t> readings;
-  spatial::Vector6 sigma;  // standard deviation of that one reading [m; rad]
+  Eigen::VectorXd sigma;  // standard deviation of that one reading, one entry a component
 };
 
 struct Noise {
   NoiseSource source = NoiseSource::unknown;
-  /// Standard deviations by which residuals are divided [m; rad], one entry a reading. With an
-  /// unknown noise they are 1.
-  std::vector<spatial::Vector6> sigma;
+  /// Standard deviations by which residuals are divided, one entry a reading and component, SI.
+  /// With an unknown noise they are 1.
+  std::vector<Eigen::VectorXd> sigma;
   /// Between components, one entry a reading (nullptr: independent); empty: all are.
-  std::vector<std::shared_ptr<const spatial::Matrix6>> correlation = {};
+  std::vector<std::shared_ptr<const Eigen::MatrixXd>> correlation = {};
   std::vector<Datum> datums = {};  // disjoint; beside `sigma`, which is that of each reading alone
-  /// False when translations and rotations are measured together and nothing says how their errors
-  /// compare: then they cannot enter one sum of squares.
+  /// False when components of several kinds (translations, rotations) are measured and nothing says
+  /// how their errors compare: then they cannot enter one sum of squares.
   bool comparable = true;
   /// No replicate is under load, though other readings are.
   bool only_unloaded = false;

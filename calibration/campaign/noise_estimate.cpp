@@ -10,22 +10,19 @@
 namespace kinetostat::calibration {
 namespace {
 
-using spatial::Vector6;
+using Eigen::VectorXd;
 
-bool measures(const Campaign& campaign, bool rotation) {
-  return std::any_of(campaign.readings.begin(), campaign.readings.end(),
-                     [rotation](const Reading& r) {
-                       for (Eigen::Index k = 0; k < 6; ++k)
-                         if (is_rotation(k) == rotation && r.uses(k)) return true;
-                       return false;
-                     });
+bool measures(const Campaign& campaign, const std::vector<Eigen::Index>& kind) {
+  return std::any_of(campaign.readings.begin(), campaign.readings.end(), [&](const Reading& r) {
+    return std::any_of(kind.begin(), kind.end(), [&](Eigen::Index k) { return r.uses(k); });
+  });
 }
 
 void add_correlations(const Campaign& campaign, Noise& noise) {
   if (campaign.correlations.empty()) return;
-  std::vector<std::shared_ptr<const spatial::Matrix6>> distinct;
-  for (const spatial::Matrix6& correlation : campaign.correlations)
-    distinct.push_back(std::make_shared<const spatial::Matrix6>(correlation));
+  std::vector<std::shared_ptr<const Eigen::MatrixXd>> distinct;
+  for (const Eigen::MatrixXd& correlation : campaign.correlations)
+    distinct.push_back(std::make_shared<const Eigen::MatrixXd>(correlation));
   for (const Reading& reading : campaign.readings)
     noise.correlation.push_back(reading.correlation ? distinct[*reading.correlation] : nullptr);
 }
@@ -52,23 +49,23 @@ Noise noise_of(const Campaign& campaign, const std::vector<ReplicateGroup>& grou
     noise.datums = datums_of(campaign, noise.sigma);
     return noise;
   }
-  noise.sigma.assign(n, Vector6::Ones());
+  noise.sigma.assign(n, VectorXd::Ones(campaign.size()));
   noise.datums = datums_of(campaign, noise.sigma);
-  Vector6 pooled = Vector6::Ones();
+  VectorXd pooled = VectorXd::Ones(campaign.size());
   bool complete = true;
-  Eigen::Index freedom = 0;
-  for (const bool rotation : {false, true}) {
-    if (!measures(campaign, rotation)) continue;
-    const Eigen::Index first = rotation ? 3 : 0;
-    const PureError scatter = pure_error(campaign, groups, noise, first, 3);
+  Eigen::Index freedom = 0, kinds = 0;
+  for (const std::vector<Eigen::Index>& kind : component_kinds(campaign)) {
+    if (!measures(campaign, kind)) continue;
+    ++kinds;
+    const PureError scatter = pure_error(campaign, groups, noise, kind);
     const bool usable = scatter.degrees_of_freedom > 0 && scatter.sum > 0;
     complete = complete && usable;
     if (usable) freedom += scatter.degrees_of_freedom;
     if (usable)
-      pooled.segment<3>(first).setConstant(
+      pooled(kind).setConstant(
           std::sqrt(scatter.sum / static_cast<double>(scatter.degrees_of_freedom)));
   }
-  noise.comparable = complete || !(measures(campaign, false) && measures(campaign, true));
+  noise.comparable = complete || kinds < 2;
   if (!complete) {
     noise.datums.clear();
     return noise;

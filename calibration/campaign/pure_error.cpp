@@ -1,5 +1,6 @@
 #include "kinetostat/calibration/campaign/pure_error.h"
 
+#include <algorithm>
 #include <map>
 #include <utility>
 
@@ -73,7 +74,7 @@ std::vector<const Datum*> datum_of_each(const Campaign& campaign, const Noise& n
 }  // namespace
 
 PureError pure_error(const Campaign& campaign, const std::vector<ReplicateGroup>& groups,
-                     const Noise& noise, Eigen::Index first, Eigen::Index count) {
+                     const Noise& noise, const std::vector<Eigen::Index>& components) {
   PureError result;
   // Deviations from the weighted means, by reading.
   std::map<std::size_t, std::pair<std::vector<Eigen::Index>, std::vector<double>>> deviations;
@@ -81,7 +82,9 @@ PureError pure_error(const Campaign& campaign, const std::vector<ReplicateGroup>
   std::map<std::pair<Index, std::size_t>, DatumScatter> shared;  // by component and configuration
   for (const ReplicateGroup& group : groups) {
     const Index k = group.component;
-    if (k < first || k >= first + count || group.readings.size() < 2) continue;
+    const bool counts = components.empty() ||
+                        std::find(components.begin(), components.end(), k) != components.end();
+    if (!counts || group.readings.size() < 2) continue;
     double weights = 0, mean = 0;
     for (const std::size_t i : group.readings) {
       const double weight = 1 / (noise.sigma[i][k] * noise.sigma[i][k]);
@@ -101,10 +104,10 @@ PureError pure_error(const Campaign& campaign, const std::vector<ReplicateGroup>
     result.degrees_of_freedom += static_cast<Eigen::Index>(group.readings.size()) - 1;
   }
   for (auto& [reading, entry] : deviations) {
-    auto& [components, values] = entry;
+    auto& [used, values] = entry;
     Eigen::MatrixXd column =
         Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
-    noise.whiten(reading, components, column);
+    noise.whiten(reading, used, column);
     result.sum += column.squaredNorm();
   }
   for (const auto& [key, scatter] : shared) result.sum -= scatter.sum();

@@ -16,10 +16,10 @@ struct PureError {
   Eigen::Index degrees_of_freedom = 0;  // number of values minus number of groups
 };
 
-/// Over the components [first, first + count), in units of the noise. What readings share by their
+/// Over these components (none: all), in units of the noise. What readings share by their
 /// datums is no scatter of theirs: the sum is that of generalised least squares.
 PureError pure_error(const Campaign& campaign, const std::vector<ReplicateGroup>& groups,
-                     const Noise& noise, Eigen::Index first = 0, Eigen::Index count = 6);
+                     const Noise& noise, const std::vector<Eigen::Index>& components = {});
 
 /// Does the scatter agree with the stated noise? Nothing where either is missing.
 std::optional<ChiSquareTest> test_of_stated_noise(const PureError& scatter, const Noise& noise);

@@ -38,15 +38,13 @@ class ColumnFinder {
   ReadingsColumns find() {
     name_columns();
     if (campaign_.displacement == DisplacementKind::difference) take_look_alikes("fm");
-    take_look_alikes("dr");
+    if (campaign_.sensors.size() == 1) take_look_alikes("dr");
+    find_sensors();
     for (const char* name : {"id", "session", "cycle", "step", "time", "temperature", "setting",
                              "replicate", "direction", "mask", "mask_reason", "role", "instrument"})
       found_.texts[name] = column(name);
-    for (std::size_t i = 0; i < 6; ++i) {
-      found_.displacement[i] = column(component_names[i]);
-      found_.sigma[i] = column(std::string("sigma_") + component_names[i]);
+    for (std::size_t i = 0; i < 6; ++i)
       found_.wrench[i] = column(std::array{"fx", "fy", "fz", "mx", "my", "mz"}[i]);
-    }
     found_.any_sigma = column("sigma");
     for (Eigen::Index i = 0; i < 6; ++i)
       for (Eigen::Index j = i + 1; j < 6; ++j)
@@ -70,16 +68,66 @@ class ColumnFinder {
   }
 
  private:
+  // The columns of all that is read. Where sensors are stated, the platform is read only if a
+  // column says so; every sensor has one, or another counts from it.
+  void find_sensors() {
+    const bool others = campaign_.sensors.size() > 1;
+    const auto is_there = [this](const char* name) { return index_of(name).has_value(); };
+    if (others && std::none_of(component_names.begin(), component_names.end(), is_there))
+      leave_out_platform(campaign_);
+    std::vector<bool> read(campaign_.sensors.size());
+    for (const Component& component : campaign_.components) {
+      found_.displacement.push_back(column(component.name));
+      found_.sigma.push_back(column("sigma_" + component.name));
+      if (found_.displacement.back()) read[component.sensor] = true;
+    }
+    for (const Sensor& sensor : campaign_.sensors)
+      if (sensor.minus) read[*sensor.minus] = true;
+    for (const Component& component : campaign_.components)
+      if (others && !read[component.sensor]) {
+        fault_in_header(
+            component.name,
+            fmt::format("the sensor '{}' has no column", campaign_.sensors[component.sensor].name),
+            "Add it, say which it is under 'columns' in the campaign file, or remove "
+            "the sensor");
+        read[component.sensor] = true;
+      }
+  }
+
+  // The dimension of a column of a sensor, "dial_1" or "sigma_dial_1"; nothing for other names.
+  std::optional<Dimension> dimension_of_sensor(const std::string& name) const {
+    for (const Component& component : campaign_.components)
+      if (name == component.name || name == "sigma_" + component.name) return component.dimension;
+    return std::nullopt;
+  }
+
+  // "Dial 1 [um]" -> "dial_1"; empty where no sensor is called so.
+  std::string sensor_called(const std::string& header) const {
+    const auto plain = [](std::string name) {
+      name = bare_name(name);
+      std::erase(name, '_');
+      return name;
+    };
+    const std::string wanted = plain(split_header(header).name);
+    for (const Component& component : campaign_.components)
+      for (const std::string& name : {component.name, "sigma_" + component.name})
+        if (!is_reserved(name) && plain(name) == wanted) return name;
+    return {};
+  }
+
   // What each name means: as the campaign states, as it is written, as it can be understood.
   void name_columns() {
     const std::size_t count = table_.columns().size();
     found_.names.resize(count);
     found_.factors.assign(count, 1);
+    found_.dimensions.resize(count);
     read_stated_columns();
     for (std::size_t i = 0; i < count; ++i) {
       const std::string& header = table_.columns()[i];
       if (stated_.count(i) > 0 || is_known_as_written(header)) continue;
       NamedColumn named = understood(header, joints_);
+      if (const std::string sensor = sensor_called(header); !sensor.empty())
+        named = {.meaning = sensor, .unit = split_header(header).unit, .as_written = false};
       if (named.meaning.empty()) continue;
       const Column other = index_of(named.meaning);
       if (!other) {
@@ -96,9 +144,9 @@ class ColumnFinder {
   }
 
   bool is_known_as_written(const std::string& header) const {
-    return is_reserved(header) || std::any_of(joints_.begin(), joints_.end(), [&](const Joint& j) {
-             return header == j.name || header == j.alone;
-           });
+    return is_reserved(header) || dimension_of_sensor(header) ||
+           std::any_of(joints_.begin(), joints_.end(),
+                       [&](const Joint& j) { return header == j.name || header == j.alone; });
   }
 
   void read_stated_columns() {
@@ -135,8 +183,11 @@ class ColumnFinder {
   }
 
   std::string meaning_of(const StatedColumn& stated, const std::string& header) {
-    if (stated.meaning.empty() || is_reserved(stated.meaning)) return stated.meaning;
+    if (stated.meaning.empty() || is_reserved(stated.meaning) ||
+        dimension_of_sensor(stated.meaning))
+      return stated.meaning;
     std::vector<std::string> words = reserved_names();
+    for (const Component& component : campaign_.components) words.push_back(component.name);
     for (const Joint& joint : joints_) {
       if (stated.meaning == joint.name || stated.meaning == joint.alone) return joint.name;
       words.insert(words.end(), {joint.name, joint.alone});
@@ -307,6 +358,7 @@ class ColumnFinder {
     for (const std::size_t i : found_.known) {
       const NamedColumn& named = found_.names[i];
       const Dimension dimension = dimension_of_column(named.meaning);
+      found_.dimensions[i] = dimension;
       if (dimension == dimension::none || found_.unknown_units.count(i) > 0) continue;
       double factor = 1;
       if (named.unit)
@@ -320,7 +372,7 @@ class ColumnFinder {
   Dimension dimension_of_column(const std::string& meaning) const {
     for (const Joint& joint : joints_)
       if (joint.name == meaning) return joint.dimension;
-    return dimension_of(meaning);
+    return dimension_of_sensor(meaning).value_or(dimension_of(meaning));
   }
 
   double own_factor(std::size_t column, const std::string& unit, const Dimension& wanted) {
@@ -366,6 +418,7 @@ class ColumnFinder {
   // Names that may be a known one mistyped, or look like readings.
   void look_at_covariates() {
     std::vector<std::string> names = reserved_names();
+    for (const Component& component : campaign_.components) names.push_back(component.name);
     for (const Joint& joint : joints_) names.insert(names.end(), {joint.name, joint.alone});
     for (std::size_t i = 0; i < table_.columns().size(); ++i) {
       const std::string& name = table_.columns()[i];
@@ -427,7 +480,8 @@ class ColumnFinder {
     }
   }
 
-  static bool any_of(const std::array<Column, 6>& columns) {
+  template <class Columns>
+  static bool any_of(const Columns& columns) {
     return std::any_of(columns.begin(), columns.end(), [](const Column& c) { return c; });
   }
 
@@ -450,8 +504,10 @@ class ColumnFinder {
     if (!moments && !point_given && any_of(found_.wrench))
       campaign_.notes.push_back(
           "No point of application is given: forces act at the platform's reference point.");
-    if (found_.any_sigma && !found_.displacement[0] && !found_.displacement[1] &&
-        !found_.displacement[2])
+    const bool translations =
+        campaign_.reads_platform() &&
+        (found_.displacement[0] || found_.displacement[1] || found_.displacement[2]);
+    if (found_.any_sigma && !translations)
       fault_in_header("sigma", "'sigma' is the deviation of translations, and none is measured",
                       "Write sigma_rx, sigma_ry, sigma_rz");
     if (!found_.position[0] && found_.joints.empty())
@@ -464,7 +520,8 @@ class ColumnFinder {
     const auto look_at = [&](const Column& c) {
       if (c && !angle && !found_.names[*c].unit) angle = c;
     };
-    for (std::size_t i = 3; i < 6; ++i) look_at(found_.displacement[i]);
+    for (std::size_t i = 0; i < found_.displacement.size(); ++i)
+      if (campaign_.components[i].dimension == dimension::angle) look_at(found_.displacement[i]);
     for (const Column& c : found_.orientation) look_at(c);
     for (const JointColumn& c : found_.joints)
       if (c.dimension == dimension::angle) look_at(c.column);

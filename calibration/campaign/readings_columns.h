@@ -23,7 +23,8 @@ struct JointColumn {
 /// Columns that have a meaning; unset where there is no such column.
 struct ReadingsColumns {
   std::map<std::string, Column, std::less<>> texts;  // id, session, ... by name
-  std::array<Column, 6> displacement, sigma, wrench;
+  std::vector<Column> displacement, sigma;           // one a component of the campaign
+  std::array<Column, 6> wrench;
   Column any_sigma;
   std::vector<std::pair<std::pair<Eigen::Index, Eigen::Index>, std::size_t>> correlations;
   Columns3 point, position, orientation;  // all three or none
@@ -33,6 +34,7 @@ struct ReadingsColumns {
   /// worth in SI, less than zero where it counts the other way round.
   std::vector<NamedColumn> names;
   std::vector<double> factors;
+  std::vector<spatial::Dimension> dimensions;
   std::set<std::size_t> unknown_units;  // of columns that look like readings and state none
 
   bool has_displacement() const {
@@ -42,7 +44,8 @@ struct ReadingsColumns {
 };
 
 /// Finds them and checks that they make sense together, with the context and with the units of the
-/// campaign; adds to its notes and warnings what is assumed, and to `faults` what is wrong.
+/// campaign; adds to its notes and warnings what is assumed, and to `faults` what is wrong. Takes
+/// the platform out of what `campaign` reads where other sensors are read and it has no column.
 ReadingsColumns find_columns(const io::CsvTable& table, const ReadingsContext& context,
                              const vjm::Manipulator& manipulator, Campaign& campaign,
                              common::Faults& faults);

@@ -41,8 +41,10 @@ struct WrenchNoise {
 /// Whose the columns x, y, z, roll, pitch, yaw are where drives have these names.
 enum class PostureColumns { unstated, platform, joints };
 
-/// What the campaign file says about its readings.
+/// What the campaign file says about its readings. `sensor_sigma`: standard deviations of what
+/// `sensors:` describes, one entry a component of the campaign, NaN where not stated.
 struct ReadingsContext {
+  Eigen::VectorXd sensor_sigma = Eigen::VectorXd::Constant(6, not_a_number);
   std::map<std::string, Instrument> instruments = {};  // by name; "": where a reading names none
   WrenchFrame wrench = {};
   WrenchNoise wrench_noise = {};
@@ -56,7 +58,8 @@ struct ReadingsContext {
 
 /// Reads a campaign file except for its readings: fills `campaign` as far as it says so. Throws
 /// common::InputError.
-ReadingsContext read_context(const std::filesystem::path& file, Campaign& campaign);
+ReadingsContext read_context(const std::filesystem::path& file, const vjm::Manipulator& manipulator,
+                             Campaign& campaign);
 
 /// Symmetric with unit diagonal as given; positive definite?
 bool is_correlation(const spatial::Matrix6& matrix);

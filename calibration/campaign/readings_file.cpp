@@ -43,7 +43,8 @@ class Reader {
   void read() {
     read_sessions();
     for (const auto& [name, instrument] : context_.instruments)
-      if (instrument.correlation) correlation_of_[name] = index_of(*instrument.correlation);
+      if (instrument.correlation && campaign_.reads_platform())
+        correlation_of_[name] = index_of(*instrument.correlation);
     read_times();
     campaign_.readings.reserve(table_.rows());
     for (std::size_t row = 0; row < table_.rows(); ++row) read_row(row);
@@ -302,7 +303,10 @@ class Reader {
     return found == context_.instruments.end() ? unknown : found->second;
   }
 
-  std::size_t index_of(const spatial::Matrix6& correlation) {
+  // Of the platform's components among all.
+  std::size_t index_of(const spatial::Matrix6& of_platform) {
+    Eigen::MatrixXd correlation = Eigen::MatrixXd::Identity(campaign_.size(), campaign_.size());
+    correlation.topLeftCorner<6, 6>() = of_platform;
     auto& known = campaign_.correlations;
     const auto found = std::find(known.begin(), known.end(), correlation);
     if (found != known.end()) return static_cast<std::size_t>(found - known.begin());
@@ -315,8 +319,8 @@ class Reader {
     std::optional<std::size_t> result;
     if (const auto found = correlation_of_.find(reading.instrument); found != correlation_of_.end())
       result = found->second;
-    spatial::Matrix6 matrix =
-        result ? campaign_.correlations[*result] : spatial::Matrix6(spatial::Matrix6::Identity());
+    spatial::Matrix6 matrix = spatial::Matrix6::Identity();
+    if (result) matrix = campaign_.correlations[*result].topLeftCorner<6, 6>();
     std::optional<std::size_t> last;
     for (const auto& [pair, column] : columns_.correlations)
       if (const auto value = optional_number(row, column)) {
@@ -346,17 +350,19 @@ class Reader {
   }
 
   void read_displacement(std::size_t row, Reading& reading) {
-    reading.displacement.setConstant(no_value);
-    reading.sigma = instrument_of(reading).sigma;
+    reading.displacement.setConstant(campaign_.size(), no_value);
+    reading.sigma = context_.sensor_sigma.tail(campaign_.size());
+    if (campaign_.reads_platform()) reading.sigma.head<6>() = instrument_of(reading).sigma;
     reading.correlation = read_correlation(row, reading);
     bool any = false;
-    for (std::size_t i = 0; i < 6; ++i) {
+    for (std::size_t i = 0; i < columns_.displacement.size(); ++i) {
       const auto k = static_cast<Eigen::Index>(i);
       if (const auto read = optional_number(row, columns_.displacement[i])) {
         reading.displacement[k] = *read;
         any = true;
       }
-      if (const auto read = sigma(row, is_rotation(k) ? Column() : columns_.any_sigma))
+      const bool translation = campaign_.is_of_platform(k) && !is_rotation(k);
+      if (const auto read = sigma(row, translation ? columns_.any_sigma : Column()))
         reading.sigma[k] = *read;
       if (const auto read = sigma(row, columns_.sigma[i])) reading.sigma[k] = *read;
     }
@@ -470,7 +476,7 @@ class Reader {
     std::size_t stated = 0, used = 0;
     std::optional<std::pair<std::size_t, std::size_t>> without;
     for (std::size_t row = 0; row < campaign_.readings.size(); ++row)
-      for (std::size_t k = 0; k < 6; ++k) {
+      for (std::size_t k = 0; k < campaign_.components.size(); ++k) {
         const Reading& reading = campaign_.readings[row];
         if (!reading.uses(static_cast<Eigen::Index>(k))) continue;
         const bool has = !std::isnan(reading.sigma[static_cast<Eigen::Index>(k)]);
@@ -488,7 +494,7 @@ class Reader {
       fault(without->first, *columns_.displacement[without->second],
             "this value has no standard deviation, but others have",
             fmt::format("State it under 'noise' in the campaign file or in a column sigma_{}",
-                        component_names[without->second]));
+                        campaign_.components[without->second].name));
     campaign_.noise_stated = stated == used;
   }
 

@@ -39,13 +39,8 @@ std::string words_for(const std::string& meaning, const std::vector<Joint>& join
     return meaning + ", posture of the platform";
   if (meaning.starts_with("sigma")) return meaning + ", standard deviation";
   if (meaning.starts_with("corr")) return meaning + ", correlation";
-  return meaning.empty() ? "covariate" : meaning;
-}
-
-Dimension dimension_of_meaning(const std::string& meaning, const std::vector<Joint>& joints) {
-  for (const Joint& joint : joints)
-    if (joint.name == meaning) return joint.dimension;
-  return dimension_of(meaning);
+  if (meaning.empty()) return "covariate";
+  return is_reserved(meaning) ? meaning : meaning + ", a sensor";
 }
 
 // Which of `units:` such a column needs.
@@ -97,7 +92,7 @@ std::vector<ColumnOverview> look_at_columns(const io::CsvTable& table,
     column.words = words_for(column.meaning, joints);
     column.negative = used && named.negative;
     look_at_cells(table, c, column);
-    const Dimension d = dimension_of_meaning(column.meaning, joints);
+    const Dimension d = columns.dimensions[c];
     if (columns.unknown_units.count(c) > 0)
       column.unit = "?";
     else if (used && d != dimension::none && !(column.meaning == "time" && is_clock(column)))
@@ -144,12 +139,12 @@ void guess_columns(const io::CsvTable& table, const std::vector<Joint>& joints,
 
 // Columns that have no unit, and none is given for them.
 void check_units(const io::CsvTable& table, const ReadingsColumns& columns,
-                 const std::vector<Joint>& joints, ReadingsOverview& overview) {
+                 ReadingsOverview& overview) {
   static const std::map<std::string, std::string> examples = {
       {"length", "mm"}, {"force", "N"}, {"angle", "deg"}, {"time", "s"}};
   for (std::size_t c = 0; c < table.columns().size(); ++c) {
     const ColumnOverview& column = overview.columns[c];
-    const Dimension d = dimension_of_meaning(column.meaning, joints);
+    const Dimension d = columns.dimensions[c];
     const std::string key = unit_key(d);
     if (key.empty() || columns.names[c].unit || (column.meaning == "time" && is_clock(column)))
       continue;
@@ -223,14 +218,14 @@ ReadingsOverview look_at_readings(const ReadingsRequest& request, const vjm::Rob
   if (overview.needs_wrench_point)
     context.wrench.point = spatial::Vector3(spatial::Vector3::Zero());
   overview.columns = look_at_columns(table, columns, campaign.units, joints);
-  check_units(table, columns, joints, overview);
+  check_units(table, columns, overview);
   try_to_read(table, context, manipulator, campaign, faults, overview);
   return overview;
 }
 
 ReadingsOverview look_at_campaign(const std::filesystem::path& file, const vjm::Robot& robot) {
   Campaign campaign;
-  const ReadingsContext context = read_context(file, campaign);
+  const ReadingsContext context = read_context(file, robot.manipulator, campaign);
   common::Faults faults;
   const io::CsvTable table = io::read_table(campaign.readings_file, context.table, &faults);
   ReadingsOverview overview{.table = campaign.readings_file,

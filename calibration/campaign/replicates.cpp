@@ -126,10 +126,11 @@ double sum_about_mean(const Campaign& campaign, const ReplicateGroup& group) {
 // than neighbours if all scatter alike: the contrasts are orthogonal, and the F test exact.
 double chance_of_no_trend(const Campaign& campaign, const std::vector<ReplicateGroup>& groups) {
   double least = 1;
-  for (const bool rotations : {false, true}) {
+  for (const std::vector<Eigen::Index>& kind : component_kinds(campaign)) {
     double near = 0, far = 0, near_freedom = 0, far_freedom = 0;
     for (const ReplicateGroup& group : groups) {
-      if (is_rotation(group.component) != rotations || group.readings.size() < 2) continue;
+      const bool is_of_kind = std::find(kind.begin(), kind.end(), group.component) != kind.end();
+      if (!is_of_kind || group.readings.size() < 2) continue;
       const double unit = mean_sigma_square(campaign, group);
       const double pairs = sum_over_pairs(campaign, group) / unit;
       const auto number = static_cast<double>(group.readings.size() / 2);
@@ -197,8 +198,7 @@ std::vector<ReplicateGroup> replicate_groups(const Campaign& campaign) {
   for (const std::size_t i : in_order_of_time(campaign.readings)) {
     const Reading& reading = campaign.readings[i];
     const StateKey state = state_of(campaign, reading, branch[i], peak[i], side[i]);
-    for (Eigen::Index k = 0; k < 6; ++k) {
-      if (!reading.uses(k)) continue;
+    for (const Eigen::Index k : components_in_use(reading)) {
       const int visit = reading.replicate.empty() ? 0 : visits[{state, reading.replicate, k}]++;
       groups[{state, visit, k}].push_back(i);
     }

@@ -27,7 +27,8 @@ BeforeAfter compare_before_after(const vjm::Robot& before, const vjm::Robot& aft
   const HeldOutGroups groups = held_out_groups(campaign, values);
   result.held_out = groups.what;
   const auto add = [&](const std::string& name, const Assessment& assessment) {
-    result.stages.push_back(waterfall_stage(name, assessment.fit, values, noise, groups, 1));
+    result.stages.push_back(
+        waterfall_stage(name, assessment.fit, campaign, values, noise, groups, 1));
     result.stages.back().confirmed = confirmed_by(assessment);
   };
   for (const auto& [name, comparison] :
@@ -35,7 +36,7 @@ BeforeAfter compare_before_after(const vjm::Robot& before, const vjm::Robot& aft
     add(std::string(name) + ", as designed", comparison->nominal);
     if (comparison->fitted) add(std::string(name) + ", refitted", *comparison->fitted);
   }
-  result.stages.push_back(noise_floor(values, noise));
+  result.stages.push_back(noise_floor(campaign, values, noise));
   return result;
 }
 

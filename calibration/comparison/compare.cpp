@@ -9,6 +9,7 @@
 #include "kinetostat/calibration/campaign/datum.h"
 #include "kinetostat/calibration/campaign/noise_estimate.h"
 #include "kinetostat/calibration/campaign/pure_error.h"
+#include "kinetostat/calibration/comparison/missing_sensor.h"
 #include "kinetostat/calibration/comparison/unit_error.h"
 #include "kinetostat/calibration/regression/undetermined.h"
 #include "kinetostat/calibration/regression/wrench_noise.h"
@@ -17,7 +18,7 @@
 namespace kinetostat::calibration {
 namespace {
 
-using spatial::Vector6;
+using Eigen::VectorXd;
 
 // What all assessments of one campaign share.
 struct Evidence {
@@ -54,7 +55,7 @@ ResidualStatistics statistics(const Evidence& evidence, const Assessment& assess
 
 void add_statistics(const Evidence& evidence, Assessment& assessment) {
   const std::size_t sessions = evidence.campaign.sessions.size();
-  for (Eigen::Index k = 0; k < 6; ++k) {
+  for (Eigen::Index k = 0; k < evidence.campaign.size(); ++k) {
     const ResidualStatistics all = statistics(evidence, assessment, k, std::nullopt);
     if (all.count == 0) continue;
     assessment.by_component.push_back(all);
@@ -67,9 +68,9 @@ void add_statistics(const Evidence& evidence, Assessment& assessment) {
 void add_residuals(const Evidence& evidence, Assessment& assessment) {
   for (std::size_t i = 0; i < evidence.campaign.readings.size(); ++i) {
     const Reading& reading = evidence.campaign.readings[i];
-    const Vector6 residual = reading.displacement - assessment.fit.predicted[i];
+    const VectorXd residual = reading.displacement - assessment.fit.predicted[i];
     assessment.residual.push_back(residual);
-    Vector6 whitened = residual.cwiseQuotient(evidence.noise.sigma[i]);
+    VectorXd whitened = residual.cwiseQuotient(evidence.noise.sigma[i]);
     if (const auto used = components_in_use(reading); !used.empty()) {
       Eigen::MatrixXd column = residual(used);
       evidence.noise.whiten(i, used, column);
@@ -98,11 +99,12 @@ bool is_exact(const Evidence& evidence, const Assessment& assessment) {
 }
 
 // Only a sum over quantities of one kind has a unit.
-std::optional<double> residual_deviation(const Assessment& assessment) {
+std::optional<double> residual_deviation(const Campaign& campaign, const Assessment& assessment) {
   if (assessment.fit.degrees_of_freedom() <= 0) return std::nullopt;
   double squares = 0;
   for (const ResidualStatistics& s : assessment.by_component) {
-    if (is_rotation(s.component) != is_rotation(assessment.by_component[0].component))
+    if (campaign.component(s.component).dimension !=
+        campaign.component(assessment.by_component[0].component).dimension)
       return std::nullopt;
     squares += static_cast<double>(s.count) * s.rms * s.rms;
   }
@@ -153,7 +155,7 @@ HeldOutReadings predict_held_out(const Predictor& predictor, const Campaign& oth
   result.estimated = alone.fit.estimated;
   result.squared_error = alone.fit.squared_error;
   add_residuals(own, alone);
-  for (Eigen::Index k = 0; k < 6; ++k)
+  for (Eigen::Index k = 0; k < others.size(); ++k)
     if (const auto s = statistics(own, alone, k, std::nullopt); s.count > 0)
       result.by_component.push_back(s);
   if (evidence.noise.source != NoiseSource::unknown && alone.fit.degrees_of_freedom() > 0)
@@ -181,7 +183,7 @@ Assessment assess(const Predictor& predictor, const Campaign& whole, const Evide
   add_held_out(predictor, whole, evidence, progress, assessment);
   add_residuals(evidence, assessment);
   add_statistics(evidence, assessment);
-  assessment.residual_deviation = residual_deviation(assessment);
+  assessment.residual_deviation = residual_deviation(evidence.campaign, assessment);
   assessment.is_exact = is_exact(evidence, assessment);
   add_tests(evidence, assessment);
   assessment.patterns = find_patterns(
@@ -191,9 +193,13 @@ Assessment assess(const Predictor& predictor, const Campaign& whole, const Evide
 }
 
 bool mixes_kinds(const Evidence& evidence) {
-  const auto rotation = [](const ReplicateGroup& group) { return is_rotation(group.component); };
-  return std::any_of(evidence.groups.begin(), evidence.groups.end(), rotation) &&
-         !std::all_of(evidence.groups.begin(), evidence.groups.end(), rotation);
+  const auto kind_of = [&](const ReplicateGroup& group) {
+    const Component& component = evidence.campaign.component(group.component);
+    return std::pair(component.sensor, component.dimension);
+  };
+  return std::any_of(evidence.groups.begin(), evidence.groups.end(), [&](const auto& group) {
+    return kind_of(group) != kind_of(evidence.groups.front());
+  });
 }
 
 // Why a test was not made.
@@ -234,6 +240,20 @@ std::vector<std::string> doubts_about(const BaseFit& fit) {
         "The readings alone leave some stiffness open, or drive it far from its design: all that "
         "are uncertain are fitted as known by design to a factor of 2.7, one standard deviation.");
   return doubts;
+}
+
+// What would determine it, where the readings do not determine what is uncertain.
+void add_missing_sensor(const vjm::Robot& robot, const Campaign& campaign, const Noise& noise,
+                        int threads, common::Progress& progress, Comparison& result) {
+  if (result.fitted && result.fitted->fit.weak.empty() && result.notes.empty()) return;
+  const auto sensor = missing_sensor(robot, robot.effects, uncertain_parameters(robot), campaign,
+                                     noise, threads, progress);
+  if (!sensor) return;
+  const std::string sentence = "What is missing: " + sensor->phrase() + ".";
+  if (result.refit_failure.empty())
+    result.notes.push_back(sentence);
+  else
+    result.refit_failure += " " + sentence;
 }
 
 bool is_all_held(const std::vector<Parameter>& parameters) {
@@ -313,6 +333,7 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
   result.unit_error = unit_error(to_fit, result.nominal.fit.predicted);
   if (std::optional<BaseFit> found = refit(robot, predictor, evidence, fit, progress, result))
     result.fitted = assessed(*std::move(found));
+  add_missing_sensor(robot, to_fit, evidence.noise, threads, progress, result);
   result.noise = evidence.noise;
   if (evidence.pure.degrees_of_freedom > 0) result.replicates = evidence.pure;
   result.noise_check = test_of_stated_noise(evidence.pure, evidence.noise);

@@ -13,7 +13,7 @@
 
 namespace kinetostat::calibration {
 
-/// Residuals (measured - predicted) of one component [m or rad].
+/// Residuals (measured - predicted) of one component, SI.
 struct ResidualStatistics {
   Eigen::Index component = 0;
   std::optional<std::size_t> session;  // none: over all sessions
@@ -48,15 +48,16 @@ struct HeldOutReadings {
 /// best values.
 struct Assessment {
   BaseFit fit;
-  std::vector<spatial::Vector6> residual;  // one a reading [m; rad]; NaN where not measured
-  std::vector<spatial::Vector6> whitened;  // in units of the noise
+  std::vector<Eigen::VectorXd> residual;  // one a reading, SI; NaN where not measured
+  std::vector<Eigen::VectorXd> whitened;  // in units of the noise
   std::vector<ResidualStatistics> by_component;
   std::vector<ResidualStatistics> by_session;  // empty with one session
   std::vector<HeldOutReadings> held_out;       // one a role that some readings have, but `fit`
   Patterns patterns;                           // what the residual depends on
   bool is_exact = false;  // the residual is nothing but rounding of the equilibrium
   /// sqrt(sum of squares / degrees of freedom) [m or rad], when only translations or only rotations
-  /// are measured. A description of the misfit, not an estimate of the noise.
+  /// are measured, or one other dimension. A description of the misfit, not an estimate of the
+  /// noise.
   std::optional<double> residual_deviation;
   std::optional<ChiSquareTest> chi_square;   // only with a stated noise
   std::optional<LackOfFitTest> lack_of_fit;  // only with replicates

@@ -9,7 +9,7 @@ namespace kinetostat::calibration {
 namespace {
 
 using Eigen::Index;
-using spatial::Vector6;
+using Eigen::VectorXd;
 
 constexpr double hardly = 3;  // times the median deviation
 
@@ -74,9 +74,9 @@ std::vector<double> deflections(const Predictor& predictor, const Campaign& camp
 }
 
 // du/dd of every configuration; zero where the joint does not deflect.
-std::vector<Vector6> followings(const Campaign& campaign, const Predictions& predictions,
-                                const std::vector<double>& deflection) {
-  std::vector<Vector6> result(campaign.configurations.size(), Vector6::Zero());
+std::vector<VectorXd> followings(const Campaign& campaign, const Predictions& predictions,
+                                 const std::vector<double>& deflection) {
+  std::vector<VectorXd> result(campaign.configurations.size(), VectorXd::Zero(campaign.size()));
   std::vector<double> largest(campaign.configurations.size(), 0);
   for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
     const std::size_t c = campaign.readings[i].configuration;
@@ -93,8 +93,8 @@ struct Projection {
   double information = 0, residual = 0, change = 0;
 };
 
-Projection projection_of(const Reading& reading, const Vector6& sigma, const Vector6& following,
-                         const Vector6& without, const Vector6& with) {
+Projection projection_of(const Reading& reading, const VectorXd& sigma, const VectorXd& following,
+                         const VectorXd& without, const VectorXd& with) {
   Projection p;
   for (const Index k : components_in_use(reading)) {
     const double weight = following[k] / (sigma[k] * sigma[k]);
@@ -134,11 +134,11 @@ std::optional<std::vector<JointCurvePoint>> joint_curve(
                                .chains()[spring->chain]
                                .stiffness()(spring->coordinate, spring->coordinate);
   const std::vector<double> d = deflections(predictor, campaign, predictions, bare, *spring);
-  const std::vector<Vector6> following = followings(campaign, predictions, d);
+  const std::vector<VectorXd> following = followings(campaign, predictions, d);
   std::vector<JointCurvePoint> points;
   for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
     const Reading& reading = campaign.readings[i];
-    const Vector6& j = following[reading.configuration];
+    const VectorXd& j = following[reading.configuration];
     if (std::isnan(d[i]) || j.isZero(0)) continue;
     const Projection p =
         projection_of(reading, noise.sigma[i], j, without.residual[i], with.residual[i]);

@@ -14,7 +14,7 @@ using spatial::Vector6;
 
 class LoopFinder {
  public:
-  LoopFinder(const Campaign& campaign, const std::vector<Vector6>& residual,
+  LoopFinder(const Campaign& campaign, const std::vector<Eigen::VectorXd>& residual,
              const std::vector<Vector6>& work, const Noise& noise)
       : campaign_(campaign),
         changing_(changing_loads(campaign)),
@@ -63,11 +63,14 @@ class LoopFinder {
   // It is linear in the readings, so their noise carries over with the coefficients.
   void add_area(const Cycle& cycle, Loop& loop) {
     double variance = 0;
-    for (Index k = 0; k < 6; ++k) {
+    for (Index k = 0; k < campaign_.size(); ++k) {
+      // The load does work on what is read of the platform alone.
+      if (!campaign_.is_of_platform(k)) continue;
+      const Index axis = campaign_.component(k).axis;
       if (!std::all_of(cycle.begin(), cycle.end(),
                        [&](std::size_t i) { return reading(i).uses(k); }))
         continue;
-      const auto load = [&](std::size_t n) { return work_[cycle[n]][k]; };
+      const auto load = [&](std::size_t n) { return work_[cycle[n]][axis]; };
       for (std::size_t n = 0; n < cycle.size(); ++n) {
         const std::size_t i = cycle[n];
         const double before = n > 0 ? load(n - 1) + load(n) : 0;
@@ -95,7 +98,7 @@ class LoopFinder {
     if (!last) return;
     loop.return_to_zero = residual_[*last] - residual_[*first];
     if (noise_.source == NoiseSource::unknown) return;
-    for (Index k = 0; k < 6; ++k) {
+    for (Index k = 0; k < campaign_.size(); ++k) {
       if (!reading(*first).uses(k) || !reading(*last).uses(k)) continue;
       return_.sum += std::pow((*loop.return_to_zero)[k], 2) /
                      (std::pow(noise_.sigma[*first][k], 2) + std::pow(noise_.sigma[*last][k], 2));
@@ -118,7 +121,7 @@ class LoopFinder {
 
   const Campaign& campaign_;
   std::vector<vjm::Load> changing_;
-  const std::vector<Vector6>& residual_;
+  const std::vector<Eigen::VectorXd>& residual_;
   const std::vector<Vector6>& work_;
   const Noise& noise_;
   Squares area_, return_;
@@ -126,7 +129,7 @@ class LoopFinder {
 
 }  // namespace
 
-LoadLoops find_loops(const Campaign& campaign, const std::vector<Vector6>& residual,
+LoadLoops find_loops(const Campaign& campaign, const std::vector<Eigen::VectorXd>& residual,
                      const std::vector<Vector6>& work, const Noise& noise) {
   return LoopFinder(campaign, residual, work, noise).find();
 }

@@ -23,7 +23,7 @@ struct Loop {
   std::string session, cycle;
   double measured = 0, predicted = 0;  // work lost in the cycle [J]
   std::optional<double> noise = {};    // standard deviation of `measured` [J], when known
-  std::optional<spatial::Vector6> return_to_zero = {};  // last minus first residual without load
+  std::optional<Eigen::VectorXd> return_to_zero = {};  // last minus first residual without load
 };
 
 struct LoadLoops {
@@ -34,7 +34,7 @@ struct LoadLoops {
 
 /// Loops of all load cycles at one posture that end at the load at which they started. `residual`
 /// [m; rad] and `work` (BaseFit), one entry a reading.
-LoadLoops find_loops(const Campaign& campaign, const std::vector<spatial::Vector6>& residual,
+LoadLoops find_loops(const Campaign& campaign, const std::vector<Eigen::VectorXd>& residual,
                      const std::vector<spatial::Vector6>& work, const Noise& noise);
 
 }  // namespace kinetostat::calibration

@@ -101,8 +101,8 @@ Explained along_line(const std::vector<Sample>& samples, const std::vector<doubl
 
 class PatternFinder {
  public:
-  PatternFinder(const Campaign& campaign, const std::vector<Vector6>& residual,
-                const std::vector<Vector6>& whitened, const std::vector<Vector6>& work,
+  PatternFinder(const Campaign& campaign, const std::vector<Eigen::VectorXd>& residual,
+                const std::vector<Eigen::VectorXd>& whitened, const std::vector<Vector6>& work,
                 Index parameters, const Noise& noise)
       : campaign_(campaign),
         residual_(residual),
@@ -111,9 +111,8 @@ class PatternFinder {
         parameters_(parameters),
         noise_(noise) {
     for (std::size_t i = 0; i < campaign.readings.size(); ++i)
-      for (Index k = 0; k < 6; ++k)
-        if (campaign.readings[i].uses(k) && (noise.comparable || !is_rotation(k)))
-          components_.push_back({i, static_cast<std::size_t>(k), whitened[i][k]});
+      for (const Index k : components_in_use(campaign.readings[i]))
+        if (counts(k)) components_.push_back({i, static_cast<std::size_t>(k), whitened[i][k]});
     find_along_load();
   }
 
@@ -130,6 +129,17 @@ class PatternFinder {
  private:
   const Reading& reading(std::size_t i) const { return campaign_.readings[i]; }
 
+  // Where nothing says how kinds of components compare, those of the first kind.
+  bool counts(Index k) const {
+    if (noise_.comparable) return true;
+    for (const std::vector<Index>& kind : component_kinds(campaign_))
+      if (std::any_of(campaign_.readings.begin(), campaign_.readings.end(), [&](const Reading& r) {
+            return std::any_of(kind.begin(), kind.end(), [&](Index c) { return r.uses(c); });
+          }))
+        return std::find(kind.begin(), kind.end(), k) != kind.end();
+    return true;
+  }
+
   bool is_rounding() const {
     double error = 0, size = 0;
     for (const Sample& s : components_) {
@@ -145,8 +155,11 @@ class PatternFinder {
     for (std::size_t i = 0; i < campaign_.readings.size(); ++i) {
       const Vector6 u = direction_seen(i);
       double sum = 0, squares = 0;
-      for (Index k = 0; k < 6; ++k)
-        if (reading(i).uses(k)) sum += u[k] * whitened_[i][k], squares += u[k] * u[k];
+      for (const Index k : components_in_use(reading(i))) {
+        if (!campaign_.is_of_platform(k)) continue;
+        const double along = u[campaign_.component(k).axis];
+        sum += along * whitened_[i][k], squares += along * along;
+      }
       // Less than this share of the load's direction is measured: it tells nothing.
       if (squares > 1e-6) along_load_.push_back({i, 0, sum / std::sqrt(squares)});
     }
@@ -178,14 +191,16 @@ class PatternFinder {
   }
 
   // Which component holds most of the error of each group.
-  static void add_components(const Factor& factor, const std::vector<Sample>& samples,
-                             std::vector<PatternGroup>& groups) {
-    std::map<std::string, std::array<double, 6>> squares;
+  void add_components(const Factor& factor, const std::vector<Sample>& samples,
+                      std::vector<PatternGroup>& groups) const {
+    std::map<std::string, std::vector<double>> squares;
+    for (const std::string& label : factor.labels)
+      squares[label].resize(campaign_.components.size());
     for (const Sample& s : samples)
       squares[factor.labels[static_cast<std::size_t>(factor.group[s.reading])]][s.channel] +=
           s.value * s.value;
     for (PatternGroup& group : groups) {
-      const std::array<double, 6>& all = squares[group.label];
+      const std::vector<double>& all = squares[group.label];
       const double total = std::accumulate(all.begin(), all.end(), 0.0);
       // The first of equals, whatever rounding makes of them.
       const double largest = *std::max_element(all.begin(), all.end());
@@ -230,9 +245,8 @@ class PatternFinder {
     Index values = 0;
     for (const auto& [a, b] : reversed_pairs(campaign_)) {
       ++result.pairs;
-      for (Index k = 0; k < 6; ++k) {
-        if (!reading(a).uses(k) || !reading(b).uses(k)) continue;
-        if (!noise_.comparable && is_rotation(k)) continue;
+      for (Index k = 0; k < campaign_.size(); ++k) {
+        if (!reading(a).uses(k) || !reading(b).uses(k) || !counts(k)) continue;
         odd += std::pow(whitened_[a][k] - whitened_[b][k], 2);
         even += std::pow(whitened_[a][k] + whitened_[b][k], 2);
         ++values;
@@ -268,8 +282,8 @@ class PatternFinder {
   }
 
   const Campaign& campaign_;
-  const std::vector<Vector6>& residual_;
-  const std::vector<Vector6>& whitened_;
+  const std::vector<Eigen::VectorXd>& residual_;
+  const std::vector<Eigen::VectorXd>& whitened_;
   const std::vector<Vector6>& work_;
   Index parameters_;
   const Noise& noise_;
@@ -297,9 +311,9 @@ std::vector<double> holm(const std::vector<double>& p_values) {
   return adjusted;
 }
 
-Patterns find_patterns(const Campaign& campaign, const std::vector<Vector6>& residual,
-                       const std::vector<Vector6>& whitened, const std::vector<Vector6>& work,
-                       Index parameters, const Noise& noise) {
+Patterns find_patterns(const Campaign& campaign, const std::vector<Eigen::VectorXd>& residual,
+                       const std::vector<Eigen::VectorXd>& whitened,
+                       const std::vector<Vector6>& work, Index parameters, const Noise& noise) {
   return PatternFinder(campaign, residual, whitened, work, parameters, noise).find();
 }
 

@@ -62,8 +62,8 @@ struct Patterns {
 /// many were fitted.
 /// Empty when the residual is nothing but rounding. No figure depends on the order of rows, on
 /// units or on the point about which wrenches are stated.
-Patterns find_patterns(const Campaign& campaign, const std::vector<spatial::Vector6>& residual,
-                       const std::vector<spatial::Vector6>& whitened,
+Patterns find_patterns(const Campaign& campaign, const std::vector<Eigen::VectorXd>& residual,
+                       const std::vector<Eigen::VectorXd>& whitened,
                        const std::vector<spatial::Vector6>& work, Eigen::Index parameters,
                        const Noise& noise);
 

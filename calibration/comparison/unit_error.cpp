@@ -36,11 +36,13 @@ struct Sums {
   }
 };
 
-Sums sums_of(const Campaign& campaign, const std::vector<spatial::Vector6>& predicted,
+Sums sums_of(const Campaign& campaign, const std::vector<Eigen::VectorXd>& predicted,
              bool rotations) {
   std::map<std::pair<std::size_t, Eigen::Index>, Sums> groups;  // of session and component
   for (const Value& value : values_in_use(campaign)) {
-    if (is_rotation(value.component) != rotations) continue;
+    if (campaign.component(value.component).dimension !=
+        (rotations ? spatial::dimension::angle : spatial::dimension::length))
+      continue;
     const Reading& reading = campaign.readings[value.reading];
     groups[{reading.session, value.component}].add(reading.displacement[value.component],
                                                    predicted[value.reading][value.component]);
@@ -75,7 +77,7 @@ std::string unit_error_of(double factor, bool rotations) {
 
 }  // namespace
 
-std::string unit_error(const Campaign& campaign, const std::vector<spatial::Vector6>& predicted) {
+std::string unit_error(const Campaign& campaign, const std::vector<Eigen::VectorXd>& predicted) {
   for (const bool rotations : {false, true}) {
     const Sums sums = sums_of(campaign, predicted, rotations);
     if (sums.count < fewest || !(sums.mm > 0 && sums.pp > 0)) continue;

@@ -15,7 +15,7 @@ namespace kinetostat::calibration {
 /// but more than eight times as large, less than an eighth, or of opposite sign. Empty where there
 /// is none. Translations and rotations each by themselves, without their means over a session,
 /// which zero offsets and frames move. `predicted`: by the nominal model, one a reading [m; rad].
-std::string unit_error(const Campaign& campaign, const std::vector<spatial::Vector6>& predicted);
+std::string unit_error(const Campaign& campaign, const std::vector<Eigen::VectorXd>& predicted);
 
 /// The same with predictions of the nominal robot; empty, too, where that has no equilibrium.
 std::string unit_error(const Campaign& campaign, const Predictor& nominal,

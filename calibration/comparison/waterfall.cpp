@@ -20,14 +20,16 @@ double root_mean_square(double sum, Index count) {
                     : std::sqrt(sum / static_cast<double>(count));
 }
 
-void add_physical(const VectorXd& whitened, const std::vector<Value>& values, const Noise& noise,
-                  WaterfallStage& stage) {
+void add_physical(const VectorXd& whitened, const Campaign& campaign,
+                  const std::vector<Value>& values, const Noise& noise, WaterfallStage& stage) {
   Eigen::MatrixXd error = whitened;
   SharedNoise(noise, values).restore(error);
   double sums[2] = {0, 0};
   Index counts[2] = {0, 0};
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const int kind = is_rotation(values[i].component) ? 1 : 0;
+    const spatial::Dimension& dimension = campaign.component(values[i].component).dimension;
+    if (dimension != spatial::dimension::length && dimension != spatial::dimension::angle) continue;
+    const int kind = dimension == spatial::dimension::angle ? 1 : 0;
     const double sigma = noise.sigma[values[i].reading][values[i].component];
     sums[kind] += std::pow(error(static_cast<Index>(i), 0) * sigma, 2);
     ++counts[kind];
@@ -39,18 +41,20 @@ void add_physical(const VectorXd& whitened, const std::vector<Value>& values, co
 }  // namespace
 
 WaterfallStage waterfall_stage(const std::string& name, const BaseFit& fit,
-                               const std::vector<Value>& values, const Noise& noise,
-                               const HeldOutGroups& groups, std::uint64_t seed) {
-  return waterfall_stage(name, held_out(fit.at, prior_information(fit), groups, 1).error, values,
-                         noise, groups, seed);
+                               const Campaign& campaign, const std::vector<Value>& values,
+                               const Noise& noise, const HeldOutGroups& groups,
+                               std::uint64_t seed) {
+  return waterfall_stage(name, held_out(fit.at, prior_information(fit), groups, 1).error, campaign,
+                         values, noise, groups, seed);
 }
 
 WaterfallStage waterfall_stage(const std::string& name, const VectorXd& error,
-                               const std::vector<Value>& values, const Noise& noise,
-                               const HeldOutGroups& groups, std::uint64_t seed) {
+                               const Campaign& campaign, const std::vector<Value>& values,
+                               const Noise& noise, const HeldOutGroups& groups,
+                               std::uint64_t seed) {
   WaterfallStage stage{.name = name};
   stage.whitened = root_mean_square(error.squaredNorm(), error.size());
-  add_physical(error, values, noise, stage);
+  add_physical(error, campaign, values, noise, stage);
   std::vector<double> sums;
   std::vector<Index> counts;
   for (const std::vector<Index>& group : groups.members) {
@@ -75,9 +79,10 @@ WaterfallStage waterfall_stage(const std::string& name, const VectorXd& error,
   return stage;
 }
 
-WaterfallStage noise_floor(const std::vector<Value>& values, const Noise& noise) {
+WaterfallStage noise_floor(const Campaign& campaign, const std::vector<Value>& values,
+                           const Noise& noise) {
   WaterfallStage stage{.name = "noise floor", .whitened = 1, .lower = 1, .upper = 1};
-  add_physical(VectorXd::Ones(static_cast<Index>(values.size())), values, noise, stage);
+  add_physical(VectorXd::Ones(static_cast<Index>(values.size())), campaign, values, noise, stage);
   return stage;
 }
 

@@ -28,13 +28,14 @@ struct WaterfallStage {
 
 /// `error`: whitened held-out errors, one a value.
 WaterfallStage waterfall_stage(const std::string& name, const Eigen::VectorXd& error,
-                               const std::vector<Value>& values, const Noise& noise,
-                               const HeldOutGroups& groups, std::uint64_t seed);
+                               const Campaign& campaign, const std::vector<Value>& values,
+                               const Noise& noise, const HeldOutGroups& groups, std::uint64_t seed);
 /// Stage of a fitted model, each of the groups left out of `values` in turn.
 WaterfallStage waterfall_stage(const std::string& name, const BaseFit& fit,
-                               const std::vector<Value>& values, const Noise& noise,
-                               const HeldOutGroups& groups, std::uint64_t seed);
+                               const Campaign& campaign, const std::vector<Value>& values,
+                               const Noise& noise, const HeldOutGroups& groups, std::uint64_t seed);
 /// Stage of the noise alone.
-WaterfallStage noise_floor(const std::vector<Value>& values, const Noise& noise);
+WaterfallStage noise_floor(const Campaign& campaign, const std::vector<Value>& values,
+                           const Noise& noise);
 
 }  // namespace kinetostat::calibration

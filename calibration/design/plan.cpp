@@ -24,12 +24,11 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using spatial::Vector6;
 
 // The median standard deviation of each component that is measured at all.
-Vector6 usual_noise(const Campaign& campaign, const Noise& noise) {
-  Vector6 sigma = Vector6::Constant(std::numeric_limits<double>::quiet_NaN());
-  for (Index k = 0; k < 6; ++k) {
+VectorXd usual_noise(const Campaign& campaign, const Noise& noise) {
+  VectorXd sigma = VectorXd::Constant(campaign.size(), std::numeric_limits<double>::quiet_NaN());
+  for (Index k = 0; k < sigma.size(); ++k) {
     std::vector<double> all;
     for (std::size_t i = 0; i < campaign.readings.size(); ++i)
       if (campaign.readings[i].uses(k)) all.push_back(noise.sigma[i][k]);
@@ -40,9 +39,9 @@ Vector6 usual_noise(const Campaign& campaign, const Noise& noise) {
   return sigma;
 }
 
-std::vector<Index> components_of(const Vector6& sigma) {
+std::vector<Index> components_of(const VectorXd& sigma) {
   std::vector<Index> components;
-  for (Index k = 0; k < 6; ++k)
+  for (Index k = 0; k < sigma.size(); ++k)
     if (!std::isnan(sigma[k])) components.push_back(k);
   return components;
 }
@@ -64,9 +63,13 @@ MatrixXd work_spread(const PlanTask& task) {
       blocks.push_back({c, block.load, block.direction, &loaded, 0});
   }
   const std::vector<Index> translations = {0, 1, 2};
+  Campaign of_platform = task.campaign;
+  of_platform.sensors = {Sensor()};
+  of_platform.components = platform_components();
+  of_platform.watch = {};
   const Campaign work =
-      planned_readings(task.campaign, task.campaign.displacement, places.configurations, blocks,
-                       translations, Vector6::Ones(), task.options.measuring);
+      planned_readings(of_platform, task.campaign.displacement, places.configurations, blocks,
+                       translations, VectorXd::Ones(of_platform.size()), task.options.measuring);
   const Forecast all =
       forecast(task.robot, task.models.back(), work, translations, task.threads, task.progress);
   MatrixXd spread(0, all.spread.cols());

@@ -324,13 +324,16 @@ auto identity(const PlanBlock& block) {
 Campaign planned_readings(const Campaign& like, DisplacementKind displacement,
                           const std::vector<Configuration>& configurations,
                           const std::vector<PlanBlock>& blocks,
-                          const std::vector<Eigen::Index>& components, const Vector6& sigma,
+                          const std::vector<Eigen::Index>& components, const Eigen::VectorXd& sigma,
                           const MeasuringOptions& options, std::optional<double> each_at) {
   Campaign campaign;
   campaign.file = campaign.readings_file = "plan";
   campaign.name = "plan";
   campaign.units = like.units;
   campaign.observation = like.observation;
+  campaign.components = like.components;
+  campaign.sensors = like.sensors;
+  campaign.watch = like.watch;
   campaign.joint_columns = like.joint_columns;
   campaign.displacement = displacement;
   campaign.zero = like.zero;
@@ -366,7 +369,7 @@ Campaign planned_readings(const Campaign& like, DisplacementKind displacement,
       if (repeats) reading.replicate = std::to_string(run);
       reading.configuration = block.configuration;
       reading.load = load_of(step.level * block.load, point);
-      reading.displacement.setConstant(std::numeric_limits<double>::quiet_NaN());
+      reading.displacement.setConstant(like.size(), std::numeric_limits<double>::quiet_NaN());
       for (const Eigen::Index c : components) reading.displacement[c] = 0;
       reading.sigma = sigma;
       campaign.readings.push_back(reading);

@@ -86,8 +86,7 @@ PlanChoices plan_choices(const vjm::Robot& robot, const Campaign& campaign,
 Campaign planned_readings(const Campaign& like, DisplacementKind displacement,
                           const std::vector<Configuration>& configurations,
                           const std::vector<PlanBlock>& blocks,
-                          const std::vector<Eigen::Index>& components,
-                          const spatial::Vector6& sigma, const MeasuringOptions& options,
-                          std::optional<double> each_at = {});
+                          const std::vector<Eigen::Index>& components, const Eigen::VectorXd& sigma,
+                          const MeasuringOptions& options, std::optional<double> each_at = {});
 
 }  // namespace kinetostat::calibration

@@ -33,7 +33,7 @@ struct PlanTask {
   int threads;
   common::Progress& progress;
   PlanChoices choices;
-  spatial::Vector6 sigma;
+  Eigen::VectorXd sigma;
   std::vector<Eigen::Index> components;
   std::vector<PlanModel> models;
   std::vector<ModelPair> pairs;

@@ -261,22 +261,27 @@ MatrixXd session_unknowns(const Campaign& like, const Campaign& planned,
   const Index frame_columns = !frame ? 0 : absolute ? 6 : 3;
   MatrixXd columns = MatrixXd::Zero(mean.size(), (zeros ? count : 0) + frame_columns);
   for (std::size_t i = 0; i < planned.readings.size(); ++i) {
-    const Vector6& sigma = planned.readings[i].sigma;
-    Vector6 displacement = Vector6::Zero();
+    const VectorXd& sigma = planned.readings[i].sigma;
+    std::vector<Vector6> displacements(planned.sensors.size(), Vector6::Zero());
     for (Index c = 0; c < count; ++c) {
-      const Index k = components[static_cast<std::size_t>(c)];
-      displacement[k] = mean[static_cast<Index>(i) * count + c] * sigma[k];
+      const Component& component = planned.component(components[static_cast<std::size_t>(c)]);
+      displacements[component.sensor][component.axis] =
+          mean[static_cast<Index>(i) * count + c] * sigma[components[static_cast<std::size_t>(c)]];
     }
-    const spatial::Matrix6 by_frame =
-        frame
-            ? seen_from(Vector6::Zero(), displacement, planned.displacement, displacement).by_frame
-            : spatial::Matrix6(spatial::Matrix6::Zero());
+    std::vector<spatial::Matrix6> by_frame(planned.sensors.size(), spatial::Matrix6::Zero());
+    for (std::size_t s = 0; frame && s < planned.sensors.size(); ++s)
+      if (planned.sensors[s].by_instrument)
+        by_frame[s] =
+            seen_from(Vector6::Zero(), displacements[s], planned.displacement, displacements[s])
+                .by_frame;
     for (Index c = 0; c < count; ++c) {
       const Index row = static_cast<Index>(i) * count + c;
       const Index k = components[static_cast<std::size_t>(c)];
       if (zeros) columns(row, c) = unknown_width;
       // A frame that is off by a whole turn, or by metres, moves any reading beyond all noise.
-      columns.row(row).tail(frame_columns) = by_frame.row(k).tail(frame_columns) / sigma[k];
+      const Component& component = planned.component(k);
+      columns.row(row).tail(frame_columns) =
+          by_frame[component.sensor].row(component.axis).tail(frame_columns) / sigma[k];
     }
   }
   return columns;

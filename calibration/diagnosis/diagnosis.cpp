@@ -10,6 +10,7 @@
 #include "kinetostat/calibration/campaign/noise_estimate.h"
 #include "kinetostat/calibration/campaign/pure_error.h"
 #include "kinetostat/calibration/campaign/replicates.h"
+#include "kinetostat/calibration/comparison/missing_sensor.h"
 #include "kinetostat/calibration/comparison/unit_error.h"
 #include "kinetostat/calibration/diagnosis/growth.h"
 #include "kinetostat/calibration/diagnosis/judgement.h"
@@ -227,12 +228,12 @@ class Waterfall {
   void add(const std::string& name, const BaseFit& fit, const std::vector<Candidate>& added) {
     const Search& search = base_.search();
     stages_.push_back(
-        waterfall_stage(name, fit, search.values(), base_.noise(), search.groups(), seed_));
+        waterfall_stage(name, fit, kept_, search.values(), base_.noise(), search.groups(), seed_));
     // By the linear model about the fit, perhaps.
     if (!fit.parameters.empty() && is_much_worse_than(fit))
       if (const auto error = refit_.error(added, fit, progress_))
-        stages_.back() =
-            waterfall_stage(name, *error, search.values(), base_.noise(), search.groups(), seed_);
+        stages_.back() = waterfall_stage(name, *error, kept_, search.values(), base_.noise(),
+                                         search.groups(), seed_);
     if (has_kept_) stages_.back().confirmed = base_.fitter().error_on(kept_, fit, added, progress_);
   }
 
@@ -249,12 +250,12 @@ class Waterfall {
         [&] { return base_.fitter_of_all().as_fitted(model.present, model.fit, progress_); });
     const Search& all = base_.search_in_all();
     if (written)
-      stages_.push_back(waterfall_stage(as_adopted, -written->at.residual, all.values(),
+      stages_.push_back(waterfall_stage(as_adopted, -written->at.residual, kept_, all.values(),
                                         base_.noise(), all.groups(), seed_));
   }
 
   std::vector<WaterfallStage> result() && {
-    stages_.push_back(noise_floor(base_.search().values(), base_.noise()));
+    stages_.push_back(noise_floor(kept_, base_.search().values(), base_.noise()));
     return std::move(stages_);
   }
 
@@ -318,6 +319,21 @@ void take_judgement(double share_left, Diagnosis& d) {
   if (d.verdict != Verdict::inconclusive) d.common_cause.reset();
 }
 
+// Where readings do not distinguish what is uncertain, or that from one common cause.
+void ask_for_sensor(const vjm::Robot& robot, const Campaign& campaign, const Noise& noise,
+                    int threads, common::Progress& progress, Diagnosis& d) {
+  if (d.verdict == Verdict::identified || d.verdict == Verdict::unexplained) return;
+  std::vector<vjm::Effect> effects = robot.effects;
+  std::vector<Parameter> parameters = uncertain_parameters(robot);
+  if (d.common_cause) {
+    effects.push_back(d.common_cause->candidate.effect);
+    parameters.push_back(effect_parameter(effects, effects.size() - 1, 0, robot.without_effects()));
+  }
+  if (const auto sensor =
+          missing_sensor(robot, effects, parameters, campaign, noise, threads, progress))
+    d.missing.push_back(sensor->phrase());
+}
+
 }  // namespace
 
 Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const DiagnosisOptions& options,
@@ -353,6 +369,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
   d.waterfall = std::move(waterfall).result();
   take_judgement(base.search().correlated_noise().share_left(model.without, model.fit), d);
   ask_for_kinematics(by_kinematics, d);
+  ask_for_sensor(robot, base.campaign(), noise, threads, progress, d);
   if (options.profiles > 0)
     d.profiles = profiles(fitter, model.present, model.fit, options.profiles, progress);
   return d;

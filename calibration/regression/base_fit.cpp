@@ -44,6 +44,25 @@ std::optional<Vector6> known_frame(const BaseFit& fit, std::size_t session) {
   return std::nullopt;
 }
 
+// Components that one sensor reads in the frame of the instrument, with their axes.
+struct FramedComponents {
+  std::vector<Index> axes, rows;
+};
+
+std::vector<FramedComponents> framed_components(const Campaign& campaign) {
+  std::vector<FramedComponents> result;
+  for (std::size_t s = 0; s < campaign.sensors.size(); ++s) {
+    if (!campaign.sensors[s].by_instrument) continue;
+    FramedComponents& of_sensor = result.emplace_back();
+    for (Index k = 0; k < campaign.size(); ++k)
+      if (campaign.component(k).sensor == s) {
+        of_sensor.axes.push_back(campaign.component(k).axis);
+        of_sensor.rows.push_back(k);
+      }
+  }
+  return result;
+}
+
 // The unknowns of a fit and where each stands in their vector: parameters, zero offsets, frames.
 class Unknowns {
  public:
@@ -91,10 +110,10 @@ class Unknowns {
     for (const Parameter& p : parameters_)
       result.push_back({p.phrase(), true, p.is_logarithm(), p.unit, p.typical});
     for (const Zero& zero : zeros_)
-      result.push_back({fmt::format("the zero offset of {}{}",
-                                    component_names[static_cast<std::size_t>(zero.component)],
-                                    in_session(zero.session)),
-                        false, false, is_rotation(zero.component) ? "rad" : "m"});
+      result.push_back(
+          {fmt::format("the zero offset of {}{}", campaign_.component(zero.component).name,
+                       in_session(zero.session)),
+           false, false, spatial::to_string(campaign_.component(zero.component).dimension)});
     for (const std::size_t session : frames_)
       for (Index k = first_frame_component_; k < 6; ++k)
         result.push_back({fmt::format("the {} of the frame{}",
@@ -131,7 +150,8 @@ class Problem {
         values_(values_in_use(campaign)),
         shared_(noise, values_),
         unknowns_(campaign, parameters, values_, known),
-        progress_(progress) {}
+        progress_(progress),
+        framed_(framed_components(campaign)) {}
 
   const Unknowns& unknowns() const { return unknowns_; }
   Index values() const { return static_cast<Index>(values_.size()); }
@@ -140,7 +160,7 @@ class Problem {
                          [](const Parameter& p) { return p.prior.has_value(); });
   }
   /// Displacements, and the wrenches that work on them.
-  std::pair<std::vector<Vector6>, std::vector<Vector6>> predicted(const VectorXd& q) {
+  std::pair<std::vector<VectorXd>, std::vector<Vector6>> predicted(const VectorXd& q) {
     if (predicted_at_.size() != q.size() || predicted_at_ != q) (void)at(q);
     return {predicted_, work_};
   }
@@ -164,8 +184,8 @@ class Problem {
     failure_ = predictions.failure;
     beyond_.reset();
     if (failure_) return std::nullopt;
-    predicted_ = predictions.displacement;
-    work_ = predictions.work;
+    predicted_ = std::move(predictions.displacement);
+    work_ = std::move(predictions.work);
     predicted_at_ = q;
     const Index rows = values() + priors();
     Linearisation result{VectorXd(rows), MatrixXd::Zero(rows, unknowns_.size())};
@@ -179,6 +199,8 @@ class Problem {
     shared_.whiten(result.residual.head(values()));
     if (differentiated > 0 || unknowns_.size() > unknowns_.parameter_count())
       shared_.whiten(result.jacobian.topRows(values()));
+    predictions.displacement.clear();
+    predictions.work.clear();
     predictions.derivatives.clear();
     nearest_ = std::move(predictions);
     return result;
@@ -201,9 +223,14 @@ class Problem {
       std::vector<spatial::Vector3> predicted, measured;
       for (std::size_t i = 0; i < campaign_.readings.size(); ++i) {
         const Reading& r = campaign_.readings[i];
-        if (r.session != unknowns_.frames()[f] || !r.uses(0) || !r.uses(1) || !r.uses(2)) continue;
-        predicted.push_back(predictions.displacement[i].head<3>());
-        measured.push_back(r.displacement.head<3>());
+        if (r.session != unknowns_.frames()[f]) continue;
+        for (const auto& [axes, rows] : framed_) {
+          const bool is_position = rows.size() >= 3 && axes[2] == 2 && r.uses(rows[0]) &&
+                                   r.uses(rows[1]) && r.uses(rows[2]);
+          if (!is_position) continue;
+          predicted.push_back(predictions.displacement[i].segment<3>(rows[0]));
+          measured.push_back(r.displacement.segment<3>(rows[0]));
+        }
       }
       q.segment<6>(unknowns_.frame_at(f)) = frame_between(predicted, measured);
     }
@@ -221,8 +248,6 @@ class Problem {
   }
 
  private:
-  using Derivatives = Eigen::Matrix<double, 6, Eigen::Dynamic>;
-
   // The first value whose error over its noise, or its derivative, is no number to compute with:
   // evidences and tests take fourth powers.
   std::optional<std::size_t> first_beyond(const Linearisation& at) const {
@@ -239,7 +264,7 @@ class Problem {
     throw common::InputError(
         {.file = campaign_.readings_file,
          .line = r.line,
-         .key = component_names[static_cast<std::size_t>(component)],
+         .key = campaign_.component(component).name,
          .what = fmt::format("the error of reading '{}', {:.3g} less what the model says, is too "
                              "large to compute with over a noise of {:.3g} (SI)",
                              r.id, r.displacement[component], noise_.sigma[reading][component]),
@@ -259,10 +284,10 @@ class Problem {
   }
 
   // Fills the rows of one reading; returns how many there are.
-  Index add_reading(const VectorXd& q, std::size_t i, const Derivatives* by_parameters, Index row,
+  Index add_reading(const VectorXd& q, std::size_t i, const MatrixXd* by_parameters, Index row,
                     Linearisation& result) {
     const Reading& reading = campaign_.readings[i];
-    Derivatives all = Derivatives::Zero(6, unknowns_.size());
+    MatrixXd all = MatrixXd::Zero(campaign_.size(), unknowns_.size());
     if (by_parameters != nullptr && by_parameters->cols() > 0)
       all.leftCols(unknowns_.parameter_count()).rightCols(by_parameters->cols()) = *by_parameters;
     add_frame(q, reading, predicted_[i], work_[i], all);
@@ -279,28 +304,38 @@ class Problem {
     return count;
   }
 
-  void add_frame(const VectorXd& q, const Reading& reading, Vector6& predicted, Vector6& work,
-                 Derivatives& all) const {
+  void add_frame(const VectorXd& q, const Reading& reading, VectorXd& predicted, Vector6& work,
+                 MatrixXd& all) const {
     const auto f = unknowns_.frame_of(reading.session);
     const std::optional<Vector6> frame = f        ? unknowns_.frame(q, *f)
                                          : known_ ? known_frame(*known_, reading.session)
                                                   : std::nullopt;
     if (!frame) return;
-    const SeenFromFrame seen =
-        seen_from(*frame, predicted, campaign_.displacement, reading.displacement);
-    predicted = seen.displacement;
     const spatial::Matrix3 turn = spatial::exp_rotation(frame->tail<3>());
     work << turn * work.head<3>(), turn * work.tail<3>();
-    if (!f) return;
-    all.leftCols(unknowns_.parameter_count()) =
-        seen.by_displacement * all.leftCols(unknowns_.parameter_count());
-    const Index n = unknowns_.frame_components();
-    all.middleCols(unknowns_.frame_at(*f), n) = seen.by_frame.rightCols(n);
+    for (const FramedComponents& of_sensor : framed_) {
+      const auto& [axes, rows] = of_sensor;
+      Vector6 displacement = Vector6::Zero(), measured = Vector6::Zero();
+      displacement(axes) = predicted(rows);
+      measured(axes) = reading.displacement(rows);
+      const SeenFromFrame seen = seen_from(*frame, displacement, campaign_.displacement, measured);
+      predicted(rows) = seen.displacement(axes);
+      if (!f) continue;
+      const auto parameters = Eigen::seqN(0, unknowns_.parameter_count());
+      Eigen::Matrix<double, 6, Eigen::Dynamic> before =
+          Eigen::Matrix<double, 6, Eigen::Dynamic>::Zero(6, unknowns_.parameter_count());
+      before(axes, Eigen::all) = all(rows, parameters);
+      const Eigen::Matrix<double, 6, Eigen::Dynamic> after = seen.by_displacement * before;
+      all(rows, parameters) = after(axes, Eigen::all);
+      const Index n = unknowns_.frame_components();
+      all(rows, Eigen::seqN(unknowns_.frame_at(*f), n)) =
+          seen.by_frame(axes, Eigen::seqN(6 - n, n));
+    }
   }
 
-  void add_zeros(const VectorXd& q, const Reading& reading, Vector6& predicted,
-                 Derivatives& all) const {
-    for (Index k = 0; k < 6 && known_ != nullptr; ++k)
+  void add_zeros(const VectorXd& q, const Reading& reading, VectorXd& predicted,
+                 MatrixXd& all) const {
+    for (Index k = 0; k < campaign_.size() && known_ != nullptr; ++k)
       predicted[k] += known_zero(*known_, reading.session, k).value_or(0);
     for (std::size_t z = 0; z < unknowns_.zeros().size(); ++z) {
       const Zero& zero = unknowns_.zeros()[z];
@@ -318,8 +353,10 @@ class Problem {
   SharedNoise shared_;
   Unknowns unknowns_;
   common::Progress& progress_;
-  std::vector<Vector6> predicted_, work_;  // of the last residual
-  Predictions nearest_;                    // that were made last, or of a similar model
+  std::vector<FramedComponents> framed_;
+  std::vector<VectorXd> predicted_;  // of the last residual
+  std::vector<Vector6> work_;        // the same
+  Predictions nearest_;              // that were made last, or of a similar model
   VectorXd predicted_at_ = VectorXd::Constant(1, std::numeric_limits<double>::quiet_NaN());
   std::optional<PredictionFailure> failure_;
   std::optional<std::size_t> beyond_;  // of values_

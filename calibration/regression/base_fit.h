@@ -17,7 +17,7 @@ namespace kinetostat::calibration {
 double norm_over_noise(const std::vector<Value>& values, const Campaign& campaign,
                        const Noise& noise);
 
-/// The zero offset of one session and component [m or rad].
+/// The zero offset of one session and component, SI.
 struct Zero {
   std::size_t session = 0;
   Eigen::Index component = 0;
@@ -53,10 +53,10 @@ struct BaseFit {
   Loss loss = Loss::squares;
   /// One entry a value in use, in the order of values_in_use: how much it counted.
   std::vector<double> weights;
-  /// Predicted entry of the table, zero offsets and frames included [m; rad]; one a reading.
-  std::vector<spatial::Vector6> predicted;
-  /// The wrench that works on it, one entry a reading: [force; moment about what is measured] in
-  /// the axes of the displacements [N, N m].
+  /// Predicted entries of the table, zero offsets and frames included, SI; one a reading.
+  std::vector<Eigen::VectorXd> predicted;
+  /// The wrench that works on the platform's displacement, one entry a reading: [force; moment
+  /// about what is measured] in the axes of the displacements [N, N m].
   std::vector<spatial::Vector6> work;
   Predictions model;  // at or near the best values, without zero offsets, frames and derivatives
   /// Whitened predicted minus measured of the values in use, and its derivatives with respect to

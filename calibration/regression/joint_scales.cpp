@@ -42,28 +42,32 @@ double travel_of(const Predictor& predictor, const Predictions& predictions,
   return travel > rounding * farthest ? travel : farthest;
 }
 
-// Twice the largest distance of a reading from the mean of its configuration, of translations [m]
-// or of rotations [rad], whatever the axes; 0 where there is none.
-double measured_change(const Campaign& campaign, bool rotations) {
+// Twice the largest distance of a reading of some sensor from the mean of its configuration, of
+// translations [m] or of rotations [rad], whatever the axes; 0 where there is none.
+double measured_change(const Campaign& campaign, const spatial::Dimension& dimension) {
   struct Mean {
-    spatial::Vector3 sum = spatial::Vector3::Zero(), count = spatial::Vector3::Zero();
+    double sum = 0, count = 0;
+    double value() const { return sum / count; }
   };
-  const Index first = rotations ? 3 : 0;
-  std::map<std::size_t, Mean> means;  // of configurations
-  for (const Reading& reading : campaign.readings)
-    for (Index k = 0; k < 3; ++k) {
-      if (!reading.uses(first + k)) continue;
-      means[reading.configuration].sum[k] += reading.displacement[first + k];
-      means[reading.configuration].count[k] += 1;
-    }
   double largest = 0;
-  for (const Reading& reading : campaign.readings) {
-    const Mean& mean = means[reading.configuration];
-    double square = 0;
-    for (Index k = 0; k < 3; ++k)
-      if (reading.uses(first + k))
-        square += std::pow(reading.displacement[first + k] - mean.sum[k] / mean.count[k], 2);
-    largest = std::max(largest, square);
+  for (const std::vector<Index>& kind : component_kinds(campaign)) {
+    if (campaign.component(kind.front()).dimension != dimension) continue;
+    std::map<std::pair<std::size_t, Index>, Mean> means;  // by configuration
+    for (const Reading& reading : campaign.readings)
+      for (const Index k : kind) {
+        if (!reading.uses(k)) continue;
+        Mean& mean = means[{reading.configuration, k}];
+        mean.sum += reading.displacement[k];
+        mean.count += 1;
+      }
+    for (const Reading& reading : campaign.readings) {
+      double square = 0;
+      for (const Index k : kind)
+        if (reading.uses(k))
+          square +=
+              std::pow(reading.displacement[k] - means[{reading.configuration, k}].value(), 2);
+      largest = std::max(largest, square);
+    }
   }
   return 2 * std::sqrt(largest);
 }
@@ -72,8 +76,10 @@ double measured_change(const Campaign& campaign, bool rotations) {
 // translations were measured, or the reverse, at a usual lever.
 double play_of(const Campaign& campaign, bool turns) {
   constexpr double lever = 0.3;  // m
-  if (const double same = measured_change(campaign, turns); same > 0) return same;
-  const double other = measured_change(campaign, !turns);
+  const auto &same_kind = turns ? spatial::dimension::angle : spatial::dimension::length,
+             &other_kind = turns ? spatial::dimension::length : spatial::dimension::angle;
+  if (const double same = measured_change(campaign, same_kind); same > 0) return same;
+  const double other = measured_change(campaign, other_kind);
   return turns ? other / lever : other * lever;
 }
 

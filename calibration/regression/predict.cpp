@@ -14,17 +14,32 @@
 #include "kinetostat/common/faults.h"
 #include "kinetostat/common/parallel.h"
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/effects/watcher.h"
 
 namespace kinetostat::calibration {
 
 using spatial::Vector3;
 using spatial::Vector6;
 
+// An equilibrium, and what the sensors of the campaign see of it.
+struct Predictor::State {
+  vjm::Response response;
+  std::vector<Seen> seen;
+};
+
+namespace {
+
+// What one sensor reads [translation; rotation vector], derivatives as rotation increments.
+struct SensorReading {
+  Vector6 displacement;
+  vjm::Matrix6X derivatives, by_wrench;
+};
+
+}  // namespace
+
 struct Predictor::CaseResult {
-  std::string failure;  // empty when solved
-  Vector6 displacement = Vector6::Constant(std::numeric_limits<double>::quiet_NaN());
-  vjm::Matrix6X derivatives;  // rotations as increments
-  vjm::Matrix6X by_wrench;    // the same; empty when not asked for
+  std::string failure;                 // empty when solved
+  std::vector<SensorReading> sensors;  // empty otherwise
   Vector6 work = Vector6::Zero();
   vjm::SystemState state;
 };
@@ -57,7 +72,9 @@ vjm::PostureResult unloaded_posture(const vjm::Manipulator& manipulator,
 
 Predictor::Predictor(const vjm::Manipulator& bare, std::vector<vjm::Effect> effects,
                      const Campaign& campaign, int threads, common::Progress& progress)
-    : bare_(bare), campaign_(campaign), threads_(threads) {
+    : bare_(campaign.watch.is_empty() ? bare : vjm::with_watched(bare, campaign.watch)),
+      campaign_(campaign),
+      threads_(threads) {
   find_postures(progress);
   set_effects(std::move(effects));
 }
@@ -230,41 +247,54 @@ void Predictor::find_sequences() {
   }
 }
 
-vjm::Response Predictor::solve(const Run& run, std::size_t configuration, const vjm::Load& load,
-                               std::size_t conditions, const vjm::Response& before,
-                               const vjm::SystemState* near) const {
+Predictor::State Predictor::solve(const Run& run, std::size_t configuration, const vjm::Load& load,
+                                  std::size_t conditions, const vjm::Response& before,
+                                  const vjm::SystemState* near) const {
   const vjm::PostureResult& start = (*postures_)[configuration];
+  State state;
   if (start.reached) {
-    vjm::Response response =
+    state.response =
         run.model.respond(start.posture, load, conditions_[conditions], before, run.parameters,
                           run.with_derivatives, near, run.with_compliance);
-    observe(response);
-    return response;
+    observe(state);
+  } else {
+    state.response = before;
+    state.response.failure = start.reason;
   }
-  vjm::Response response = before;
-  response.failure = start.reason;
-  return response;
+  return state;
 }
 
-// From the platform in base axes to what the campaign measures of it.
-void Predictor::observe(vjm::Response& response) const {
-  if (campaign_.observation.is_default() || !response.failure.empty()) return;
-  response.derivatives = campaign_.observation.motion(response.observed, response.derivatives);
-  if (response.by_wrench.cols() > 0)
-    response.by_wrench = campaign_.observation.motion(response.observed, response.by_wrench);
-  response.observed = campaign_.observation.seen(response.observed);
+// From the platform and all that is watched, in base axes, to what the sensors see.
+void Predictor::observe(State& state) const {
+  vjm::Response& response = state.response;
+  if (!response.failure.empty()) return;
+  const Observation& observation = campaign_.observation;
+  const Vector3 up = vjm::vertical(bare_);
+  for (const Sensor& sensor : campaign_.sensors) {
+    if (!sensor.is_platform()) {
+      state.seen.push_back(seen_by(sensor, response.watched, campaign_.watch, up));
+      continue;
+    }
+    state.seen.push_back({response.observed, std::move(response.derivatives), {}});
+    Seen& seen = state.seen.back();
+    seen.by_wrench = std::move(response.by_wrench);
+    if (observation.is_default()) continue;
+    seen.motion = observation.motion(seen.pose, seen.motion);
+    if (seen.by_wrench.cols() > 0) seen.by_wrench = observation.motion(seen.pose, seen.by_wrench);
+    seen.pose = observation.seen(seen.pose);
+  }
 }
 
 // States without load, from which differences are measured and histories start.
-std::vector<vjm::Response> Predictor::references(const Run& run, common::Progress& progress) const {
+std::vector<Predictor::State> Predictor::references(const Run& run,
+                                                    common::Progress& progress) const {
   const vjm::Response rest = run.model.at_rest(run.parameters.size());
-  std::vector<vjm::Response> states(references_.size(), rest);
+  std::vector<State> states(references_.size(), {rest, {}});
   if (campaign_.displacement == DisplacementKind::absolute && !has_history_) return states;
   if (run.model.is_relaxed_when_unloaded()) {
     for (std::size_t i = 0; i < states.size(); ++i) {
-      states[i].observed = (*postures_)[references_[i].configuration].posture.platform;
-      if (run.with_derivatives)
-        states[i].derivatives.setZero(6, static_cast<Eigen::Index>(run.parameters.size()));
+      states[i].response = run.model.relaxed((*postures_)[references_[i].configuration].posture,
+                                             run.parameters.size());
       observe(states[i]);
     }
     return states;
@@ -278,32 +308,74 @@ std::vector<vjm::Response> Predictor::references(const Run& run, common::Progres
 }
 
 void Predictor::follow(const Run& run, const std::vector<std::size_t>& sequence,
-                       const std::vector<vjm::Response>& unloaded,
-                       std::vector<CaseResult>& results) const {
-  vjm::Response before = unloaded[cases_[sequence.front()].reference];
+                       const std::vector<State>& unloaded, std::vector<CaseResult>& results) const {
+  State before = unloaded[cases_[sequence.front()].reference];
   for (const std::size_t c : sequence) {
     const LoadCase& at = cases_[c];
-    vjm::Response response = before.failure.empty()
-                                 ? solve(run, at.configuration, at.load, at.conditions, before,
-                                         run.loaded_near(at.reading))
-                                 : before;
-    if (campaign_.displacement == DisplacementKind::absolute) {
-      results[c] = {.failure = response.failure,
-                    .displacement = spatial::pose_difference({}, response.observed),
-                    .derivatives = response.derivatives,
-                    .by_wrench = response.by_wrench,
-                    .state = {}};
-    } else {
-      results[c] = displacement_from(unloaded[at.reference], response);
-    }
-    const spatial::Pose loaded = campaign_.observation.platform(response.observed);
-    results[c].work = campaign_.observation.wrench((*postures_)[at.configuration].posture.platform,
-                                                   loaded, at.load.at_reference_point(loaded));
-    results[c].state = response.state;
+    State loaded = before.response.failure.empty()
+                       ? solve(run, at.configuration, at.load, at.conditions, before.response,
+                               run.loaded_near(at.reading))
+                       : before;
+    results[c] = displacements_of(unloaded[at.reference], loaded);
+    results[c].work = work_of(at, loaded);
+    results[c].state = loaded.response.state;
     // A masked reading without an equilibrium leaves the history as it was.
-    if (response.failure.empty() || !at.may_fail) before = std::move(response);
+    if (loaded.response.failure.empty() || !at.may_fail) before = std::move(loaded);
   }
 }
+
+Vector6 Predictor::work_of(const LoadCase& at, const State& loaded) const {
+  if (!campaign_.reads_platform() || loaded.seen.empty()) return Vector6::Zero();
+  const spatial::Pose pose = campaign_.observation.platform(loaded.seen.front().pose);
+  return campaign_.observation.wrench((*postures_)[at.configuration].posture.platform, pose,
+                                      at.load.at_reference_point(pose));
+}
+
+namespace {
+
+// The displacement from one state to another, with its derivatives: a rotation increment of the
+// first state counts turned by the displacement.
+SensorReading displacement_from(const Seen& from, const Seen& to, bool own_axes) {
+  SensorReading result{spatial::pose_difference(from.pose, to.pose), to.motion, to.by_wrench};
+  if (result.derivatives.size() > 0) {
+    const spatial::Matrix3 turn = to.pose.rotation() * from.pose.rotation().transpose();
+    result.derivatives.topRows<3>() -= from.motion.topRows<3>();
+    result.derivatives.bottomRows<3>() -= turn * from.motion.bottomRows<3>();
+  }
+  if (own_axes) {
+    const spatial::Matrix3 back = from.pose.rotation().transpose();
+    for (const Eigen::Index first : {0, 3})
+      if (result.by_wrench.cols() > 0)
+        result.by_wrench.middleRows<3>(first) =
+            (back * result.by_wrench.middleRows<3>(first)).eval();
+    into_axes_of(from.pose, from.motion, result.displacement, result.derivatives);
+  }
+  return result;
+}
+
+// The rotation vector, or the angles, nearest to what was measured; derivatives by it.
+void bring_near(SensorReading& reading, SensorKind kind, const Vector6& measured) {
+  constexpr double turn = 2 * std::numbers::pi;
+  Vector6& displacement = reading.displacement;
+  for (Eigen::Index k = 0; kind == SensorKind::tilt && k < 3; ++k) {
+    const double about = std::isnan(measured[k]) ? 0 : measured[k];
+    displacement[k] -= turn * std::round((displacement[k] - about) / turn);
+  }
+  if (kind != SensorKind::pose) return;
+  displacement.tail<3>() = nearest_rotation_vector(displacement.tail<3>(), measured.tail<3>());
+  const spatial::Matrix3 of_vector = spatial::left_jacobian_inverse(displacement.tail<3>());
+  for (vjm::Matrix6X* columns : {&reading.by_wrench, &reading.derivatives})
+    if (columns->cols() > 0)
+      columns->bottomRows<3>() = (of_vector * columns->bottomRows<3>()).eval();
+}
+
+void take_off(const SensorReading& other, SensorReading& reading) {
+  reading.displacement -= other.displacement;
+  if (reading.derivatives.cols() > 0) reading.derivatives -= other.derivatives;
+  if (reading.by_wrench.cols() > 0) reading.by_wrench -= other.by_wrench;
+}
+
+}  // namespace
 
 void Predictor::enter(const CaseResult& result, std::size_t index, Predictions& predictions) const {
   const Reading& reading = campaign_.readings[index];
@@ -311,44 +383,59 @@ void Predictor::enter(const CaseResult& result, std::size_t index, Predictions& 
     if (!reading.masked && !predictions.failure) predictions.failure = {index, result.failure};
     return;
   }
-  Vector6& displacement = predictions.displacement[index];
-  displacement = result.displacement;
-  displacement.tail<3>() =
-      nearest_rotation_vector(result.displacement.tail<3>(), reading.displacement.tail<3>());
-  const spatial::Matrix3 of_vector = spatial::left_jacobian_inverse(displacement.tail<3>());
-  predictions.work[index] = result.work;
-  if (!predictions.by_wrench.empty()) {
-    predictions.by_wrench[index] = result.by_wrench;
-    predictions.by_wrench[index].bottomRows<3>() = of_vector * result.by_wrench.bottomRows<3>();
+  std::vector<SensorReading> sensors = result.sensors;
+  for (std::size_t s = 0; s < sensors.size(); ++s) {
+    const Sensor& sensor = campaign_.sensors[s];
+    if (!sensor.minus) {
+      bring_near(sensors[s], sensor.kind, measured_by(s, reading));
+      continue;
+    }
+    SensorReading other = result.sensors[*sensor.minus];
+    for (SensorReading* one : {&other, &sensors[s]})
+      bring_near(*one, sensor.kind, Vector6::Constant(std::numeric_limits<double>::quiet_NaN()));
+    take_off(other, sensors[s]);
   }
-  if (predictions.derivatives.empty()) return;
-  auto& derivatives = predictions.derivatives[index];
-  derivatives = result.derivatives;
-  derivatives.bottomRows<3>() = of_vector * result.derivatives.bottomRows<3>();
+  predictions.work[index] = result.work;
+  const auto take = [&](const auto& of_sensor, auto& rows) {
+    for (Eigen::Index k = 0; k < campaign_.size(); ++k) {
+      const Component& component = campaign_.component(k);
+      rows.row(k) = of_sensor(sensors[component.sensor]).row(component.axis);
+    }
+  };
+  take([](const SensorReading& r) -> const Vector6& { return r.displacement; },
+       predictions.displacement[index]);
+  if (!predictions.by_wrench.empty()) {
+    predictions.by_wrench[index].resize(campaign_.size(), 6);
+    take([](const SensorReading& r) -> const vjm::Matrix6X& { return r.by_wrench; },
+         predictions.by_wrench[index]);
+  }
+  if (predictions.derivatives.empty() || sensors.empty()) return;
+  predictions.derivatives[index].resize(campaign_.size(), sensors.front().derivatives.cols());
+  take([](const SensorReading& r) -> const vjm::Matrix6X& { return r.derivatives; },
+       predictions.derivatives[index]);
 }
 
-// The displacement from one state to another, with its derivatives: a rotation increment of the
-// first state counts turned by the displacement.
-Predictor::CaseResult Predictor::displacement_from(const vjm::Response& from,
-                                                   const vjm::Response& to) const {
-  CaseResult result{.failure = to.failure.empty() ? from.failure : to.failure,
-                    .derivatives = to.derivatives,
-                    .by_wrench = to.by_wrench,
-                    .state = {}};
+// What was measured by one sensor, NaN elsewhere.
+Vector6 Predictor::measured_by(std::size_t sensor, const Reading& reading) const {
+  Vector6 result = Vector6::Constant(std::numeric_limits<double>::quiet_NaN());
+  for (Eigen::Index k = 0; k < campaign_.size(); ++k)
+    if (campaign_.component(k).sensor == sensor)
+      result[campaign_.component(k).axis] = reading.displacement[k];
+  return result;
+}
+
+Predictor::CaseResult Predictor::displacements_of(const State& unloaded, State& loaded) const {
+  const bool absolute = campaign_.displacement == DisplacementKind::absolute;
+  CaseResult result{.failure = loaded.response.failure, .sensors = {}, .state = {}};
+  if (result.failure.empty() && !absolute) result.failure = unloaded.response.failure;
   if (!result.failure.empty()) return result;
-  result.displacement = spatial::pose_difference(from.observed, to.observed);
-  if (result.derivatives.size() > 0) {
-    const spatial::Matrix3 turn = to.observed.rotation() * from.observed.rotation().transpose();
-    result.derivatives.topRows<3>() -= from.derivatives.topRows<3>();
-    result.derivatives.bottomRows<3>() -= turn * from.derivatives.bottomRows<3>();
-  }
-  if (campaign_.observation.platform_axes) {
-    const spatial::Matrix3 back = from.observed.rotation().transpose();
-    for (const Eigen::Index first : {0, 3})
-      if (result.by_wrench.cols() > 0)
-        result.by_wrench.middleRows<3>(first) =
-            (back * result.by_wrench.middleRows<3>(first)).eval();
-    into_axes_of(from.observed, from.derivatives, result.displacement, result.derivatives);
+  for (std::size_t s = 0; s < campaign_.sensors.size(); ++s) {
+    const Sensor& sensor = campaign_.sensors[s];
+    const bool own = sensor.is_platform() ? campaign_.observation.platform_axes : sensor.own_axes;
+    const Seen& seen = loaded.seen[s];
+    result.sensors.push_back(absolute ? SensorReading{spatial::pose_difference({}, seen.pose),
+                                                      seen.motion, seen.by_wrench}
+                                      : displacement_from(unloaded.seen[s], seen, own));
   }
   return result;
 }
@@ -364,7 +451,7 @@ Predictions Predictor::predict(const std::vector<Parameter>& parameters,
                                const Eigen::VectorXd& values,
                                const std::vector<Parameter>& derivatives_by,
                                common::Progress& progress, const Predictions* near) const {
-  const vjm::EffectModel model = with_values(bare_, effects_, parameters, values);
+  const vjm::EffectModel model = this->model(parameters, values);
   return predict({model, model_parameters(derivatives_by), !derivatives_by.empty(), near},
                  progress);
 }
@@ -372,27 +459,36 @@ Predictions Predictor::predict(const std::vector<Parameter>& parameters,
 Predictions Predictor::predict_with_compliance(const std::vector<Parameter>& parameters,
                                                const Eigen::VectorXd& values,
                                                common::Progress& progress) const {
-  const vjm::EffectModel model = with_values(bare_, effects_, parameters, values);
+  const vjm::EffectModel model = this->model(parameters, values);
   return predict({.model = model, .parameters = {}, .with_compliance = true}, progress);
 }
 
+vjm::EffectModel Predictor::model(const std::vector<Parameter>& parameters,
+                                  const Eigen::VectorXd& values) const {
+  vjm::EffectModel model = with_values(bare_, effects_, parameters, values);
+  if (!campaign_.watch.is_empty()) model.watch(campaign_.watch);
+  return model;
+}
+
 Predictions Predictor::predict(const Run& run, common::Progress& progress) const {
-  const std::vector<vjm::Response> unloaded = references(run, progress);
+  const std::vector<State> unloaded = references(run, progress);
   std::vector<CaseResult> results(cases_.size());
   common::parallel_for(sequences_.size(), threads_, "loaded equilibria", progress,
                        [&](std::size_t i) { follow(run, sequences_[i], unloaded, results); });
   const std::size_t n = campaign_.readings.size();
   Predictions predictions;
-  predictions.displacement.assign(n, CaseResult().displacement);
-  if (run.with_compliance) predictions.by_wrench.assign(n, spatial::Matrix6::Zero());
+  predictions.displacement.assign(
+      n, Eigen::VectorXd::Constant(campaign_.size(), std::numeric_limits<double>::quiet_NaN()));
+  if (run.with_compliance)
+    predictions.by_wrench.assign(n, Eigen::MatrixXd::Zero(campaign_.size(), 6));
   predictions.work.assign(n, Vector6::Zero());
   if (run.with_derivatives) predictions.derivatives.resize(n);
   // States are most of the memory that many readings need: the last reading of a case takes its
   // own, and relaxed ones are none.
   std::vector<std::size_t> last(cases_.size());
   for (std::size_t i = 0; i < n; ++i) last[case_of_reading_[i]] = i;
-  const bool relaxed = std::all_of(unloaded.begin(), unloaded.end(), [](const vjm::Response& r) {
-    return r.state.bodies.empty() && r.state.coordinates.empty();
+  const bool relaxed = std::all_of(unloaded.begin(), unloaded.end(), [](const State& s) {
+    return s.response.state.bodies.empty() && s.response.state.coordinates.empty();
   });
   predictions.loaded.reserve(n);
   if (!relaxed) predictions.unloaded.reserve(n);
@@ -401,7 +497,7 @@ Predictions Predictor::predict(const Run& run, common::Progress& progress) const
     enter(results[c], i, predictions);
     vjm::SystemState& state = results[c].state;
     predictions.loaded.push_back(last[c] == i ? std::move(state) : state);
-    if (!relaxed) predictions.unloaded.push_back(unloaded[cases_[c].reference].state);
+    if (!relaxed) predictions.unloaded.push_back(unloaded[cases_[c].reference].response.state);
   }
   return predictions;
 }

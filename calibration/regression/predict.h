@@ -23,19 +23,19 @@ struct PredictionFailure {
 
 /// One entry a reading, in the order of the campaign.
 struct Predictions {
-  /// Displacement of the platform's reference point [m; rad], in the sense of the campaign: change
-  /// from the state without load (weight, preloads and geometric errors act in both), or position
-  /// and rotation vector of the pose. The rotation vector is the one nearest to the measured among
-  /// equivalent ones. NaN for a masked reading that fails.
-  std::vector<spatial::Vector6> displacement;
+  /// What the sensors would read, one entry a component, SI: changes from the state without load
+  /// (weight, preloads and geometric errors act in both), or what they read themselves. Rotation
+  /// vectors and angles are those nearest to the measured among equivalent ones. NaN for a masked
+  /// reading that fails.
+  std::vector<Eigen::VectorXd> displacement;
   /// Its derivatives with respect to the parameters; empty when not asked for.
-  std::vector<Eigen::Matrix<double, 6, Eigen::Dynamic>> derivatives;
-  /// Its change with the wrench [force; moment] of the reading, base axes, about the stated point:
-  /// the compliance of the loaded robot as the campaign measures it. The part that a history
-  /// carries on to later readings is not in it. Empty but from predict_with_compliance().
-  std::vector<spatial::Matrix6> by_wrench;
-  /// The stated wrench [force; moment about the target] as it works on the displacement, in its
-  /// axes, at the predicted pose.
+  std::vector<Eigen::MatrixXd> derivatives;
+  /// Its change with the wrench [force; moment] of the reading, base axes, about the stated point,
+  /// six columns: the compliance of the loaded robot as the campaign measures it. The part that a
+  /// history carries on to later readings is not in it. Empty but from predict_with_compliance().
+  std::vector<Eigen::MatrixXd> by_wrench;
+  /// The stated wrench [force; moment about the target] as it works on the displacement of the
+  /// platform, in its axes, at the predicted pose; 0 where the platform is not read.
   std::vector<spatial::Vector6> work;
   /// Equilibria under the load and without, from which those of a similar model are found quickly;
   /// those without load are left out where no force acts then.
@@ -56,7 +56,7 @@ class Predictor {
  public:
   /// `bare`: the manipulator without its effects. Finds the unloaded postures. Throws
   /// common::InputError naming the line of the first reading in use whose pose is out of reach.
-  /// Keeps references to manipulator and campaign.
+  /// Keeps a reference to the campaign.
   Predictor(const vjm::Manipulator& bare, std::vector<vjm::Effect> effects,
             const Campaign& campaign, int threads, common::Progress& progress);
   /// Without effects.
@@ -100,6 +100,7 @@ class Predictor {
     bool may_fail = false;    // only masked readings need it
     std::size_t reading = 0;  // the first of those that share it
   };
+  struct State;
   struct CaseResult;
   struct Run;
 
@@ -112,17 +113,21 @@ class Predictor {
   std::size_t reference_index(std::size_t configuration, const vjm::Conditions& conditions,
                               std::size_t reading);
   Predictions predict(const Run& run, common::Progress& progress) const;
-  vjm::Response solve(const Run& run, std::size_t configuration, const vjm::Load& load,
-                      std::size_t conditions, const vjm::Response& before,
-                      const vjm::SystemState* near) const;
-  std::vector<vjm::Response> references(const Run& run, common::Progress& progress) const;
+  State solve(const Run& run, std::size_t configuration, const vjm::Load& load,
+              std::size_t conditions, const vjm::Response& before,
+              const vjm::SystemState* near) const;
+  std::vector<State> references(const Run& run, common::Progress& progress) const;
   void follow(const Run& run, const std::vector<std::size_t>& sequence,
-              const std::vector<vjm::Response>& unloaded, std::vector<CaseResult>& results) const;
-  void observe(vjm::Response& response) const;
-  CaseResult displacement_from(const vjm::Response& from, const vjm::Response& to) const;
+              const std::vector<State>& unloaded, std::vector<CaseResult>& results) const;
+  void observe(State& state) const;
+  CaseResult displacements_of(const State& unloaded, State& loaded) const;
+  spatial::Vector6 work_of(const LoadCase& at, const State& loaded) const;
+  spatial::Vector6 measured_by(std::size_t sensor, const Reading& reading) const;
   void enter(const CaseResult& result, std::size_t index, Predictions& predictions) const;
+  vjm::EffectModel model(const std::vector<Parameter>& parameters,
+                         const Eigen::VectorXd& values) const;
 
-  const vjm::Manipulator& bare_;
+  vjm::Manipulator bare_;
   std::vector<vjm::Effect> effects_;
   const Campaign& campaign_;
   int threads_;

@@ -129,8 +129,8 @@ std::string yaml_text(const vjm::Robot& robot, const std::string& robot_name,
 }
 
 void add_trace(const Campaign& campaign, const SimulationOptions& options,
-               const std::vector<spatial::Vector6>& plain,
-               const std::vector<spatial::Vector6>& with, SimulatedCampaign& result) {
+               const std::vector<Eigen::VectorXd>& plain, const std::vector<Eigen::VectorXd>& with,
+               SimulatedCampaign& result) {
   double over_noise = 0;
   bool has_noise = true;
   for (Eigen::Index k = 0; k < 6; ++k) {

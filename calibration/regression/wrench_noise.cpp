@@ -8,28 +8,27 @@
 namespace kinetostat::calibration {
 namespace {
 
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using spatial::Matrix6;
-using spatial::Vector6;
 
-Matrix6 covariance_of(const Noise& noise, std::size_t reading) {
-  const Vector6& sigma = noise.sigma[reading];
+MatrixXd covariance_of(const Noise& noise, std::size_t reading) {
+  const VectorXd& sigma = noise.sigma[reading];
   if (noise.correlation.empty() || !noise.correlation[reading])
     return sigma.cwiseAbs2().asDiagonal();
   return sigma.asDiagonal() * *noise.correlation[reading] * sigma.asDiagonal();
 }
 
-void set_covariance(const Matrix6& covariance, std::size_t reading, Noise& noise) {
-  Vector6& sigma = noise.sigma[reading];
-  Matrix6 correlation = Matrix6::Identity();
+void set_covariance(const MatrixXd& covariance, std::size_t reading, Noise& noise) {
+  VectorXd& sigma = noise.sigma[reading];
+  MatrixXd correlation = MatrixXd::Identity(sigma.size(), sigma.size());
   // What is not measured has no noise of its own, and nothing to be correlated with.
-  for (Eigen::Index i = 0; i < 6; ++i)
+  for (Eigen::Index i = 0; i < sigma.size(); ++i)
     if (covariance(i, i) > 0) sigma[i] = std::sqrt(covariance(i, i));
-  for (Eigen::Index i = 0; i < 6; ++i)
+  for (Eigen::Index i = 0; i < sigma.size(); ++i)
     for (Eigen::Index j = 0; j < i; ++j)
       if (covariance(i, i) > 0 && covariance(j, j) > 0)
         correlation(i, j) = correlation(j, i) = covariance(i, j) / (sigma[i] * sigma[j]);
-  noise.correlation[reading] = std::make_shared<const Matrix6>(correlation);
+  noise.correlation[reading] = std::make_shared<const MatrixXd>(correlation);
 }
 
 }  // namespace
@@ -42,8 +41,8 @@ Noise with_wrench_noise(const Noise& noise, const Campaign& campaign, const Pred
   Noise result = noise;
   result.correlation.resize(campaign.readings.size());
   for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
-    const Matrix6& c = predictions.by_wrench[i];
-    const Matrix6 added = c * campaign.wrench_covariance[i] * c.transpose();
+    const MatrixXd& c = predictions.by_wrench[i];
+    const MatrixXd added = c * campaign.wrench_covariance[i] * c.transpose();
     if (added.allFinite()) set_covariance(covariance_of(noise, i) + added, i, result);
   }
   return result;

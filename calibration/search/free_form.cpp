@@ -93,8 +93,8 @@ MatrixXd branches_of(const Campaign& campaign) {
 }
 
 // Columns that distinguish the measured components.
-MatrixXd components_of(const std::vector<Value>& values) {
-  MatrixXd result = MatrixXd::Zero(static_cast<Index>(values.size()), 6);
+MatrixXd components_of(const Campaign& campaign, const std::vector<Value>& values) {
+  MatrixXd result = MatrixXd::Zero(static_cast<Index>(values.size()), campaign.size());
   for (std::size_t i = 0; i < values.size(); ++i)
     result(static_cast<Index>(i), values[i].component) = 1;
   return result;
@@ -115,7 +115,7 @@ std::vector<Track> tracks_of(const Campaign& campaign, const std::vector<Value>&
     rows[{values[v].reading, values[v].component}] = static_cast<Index>(v);
   std::vector<Track> tracks;
   for (const Cycle& cycle : load_cycles(campaign))
-    for (Index component = 0; component < 6; ++component) {
+    for (Index component = 0; component < campaign.size(); ++component) {
       Track& track = tracks.emplace_back();
       for (const std::size_t reading : cycle)
         if (const auto row = rows.find({reading, component});
@@ -198,7 +198,7 @@ FreeForm::FreeForm(const Campaign& campaign, const std::vector<Value>& values,
           columns, {0, 1});
     add("temperature" + how, SmoothOver::temperature, heats, columns, {0, 2.5, 1});
   };
-  add_through(std::make_shared<const MatrixXd>(components_of(values)), "");
+  add_through(std::make_shared<const MatrixXd>(components_of(campaign, values)), "");
   add_through(std::make_shared<const MatrixXd>(of_unit_length(ways.force)),
               ", as a force on the platform does");
   add_through(uncertain, ", as a change of what is uncertain does");

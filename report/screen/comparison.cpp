@@ -118,8 +118,7 @@ Failure failure_of(const vjm::Robot& robot, const Pattern& pattern) {
 }
 
 std::string in_unit(const Campaign& campaign, Eigen::Index component, double si) {
-  const std::string& unit =
-      calibration::is_rotation(component) ? campaign.units.angle : campaign.units.length;
+  const std::string unit = campaign.unit_of(component);
   return number(si / spatial::parse_unit(unit).factor, 3) + " " + unit;
 }
 
@@ -142,12 +141,11 @@ void add_loops(const Campaign& campaign, const calibration::Patterns& patterns,
   std::string text;
   double largest = -1;
   for (const calibration::Loop& loop : each)
-    for (Eigen::Index k = 0; loop.return_to_zero && k < 6; ++k)
+    for (Eigen::Index k = 0; loop.return_to_zero && k < campaign.size(); ++k)
       if (const double off = std::abs((*loop.return_to_zero)[k]); off > largest) {
         largest = off;
         text = fmt::format("readings come back to another zero: {} of {} off in cycle '{}'",
-                           in_unit(campaign, k, off),
-                           calibration::component_names[static_cast<std::size_t>(k)], loop.cycle);
+                           in_unit(campaign, k, off), campaign.component(k).name, loop.cycle);
       }
   failures.push_back({patterns.loops.return_to_zero->holm_p_value, text, ""});
 }
@@ -222,12 +220,10 @@ std::string errors_text(const Campaign& campaign, const Comparison& comparison) 
   const auto& best = comparison.best().by_component;
   for (std::size_t i = 0; i < best.size(); ++i) {
     const ResidualStatistics& s = best[i];
-    const std::string& unit =
-        calibration::is_rotation(s.component) ? campaign.units.angle : campaign.units.length;
+    const std::string unit = campaign.unit_of(s.component);
     const auto shown = [&](double si) { return number(si / spatial::parse_unit(unit).factor, 3); };
-    std::vector<std::string> row{
-        calibration::component_names[static_cast<std::size_t>(s.component)],
-        shown(comparison.nominal.by_component[i].rms)};
+    std::vector<std::string> row{campaign.component(s.component).name,
+                                 shown(comparison.nominal.by_component[i].rms)};
     if (comparison.fitted) row.push_back(shown(s.rms));
     if (has_noise(comparison)) row.push_back(shown(noise_of(campaign, comparison, s.component)));
     const calibration::Reading& worst = campaign.readings[s.worst_reading];

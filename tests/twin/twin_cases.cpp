@@ -10,6 +10,7 @@
 #include "campaign_text.h"
 #include "case.h"
 #include "confuser.h"
+#include "sensor_case.h"
 
 namespace {
 
@@ -24,7 +25,9 @@ constexpr const char* usage =
     "                      measures a plan after the campaign in FROM; KIND: differences, poses, "
     "weights, poses,weights\n"
     "       twin_cases --agreement ROBOT PLAN FOLDER  no noise, nothing hidden, the true "
-    "stiffnesses\n";
+    "stiffnesses\n"
+    "       twin_cases --foundation SENSORS NOISE FOLDER [hidden]  an arm on a foundation that "
+    "yields\n";
 
 twin::Case case_named(const std::string& name) {
   for (const std::vector<twin::Case>& cases : {twin::suite(), twin::trial_suite(), twin::stories()})
@@ -57,6 +60,16 @@ int run(const std::vector<std::string>& words) {
   }
   if (words.size() == 4 && words[0] == "--agreement") {
     twin::write_agreement(words[1], words[2], 16, words[3]);
+    return 0;
+  }
+  if (words.size() >= 4 && words.size() <= 5 && words[0] == "--foundation") {
+    twin::FoundationCase spec;
+    spec.sensors = words[1];
+    const double noise = std::stod(words[2]);
+    spec.tilt_noise *= noise;
+    spec.length_noise *= noise;
+    spec.foundation_in_file = words.size() == 4;
+    twin::write_foundation(spec, words[3]);
     return 0;
   }
   if (words.size() == 4 && words[0] == "--case") {

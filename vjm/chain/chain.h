@@ -34,11 +34,12 @@ struct ChainDisplacement {
 };
 
 /// A point that moves with the chain: position [m] in the frame that the first `joints` joints have
-/// led to.
+/// led to, and axes there.
 struct Node {
   std::string name;
   Eigen::Index joints = 0;
   spatial::Vector3 position = spatial::Vector3::Zero();
+  spatial::Matrix3 axes = spatial::Matrix3::Identity();
 };
 
 /// A mass [kg] at a node, of a link or of a mass that stands alone; empty where an effect put it.

@@ -16,6 +16,11 @@ namespace {
 // A spring stiffer than this many times the stiffest of its kind is lost in rounding.
 constexpr double rigid = 1e9;
 
+void move(Node& node, const Pose& change) {
+  node.position = change * node.position;
+  node.axes = change.rotation() * node.axes;
+}
+
 }  // namespace
 
 void ChainModifier::add_law(const std::string& joint, std::shared_ptr<const CoordinateLaw> law) {
@@ -80,7 +85,7 @@ void ChainModifier::insert_joint(Index joints, Motion motion, Index coordinate) 
   chain_.joints_.insert(chain_.joints_.begin() + joints,
                         {lead, lead, false, motion, coordinate, 1});
   for (Node& node : chain_.nodes_) {
-    if (node.joints == joints) node.position = lead.inverse() * node.position;
+    if (node.joints == joints) move(node, lead.inverse());
     if (node.joints >= joints) ++node.joints;
   }
   for (ChainDisplacement& place : chain_.displacements_)
@@ -124,7 +129,21 @@ void ChainModifier::move_place(const ChainDisplacement& place, const Pose& chang
   const Pose moved = lead * change * lead.inverse();
   gap = moved * gap;
   for (Node& node : chain_.nodes_)
-    if (node.joints == place.joints) node.position = moved * node.position;
+    if (node.joints == place.joints) move(node, moved);
+}
+
+void ChainModifier::add_node(const std::string& name, const std::string& place, const Pose& pose) {
+  const auto named = std::find_if(chain_.nodes_.begin(), chain_.nodes_.end(),
+                                  [&place](const Node& node) { return node.name == place; });
+  Node node{.name = name, .joints = 0, .position = pose.position(), .axes = pose.rotation()};
+  if (named != chain_.nodes_.end()) {
+    node.joints = named->joints;
+    move(node, Pose(named->axes, named->position));
+  } else {
+    node.joints = chain_.joints_to(place);
+    if (node.joints == 0) move(node, chain_.base_);
+  }
+  chain_.add_node(node);
 }
 
 void ChainModifier::add_mass(const std::string& name, double mass, Index joints,

@@ -115,6 +115,15 @@ struct PlaceFrame {
 };
 PlaceFrame frame_of(const ChainState& state, const std::string& element, bool in_front);
 
+/// A motion [translation of `point`; rotation increment], base axes, of all of a chain behind the
+/// frame that its first `joints` joints lead to; `in_front`: not of what stands in that frame.
+struct PlaceMotion {
+  Eigen::Index joints = 0;
+  bool in_front = false;
+  spatial::Vector3 point;
+  spatial::Vector6 motion;
+};
+
 /// Derivatives of one chain's equations with respect to the values of an effect, then to its
 /// history: one column each, zero unless added to.
 class ChainColumns {
@@ -143,11 +152,16 @@ class ChainColumns {
   const Eigen::MatrixXd& drive() const { return drive_; }  // the part of it that is of drives
   const Matrix6X& end() const { return end_; }             // motion of the chain's end
   const Matrix6X& origin() const { return origin_; }  // wrench on the body that the chain starts at
+  /// What moves by itself, of one column.
+  const std::vector<PlaceMotion>& motions(Eigen::Index column) const {
+    return motions_[static_cast<std::size_t>(column)];
+  }
 
  private:
   const ChainState& state_;
   Eigen::MatrixXd force_, drive_;
   Matrix6X end_, origin_;
+  std::vector<std::vector<PlaceMotion>> motions_;
 };
 
 /// The state of a history after an equilibrium, with its exact derivatives.

@@ -68,7 +68,8 @@ ChainColumns::ChainColumns(const ChainState& state, Index columns)
       force_(Eigen::MatrixXd::Zero(state.chain.size(), columns)),
       drive_(force_),
       end_(Matrix6X::Zero(6, columns)),
-      origin_(Matrix6X::Zero(6, columns)) {}
+      origin_(Matrix6X::Zero(6, columns)),
+      motions_(static_cast<std::size_t>(columns)) {}
 
 void ChainColumns::add_force(Index column, Index coordinate, double force) {
   force_(coordinate, column) += force;
@@ -93,6 +94,8 @@ void ChainColumns::add_wrench(Index column, const PointWrench& load) {
 void ChainColumns::add_motion(Index column, const PlaceFrame& place, const Vector3& point,
                               const Vector6& motion) {
   const Vector3 w = motion.tail<3>(), end = state_.kinematics.end.position();
+  motions_[static_cast<std::size_t>(column)].push_back(
+      {place.joints, place.in_front, point, motion});
   end_.col(column).head<3>() += velocity_of(end, point, motion);
   end_.col(column).tail<3>() += w;
   for (std::size_t l = 0; l < state_.loads.size(); ++l) {

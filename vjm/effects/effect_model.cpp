@@ -5,6 +5,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "kinetostat/vjm/effects/watcher.h"
 #include "kinetostat/vjm/statics/equilibrium_residuals.h"
 #include "kinetostat/vjm/statics/equilibrium_state.h"
 
@@ -20,6 +21,7 @@ struct EffectModel::Case {
   const Load& stated;
   const Conditions& conditions;
   const ReadingErrors& errors;
+  const Watcher& watcher;
 
   const spatial::Pose& platform() const { return equilibrium.state().bodies[0]; }
 };
@@ -83,13 +85,22 @@ EffectModel::EffectModel(Manipulator bare, std::vector<Effect> effects,
     varying_.push_back(e);
     varying_effects_.push_back(effects_[e]);
   }
-  chains_with_history_.assign(with_history.begin(), with_history.end());
+  chains_asked_.assign(with_history.begin(), with_history.end());
+}
+
+void EffectModel::watch(Watch watch) {
+  watch_ = std::move(watch);
+  const std::vector<std::size_t> more = Watcher::chains_of(watch_);
+  std::set<std::size_t> all(chains_asked_.begin(), chains_asked_.end());
+  all.insert(more.begin(), more.end());
+  chains_asked_.assign(all.begin(), all.end());
 }
 
 // How the pose that is read changes with the wrench that is stated.
-Matrix6X EffectModel::by_stated_wrench(const EquilibriumDerivatives& equations,
-                                       const Case& at) const {
-  Matrix6X result(6, 6);
+void EffectModel::add_by_wrench(const EquilibriumDerivatives& equations, const Case& at,
+                                Response& response) const {
+  response.by_wrench.resize(6, 6);
+  response.watched.by_wrench.resize(watched_rows(watch_), 6);
   for (Index k = 0; k < 6; ++k) {
     const spatial::Vector6 unit = spatial::Vector6::Unit(k);
     const Load change = at.errors.actual({.force = unit.head<3>(),
@@ -97,9 +108,11 @@ Matrix6X EffectModel::by_stated_wrench(const EquilibriumDerivatives& equations,
                                           .point_on_platform = at.stated.point_on_platform});
     EquationChange equation = equations.no_change();
     equation.platform_wrench = change.at_reference_point(at.platform());
-    result.col(k) = at.errors.observed_motion(at.platform(), equations.solve(equation).platform);
+    const StateDerivative state = equations.solve(equation, Watcher::chains_of(watch_));
+    response.by_wrench.col(k) = at.errors.observed_motion(at.platform(), state.platform);
+    if (!watch_.is_empty())
+      response.watched.by_wrench.col(k) = at.watcher.change(equation, state, nullptr);
   }
-  return result;
 }
 
 bool EffectModel::is_relaxed_when_unloaded() const {
@@ -113,6 +126,15 @@ Response EffectModel::at_rest(std::size_t parameters) const {
     rest.history_derivatives.push_back(
         MatrixXd::Zero(history.size(), static_cast<Index>(parameters)));
   return rest;
+}
+
+Response EffectModel::relaxed(const Posture& posture, std::size_t parameters) const {
+  Response response = at_rest(parameters);
+  const auto columns = static_cast<Index>(parameters);
+  response.observed = posture.platform;
+  response.derivatives.setZero(6, columns);
+  if (!watch_.is_empty()) response.watched = watched_at_rest(watch_, fixed_, posture, columns);
+  return response;
 }
 
 Response EffectModel::respond(const Posture& posture, const Load& stated, const Conditions& given,
@@ -148,13 +170,15 @@ Response EffectModel::respond(const Posture& posture, const Load& stated, const 
   response.observed = errors.observed(response.state.bodies[0]);
   if (with_derivatives) response.derivatives.resize(6, static_cast<Index>(parameters.size()));
   const bool differentiates = with_derivatives && !parameters.empty();
-  if (!differentiates && !with_compliance && !has_history_) return response;
+  if (!differentiates && !with_compliance && !has_history_ && watch_.is_empty()) return response;
   const EquilibriumResiduals equilibrium(system, response.state, load);
-  const Case at{equilibrium, stated, conditions, errors};
+  const Watcher watcher(watch_, equilibrium, errors);
+  response.watched = watcher.values();
+  const Case at{equilibrium, stated, conditions, errors, watcher};
   if (has_history_ && !differentiates) advance(at, before, response);
   if (!differentiates && !with_compliance) return response;
   const EquilibriumDerivatives equations(equilibrium);
-  if (with_compliance) response.by_wrench = by_stated_wrench(equations, at);
+  if (with_compliance) add_by_wrench(equations, at, response);
   if (differentiates) differentiate(equations, at, before, parameters, response);
   return response;
 }
@@ -235,15 +259,21 @@ void EffectModel::differentiate(const EquilibriumDerivatives& equations, const C
   const Linear linear(equations, at, effects_, before, parameters);
   std::vector<EquationChange> changes;
   std::vector<StateDerivative> solutions;
+  response.watched.derivatives.resize(watched_rows(watch_), std::ssize(parameters));
   for (std::size_t p = 0; p < parameters.size(); ++p) {
     const auto column = static_cast<Index>(p);
     changes.push_back(change_by(linear, at, before, parameters[p], column));
-    solutions.push_back(linear.equations.solve(changes.back(), chains_with_history_));
+    solutions.push_back(linear.equations.solve(changes.back(), chains_asked_));
     response.derivatives.col(column) =
         at.errors.observed_motion(at.platform(), solutions.back().platform);
-    if (parameters[p].springs.empty() && !effects_[parameters[p].effect].kind->acts_on_chains())
-      response.derivatives.col(column) +=
-          at.errors.observed_derivative(at.platform(), tangent_of(parameters[p], at.conditions));
+    std::optional<ReadingErrors> errors;
+    if (parameters[p].springs.empty() && !effects_[parameters[p].effect].kind->acts_on_chains()) {
+      errors = tangent_of(parameters[p], at.conditions);
+      response.derivatives.col(column) += at.errors.observed_derivative(at.platform(), *errors);
+    }
+    if (!watch_.is_empty())
+      response.watched.derivatives.col(column) =
+          at.watcher.change(changes.back(), solutions.back(), errors ? &*errors : nullptr);
   }
   for (std::size_t e = 0; e < effects_.size(); ++e)
     for (std::size_t s = 0; effects_[e].kind->history > 0 && s < effects_[e].sites.size(); ++s)

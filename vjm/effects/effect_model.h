@@ -7,6 +7,7 @@
 
 #include "kinetostat/vjm/effects/effect.h"
 #include "kinetostat/vjm/effects/sensitivity.h"
+#include "kinetostat/vjm/effects/watch.h"
 
 namespace kinetostat::vjm {
 
@@ -27,6 +28,7 @@ struct Response {
   /// Its change [translation; rotation increment] with the stated wrench [force; moment], base
   /// axes, at this equilibrium alone; empty when not asked for.
   Matrix6X by_wrench;
+  Watched watched;                                   // what the model watches beside the platform
   Histories histories;                               // after it
   std::vector<Eigen::MatrixXd> history_derivatives;  // one column a parameter
   SystemState state;
@@ -38,6 +40,8 @@ class EffectModel {
   EffectModel(Manipulator bare, std::vector<Effect> effects,
               const EquilibriumOptions& options = {});
 
+  /// The bare manipulator of a model that watches is that of with_watched().
+  void watch(Watch watch);
   const Manipulator& bare() const { return bare_; }
   const std::vector<Effect>& effects() const { return effects_; }
   /// Some effect depends on the conditions of a reading, or on the readings before it.
@@ -48,6 +52,8 @@ class EffectModel {
 
   /// The start of a sequence.
   Response at_rest(std::size_t parameters) const;
+  /// The state without load where that is relaxed (is_relaxed_when_unloaded).
+  Response relaxed(const Posture& posture, std::size_t parameters) const;
   /// The equilibrium under a stated load, after `before`. `posture` is one of the bare manipulator;
   /// `near` (or nullptr) a state close to the solution, which saves time.
   Response respond(const Posture& posture, const Load& load, const Conditions& conditions,
@@ -61,7 +67,8 @@ class EffectModel {
   EquationChange change_by(const Linear& linear, const Case& at, const Response& before,
                            const ModelParameter& parameter, Eigen::Index column) const;
   ReadingErrors tangent_of(const ModelParameter& parameter, const Conditions& conditions) const;
-  Matrix6X by_stated_wrench(const EquilibriumDerivatives& equations, const Case& at) const;
+  void add_by_wrench(const EquilibriumDerivatives& equations, const Case& at,
+                     Response& response) const;
   void advance(const Linear& linear, const Case& at, const Response& before,
                const std::vector<ModelParameter>& parameters,
                const std::vector<EquationChange>& changes,
@@ -78,7 +85,8 @@ class EffectModel {
   Manipulator fixed_;  // with the effects that are the same for all readings
   std::vector<std::size_t> varying_;
   std::vector<Effect> varying_effects_;
-  std::vector<std::size_t> chains_with_history_;
+  Watch watch_;
+  std::vector<std::size_t> chains_asked_;  // whose coordinates histories or the watch depend on
   bool varies_ = false, has_history_ = false, reads_ = false;
 };
 

@@ -32,6 +32,8 @@ void EquationChange::add(std::size_t chain, const ChainColumns& columns, Eigen::
   change.drive += factor * columns.drive().col(column);
   change.end += factor * columns.end().col(column);
   change.origin += factor * columns.origin().col(column);
+  for (const PlaceMotion& moved : columns.motions(column))
+    change.motions.push_back({moved.joints, moved.in_front, moved.point, factor * moved.motion});
 }
 
 EquilibriumDerivatives::EquilibriumDerivatives(const EquilibriumResiduals& at)
@@ -82,7 +84,11 @@ StateDerivative EquilibriumDerivatives::solve(const EquationChange& change,
   SystemVector solution;
   matrix_->solve_bodies(right, solution);
   StateDerivative derivative{.platform = solution.bodies.head<6>().cwiseQuotient(twist),
+                             .bodies = solution.bodies,
                              .coordinates = {}};
+  for (Eigen::Index row = 0; row < derivative.bodies.size(); row += 6)
+    derivative.bodies.segment<6>(row) =
+        derivative.bodies.segment<6>(row).cwiseQuotient(twist).eval();
   if (!chains.empty()) derivative.coordinates.resize(change.chains.size());
   for (const std::size_t c : chains) {
     matrix_->complete(c, right, solution);

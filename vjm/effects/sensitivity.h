@@ -26,6 +26,7 @@ struct EquationChange {
     Eigen::VectorXd drive;  // the part of it that drives and links exert
     spatial::Vector6 end = spatial::Vector6::Zero();     // motion of the end [m; rad]
     spatial::Vector6 origin = spatial::Vector6::Zero();  // wrench on the body it starts from
+    std::vector<PlaceMotion> motions = {};               // of what is behind a place
   };
   std::vector<OfChain> chains;
   spatial::Vector6 platform_wrench = spatial::Vector6::Zero();  // at the reference point, base axes
@@ -37,6 +38,7 @@ struct EquationChange {
 /// How the solution changes.
 struct StateDerivative {
   spatial::Vector6 platform;                 // [translation m; rotation increment rad], base axes
+  Eigen::VectorXd bodies;                    // the same of all bodies, the platform first
   std::vector<Eigen::VectorXd> coordinates;  // all of each chain that was asked for
 };
 

@@ -93,7 +93,7 @@ TEST(Datum, ItsNoiseIsWhitenedWithThatOfTheReadings) {
       spatial::Matrix6 correlation = spatial::Matrix6::Identity();
       correlation(0, 2) = correlation(2, 0) = 0.6;
       noise.correlation.assign(campaign.readings.size(),
-                               std::make_shared<const spatial::Matrix6>(correlation));
+                               std::make_shared<const Eigen::MatrixXd>(correlation));
     }
     const MatrixXd half = whitened(noise, values, covariance_of(campaign, noise, values));
     const MatrixXd whole = whitened(noise, values, half.transpose());

@@ -125,7 +125,7 @@ TEST(Replicates, VisitsWithinOneReplicateAreKeptApart) {
       "0,1,0,0.00\n1,1,1,1.0\n0,1,2,0.50\n"
       "0,2,10,0.02\n1,2,11,1.0\n0,2,12,0.52\n");
   EXPECT_EQ(sizes(c), (Sizes{2, 2, 2}));
-  const Noise noise{.sigma = std::vector<spatial::Vector6>(6, spatial::Vector6::Constant(1e-3))};
+  const Noise noise{.sigma = std::vector<Eigen::VectorXd>(6, Eigen::VectorXd::Constant(6, 1e-3))};
   const PureError scatter = pure_error(c, replicate_groups(c), noise);
   EXPECT_EQ(scatter.degrees_of_freedom, 3);
   EXPECT_NEAR(scatter.sum, 2 * 2 * 0.01 * 0.01, 1e-12);
@@ -133,7 +133,7 @@ TEST(Replicates, VisitsWithinOneReplicateAreKeptApart) {
 
 TEST(Replicates, PureErrorIsWeightedByTheNoiseOfEachReading) {
   const Campaign c = campaign("fz,dz\n1,1\n1,4\n");
-  const Noise noise{.sigma = {spatial::Vector6::Constant(1e-3), spatial::Vector6::Constant(2e-3)}};
+  const Noise noise{.sigma = {Eigen::VectorXd::Constant(6, 1e-3), Eigen::VectorXd::Constant(6, 2e-3)}};
   // Difference 3 mm with variance 1 + 4 mm^2.
   EXPECT_NEAR(pure_error(c, replicate_groups(c), noise).sum, 9.0 / 5.0, 1e-12);
 }

@@ -194,10 +194,11 @@ TEST(Patterns, SoundModelsOfSixAxesGiveFewFalseAlarms) {
   constexpr int campaigns = 400;
   int alarms = 0;
   for (int n = 0; n < campaigns; ++n) {
-    std::vector<spatial::Vector6> residual, whitened, work;
+    std::vector<Eigen::VectorXd> residual, whitened;
+    std::vector<spatial::Vector6> work;
     for (Reading& reading : campaign.readings) {
       work.push_back(reading.load.at_reference_point({}));
-      whitened.push_back(spatial::Vector6::NullaryExpr([&] { return normal(engine); }));
+      whitened.push_back(Eigen::VectorXd::NullaryExpr(6, [&] { return normal(engine); }));
       residual.push_back(whitened.back().cwiseProduct(reading.sigma));
       reading.displacement = residual.back();
     }

@@ -22,7 +22,7 @@ using testing::IsEmpty;
 // some noise.
 struct Scaled {
   Campaign campaign;
-  std::vector<Vector6> predicted;
+  std::vector<Eigen::VectorXd> predicted;
 
   Scaled(double factor, std::vector<Eigen::Index> components, double noise = 0.02) {
     std::mt19937 random(3);

@@ -141,7 +141,7 @@ TEST(WrenchNoise, OfASpringThatTheReadingsMakeRigidIsThatOfOneNearTheDesign) {
   common::Progress silent;
   const Noise noise = noise_of(robot, read_campaign(file, robot.manipulator), 1, silent);
   const double most = 20 / 1e6, least = most * std::exp(-3.0);
-  for (const spatial::Vector6& sigma : noise.sigma) {
+  for (const Eigen::VectorXd& sigma : noise.sigma) {
     EXPECT_LT(sigma[2], std::hypot(3e-6, most));
     EXPECT_GT(sigma[2], std::hypot(3e-6, 0.99 * least));
   }

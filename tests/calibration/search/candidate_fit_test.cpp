@@ -347,13 +347,13 @@ TEST(Waterfall, IntervalHoldsTheErrorAndTheFloorIsTheNoise) {
   HeldOutGroups groups;
   for (Index i = 0; i < 60; i += 3) groups.members.push_back({i, i + 1, i + 2});
   const VectorXd error = 3 * random_matrix(60, 1, 5);
-  const WaterfallStage stage = waterfall_stage("x", error, values, noise, groups, 1);
+  const WaterfallStage stage = waterfall_stage("x", error, campaign, values, noise, groups, 1);
   EXPECT_NEAR(stage.whitened, std::sqrt(error.squaredNorm() / 60), 1e-12);
   EXPECT_LT(stage.lower, stage.whitened);
   EXPECT_GT(stage.upper, stage.whitened);
   EXPECT_NEAR(stage.translation, 2e-6 * stage.whitened, 1e-18);
   EXPECT_TRUE(std::isnan(stage.rotation));
-  EXPECT_NEAR(noise_floor(values, noise).translation, 2e-6, 1e-18);
+  EXPECT_NEAR(noise_floor(campaign, values, noise).translation, 2e-6, 1e-18);
 }
 
 }  // namespace

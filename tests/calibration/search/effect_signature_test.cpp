@@ -14,7 +14,6 @@
 namespace kinetostat::calibration::effect_signature_test {
 namespace {
 
-using spatial::Vector6;
 using vjm::test::Bench;
 
 // Four postures, three directions, a closed cycle of nine loads in each; two sessions, the second
@@ -60,8 +59,8 @@ Campaign plan_for(const Bench& bench, bool arm, DisplacementKind displacement) {
   return campaign;
 }
 
-std::vector<Vector6> predicted(const Bench& bench, const std::vector<vjm::Effect>& effects,
-                               const Campaign& campaign) {
+std::vector<Eigen::VectorXd> predicted(const Bench& bench, const std::vector<vjm::Effect>& effects,
+                                       const Campaign& campaign) {
   common::Progress silent;
   const Predictions p = Predictor(bench.manipulator, effects, campaign, 1, silent)
                             .predict({}, Eigen::VectorXd(), false, silent);
@@ -80,8 +79,8 @@ DisplacementKind kind_of_readings(const vjm::Effect& effect) {
 // `noise`: as a share of that; without it the readings show the effect alone.
 Campaign measured(const Bench& bench, const vjm::Effect& effect, bool arm, double noise = 1) {
   Campaign campaign = plan_for(bench, arm, kind_of_readings(effect));
-  const std::vector<Vector6> plain = predicted(bench, {}, campaign);
-  const std::vector<Vector6> with = predicted(bench, {effect}, campaign);
+  const std::vector<Eigen::VectorXd> plain = predicted(bench, {}, campaign);
+  const std::vector<Eigen::VectorXd> with = predicted(bench, {effect}, campaign);
   double translation = 0, rotation = 0;
   for (std::size_t i = 0; i < plain.size(); ++i) {
     translation += (with[i] - plain[i]).head<3>().squaredNorm();
@@ -269,7 +268,7 @@ TEST_P(EffectSignature, IsSeenWhereItIsAndGoneWithTheEffect) {
 // The value whose half the readings miss most.
 Eigen::Index strongest_value(const Bench& bench, const vjm::Effect& effect, bool arm) {
   const Campaign campaign = plan_for(bench, arm, kind_of_readings(effect));
-  const std::vector<Vector6> all = predicted(bench, {effect}, campaign);
+  const std::vector<Eigen::VectorXd> all = predicted(bench, {effect}, campaign);
   Eigen::Index strongest = 0;
   double most = 0;
   for (Eigen::Index v = 0; v < effect.values.size(); ++v) {
@@ -278,7 +277,7 @@ Eigen::Index strongest_value(const Bench& bench, const vjm::Effect& effect, bool
     if (v > 0 && parameter.required) continue;  // a shape, not a size
     if (parameter.name == "order") continue;    // has a minimum every period
     half.values[v] = (effect.values[v] + parameter.none) / 2;
-    const std::vector<Vector6> other = predicted(bench, {half}, campaign);
+    const std::vector<Eigen::VectorXd> other = predicted(bench, {half}, campaign);
     double squares = 0;
     for (std::size_t i = 0; i < all.size(); ++i) squares += (all[i] - other[i]).squaredNorm();
     if (squares > most) most = squares, strongest = v;

@@ -1,4 +1,4 @@
-#include "kinetostat/calibration/campaign/observation.h"
+#include "kinetostat/calibration/sensors/observation.h"
 
 #include "kinetostat/spatial/rotation.h"
 

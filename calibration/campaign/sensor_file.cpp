@@ -1,0 +1,295 @@
+#include "kinetostat/calibration/campaign/sensor_file.h"
+
+#include <algorithm>
+#include <limits>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "kinetostat/calibration/campaign/column_names.h"
+#include "kinetostat/calibration/sensors/sensor_places.h"
+#include "kinetostat/common/spelling.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::Index;
+using io::YamlNode;
+using spatial::Dimension;
+using spatial::Matrix3;
+using spatial::Pose;
+using spatial::Vector3;
+namespace dimension = spatial::dimension;
+
+constexpr double not_stated = std::numeric_limits<double>::quiet_NaN();
+
+// A kind as it is written, with what it may say and what it reads.
+struct Word {
+  const char* name;
+  SensorKind kind;
+  std::vector<std::string> keys;  // beside kind, noise and datum_noise
+  std::vector<Index> axes;        // in the order of component_names
+};
+
+const std::vector<Word>& words() {
+  static const std::vector<Word> all = {
+      {"gauge", SensorKind::pose, {"on", "at", "from", "in", "direction", "minus"}, {0}},
+      {"position", SensorKind::pose, {"on", "at", "from", "in", "axes", "minus"}, {0, 1, 2}},
+      {"rotation", SensorKind::pose, {"on", "at", "from", "in", "axes", "minus"}, {3, 4, 5}},
+      {"pose", SensorKind::pose, {"on", "at", "from", "in", "minus"}, {0, 1, 2, 3, 4, 5}},
+      {"tilt", SensorKind::tilt, {"on", "at", "axes", "minus"}, {0, 1}},
+      {"distance", SensorKind::distance, {"on", "at", "from"}, {0}},
+      {"joint", SensorKind::joint, {"joint"}, {0}},
+      {"torque", SensorKind::torque, {"joint"}, {0}}};
+  return all;
+}
+
+// Axes with x along a direction.
+Matrix3 axes_along(const Vector3& direction) {
+  Index least = 0;
+  direction.cwiseAbs().minCoeff(&least);
+  Matrix3 axes;
+  axes.col(0) = direction;
+  axes.col(1) = direction.cross(Vector3::Unit(least)).normalized();
+  axes.col(2) = direction.cross(axes.col(1));
+  return axes;
+}
+
+// The parts of a robot by the names that a file may give them: "arm.elbow", "elbow". A body wins.
+std::map<std::string, std::vector<vjm::CarriedFrame>> places_of(const vjm::Manipulator& robot) {
+  std::map<std::string, std::vector<vjm::CarriedFrame>> places;
+  places["base"].push_back({});
+  for (const SensorPlace& place : sensor_places(robot)) {
+    places[place.name] = {place.frame};
+    if (!place.frame.chain || place.frame.place == "base") continue;
+    auto& alone = places[place.frame.place];
+    if (alone.empty() || alone[0].chain) alone.push_back(place.frame);
+  }
+  return places;
+}
+
+class SensorReader {
+ public:
+  SensorReader(const vjm::Manipulator& robot, Campaign& campaign)
+      : robot_(robot), campaign_(campaign), places_(places_of(robot)), joints_(joints_of(robot)) {}
+
+  Eigen::VectorXd read(const YamlNode& given) {
+    sigma_.assign(6, not_stated);
+    datum_.assign(campaign_.datum_noise.begin(), campaign_.datum_noise.end());
+    const auto all = given.members();
+    for (const auto& [name, node] : all) read_sensor(name, node);
+    for (std::size_t s = 0; s < all.size(); ++s)
+      if (const auto minus = all[s].second.find("minus")) set_minus(*minus, s + 1);
+    campaign_.datum_noise = Eigen::Map<Eigen::VectorXd>(datum_.data(), std::ssize(datum_));
+    return Eigen::Map<Eigen::VectorXd>(sigma_.data(), std::ssize(sigma_));
+  }
+
+ private:
+  void read_sensor(const std::string& name, const YamlNode& node) {
+    check_name(name, node);
+    std::vector<std::string> kinds;
+    for (const Word& word : words()) kinds.emplace_back(word.name);
+    if (!node.has("kind"))
+      node.fail("no kind is stated", fmt::format("Give one of {}", fmt::join(kinds, ", ")));
+    const std::string kind = node.at("kind").choice(kinds);
+    const Word& word = *std::find_if(words().begin(), words().end(),
+                                     [&](const Word& w) { return w.name == kind; });
+    std::vector<std::string> keys = {"kind", "noise", "datum_noise"};
+    keys.insert(keys.end(), word.keys.begin(), word.keys.end());
+    node.allow_only(keys);
+    Sensor sensor{.name = name, .kind = word.kind, .by_instrument = false};
+    Dimension own = dimension::length;
+    if (word.kind == SensorKind::joint || word.kind == SensorKind::torque)
+      own = read_joint(node.at("joint"), sensor);
+    else
+      read_frames(node, kind, sensor);
+    add_components(node, word, own, sensor);
+    campaign_.sensors.push_back(sensor);
+  }
+
+  void check_name(const std::string& name, const YamlNode& node) const {
+    const bool is_joint = std::any_of(joints_.begin(), joints_.end(), [&](const Joint& joint) {
+      return joint.name == name || joint.alone == name;
+    });
+    if (is_joint || is_reserved(name) || name == "covariate" || name == "ignore")
+      node.fail(fmt::format("a column '{}' means something else already", name),
+                "Give the sensor another name");
+    if (name.empty() || name.find_first_of("[]()/,; \t") != std::string::npos)
+      node.fail(fmt::format("'{}' cannot be the name of a column", name),
+                "Use letters, digits, '_' and '-'");
+  }
+
+  Dimension read_joint(const YamlNode& node, Sensor& sensor) {
+    std::vector<std::string> names;
+    for (const Joint& joint : joints_) {
+      names.push_back(joint.name);
+      if (joint.alone != joint.name) names.push_back(joint.alone);
+    }
+    const std::string name = node.choice(names);
+    const Joint& joint = *std::find_if(joints_.begin(), joints_.end(), [&](const Joint& j) {
+      return j.name == name || j.alone == name;
+    });
+    const std::string chain = joint.name.substr(0, joint.name.find('.'));
+    vjm::WatchedJoint watched;
+    while (robot_.chains()[watched.chain].name() != chain) ++watched.chain;
+    const vjm::Chain& of = robot_.chains()[watched.chain];
+    watched.coordinate = of.index_of(joint.name.substr(chain.size() + 1));
+    if (!(of.stiffness()(watched.coordinate, watched.coordinate) > 0) &&
+        (joint.actuated || sensor.kind == SensorKind::torque))
+      node.fail(fmt::format("the joint '{}' has no spring: {}", name,
+                            joint.actuated ? "it stands where it is commanded"
+                                           : "nothing transmits a torque in it"),
+                "Name a joint with a stiffness");
+    sensor.joint = campaign_.watch.joints.size();
+    campaign_.watch.joints.push_back(watched);
+    const bool turns = joint.dimension == dimension::angle;
+    if (sensor.kind == SensorKind::joint) return turns ? dimension::angle : dimension::length;
+    return turns ? dimension::moment : dimension::force;
+  }
+
+  vjm::CarriedFrame read_place(const YamlNode& node, const std::string& key) const {
+    const YamlNode on = node.at(key);
+    std::vector<std::string> names;
+    for (const auto& [name, frames] : places_) names.push_back(name);
+    const std::string name = on.choice(names);
+    const auto& frames = places_.at(name);
+    if (frames.size() > 1)
+      on.fail(fmt::format("'{}' is on several chains", name),
+              fmt::format("Write {}.{}", robot_.chains()[*frames[0].chain].name(), name));
+    return frames[0];
+  }
+
+  std::size_t add(const vjm::CarriedFrame& frame) {
+    campaign_.watch.frames.push_back(frame);
+    return campaign_.watch.frames.size() - 1;
+  }
+
+  void read_frames(const YamlNode& node, const std::string& kind, Sensor& sensor) {
+    vjm::CarriedFrame frame = read_place(node, "on"), from;
+    if (const auto at = node.find("at")) frame.pose = io::read_pose(*at, campaign_.units);
+    const auto other = node.find("from");
+    if (kind == "distance" && !other)
+      node.fail("a distance is between two points, and one is stated",
+                "Say where the other is: 'from: {on: base, at: [x, y, z]}'");
+    // What the instrument of the campaign follows, in the frame that it is in.
+    const bool followed = (kind == "position" || kind == "rotation" || kind == "pose") && !other;
+    if (followed) from.pose = campaign_.observation.frame;
+    if (other) from = read_from(*other);
+    if (const auto in = node.find("in")) sensor.own_axes = in->choice({"from", "own"}) == "own";
+    if (sensor.own_axes && campaign_.displacement == DisplacementKind::absolute)
+      node.at("in").fail("absolute poses cannot be given in axes that move with what is read",
+                         "Measure differences, or remove the key");
+    if (kind == "gauge") {
+      if (!node.has("direction"))
+        node.fail("no direction is stated, in which the gauge counts up",
+                  "Write 'direction: [0, 0, 1]'");
+      Pose& turned = sensor.own_axes ? frame.pose : from.pose;
+      turned = turned * Pose::rotation(axes_along(node.at("direction").direction()));
+    }
+    sensor.by_instrument = frame.by_instrument = followed && !sensor.own_axes;
+    sensor.frame = add(frame);
+    sensor.from = add(from);
+  }
+
+  // `base`, `arm.elbow`, or `{on: arm.elbow, at: [x, y, z]}`.
+  vjm::CarriedFrame read_from(const YamlNode& node) const {
+    if (node.is_scalar()) {
+      const auto found = places_.find(node.text());
+      if (found != places_.end() && found->second.size() == 1) return found->second[0];
+      std::vector<std::string> names;
+      for (const auto& [name, frames] : places_)
+        if (frames.size() == 1) names.push_back(name);
+      return places_.at(node.choice(names))[0];
+    }
+    node.allow_only({"on", "at"});
+    vjm::CarriedFrame frame = read_place(node, "on");
+    if (const auto at = node.find("at")) frame.pose = io::read_pose(*at, campaign_.units);
+    return frame;
+  }
+
+  // `axes: [x, z]`, among those that the kind has.
+  std::vector<Index> read_axes(const YamlNode& node, const Word& word) const {
+    const auto given = node.find("axes");
+    if (!given) return word.axes;
+    const bool tilt = word.kind == SensorKind::tilt;
+    const Index first = word.axes.front();
+    std::vector<Index> axes;
+    const auto take = [&](const YamlNode& item) {
+      const std::string name = item.choice({"x", "y", "z"});
+      axes.push_back((tilt ? 0 : first) + (name == "x" ? 0 : name == "y" ? 1 : 2));
+    };
+    if (given->is_scalar())
+      take(*given);
+    else
+      for (const YamlNode& item : given->items()) take(item);
+    std::sort(axes.begin(), axes.end());
+    if (axes.empty() || std::adjacent_find(axes.begin(), axes.end()) != axes.end())
+      given->fail("the axes are not different ones of x, y, z", "Write 'axes: [x, z]'");
+    return axes;
+  }
+
+  void add_components(const YamlNode& node, const Word& word, const Dimension& own,
+                      const Sensor& sensor) {
+    const std::vector<Index> axes = read_axes(node, word);
+    for (const Index axis : axes) {
+      const bool turns = sensor.kind == SensorKind::tilt || is_rotation(axis);
+      Component component{.name = sensor.name,
+                          .dimension = turns ? dimension::angle : own,
+                          .sensor = campaign_.sensors.size(),
+                          .axis = axis};
+      if (axes.size() > 1)
+        component.name += fmt::format(
+            ".{}", component_names[static_cast<std::size_t>(turns && axis < 3 ? axis + 3 : axis)]);
+      sigma_.push_back(deviation(node, "noise", component.dimension, axes.size() == 6, false));
+      datum_.push_back(deviation(node, "datum_noise", component.dimension, axes.size() == 6, true));
+      campaign_.components.push_back(std::move(component));
+    }
+  }
+
+  // One quantity; of a whole pose `{translation: 5 um, rotation: 10 urad}`.
+  static double deviation(const YamlNode& node, const char* key, const Dimension& of, bool of_pose,
+                          bool may_be_zero) {
+    std::optional<YamlNode> given = node.find(key);
+    if (given && of_pose) {
+      given->allow_only({"translation", "rotation"});
+      given = given->find(of == dimension::angle ? "rotation" : "translation");
+    }
+    if (!given) return not_stated;
+    const double value = given->quantity_with_unit(of);
+    if (value > 0 || (may_be_zero && value == 0)) return value;
+    given->fail("'" + given->text() + "' is not positive",
+                "Give the standard deviation of one reading, or remove the key when it is not "
+                "known");
+  }
+
+  void set_minus(const YamlNode& node, std::size_t index) {
+    std::vector<std::string> names;
+    for (const Sensor& sensor : campaign_.sensors)
+      if (!sensor.is_platform()) names.push_back(sensor.name);
+    const std::string name = node.choice(names);
+    Sensor& sensor = campaign_.sensors[index];
+    const auto other = std::find_if(campaign_.sensors.begin(), campaign_.sensors.end(),
+                                    [&](const Sensor& s) { return s.name == name; });
+    if (other->name == sensor.name || other->kind != sensor.kind || other->minus)
+      node.fail(fmt::format("'{}' cannot be taken off '{}'", name, sensor.name),
+                "Name another sensor of the same kind that counts from none");
+    sensor.minus = static_cast<std::size_t>(other - campaign_.sensors.begin());
+  }
+
+  const vjm::Manipulator& robot_;
+  Campaign& campaign_;
+  std::map<std::string, std::vector<vjm::CarriedFrame>> places_;
+  std::vector<Joint> joints_;
+  std::vector<double> sigma_, datum_;
+};
+
+}  // namespace
+
+Eigen::VectorXd read_sensors(const YamlNode& top, const vjm::Manipulator& manipulator,
+                             Campaign& campaign) {
+  const auto given = top.find("sensors");
+  if (!given) return Eigen::VectorXd::Constant(6, not_stated);
+  return SensorReader(manipulator, campaign).read(*given);
+}
+
+}  // namespace kinetostat::calibration

@@ -1,0 +1,309 @@
+// Sensors anywhere on a robot: what they would read, and how that changes.
+#include "kinetostat/calibration/sensors/sensor.h"
+
+#include <gtest/gtest.h>
+
+#include "kinetostat/calibration/campaign/campaign_file.h"
+#include "kinetostat/calibration/regression/predict.h"
+#include "kinetostat/common/error.h"
+
+#include "calibration/laboratory.h"
+#include "calibration/synthetic.h"
+#include "support/matrix_near.h"
+
+namespace kinetostat::calibration {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+using spatial::Vector3;
+
+// A weighty arm on a compliant foundation, with an effect at every kind of place.
+const char* arm = R"(kinetostat: 1
+name: arm
+units: {length: mm, force: N, angle: deg, time: s}
+gravity: {direction: [0, 0, -1]}
+materials: {steel: {E: 210 GPa, nu: 0.3, density: 7850 kg/m^3}}
+links:
+  column: {rigid: [0, 0, 400]}
+  upper: {beam: {length: 500, section: {rectangle: {width: 60, height: 40}}, material: steel}}
+  fore: {beam: {length: 400, section: {rectangle: {width: 40, height: 30}}, material: steel}}
+chain_types:
+  arm:
+    - actuator: {name: q1, axis: Rz, stiffness: 1.0e5 N m/rad, home: 20}
+    - link: column
+    - actuator: {name: q2, axis: Ry, stiffness: 6.0e4 N m/rad, home: -30}
+    - link: upper
+    - node: {name: elbow, at: [0, 20, 10]}
+    - actuator: {name: q3, axis: Ry, stiffness: 4.0e4 N m/rad, home: 50}
+    - link: fore
+    - mass: {name: tool, mass: 8 kg, at: [20, 0, 0]}
+    - tool: [60, 0, 0]
+manipulator:
+  chains: [{name: arm, type: arm}]
+)";
+
+const char* effects = R"(effects:
+  - {effect: base_compliance, at: arm.base, rotation: 4.0e-6 rad/(N m), translation: 2.0e-8 m/N}
+  - {effect: bearing_compliance, at: q2, tilt: 2.0e-6 rad/(N m), radial: 1.0e-8 m/N}
+  - {effect: geometric_error, at: upper, x: 0.4, rz: 0.05}
+  - {effect: geometric_error, at: q1, y: 0.3, rx: 0.04}
+  - {effect: eccentricity, at: q3, cosine: 0.02, sine: 0.01, order: 2}
+  - {effect: hardening, at: q2, k3: 4.0e9 N m/rad^3}
+  - {effect: payload, at: platform, mass: 3 kg, x: 30}
+  - {effect: sensor_frame, at: sensor, x: 0.2, rz: 0.1}
+  - {effect: wrench_gain, at: load, gain: 1.05}
+)";
+
+const char* campaign_head = R"(kinetostat: 1
+campaign: sensors
+units: {length: mm, force: N, angle: deg, time: s}
+wrench_point: reference
+readings: readings.csv
+)";
+
+// Of every kind, at every kind of place.
+const char* all_sensors = R"(sensors:
+  tip: {kind: position, on: platform, at: [10, 5, 0]}
+  turned: {kind: rotation, on: elbow, axes: [x, y]}
+  whole: {kind: pose, on: upper, at: {point: [0, 30, 0], rpy: [10, 20, 30]}, from: arm.base}
+  dial: {kind: gauge, on: elbow, at: [5, 0, 20], direction: [1, 2, -2]}
+  between: {kind: gauge, on: platform, from: {on: q1, at: [100, 0, 0]}, direction: [0, 0, 1]}
+  level: {kind: tilt, on: arm.base}
+  tool_level: {kind: tilt, on: fore, at: {rpy: [0, -20, 0]}, axes: [x, y]}
+  bent: {kind: tilt, on: fore, at: {rpy: [0, -20, 0]}, axes: [x, y], minus: level}
+  ballbar: {kind: distance, on: platform, from: {on: base, at: [600, 300, 100]}}
+  wire: {kind: distance, on: elbow, from: {on: arm.base, at: [0, 0, 100]}}
+  encoder: {kind: joint, joint: q3}
+  motor: {kind: torque, joint: q2}
+)";
+
+std::string cells(const std::vector<std::string>& names, const std::string& cell) {
+  std::string text;
+  for (const std::string& name : names) text += "," + (cell.empty() ? name : cell);
+  return text;
+}
+
+const std::vector<std::string> all_columns = {
+    "tip.dx",   "tip.dy",   "tip.dz",   "turned.rx",     "turned.ry",     "whole.dx",
+    "whole.dy", "whole.dz", "whole.rx", "whole.ry",      "whole.rz",      "dial",
+    "between",  "level.rx", "level.ry", "tool_level.rx", "tool_level.ry", "bent.rx",
+    "bent.ry",  "ballbar",  "wire",     "encoder",       "motor"};
+
+vjm::Robot robot_of(const std::string& text) {
+  static const kinetostat::test::TemporaryFolder folder;
+  static int count = 0;
+  const std::filesystem::path file = folder.path() / fmt::format("robot{}.yaml", ++count);
+  io::write_atomically(file, text);
+  return vjm::read_robot(file);
+}
+
+std::filesystem::path write_readings(const std::string& displacement, const std::string& sensors,
+                                     const std::vector<std::string>& columns,
+                                     const std::string& cell = "0.01") {
+  std::string csv = "q1,q2,q3,fx,fy,fz,mx,my,mz" + cells(columns, "") + "\n";
+  for (const char* state : {"20,-30,50,120,-80,300,4000,0,9000", "-40,10,80,0,150,-200,0,5000,0",
+                            "0,-60,20,60,60,-400,0,0,-6000"})
+    csv += state + cells(columns, cell) + "\n";
+  return test::write_campaign(
+      std::string(campaign_head) + "displacement: " + displacement + "\n" + sensors, csv);
+}
+
+std::vector<Parameter> parameters_of(const vjm::Robot& robot) {
+  std::vector<Parameter> all;
+  for (const char* spring : {"q2", "upper"})
+    all.push_back({.name = spring, .springs = {{0, spring}}, .stiffness = {}});
+  for (std::size_t e = 0; e < robot.effects.size(); ++e)
+    for (Index v = 0; v < robot.effects[e].values.size(); ++v)
+      if (robot.effects[e].values[v] != 0 &&
+          !robot.effects[e].kind->parameters[static_cast<std::size_t>(v)].is_shape)
+        all.push_back(effect_parameter(robot.effects, e, v, robot.without_effects()));
+  return all;
+}
+
+class SensorDerivatives : public testing::TestWithParam<const char*> {};
+
+TEST_P(SensorDerivatives, AgreeWithCentralDifferences) {
+  const vjm::Robot robot = robot_of(std::string(arm) + effects);
+  const Campaign campaign = read_campaign(
+      write_readings(GetParam(), std::string(all_sensors), all_columns), robot.manipulator);
+  ASSERT_EQ(campaign.size(), std::ssize(all_columns));
+  common::Progress silent;
+  const Predictor predictor(robot.without_effects(), robot.effects, campaign, 1, silent);
+  const std::vector<Parameter> parameters = parameters_of(robot);
+  const VectorXd at = starts_of(parameters);
+  const Predictions exact = predictor.predict(parameters, at, true, silent);
+  ASSERT_FALSE(exact.failure) << exact.failure->reason;
+  for (Index p = 0; p < at.size(); ++p) {
+    const double h = 2e-3 * (at[p] == 0 ? 1 : std::abs(at[p]));
+    const auto shifted = [&](double steps) {
+      return predictor
+          .predict(parameters, at + steps * h * VectorXd::Unit(at.size(), p), false, silent)
+          .displacement;
+    };
+    const auto f1 = shifted(1), b1 = shifted(-1), f2 = shifted(2), b2 = shifted(-2);
+    for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+      const VectorXd differences = (8 * (f1[i] - b1[i]) - (f2[i] - b2[i])) / 12;
+      const VectorXd ours = h * exact.derivatives[i].col(p);
+      for (Index k = 0; k < campaign.size(); ++k) {
+        const bool torque = campaign.component(k).dimension == spatial::dimension::moment;
+        EXPECT_NEAR(ours[k], differences[k],
+                    1e-7 * std::abs(differences[k]) + (torque ? 2e-8 : 2e-13))
+            << parameters[static_cast<std::size_t>(p)].name << " by " << campaign.component(k).name;
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, SensorDerivatives, testing::Values("difference", "absolute"),
+                         [](const auto& kind) { return std::string(kind.param); });
+
+TEST(Sensors, ChangeWithTheWrenchAsTheyDoUnderALittleMore) {
+  const vjm::Robot robot = robot_of(std::string(arm) + effects);
+  Campaign campaign =
+      read_campaign(write_readings("difference", all_sensors, all_columns), robot.manipulator);
+  common::Progress silent;
+  const auto predict = [&] {
+    return Predictor(robot.without_effects(), robot.effects, campaign, 1, silent)
+        .predict_with_compliance({}, VectorXd(), silent);
+  };
+  const Predictions exact = predict();
+  for (const Index axis : {0, 2, 4}) {
+    const auto shifted = [&](double h) {
+      const std::vector<Reading> before = campaign.readings;
+      for (Reading& r : campaign.readings)
+        (axis < 3 ? r.load.force[axis] : r.load.moment[axis - 3]) += h;
+      const Predictions result = predict();
+      campaign.readings = before;
+      return result;
+    };
+    const Predictions more = shifted(0.5), less = shifted(-0.5);
+    for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+      const VectorXd slope = more.displacement[i] - less.displacement[i];
+      const VectorXd ours = exact.by_wrench[i].col(axis);
+      for (Index k = 0; k < campaign.size(); ++k)
+        EXPECT_NEAR(ours[k], slope[k],
+                    1e-6 * slope.cwiseAbs().head(campaign.size() - 1).maxCoeff() +
+                        1e-6 * std::abs(slope[k]))
+            << campaign.component(k).name;
+    }
+  }
+}
+
+// By poses and coordinates of the equilibrium, which know nothing of sensors.
+TEST(Sensors, ReadWhatFollowsFromTheEquilibrium) {
+  const vjm::Robot robot = robot_of(arm);
+  const Campaign campaign =
+      read_campaign(write_readings("difference", all_sensors, all_columns), robot.manipulator);
+  common::Progress silent;
+  const Predictions predictions =
+      Predictor(robot.manipulator, campaign, 1, silent).predict({}, VectorXd(), false, silent);
+  ASSERT_FALSE(predictions.failure) << predictions.failure->reason;
+  const vjm::Chain& chain = robot.manipulator.chains()[0];
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+    const Reading& reading = campaign.readings[i];
+    const vjm::Posture posture =
+        posture_from_joints(robot.manipulator,
+                            campaign.configurations[reading.configuration].joints)
+            .posture;
+    const auto state = [&](const vjm::Load& load) {
+      return equilibrium_under_load(robot.manipulator, posture, load);
+    };
+    const vjm::Equilibrium rest = state({}), loaded = state(reading.load);
+    const auto read = [&](const std::string& name) {
+      for (Index k = 0; k < campaign.size(); ++k)
+        if (campaign.component(k).name == name) return predictions.displacement[i][k];
+      return std::nan("");
+    };
+    const auto dial = [&](const vjm::Equilibrium& e) {
+      return vjm::frame_behind(chain, e.chains[0].coordinates, chain.joints_to("upper")) *
+             Vector3(0.005, 0.02, 0.03);
+    };
+    EXPECT_NEAR(read("dial"), (dial(loaded) - dial(rest)).dot(Vector3(1, 2, -2) / 3), 1e-13);
+    const Vector3 centre(0.6, 0.3, 0.1);
+    EXPECT_NEAR(
+        read("ballbar"),
+        (loaded.platform.position() - centre).norm() - (rest.platform.position() - centre).norm(),
+        1e-13);
+    const Index q3 = chain.index_of("q3"), q2 = chain.index_of("q2");
+    EXPECT_NEAR(read("encoder"), loaded.chains[0].coordinates[q3] - rest.chains[0].coordinates[q3],
+                1e-14);
+    EXPECT_NEAR(read("motor"),
+                -6e4 * (loaded.chains[0].coordinates[q2] - rest.chains[0].coordinates[q2]), 1e-8);
+    EXPECT_NEAR(read("level.rx"), 0, 1e-14);
+    EXPECT_NEAR(read("bent.ry"), read("tool_level.ry") - read("level.ry"), 1e-14);
+  }
+}
+
+struct Mistake {
+  const char *sensor, *column, *says, *cure;
+};
+
+class SensorMistakes : public testing::TestWithParam<Mistake> {};
+
+TEST_P(SensorMistakes, AreNamedWithTheirCure) {
+  const vjm::Robot robot = robot_of(arm);
+  try {
+    (void)read_campaign(
+        write_readings("difference", fmt::format("sensors:\n  {}\n", GetParam().sensor),
+                       {GetParam().column}),
+        robot.manipulator);
+    FAIL() << "no mistake was found";
+  } catch (const common::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find(GetParam().says), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find(GetParam().cure), std::string::npos) << error.what();
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, SensorMistakes,
+    testing::Values(
+        Mistake{"dial: {on: elbow}", "dial", "no kind is stated", "gauge"},
+        Mistake{"dial: {kind: guage, on: elbow}", "dial", "guage", "gauge"},
+        Mistake{"dial: {kind: gauge, on: elbov, direction: [0, 0, 1]}", "dial", "elbov", "elbow"},
+        Mistake{"dial: {kind: gauge, on: elbow}", "dial", "no direction", "direction: [0, 0, 1]"},
+        Mistake{"dial: {kind: gauge, on: elbow, direction: [0, 0, 0]}", "dial", "direction", ""},
+        Mistake{"fx: {kind: gauge, on: elbow, direction: [0, 0, 1]}", "fx", "already",
+                "another name"},
+        Mistake{"q1: {kind: joint, joint: q1}", "q1", "already", "another name"},
+        Mistake{"e: {kind: joint, joint: q9}", "e", "q9", "q"},
+        Mistake{"bar: {kind: distance, on: platform}", "bar", "between two points", "from:"},
+        Mistake{"t: {kind: tilt, on: fore, axes: [x, x]}", "t", "different", "[x, z]"},
+        Mistake{"t: {kind: tilt, on: fore, axes: x, minus: u}", "t", "u", ""},
+        Mistake{"t: {kind: tilt, on: fore, axes: x, noise: 1 um}", "t", "um", "angle"},
+        Mistake{"t: {kind: tilt, on: fore, axes: x, noise: 0 urad}", "t", "not positive", "remove"},
+        Mistake{"t: {kind: tilt, on: fore, axes: x}", "dx", "'t' has no column", "columns"},
+        Mistake{"dial: {kind: gauge, on: elbow, direction: [0, 0, 1], axes: x}", "dial", "axes",
+                ""}));
+
+// Columns in other spellings, units of their own, counted the other way round.
+TEST(Sensors, AreReadByTheirColumnsAsLabsWriteThem) {
+  const vjm::Robot robot = robot_of(arm);
+  const std::filesystem::path file = test::write_campaign(
+      std::string(campaign_head) +
+          "displacement: difference\nnoise: {translation: 2 um}\n"
+          "sensors:\n  dial_1: {kind: gauge, on: elbow, direction: [0, 0, 1], noise: 1 um}\n"
+          "  level: {kind: tilt, on: fore, axes: [x, y], noise: 5 urad}\n"
+          "columns: {Messuhr 7: -dial_1 [um], N2: level.ry [mrad]}\n",
+      "fz,Messuhr 7,Level.rx [urad],N2,dz,sigma_level.rx [urad]\n"
+      "100,12,40,0.03,0.02,7\n200,24,80,0.06,0.04,\n");
+  const Campaign campaign = read_campaign(file, robot.manipulator);
+  ASSERT_EQ(campaign.size(), 9);
+  VectorXd expected = VectorXd::Constant(9, std::nan(""));
+  expected[2] = 2e-5;
+  expected.tail<3>() << -1.2e-5, 4e-5, 3e-5;
+  for (Index k = 0; k < 9; ++k) {
+    if (std::isnan(expected[k]))
+      EXPECT_TRUE(std::isnan(campaign.readings[0].displacement[k])) << k;
+    else
+      EXPECT_NEAR(campaign.readings[0].displacement[k], expected[k], 1e-18) << k;
+  }
+  EXPECT_NEAR(campaign.readings[0].sigma[6], 1e-6, 1e-18);
+  EXPECT_NEAR(campaign.readings[0].sigma[7], 7e-6, 1e-18);
+  EXPECT_NEAR(campaign.readings[1].sigma[7], 5e-6, 1e-18);
+  EXPECT_NEAR(campaign.readings[1].sigma[2], 2e-6, 1e-18);
+  EXPECT_TRUE(campaign.noise_stated);
+}
+
+}  // namespace
+}  // namespace kinetostat::calibration

@@ -1,0 +1,28 @@
+// A robot on a foundation that yields, read by sensors elsewhere than at its tool point.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+namespace twin {
+
+/// A three-joint arm on a foundation that turns, under weights on its flange in several postures.
+/// Tilt sensors stand on the base plate and on the forearm, two dial gauges at the end of the upper
+/// arm, a ballbar runs from the tool point to the floor.
+struct FoundationCase {
+  double foundation = 4e-6;  // [rad/(N m)], and what its owner believes
+  double believed = 1e-6;
+  double softer = 0.8;         // stiffness of q2 and q3 over what their owner believes
+  double tilt_noise = 2e-6;    // [rad]
+  double length_noise = 1e-6;  // [m]
+  std::uint64_t seed = 1;
+  /// Columns to write, of "base_level", "tool_level", "bent", "dial", "ballbar".
+  std::string sensors = "base_level,tool_level";
+  bool foundation_in_file = true;  // the robot file has its compliance, as uncertain
+};
+
+/// Writes robot.yaml, campaign.yaml and readings.csv into a folder. Throws std::runtime_error.
+void write_foundation(const FoundationCase& spec, const std::filesystem::path& folder);
+
+}  // namespace twin
