@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/calibration/campaign/datum.h"
 #include "kinetostat/calibration/campaign/pure_error.h"
 #include "kinetostat/io/csv.h"
 #include "kinetostat/io/text_file.h"
@@ -22,6 +23,7 @@ using calibration::ChiSquareTest;
 using calibration::Comparison;
 using calibration::LackOfFitTest;
 using calibration::NoiseSource;
+using calibration::Reading;
 using calibration::ResidualStatistics;
 using io::Json;
 using io::numbers;
@@ -76,15 +78,37 @@ Finding finding(const std::string& model, const LackOfFitTest& test) {
           test.degrees_of_freedom_lack, test.degrees_of_freedom_pure, probability(test.p_value))};
 }
 
-Finding finding(const std::string& model, const ChiSquareTest& test) {
+// The key that says that unloaded readings are exact, where half of a reading's variance is taken
+// for them; else empty.
+std::string exact_datum(const Campaign& campaign) {
+  std::vector<spatial::Vector6> sigma;
+  for (const Reading& reading : campaign.readings) sigma.push_back(reading.sigma);
+  if (calibration::datums_of(campaign, sigma).empty()) return {};
+  bool translation = false, rotation = false;
+  for (const Reading& reading : campaign.readings)
+    for (const Eigen::Index k : calibration::components_in_use(reading))
+      if (std::isnan(campaign.datum_noise[k]))
+        (calibration::is_rotation(k) ? rotation : translation) = true;
+  if (!translation && !rotation) return {};
+  return fmt::format("datum_noise: {{{}{}{}}}", translation ? "translation: 0 um" : "",
+                     translation && rotation ? ", " : "", rotation ? "rotation: 0 urad" : "");
+}
+
+Finding finding(const Campaign& campaign, const std::string& model, const ChiSquareTest& test) {
   std::string sentence = fmt::format(
       "{} {}: its error is {} times the stated noise (chi-square {} against {}, {} %, "
       "{} degrees of freedom, {}).",
       model, test.p_value < test.level ? "fails" : "is consistent with the stated noise",
       number(std::sqrt(test.reduced()), 3), number(test.statistic, 4), number(test.critical, 4),
       number(100 * test.level, 3), test.degrees_of_freedom, probability(test.p_value));
-  if (test.lower_p_value < test.level / 2)
+  if (test.lower_p_value < test.level / 2) {
     sentence += " That is less than the stated noise allows: it seems overstated.";
+    if (const std::string exact = exact_datum(campaign); !exact.empty())
+      sentence += fmt::format(
+          " Half of one reading's variance is taken for each unloaded reading: where these are "
+          "exact, or means of many, state '{}' in the campaign file, or what they have.",
+          exact);
+  }
   return {test.statistic / test.critical, sentence};
 }
 
@@ -573,7 +597,8 @@ std::vector<std::string> findings(const Campaign& campaign, const Comparison& co
   add_noise_check(comparison, all);
   for (const Named& model : models(comparison)) {
     if (const auto& test = model.assessment->lack_of_fit) all.push_back(finding(model.name, *test));
-    if (const auto& test = model.assessment->chi_square) all.push_back(finding(model.name, *test));
+    if (const auto& test = model.assessment->chi_square)
+      all.push_back(finding(campaign, model.name, *test));
   }
   add_patterns(campaign, models(comparison).back(), all);
   add_axes(campaign, models(comparison).back(), all);
