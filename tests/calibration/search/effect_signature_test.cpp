@@ -53,6 +53,7 @@ Campaign plan_for(const Bench& bench, bool arm, DisplacementKind displacement) {
         reading.temperature = 21 + 4 * std::sin(2.4 * n);
         reading.configuration = pose;
         reading.load.force = bench.force * levels[k] * spatial::Vector3::Unit(axis);
+        reading.displacement.setZero();
         reading.sigma.setOnes();
         campaign.readings.push_back(reading);
       }
