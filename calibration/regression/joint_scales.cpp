@@ -83,13 +83,14 @@ double play_of(const Campaign& campaign, bool turns) {
   return turns ? other / lever : other * lever;
 }
 
-bool is_moved(const Predictor& predictor, const Campaign& campaign, std::size_t chain,
-              Index coordinate) {
+// Of the commands of a joint [m or rad]; 0 where it is not moved.
+double span_of(const Predictor& predictor, const Campaign& campaign, std::size_t chain,
+               Index coordinate) {
   Range range;
   for (std::size_t r = 0; r < campaign.readings.size(); ++r)
     if (is_used(campaign.readings[r]))
       range.add(predictor.posture_of(r).coordinates[chain][coordinate]);
-  return range.most > range.least;
+  return range.most - range.least;
 }
 
 // Scales of a thousandth of the largest, at the least.
@@ -101,7 +102,8 @@ void lift(const std::vector<vjm::JointScale*>& sort, double play) {
     largest.travel = std::max(largest.travel, scale->travel);
   }
   for (vjm::JointScale* scale : sort) {
-    if (!(largest.load > 0 && largest.travel > 0)) *scale = {.is_moved = scale->is_moved};
+    if (!(largest.load > 0 && largest.travel > 0))
+      *scale = {.is_moved = scale->is_moved, .span = scale->span};
     // A joint without a spring bears what the others do.
     if (scale->load == 0) scale->load = largest.load;
     scale->load = std::max(scale->load, least * largest.load);
@@ -125,7 +127,9 @@ vjm::JointScales joint_scales(const Predictor& nominal, const vjm::Manipulator& 
       vjm::JointScale& scale = scales[c][static_cast<std::size_t>(k)];
       const vjm::Coordinate& coordinate = chain.coordinates()[static_cast<std::size_t>(k)];
       (vjm::is_rotation(coordinate.motion) ? turns : slides).push_back(&scale);
-      scale.is_moved = is_moved(nominal, campaign, c, k);
+      const double span = span_of(nominal, campaign, c, k);
+      scale.is_moved = span > 0;
+      if (scale.is_moved) scale.span = span;
       if (!(chain.stiffness()(k, k) > 0) || coordinate.role == vjm::Role::elastic) continue;
       scale.travel = travel_of(nominal, predictions, campaign, c, k);
       scale.load = chain.stiffness()(k, k) * scale.travel;

@@ -81,6 +81,10 @@ std::optional<Candidate> candidate_at(const vjm::Robot& robot,
                      return lifts_weight(site, bare) && is_moved(site, bare, scales);
                    }))
     return std::nullopt;
+  if (kind->needs_motion &&
+      std::none_of(candidate.effect.sites.begin(), candidate.effect.sites.end(),
+                   [&](const vjm::EffectSite& site) { return is_moved(site, bare, scales); }))
+    return std::nullopt;
   for (std::size_t k = 0; k < kind->parameters.size(); ++k) {
     const vjm::EffectParameter& parameter = kind->parameters[k];
     const auto i = static_cast<Index>(k);
@@ -151,6 +155,7 @@ std::vector<KindWithoutPlace> kinds_without_place(const vjm::Robot& robot,
       continue;
     const std::string reason =
         kind->balances_weight ? "no drive that lifts weight is moved in these readings"
+        : kind->needs_motion  ? "no joint with a spring is moved in these readings"
         : kind->place == vjm::EffectPlace::mass
             ? "no link of the robot file yields or has a 'mass'"
             : fmt::format("the robot has no {} on which it could act", vjm::to_string(kind->place));

@@ -67,7 +67,7 @@ Vector6 ChainResiduals::wrench_on_origin() const {
   return sum;
 }
 
-VectorXd ChainResiduals::force_by_log_stiffness(const Spring& spring) const {
+VectorXd ChainResiduals::force_by_log_stiffness(const Spring& spring, bool of_drive) const {
   const Chain& chain = equations_->chain();
   VectorXd force = VectorXd::Zero(chain.size());
   const Index n = spring.stiffness.rows();
@@ -75,7 +75,8 @@ VectorXd ChainResiduals::force_by_log_stiffness(const Spring& spring) const {
   const double share = spring.series > 0 ? 1 - spring.stiffness(0, 0) * spring.series : 1;
   force.segment(spring.first, n) = -share * spring.stiffness * deflection_.segment(spring.first, n);
   for (const auto& [coordinate, law] : chain.laws())
-    if (coordinate >= spring.first && coordinate < spring.first + n)
+    if (coordinate >= spring.first && coordinate < spring.first + n &&
+        !(of_drive && law->is_beside_drive()))
       force[coordinate] -= share * chain.stiffness()(coordinate, coordinate) *
                            value_of(coordinate, *law).force_by_stiffness;
   return force;

@@ -42,8 +42,9 @@ class ChainResiduals {
   /// The value of a law on a coordinate here.
   CoordinateLaw::Value value_of(Eigen::Index coordinate, const CoordinateLaw& law) const;
   /// Derivative of the generalised forces on all coordinates with respect to the logarithm of one
-  /// spring's stiffness; gather_force() brings it to the balance.
-  Eigen::VectorXd force_by_log_stiffness(const Spring& spring) const;
+  /// spring's stiffness; gather_force() brings it to the balance. `of_drive`: without the laws that
+  /// are beside the drive.
+  Eigen::VectorXd force_by_log_stiffness(const Spring& spring, bool of_drive = false) const;
   /// Elastic energy of springs and laws [J].
   double energy() const;
 

@@ -69,6 +69,8 @@ std::string to_string(EffectClass effect_class) {
       return "friction or hysteresis";
     case EffectClass::compliance:
       return "more compliance than the model has";
+    case EffectClass::varying:
+      return "stiffness that varies with the joint";
     case EffectClass::geometry:
       return "geometry";
     case EffectClass::preload:
@@ -247,6 +249,7 @@ JointScale scale_of(const Effect& effect, const Manipulator& bare, const JointSc
     largest.load = std::max(largest.load, scale.load);
     largest.travel = std::max(largest.travel, scale.travel);
     largest.play = std::max(largest.play, scale.play);
+    largest.span = std::max(largest.span, scale.span);
   }
   return largest;
 }
@@ -273,6 +276,8 @@ double prior_deviation(const Effect& effect, Index value, const Manipulator& bar
       return share * stiffness / (scale.travel * scale.travel);
     case PriorUnit::load_compliance:
       return share / stiffness / scale.load;
+    case PriorUnit::per_joint_span:
+      return share / scale.span;
     case PriorUnit::stiffness:
       return share * stiffness;
     default:

@@ -29,6 +29,7 @@ enum class EffectClass {
   stiffening,  // or softening, under load
   friction,    // or hysteresis
   compliance,  // more than the model has
+  varying,     // stiffness, with the joint's position or with temperature
   geometry,
   preload,
   weight,
@@ -50,6 +51,7 @@ enum class PriorUnit {
   joint_play,       // the motion of it that would show as much as the readings do
   cubic_stiffness,  // of a spring that its deflection by that load makes twice as stiff
   load_compliance,  // compliance over load: what such a load adds to the spring's
+  per_joint_span,   // one over the range of its commands
   soft_compliance   // the same of the softest joint of the manipulator, at a lever of 0.3 m where
                     // the one slides or shifts and the other turns
 };
@@ -60,6 +62,7 @@ struct JointScale {
   double travel = 1e-3;  // by its spring [m or rad]
   double play = 1e-3;    // what would move the robot as far as it is seen to move [m or rad]
   bool is_moved = true;  // its command is not the same in all readings
+  double span = 1;       // range of its commands [m or rad]; 1 where it is not moved
 };
 /// One a chain and coordinate.
 using JointScales = std::vector<std::vector<JointScale>>;
@@ -198,6 +201,8 @@ class EffectKind {
   Eigen::Index history = 0;                 // numbers that it carries along a cycle, at each place
   /// Nobody builds it but at a drive that lifts weight, though it may be given elsewhere.
   bool balances_weight = false;
+  /// It says nothing of a joint that is not moved between readings.
+  bool needs_motion = false;
 
   virtual ~EffectKind() = default;
 

@@ -20,13 +20,14 @@ ReadingErrors& ReadingErrors::operator+=(const ReadingErrors& tangent) {
   wrench_rotation += tangent.wrench_rotation;
   wrench_point += tangent.wrench_point;
   sensor += tangent.sensor;
+  sensor_scale += tangent.sensor_scale;
   target += tangent.target;
   return *this;
 }
 
 bool ReadingErrors::is_none() const {
   return wrench_gain == 1 && wrench_rotation.isZero(0) && wrench_point.isZero(0) &&
-         sensor.isZero(0) && target.isZero(0);
+         sensor.isZero(0) && sensor_scale == 0 && target.isZero(0);
 }
 
 Load ReadingErrors::actual(const Load& stated) const {
@@ -55,15 +56,16 @@ Vector6 ReadingErrors::wrench_derivative(const Load& stated, const Pose& platfor
 }
 
 Pose ReadingErrors::observed(const Pose& platform) const {
-  if (sensor.isZero(0) && target.isZero(0)) return platform;
-  return spatial::displaced(Pose(), sensor) * platform * Pose::translation(target);
+  if (sensor.isZero(0) && sensor_scale == 0 && target.isZero(0)) return platform;
+  const Pose seen(platform.rotation(), (1 + sensor_scale) * (platform * target));
+  return spatial::displaced(Pose(), sensor) * seen;
 }
 
 Vector6 ReadingErrors::observed_motion(const Pose& platform, const Vector6& motion) const {
   const Matrix3 turn = spatial::exp_rotation(sensor.tail<3>());
   const Vector3 arm = platform.rotation() * target, spin = motion.tail<3>();
   Vector6 result;
-  result << turn * (motion.head<3>() + spin.cross(arm)), turn * spin;
+  result << (1 + sensor_scale) * (turn * (motion.head<3>() + spin.cross(arm))), turn * spin;
   return result;
 }
 
@@ -71,9 +73,12 @@ Vector6 ReadingErrors::observed_derivative(const Pose& platform,
                                            const ReadingErrors& tangent) const {
   const Pose frame = spatial::displaced(Pose(), sensor);
   const Vector3 spin = spatial::left_jacobian(sensor.tail<3>()) * tangent.sensor.tail<3>();
+  const Vector3 seen = platform * target;
+  const Vector3 moved =
+      tangent.sensor_scale * seen + (1 + sensor_scale) * (platform.rotation() * tangent.target);
   Vector6 result;
-  result << tangent.sensor.head<3>() + spin.cross(frame.rotation() * (platform * target)) +
-                frame.rotation() * platform.rotation() * tangent.target,
+  result << tangent.sensor.head<3>() + (1 + sensor_scale) * spin.cross(frame.rotation() * seen) +
+                frame.rotation() * moved,
       spin;
   return result;
 }

@@ -13,6 +13,7 @@ struct ReadingErrors {
   spatial::Vector3 wrench_rotation = spatial::Vector3::Zero();  // of its axes [rad], base axes
   spatial::Vector3 wrench_point = spatial::Vector3::Zero();     // from the stated one, platform [m]
   spatial::Vector6 sensor = spatial::Vector6::Zero();  // displacement of all that is read [m; rad]
+  double sensor_scale = 0;  // of positions, less one: from the origin of the base
   spatial::Vector3 target = spatial::Vector3::Zero();  // what is read on the platform, its axes [m]
 
   /// All zero: the start of a derivative.
@@ -26,7 +27,8 @@ struct ReadingErrors {
   spatial::Vector6 wrench_derivative(const Load& stated, const spatial::Pose& platform,
                                      const ReadingErrors& tangent) const;
 
-  /// The pose that is read: [exp(sensor rotation), sensor translation] * platform * target.
+  /// The pose that is read: [exp(sensor rotation), sensor translation] * platform * target, its
+  /// position first times 1 + sensor_scale.
   spatial::Pose observed(const spatial::Pose& platform) const;
   /// Change [translation; rotation increment] of the pose that is read with such a change of the
   /// platform's, and with the errors at a given platform.

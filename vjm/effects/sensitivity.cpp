@@ -64,9 +64,9 @@ EquationChange EquilibriumDerivatives::no_change() const {
 void EquilibriumDerivatives::add_log_stiffness(const SpringParameter& parameter,
                                                EquationChange& change) const {
   const Spring& spring = find_spring(at_.system().manipulator(), parameter);
-  const Eigen::VectorXd force = at_.chains()[parameter.chain].force_by_log_stiffness(spring);
-  change.chains[parameter.chain].force += force;
-  change.chains[parameter.chain].drive += force;
+  const ChainResiduals& chain = at_.chains()[parameter.chain];
+  change.chains[parameter.chain].force += chain.force_by_log_stiffness(spring);
+  change.chains[parameter.chain].drive += chain.force_by_log_stiffness(spring, true);
 }
 
 StateDerivative EquilibriumDerivatives::solve(const EquationChange& change,

@@ -49,6 +49,22 @@ TEST(Decision, LawsOfOneCurveAddUp) {
   EXPECT_NEAR(d.answers[0].laws[2].share, std::exp(-0.6) / sum, 1e-12);
 }
 
+TEST(Decision, OneSidedLawsAreOfTheSameCurve) {
+  const Decision d = decide(
+      round_of({fitted("opening_contact", "q1", 0), fitted("directional_stiffness", "q1", -0.5),
+                fitted("clearance", "q1", -1), fitted("load_friction", "q1", -20)}));
+  ASSERT_TRUE(d.is_identified);
+  EXPECT_EQ(d.answers[0].laws.size(), 3u);
+}
+
+// A law that contains the other is no other answer, however near its predictions are.
+TEST(Decision, ALawThatContainsTheOtherLeavesTheAnswerIdentified) {
+  const Decision d = decide(
+      round_of({fitted("clearance", "q1", 0, 30), fitted("piecewise_stiffness", "q1", -7, 0.5)}));
+  ASSERT_TRUE(d.is_identified);
+  EXPECT_EQ(d.answers[0].effect_class, "backlash");
+}
+
 TEST(Decision, TheClassIsNamedAloneWhereItHoldsTheLevel) {
   const Decision d =
       decide(round_of({fitted("clearance", "q1", 0), fitted("piecewise_stiffness", "q1", -8)}));
@@ -104,8 +120,10 @@ TEST(Decision, WhatReadingsDistinguishIsNotOneAnswer) {
 }
 
 TEST(Decision, NothingCompetesWithTheWeightOfAllKinds) {
-  // 0.6 (0 - x) against 0.6 ln 25: even at x = ln 25.
-  const Decision even = decide(round_of({fitted("friction", "q1", std::log(25.))}, 0));
+  // 0.6 x against 0.6 ln n with n kinds: even at x = ln n.
+  const double kinds = static_cast<double>(vjm::effect_kinds().size());
+  EXPECT_EQ(DecisionRules{}.odds_of_nothing, kinds);
+  const Decision even = decide(round_of({fitted("friction", "q1", std::log(kinds))}, 0));
   EXPECT_FALSE(even.is_identified);
   EXPECT_NEAR(even.nothing, 0.5, 1e-9);
   const Decision clear = decide(round_of({fitted("friction", "q1", 12)}, 0));

@@ -148,7 +148,7 @@ const std::set<std::string>& expected(const std::string& kind) {
   static const std::set<std::string> temperature = {"temperature"};
   static const std::set<std::string> time = {"time in the session"};
   static const std::set<std::string> history = {"loop", "branch", "return to zero"};
-  if (kind == "friction") return history;
+  if (kind == "friction" || kind == "load_friction") return history;
   if (kind == "creep") return history;
   if (kind == "thermal_expansion") return temperature;
   if (kind == "session_drift") return time;

@@ -41,7 +41,8 @@ class Creep : public EffectKind {
         "standard linear solid: Findley, Lai and Onaran, Creep and Relaxation of Nonlinear "
         "Viscoelastic Materials, 1976, ch. 5";
     signature = "displacement grows with time under load and returns slowly after it";
-    confuser = "session_drift, which does not know the load; thermal_expansion";
+    confuser =
+        "load_friction and friction, where times are short; session_drift, which knows no load";
     place = EffectPlace::joint;
     varies = true;
     history = 2;

@@ -1,4 +1,5 @@
-// Dry friction in a joint, with hysteresis: it sticks elastically, then slips.
+// Dry friction in a joint, with hysteresis: it sticks elastically, then slips, at a constant force
+// or at a share of the load that the joint transmits.
 #include <algorithm>
 #include <cmath>
 
@@ -13,7 +14,7 @@ constexpr double rounding = 0.05;
 // What is shorter is taken to be as long [m or rad]: no instrument sees the difference.
 constexpr double least_presliding = 1e-9;
 
-enum Value { force, presliding, settled };
+enum Value { size, presliding, settled };
 enum History {
   stretch,
   travel
@@ -21,9 +22,9 @@ enum History {
 constexpr Eigen::Index before = settled + 1;  // where the history stands among the inputs
 
 // A saturation: u up to 1 - w in magnitude, 1 from 1 + w on, between them its slope falls as
-// 1 - 3 t^2 + 2 t^3. Its value, slope and integral.
+// 1 - 3 t^2 + 2 t^3. Its value, slope, integral, and the integral of that.
 struct Saturation {
-  double value, slope, integral;
+  double value, slope, integral, second_integral;
 
   explicit Saturation(double u) {
     constexpr double w = rounding;
@@ -32,8 +33,13 @@ struct Saturation {
     const double lost = 2 * w * t * t * t * (1 - t / 2);
     value = std::copysign(inside - lost, u);
     slope = 1 - t * t * (3 - 2 * t);
-    integral = inside * inside / 2 - 4 * w * w * (std::pow(t, 4) / 4 - std::pow(t, 5) / 10) +
-               (size - inside);
+    const double bent =
+        inside * inside / 2 - 4 * w * w * (std::pow(t, 4) / 4 - std::pow(t, 5) / 10);
+    const double outside = size - inside;  // where it slips, and s = 1
+    integral = bent + outside;
+    const double bent_twice =
+        std::pow(inside, 3) / 6 - 8 * w * w * w * (std::pow(t, 5) / 20 - std::pow(t, 6) / 60);
+    second_integral = std::copysign(bent_twice + outside * bent + outside * outside / 2, u);
   }
 };
 
@@ -45,15 +51,15 @@ bool settles(const EffectInput& input) {
 class FrictionLaw : public CoordinateLaw {
  public:
   FrictionLaw(const Eigen::VectorXd& values, const Eigen::VectorXd& history)
-      : force_(values[force]),
+      : size_(values[effects::size]),
         length_(std::max(least_presliding, values[presliding])),
         history_(history) {}
 
   Value at(const JointState& joint) const override {
-    const Saturation s(history_[stretch] + (joint.travel - history_[effects::travel]) / length_);
-    return {.energy = force_ * length_ * s.integral,
-            .force = force_ * s.value,
-            .tangent = force_ / length_ * s.slope};
+    const Saturation s = saturation_at(joint.travel);
+    return {.energy = size_ * length_ * s.integral,
+            .force = size_ * s.value,
+            .tangent = size_ / length_ * s.slope};
   }
   bool is_beside_drive() const override { return true; }
   // From one direction of slipping to the other, through where it sticks.
@@ -65,39 +71,42 @@ class FrictionLaw : public CoordinateLaw {
     return slips(start) != slips(end);
   }
 
- private:
-  double force_, length_;
+ protected:
+  Saturation saturation_at(double travel) const {
+    return Saturation(history_[stretch] + (travel - history_[effects::travel]) / length_);
+  }
+
+  double size_, length_;
   Eigen::Vector2d history_;
 };
 
-class Friction : public EffectKind {
+// F = loss k |x| s(z). With dz/dx = 1/L its integral over x from 0 is that of x s, L x S - L^2 SS
+// with S and SS the integrals of s over z, on either side.
+class LoadFrictionLaw : public FrictionLaw {
  public:
-  Friction() {
-    name = "friction";
+  using FrictionLaw::FrictionLaw;
+
+  Value at(const JointState& joint) const override {
+    const double x = joint.travel, side = std::copysign(1.0, x);
+    const double share = size_ * joint.stiffness;
+    const Saturation s = saturation_at(x), relaxed = saturation_at(0);
+    const double integral = length_ * x * s.integral -
+                            length_ * length_ * (s.second_integral - relaxed.second_integral);
+    return {.energy = share * side * integral,
+            .force = share * std::abs(x) * s.value,
+            .tangent = share * (side * s.value + std::abs(x) / length_ * s.slope),
+            .force_by_stiffness = size_ * std::abs(x) * s.value};
+  }
+};
+
+// Two kinds of one history; the first of their values is a force, or its share of the load.
+class DryFriction : public EffectKind {
+ public:
+  DryFriction() {
     effect_class = EffectClass::friction;
-    summary = "dry friction in a joint, with the hysteresis of a load cycle";
-    law =
-        "F = force s(z), z = z' + (x - x') / presliding with z' and x' after the reading before, "
-        "then z = s(z); s(z) = z while it sticks, +-1 when it slips, rounded over +-0.05 of the "
-        "presliding length; with 0 it is Coulomb's. Before a cycle weight is put on against "
-        "friction, or with settled = 1 without it";
-    source =
-        "elasto-plastic friction: Jenkin (1922); Iwan, A distributed-element model for hysteresis, "
-        "J. Appl. Mech. 33 (1966) 893, one element";
-    signature =
-        "loading and unloading differ: a loop of 4 force travel a cycle, and an offset after it";
-    confuser =
-        "clearance, when the load does not reverse; creep, when loading is slower than "
-        "unloading";
     place = EffectPlace::joint;
     history = 2;
-    parameters = {{.name = "force",
-                   .linear = spatial::dimension::force,
-                   .angular = spatial::dimension::moment,
-                   .lower = 0,
-                   .upper = 1e7,
-                   .prior_sd = 0.1,
-                   .prior_unit = PriorUnit::joint_load},
+    parameters = {{},
                   {.name = "presliding",
                    .linear = spatial::dimension::length,
                    .angular = spatial::dimension::angle,
@@ -120,17 +129,18 @@ class Friction : public EffectKind {
 
   void act(ChainModifier& modifier, const std::string& joint,
            const EffectInput& input) const override {
-    require_mobile(modifier.chain(), joint);
+    require_joint(modifier.chain(), joint);
     if (settles(input)) return;
-    modifier.add_law(joint, std::make_shared<FrictionLaw>(input.values, input.history));
+    modifier.add_law(joint, joint_law(input));
   }
 
   void differentiate(ChainColumns& columns, const std::string& joint,
                      const EffectInput& input) const override {
     if (settles(input)) return;
     const Step at(columns.state(), joint, input);
-    const double limit = input.values[force];
-    columns.add_force(force, at.joint, -at.s.value);
+    const double unit = force_of(columns.state(), at.joint);
+    const double limit = unit * input.values[size];
+    columns.add_force(size, at.joint, -unit * at.s.value);
     columns.add_force(presliding, at.joint, -limit * at.s.slope * at.by_length);
     columns.add_force(before + stretch, at.joint, -limit * at.s.slope);
     columns.add_force(before + travel, at.joint, limit * at.s.slope / at.length);
@@ -155,6 +165,13 @@ class Friction : public EffectKind {
     return step;
   }
 
+ protected:
+  /// Throws std::invalid_argument where it cannot act.
+  virtual void require_joint(const Chain& chain, const std::string& joint) const = 0;
+  virtual std::shared_ptr<const CoordinateLaw> joint_law(const EffectInput& input) const = 0;
+  /// Force at which it slips over the first of the values.
+  virtual double force_of(const ChainState& state, Eigen::Index joint) const = 0;
+
  private:
   // From the reading before to this one.
   struct Step {
@@ -171,8 +188,82 @@ class Friction : public EffectKind {
   };
 };
 
+class Friction : public DryFriction {
+ public:
+  Friction() {
+    name = "friction";
+    summary = "dry friction in a joint, with the hysteresis of a load cycle";
+    law =
+        "F = force s(z), z = z' + (x - x') / presliding with z' and x' after the reading before, "
+        "then z = s(z); s(z) = z while it sticks, +-1 when it slips, rounded over +-0.05 of the "
+        "presliding length; with 0 it is Coulomb's. Before a cycle weight is put on against "
+        "friction, or with settled = 1 without it";
+    source =
+        "elasto-plastic friction: Jenkin (1922); Iwan, A distributed-element model for hysteresis, "
+        "J. Appl. Mech. 33 (1966) 893, one element";
+    signature =
+        "loading and unloading differ: a loop of 4 force travel a cycle, and an offset after it";
+    confuser =
+        "clearance, when the load does not reverse; creep, when loading is slower than "
+        "unloading";
+    parameters[size] = {.name = "force",
+                        .linear = spatial::dimension::force,
+                        .angular = spatial::dimension::moment,
+                        .lower = 0,
+                        .upper = 1e7,
+                        .prior_sd = 0.1,
+                        .prior_unit = PriorUnit::joint_load};
+  }
+
+ protected:
+  void require_joint(const Chain& chain, const std::string& joint) const override {
+    require_mobile(chain, joint);
+  }
+  std::shared_ptr<const CoordinateLaw> joint_law(const EffectInput& input) const override {
+    return std::make_shared<FrictionLaw>(input.values, input.history);
+  }
+  double force_of(const ChainState&, Eigen::Index) const override { return 1; }
+};
+
+class LoadFriction : public DryFriction {
+ public:
+  LoadFriction() {
+    name = "load_friction";
+    summary = "dry friction in a joint that grows with the load that it transmits: gears, screws";
+    law =
+        "F = loss k |x| s(z), x the deflection by the load, k of the joint's spring, z and s as of "
+        "friction: loops that grow with the load and end at zero";
+    source =
+        "Hamon, Gautier and Garrec, Dynamic identification of robots with a dry friction model "
+        "depending on load and velocity, IROS 2010";
+    signature =
+        "loading and unloading differ in proportion to the load: another slope for each, and no "
+        "offset after a cycle";
+    confuser = "friction, whose loop is as wide at small loads; joint_compliance, in one direction";
+    parameters[size] = {.name = "loss",
+                        .linear = spatial::dimension::none,
+                        .angular = spatial::dimension::none,
+                        .lower = 0,
+                        .upper = 0.9,
+                        .prior_sd = 0.1};
+  }
+
+ protected:
+  void require_joint(const Chain& chain, const std::string& joint) const override {
+    require_mobile(chain, joint);
+    spring_of_joint(chain, joint);
+  }
+  std::shared_ptr<const CoordinateLaw> joint_law(const EffectInput& input) const override {
+    return std::make_shared<LoadFrictionLaw>(input.values, input.history);
+  }
+  double force_of(const ChainState& state, Eigen::Index joint) const override {
+    return state.chain.stiffness()(joint, joint) * std::abs(state.travel[joint]);
+  }
+};
+
 }  // namespace
 
 Kind friction() { return std::make_shared<Friction>(); }
+Kind load_friction() { return std::make_shared<LoadFriction>(); }
 
 }  // namespace kinetostat::vjm::effects

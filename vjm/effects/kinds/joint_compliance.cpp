@@ -39,17 +39,18 @@ class JointCompliance : public EffectKind {
 
 }  // namespace
 
-// dk/dc = -k^2 with the k of all compliances in series; a gap beside it knows this k too.
+// dk/dc = -k^2 with the k of all compliances in series; laws beside it know this k, too.
 void add_series_compliance(ChainColumns& columns, Eigen::Index column, Eigen::Index k,
                            double change) {
   const ChainState& state = columns.state();
-  double force_by_stiffness = state.deflection[k];
+  double of_drive = state.deflection[k], beside = 0;
   for (const auto& [coordinate, law] : state.chain.laws())
     if (coordinate == k)
-      force_by_stiffness +=
+      (law->is_beside_drive() ? beside : of_drive) +=
           state.chain.value_of(k, *law, state.x, state.deflection, state.travel).force_by_stiffness;
-  const double stiffness = state.chain.stiffness()(k, k);
-  columns.add_drive_force(column, k, change * stiffness * stiffness * force_by_stiffness);
+  const double rate = change * state.chain.stiffness()(k, k) * state.chain.stiffness()(k, k);
+  columns.add_drive_force(column, k, rate * of_drive);
+  columns.add_force(column, k, rate * beside);
 }
 
 Kind joint_compliance() { return std::make_shared<JointCompliance>(); }

@@ -32,16 +32,38 @@ const Spring& spring_of_joint(const Chain& chain, const std::string& joint) {
 }  // namespace effects
 
 const EffectKinds& effect_kinds() {
-  static const EffectKinds kinds = {
-      effects::joint_compliance(),  effects::link_compliance(),     effects::bearing_compliance(),
-      effects::base_compliance(),   effects::platform_compliance(), effects::geometric_error(),
-      effects::thermal_expansion(), effects::eccentricity(),        effects::creep(),
-      effects::hardening(),         effects::load_hardening(),      effects::piecewise_stiffness(),
-      effects::clearance(),         effects::biased_clearance(),    effects::friction(),
-      effects::preload(),           effects::gravity_compensator(), effects::self_weight(),
-      effects::payload(),           effects::wrench_gain(),         effects::wrench_misalignment(),
-      effects::application_point(), effects::sensor_frame(),        effects::target_lever_arm(),
-      effects::session_drift()};
+  static const EffectKinds kinds = {effects::joint_compliance(),
+                                    effects::link_compliance(),
+                                    effects::bearing_compliance(),
+                                    effects::base_compliance(),
+                                    effects::platform_compliance(),
+                                    effects::geometric_error(),
+                                    effects::thermal_expansion(),
+                                    effects::eccentricity(),
+                                    effects::creep(),
+                                    effects::hardening(),
+                                    effects::load_hardening(),
+                                    effects::piecewise_stiffness(),
+                                    effects::directional_stiffness(),
+                                    effects::opening_contact(),
+                                    effects::periodic_stiffness(),
+                                    effects::stiffness_along_joint(),
+                                    effects::thermal_softening(),
+                                    effects::clearance(),
+                                    effects::biased_clearance(),
+                                    effects::friction(),
+                                    effects::load_friction(),
+                                    effects::preload(),
+                                    effects::gravity_compensator(),
+                                    effects::self_weight(),
+                                    effects::payload(),
+                                    effects::wrench_gain(),
+                                    effects::wrench_misalignment(),
+                                    effects::application_point(),
+                                    effects::sensor_frame(),
+                                    effects::sensor_scale(),
+                                    effects::target_lever_arm(),
+                                    effects::session_drift()};
   return kinds;
 }
 

@@ -19,9 +19,15 @@ Kind creep();
 Kind hardening();
 Kind load_hardening();
 Kind piecewise_stiffness();
+Kind directional_stiffness();
+Kind opening_contact();
+Kind periodic_stiffness();
+Kind stiffness_along_joint();
+Kind thermal_softening();
 Kind clearance();
 Kind biased_clearance();
 Kind friction();
+Kind load_friction();
 Kind preload();
 Kind gravity_compensator();
 Kind self_weight();
@@ -31,6 +37,7 @@ Kind wrench_misalignment();
 Kind application_point();
 Kind sensor_frame();
 Kind target_lever_arm();
+Kind sensor_scale();
 Kind session_drift();
 
 namespace compliance {

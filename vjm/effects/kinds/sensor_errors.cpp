@@ -45,7 +45,38 @@ class SessionDrift : public EffectKind {
   }
 };
 
+// Positions that are read in a wrong unit, as it were.
+class SensorScale : public EffectKind {
+ public:
+  SensorScale() {
+    name = "sensor_scale";
+    effect_class = EffectClass::instrument;
+    summary = "positions are read too large or too small in one proportion";
+    law = "read position = (1 + scale) position, from the origin of the base";
+    source = "refractive index of air in laser trackers: ISO 10360-10; scale of cameras and arms";
+    signature = "in poses, errors that grow with the distance from the instrument, in proportion";
+    confuser = "geometric_error of the first body, at few postures; thermal_expansion of the arm";
+    place = EffectPlace::sensor;
+    parameters = {{.name = "scale",
+                   .linear = spatial::dimension::none,
+                   .angular = spatial::dimension::none,
+                   .lower = -0.1,
+                   .upper = 0.1,
+                   .prior_sd = 1e-4}};
+  }
+  void add_to(ReadingErrors& errors, const EffectInput& input) const override {
+    errors.sensor_scale += input.values[0];
+  }
+  ReadingErrors tangent(Eigen::Index, const EffectInput&) const override {
+    ReadingErrors tangent = ReadingErrors::tangent();
+    tangent.sensor_scale = 1;
+    return tangent;
+  }
+};
+
 }  // namespace
+
+Kind sensor_scale() { return std::make_shared<SensorScale>(); }
 
 Kind sensor_frame() {
   auto kind = std::make_shared<SensorFrame>();
