@@ -8,6 +8,7 @@
 
 #include "kinetostat/calibration/campaign/datum.h"
 #include "kinetostat/calibration/campaign/pure_error.h"
+#include "kinetostat/calibration/sensors/weight.h"
 #include "kinetostat/io/csv.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/base_fit.h"
@@ -81,14 +82,15 @@ Finding finding(const std::string& model, const LackOfFitTest& test) {
 // The key that says that unloaded readings are exact, where half of a reading's variance is taken
 // for them; else empty.
 std::string exact_datum(const Campaign& campaign) {
-  std::vector<spatial::Vector6> sigma;
+  std::vector<Eigen::VectorXd> sigma;
   for (const Reading& reading : campaign.readings) sigma.push_back(reading.sigma);
   if (calibration::datums_of(campaign, sigma).empty()) return {};
   bool translation = false, rotation = false;
   for (const Reading& reading : campaign.readings)
     for (const Eigen::Index k : calibration::components_in_use(reading))
       if (std::isnan(campaign.datum_noise[k]))
-        (calibration::is_rotation(k) ? rotation : translation) = true;
+        (campaign.component(k).dimension == spatial::dimension::angle ? rotation : translation) =
+            true;
   if (!translation && !rotation) return {};
   return fmt::format("datum_noise: {{{}{}{}}}", translation ? "translation: 0 um" : "",
                      translation && rotation ? ", " : "", rotation ? "rotation: 0 urad" : "");
@@ -542,6 +544,8 @@ Json readings_json(const Campaign& campaign, const Comparison& comparison) {
               {"sigma", known ? numbers(sigma_of(reading, comparison.noise.sigma[i])) : Json()},
               {"predicted", numbers(comparison.nominal.fit.predicted[i])},
               {"residual", numbers(comparison.nominal.residual[i])}};
+    if (!reading.load.nodes.empty())
+      json["load"]["weights"] = io::to_json(calibration::force_at_nodes(reading.load));
     if (reading.masked) json["mask_reason"] = reading.mask_reason;
     if (!reading.instrument.empty()) json["instrument"] = reading.instrument;
     json["whitened"] = numbers(comparison.nominal.whitened[i]);

@@ -11,6 +11,7 @@
 
 #include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/calibration/campaign/replicates.h"
+#include "kinetostat/calibration/sensors/weight.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -167,6 +168,7 @@ class Check {
     for (std::size_t i = 0; i < used_.size(); ++i) {
       const vjm::Load& load = reading(used_[i]).load;
       wrenches.col(static_cast<Eigen::Index>(i)) = load.at_reference_point(spatial::Pose());
+      wrenches.col(static_cast<Eigen::Index>(i)).head<3>() += force_at_nodes(load);
     }
     for (const Eigen::Index first : {0, 3}) {
       const double largest = wrenches.middleRows<3>(first).cwiseAbs().maxCoeff();

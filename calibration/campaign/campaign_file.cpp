@@ -76,7 +76,7 @@ YamlNode read_top(const std::filesystem::path& file) {
                   "target_point", "wrench_frame",  "wrench_point", "wrench_noise",
                   "known_loads",  "noise",         "instruments",  "instrument",
                   "roles",        "columns",       "missing",      "decimal",
-                  "sheet",        "readings",      "sensors"});
+                  "sheet",        "readings",      "sensors",      "weights"});
   return top;
 }
 
@@ -393,6 +393,7 @@ ReadingsContext read_stated(const YamlNode& top, const vjm::Manipulator& manipul
   campaign.observation = read_observation(top, frames, campaign);
   const Eigen::VectorXd sensor_sigma = read_sensors(top, manipulator, campaign);
   return {.sensor_sigma = sensor_sigma,
+          .weights = read_weights(top, manipulator, campaign),
           .instruments = read_instruments(top),
           .wrench = read_wrench_frame(top, frames, campaign.units),
           .wrench_noise = read_wrench_noise(top),

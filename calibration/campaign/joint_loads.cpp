@@ -1,8 +1,10 @@
 #include "kinetostat/calibration/campaign/joint_loads.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <set>
 
 #include "kinetostat/calibration/campaign/column_names.h"
@@ -49,6 +51,7 @@ bool has_spring(const vjm::Manipulator& manipulator, const std::string& joint) {
 struct Motion {
   Vector6 platform = Vector6::Zero();  // [translation; rotation] of its reference point, base axes
   Eigen::VectorXd seen;                // one entry a component of the campaign
+  std::optional<std::array<vjm::Posture, 2>> between = {};  // a step behind and ahead
 };
 
 Vector6 rate(const spatial::Pose& behind, const spatial::Pose& ahead) {
@@ -107,6 +110,7 @@ Motion motion_of(const Campaign& campaign, const vjm::Manipulator& manipulator,
   const vjm::PostureResult behind = vjm::posture_from_joints(manipulator, values);
   Motion motion{.seen = Eigen::VectorXd::Zero(campaign.size())};
   if (!ahead.reached || !behind.reached) return motion;
+  motion.between = {behind.posture, ahead.posture};
   motion.platform = rate(behind.posture.platform, ahead.posture.platform);
   const std::vector<Vector6> rates = seen_by_sensors(
       campaign, manipulator, {behind.posture, posture, ahead.posture}, motion.platform);
@@ -126,13 +130,40 @@ bool is_seen(const Reading& reading, const Motion& motion) {
   return false;
 }
 
-void count(const Reading& reading, const vjm::Load& load, const spatial::Pose& platform,
-           const Motion& motion, JointLoad& joint, bool& driven) {
+Vector3 position_of(const vjm::NodeLoad& load, const vjm::Manipulator& manipulator,
+                    const vjm::Posture& posture) {
+  const vjm::Chain& chain = manipulator.chains()[load.chain];
+  const vjm::Node& node = chain.nodes()[load.node];
+  return vjm::frame_behind(chain, posture.coordinates_of(chain, load.chain), node.joints,
+                           posture.body(manipulator.span(load.chain).from)) *
+         node.position;
+}
+
+// Generalised force of the loads at nodes along a joint, and what it could be at most.
+std::pair<double, double> force_of_weights(const vjm::Load& load,
+                                           const vjm::Manipulator& manipulator,
+                                           const Motion& motion, bool turns) {
+  double force = 0, most = 0;
+  for (const vjm::NodeLoad& node : load.nodes) {
+    if (!motion.between) break;
+    const Vector3 behind = position_of(node, manipulator, (*motion.between)[0]);
+    const Vector3 ahead = position_of(node, manipulator, (*motion.between)[1]);
+    force += node.force.dot(ahead - behind) / (2 * step);
+    most += node.force.norm() * (turns ? ahead.norm() : 1);
+  }
+  return {force, most};
+}
+
+void count(const vjm::Manipulator& manipulator, const Reading& reading, const vjm::Load& load,
+           const spatial::Pose& platform, const Motion& motion, JointLoad& joint, bool& driven) {
   const Vector6 wrench = load.at_reference_point(platform);
-  const double force = wrench.dot(motion.platform);
+  const auto [by_weights, most_by_weights] =
+      force_of_weights(load, manipulator, motion, joint.turns);
+  const double force = wrench.dot(motion.platform) + by_weights;
   const Vector3 point = platform * load.point_on_platform;
   const double most =
-      joint.turns ? load.force.norm() * point.norm() + load.moment.norm() : load.force.norm();
+      most_by_weights +
+      (joint.turns ? load.force.norm() * point.norm() + load.moment.norm() : load.force.norm());
   joint.least = std::min(joint.least, force);
   joint.largest = std::max(joint.largest, force);
   if (!(most > 0)) return;
@@ -169,7 +200,8 @@ std::vector<JointLoad> joint_loads(const Campaign& campaign, const vjm::Manipula
       const Motion motion = motion_of(campaign, manipulator, found.posture, values, names[j]);
       bool driven = false;
       for (const std::size_t i : here)
-        count(campaign.readings[i], loads[i], found.posture.platform, motion, result[j], driven);
+        count(manipulator, campaign.readings[i], loads[i], found.posture.platform, motion,
+              result[j], driven);
       result[j].postures += driven;
     }
   }

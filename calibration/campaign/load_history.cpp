@@ -5,6 +5,8 @@
 #include <map>
 #include <tuple>
 
+#include "kinetostat/calibration/sensors/weight.h"
+
 namespace kinetostat::calibration {
 namespace {
 
@@ -17,7 +19,7 @@ struct Wrench {
   double level = 0, arm = 0;
 
   explicit Wrench(const vjm::Load& load)
-      : force(load.force),
+      : force(load.force + force_at_nodes(load)),
         moment(load.at_reference_point(spatial::Pose()).tail<3>()),
         level(level_of(load)),
         arm(load.point_on_platform.norm()) {}
@@ -97,8 +99,12 @@ void take_off_start(const std::vector<Cycle>& cycles, std::vector<vjm::Load>& lo
 
 std::vector<vjm::Load> changing_loads(const Campaign& campaign) {
   std::vector<vjm::Load> loads;
-  for (const Reading& reading : campaign.readings) loads.push_back(reading.load);
-  if (loads.empty() || !share_a_point(loads) || is_ever_without(loads)) return loads;
+  bool weights = false;
+  for (const Reading& reading : campaign.readings) {
+    loads.push_back(reading.load);
+    weights = weights || !reading.load.nodes.empty();
+  }
+  if (weights || loads.empty() || !share_a_point(loads) || is_ever_without(loads)) return loads;
   std::vector<vjm::Load> changing = loads;
   if (!take_off_constant(changing)) return loads;
   if (!is_ever_without(changing)) take_off_start(cycles_as_run(campaign), changing);
@@ -106,13 +112,14 @@ std::vector<vjm::Load> changing_loads(const Campaign& campaign) {
 }
 
 double level_of(const vjm::Load& load) {
-  return load.force.isZero(0) ? load.moment.norm() : load.force.norm();
+  const spatial::Vector3 force = load.force + force_at_nodes(load);
+  return force.isZero(0) ? load.moment.norm() : force.norm();
 }
 
 spatial::Vector6 direction_of(const vjm::Load& load) {
   spatial::Vector6 direction = spatial::Vector6::Zero();
-  if (!load.force.isZero(0))
-    direction.head<3>() = load.force.normalized();
+  if (const spatial::Vector3 force = load.force + force_at_nodes(load); !force.isZero(0))
+    direction.head<3>() = force.normalized();
   else if (!load.moment.isZero(0))
     direction.tail<3>() = load.moment.normalized();
   return direction;

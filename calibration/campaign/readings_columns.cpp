@@ -81,6 +81,13 @@ class ColumnFinder {
       found_.sigma.push_back(column("sigma_" + component.name));
       if (found_.displacement.back()) read[component.sensor] = true;
     }
+    for (const Weight& weight : context_.weights) {
+      found_.weights.push_back(column(weight.name));
+      if (!found_.weights.back())
+        fault_in_header(weight.name, fmt::format("the weight '{}' has no column", weight.name),
+                        "Add it, say which it is under 'columns' in the campaign file, or remove "
+                        "the weight");
+    }
     for (const Sensor& sensor : campaign_.sensors)
       if (sensor.minus) read[*sensor.minus] = true;
     for (const Component& component : campaign_.components)
@@ -94,10 +101,13 @@ class ColumnFinder {
       }
   }
 
-  // The dimension of a column of a sensor, "dial_1" or "sigma_dial_1"; nothing for other names.
+  // The dimension of a column of a sensor or weight, "dial_1" or "sigma_dial_1"; nothing for other
+  // names.
   std::optional<Dimension> dimension_of_sensor(const std::string& name) const {
     for (const Component& component : campaign_.components)
       if (name == component.name || name == "sigma_" + component.name) return component.dimension;
+    for (const Weight& weight : context_.weights)
+      if (name == weight.name) return dimension::mass;
     return std::nullopt;
   }
 
@@ -112,6 +122,8 @@ class ColumnFinder {
     for (const Component& component : campaign_.components)
       for (const std::string& name : {component.name, "sigma_" + component.name})
         if (!is_reserved(name) && plain(name) == wanted) return name;
+    for (const Weight& weight : context_.weights)
+      if (plain(weight.name) == wanted) return weight.name;
     return {};
   }
 
@@ -489,7 +501,8 @@ class ColumnFinder {
     if (!any_of(found_.displacement))
       fault_in_header("", "there is no column of displacement",
                       "Name at least one of dx, dy, dz, rx, ry, rz");
-    if (!any_of(found_.wrench) && campaign_.displacement == DisplacementKind::difference)
+    if (!any_of(found_.wrench) && found_.weights.empty() &&
+        campaign_.displacement == DisplacementKind::difference)
       fault_in_header("", "there is no column of load, so no difference to the unloaded state",
                       "Name at least one of fx, fy, fz, mx, my, mz");
     const bool moments = found_.wrench[3] || found_.wrench[4] || found_.wrench[5];

@@ -9,6 +9,7 @@
 
 #include "kinetostat/calibration/campaign/campaign.h"
 #include "kinetostat/calibration/campaign/column_names.h"
+#include "kinetostat/calibration/sensors/weight.h"
 #include "kinetostat/io/csv.h"
 
 namespace kinetostat::calibration {
@@ -45,6 +46,7 @@ enum class PostureColumns { unstated, platform, joints };
 /// `sensors:` describes, one entry a component of the campaign, NaN where not stated.
 struct ReadingsContext {
   Eigen::VectorXd sensor_sigma = Eigen::VectorXd::Constant(6, not_a_number);
+  std::vector<Weight> weights = {};
   std::map<std::string, Instrument> instruments = {};  // by name; "": where a reading names none
   WrenchFrame wrench = {};
   WrenchNoise wrench_noise = {};

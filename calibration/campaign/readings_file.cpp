@@ -212,15 +212,28 @@ class Reader {
   vjm::Load read_load(std::size_t row, std::size_t configuration) {
     const Vector3 point = columns_.point[0] ? vector3(row, columns_.point)
                                             : context_.wrench.point.value_or(Vector3::Zero());
-    const vjm::Load load{vector3(row, {columns_.wrench[0], columns_.wrench[1], columns_.wrench[2]}),
-                         vector3(row, {columns_.wrench[3], columns_.wrench[4], columns_.wrench[5]}),
-                         point};
+    vjm::Load load{vector3(row, {columns_.wrench[0], columns_.wrench[1], columns_.wrench[2]}),
+                   vector3(row, {columns_.wrench[3], columns_.wrench[4], columns_.wrench[5]}),
+                   point};
+    add_weights(row, load);
     if (!faults_.empty()) return load;  // the posture may be unknown
     if (context_.wrench_noise.is_stated()) add_wrench_covariance(load, configuration);
     const WrenchFrame& frame = context_.wrench;
     const bool as_it_is =
         !frame.on_platform && !frame.origin && frame.axes == spatial::Matrix3::Identity();
     return as_it_is ? load : in_base_axes(load, configuration);
+  }
+
+  void add_weights(std::size_t row, vjm::Load& load) {
+    for (std::size_t w = 0; w < columns_.weights.size(); ++w) {
+      const double mass = optional_number(row, columns_.weights[w]).value_or(0);
+      if (mass < 0)
+        fault(row, *columns_.weights[w], fmt::format("{} is less than no weight", mass),
+              "Write how much hangs there, 0 or nothing where nothing does");
+      if (!(mass > 0)) continue;
+      load.nodes.push_back(context_.weights[w].per_kilogram);
+      load.nodes.back().force *= mass;
+    }
   }
 
   // Of a wrench as it is stated, turned into base axes.

@@ -12,16 +12,19 @@
 namespace kinetostat::calibration {
 namespace {
 
-using LoadKey = std::array<double, 9>;
+using LoadKey = std::vector<double>;
 
 LoadKey key_of(const vjm::Load& load) {
-  LoadKey key;
+  LoadKey key(9);
   for (std::size_t i = 0; i < 3; ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     key[i] = load.force[k];
     key[3 + i] = load.moment[k];
     key[6 + i] = load.point_on_platform[k];
   }
+  for (const vjm::NodeLoad& node : load.nodes)
+    key.insert(key.end(), {static_cast<double>(node.chain), static_cast<double>(node.node),
+                           node.force.norm()});
   return key;
 }
 

@@ -68,6 +68,38 @@ std::map<std::string, std::vector<vjm::CarriedFrame>> places_of(const vjm::Manip
   return places;
 }
 
+// A name that the file gives to a column of its own.
+void check_name(const std::string& name, const YamlNode& node, const std::vector<Joint>& joints,
+                const Campaign& campaign) {
+  const bool is_joint = std::any_of(joints.begin(), joints.end(), [&](const Joint& joint) {
+    return joint.name == name || joint.alone == name;
+  });
+  const bool is_sensor = std::any_of(campaign.sensors.begin(), campaign.sensors.end(),
+                                     [&](const Sensor& sensor) { return sensor.name == name; });
+  if (is_joint || is_sensor || is_reserved(name) || name == "covariate" || name == "ignore")
+    node.fail(fmt::format("a column '{}' means something else already", name),
+              "Give it another name");
+  if (name.empty() || name.find_first_of("[]()/,; \t") != std::string::npos)
+    node.fail(fmt::format("'{}' cannot be the name of a column", name),
+              "Use letters, digits, '_' and '-'");
+}
+
+vjm::CarriedFrame read_place(const YamlNode& node, const vjm::Manipulator& robot,
+                             const Campaign& campaign) {
+  const auto places = places_of(robot);
+  const YamlNode on = node.at("on");
+  std::vector<std::string> names;
+  for (const auto& [name, frames] : places) names.push_back(name);
+  const std::string name = on.choice(names);
+  const auto& frames = places.at(name);
+  if (frames.size() > 1)
+    on.fail(fmt::format("'{}' is on several chains", name),
+            fmt::format("Write {}.{}", robot.chains()[*frames[0].chain].name(), name));
+  vjm::CarriedFrame frame = frames[0];
+  if (const auto at = node.find("at")) frame.pose = io::read_pose(*at, campaign.units);
+  return frame;
+}
+
 class SensorReader {
  public:
   SensorReader(const vjm::Manipulator& robot, Campaign& campaign)
@@ -86,7 +118,7 @@ class SensorReader {
 
  private:
   void read_sensor(const std::string& name, const YamlNode& node) {
-    check_name(name, node);
+    check_name(name, node, joints_, campaign_);
     std::vector<std::string> kinds;
     for (const Word& word : words()) kinds.emplace_back(word.name);
     if (!node.has("kind"))
@@ -105,18 +137,6 @@ class SensorReader {
       read_frames(node, kind, sensor);
     add_components(node, word, own, sensor);
     campaign_.sensors.push_back(sensor);
-  }
-
-  void check_name(const std::string& name, const YamlNode& node) const {
-    const bool is_joint = std::any_of(joints_.begin(), joints_.end(), [&](const Joint& joint) {
-      return joint.name == name || joint.alone == name;
-    });
-    if (is_joint || is_reserved(name) || name == "covariate" || name == "ignore")
-      node.fail(fmt::format("a column '{}' means something else already", name),
-                "Give the sensor another name");
-    if (name.empty() || name.find_first_of("[]()/,; \t") != std::string::npos)
-      node.fail(fmt::format("'{}' cannot be the name of a column", name),
-                "Use letters, digits, '_' and '-'");
   }
 
   Dimension read_joint(const YamlNode& node, Sensor& sensor) {
@@ -147,26 +167,13 @@ class SensorReader {
     return turns ? dimension::moment : dimension::force;
   }
 
-  vjm::CarriedFrame read_place(const YamlNode& node, const std::string& key) const {
-    const YamlNode on = node.at(key);
-    std::vector<std::string> names;
-    for (const auto& [name, frames] : places_) names.push_back(name);
-    const std::string name = on.choice(names);
-    const auto& frames = places_.at(name);
-    if (frames.size() > 1)
-      on.fail(fmt::format("'{}' is on several chains", name),
-              fmt::format("Write {}.{}", robot_.chains()[*frames[0].chain].name(), name));
-    return frames[0];
-  }
-
   std::size_t add(const vjm::CarriedFrame& frame) {
     campaign_.watch.frames.push_back(frame);
     return campaign_.watch.frames.size() - 1;
   }
 
   void read_frames(const YamlNode& node, const std::string& kind, Sensor& sensor) {
-    vjm::CarriedFrame frame = read_place(node, "on"), from;
-    if (const auto at = node.find("at")) frame.pose = io::read_pose(*at, campaign_.units);
+    vjm::CarriedFrame frame = read_place(node, robot_, campaign_), from;
     const auto other = node.find("from");
     if (kind == "distance" && !other)
       node.fail("a distance is between two points, and one is stated",
@@ -202,9 +209,7 @@ class SensorReader {
       return places_.at(node.choice(names))[0];
     }
     node.allow_only({"on", "at"});
-    vjm::CarriedFrame frame = read_place(node, "on");
-    if (const auto at = node.find("at")) frame.pose = io::read_pose(*at, campaign_.units);
-    return frame;
+    return read_place(node, robot_, campaign_);
   }
 
   // `axes: [x, z]`, among those that the kind has.
@@ -290,6 +295,45 @@ Eigen::VectorXd read_sensors(const YamlNode& top, const vjm::Manipulator& manipu
   const auto given = top.find("sensors");
   if (!given) return Eigen::VectorXd::Constant(6, not_stated);
   return SensorReader(manipulator, campaign).read(*given);
+}
+
+namespace {
+
+// A body is loaded at the end of a chain that leads to it.
+void load_at_end(const YamlNode& node, const vjm::Manipulator& robot, vjm::CarriedFrame& frame) {
+  if (frame.chain) return;
+  for (std::size_t c = 0; c < robot.size() && !frame.chain; ++c)
+    if (robot.span(c).to == frame.body) frame.chain = c;
+  if (!frame.chain)
+    node.at("on").fail("a weight on the base moves nothing", "Name a part of the robot");
+  frame.place = "end";
+}
+
+}  // namespace
+
+std::vector<Weight> read_weights(const YamlNode& top, const vjm::Manipulator& manipulator,
+                                 Campaign& campaign) {
+  constexpr double standard_gravity = 9.80665;  // [m/s^2]
+  std::vector<Weight> weights;
+  const auto given = top.find("weights");
+  if (!given) return weights;
+  const Vector3 gravity =
+      manipulator.gravity().isZero(0) ? Vector3(0, 0, -standard_gravity) : manipulator.gravity();
+  for (const auto& [name, node] : given->members()) {
+    check_name(name, node, joints_of(manipulator), campaign);
+    node.allow_only({"on", "at"});
+    vjm::CarriedFrame frame = read_place(node, manipulator, campaign);
+    load_at_end(node, manipulator, frame);
+    const auto on_chain = std::count_if(campaign.watch.frames.begin(), campaign.watch.frames.end(),
+                                        [&](const auto& f) { return f.chain == frame.chain; });
+    campaign.watch.frames.push_back(frame);
+    weights.push_back({name,
+                       {.chain = *frame.chain,
+                        .node = manipulator.chains()[*frame.chain].nodes().size() +
+                                static_cast<std::size_t>(on_chain),
+                        .force = gravity}});
+  }
+  return weights;
 }
 
 }  // namespace kinetostat::calibration

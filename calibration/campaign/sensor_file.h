@@ -1,7 +1,8 @@
-// `sensors:` of a campaign file. Internal to this module.
+// `sensors:` and `weights:` of a campaign file. Internal to this module.
 #pragma once
 
 #include "kinetostat/calibration/campaign/campaign.h"
+#include "kinetostat/calibration/sensors/weight.h"
 #include "kinetostat/io/yaml.h"
 #include "kinetostat/vjm/manipulator/manipulator.h"
 
@@ -13,5 +14,9 @@ namespace kinetostat::calibration {
 /// common::InputError.
 Eigen::VectorXd read_sensors(const io::YamlNode& top, const vjm::Manipulator& manipulator,
                              Campaign& campaign);
+
+/// What hangs on the robot; adds to what `campaign` watches. Throws common::InputError.
+std::vector<Weight> read_weights(const io::YamlNode& top, const vjm::Manipulator& manipulator,
+                                 Campaign& campaign);
 
 }  // namespace kinetostat::calibration

@@ -180,6 +180,7 @@ Assessment assess(const Predictor& predictor, const Campaign& whole, const Evide
                   BaseFit fit, common::Progress& progress) {
   Assessment assessment;
   assessment.fit = std::move(fit);
+  assessment.fit.model = {};  // its states are most of the memory of a long table
   add_held_out(predictor, whole, evidence, progress, assessment);
   add_residuals(evidence, assessment);
   add_statistics(evidence, assessment);

@@ -40,7 +40,8 @@ VectorXd deviations(const MatrixXd& information) {
 // The campaign as a tilt sensor and a sensor of position at every place would see it.
 Campaign with_sensors_everywhere(const Campaign& campaign, const std::vector<SensorPlace>& places) {
   Campaign all = campaign;
-  all.watch = {.frames = {{}}};
+  const std::size_t base = all.watch.frames.size();  // behind where weights hang
+  all.watch.frames.push_back({});
   all.sensors.clear();
   all.components.clear();
   for (const SensorPlace& place : places) {
@@ -50,7 +51,7 @@ Campaign with_sensors_everywhere(const Campaign& campaign, const std::vector<Sen
            .dimension = is_rotation(axis) ? spatial::dimension::angle : spatial::dimension::length,
            .sensor = all.sensors.size(),
            .axis = axis});
-    all.sensors.push_back({.name = place.name, .frame = all.watch.frames.size()});
+    all.sensors.push_back({.name = place.name, .frame = all.watch.frames.size(), .from = base});
     all.watch.frames.push_back(place.frame);
   }
   for (Reading& reading : all.readings) {

@@ -8,6 +8,7 @@
 
 #include <Eigen/Cholesky>
 
+#include "kinetostat/calibration/sensors/weight.h"
 #include "kinetostat/spatial/decomposition.h"
 
 namespace kinetostat::calibration {
@@ -42,7 +43,7 @@ HeldOutGroups held_out_groups(const Campaign& campaign, const std::vector<Value>
     return std::pair(reading(v).session, reading(v).cycle);
   });
   if (groups.members.size() >= fewest_groups) return groups;
-  groups = grouped<std::array<double, 7>>(values, "loads", [&](const Value& v) {
+  groups = grouped<std::array<double, 8>>(values, "loads", [&](const Value& v) {
     const vjm::Load& load = reading(v).load;
     return std::array{static_cast<double>(reading(v).configuration),
                       load.force.x(),
@@ -50,7 +51,8 @@ HeldOutGroups held_out_groups(const Campaign& campaign, const std::vector<Value>
                       load.force.z(),
                       load.moment.x(),
                       load.moment.y(),
-                      load.moment.z()};
+                      load.moment.z(),
+                      force_at_nodes(load).norm()};
   });
   if (groups.members.size() >= fewest_groups) return groups;
   return grouped<std::size_t>(values, "readings", [](const Value& v) { return v.reading; });

@@ -211,13 +211,14 @@ void Predictor::find_cases() {
   if (varies_) conditions = conditions_of(campaign_);
   for (std::size_t r = 0; r < conditions.size(); ++r)
     conditions[r].known_load = campaign_.readings[r].known_load;
-  std::map<std::array<double, 12>, std::size_t> known;
+  std::map<std::vector<double>, std::size_t> known;
   cases_.reserve(campaign_.readings.size());
   for (std::size_t r = 0; r < campaign_.readings.size(); ++r) {
     const Reading& reading = campaign_.readings[r];
     const std::size_t c = conditions_index(conditions[r]);
-    std::array<double, 12> key{static_cast<double>(reading.configuration), static_cast<double>(c),
-                               has_history_ ? static_cast<double>(r) : 0};
+    std::vector<double> key{static_cast<double>(reading.configuration), static_cast<double>(c),
+                            has_history_ ? static_cast<double>(r) : 0};
+    key.resize(12);
     const vjm::Load& load = reading.load;
     for (std::size_t i = 0; i < 3; ++i) {
       const auto k = static_cast<Eigen::Index>(i);
@@ -225,6 +226,9 @@ void Predictor::find_cases() {
       key[6 + i] = load.moment[k];
       key[9 + i] = load.point_on_platform[k];
     }
+    for (const vjm::NodeLoad& node : load.nodes)
+      key.insert(key.end(), {static_cast<double>(node.chain), static_cast<double>(node.node),
+                             node.force.norm()});
     const auto [found, fresh] = known.emplace(key, cases_.size());
     if (fresh)
       cases_.push_back({reading.configuration, load, c,

@@ -6,6 +6,7 @@
 
 #include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/calibration/regression/evidence.h"
+#include "kinetostat/calibration/sensors/weight.h"
 #include "kinetostat/calibration/statistics/residual_space.h"
 #include "kinetostat/spatial/decomposition.h"
 #include "kinetostat/spatial/rotation.h"
@@ -57,6 +58,8 @@ MatrixXd loads_of(const Campaign& campaign) {
   for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
     features.row(static_cast<Index>(i)) =
         campaign.readings[i].load.at_reference_point(spatial::Pose()).transpose();
+    features.row(static_cast<Index>(i)).head<3>() +=
+        force_at_nodes(campaign.readings[i].load).transpose();
   }
   Index kept = 0;
   for (Index j = 0; j < 6; ++j) {

@@ -139,6 +139,9 @@ void ChainModifier::add_node(const std::string& name, const std::string& place, 
   if (named != chain_.nodes_.end()) {
     node.joints = named->joints;
     move(node, Pose(named->axes, named->position));
+  } else if (place == "end") {
+    chain_.add_node_at_end(name, pose.position());
+    return;
   } else {
     node.joints = chain_.joints_to(place);
     if (node.joints == 0) move(node, chain_.base_);

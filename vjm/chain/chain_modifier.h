@@ -34,7 +34,7 @@ class ChainModifier {
                         const spatial::Vector6& displacement);
   void add_transmission_error(const TransmissionError& shift);
   /// A node at a pose in the frame of another node, or of the body right behind a joint, a link or
-  /// "base".
+  /// "base"; at "end" a point of the body there, without axes.
   void add_node(const std::string& name, const std::string& place, const spatial::Pose& pose);
   /// A mass [kg] in the frame that the first `joints` joints lead to.
   void add_mass(const std::string& name, double mass, Eigen::Index joints,

@@ -26,8 +26,8 @@ gravity: {direction: [0, 0, -1]}
 materials: {steel: {E: 210 GPa, nu: 0.3, density: 7850 kg/m^3}}
 links:
   column: {rigid: [0, 0, 400]}
-  upper: {beam: {length: 500, section: {rectangle: {width: 60, height: 40}}, material: steel}}
-  fore: {beam: {length: 400, section: {rectangle: {width: 40, height: 30}}, material: steel}}
+  upper: {beam: {length: 500, section: {rectangle: {y: 60, z: 40}}, material: steel}}
+  fore: {beam: {length: 400, section: {rectangle: {y: 40, z: 30}}, material: steel}}
 chain_types:
   arm:
     - actuator: {name: q1, axis: Rz, stiffness: 1.0e5 N m/rad, home: 20}
@@ -303,6 +303,46 @@ TEST(Sensors, AreReadByTheirColumnsAsLabsWriteThem) {
   EXPECT_NEAR(campaign.readings[1].sigma[7], 5e-6, 1e-18);
   EXPECT_NEAR(campaign.readings[1].sigma[2], 2e-6, 1e-18);
   EXPECT_TRUE(campaign.noise_stated);
+}
+
+// Hung on the elbow and on the tool, against loads at nodes that know nothing of campaigns.
+TEST(Weights, PullAlongGravityWhereTheyHang) {
+  const vjm::Robot robot = robot_of(arm);
+  const std::filesystem::path file = test::write_campaign(
+      std::string(campaign_head) +
+          "displacement: difference\nnoise: {translation: 1 um}\n"
+          "weights:\n  hook: {on: elbow}\n  plate: {on: platform, at: [10, 0, 20]}\n",
+      "q2,q1,q3,hook [kg],Plate [g],fx,dx,dz\n-30,20,50,6,,0,0.1,0.1\n-30,20,50,0,2500,40,0.1,0.1\n"
+      "-30,20,50,6,2500,40,0.1,0.1\n");
+  const Campaign campaign = read_campaign(file, robot.manipulator);
+  common::Progress silent;
+  const Predictions predictions =
+      Predictor(robot.manipulator, campaign, 1, silent).predict({}, VectorXd(), false, silent);
+  ASSERT_FALSE(predictions.failure) << predictions.failure->reason;
+  const vjm::Posture posture =
+      posture_from_joints(robot.manipulator, campaign.configurations[0].joints).posture;
+  const std::size_t elbow = robot.manipulator.chains()[0].node_index("elbow");
+  const spatial::Pose rest = equilibrium_under_load(robot.manipulator, posture, {}).platform;
+  for (std::size_t i = 0; i < 3; ++i) {
+    vjm::Load load{.force = {i == 0 ? 0.0 : 40.0, 0, i == 0 ? 0.0 : -2.5 * 9.80665},
+                   .point_on_platform = {0.01, 0, 0.02}};
+    if (i != 1) load.nodes = {{.chain = 0, .node = elbow, .force = {0, 0, -6 * 9.80665}}};
+    if (i == 0) {
+      const spatial::Pose loaded =
+          equilibrium_under_load(robot.manipulator, posture, load).platform;
+      EXPECT_TRUE(kinetostat::test::matrix_near(predictions.displacement[i],
+                                                spatial::pose_difference(rest, loaded), 1e-12));
+      continue;
+    }
+    // Both forces on the platform together, as a wrench about the reference point at the pose that
+    // is predicted.
+    const spatial::Pose there = spatial::displaced(rest, predictions.displacement[i]);
+    load.point_on_platform.setZero();
+    load.moment = (there.rotation() * Vector3(0.01, 0, 0.02)).cross(Vector3(0, 0, -2.5 * 9.80665));
+    const spatial::Pose loaded = equilibrium_under_load(robot.manipulator, posture, load).platform;
+    EXPECT_TRUE(kinetostat::test::matrix_near(predictions.displacement[i],
+                                              spatial::pose_difference(rest, loaded), 1e-11));
+  }
 }
 
 }  // namespace
