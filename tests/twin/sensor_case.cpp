@@ -14,7 +14,6 @@
 namespace twin {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180;
 
 // What a level reads: the angles between the vertical and its own axes.
 struct Level {
