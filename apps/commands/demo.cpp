@@ -91,7 +91,7 @@ io::Json tell(const Story& story, const std::filesystem::path& folder, Run& run)
     const std::filesystem::path file = shipped(name);
     std::filesystem::path out = folder / story.name;
     if (story.files.size() > 1) {
-      run.print(fmt::format("{}{}\n", studies.empty() ? "" : "\n", name.string()));
+      if (!studies.empty()) run.print("\n");
       const bool is_one_of_many = name.stem() != "campaign";
       out /= is_one_of_many ? name.stem() : name.parent_path().filename();
     }
