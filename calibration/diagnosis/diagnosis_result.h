@@ -24,7 +24,7 @@ struct Diagnosis {
   std::vector<std::string> ambiguous;  // where one may be something else: itself, then the others
   /// Where nothing was found: the one cause that fitted parameters may stand for.
   std::optional<CommonCause> common_cause;
-  std::vector<std::string> missing;    // what readings would have to have, in sentences
+  std::vector<std::string> missing;  // what readings would have to have, in sentences
   /// Share of the misfit that geometric errors of all joints and links explain together, where no
   /// effect alone does; nothing below one half.
   std::optional<double> by_kinematics;
