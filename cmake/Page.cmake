@@ -40,7 +40,8 @@ function(kinetostat_page variable)
       file(REMOVE ${page})
     endif()
   endif()
-  file(GLOB parts CONFIGURE_DEPENDS ${source}/*.js ${source}/*.css ${source}/*.html ${source}/*.mjs)
+  file(GLOB parts CONFIGURE_DEPENDS ${source}/*.js ${source}/*.css ${source}/*.html ${source}/*.mjs
+    ${source}/studio/*.js ${source}/studio/*.css)
   add_custom_command(OUTPUT ${page}
     COMMAND ${NODE} ${source}/bundle.mjs ${plotly} ${page}
     DEPENDS ${parts} ${plotly} COMMENT "Bundling the page" VERBATIM)

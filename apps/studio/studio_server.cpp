@@ -1,6 +1,7 @@
 #include "kinetostat/apps/studio/studio_server.h"
 
 #include <chrono>
+#include <cstdint>
 #include <httplib.h>
 #include <mutex>
 #include <random>
@@ -9,7 +10,6 @@
 #include <fmt/format.h>
 
 #include "kinetostat/common/error.h"
-#include "kinetostat/common/progress.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -54,11 +54,15 @@ void refuse(httplib::Response& response, int status, const std::string& why) {
   answer(response, status, {{"error", why}});
 }
 
+std::size_t length_of(const httplib::Request& request) {
+  return request.get_header_value<std::uint64_t>("Content-Length");
+}
+
 class Door {
  public:
   Door(const StudioRooms& rooms, int port) : rooms_(rooms), token_(random_token()) {
     server_.new_task_queue = [] { return new httplib::ThreadPool(request_threads); };
-    server_.set_payload_max_length(studio_largest_request);
+    server_.set_payload_max_length(studio_largest_file);
     server_.set_read_timeout(std::chrono::seconds(studio_read_seconds));
     server_.set_keep_alive_max_count(1);
     server_.set_keep_alive_timeout(studio_keep_alive_seconds);
@@ -79,8 +83,22 @@ class Door {
     for (const auto& [name, action] : rooms_.actions)
       server_.Post("/" + token_ + "/" + name,
                    [this, &action = action](const auto& request, auto& response) {
-                     act(action, request, response);
+                     act(request, response, [&](const Json& json) { return action(json); });
                    });
+    for (const auto& [name, job] : rooms_.jobs)
+      server_.Post("/" + token_ + "/" + name, [this, name = name, &job = job](const auto& request,
+                                                                              auto& response) {
+        act(request, response, [&](const Json& json) {
+          job_.start(name, [this, &job, json](common::Progress&) { return job(json, job_); });
+          return job_.status();
+        });
+      });
+    server_.Post("/" + token_ + "/progress",
+                 [this](const auto&, auto& response) { answer(response, 200, job_.status()); });
+    server_.Post("/" + token_ + "/stop", [this](const auto&, auto& response) {
+      job_.stop();
+      answer(response, 200, job_.status());
+    });
     server_.set_default_headers({{"X-Content-Type-Options", "nosniff"},
                                  {"X-Frame-Options", "DENY"},
                                  {"Referrer-Policy", "no-referrer"},
@@ -95,7 +113,10 @@ class Door {
   std::string origin() const { return fmt::format("http://{}:{}", loopback, port_); }
   std::string address() const { return fmt::format("{}/{}/", origin(), token_); }
   void listen() { server_.listen_after_bind(); }
-  void stop() { server_.stop(); }
+  void stop() {
+    job_.stop();
+    server_.stop();
+  }
   bool runs() const { return server_.is_running(); }
 
  private:
@@ -119,6 +140,11 @@ class Door {
       refuse(response, 416, "the page comes as a whole");
       return false;
     }
+    if (!request.path.ends_with("/drop") && length_of(request) > studio_largest_request) {
+      response.set_header("Connection", "close");
+      refuse(response, 413, "a request is larger than anything that the page asks");
+      return false;
+    }
     // Its size would be known only when it is too late.
     if (request.has_header("Transfer-Encoding")) {
       response.set_header("Connection", "close");
@@ -128,16 +154,14 @@ class Door {
     return true;
   }
 
-  void act(const std::function<Json(const Json&)>& action, const httplib::Request& request,
-           httplib::Response& response) {
+  template <class Action>
+  void act(const httplib::Request& request, httplib::Response& response, const Action& action) {
     const Json json = Json::parse(request.body, nullptr, false);
     if (!json.is_object()) return refuse(response, 400, "the request is not a JSON object");
     const std::unique_lock lock(busy_, std::try_to_lock);
-    if (!lock) return refuse(response, 503, "another fit is under way");
+    if (!lock || job_.runs()) return refuse(response, 503, "other work is under way");
     try {
       answer(response, 200, action(json));
-    } catch (const common::Cancelled&) {
-      refuse(response, 408, "that took too long, and was stopped");
     } catch (const std::bad_alloc&) {
       refuse(response, 507, "there is not enough memory for this: close other programs");
     } catch (const std::exception& error) {
@@ -150,6 +174,7 @@ class Door {
   httplib::Server server_;
   std::mutex busy_;
   int port_ = -1;
+  StudioJob job_;  // ends before what it uses
 };
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <map>
 #include <string>
 
+#include "kinetostat/apps/studio/studio_job.h"
 #include "kinetostat/io/json.h"
 
 namespace kinetostat::apps {
@@ -12,9 +13,12 @@ namespace kinetostat::apps {
 /// Answers of the server.
 struct StudioRooms {
   std::string page;  // HTML
-  /// Name -> what a POST of a JSON object to it does. One call at a time. Exceptions that derive
-  /// from std::exception become an answer that says what was wrong.
+  /// Name -> what a POST of a JSON object to it does. One call at a time, and none while a job
+  /// runs. Exceptions that derive from std::exception become an answer that says what was wrong.
   std::map<std::string, std::function<io::Json(const io::Json&)>> actions;
+  /// The same for what takes long: a POST starts it; one to "progress" answers
+  /// StudioJob::status(), one to "stop" stops it.
+  std::map<std::string, std::function<io::Json(const io::Json&, StudioJob&)>> jobs;
 };
 
 struct StudioOptions {
@@ -25,9 +29,10 @@ struct StudioOptions {
   std::function<bool()> stopped;
 };
 
-inline constexpr std::size_t studio_largest_request = 65536;  // [bytes]
-inline constexpr int studio_read_seconds = 5;                 // that a request may pause for
-inline constexpr int studio_keep_alive_seconds = 1;           // until a connection says something
+inline constexpr std::size_t studio_largest_request = 65536;        // [bytes]
+inline constexpr std::size_t studio_largest_file = 16 * (1 << 20);  // that "drop" may bring [bytes]
+inline constexpr int studio_read_seconds = 5;                       // that a request may pause for
+inline constexpr int studio_keep_alive_seconds = 1;  // until a connection says something
 
 /// Serves until stopped. Requests are refused that come under another host name or from another
 /// origin, that do not know the token, are too large, or ask for anything else than the page and

@@ -7,14 +7,20 @@
 #include <fmt/format.h>
 
 #include "kinetostat/apps/cli/write_robot.h"
+#include "kinetostat/calibration/comparison/compare.h"
 #include "kinetostat/calibration/diagnosis/adoption.h"
+#include "kinetostat/calibration/regression/evidence.h"
 #include "kinetostat/calibration/regression/joint_scales.h"
+#include "kinetostat/calibration/search/diagnosis_step.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/comparison.h"
 #include "kinetostat/report/effect.h"
+#include "kinetostat/report/manipulators/skeleton.h"
 #include "kinetostat/report/readings_picture.h"
+#include "kinetostat/report/screen/wording.h"
 #include "kinetostat/spatial/units.h"
+#include "kinetostat/vjm/manipulator/posture.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -49,6 +55,27 @@ void take_values(const BaseFit& fit, std::vector<Candidate>& added) {
     added[k].effect.deviations = fitted[k].deviations;
   }
 }
+
+double error_of(const BaseFit& fit) {
+  return std::sqrt(fit.squared_error / static_cast<double>(fit.values));
+}
+
+// Against the model without the last effect, both alike beforehand. They share the exponent, as
+// the candidates of a diagnosis do.
+double probability_of(const BaseFit& with, const BaseFit& without) {
+  const double exponent = std::max(exponent_of(with), exponent_of(without));
+  const double gain =
+      calibration::evidence(with, exponent).log - calibration::evidence(without, exponent).log;
+  return 1 / (1 + std::exp(-calibration::learning_rate * gain));
+}
+
+// At a millionth of its usual distance from nothing it does nothing.
+bool is_nothing(const Candidate& fitted, const Candidate& usual) {
+  const double none = fitted.effect.kind->parameters.front().none;
+  return std::abs(fitted.effect.values[0] - none) <= 1e-6 * std::abs(usual.effect.values[0] - none);
+}
+
+Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
 calibration::AdoptedEffect adopted_effect(const Candidate& candidate, const vjm::Robot& robot,
                                           const calibration::Campaign& campaign) {
@@ -97,111 +124,251 @@ StudioSession::StudioSession(vjm::Robot robot, calibration::Campaign campaign,
                              std::filesystem::path folder, int threads, common::Progress& progress)
     : robot_(std::move(robot)),
       campaign_(std::move(campaign)),
-      fitted_(only(campaign_, {calibration::Role::fit})),
+      training_(only(campaign_, {calibration::Role::fit})),
       folder_(std::move(folder)),
       threads_(threads) {
-  const calibration::Predictor nominal(robot_.without_effects(), robot_.effects, fitted_, threads_,
-                                       progress);
+  const calibration::Predictor nominal(robot_.without_effects(), robot_.effects, training_,
+                                       threads_, progress);
   candidates_ = calibration::candidates(
-      robot_, {}, calibration::joint_scales(nominal, robot_.without_effects(), fitted_, progress));
+      robot_, {},
+      calibration::joint_scales(nominal, robot_.without_effects(), training_, progress));
   const calibration::Comparison comparison =
       calibration::compare(robot_, campaign_, threads_, progress);
   noise_ = comparison.noise;
   if (noise_.source == calibration::NoiseSource::unknown)
     throw common::InputError(campaign_.file, "nothing says how exact the readings are",
                              "State a 'noise', or repeat readings");
-  Json names = Json::array();
-  for (const Candidate& candidate : candidates_) names.push_back(candidate.name());
-  opening_ = {
-      .result = report::to_json(campaign_, comparison),
-      .picture = {{"readings", report::readings_picture(robot_, campaign_, noise_,
-                                                        report::readings_models(comparison))},
-                  {"studio", {{"effects", std::move(names)}}}},
-      .text = report::text(campaign_, comparison)};
-  opening_.result["command"] = "studio";
+  fitter_.emplace(robot_, training_, noise_, threads_, progress);
+  models_[{}] = {{}, fitter_->fit({}, nullptr, progress)};
+  Json effects = Json::array();
+  for (const Candidate& candidate : candidates_) effects.push_back(effect_json(candidate));
+  opening_ = {{"result", report::to_json(campaign_, comparison)},
+              {"readings", report::readings_picture(robot_, campaign_, noise_,
+                                                    report::readings_models(comparison))},
+              {"text", report::text(campaign_, comparison)},
+              {"robot", {{"name", robot_.name}, {"file", robot_.file.string()}}},
+              {"folder", folder_.string()},
+              {"nominal", card({}, {{}, fitter_->as_fitted({}, {}, progress)})},
+              {"fitted", card({}, models_.at({}))},
+              {"effects", std::move(effects)}};
+  opening_["result"]["command"] = "studio";
 }
 
-std::vector<Candidate> StudioSession::chosen(const Json& request) const {
+Json StudioSession::effect_json(const Candidate& candidate) const {
+  const vjm::Manipulator& bare = robot_.without_effects();
+  const vjm::EffectKind& kind = *candidate.effect.kind;
+  const bool angular = turns(candidate.effect, bare);
+  Json places = Json::array(), parameters = Json::array();
+  for (const vjm::EffectSite& site : candidate.effect.sites)
+    places.push_back(bare.chains()[site.chain].name() + "." + site.element);
+  for (std::size_t k = 0; k < kind.parameters.size(); ++k) {
+    const vjm::EffectParameter& p = kind.parameters[k];
+    parameters.push_back({{"name", p.name},
+                          {"unit", report::unit_of(p, angular)},
+                          {"none", p.none},
+                          {"lower", number_or_null(p.lower)},
+                          {"upper", number_or_null(p.upper)},
+                          {"usual", candidate.effect.values[static_cast<Eigen::Index>(k)]}});
+  }
+  return {{"name", candidate.name()},
+          {"words", report::effect_in_words(bare, kind.name, candidate.effect.at)},
+          {"kind", kind.name},
+          {"at", candidate.effect.at},
+          {"where", report::place_in_words(bare, candidate.effect.at)},
+          {"acts_on", vjm::to_string(kind.place)},
+          {"class", vjm::to_string(kind.effect_class)},
+          {"summary", kind.summary},
+          {"law", kind.law},
+          {"signature", kind.signature},
+          {"confounder", kind.confuser},
+          {"places", std::move(places)},
+          {"parameters", std::move(parameters)}};
+}
+
+const Candidate& StudioSession::candidate(const std::string& name) const {
+  const auto found = std::find_if(candidates_.begin(), candidates_.end(),
+                                  [&](const Candidate& c) { return c.name() == name; });
+  if (found == candidates_.end())
+    throw common::InputError("effects", "names an effect that is not in the list",
+                             "Name effects of the list, each once");
+  return *found;
+}
+
+std::vector<std::string> StudioSession::names_in(const Json& request) const {
   const auto refuse = [](const std::string& what) {
     throw common::InputError("effects", what, "Name effects of the list, each once");
   };
   const auto found = request.find("effects");
   if (found == request.end() || !found->is_array()) refuse("is not a list of names");
   if (found->size() > most_effects) refuse(fmt::format("has more than {} names", most_effects));
-  std::vector<Candidate> effects;
+  std::vector<std::string> names;
   for (const Json& name : *found) {
     if (!name.is_string()) refuse("has something in it that is not a name");
     const auto text = name.get<std::string>();
-    const auto is_it = [&](const Candidate& c) { return c.name() == text; };
-    const auto candidate = std::find_if(candidates_.begin(), candidates_.end(), is_it);
-    if (candidate == candidates_.end()) refuse("names an effect that is not in the list");
-    if (std::any_of(effects.begin(), effects.end(), is_it)) refuse("names an effect twice");
-    effects.push_back(*candidate);
+    (void)candidate(text);
+    if (std::find(names.begin(), names.end(), text) != names.end()) refuse("names an effect twice");
+    names.push_back(text);
   }
-  return effects;
+  return names;
 }
 
-// From the usual size of the last effect and from the sizes that its signatures were looked at
+// From the usual size of the added effect and from the sizes that its signatures were looked at
 // with.
-BaseFit StudioSession::best_fit(std::vector<Candidate>& effects, common::Progress& progress) const {
-  const calibration::CandidateFitter fitter(robot_, fitted_, noise_, threads_, progress);
-  BaseFit fit = fitter.fit({}, nullptr, progress);
-  std::vector<Candidate> present;
-  for (const Candidate& effect : effects) {
-    std::vector<Candidate> starts = fitter.signatures_of(effect, present, fit, progress).starts;
-    starts.push_back(effect);
-    std::optional<BaseFit> best;
-    std::string reason;
-    for (const Candidate& start : starts) {
-      std::vector<Candidate> added = present;
-      added.push_back(start);
-      try {
-        BaseFit found = fitter.fit(added, &fit, progress);
-        if (!best || found.squared_error < best->squared_error) best = std::move(found);
-      } catch (const common::Cancelled&) {
-        throw;
-      } catch (const std::runtime_error& error) {
-        reason = error.what();
-      }
+StudioSession::Model StudioSession::with(const Model& before, const Candidate& added,
+                                         common::Progress& progress) const {
+  std::vector<Candidate> starts =
+      fitter_->signatures_of(added, before.effects, before.fit, progress).starts;
+  starts.push_back(added);
+  std::optional<BaseFit> best;
+  std::string reason;
+  std::vector<Candidate> effects = before.effects;
+  effects.push_back(added);
+  for (std::size_t k = 0; k < starts.size(); ++k) {
+    progress.report("fits", static_cast<double>(k) / static_cast<double>(starts.size()));
+    effects.back() = starts[k];
+    try {
+      BaseFit found = fitter_->fit(effects, &before.fit, progress);
+      if (!best || found.squared_error < best->squared_error) best = std::move(found);
+    } catch (const common::Cancelled&) {
+      throw;
+    } catch (const std::runtime_error& error) {
+      reason = error.what();
     }
-    if (!best) throw common::InputError(effect.name(), "cannot be fitted: " + reason);
-    fit = std::move(*best);
-    present.push_back(effect);
-    take_values(fit, present);
   }
-  effects = present;
-  return fit;
+  if (!best) throw common::InputError(added.name(), "cannot be fitted: " + reason);
+  effects.back() = added;
+  take_values(*best, effects);
+  return {std::move(effects), std::move(*best)};
 }
 
-Json StudioSession::fit(const Json& request, common::Progress& progress) {
-  std::vector<Candidate> effects = chosen(request);
-  const BaseFit found = best_fit(effects, progress);
-  last_ = effects;
-  const std::size_t uncertain = calibration::uncertain_parameters(robot_).size();
-  fitted_beside_.assign(found.parameters.begin(),
-                        found.parameters.begin() + static_cast<std::ptrdiff_t>(uncertain));
-  Json values = Json::array();
-  std::string name = effects.empty() ? "fitted" : "with";
-  for (const Candidate& effect : effects) {
+const StudioSession::Model& StudioSession::model(const std::vector<std::string>& names,
+                                                 common::Progress& progress) {
+  if (const auto known = models_.find(names); known != models_.end()) return known->second;
+  const std::vector<std::string> before(names.begin(), names.end() - 1);
+  Model found = with(model(before, progress), candidate(names.back()), progress);
+  return models_[names] = std::move(found);
+}
+
+Json StudioSession::card(const std::vector<std::string>& names, const Model& model) const {
+  Json effects = Json::array(), stiffnesses = Json::array();
+  bool nothing = false;
+  for (const Candidate& effect : model.effects) {
     const bool angular = turns(effect.effect, robot_.without_effects());
     Json parameters = Json::array();
     for (std::size_t k = 0; k < effect.effect.kind->parameters.size(); ++k) {
       const auto i = static_cast<Eigen::Index>(k);
-      const double deviation = effect.effect.deviations[i];
       parameters.push_back({{"name", effect.effect.kind->parameters[k].name},
                             {"unit", report::unit_of(effect.effect.kind->parameters[k], angular)},
                             {"value", effect.effect.values[i]},
-                            {"deviation", std::isnan(deviation) ? Json() : Json(deviation)}});
+                            {"deviation", number_or_null(effect.effect.deviations[i])}});
     }
-    values.push_back({{"name", effect.name()}, {"parameters", std::move(parameters)}});
-    name += (name == "with" ? " " : " and ") + effect.name();
+    effects.push_back({{"name", effect.name()}, {"parameters", std::move(parameters)}});
+    nothing = nothing || is_nothing(effect, candidate(effect.name()));
   }
-  const Json picture =
-      report::readings_picture(robot_, campaign_, noise_, {{name, residual_of(campaign_, found)}});
-  return {{"model", picture["models"][0]},
-          {"effects", values},
-          {"squared_error", found.squared_error},
-          {"degrees_of_freedom", found.degrees_of_freedom()}};
+  for (const calibration::ParameterEstimate& estimate : model.fit.parameters)
+    if (estimate.parameter.is_logarithm() && !estimate.parameter.is_held())
+      stiffnesses.push_back(
+          {{"name", estimate.parameter.name}, {"factor", std::exp(estimate.value)}});
+  std::string name;
+  for (const std::string& one : names) name += (name.empty() ? "" : " + ") + one;
+  Json card{{"name", name},
+            {"effects", std::move(effects)},
+            {"stiffnesses", std::move(stiffnesses)},
+            {"error", error_of(model.fit)},
+            {"squared_error", model.fit.squared_error},
+            {"degrees_of_freedom", model.fit.degrees_of_freedom()},
+            {"nothing", nothing},
+            {"probability", nullptr}};
+  if (!names.empty())
+    card["probability"] =
+        probability_of(model.fit, models_.at({names.begin(), names.end() - 1}).fit);
+  return card;
+}
+
+Json StudioSession::residuals(const std::string& name, const BaseFit& fit) const {
+  return report::readings_picture(robot_, campaign_, noise_,
+                                  {{name, residual_of(campaign_, fit)}})["models"][0];
+}
+
+Json StudioSession::fit(const Json& request, common::Progress& progress) {
+  const std::vector<std::string> names = names_in(request);
+  const Model& found = model(names, progress);
+  Json fitted = card(names, found);
+  const std::string name = names.empty() ? "fitted" : "with " + fitted["name"].get<std::string>();
+  return {{"card", std::move(fitted)}, {"model", residuals(name, found.fit)}};
+}
+
+const StudioSession::Model& StudioSession::fitted_model(const Json& request) const {
+  const auto found = models_.find(names_in(request));
+  if (found == models_.end())
+    throw common::InputError("effects", "this model is not fitted yet", "Fit it first");
+  return found->second;
+}
+
+Json StudioSession::try_values(const Json& request, common::Progress& progress) const {
+  const auto refuse = [](const std::string& what) {
+    throw common::InputError("values", what, "Give a number for each value of each effect");
+  };
+  const Model& model = fitted_model(request);
+  const Json values = request.value("values", Json());
+  if (!values.is_array() || values.size() != model.effects.size())
+    refuse("is not a list of one list for each effect");
+  std::vector<Candidate> effects = model.effects;
+  BaseFit held = model.fit;
+  std::size_t at = held.parameters.size();
+  for (const Candidate& effect : effects)
+    at -= static_cast<std::size_t>(effect.effect.values.size());
+  for (std::size_t e = 0; e < effects.size(); ++e) {
+    const auto& parameters = effects[e].effect.kind->parameters;
+    if (!values[e].is_array() || values[e].size() != parameters.size())
+      refuse("has not as many numbers as the effect has values");
+    for (std::size_t k = 0; k < parameters.size(); ++k) {
+      if (!values[e][k].is_number()) refuse("has something in it that is not a number");
+      const double value =
+          std::clamp(values[e][k].get<double>(), parameters[k].lower, parameters[k].upper);
+      effects[e].effect.values[static_cast<Eigen::Index>(k)] = value;
+      held.parameters[at++].value = value;
+    }
+  }
+  const BaseFit tried = fitter_->as_fitted(effects, held, progress);
+  return {{"error", error_of(tried)}, {"model", residuals("by hand", tried)}};
+}
+
+vjm::Manipulator StudioSession::manipulator_of(const Model& model) const {
+  vjm::Manipulator scaled = robot_.without_effects();
+  for (const calibration::ParameterEstimate& estimate : model.fit.parameters)
+    for (const vjm::UncertainStiffness& one : robot_.uncertain)
+      if (estimate.parameter.is_logarithm() && one.name == estimate.parameter.name)
+        scaled = vjm::with_scaled(scaled, one, std::exp(estimate.value));
+  return vjm::with_effects(scaled, calibration::effects_with(robot_, model.effects));
+}
+
+Json StudioSession::posture(const Json& request) const {
+  const Json pose = request.value("pose", Json());
+  if (!pose.is_number_unsigned() || pose.get<std::size_t>() >= campaign_.configurations.size())
+    throw common::InputError("pose", "is not the number of a posture of the campaign");
+  const auto index = pose.get<std::size_t>();
+  const calibration::Reading* largest = nullptr;
+  for (const calibration::Reading& reading : campaign_.readings)
+    if (reading.configuration == index && !reading.masked &&
+        (largest == nullptr || reading.load.force.norm() > largest->load.force.norm()))
+      largest = &reading;
+  const calibration::Configuration& c = campaign_.configurations[index];
+  const vjm::Manipulator& bare = robot_.without_effects();
+  const vjm::PostureResult posture =
+      c.target ? posture_at(bare, *c.target) : posture_from_joints(bare, c.joints);
+  if (!posture.reached) return nullptr;
+  Json skeletons = Json::array({report::named_skeleton(
+      "unloaded", report::skeleton(bare.without_errors(), posture.posture))});
+  if (largest == nullptr) return {{"skeletons", skeletons}, {"load", nullptr}};
+  const vjm::Manipulator loaded = manipulator_of(fitted_model(request));
+  const vjm::Equilibrium bent = equilibrium_under_load(loaded, posture.posture, largest->load);
+  if (bent.status == vjm::EquilibriumStatus::converged)
+    skeletons.push_back(report::named_skeleton("loaded", report::skeleton(loaded, bent)));
+  return {{"skeletons", std::move(skeletons)},
+          {"load",
+           {{"at", io::to_json(bent.platform * largest->load.point_on_platform)},
+            {"force", io::to_json(largest->load.force)}}}};
 }
 
 Json StudioSession::save(const Json& request) {
@@ -211,19 +378,25 @@ Json StudioSession::save(const Json& request) {
     throw common::InputError(
         "file", "is not a plain file name that ends with .yaml",
         "Use letters, digits, '-', '_' and '.'; it goes into " + folder_.string());
-  if (last_.empty())
-    throw common::InputError("effects", "none is switched on", "Switch one on first");
+  const Model& model = fitted_model(request);
+  for (const Candidate& effect : model.effects)
+    if (is_nothing(effect, candidate(effect.name())))
+      throw common::InputError(effect.name(), "its best size is zero: there is nothing to save",
+                               "Choose a model without it");
   const auto name = found->get<std::string>();
   const std::filesystem::path file = folder_ / name;
   const bool ours = std::find(saved_.begin(), saved_.end(), name) != saved_.end();
-  std::string text = io::read_text(robot_.file);
   calibration::Adoption adoption;
-  for (const Candidate& effect : last_)
+  for (const Candidate& effect : model.effects)
     adoption.effects.push_back(adopted_effect(effect, robot_, campaign_));
-  for (const calibration::ParameterEstimate& estimate : fitted_beside_)
-    if (!estimate.parameter.is_held())
-      adoption.fitted.push_back(adopted_parameter(estimate, robot_));
-  text = calibration::adopted(text, adoption);
+  const std::size_t uncertain = calibration::uncertain_parameters(robot_).size();
+  for (std::size_t k = 0; k < uncertain; ++k)
+    if (!model.fit.parameters[k].parameter.is_held())
+      adoption.fitted.push_back(adopted_parameter(model.fit.parameters[k], robot_));
+  if (adoption.effects.empty() && adoption.fitted.empty())
+    throw common::InputError("effects", "nothing was added and nothing was fitted",
+                             "Add an effect first");
+  const std::string text = calibration::adopted(io::read_text(robot_.file), adoption);
   // Whoever may write to the folder may have put a link there since: nothing outside is written.
   if (!write_robot_in_place_of(ours ? io::Replace::entry : io::Replace::nothing, file, text))
     throw common::InputError("file", fmt::format("'{}' is there already", name),

@@ -11,14 +11,14 @@ import { fileURLToPath } from "node:url";
 import { deflateSync } from "node:zlib";
 
 const folder = dirname(fileURLToPath(import.meta.url));
-const importLine = /^import [^;]* from "\.\/(.*)";\n/gm;
+const importLine = /^import [^;]* from "(\.\.?\/.*)";\n/gm;
 
 /** The text of a module and of what it imports, each once, what is needed first. */
 function joined(name, done = new Set()) {
   if (done.has(name)) return "";
   done.add(name);
   const text = readFileSync(join(folder, name), "utf8");
-  const before = [...text.matchAll(importLine)].map((match) => joined(match[1], done)).join("");
+  const before = [...text.matchAll(importLine)].map((match) => joined(join(dirname(name), match[1]), done)).join("");
   const own = text
     .replace(importLine, "")
     .replace(/^export (?=(async )?(function|const|let|class) )/gm, "");
@@ -33,7 +33,9 @@ if (/<\/script|<!--/i.test(script)) throw new Error("the script would end its ow
 // Says where a name is used twice, now and not in somebody's browser.
 execFileSync(process.execPath, ["--check", "--input-type=module", "-"], { input: script });
 const parts = {
-  "@STYLE@": readFileSync(join(folder, "page.css"), "utf8"),
+  "@STYLE@": ["page.css", "studio/studio.css"]
+    .map((name) => readFileSync(join(folder, name), "utf8"))
+    .join(""),
   "@SCRIPT@": script,
   "@PLOTLY@": deflateSync(readFileSync(plotly), { level: 9 }).toString("base64"),
 };

@@ -5,10 +5,11 @@ import { element } from "./dom.js";
 import { redrawAll } from "./figure.js";
 import { isLink, linkSection } from "./links.js";
 import { isMap, mapSection } from "./maps.js";
-import { campaigns, isMeasurement, measurementSection, studioSection } from "./measurements.js";
+import { campaigns, isMeasurement, measurementSection } from "./measurements.js";
 import { isPath, pathSection } from "./paths.js";
 import { isPlan, planSection } from "./plans.js";
 import { isPosture, postureSection } from "./postures.js";
+import { startStudio } from "./studio/app.js";
 import { isStudy, studySection } from "./study.js";
 
 const kinds = [
@@ -60,9 +61,7 @@ function sections(given) {
     });
   const diagnosedFirst = (a, b) => Boolean(b.diagnosis) - Boolean(a.diagnosis);
   return [
-    ...campaigns(given).sort(diagnosedFirst).map((one) =>
-      guarded(one.studio ? studioSection : measurementSection, one),
-    ),
+    ...campaigns(given).sort(diagnosedFirst).map((one) => guarded(measurementSection, one)),
     ...others,
   ];
 }
@@ -138,12 +137,17 @@ function buttons() {
 }
 
 async function start() {
-  const [entries] = await Promise.all([
-    inflated("results").then(JSON.parse),
-    inflated("plotly").then(runInPage),
-  ]);
+  const entries = JSON.parse(await inflated("results"));
   const page = document.getElementById("page");
   document.getElementById("top").append(buttons());
+  if (entries[0]?.result.command === "studio") {
+    document.body.classList.add("studio");
+    let charts = null;
+    await startStudio(page, () => (charts ??= inflated("plotly").then(runInPage)));
+    page.dataset.ready = "yes";
+    return;
+  }
+  await inflated("plotly").then(runInPage);
   page.replaceChildren(...sections(entries), origins(entries));
   page.dataset.ready = "yes";
 }

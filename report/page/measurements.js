@@ -3,14 +3,13 @@ import { againstLoad, extraDeflection, jointCurve } from "./against_load.js";
 import { certificateTable, errorShares } from "./certificate.js";
 import { choice, element, list } from "./dom.js";
 import { confusion, ranking } from "./effects.js";
-import { Figure, forgetFigures } from "./figure.js";
+import { Figure } from "./figure.js";
 import { fourPlot } from "./four_plot.js";
 import { dependences, identifiability } from "./knowledge.js";
 import { oddEven, oddEvenPanel } from "./odd_even.js";
 import { parity } from "./parity.js";
 import { likelihoodProfile } from "./profiles.js";
 import { Readings, columnsFromResult } from "./readings.js";
-import { studioPanel } from "./studio.js";
 import { number, stated, statedWithError } from "./units.js";
 import { View } from "./view.js";
 import { stagesOfDiagnosis, stagesOfReadings, waterfall } from "./waterfall.js";
@@ -44,7 +43,6 @@ export function campaigns(entries) {
       Object.assign(one, { both: result, comparison: result.after });
       one.columns = picture?.readings ?? columnsOfBoth(result);
     }
-    one.studio = one.studio ?? picture?.studio;
     one.curve = one.curve ?? picture?.joint_curve;
     if (
       picture?.readings &&
@@ -212,20 +210,6 @@ const withoutReadings = () =>
     { class: "say" },
     "The charts of the readings are not here, because this result does not hold them. To have them, give 'kinetostat report' the page that 'diagnose --html' wrote, or what 'compare --json' wrote of the same campaign, too.",
   );
-
-/** A section with switches, which is drawn anew with the model that they make. */
-export function studioSection(one) {
-  const place = element("div", {}, measurementSection(one));
-  const panel = studioPanel(one.studio.effects, (model) => {
-    const columns = model
-      ? { ...one.columns, models: [...one.columns.models, model] }
-      : one.columns;
-    forgetFigures(place);
-    const switched = model?.name.replace(/^with /, "");
-    place.replaceChildren(measurementSection({ ...one, columns, switched }));
-  });
-  return element("section", {}, panel, place);
-}
 
 export function measurementSection({ name, diagnosis, comparison, both, columns, curve, switched }) {
   const source = `Source: ${name}.`;

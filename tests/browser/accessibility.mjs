@@ -1,5 +1,6 @@
 // What every page owes to readers who do not use a mouse, do not see, or see little: in words what is wrong with the page that is
 // open, by the rules of WCAG 2.1 (level AA) that a program can check.
+import { existsSync, readFileSync } from "node:fs";
 
 /** Runs in the page. */
 function faults() {
@@ -88,6 +89,19 @@ function faint() {
   for (const line of ["noise", "chosen", "good", "accent"])
     check(`line: ${line}`, colour(line), colour("paper"), true);
   return [...found];
+}
+
+/** What axe-core finds by its rules for WCAG 2.1, levels A and AA, and its good practice. */
+export async function axeFaults(browser) {
+  const file = new URL("node_modules/axe-core/axe.min.js", import.meta.url);
+  if (!existsSync(file))
+    throw new Error("axe-core is not there: 'scripts/install-packages test' fetches it");
+  if (!(await browser.evaluate("typeof axe === 'object'")))
+    await browser.evaluate(`${readFileSync(file, "utf8")}; true`);
+  const rules = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "best-practice"];
+  return browser.evaluate(
+    `axe.run(document, { runOnly: ${JSON.stringify(rules)} }).then(({ violations }) => violations.flatMap((v) => v.nodes.map((n) => v.id + ": " + n.html.slice(0, 160) + " " + n.failureSummary.slice(0, 200))))`,
+  );
 }
 
 /** All that is wrong with the page that is open in this browser, in its colours of now. */

@@ -1,12 +1,12 @@
-// The studio: what it refuses, that it survives malformed requests, and that an effect switched on lowers the error.
+// The studio: what it refuses, that it survives malformed requests, and a whole session in the browser.
 //
 //   node studio_test.mjs KINETOSTAT
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
-import { existsSync, readFileSync, symlinkSync, unlinkSync, writeFileSync } from "node:fs";
+import { readFileSync, symlinkSync, unlinkSync, writeFileSync } from "node:fs";
 import http from "node:http";
 import net from "node:net";
-import { accessibilityFaults } from "./accessibility.mjs";
+import { axeFaults } from "./accessibility.mjs";
 import { Browser, requireParts } from "./browser.mjs";
 import { Workshop, slide } from "./workshop.mjs";
 
@@ -31,9 +31,10 @@ function writeFiles() {
 }
 
 /** The running program and the address that it printed. */
-function start(campaign) {
-  const studio = spawn(program, ["studio", "robot.yaml", `${campaign}/campaign.yaml`, "-q"], {
+function start(...words) {
+  const studio = spawn(program, ["studio", ...words, "-q"], {
     cwd: shop.folder,
+    env: { ...process.env, XDG_CACHE_HOME: shop.path("cache") },
   });
   return new Promise((resolve, reject) => {
     let text = "";
@@ -63,6 +64,29 @@ function request(address, path, { method = "GET", headers = {}, body } = {}) {
     call.on("error", reject);
     call.end(body);
   });
+}
+
+/** Posts JSON: {status, answer}. */
+async function post(address, action, body = {}) {
+  const { status, text } = await request(address, `${address.pathname}${action}`, {
+    method: "POST",
+    body: typeof body === "string" ? body : JSON.stringify(body),
+    headers: { "Content-Type": "application/json" },
+  });
+  return { status, answer: JSON.parse(text) };
+}
+
+/** Starts a job and waits for its end: {result} or {error}. */
+async function job(address, name, body) {
+  let { status, answer } = await post(address, name, body);
+  for (; status === 503; ({ status, answer } = await post(address, name, body)))
+    await new Promise((resolve) => setTimeout(resolve, 30));
+  if (status !== 200) return answer;
+  for (;;) {
+    const { answer: now } = await post(address, "progress");
+    if (!now.running) return now;
+    await new Promise((resolve) => setTimeout(resolve, 30));
+  }
 }
 
 async function refusals(address) {
@@ -116,13 +140,7 @@ async function refusals(address) {
     411,
   );
   // Outside the folder, over what is there, and nothing of the disk.
-  assert.equal(
-    await status(`${token}fit`, {
-      ...json,
-      body: JSON.stringify({ effects: ["clearance at arm.drive"] }),
-    }),
-    200,
-  );
+  assert.ok((await job(address, "fit", { effects: ["clearance at arm.drive"] })).result);
   for (const file of [
     "../out.yaml",
     "/tmp/out.yaml",
@@ -135,24 +153,55 @@ async function refusals(address) {
     "",
   ])
     assert.equal(
-      await status(`${token}save`, { ...json, body: JSON.stringify({ file }) }),
+      (await post(address, "save", { effects: ["clearance at arm.drive"], file })).status,
       422,
       file,
     );
   for (const path of ["robot.yaml", "../robot.yaml", "%2e%2e/robot.yaml", "/etc/passwd"])
     assert.ok([403, 404].includes(await status(token + path)), path);
+  for (const table of ["../robot.yaml", "/etc/passwd", "", ".hidden.csv"])
+    assert.equal((await post(address, "readings", { table })).status, 422, table);
   // What is no request for a fit.
+  for (const body of ["", "[]", "{", "null"])
+    assert.equal((await post(address, "fit", body)).status, 400, body);
   for (const body of [
-    "",
-    "[]",
-    "{",
-    "null",
-    '{"effects": 3}',
-    '{"effects": [3]}',
-    '{"effects": ["nothing at all"]}',
-    '{"effects": ["clearance at arm.drive", "clearance at arm.drive"]}',
+    { effects: 3 },
+    { effects: [3] },
+    { effects: ["nothing at all"] },
+    { effects: ["clearance at arm.drive", "clearance at arm.drive"] },
   ])
-    assert.ok([400, 422].includes(await status(`${token}fit`, { ...json, body })), body);
+    assert.ok((await job(address, "fit", body)).error, JSON.stringify(body));
+}
+
+/** Files that are dropped go into the folder, under plain names, and over nothing. */
+async function drops(address) {
+  const drop = async (name, text) =>
+    (await post(address, "drop", { name, content: Buffer.from(text).toString("base64") })).answer;
+  assert.equal((await drop("../a table (1).csv", "fz [N],dz [um]\n1,2\n")).file, "a_table__1_.csv");
+  assert.equal((await drop("a table (1).csv", "fz [N],dz [um]\n1,2\n")).file, "a_table__1_.csv");
+  assert.equal((await drop("robot.yaml", "other")).file, "robot-2.yaml");
+  assert.notEqual(readFileSync(shop.path("robot.yaml"), "utf8"), "other");
+  assert.equal((await post(address, "drop", { name: "x.csv", content: "*" })).status, 422);
+}
+
+/** An effect of which there is nothing is never saved, and a model with it says so. */
+async function zeroIsNotSaved(address) {
+  const effects = ["clearance at arm.drive"];
+  const tried = await post(address, "try", { effects, values: [[0]] });
+  assert.equal(tried.status, 200);
+  // The true clearance of the simulation explains more than none.
+  const fitted = (await job(address, "fit", { effects })).result.card;
+  assert.ok(tried.answer.error > 2 * fitted.error, `${tried.answer.error} and ${fitted.error}`);
+  // Beside the clearance that is there another that acts only to the same end finds nothing.
+  const useless = ["clearance at arm.drive", "friction at arm.drive"];
+  const { card } = (await job(address, "fit", { effects: useless })).result;
+  if (card.nothing) {
+    const refused = await post(address, "save", { effects: useless, file: "useless.yaml" });
+    assert.equal(refused.status, 422);
+    assert.match(refused.answer.error, /zero/);
+  } else {
+    assert.ok(card.effects[1].parameters[0].value !== 0);
+  }
 }
 
 /** However many parts of the page are asked for, the page is sent once. */
@@ -170,26 +219,20 @@ async function ranges(address) {
 
 /** Whoever may write to the folder may put links there: nothing is written through them. */
 async function links(address) {
-  const post = async (what, body) =>
-    (
-      await request(address, `${address.pathname}${what}`, {
-        method: "POST",
-        body: JSON.stringify(body),
-        headers: { "Content-Type": "application/json" },
-      })
-    ).status;
   const victim = `${shop.folder}/victim`;
   const kept = () => assert.equal(readFileSync(victim, "utf8"), "kept");
   writeFileSync(victim, "kept");
-  assert.equal(await post("fit", { effects: ["clearance at arm.drive"] }), 200);
+  const effects = ["clearance at arm.drive"];
+  const save = async (file) => (await post(address, "save", { effects, file })).status;
+  assert.ok((await job(address, "fit", { effects })).result);
   symlinkSync("victim", `${shop.folder}/linked.yaml`);
-  assert.equal(await post("save", { file: "linked.yaml" }), 422);
+  assert.equal(await save("linked.yaml"), 422);
   symlinkSync("victim", `${shop.folder}/fresh.yaml.trial.yaml`);
-  assert.equal(await post("save", { file: "fresh.yaml" }), 200);
+  assert.equal(await save("fresh.yaml"), 200);
   kept();
   unlinkSync(`${shop.folder}/fresh.yaml`);
   symlinkSync("victim", `${shop.folder}/fresh.yaml`);
-  assert.equal(await post("save", { file: "fresh.yaml" }), 200);
+  assert.equal(await save("fresh.yaml"), 200);
   kept();
   assert.ok(readFileSync(`${shop.folder}/fresh.yaml`, "utf8").includes("clearance"));
 }
@@ -234,82 +277,157 @@ async function malformed(address) {
   assert.equal((await request(address, address.pathname)).status, 200, "it no longer answers");
 }
 
-/** Readings under a load of which the cell knows little are weighed by what that does to them. */
-async function loadCellsHaveNoise() {
-  const { studio, address } = await start("noisy");
-  try {
-    const { status, text } = await request(address, `${address.pathname}fit`, {
-      method: "POST",
-      body: JSON.stringify({ effects: [] }),
-      headers: { "Content-Type": "application/json" },
-    });
-    assert.equal(status, 200, text);
-    const { squared_error, degrees_of_freedom, model } = JSON.parse(text);
-    const share = squared_error / degrees_of_freedom;
-    assert.ok(share > 0.5 && share < 1.7, `chi-square per degree of freedom ${share}`);
-    assert.ok(model.residual.dz.length > 0);
-  } finally {
-    studio.removeAllListeners("exit");
-    studio.kill("SIGKILL");
-  }
-}
-
-async function inBrowser(address) {
-  const browser = new Browser();
-  try {
-    await browser.open(address.href);
-    const error = "document.getElementById('waterfall').figure.spec.numbers().rows.at(-2)";
-    const [, before] = await browser.evaluate(error);
-    await browser.evaluate(
-      `(() => { const k = document.getElementById("studio-kind"); k.value = "clearance"; k.dispatchEvent(new Event("change")); document.getElementById("studio-place").value = "clearance at arm.drive"; document.getElementById("studio-add").click(); })()`,
-    );
-    await browser.until(
-      `document.getElementById("studio-status").textContent.startsWith("Chi-square")`,
-    );
-    const [name, after] = await browser.evaluate(error);
-    assert.equal(name, "with clearance at arm.drive");
-    assert.deepEqual(await accessibilityFaults(browser), []);
-    assert.ok(after < 0.5 * before && after < 1.3, `the error fell from ${before} to ${after}`);
-    await browser.evaluate(
-      `(() => { document.getElementById("studio-file").value = "better.yaml"; document.getElementById("studio-save").click(); })()`,
-    );
-    await browser.until(`document.getElementById("studio-status").textContent.startsWith("Saved")`);
-    await browser.evaluate(`document.querySelector("#studio-effects button").click()`);
-    await browser.until(
-      `document.getElementById("studio-status").textContent.startsWith("No effect")`,
-    );
-    assert.equal((await browser.evaluate(error))[1], before);
-    assert.deepEqual(browser.problems, []);
-  } finally {
-    await browser.close();
-  }
-}
-
-writeFiles();
-const { studio, address } = await start("campaign");
-try {
-  await refusals(address);
-  await malformed(address);
-  await ranges(address);
-  await links(address);
-  await inBrowser(address);
-  await loadCellsHaveNoise();
-  assert.ok(
-    existsSync(shop.path("better.yaml")) &&
-      readFileSync(shop.path("better.yaml"), "utf8").includes("clearance"),
-  );
-  // The stiffness that was fitted beside it is saved with it.
-  assert.match(readFileSync(shop.path("better.yaml"), "utf8"), /fitted:[^]*stiffness: drive[^]*factor:/);
-  // What was saved explains the readings, as it is and fitted once more.
-  const compared = JSON.parse(run("compare", "better.yaml", "campaign/campaign.yaml", "--json", "-"));
-  assert.equal(compared.adequacy, "adequate");
-  assert.ok(compared.as_designed.error_over_noise < 1.2, `${compared.as_designed.error_over_noise}`);
+/** Ends a studio in its proper way. */
+async function end(studio) {
   const ended = new Promise((resolve) => {
     studio.removeAllListeners("exit");
     studio.on("exit", resolve);
   });
   studio.kill("SIGINT");
   assert.equal(await ended, 0, "Ctrl-C is its proper end");
+}
+
+/** Readings under a load of which the cell knows little are weighed by what that does to them. */
+async function loadCellsHaveNoise() {
+  const { studio, address } = await start("robot.yaml", "noisy/campaign.yaml");
+  try {
+    assert.equal((await job(address, "open", {})).error, undefined);
+    const { result } = await job(address, "fit", { effects: [] });
+    const { squared_error, degrees_of_freedom } = result.card;
+    const share = squared_error / degrees_of_freedom;
+    assert.ok(share > 0.5 && share < 1.7, `chi-square per degree of freedom ${share}`);
+    assert.ok(result.model.residual.dz.length > 0);
+  } finally {
+    studio.removeAllListeners("exit");
+    studio.kill("SIGKILL");
+  }
+}
+
+const click = (selector) => `document.querySelector(${JSON.stringify(selector)}).click()`;
+const wait = "!document.body.classList.contains('busy')";
+const headline = "document.getElementById('studio-headline')?.textContent ?? ''";
+const cards = "[...document.querySelectorAll('.card')].map((c) => [c.dataset.model, Number(c.querySelector('.error').textContent), c.textContent])";
+
+/** Nothing wider than the page, nothing that axe-core objects to, in both colours and at three widths. */
+async function looks(browser, what) {
+  for (const width of [1400, 800, 390]) {
+    await browser.send("Emulation.setDeviceMetricsOverride", { width, height: 900, deviceScaleFactor: 1, mobile: width < 600 });
+    assert.ok((await browser.evaluate("document.documentElement.scrollWidth")) <= width, `${what}: wider than ${width}`);
+    for (const scheme of ["light", "dark"]) {
+      await browser.send("Emulation.setEmulatedMedia", { features: [{ name: "prefers-color-scheme", value: scheme }] });
+      assert.deepEqual(await axeFaults(browser), [], `${what}, ${width} px, ${scheme}`);
+    }
+  }
+  await browser.send("Emulation.setDeviceMetricsOverride", { width: 1400, height: 900, deviceScaleFactor: 1, mobile: false });
+}
+
+/** A table is dropped, understood, used; the effect is tried, diagnosed, compared, adopted; a reload in the middle loses nothing. */
+async function session() {
+  const { studio, address } = await start("--folder", "work");
+  const browser = new Browser();
+  const errors = async () => Object.fromEntries((await browser.evaluate(cards)).map(([name, error]) => [name, error]));
+  try {
+    await browser.open(address.href);
+    await looks(browser, "start page");
+    // As a person drops files: the page reads them itself.
+    const files = [shop.path("robot.yaml"), shop.path("campaign/readings.csv")];
+    const { root } = await browser.send("DOM.getDocument");
+    const { nodeId } = await browser.send("DOM.querySelector", { nodeId: root.nodeId, selector: "#start-files" });
+    await browser.send("DOM.setFileInputFiles", { files, nodeId });
+    await browser.until("document.getElementById('start-use')");
+    await looks(browser, "columns");
+    // One column taken out of use by hand, and taken back.
+    const map = (value) => `(() => { const s = [...document.querySelectorAll('.map label')].find((l) => l.textContent.includes('dz')).querySelector('select'); s.value = ${JSON.stringify(value)}; s.dispatchEvent(new Event('change')); })()`;
+    const understood = "[...document.querySelectorAll('#start-columns tbody tr')].map((r) => r.children[1].textContent).join('|')";
+    const before = await browser.evaluate(understood);
+    await browser.evaluate(map("covariate"));
+    await browser.until(`${understood} !== ${JSON.stringify(before)}`);
+    await browser.evaluate(map(""));
+    await browser.until(`${understood} === ${JSON.stringify(before)}`);
+    // Numbers without a unit are not used before it is stated.
+    assert.ok(await browser.evaluate("document.getElementById('start-use').disabled"));
+    for (const [kind, unit] of [["length", "mm"], ["force", "N"]]) {
+      await browser.evaluate(`(() => { const s = document.getElementById("start-${kind}"); s.value = "${unit}"; s.dispatchEvent(new Event("change")); })()`);
+      await browser.until(`document.getElementById("start-${kind}").value === "${unit}"`);
+    }
+    await browser.until("!document.getElementById('start-use').disabled");
+    await browser.evaluate("document.getElementById('start-noise').value = '2 um'");
+    await browser.evaluate(click("#start-use"));
+    await browser.until("document.querySelector('.bench')?.dataset.drawn");
+    await looks(browser, "workbench");
+    // A joint by the keyboard, an effect there.
+    await browser.evaluate("document.querySelector('.joint').focus()");
+    await browser.key("Enter");
+    await browser.until("document.querySelector('[data-effect]')");
+    assert.match(await browser.evaluate("document.querySelector('.effect').textContent"), /usually/);
+    await looks(browser, "effects");
+    const start = Date.now();
+    await browser.evaluate(click('[data-effect="clearance at arm.drive"]'));
+    await browser.until("document.querySelector('[data-model=\"clearance at arm.drive\"]')");
+    await browser.until(wait);
+    assert.ok(Date.now() - start < 2000, `fitted after ${Date.now() - start} ms`);
+    const tried = await errors();
+    assert.ok(tried["clearance at arm.drive"] < 0.5 * tried.fitted, JSON.stringify(tried));
+    // A slider moves the error at once; the best values come back.
+    await browser.evaluate("(() => { const s = document.querySelector('.sliders input'); s.value = 0; s.dispatchEvent(new Event('input')); })()");
+    await browser.until("document.getElementById('studio-tried').textContent.startsWith('By hand')");
+    const byHand = Number((await browser.evaluate("document.getElementById('studio-tried').textContent")).match(/error ([\d.]+)/)[1]);
+    assert.ok(byHand > 2 * tried["clearance at arm.drive"], `${byHand}`);
+    // Reload: the same cards, the same model shown.
+    await browser.open(address.href);
+    assert.deepEqual(await errors(), tried);
+    assert.equal(await browser.evaluate("document.querySelector('.card.chosen').dataset.model"), "clearance at arm.drive");
+    // An effect of no use says so.
+    await browser.evaluate(click('[data-model="fitted"] button'));
+    await browser.until(`${wait} && document.querySelector('.card.chosen').dataset.model === 'fitted'`);
+    await browser.evaluate("(() => { const s = document.getElementById('studio-place'); s.value = 'arm.drive'; s.dispatchEvent(new Event('change')); })()");
+    // Diagnose; reload while it works.
+    await browser.evaluate(click("#studio-diagnose"));
+    await browser.until("document.body.classList.contains('busy')");
+    await browser.open(address.href);
+    await browser.until(`${wait} && document.getElementById('studio-verdict')`, 300);
+    assert.match(await browser.evaluate("document.getElementById('studio-verdict').textContent"), /drive/);
+    // Two models compared.
+    for (const model of ["fitted", "clearance at arm.drive"])
+      await browser.evaluate(click(`[aria-label="Compare ${model}"]`));
+    await browser.until("document.querySelector('.tried table')");
+    await looks(browser, "verdict");
+    // Adopted, and compared again as it is written.
+    await browser.evaluate(`document.querySelector('[aria-label="Show clearance at arm.drive"]')?.click()`);
+    await browser.until(`${wait} && document.querySelector('.card.chosen').dataset.model === 'clearance at arm.drive'`);
+    await browser.evaluate(click("#studio-adopt"));
+    await browser.until(`${wait} && document.getElementById('studio-adopted')`);
+    await browser.evaluate(click("#studio-plan"));
+    await browser.until(`${wait} && [...document.querySelectorAll('.outcome h2')].some((h) => h.textContent === 'Readings to take next')`, 300);
+    await looks(browser, "plan");
+    assert.deepEqual(browser.problems, []);
+    assert.ok(browser.requests.every((url) => url.startsWith(address.href) || url.startsWith("blob:")));
+    const notes = JSON.parse(readFileSync(shop.path("work/studio.json"), "utf8"));
+    assert.ok(notes.cards.length > 0 && notes.verdict && notes.adopted);
+    const compared = JSON.parse(run("compare", "work/calibrated.yaml", "campaign/campaign.yaml", "--json", "-"));
+    assert.equal(compared.adequacy, "adequate");
+    assert.ok(Math.abs(compared.as_designed.error_over_noise - notes.adopted.error) < 0.2);
+  } finally {
+    await browser.close();
+    await end(studio);
+  }
+}
+
+writeFiles();
+const { studio, address } = await start("robot.yaml", "campaign/campaign.yaml", "--folder", ".");
+try {
+  assert.equal((await job(address, "open", {})).error, undefined);
+  await refusals(address);
+  await malformed(address);
+  await ranges(address);
+  await links(address);
+  await drops(address);
+  await zeroIsNotSaved(address);
+  await loadCellsHaveNoise();
+  // The stiffness that was fitted beside it is saved with it.
+  assert.match(readFileSync(shop.path("fresh.yaml"), "utf8"), /fitted:[^]*stiffness: drive[^]*factor:/);
+  await end(studio);
+  await session();
 } finally {
   studio.kill("SIGKILL");
   shop.remove();
