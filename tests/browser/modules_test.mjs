@@ -15,6 +15,9 @@ import {
 import { Readings, columnsFromResult } from "../../report/page/readings.js";
 import { oddEven } from "../../report/page/odd_even.js";
 import { number, quantity, statedWithError, unitFor } from "../../report/page/units.js";
+import { worthInWords } from "../../report/page/studio/cards.js";
+import { effectsAt, otherPlaces, sliderRange } from "../../report/page/studio/effects_panel.js";
+import { largestMove, screenAxes } from "../../report/page/studio/robot_view.js";
 import { stagesOfReadings } from "../../report/page/waterfall.js";
 import { roundFactor } from "../../report/page/workspace.js";
 
@@ -223,3 +226,46 @@ const state = (x) => ({
 });
 assert.deepEqual(magnified(state(1), state(1.5), 10).chains[0].points[1], [6, 0, 0]);
 assert.deepEqual(magnified(state(1), state(1.5), 10).bodies[0].position, [6, 0, 0]);
+
+// The studio: the screen's axes are orthonormal from wherever the robot is seen, up is up.
+for (const [azimuth, elevation] of [[0, 0], [-1, 0.35], [2.5, -1.2]]) {
+  const { right, up } = screenAxes(azimuth, elevation);
+  const dot = (a, b) => a.reduce((sum, x, k) => sum + x * b[k], 0);
+  near(dot(right, right), 1, 1e-12);
+  near(dot(up, up), 1, 1e-12);
+  near(dot(right, up), 0, 1e-12);
+  assert.ok(up[2] > 0);
+}
+{
+  const state = (x) => ({ bodies: [{ position: [0, 0, x / 2] }], chains: [{ points: [[0, 0, 0], [x, 0, 0]] }] });
+  near(largestMove(state(1), state(1.25)), 0.25, 1e-15);
+}
+// A slider never leaves what is possible, and reaches the value that it starts at.
+for (const [parameter, value] of [
+  [{ usual: 1e-4, none: 0, lower: 0, upper: 1e-2 }, 5e-5],
+  [{ usual: 2, none: 1, lower: 0.1, upper: 10 }, 8],
+  [{ usual: 0, none: 0, lower: null, upper: null }, 0],
+]) {
+  const [from, to] = sliderRange(parameter, value);
+  assert.ok(from <= value && value <= to && from < to);
+  assert.ok(from >= (parameter.lower ?? -Infinity) && to <= (parameter.upper ?? Infinity));
+}
+// Every effect is found at some place, whether or not it is a joint of the picture.
+{
+  const effects = [
+    { name: "a", at: "q1", places: ["arm.q1"] },
+    { name: "b", at: "all", places: ["arm.q1", "arm.q2"] },
+    { name: "c", at: "platform", places: ["arm."], where: "platform" },
+    { name: "d", at: "sensor", places: [], where: "sensor" },
+  ];
+  const joints = new Set(["arm.q1", "arm.q2"]);
+  const places = [...joints, ...otherPlaces(effects, joints).keys()];
+  assert.deepEqual(
+    [...new Set(places.flatMap((place) => effectsAt(effects, place)).map((e) => e.name))].sort(),
+    ["a", "b", "c", "d"],
+  );
+  assert.deepEqual(effectsAt(effects, "arm.q1").map((e) => e.name), ["a", "b"]);
+}
+assert.match(worthInWords({ nothing: true, probability: 0.9 }), /no better than without/);
+assert.match(worthInWords({ nothing: false, probability: 0.3 }), /no better than without/);
+assert.match(worthInWords({ nothing: false, probability: 0.9 }), /^better than without: 90 %/);
