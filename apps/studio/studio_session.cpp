@@ -30,11 +30,11 @@ using calibration::Candidate;
 using io::Json;
 
 constexpr std::size_t most_effects = 5;
-constexpr std::size_t longest_name = 100;
+constexpr std::size_t longest_yaml_name = 100;
 
 // Letters, digits, '-', '_' and '.', not hidden: no way out of the folder.
 bool is_plain_yaml_name(const std::string& name) {
-  return name.size() > 5 && name.size() <= longest_name && name.ends_with(".yaml") &&
+  return name.size() > 5 && name.size() <= longest_yaml_name && name.ends_with(".yaml") &&
          name.front() != '.' && std::all_of(name.begin(), name.end(), [](unsigned char c) {
            return std::isalnum(c) != 0 || c == '-' || c == '_' || c == '.';
          });
