@@ -57,6 +57,11 @@ double usual_size(const RobotSpec& robot, const HiddenEffect& effect) {
       {"creep", 0.1},
       {"friction", joint.stiffness * deflection / 20},
       {"dahl_friction", joint.stiffness * deflection / 20},
+      {"gear_loss", 0.1},
+      {"lifting_contact", 0.5},
+      {"rippling_stiffness", 0.1},
+      {"screw_stiffness", 0.5},
+      {"position_scale", 1e-4},
       {"arctangent_stiffness", 0.4},
       {"servo_droop", 0.1},
       {"preload", joint.stiffness * deflection / 2},
@@ -85,7 +90,8 @@ double usual_size(const RobotSpec& robot, const HiddenEffect& effect) {
 }
 
 bool remembers_loads(const HiddenEffect& effect) {
-  return effect.name == "friction" || effect.name == "dahl_friction" || effect.name == "creep";
+  static const std::set<std::string> names{"friction", "dahl_friction", "gear_loss", "creep"};
+  return names.contains(effect.name);
 }
 
 std::vector<std::vector<HiddenEffect>> looks_of(const RobotSpec& robot,
@@ -129,6 +135,7 @@ JointLawPointer law_of(const HiddenEffect& effect, double k, double deflection) 
   if (effect.name == "clearance") return clearance_law(k, effect.size);
   if (effect.name == "piecewise_stiffness")
     return two_slope_law(k, 1 + effect.size, further(effect) * deflection / 2);
+  if (effect.name == "lifting_contact") return lifting_law(k, effect.size, deflection / 2);
   if (effect.name == "arctangent_stiffness")
     return arctangent_law(k, 1 + effect.size, deflection / 3);
   if (effect.name == "creep") return creep_law(k, effect.size / k, further(effect) * 300);
@@ -208,6 +215,13 @@ void apply_to_structure(const HiddenEffect& effect, const RobotSpec& robot, cons
       coupling.law = friction_law(coupling.law, effect.size, further(effect) * deflection / 30);
     if (effect.name == "dahl_friction")
       coupling.law = dahl_law(coupling.law, effect.size, deflection / 25);
+    if (effect.name == "gear_loss")
+      coupling.law = gear_loss_law(coupling.law, effect.size, deflection / 25);
+    if (effect.name == "rippling_stiffness")
+      coupling.law = linear_law(k * (1 + effect.size * periodic(effect.form, joint.command)));
+    // The free length of a screw adds to a compliance.
+    if (effect.name == "screw_stiffness")
+      coupling.law = linear_law(k / (1 + effect.size * joint.command));
     if (effect.name == "preload") coupling.rest[coupling.axis] += effect.size / k;
     if (effect.name == "eccentricity")
       coupling.rest[coupling.axis] += effect.size * periodic(effect.form, joint.command);
@@ -288,6 +302,7 @@ Pose seen(const std::vector<HiddenEffect>& effects, const Pose& platform, double
       pose.x = pose * Vector3(effect.size * direction_of(effect));
     if (effect.name == "sensor_frame")
       pose = Pose{Vector3::Zero(), rotation_of(effect.size * direction_of(effect))} * pose;
+    if (effect.name == "position_scale") pose.x *= 1 + effect.size;
     if (effect.name == "session_drift") pose.x += effect.size * seconds * direction_of(effect);
   }
   return pose;

@@ -59,6 +59,19 @@ class TwoSlopes : public JointLaw {
   double k_, more_, d1_, w_;
 };
 
+class Lifting : public JointLaw {
+ public:
+  Lifting(double k, double looser, double d1)
+      : k_(k), more_(k / (1 + looser) - k), d1_(d1), w_(d1 / 5) {}
+  Reaction at(double d) const override {
+    return {k_ * d + more_ * w_ * (softplus((d - d1_) / w_) - softplus(-d1_ / w_)),
+            k_ + more_ * logistic((d - d1_) / w_)};
+  }
+
+ private:
+  double k_, more_, d1_, w_;
+};
+
 class Creep : public JointLaw {
  public:
   Creep(double k, double c, double tau) : k_(k), c_(c / 2), tau_{tau / 2, 1.5 * tau} {}
@@ -132,6 +145,31 @@ class Dahl : public JointLaw {
   double force_, s_, z_ = 0, d_ = 0;
 };
 
+class GearLoss : public JointLaw {
+ public:
+  GearLoss(JointLawPointer beside, double share, double s)
+      : beside_(std::move(beside)), share_(share), s_(s) {}
+  Reaction at(double d) const override {
+    const Reaction other = beside_->at(d);
+    const double way = d - d_, sign = way >= 0 ? 1 : -1;
+    const double left = (1 - z_ * sign) * std::exp(-std::abs(way) / s_);
+    const double z = sign * (1 - left), least = 1e-3 * s_ * other.tangent;
+    const double limit = share_ * std::hypot(other.force, least);
+    const double growth = share_ * share_ * other.force / limit * other.tangent;
+    return {other.force + limit * z, other.tangent + growth * z + limit / s_ * left};
+  }
+  void accept(double d, double seconds) override {
+    beside_->accept(d, seconds);
+    const double way = d - d_, sign = way >= 0 ? 1 : -1;
+    z_ = sign * (1 - (1 - z_ * sign) * std::exp(-std::abs(way) / s_));
+    d_ = d;
+  }
+
+ private:
+  JointLawPointer beside_;
+  double share_, s_, z_ = 0, d_ = 0;
+};
+
 class Arctangent : public JointLaw {
  public:
   Arctangent(double k, double ratio, double d0) : k_(k), more_(k * (ratio - 1)), d0_(d0) {}
@@ -172,6 +210,9 @@ JointLawPointer clearance_law(double k, double gap) { return std::make_shared<Cl
 JointLawPointer two_slope_law(double k, double ratio, double d1) {
   return std::make_shared<TwoSlopes>(k, ratio, d1);
 }
+JointLawPointer lifting_law(double k, double looser, double d1) {
+  return std::make_shared<Lifting>(k, looser, d1);
+}
 JointLawPointer creep_law(double k, double c, double tau) {
   return std::make_shared<Creep>(k, c, tau);
 }
@@ -180,6 +221,9 @@ JointLawPointer friction_law(JointLawPointer beside, double force, double s) {
 }
 JointLawPointer dahl_law(JointLawPointer beside, double force, double s) {
   return std::make_shared<Dahl>(std::move(beside), force, s);
+}
+JointLawPointer gear_loss_law(JointLawPointer beside, double share, double s) {
+  return std::make_shared<GearLoss>(std::move(beside), share, s);
 }
 JointLawPointer arctangent_law(double k, double ratio, double d0) {
   return std::make_shared<Arctangent>(k, ratio, d0);

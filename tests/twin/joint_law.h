@@ -32,6 +32,9 @@ JointLawPointer hardening_law(double k, double d0);
 JointLawPointer clearance_law(double k, double gap);
 /// Slope k up to deflection d1, ratio k beyond, turned over a fifth of d1 by a logistic curve.
 JointLawPointer two_slope_law(double k, double ratio, double d1);
+/// Slope k up to deflection d1, k / (1 + looser) beyond, on that side only: a bolt that opens.
+/// Turned over a fifth of d1 by a logistic curve.
+JointLawPointer lifting_law(double k, double looser, double d1);
 /// k (d - slack), the slack creeping by two Kelvin elements of compliance c/2 each, with
 /// relaxation times tau/2 and 3 tau/2.
 JointLawPointer creep_law(double k, double c, double tau);
@@ -39,6 +42,8 @@ JointLawPointer creep_law(double k, double c, double tau);
 JointLawPointer friction_law(JointLawPointer beside, double force, double s);
 /// Dahl's friction beside another law: F z with dz/dd = (1 - z sgn(dd)) / s.
 JointLawPointer dahl_law(JointLawPointer beside, double force, double s);
+/// Dahl's friction whose limit is a share of the force of the law beside it: a gear's efficiency.
+JointLawPointer gear_loss_law(JointLawPointer beside, double share, double s);
 /// A strain-wave gear: k [d + (ratio - 1) (d - d0 atan(d / d0))], softest in the middle.
 JointLawPointer arctangent_law(double k, double ratio, double d0);
 /// A position loop without integrator whose droop grows with the root of the load: the deflection d

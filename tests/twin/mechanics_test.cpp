@@ -131,7 +131,8 @@ TEST(TwinMechanics, SlopesOfJointLawsAreThoseOfTheirForces) {
   const double k = 1e4;
   for (const JointLawPointer& law :
        {linear_law(k), hardening_law(k, 2e-3), clearance_law(k, 1e-3), two_slope_law(k, 1.7, 1e-3),
-        creep_law(k, 1e-5, 60), servo_droop_law(k, 0.3, 1e-3)})
+        creep_law(k, 1e-5, 60), servo_droop_law(k, 0.3, 1e-3), lifting_law(k, 0.5, 1e-3),
+        gear_loss_law(linear_law(k), 0.2, 1e-4)})
     for (const double d : {-4e-3, -1.1e-3, -2e-4, 3e-5, 9e-4, 3e-3}) {
       const double h = 1e-8, slope = (law->at(d + h).force - law->at(d - h).force) / (2 * h);
       EXPECT_NEAR(law->at(d).tangent, slope, 1e-3 * k) << d;

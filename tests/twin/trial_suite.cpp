@@ -71,7 +71,15 @@ const std::vector<Trial>& trials() {
        "push",
        {{"clearance", "a.q"}, {"dahl_friction", "b.q"}, {"creep", "c.q"}},
        {{"cable_drag", "platform"}}},
-      {"delta", "weights", {{"friction", "b.q"}, {"arctangent_stiffness", "a.q"}}, {}}};
+      {"delta", "weights", {{"friction", "b.q"}, {"arctangent_stiffness", "a.q"}}, {}},
+      {"scara", "push", {{"gear_loss", "q1"}, {"gear_loss", "q2"}}, {}},
+      {"planar_3rrr", "push", {{"gear_loss", "b.q"}, {"gear_loss", "c.q"}}, {}},
+      {"arm_7r", "push", {{"gear_loss", "a2"}, {"gear_loss", "a4"}}, {}},
+      {"scara", "push", {{"lifting_contact", "q2"}, {"rippling_stiffness", "q2"}}, {}},
+      {"arm_7r", "push", {{"rippling_stiffness", "a2"}, {"lifting_contact", "a4"}}, {}},
+      {"gantry", "push", {{"screw_stiffness", "gy"}, {"lifting_contact", "gy"}}, {}},
+      {"arm_7r", "poses", {{"position_scale", "sensor"}}, {}},
+      {"scara", "poses", {{"position_scale", "sensor"}}, {}}};
   return all;
 }
 
