@@ -27,10 +27,11 @@ struct MissingSensor {
 ///
 ///   (J'J + D'D + I / w^2)^-1
 ///
-/// with the derivatives J of the readings over their noise and D of what the sensor reads over a
-/// usual noise of 5 urad, or 5 um, by `parameters` at their starts, and w = 10 what is known of
-/// them before. Nothing for a campaign that reads the platform alone, where the readings determine
-/// them to a fifth by themselves, where no noise is known, or where no sensor does a tenth of that.
+/// with the derivatives J of the readings in units of the noise and D of what the sensor reads in
+/// units of a usual noise of 5 urad, or 5 um, by `parameters` at their starts, and w = 10 what is
+/// known of them before. Nothing for a campaign that reads the platform alone, where the readings
+/// determine them to a fifth by themselves, where no noise is known, or where no sensor does a
+/// tenth of that.
 std::optional<MissingSensor> missing_sensor(const vjm::Robot& robot,
                                             const std::vector<vjm::Effect>& effects,
                                             const std::vector<Parameter>& parameters,

@@ -316,16 +316,18 @@ Readings sensors_by_product(const Pair& pair) {
   vjm::EffectModel model(with_watched(bare, watch), {});
   model.watch(watch);
   const vjm::Posture posture = posture_of(pair);
-  const vjm::Response loaded = model.respond(posture, pair.load, {}, model.at_rest(0), {}, false);
-  EXPECT_TRUE(loaded.failure.empty()) << loaded.failure;
-  const vjm::Watched rest = watched_at_rest(watch, model.bare(), posture, 0);
+  const auto watched = [&](const vjm::Load& load) {
+    const vjm::Response response = model.respond(posture, load, {}, model.at_rest(0), {}, false);
+    EXPECT_TRUE(response.failure.empty()) << response.failure;
+    return response.watched;
+  };
+  const vjm::Watched rest = watched({}), loaded = watched(pair.load);
   Readings readings;
   for (std::size_t f = 0; f < watch.frames.size(); ++f)
-    readings.push_back(spatial::pose_difference(rest.frames[f], loaded.watched.frames[f]));
+    readings.push_back(spatial::pose_difference(rest.frames[f], loaded.frames[f]));
   for (std::size_t j = 0; j < watch.joints.size(); ++j) {
     const auto row = 2 * static_cast<Eigen::Index>(j);
-    readings.push_back(Eigen::Vector2d(loaded.watched.joints[row] - rest.joints[row],
-                                       loaded.watched.joints[row + 1]));
+    readings.push_back(loaded.joints.segment<2>(row) - rest.joints.segment<2>(row));
   }
   return readings;
 }
@@ -335,27 +337,38 @@ Eigen::VectorXd displacement(const twin::Pose& from, const twin::Pose& to) {
 }
 
 std::optional<Readings> sensors_by_twin(Pair pair) {
+  const twin::Mark platform = pair.structure.mark(pair.twin_bodies[0], twin_pose(pair.bodies[0]));
   std::vector<twin::Mark> marks;
   for (const Pair::Place& place : pair.places) marks.push_back(place.mark);
   for (std::size_t b = 0; b < pair.bodies.size(); ++b)
     marks.push_back(pair.structure.mark(pair.twin_bodies[b], twin_pose(pair.bodies[b])));
-  std::vector<twin::Pose> rest;
-  for (const twin::Mark& mark : marks) rest.push_back(pair.structure.pose_of(mark));
+  const auto seen = [&] {
+    Readings poses_and_forces;
+    std::vector<twin::Pose> poses;
+    for (const twin::Mark& mark : marks) poses.push_back(pair.structure.pose_of(mark));
+    for (const Pair::Place& place : pair.places) {
+      if (place.motion < 0) continue;
+      const twin::Coupling& coupling = pair.structure.coupling(place.coupling);
+      const twin::Pose a = pair.structure.pose_of(coupling.a);
+      const twin::Pose b = pair.structure.pose_of(coupling.b);
+      Vector6 e;
+      e << a.R.transpose() * (b.x - a.x), spatial::log_rotation(a.R.transpose() * b.R);
+      poses_and_forces.push_back(
+          Eigen::Vector2d(e[place.motion], -place.stiffness * e[place.motion]));
+    }
+    return std::pair(poses, poses_and_forces);
+  };
   std::vector<twin::DeadLoad> loads = pair.dead_loads;
-  loads.push_back({pair.structure.mark(pair.twin_bodies[0], twin_pose(pair.bodies[0])),
-                   pair.load.force, pair.load.moment});
   if (!pair.structure.settle(loads)) return std::nullopt;
+  const auto [rest, rest_joints] = seen();
+  loads.push_back({platform, pair.load.force, pair.load.moment});
+  if (!pair.structure.settle(loads)) return std::nullopt;
+  const auto [loaded, loaded_joints] = seen();
   Readings readings;
   for (std::size_t m = 0; m < marks.size(); ++m)
-    readings.push_back(displacement(rest[m], pair.structure.pose_of(marks[m])));
-  for (const Pair::Place& place : pair.places) {
-    if (place.motion < 0) continue;
-    const twin::Coupling& coupling = pair.structure.coupling(place.coupling);
-    const twin::Pose a = pair.structure.pose_of(coupling.a), b = pair.structure.pose_of(coupling.b);
-    Vector6 e;
-    e << a.R.transpose() * (b.x - a.x), spatial::log_rotation(a.R.transpose() * b.R);
-    readings.push_back(Eigen::Vector2d(e[place.motion], -place.stiffness * e[place.motion]));
-  }
+    readings.push_back(displacement(rest[m], loaded[m]));
+  for (std::size_t j = 0; j < rest_joints.size(); ++j)
+    readings.push_back(loaded_joints[j] - rest_joints[j]);
   return readings;
 }
 
@@ -383,14 +396,19 @@ TEST(RandomRobots, DeflectAsTheTwinSays) {
   EXPECT_GE(solved, 290);
 }
 
-// A hundredth of the load, so that all is linear.
+// A hundredth of the load, so that all is linear in it; the twin ends its search within 1e-8.
 TEST(RandomRobots, MoveUnderSensorsAsTheTwinSays) {
   int compared = 0;
   double worst = 0;
-  for (int number = 1; number < 60; number += 2) {  // without weight
+  for (int number = 1; number < 120; number += 2) {  // without weight
+    if (number % 3 == 1) continue;                   // all legs
     const auto lightly = [number](double stiffer) {
       Pair pair = robot(number, stiffer);
       pair.load = pair.load.scaled(0.01);
+      // A leg between two spherical joints may spin.
+      std::erase_if(pair.places, [&](const Pair::Place& place) {
+        return pair.chains[place.chain].name() == "strut";
+      });
       return pair;
     };
     const Readings ours = sensors_by_product(lightly(1));
@@ -404,7 +422,7 @@ TEST(RandomRobots, MoveUnderSensorsAsTheTwinSays) {
       Eigen::VectorXd error = (ours[r] - exact).cwiseAbs();
       if (exact.size() == 2) error[1] *= unit;
       worst = std::max(worst, error.maxCoeff());
-      EXPECT_LT(error.maxCoeff(), 1e-9) << number << ", " << r;
+      EXPECT_LT(error.maxCoeff(), 1e-8) << number << ", " << r;
       ++compared;
     }
   }

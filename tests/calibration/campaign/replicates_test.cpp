@@ -133,7 +133,8 @@ TEST(Replicates, VisitsWithinOneReplicateAreKeptApart) {
 
 TEST(Replicates, PureErrorIsWeightedByTheNoiseOfEachReading) {
   const Campaign c = campaign("fz,dz\n1,1\n1,4\n");
-  const Noise noise{.sigma = {Eigen::VectorXd::Constant(6, 1e-3), Eigen::VectorXd::Constant(6, 2e-3)}};
+  const Noise noise{
+      .sigma = {Eigen::VectorXd::Constant(6, 1e-3), Eigen::VectorXd::Constant(6, 2e-3)}};
   // Difference 3 mm with variance 1 + 4 mm^2.
   EXPECT_NEAR(pure_error(c, replicate_groups(c), noise).sum, 9.0 / 5.0, 1e-12);
 }
