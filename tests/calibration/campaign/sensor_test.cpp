@@ -305,6 +305,44 @@ TEST(Sensors, AreReadByTheirColumnsAsLabsWriteThem) {
   EXPECT_TRUE(campaign.noise_stated);
 }
 
+// Four dial gauges at the corners of a frame that is twisted: dz = y sin(M / k), and softer than
+// its file says.
+TEST(Sensors, FourDialGaugesShowTheTorsionOfAFrame) {
+  constexpr double nominal = 5e4, truth = 0.7 * nominal;  // [N m/rad]
+  const vjm::Robot robot = robot_of(
+      "kinetostat: 1\nname: frame\nunits: {length: mm, force: N, angle: deg}\n"
+      "chain_types: {frame: [{actuator: {name: torsion, axis: Rx, stiffness: 50000 N m/rad}}, "
+      "{offset: [400, 0, 0]}]}\nmanipulator: {chains: [{name: f, type: frame}]}\n"
+      "uncertain: [{stiffness: torsion}]\n");
+  std::string csv = "mx [N m],d1 [um],d2 [um],d3 [um],d4 [um]\n";
+  for (const double moment : {50.0, 100.0, -100.0, 200.0}) {
+    csv += fmt::format("{}", moment);
+    for (const double y : {0.2, -0.2, 0.15, -0.15})
+      csv += fmt::format(",{:.9f}", 1e6 * y * std::sin(moment / truth));
+    csv += "\n";
+  }
+  const Campaign campaign =
+      read_campaign(test::write_campaign(std::string(campaign_head) +
+                                             "displacement: difference\nsensors:\n"
+                                             "  d1: {kind: gauge, on: platform, at: [0, 200, 0], "
+                                             "direction: [0, 0, 1], noise: 1 um}\n"
+                                             "  d2: {kind: gauge, on: platform, at: [0, -200, 0], "
+                                             "direction: [0, 0, 1], noise: 1 um}\n"
+                                             "  d3: {kind: gauge, on: f.torsion, at: [0, 150, 0], "
+                                             "direction: [0, 0, 1], noise: 1 um}\n"
+                                             "  d4: {kind: gauge, on: f.torsion, at: [0, -150, 0], "
+                                             "direction: [0, 0, 1], noise: 1 um}\n",
+                                         csv),
+                    robot.manipulator);
+  EXPECT_FALSE(campaign.reads_platform());
+  common::Progress silent;
+  const Comparison comparison = compare(robot, campaign, 1, silent);
+  ASSERT_TRUE(comparison.fitted);
+  EXPECT_NEAR(std::exp(comparison.fitted->fit.parameters[0].value), 0.7, 1e-9);
+  EXPECT_LT(comparison.fitted->fit.squared_error, 1e-10);
+  EXPECT_EQ(comparison.nominal.adequacy, Adequacy::inadequate);
+}
+
 // Hung on the elbow and on the tool, against loads at nodes that know nothing of campaigns.
 TEST(Weights, PullAlongGravityWhereTheyHang) {
   const vjm::Robot robot = robot_of(arm);
