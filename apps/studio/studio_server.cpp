@@ -158,8 +158,8 @@ class Door {
   void act(const httplib::Request& request, httplib::Response& response, const Action& action) {
     const Json json = Json::parse(request.body, nullptr, false);
     if (!json.is_object()) return refuse(response, 400, "the request is not a JSON object");
-    const std::unique_lock lock(busy_, std::try_to_lock);
-    if (!lock || job_.runs()) return refuse(response, 503, "other work is under way");
+    const std::scoped_lock lock(busy_);
+    if (job_.runs()) return refuse(response, 503, "other work is under way");
     try {
       answer(response, 200, action(json));
     } catch (const std::bad_alloc&) {

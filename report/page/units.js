@@ -94,6 +94,8 @@ const kindOfUnit = {
   "N m/rad": "torsion",
   "N m rad^-1": "torsion",
   "m N^-1": "compliance",
+  "N^-1 m": "compliance",
+  "N^-1 m^-1 rad": "turning",
 };
 /** The unit in which a value stated in SI reads best: {unit, factor}. */
 export const unitOf = (value, unit) =>

@@ -249,7 +249,7 @@ export class Bench {
         : element("p", { class: "say" }, "Tick two models to compare them."),
     );
     this.say(
-      `Model ${model.title}: error ${number(model.card.error)} times the noise, ${model.card.degrees_of_freedom} degrees of freedom.`,
+      `Model ${model.title.replaceAll("_", " ")}: error ${number(model.card.error)} times the noise, ${model.card.degrees_of_freedom} degrees of freedom.`,
     );
     this.drawOutcome();
     this.drawEffects();

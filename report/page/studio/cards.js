@@ -60,7 +60,7 @@ export function cardList(models, chosen, ticked, act) {
         element(
           "div",
           { class: "card-head" },
-          element("strong", {}, title),
+          element("strong", {}, title.replaceAll("_", " ")),
           element("span", { class: "error" }, number(card.error)),
         ),
         errorBar(card.error, largest),
@@ -120,5 +120,5 @@ export function comparisonTable(a, b) {
       right.get(key) ?? "-",
     ]),
   ];
-  return table(["", a.title, b.title], rows, "Two models compared");
+  return table(["what", a.title, b.title], rows, "Two models compared");
 }

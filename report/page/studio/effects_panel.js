@@ -105,7 +105,7 @@ export function sliders(card, effects, change) {
     "div",
     { class: "sliders" },
     ...card.effects.flatMap((fitted, e) => [
-      element("h3", {}, fitted.name),
+      element("h3", {}, fitted.name.replaceAll("_", " ")),
       ...fitted.parameters.map((_, k) => one(fitted, e, k)),
     ]),
   );
