@@ -287,6 +287,7 @@ void add_studio(Program& program) {
   app.add_option("files", request->files,
                  "Robot file and campaign file; none: the start page asks for them")
       .type_name("[ROBOT] [CAMPAIGN]")
+      .hide_default()
       .count(0, 2);
   app.add_option("--folder", request->folder,
                  "Where files are dropped, found and saved (default: beside the campaign file)")
