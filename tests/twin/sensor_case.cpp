@@ -14,7 +14,6 @@
 namespace twin {
 namespace {
 
-
 // What a level reads: the angles between the vertical and its own axes.
 struct Level {
   double x = 0, y = 0;
