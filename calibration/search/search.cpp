@@ -84,6 +84,13 @@ std::vector<std::size_t> most_significant(const DiagnosisStep& step) {
   return order;
 }
 
+// Two laws of friction at one place are one friction: beside the other each takes the shape of
+// whatever else is missing.
+bool is_one_friction(const Candidate& a, const Candidate& b) {
+  return a.effect.kind->effect_class == vjm::EffectClass::friction &&
+         b.effect.kind->effect_class == vjm::EffectClass::friction && a.effect.at == b.effect.at;
+}
+
 }  // namespace
 
 void Search::screen(const std::vector<Candidate>& present, const BaseFit& fit) {
@@ -94,7 +101,7 @@ void Search::screen(const std::vector<Candidate>& present, const BaseFit& fit) {
     progress_.report("screening", static_cast<double>(c) / static_cast<double>(candidates_.size()));
     common::SilentPart silent(progress_);
     const bool there = std::any_of(present.begin(), present.end(), [&](const Candidate& p) {
-      return p.name() == candidates_[c].name();
+      return p.name() == candidates_[c].name() || is_one_friction(p, candidates_[c]);
     });
     candidate_signatures_.push_back(
         there ? CandidateFitter::Signatures{{}, {}, "it is in the model already"}
