@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/calibration/campaign/column_names.h"
 #include "kinetostat/calibration/campaign/readings_overview.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/base64.h"
@@ -24,11 +25,6 @@ constexpr std::size_t longest_name = 100, most_numbers = 100;
 
 bool is_plain(unsigned char c) {
   return c < 128 && (std::isalnum(c) != 0 || c == '-' || c == '_' || c == '.');
-}
-
-bool is_plain_name(const std::string& name) {
-  return !name.empty() && name.size() <= longest_name && name.front() != '.' &&
-         std::all_of(name.begin(), name.end(), is_plain);
 }
 
 // What is not plain becomes '_'.
@@ -95,14 +91,17 @@ Json meanings(const std::optional<vjm::Robot>& robot) {
         "step", "direction", "replicate", "time", "temperature", "setting", "mask"})
     list.push_back(name);
   if (robot)
-    for (const vjm::Chain& chain : robot->manipulator.chains())
-      for (const vjm::Coordinate& c : chain.coordinates())
-        if (c.role == vjm::Role::actuated)
-          list.push_back(robot->manipulator.size() == 1 ? c.name : chain.name() + "." + c.name);
+    for (const calibration::Joint& joint : calibration::joints_of(robot->manipulator))
+      if (joint.actuated) list.push_back(joint.column());
   return list;
 }
 
 }  // namespace
+
+bool is_plain_name(const std::string& name) {
+  return !name.empty() && name.size() <= longest_name && name.front() != '.' &&
+         std::all_of(name.begin(), name.end(), is_plain);
+}
 
 std::filesystem::path StudioFiles::file(const std::string& name) const {
   const std::filesystem::path file = folder_ / name;

@@ -10,9 +10,12 @@
 
 namespace kinetostat::apps {
 
-/// Files are named by plain names in the folder: letters, digits, '-', '_' and '.', not hidden.
-/// Nothing outside it is read or written, no file that was there before is written over, and no
-/// symbolic link is followed. Mistakes of the page end in common::InputError.
+/// Letters, digits, '-', '_' and '.', at most 100, not hidden: no way out of the folder.
+bool is_plain_name(const std::string& name);
+
+/// Files are named by plain names in the folder. Nothing outside it is read or written, no file
+/// that was there before is written over, and no symbolic link is followed. Mistakes of the page
+/// end in common::InputError.
 class StudioFiles {
  public:
   explicit StudioFiles(std::filesystem::path folder) : folder_(std::move(folder)) {}

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/apps/cli/write_robot.h"
+#include "kinetostat/apps/studio/studio_files.h"
 #include "kinetostat/calibration/comparison/compare.h"
 #include "kinetostat/calibration/diagnosis/adoption.h"
 #include "kinetostat/calibration/regression/evidence.h"
@@ -30,15 +31,6 @@ using calibration::Candidate;
 using io::Json;
 
 constexpr std::size_t most_effects = 5;
-constexpr std::size_t longest_yaml_name = 100;
-
-// Letters, digits, '-', '_' and '.', not hidden: no way out of the folder.
-bool is_plain_yaml_name(const std::string& name) {
-  return name.size() > 5 && name.size() <= longest_yaml_name && name.ends_with(".yaml") &&
-         name.front() != '.' && std::all_of(name.begin(), name.end(), [](unsigned char c) {
-           return std::isalnum(c) != 0 || c == '-' || c == '_' || c == '.';
-         });
-}
 
 std::vector<Eigen::VectorXd> residual_of(const calibration::Campaign& campaign,
                                          const BaseFit& fit) {
@@ -373,8 +365,9 @@ Json StudioSession::posture(const Json& request) const {
 
 Json StudioSession::save(const Json& request) {
   const auto found = request.find("file");
-  if (found == request.end() || !found->is_string() ||
-      !is_plain_yaml_name(found->get<std::string>()))
+  const std::string name =
+      found != request.end() && found->is_string() ? found->get<std::string>() : std::string();
+  if (!is_plain_name(name) || !name.ends_with(".yaml"))
     throw common::InputError(
         "file", "is not a plain file name that ends with .yaml",
         "Use letters, digits, '-', '_' and '.'; it goes into " + folder_.string());
@@ -383,7 +376,6 @@ Json StudioSession::save(const Json& request) {
     if (is_nothing(effect, candidate(effect.name())))
       throw common::InputError(effect.name(), "its best size is zero: there is nothing to save",
                                "Choose a model without it");
-  const auto name = found->get<std::string>();
   const std::filesystem::path file = folder_ / name;
   const bool ours = std::find(saved_.begin(), saved_.end(), name) != saved_.end();
   calibration::Adoption adoption;

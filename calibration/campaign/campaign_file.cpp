@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <limits>
 
 #include <fmt/format.h>
 
@@ -98,8 +97,6 @@ void read_deviations(const YamlNode& node, const Dimension& dimension,
   Eigen::Index i = 0;
   for (const YamlNode& item : node.items(3)) noise[i++] = read_deviation(item, dimension);
 }
-
-constexpr double not_stated = std::numeric_limits<double>::quiet_NaN();
 
 // `correlation: {dx_dz: 0.3}` between components.
 spatial::Matrix6 read_correlation(const YamlNode& node) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <set>
 #include <unordered_map>
@@ -25,8 +24,6 @@ using spatial::Dimension;
 using spatial::Vector3;
 using spatial::Vector6;
 namespace dimension = spatial::dimension;
-
-constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
 class Reader {
  public:
@@ -69,7 +66,7 @@ class Reader {
       return columns_.factors[column] * table_.number(row, column);
     } catch (const common::InputError& error) {
       faults_.add(error);
-      return no_value;
+      return not_a_number;
     }
   }
 
@@ -363,7 +360,7 @@ class Reader {
   }
 
   void read_displacement(std::size_t row, Reading& reading) {
-    reading.displacement.setConstant(campaign_.size(), no_value);
+    reading.displacement.setConstant(campaign_.size(), not_a_number);
     reading.sigma = context_.sensor_sigma.tail(campaign_.size());
     if (campaign_.reads_platform()) reading.sigma.head<6>() = instrument_of(reading).sigma;
     reading.correlation = read_correlation(row, reading);

@@ -1,7 +1,6 @@
 #include "kinetostat/calibration/campaign/sensor_file.h"
 
 #include <algorithm>
-#include <limits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -20,8 +19,6 @@ using spatial::Matrix3;
 using spatial::Pose;
 using spatial::Vector3;
 namespace dimension = spatial::dimension;
-
-constexpr double not_stated = std::numeric_limits<double>::quiet_NaN();
 
 // A kind as it is written, with what it may say and what it reads.
 struct Word {
@@ -106,7 +103,7 @@ class SensorReader {
       : robot_(robot), campaign_(campaign), places_(places_of(robot)), joints_(joints_of(robot)) {}
 
   Eigen::VectorXd read(const YamlNode& given) {
-    sigma_.assign(6, not_stated);
+    sigma_.assign(6, not_a_number);
     datum_.assign(campaign_.datum_noise.begin(), campaign_.datum_noise.end());
     const auto all = given.members();
     for (const auto& [name, node] : all) read_sensor(name, node);
@@ -259,7 +256,7 @@ class SensorReader {
       given->allow_only({"translation", "rotation"});
       given = given->find(of == dimension::angle ? "rotation" : "translation");
     }
-    if (!given) return not_stated;
+    if (!given) return not_a_number;
     const double value = given->quantity_with_unit(of);
     if (value > 0 || (may_be_zero && value == 0)) return value;
     given->fail("'" + given->text() + "' is not positive",
@@ -293,7 +290,7 @@ class SensorReader {
 Eigen::VectorXd read_sensors(const YamlNode& top, const vjm::Manipulator& manipulator,
                              Campaign& campaign) {
   const auto given = top.find("sensors");
-  if (!given) return Eigen::VectorXd::Constant(6, not_stated);
+  if (!given) return Eigen::VectorXd::Constant(6, not_a_number);
   return SensorReader(manipulator, campaign).read(*given);
 }
 
