@@ -11,9 +11,6 @@ namespace {
 
 using Eigen::MatrixXd;
 
-// Of the strongest singularity of elasticity, a crack, on even meshes.
-constexpr double slowest_rate = 1.0 / 3;
-
 // Mean over all load cases of a change of the flexibility, beside the flexibility itself: the same
 // at every reference point and in all units.
 double mean_change(const MatrixXd& change, const MatrixXd& flexibility) {
@@ -56,7 +53,7 @@ double recovered_share(const MeshOutcome& before, const MeshOutcome& last) {
 // relied upon.
 double share_by_rate(const MeshOutcome& before, const MeshOutcome& last, double rate,
                      double best_rate) {
-  const double believed = std::clamp(rate, slowest_rate, best_rate);
+  const double believed = std::clamp(rate, ErrorBars::slowest_rate, best_rate);
   return std::clamp(power(last, believed) / power(before, believed), 0.0, 0.9);
 }
 
@@ -85,7 +82,8 @@ void compare_with_change(const MeshOutcome& before, const MeshOutcome& last, Err
 // of an error which the meshes start to see, as the warping of a rod whose facets are one element
 // wide. It is enlarged by what it should have fallen.
 double unseen(double before, double last, double growth, double best_rate) {
-  if (!(before > 0 && last > 0) || last / before <= std::pow(growth, -slowest_rate)) return 1;
+  if (!(before > 0 && last > 0) || last / before <= std::pow(growth, -ErrorBars::slowest_rate))
+    return 1;
   return std::min(last / before * std::pow(growth, best_rate), ErrorBars::most_unseen);
 }
 

@@ -33,6 +33,9 @@ struct ErrorBars {
   /// Recoveries that fell more slowly from the mesh before than those of a crack (unknowns^-1/3)
   /// are enlarged by what they should have fallen, and by this at most.
   static constexpr double most_unseen = 10;
+  /// Of convergence by unknowns: that of the strongest singularity of elasticity, a crack, on even
+  /// meshes.
+  static constexpr double slowest_rate = 1.0 / 3;
   /// Two estimates of the error agree when neither is more than this times the other. Where they
   /// differ more, the bars are enlarged by the excess, up to a difference of `most_difference`.
   static constexpr double agreement_factor = 3, most_difference = 10;

@@ -22,7 +22,6 @@ constexpr double most_share = 0.5, least_share = 0.08;
 constexpr double least_growth = 1.5, most_growth = 8;  // of the number of elements
 constexpr double least_room = 1.25;                    // for a last mesh before the limit
 constexpr double aim = 0.7;                            // at this part of what is asked for
-constexpr double slowest_rate = 1.0 / 3;               // of convergence that is planned with
 constexpr double room_used = 0.8;  // of the unknowns allowed: meshes come out larger than planned
 // Indicators of a mesh do not guide one that is much finer, so the limit is approached in steps.
 constexpr double last_growth = 4;
@@ -85,7 +84,7 @@ double growth_for(double share, const Accuracy& accuracy) {
       std::log(before.relative_error / last.relative_error) /
       std::log(static_cast<double>(last.unknowns) / static_cast<double>(before.unknowns));
   if (!std::isfinite(rate)) return least_growth;
-  return std::pow(share, -1 / std::clamp(rate, slowest_rate, accuracy.bars.best_rate));
+  return std::pow(share, -1 / std::clamp(rate, ErrorBars::slowest_rate, accuracy.bars.best_rate));
 }
 
 std::string percent(double fraction) { return fmt::format("{:.2g} %", 100 * fraction); }

@@ -15,11 +15,6 @@ namespace {
 using common::at;
 using Tet = std::array<int, 4>;
 
-Triangle sorted(Triangle t) {
-  std::sort(t.begin(), t.end());
-  return t;
-}
-
 bool contains(const Tet& tet, int node) {
   return std::find(tet.begin(), tet.end(), node) != tet.end();
 }

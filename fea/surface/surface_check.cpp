@@ -38,19 +38,17 @@ void find_edge_defects(const std::vector<EdgeUse>& uses, SurfaceReport& report) 
 }
 
 void find_duplicates(const SurfaceMesh& mesh, SurfaceReport& report) {
-  const auto sorted = [&mesh](int f) {
-    Triangle t = mesh.triangles[static_cast<std::size_t>(f)];
-    std::sort(t.begin(), t.end());
-    return t;
+  const auto corners = [&mesh](int f) {
+    return sorted(mesh.triangles[static_cast<std::size_t>(f)]);
   };
   std::vector<int> order(mesh.triangles.size());
   std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(), [&sorted](int a, int b) {
-    return std::tuple(sorted(a), a) < std::tuple(sorted(b), b);
+  std::sort(order.begin(), order.end(), [&corners](int a, int b) {
+    return std::tuple(corners(a), a) < std::tuple(corners(b), b);
   });
   std::vector<int> extra;
   for (std::size_t i = 1; i < order.size(); ++i)
-    if (sorted(order[i]) == sorted(order[i - 1])) extra.push_back(order[i]);
+    if (corners(order[i]) == corners(order[i - 1])) extra.push_back(order[i]);
   const std::size_t count = extra.size();
   add_defect(report, DefectKind::duplicate_facet, std::move(extra), count);
 }

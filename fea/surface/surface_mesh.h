@@ -1,6 +1,7 @@
 // The boundary of a link as triangles.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <string>
@@ -18,6 +19,12 @@ using spatial::Vector3;
 using spatial::Vector6;
 using Box = Eigen::AlignedBox3d;
 using Triangle = std::array<int, 3>;
+
+/// Corners in ascending order: the same for a facet and for the same facet seen from behind.
+inline Triangle sorted(Triangle t) {
+  std::sort(t.begin(), t.end());
+  return t;
+}
 
 /// Facets that go by one name in the file: a solid of an STL file, an object or group of an OBJ
 /// file, a physical surface of Gmsh.
