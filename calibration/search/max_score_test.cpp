@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "kinetostat/calibration/statistics/normal.h"
 #include "kinetostat/common/parallel.h"
@@ -9,14 +10,16 @@
 namespace kinetostat::calibration {
 namespace {
 
-std::pair<double, std::size_t> largest_significance(const Screen& screen,
-                                                    const Eigen::VectorXd& residual) {
-  std::pair<double, std::size_t> largest{0, 0};
-  for (std::size_t i = 0; i < screen.size(); ++i) {
-    const double significance = screen.significance(screen.score(i, residual), residual);
-    if (significance > largest.first) largest = {significance, i};
+constexpr std::size_t at_once = 16;  // draws, as columns of one matrix
+
+Eigen::MatrixXd noise_of(std::size_t first, std::size_t count, Eigen::Index values,
+                         std::uint64_t seed) {
+  Eigen::MatrixXd noise(values, static_cast<Eigen::Index>(count));
+  for (std::size_t d = 0; d < count; ++d) {
+    Normal normal(seed + first + d);
+    for (double& x : noise.col(static_cast<Eigen::Index>(d))) x = normal();
   }
-  return largest;
+  return noise;
 }
 
 }  // namespace
@@ -24,14 +27,16 @@ std::pair<double, std::size_t> largest_significance(const Screen& screen,
 MaxScoreTest max_score_test(const LargestScore& largest, const ResidualSpace& space, double level,
                             int draws, std::uint64_t seed, int threads) {
   MaxScoreTest result{.draws = draws};
-  std::tie(result.largest, result.where) = largest(space.residual());
+  std::tie(result.largest, result.where) = largest(space.residual()).front();
   std::vector<double> simulated(static_cast<std::size_t>(draws));
   common::Progress silent;
-  common::parallel_for(simulated.size(), threads, "", silent, [&](std::size_t d) {
-    Normal normal(seed + d);
-    Eigen::VectorXd noise(space.residual().size());
-    for (double& x : noise) x = normal();
-    simulated[d] = largest(space.left_of(noise)).first;
+  const std::size_t blocks = (simulated.size() + at_once - 1) / at_once;
+  common::parallel_for(blocks, threads, "", silent, [&](std::size_t block) {
+    const std::size_t first = block * at_once;
+    const std::size_t count = std::min(at_once, simulated.size() - first);
+    const auto scores =
+        largest(space.left_of(noise_of(first, count, space.residual().size(), seed)));
+    for (std::size_t d = first; d < first + count; ++d) simulated[d] = scores[d - first].first;
   });
   std::sort(simulated.begin(), simulated.end());
   const auto above =
@@ -46,7 +51,7 @@ MaxScoreTest max_score_test(const LargestScore& largest, const ResidualSpace& sp
 MaxScoreTest max_score_test(const Screen& screen, const ResidualSpace& space, double level,
                             int draws, std::uint64_t seed, int threads) {
   return max_score_test(
-      [&](const Eigen::VectorXd& residual) { return largest_significance(screen, residual); },
+      [&](const Eigen::MatrixXd& residuals) { return screen.largest_significance(residuals); },
       space, level, draws, seed, threads);
 }
 

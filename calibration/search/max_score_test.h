@@ -22,8 +22,9 @@ struct MaxScoreTest {
   int draws = 0;
 };
 
-/// The largest of some scores of a residual, and which it is.
-using LargestScore = std::function<std::pair<double, std::size_t>(const Eigen::VectorXd&)>;
+/// The largest of some scores, and which it is: of every column of residuals.
+using LargestScore =
+    std::function<std::vector<std::pair<double, std::size_t>>(const Eigen::MatrixXd&)>;
 
 /// Parametric bootstrap of the largest score T(r) = max_i -ln p_i(r), in the linear model about the
 /// base fit:

@@ -52,8 +52,10 @@ PairScreen::PairScreen(const Screen& screen, const std::vector<std::size_t>& mem
 }
 
 VectorXd PairScreen::significances(const VectorXd& residual) const {
-  const VectorXd along = basis_.transpose() * residual;
-  const double total = residual.squaredNorm();
+  return significances(basis_.transpose() * residual, residual.squaredNorm());
+}
+
+VectorXd PairScreen::significances(const VectorXd& along, double total) const {
   VectorXd result = VectorXd::Zero(static_cast<Index>(additions_.size()));
   for (std::size_t p = 0; p < additions_.size(); ++p) {
     const Addition& pair = additions_[p];
@@ -71,11 +73,19 @@ VectorXd PairScreen::significances(const VectorXd& residual) const {
   return result;
 }
 
-std::pair<double, std::size_t> PairScreen::largest_significance(const VectorXd& residual) const {
-  if (additions_.empty()) return {0, 0};
-  Index where = 0;
-  const double largest = significances(residual).maxCoeff(&where);
-  return {largest, static_cast<std::size_t>(where)};
+std::vector<std::pair<double, std::size_t>> PairScreen::largest_significance(
+    const MatrixXd& residuals) const {
+  std::vector<std::pair<double, std::size_t>> largest(static_cast<std::size_t>(residuals.cols()),
+                                                      {0, 0});
+  if (additions_.empty()) return largest;
+  const MatrixXd along = basis_.transpose() * residuals;
+  for (Index column = 0; column < residuals.cols(); ++column) {
+    Index where = 0;
+    const double most =
+        significances(along.col(column), residuals.col(column).squaredNorm()).maxCoeff(&where);
+    largest[static_cast<std::size_t>(column)] = {most, static_cast<std::size_t>(where)};
+  }
+  return largest;
 }
 
 }  // namespace kinetostat::calibration

@@ -18,15 +18,18 @@ class PairScreen {
 
   /// How unlikely noise alone explains as much as the most significant pair does together: a
   /// standard normal deviate (Wilson and Hilferty 1931), the noise as in Screen::significance().
-  /// The second number is the pair's, in the order of pairs().
-  std::pair<double, std::size_t> largest_significance(const Eigen::VectorXd& residual) const;
-  /// The same of all pairs.
+  /// The second number is the pair's, in the order of pairs(). One entry a column of residuals.
+  std::vector<std::pair<double, std::size_t>> largest_significance(
+      const Eigen::MatrixXd& residuals) const;
+  /// The same of all pairs, for one residual.
   Eigen::VectorXd significances(const Eigen::VectorXd& residual) const;
 
   /// Pairs of signatures that are distinguishable at all.
   const std::vector<std::pair<std::size_t, std::size_t>>& pairs() const { return pairs_; }
 
  private:
+  Eigen::VectorXd significances(const Eigen::VectorXd& along, double total) const;
+
   struct Member {
     Eigen::Index at = 0, size = 0;  // columns of the basis
   };

@@ -322,9 +322,9 @@ std::vector<std::vector<Candidate>> Search::masked_pairs(const BaseFit& fit) con
   const PairScreen pairs(screen, members);
   if (pairs.pairs().empty()) return {};
   progress_.report("detection threshold of pairs", 0);
-  const MaxScoreTest passed =
-      max_score_test([&](const VectorXd& residual) { return pairs.largest_significance(residual); },
-                     space, significance_of_pairs, options_.draws, options_.seed, threads_);
+  const MaxScoreTest passed = max_score_test(
+      [&](const MatrixXd& residuals) { return pairs.largest_significance(residuals); }, space,
+      significance_of_pairs, options_.draws, options_.seed, threads_);
   if (passed.p_value > significance_of_pairs) return {};
   const VectorXd significances = pairs.significances(space.residual());
   std::vector<std::size_t> order(pairs.pairs().size());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "kinetostat/calibration/statistics/goodness_of_fit.h"
 #include "kinetostat/spatial/decomposition.h"
@@ -42,33 +43,70 @@ MatrixXd ResidualSpace::left_of(const MatrixXd& columns) const {
 
 Screen::Screen(const ResidualSpace& space, const std::vector<Signature>& signatures)
     : dimension_(space.dimension()) {
+  Index columns = 0;
+  for (const Signature& signature : signatures) columns += signature.columns.cols();
+  basis_.resize(space.residual().size(), columns);
+  first_.push_back(0);
   for (const Signature& signature : signatures) {
     const MatrixXd left = space.left_of(signature.columns);
     detectability_.push_back(left.cols() == 0 ? 0 : left.col(0).norm());
     // Rounding of the part that the fit produces is no signature either.
-    spans_.push_back(span_of(left, std::max(least_visible, 1e-7 * signature.columns.norm())));
+    const MatrixXd span = span_of(left, std::max(least_visible, 1e-7 * signature.columns.norm()));
+    basis_.middleCols(first_.back(), span.cols()) = span;
+    first_.push_back(first_.back() + span.cols());
   }
+  basis_.conservativeResize(Eigen::NoChange, first_.back());
 }
 
 Score Screen::score(std::size_t i, const VectorXd& residual) const {
   return {.detectability = detectability_[i],
-          .dimension = spans_[i].cols(),
-          .explained = (spans_[i].transpose() * residual).squaredNorm()};
+          .dimension = size_of(i),
+          .explained = (span(i).transpose() * residual).squaredNorm()};
 }
 
 double Screen::significance(const Score& score, const VectorXd& residual) const {
+  return significance(score, residual.squaredNorm());
+}
+
+double Screen::significance(const Score& score, double total) const {
   const auto k = static_cast<double>(score.dimension);
   const auto rest = static_cast<double>(dimension_ - score.dimension);
   if (score.dimension == 0 || rest < 1) return 0;
-  const double noise = std::max(1.0, (residual.squaredNorm() - score.explained) / rest);
+  const double noise = std::max(1.0, (total - score.explained) / rest);
   const double f = score.explained / k / noise;
   if (!(f > 0)) return 0;
   return -std::log(std::max(chance_of_larger_f(f, k, rest), 1e-300));
 }
 
+std::vector<std::pair<double, std::size_t>> Screen::largest_significance(
+    const MatrixXd& residuals) const {
+  const MatrixXd along = basis_.transpose() * residuals;
+  std::vector<std::pair<double, std::size_t>> largest;
+  for (Index column = 0; column < residuals.cols(); ++column)
+    largest.push_back(most_significant(along.col(column), residuals.col(column).squaredNorm()));
+  return largest;
+}
+
+// Among spans of one dimension the one that explains most is the most significant.
+std::pair<double, std::size_t> Screen::most_significant(const VectorXd& along, double total) const {
+  std::map<Index, std::pair<double, std::size_t>> explaining;  // of each dimension the most
+  for (std::size_t i = 0; i < size(); ++i) {
+    const double explained = along.segment(first_[i], size_of(i)).squaredNorm();
+    auto& most = explaining[size_of(i)];
+    if (explained > most.first) most = {explained, i};
+  }
+  std::pair<double, std::size_t> largest{0, 0};
+  for (const auto& [dimension, most] : explaining) {
+    const double significance =
+        this->significance(Score{.dimension = dimension, .explained = most.first}, total);
+    if (significance > largest.first) largest = {significance, most.second};
+  }
+  return largest;
+}
+
 double Screen::confusion(std::size_t i, std::size_t j) const {
-  if (spans_[i].cols() == 0 || spans_[j].cols() == 0) return 0;
-  const MatrixXd cosines = spans_[i].transpose() * spans_[j];
+  if (size_of(i) == 0 || size_of(j) == 0) return 0;
+  const MatrixXd cosines = span(i).transpose() * span(j);
   return std::min(1.0, spatial::singular_value_decomposition(cosines).values[0]);
 }
 

@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -67,10 +68,12 @@ class Screen {
  public:
   Screen(const ResidualSpace& space, const std::vector<Signature>& signatures);
 
-  std::size_t size() const { return spans_.size(); }
+  std::size_t size() const { return detectability_.size(); }
   double detectability(std::size_t i) const { return detectability_[i]; }
   /// Orthonormal columns; none where nothing can be seen.
-  const Eigen::MatrixXd& span(std::size_t i) const { return spans_[i]; }
+  Eigen::MatrixXd::ConstColsBlockXpr span(std::size_t i) const {
+    return basis_.middleCols(first_[i], size_of(i));
+  }
   Eigen::Index dimension() const { return dimension_; }  // of the residual
   Score score(std::size_t i, const Eigen::VectorXd& residual) const;
   /// Significance -ln p of a score, p = P(F(k, m) > f), for a residual in the space:
@@ -80,13 +83,21 @@ class Screen {
   ///
   /// The noise is estimated from the rest where the rest is larger than the stated noise.
   double significance(const Score& score, const Eigen::VectorXd& residual) const;
+  /// The largest significance and whose it is, of every column of residuals.
+  std::vector<std::pair<double, std::size_t>> largest_significance(
+      const Eigen::MatrixXd& residuals) const;
   /// Largest cosine between two spans, the largest singular value of U_i' U_j: 1 when some
   /// direction of the one is one of the other (aliased). 0 for empty spans.
   double confusion(std::size_t i, std::size_t j) const;
 
  private:
+  Eigen::Index size_of(std::size_t i) const { return first_[i + 1] - first_[i]; }
+  std::pair<double, std::size_t> most_significant(const Eigen::VectorXd& along, double total) const;
+  double significance(const Score& score, double total) const;
+
   Eigen::Index dimension_;
-  std::vector<Eigen::MatrixXd> spans_;
+  Eigen::MatrixXd basis_;            // all spans side by side
+  std::vector<Eigen::Index> first_;  // column of each, and where the last one ends
   std::vector<double> detectability_;
 };
 

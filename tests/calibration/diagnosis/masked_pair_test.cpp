@@ -72,7 +72,7 @@ TEST(PairScreen, SeesWhatNoSingleEffectShows) {
     const Screen screen(space, tried);
     alone += max_score_test(screen, space, 0.05, 99, 500'000, 2).p_value <= 0.05 ? 1 : 0;
     const PairScreen pairs(screen, all_of(screen));
-    const auto largest = [&](const VectorXd& r) { return pairs.largest_significance(r); };
+    const auto largest = [&](const MatrixXd& r) { return pairs.largest_significance(r); };
     const MaxScoreTest both =
         max_score_test(largest, space, significance_of_pairs, 199, 500'000, 2);
     together += both.p_value <= significance_of_pairs ? 1 : 0;

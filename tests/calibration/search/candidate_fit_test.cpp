@@ -60,6 +60,21 @@ TEST(Screen, DetectabilityIsTheLengthThatIsLeftAndConfusionItsCosine) {
   EXPECT_NEAR(screen.score(0, space.residual()).explained, 0.36, 1e-12);
 }
 
+TEST(Screen, FindsTheLargestSignificanceOfManyResidualsAtOnce) {
+  const ResidualSpace space(random_matrix(40, 1, 1), random_matrix(40, 3, 2));
+  const Screen screen(space, signatures(40));
+  const MatrixXd residuals = space.left_of(random_matrix(40, 9, 3));
+  const auto largest = screen.largest_significance(residuals);
+  ASSERT_EQ(std::ssize(largest), residuals.cols());
+  for (Index column = 0; column < residuals.cols(); ++column) {
+    const VectorXd residual = residuals.col(column);
+    const auto [most, where] = largest[static_cast<std::size_t>(column)];
+    for (std::size_t i = 0; i < screen.size(); ++i)
+      EXPECT_LE(screen.significance(screen.score(i, residual), residual), most + 1e-9) << i;
+    EXPECT_NEAR(screen.significance(screen.score(where, residual), residual), most, 1e-9);
+  }
+}
+
 // Family-wise: one campaign in twenty with nothing missing exceeds the detection threshold, though
 // many candidates are tried. Without the maximum over all of them it would be about half of them.
 TEST(MaxScoreTest, HoldsItsLevelOverManyCandidates) {
