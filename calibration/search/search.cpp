@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "kinetostat/calibration/campaign/datum.h"
 #include "kinetostat/calibration/regression/evidence.h"
@@ -25,14 +26,9 @@ constexpr std::size_t most_pairs = 4;   // of masked ones
 constexpr double least_kept = 0.3;      // of what a signature explains: a fit with less has failed
 
 // Reason why a candidate is not observable although it has signatures.
-std::string why_unobservable(const Candidate& candidate,
-                             const CandidateFitter::Signatures& signatures,
+std::string why_unobservable(const Candidate& candidate, double longest,
                              const CandidateFitter& fitter) {
-  if (!signatures.failure.empty()) return signatures.failure;
-  double largest = 0;
-  for (const Signature& signature : signatures.all)
-    largest = std::max(largest, signature.columns.norm());
-  if (largest > least_visible) return confounded_with_fit;
+  if (longest > least_visible) return confounded_with_fit;
   const bool is_weight = candidate.effect.kind->parameters[0].linear == spatial::dimension::mass;
   if (is_weight && !fitter.has_gravity())
     return "no reading depends on it: it acts by its weight, and the robot file states no "
@@ -106,14 +102,15 @@ void Search::screen(const std::vector<Candidate>& present, const BaseFit& fit) {
     candidate_signatures_.push_back(
         there ? CandidateFitter::Signatures{{}, {}, "it is in the model already"}
               : fitter_.signatures_of(candidates_[c], present, fit, silent));
-    for (std::size_t s = 0; s < candidate_signatures_.back().all.size(); ++s) {
-      signatures_.push_back(candidate_signatures_.back().all[s]);
+    std::vector<Signature> own = std::exchange(candidate_signatures_.back().all, {});
+    for (std::size_t s = 0; s < own.size(); ++s) {
+      signatures_.push_back(std::move(own[s]));
       owner_.emplace_back(c, s);
     }
   }
 }
 
-void Search::take_signatures(const Search& wider) {
+void Search::take_signatures(Search& wider) {
   std::vector<Index> rows;
   std::size_t row = 0;
   for (const Value& value : values_) {
@@ -123,9 +120,17 @@ void Search::take_signatures(const Search& wider) {
     rows.push_back(static_cast<Index>(row));
   }
   candidate_signatures_ = wider.candidate_signatures_;
-  owner_ = wider.owner_;
-  for (const Signature& s : wider.signatures_)
-    signatures_.push_back({s.columns(rows, Eigen::all), s.growth});
+  owner_ = std::exchange(wider.owner_, {});
+  signatures_ = std::exchange(wider.signatures_, {});
+  if (rows.size() == wider.values_.size()) return;
+  for (Signature& s : signatures_) s.columns = s.columns(rows, Eigen::all).eval();
+}
+
+double Search::longest_signature(std::size_t candidate) const {
+  double longest = 0;
+  for (std::size_t i = 0; i < signatures_.size(); ++i)
+    if (owner_[i].first == candidate) longest = std::max(longest, signatures_[i].columns.norm());
+  return longest;
 }
 
 std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
@@ -212,7 +217,9 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
   for (std::size_t c = 0; c < candidates_.size(); ++c)
     if (!seen[c])
       step.ranking[c].unobservable =
-          why_unobservable(candidates_[c], candidate_signatures_[c], fitter_);
+          candidate_signatures_[c].failure.empty()
+              ? why_unobservable(candidates_[c], longest_signature(c), fitter_)
+              : candidate_signatures_[c].failure;
   confuse(screen, step);
   fits.assign(candidates_.size(), {});
   if (step.max_score.p_value <= significance_level)

@@ -38,8 +38,8 @@ class Search {
   /// Screens all candidates beside what is present.
   void screen(const std::vector<Candidate>& present, const BaseFit& fit);
 
-  /// Takes over the signatures from a search with the same readings and more.
-  void take_signatures(const Search& wider);
+  /// Takes over the signatures from a search with the same readings and more, which then has none.
+  void take_signatures(Search& wider);
 
   /// Values that no likely effects explain (outliers.h). After screen() without anything added.
   std::vector<std::size_t> outliers(const BaseFit& fit) const;
@@ -69,6 +69,7 @@ class Search {
                      std::vector<BaseFit>& fits);
   MaxScoreTest max_score_test_under_noise_of(const BaseFit& fit, const Screen& screen,
                                              const ResidualSpace& space) const;
+  double longest_signature(std::size_t candidate) const;
   double explained_by(std::size_t candidate, const Screen& screen,
                       const ResidualSpace& space) const;
   struct Look {
@@ -91,7 +92,7 @@ class Search {
   HeldOutGroups groups_;
   CorrelatedNoise correlated_;
   std::optional<FreeForm> free_form_;
-  std::vector<CandidateFitter::Signatures> candidate_signatures_;  // one a candidate
+  std::vector<CandidateFitter::Signatures> candidate_signatures_;  // one a candidate, without `all`
   std::vector<Signature> signatures_;
   std::vector<std::pair<std::size_t, std::size_t>> owner_;  // candidate, its signature
 };
