@@ -21,7 +21,7 @@ Vector6 Scale::twist() const {
 Vector6 Scale::wrench() const { return twist().cwiseInverse() / stiffness; }
 
 ChainEquations::ChainEquations(const Chain& chain, VectorXd commands, const Scale& scale,
-                               bool origin_moves, const spatial::Pose& origin, const VectorXd& x)
+                               bool origin_moves, const ChainKinematics& kinematics)
     : chain_(chain),
       commands_(std::move(commands)),
       rest_(chain.rest_for(commands_)),
@@ -33,11 +33,9 @@ ChainEquations::ChainEquations(const Chain& chain, VectorXd commands, const Scal
     const auto c = static_cast<std::size_t>(free_[static_cast<std::size_t>(k)]);
     unit_[k] = is_rotation(chain.coordinates()[c].motion) ? scale.length : 1.0;
   }
-  ChainKinematics posture;
-  evaluate(chain, x, posture, origin);
-  for (const Index coordinate : redundant_passive(chain, posture))
+  for (const Index coordinate : redundant_passive(chain, kinematics))
     redundant_.push_back(std::find(free_.begin(), free_.end(), coordinate) - free_.begin());
-  rigid_ = !has_full_row_rank(scaled_jacobian(posture.jacobian));
+  rigid_ = !has_full_row_rank(scaled_jacobian(kinematics.jacobian));
 }
 
 MatrixXd ChainEquations::scaled_jacobian(const Matrix6X& jacobian) const {
@@ -45,8 +43,10 @@ MatrixXd ChainEquations::scaled_jacobian(const Matrix6X& jacobian) const {
          unit_.cwiseInverse().asDiagonal();
 }
 
-VectorXd ChainEquations::gather_force(const VectorXd& full) const {
-  return full(free_).cwiseQuotient(unit_) / scale_.stiffness;
+void ChainEquations::gather_force(const VectorXd& full, VectorXd& scaled) const {
+  scaled.resize(size());
+  for (Index k = 0; k < size(); ++k)
+    scaled[k] = full[free_[static_cast<std::size_t>(k)]] / (unit_[k] * scale_.stiffness);
 }
 
 VectorXd ChainEquations::full_increment(const VectorXd& scaled) const {

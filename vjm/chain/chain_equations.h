@@ -28,13 +28,13 @@ struct Scale {
 class ChainEquations {
  public:
   /// `commands` [m or rad]: of the actuated joints, given rest values of the passive springs. The
-  /// chain starts from a body at `origin`, which moves or does not.
+  /// body that the chain starts from moves or does not.
   ///
-  /// Redundant passive coordinates are found at the coordinates x of a posture and not moved: else
-  /// the matrix is singular where the chain is balanced and nearly so elsewhere, and Newton's
-  /// method goes astray along motions that mean nothing.
+  /// Redundant passive coordinates are found at a posture, at which `kinematics` are, and not
+  /// moved: else the matrix is singular where the chain is balanced and nearly so elsewhere, and
+  /// Newton's method goes astray along motions that mean nothing.
   ChainEquations(const Chain& chain, Eigen::VectorXd commands, const Scale& scale,
-                 bool origin_moves, const spatial::Pose& origin, const Eigen::VectorXd& x);
+                 bool origin_moves, const ChainKinematics& kinematics);
 
   const Chain& chain() const { return chain_; }
   const Scale& scale() const { return scale_; }
@@ -54,7 +54,7 @@ class ChainEquations {
   /// 6 x size(): a Jacobian [6 x all coordinates] scaled.
   Eigen::MatrixXd scaled_jacobian(const Matrix6X& jacobian) const;
   /// Generalised forces on all coordinates, as the balance has them: free ones only, scaled.
-  Eigen::VectorXd gather_force(const Eigen::VectorXd& full) const;
+  void gather_force(const Eigen::VectorXd& full, Eigen::VectorXd& scaled) const;
   Eigen::VectorXd full_increment(const Eigen::VectorXd& scaled) const;
   /// Adds `factor` times that to coordinates.
   void add_increment(const Eigen::VectorXd& scaled, double factor, Eigen::VectorXd& full) const;

@@ -45,12 +45,18 @@ void ChainTangent::build_matrix() {
   const Index n = size();
   const Vector6 to_scaled = equations_->scale().twist();
   matrix_.setZero(6 + n, 6 + n);
+  const std::vector<Index>& free = equations_->free();
+  const VectorXd& unit = equations_->unit();
+  const double stiffness = equations_->scale().stiffness;
   for (Index l = 0; l < n; ++l) {
-    const Index column = equations_->free()[static_cast<std::size_t>(l)];
-    const Vector6 twist = to_scaled.cwiseProduct(jacobian_.col(column)) / equations_->unit()[l];
+    const Index column = free[static_cast<std::size_t>(l)];
+    const Vector6 twist = to_scaled.cwiseProduct(jacobian_.col(column)) / unit[l];
     matrix_.col(6 + l).head<6>() = twist;
     matrix_.row(6 + l).head<6>() = twist.transpose();
-    for (Index k = 0; k < n; ++k) matrix_(6 + k, 6 + l) = scaled_hessian(k, l);
+    const auto forces = hessian_.col(column);
+    auto scaled = matrix_.col(6 + l).tail(n);
+    for (Index k = 0; k < n; ++k) scaled[k] = forces[free[static_cast<std::size_t>(k)]];
+    scaled.array() /= unit.array() * (unit[l] * stiffness);
   }
   for (const Index k : held()) {
     matrix_.row(6 + k).setZero();

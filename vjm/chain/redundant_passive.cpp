@@ -5,6 +5,8 @@
 
 #include <Eigen/QR>
 
+#include "kinetostat/vjm/chain/robust_factor.h"
+
 namespace kinetostat::vjm {
 namespace {
 
@@ -13,13 +15,18 @@ using Eigen::VectorXd;
 
 using PivotedQr = Eigen::ColPivHouseholderQR<Eigen::MatrixXd>;
 
-// Of the twists of some coordinates, rotations scaled to lengths, columns of unit length.
-PivotedQr factorised(const ChainKinematics& kinematics, const std::vector<Index>& coordinates) {
+// The twists of some coordinates, rotations scaled to lengths, columns of unit length.
+Eigen::MatrixXd twists_of(const ChainKinematics& kinematics,
+                          const std::vector<Index>& coordinates) {
   Eigen::MatrixXd columns = kinematics.jacobian(Eigen::all, coordinates);
   columns.bottomRows<3>() *= kinematics.reach > 0 ? kinematics.reach : 1.0;
+  return columns.colwise().normalized();
+}
+
+PivotedQr factorised(const Eigen::MatrixXd& twists) {
   PivotedQr qr;
   qr.setThreshold(1e-8);
-  qr.compute(columns.colwise().normalized());
+  qr.compute(twists);
   return qr;
 }
 
@@ -53,10 +60,12 @@ std::vector<Index> perfect_passive(const Chain& chain) {
 std::vector<Index> redundant_passive(const Chain& chain, const ChainKinematics& at) {
   const std::vector<Index> passive = perfect_passive(chain);
   if (passive.size() < 2) return {};
+  const Eigen::MatrixXd twists = twists_of(at, passive);
+  if (has_clearly_full_row_rank(twists.transpose())) return {};
   ChainKinematics general;
   evaluate(chain, general_position(chain, at.reach > 0 ? at.reach : 1.0), general);
-  const Index rank = factorised(general, passive).rank();
-  const PivotedQr here = factorised(at, passive);
+  const Index rank = factorised(twists_of(general, passive)).rank();
+  const PivotedQr here = factorised(twists);
   const auto& order = here.colsPermutation().indices();
   std::vector<Index> redundant;
   for (Index i = rank; i < order.size(); ++i)

@@ -73,15 +73,16 @@ StateDerivative EquilibriumDerivatives::solve(const EquationChange& change,
                                               const std::vector<std::size_t>& chains) const {
   const EquilibriumSystem& system = at_.system();
   const Vector6 twist = system.scale().twist(), wrench = system.scale().wrench();
-  SystemVector right = system.zero();
+  auto& [right, solution] = matrix_->scratch();
+  system.make_zero(right);
   right.bodies.head<6>() = wrench.cwiseProduct(change.platform_wrench);
   for (std::size_t c = 0; c < change.chains.size(); ++c) {
-    right.coordinates[c] = -system.chains()[c].gather_force(change.chains[c].force);
+    system.chains()[c].gather_force(change.chains[c].force, right.coordinates[c]);
+    right.coordinates[c] *= -1;
     right.wrenches[c] = -twist.cwiseProduct(change.chains[c].end);
     if (const int from = system.manipulator().span(c).from; from != Span::base)
       right.bodies.segment<6>(6 * from) += wrench.cwiseProduct(change.chains[c].origin);
   }
-  SystemVector solution;
   matrix_->solve_bodies(right, solution);
   StateDerivative derivative{.platform = solution.bodies.head<6>().cwiseQuotient(twist),
                              .bodies = solution.bodies,

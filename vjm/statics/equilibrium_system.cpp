@@ -24,14 +24,20 @@ double stiffest(const Manipulator& manipulator, double length) {
   return largest > 0 ? largest : 1.0;
 }
 
-Scale scale_of(const Manipulator& manipulator, const Posture& posture) {
-  ChainKinematics kinematics;
-  double reach = 0;
+// Of all chains at a posture.
+std::vector<ChainKinematics> kinematics_of(const Manipulator& manipulator, const Posture& posture) {
+  std::vector<ChainKinematics> all(manipulator.size());
   for (std::size_t c = 0; c < manipulator.size(); ++c) {
     const Chain& chain = manipulator.chains()[c];
-    evaluate(chain, posture.coordinates_of(chain, c), kinematics);
-    reach = std::max(reach, kinematics.reach);
+    evaluate(chain, posture.coordinates_of(chain, c), all[c],
+             posture.body(manipulator.span(c).from));
   }
+  return all;
+}
+
+Scale scale_of(const Manipulator& manipulator, const std::vector<ChainKinematics>& kinematics) {
+  double reach = 0;
+  for (const ChainKinematics& chain : kinematics) reach = std::max(reach, chain.reach);
   const double length = reach > 0 ? reach : 1.0;
   return {.length = length, .stiffness = stiffest(manipulator, length)};
 }
@@ -46,13 +52,14 @@ double SystemVector::norm() const {
 }
 
 EquilibriumSystem::EquilibriumSystem(const Manipulator& manipulator, const Posture& posture)
-    : manipulator_(manipulator), posture_(posture), scale_(scale_of(manipulator, posture)) {
+    : manipulator_(manipulator), posture_(posture) {
+  const std::vector<ChainKinematics> kinematics = kinematics_of(manipulator, posture);
+  scale_ = scale_of(manipulator, kinematics);
   chains_.reserve(manipulator.size());
   for (std::size_t c = 0; c < manipulator.size(); ++c) {
     const Chain& chain = manipulator.chains()[c];
-    const int from = manipulator.span(c).from;
-    chains_.emplace_back(chain, posture.commands(chain, c), scale_, from != Span::base,
-                         posture.body(from), posture.coordinates_of(chain, c));
+    chains_.emplace_back(chain, posture.commands(chain, c), scale_,
+                         manipulator.span(c).from != Span::base, kinematics[c]);
     rigid_ |= chains_.back().is_rigid();
   }
 }

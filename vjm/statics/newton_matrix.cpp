@@ -52,10 +52,11 @@ WholeFactor::PlatformCompliance WholeFactor::platform_compliance() const {
 
 namespace {
 
-std::variant<ChainwiseFactor, WholeFactor> factor_of(const EquilibriumResiduals& at, bool held) {
+std::variant<ChainwiseFactor, SerialFactor, WholeFactor> factor_of(const EquilibriumResiduals& at,
+                                                                   bool held) {
   const EquilibriumSystem& system = at.system();
-  if (system.has_rigid_directions() || (system.chains().size() == 1 && !held))
-    return WholeFactor(at, held);
+  if (SerialFactor::can_factorise(system, held)) return SerialFactor(at);
+  if (system.has_rigid_directions()) return WholeFactor(at, held);
   return ChainwiseFactor(at, held);
 }
 
@@ -75,7 +76,7 @@ bool NewtonMatrix::solve(const SystemVector& right, SystemVector& solution) cons
 bool NewtonMatrix::solve_bodies(const SystemVector& right, SystemVector& solution) const {
   if (const auto* chainwise = std::get_if<ChainwiseFactor>(&factor_))
     return chainwise->solve_bodies(right, solution);
-  return std::get<WholeFactor>(factor_).solve(right, solution);
+  return solve(right, solution);
 }
 
 bool NewtonMatrix::complete(std::size_t chain, const SystemVector& right,

@@ -4,6 +4,7 @@
 #include <variant>
 
 #include "kinetostat/vjm/statics/chainwise_factor.h"
+#include "kinetostat/vjm/statics/serial_factor.h"
 
 namespace kinetostat::vjm {
 
@@ -37,7 +38,7 @@ class WholeFactor {
   mutable Eigen::VectorXd right_, solution_;
 };
 
-/// One of the two, whichever costs less where both do.
+/// One of the three, whichever costs least of those that do.
 class NewtonMatrix {
  public:
   NewtonMatrix(const EquilibriumResiduals& at, bool platform_held);
@@ -51,8 +52,15 @@ class NewtonMatrix {
   bool solve_bodies(const SystemVector& right, SystemVector& solution) const;
   bool complete(std::size_t chain, const SystemVector& right, SystemVector& solution) const;
 
+  /// Vectors to solve with, kept between calls.
+  struct Scratch {
+    SystemVector right, solution;
+  };
+  Scratch& scratch() const { return scratch_; }
+
  private:
-  std::variant<ChainwiseFactor, WholeFactor> factor_;
+  mutable Scratch scratch_;
+  std::variant<ChainwiseFactor, SerialFactor, WholeFactor> factor_;
 };
 
 }  // namespace kinetostat::vjm

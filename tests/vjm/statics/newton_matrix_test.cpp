@@ -64,6 +64,27 @@ TEST_P(NewtonMatrixOf, IsSolvedTheSameChainByChainAndAsAWhole) {
   }
 }
 
+// An arm reduced to its coordinates, under a load that turns with it: the same solution as a whole.
+TEST(SerialFactor, IsSolvedAsAWhole) {
+  Loaded robot = loaded("six_axis.yaml");
+  robot.load.point_on_platform = {0.1, -0.2, 0.3};
+  const EquilibriumSystem system(robot.manipulator, robot.posture);
+  ASSERT_TRUE(SerialFactor::can_factorise(system, false));
+  EXPECT_FALSE(SerialFactor::can_factorise(system, true));
+  const SystemVector step = random_vector(system, false, 3);
+  const SystemState state = system.moved(system.relaxed_state(), step, 1e-3);
+  const EquilibriumResiduals at(system, state, robot.load);
+  ASSERT_FALSE(at.load_matrix().isZero(0));
+  for (unsigned seed = 4; seed < 8; ++seed) {
+    const SystemVector right = random_vector(system, false, seed);
+    SystemVector reduced, whole;
+    EXPECT_TRUE(SerialFactor(at).solve(right, reduced));
+    EXPECT_TRUE(WholeFactor(at, false).solve(right, whole));
+    const VectorXd a = system.flat(reduced, false), b = system.flat(whole, false);
+    EXPECT_LE((a - b).norm(), 1e-9 * b.norm());
+  }
+}
+
 // Of minus the residuals it is minus the derivative, wherever the chains meet the bodies.
 TEST_P(NewtonMatrixOf, IsTheDerivativeOfTheResiduals) {
   const Loaded robot = loaded(GetParam());
