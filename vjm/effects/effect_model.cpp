@@ -257,15 +257,14 @@ void EffectModel::differentiate(const EquilibriumDerivatives& equations, const C
                                 const std::vector<ModelParameter>& parameters,
                                 Response& response) const {
   const Linear linear(equations, at, effects_, before, parameters);
-  std::vector<EquationChange> changes;
+  std::vector<EquationChange> changes;  // for histories
   std::vector<StateDerivative> solutions;
   response.watched.derivatives.resize(watched_rows(watch_), std::ssize(parameters));
   for (std::size_t p = 0; p < parameters.size(); ++p) {
     const auto column = static_cast<Index>(p);
-    changes.push_back(change_by(linear, at, before, parameters[p], column));
-    solutions.push_back(linear.equations.solve(changes.back(), chains_asked_));
-    response.derivatives.col(column) =
-        at.errors.observed_motion(at.platform(), solutions.back().platform);
+    EquationChange change = change_by(linear, at, before, parameters[p], column);
+    StateDerivative solution = linear.equations.solve(change, chains_asked_);
+    response.derivatives.col(column) = at.errors.observed_motion(at.platform(), solution.platform);
     std::optional<ReadingErrors> errors;
     if (parameters[p].springs.empty() && !effects_[parameters[p].effect].kind->acts_on_chains()) {
       errors = tangent_of(parameters[p], at.conditions);
@@ -273,7 +272,10 @@ void EffectModel::differentiate(const EquilibriumDerivatives& equations, const C
     }
     if (!watch_.is_empty())
       response.watched.derivatives.col(column) =
-          at.watcher.change(changes.back(), solutions.back(), errors ? &*errors : nullptr);
+          at.watcher.change(change, solution, errors ? &*errors : nullptr);
+    if (!has_history_) continue;
+    changes.push_back(std::move(change));
+    solutions.push_back(std::move(solution));
   }
   for (std::size_t e = 0; e < effects_.size(); ++e)
     for (std::size_t s = 0; effects_[e].kind->history > 0 && s < effects_[e].sites.size(); ++s)

@@ -31,6 +31,7 @@ bool ReadingErrors::is_none() const {
 }
 
 Load ReadingErrors::actual(const Load& stated) const {
+  if (wrench_gain == 1 && wrench_rotation.isZero(0) && wrench_point.isZero(0)) return stated;
   const Matrix3 turn = wrench_gain * spatial::exp_rotation(wrench_rotation);
   Load load = stated;
   load.force = turn * stated.force;
@@ -62,6 +63,7 @@ Pose ReadingErrors::observed(const Pose& platform) const {
 }
 
 Vector6 ReadingErrors::observed_motion(const Pose& platform, const Vector6& motion) const {
+  if (sensor.isZero(0) && sensor_scale == 0 && target.isZero(0)) return motion;
   const Matrix3 turn = spatial::exp_rotation(sensor.tail<3>());
   const Vector3 arm = platform.rotation() * target, spin = motion.tail<3>();
   Vector6 result;
