@@ -7,10 +7,13 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/elasticity/groups.h"
 
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 // The blocks of unknowns that an element touches, ascending.
 void blocks_of(std::span<const int> element, const DofMap& unknowns, std::vector<int>& blocks) {
@@ -18,7 +21,7 @@ void blocks_of(std::span<const int> element, const DofMap& unknowns, std::vector
   for (const int node : element) {
     if (unknowns.is_fixed(node)) continue;
     if (const int body = unknowns.body_of(node); body >= 0) {
-      blocks.push_back(unknowns.body_block(static_cast<std::size_t>(body)));
+      blocks.push_back(unknowns.body_block(at(body)));
       blocks.push_back(blocks.back() + 1);
     } else {
       blocks.push_back(unknowns.block_of(node));
@@ -30,7 +33,7 @@ void blocks_of(std::span<const int> element, const DofMap& unknowns, std::vector
 
 Groups elements_of_blocks(const TetMesh& mesh, const DofMap& unknowns) {
   std::vector<int> blocks;
-  return group(static_cast<std::size_t>(unknowns.blocks()), mesh.element_count(),
+  return group(at(unknowns.blocks()), mesh.element_count(),
                [&](std::size_t e) -> const std::vector<int>& {
                  blocks_of(mesh.element(e), unknowns, blocks);
                  return blocks;
@@ -59,9 +62,8 @@ BlockPattern rows_of_pattern(const TetMesh& mesh, const DofMap& unknowns, const 
   std::vector<int> blocks, row;
   for (int b = part.first; b < part.end; ++b) {
     row.assign(1, b);
-    for (int k = elements.start[static_cast<std::size_t>(b)];
-         k < elements.start[static_cast<std::size_t>(b) + 1]; ++k) {
-      const auto e = static_cast<std::size_t>(elements.item[static_cast<std::size_t>(k)]);
+    for (int k = elements.start[at(b)]; k < elements.start[at(b) + 1]; ++k) {
+      const auto e = at(elements.item[at(k)]);
       blocks_of(mesh.element(e), unknowns, blocks);
       row.insert(row.end(),
                  part.whole ? blocks.begin() : std::upper_bound(blocks.begin(), blocks.end(), b),
@@ -88,9 +90,9 @@ Eigen::MatrixXd motion_of(const TetMesh& mesh, std::span<const int> element, con
     const Eigen::Index row = 3 * static_cast<Eigen::Index>(n);
     if (unknowns.is_fixed(node)) continue;
     if (const int body = unknowns.body_of(node); body >= 0) {
-      const auto b = static_cast<std::size_t>(body);
-      motion.block<3, 6>(row, column(unknowns.body_block(b))) = spatial::rigid_motion(
-          mesh.nodes[static_cast<std::size_t>(node)] - unknowns.bodies()[b].point);
+      const auto b = at(body);
+      motion.block<3, 6>(row, column(unknowns.body_block(b))) =
+          spatial::rigid_motion(mesh.nodes[at(node)] - unknowns.bodies()[b].point);
     } else {
       motion.block<3, 3>(row, column(unknowns.block_of(node))).setIdentity();
     }
@@ -133,10 +135,10 @@ class Scatter {
   template <int Nodes>
   void add_directly(std::span<const int> element, const ElementStiffness<Nodes>& stiffness) {
     for (int i = 0; i < Nodes; ++i) {
-      const int row = unknowns_.block_of(element[static_cast<std::size_t>(i)]);
+      const int row = unknowns_.block_of(element[at(i)]);
       if (row < rows_.first || row >= rows_.end) continue;
       for (int j = 0; j < Nodes; ++j) {
-        const int column = unknowns_.block_of(element[static_cast<std::size_t>(j)]);
+        const int column = unknowns_.block_of(element[at(j)]);
         if (column >= row || (rows_.whole && column >= 0))
           add_block(row, column, stiffness.template block<3, 3>(3 * i, 3 * j));
       }
@@ -165,9 +167,8 @@ class Scatter {
 
 // Elements that touch the given rows, ascending.
 std::vector<int> elements_of_rows(const Groups& elements, const Part& rows) {
-  std::vector<int> some(
-      elements.item.begin() + elements.start[static_cast<std::size_t>(rows.first)],
-      elements.item.begin() + elements.start[static_cast<std::size_t>(rows.end)]);
+  std::vector<int> some(elements.item.begin() + elements.start[at(rows.first)],
+                        elements.item.begin() + elements.start[at(rows.end)]);
   std::sort(some.begin(), some.end());
   some.erase(std::unique(some.begin(), some.end()), some.end());
   return some;
@@ -177,7 +178,7 @@ void add_rows(const TetMesh& mesh, const std::vector<Material>& materials, const
               const Groups& elements, const Part& rows, int first_row, BlockMatrix& matrix) {
   Scatter scatter(mesh, unknowns, rows, first_row, matrix);
   for (const int element : elements_of_rows(elements, rows)) {
-    const auto e = static_cast<std::size_t>(element);
+    const auto e = at(element);
     const Material& material = materials[mesh.material_of(e)];
     if (mesh.curved)
       scatter.add<10>(e, stiffness_curved_tet10(mesh.all_nodes(e), material));
@@ -194,10 +195,9 @@ void add_rows(const TetMesh& mesh, const std::vector<Material>& materials, const
 
 BlockPattern find_pattern(const TetMesh& mesh, const DofMap& unknowns, const Groups& elements,
                           const Part& part, common::ThreadPool& pool) {
-  std::vector<BlockPattern> rows(static_cast<std::size_t>(pieces(part)));
+  std::vector<BlockPattern> rows(at(pieces(part)));
   pool.for_each(pieces(part), [&](int piece) {
-    rows[static_cast<std::size_t>(piece)] =
-        rows_of_pattern(mesh, unknowns, elements, piece_of(part, piece));
+    rows[at(piece)] = rows_of_pattern(mesh, unknowns, elements, piece_of(part, piece));
   });
   std::size_t partners = 0;
   for (const BlockPattern& some : rows) partners += some.partner.size();
@@ -228,17 +228,16 @@ BlockMatrix assemble_part(const TetMesh& mesh, const std::vector<Material>& mate
 DofMap::DofMap(const TetMesh& mesh, const std::vector<int>& fixed_nodes,
                std::vector<ReferenceBody> bodies)
     : master_(mesh.nodes.size(), free), block_(mesh.nodes.size(), -1), bodies_(std::move(bodies)) {
-  for (const int node : fixed_nodes) master_[static_cast<std::size_t>(node)] = fixed;
+  for (const int node : fixed_nodes) master_[at(node)] = fixed;
   for (std::size_t b = 0; b < bodies_.size(); ++b)
     for (const int node : bodies_[b].nodes) {
-      int& master = master_[static_cast<std::size_t>(node)];
+      int& master = master_[at(node)];
       if (master != free)
         throw std::invalid_argument(fmt::format("node {} belongs to two interfaces", node));
       master = static_cast<int>(b);
     }
   for (const int node : along_curve(mesh.nodes))
-    if (const auto n = static_cast<std::size_t>(node); master_[n] == free)
-      block_[n] = node_blocks_++;
+    if (const auto n = at(node); master_[n] == free) block_[n] = node_blocks_++;
 }
 
 Eigen::Matrix3Xd DofMap::displacements(const TetMesh& mesh, const Eigen::VectorXd& values) const {
@@ -250,7 +249,7 @@ Eigen::Matrix3Xd DofMap::displacements(const TetMesh& mesh, const Eigen::VectorX
     } else if (master_[n] == free) {
       column = values.segment<3>(3 * block_[n]);
     } else {
-      const auto b = static_cast<std::size_t>(master_[n]);
+      const auto b = at(master_[n]);
       column = spatial::rigid_motion(mesh.nodes[n] - bodies_[b].point) *
                values.segment<6>(3 * body_block(b));
     }

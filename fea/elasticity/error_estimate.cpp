@@ -14,12 +14,13 @@ int shared(const std::array<int, 2>& s, const std::array<int, 2>& t) {
 }
 
 // Integrals of the products of two shape functions over an element of volume 1.
-Eigen::MatrixXd mass_matrix(int order) {
-  if (order == 1) {
-    Eigen::MatrixXd m = Eigen::MatrixXd::Constant(4, 4, 1.0 / 20);
-    m.diagonal().setConstant(1.0 / 10);
-    return m;
-  }
+Eigen::MatrixXd linear_mass_matrix() {
+  Eigen::MatrixXd m = Eigen::MatrixXd::Constant(4, 4, 1.0 / 20);
+  m.diagonal().setConstant(1.0 / 10);
+  return m;
+}
+
+Eigen::MatrixXd quadratic_mass_matrix() {
   Eigen::MatrixXd m(10, 10);
   m.topLeftCorner<4, 4>().setConstant(1);
   m.topLeftCorner<4, 4>().diagonal().setConstant(6);
@@ -76,7 +77,7 @@ class Contributions {
         material_(material),
         at_corners_(at_corners),
         recovered_(recovered),
-        root_(mass_matrix(mesh.order).llt().matrixU()) {}
+        root_((mesh.order == 1 ? linear_mass_matrix() : quadratic_mass_matrix()).llt().matrixU()) {}
 
   // What element e adds to the upper triangle of the error matrix, column by column.
   void of(std::size_t e, Eigen::Ref<Eigen::VectorXd> parts) {

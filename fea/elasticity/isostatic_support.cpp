@@ -2,8 +2,12 @@
 
 #include <cmath>
 
+#include "kinetostat/common/index.h"
+
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 // The corner of an element for which distance(point) is largest.
 template <class Distance>
@@ -13,7 +17,7 @@ int farthest_corner(const TetMesh& mesh, Distance distance) {
   for (std::size_t e = 0; e < mesh.element_count(); ++e)
     for (std::size_t k = 0; k < 4; ++k) {
       const int node = mesh.element(e)[k];
-      const double d = distance(mesh.nodes[static_cast<std::size_t>(node)]);
+      const double d = distance(mesh.nodes[at(node)]);
       if (d > most) {
         most = d;
         farthest = node;
@@ -25,14 +29,14 @@ int farthest_corner(const TetMesh& mesh, Distance distance) {
 }  // namespace
 
 std::vector<GroundSpring> isostatic_support(const TetMesh& mesh, double young) {
-  const auto at = [&mesh](int node) { return mesh.nodes[static_cast<std::size_t>(node)]; };
+  const auto point = [&mesh](int node) { return mesh.nodes[at(node)]; };
   const Vector3 middle = bounding_box(mesh.nodes).center();
   const int a = farthest_corner(mesh, [&](const Vector3& p) { return (p - middle).norm(); });
-  const int b = farthest_corner(mesh, [&](const Vector3& p) { return (p - at(a)).norm(); });
-  const Vector3 line = (at(b) - at(a)).normalized();
+  const int b = farthest_corner(mesh, [&](const Vector3& p) { return (p - point(a)).norm(); });
+  const Vector3 line = (point(b) - point(a)).normalized();
   const int c =
-      farthest_corner(mesh, [&](const Vector3& p) { return line.cross(p - at(a)).norm(); });
-  const Vector3 normal = line.cross(at(c) - at(a)).normalized();
+      farthest_corner(mesh, [&](const Vector3& p) { return line.cross(p - point(a)).norm(); });
+  const Vector3 normal = line.cross(point(c) - point(a)).normalized();
   // About the stiffness of one element.
   const auto elements = static_cast<double>(mesh.element_count());
   const double stiffness = young * std::cbrt(bounding_box(mesh.nodes).volume() / elements);

@@ -5,19 +5,22 @@
 #include <stdexcept>
 #include <utility>
 
+#include "kinetostat/common/index.h"
+
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 // The ends of the edge that each node lies on; a corner is both its ends itself.
 std::vector<std::array<int, 2>> edge_ends(const TetMesh& mesh) {
   std::vector<std::array<int, 2>> ends(mesh.nodes.size(), {-1, -1});
   for (std::size_t e = 0; e < mesh.element_count(); ++e) {
     const auto tet = mesh.element(e);
-    for (std::size_t c = 0; c < 4; ++c) ends[static_cast<std::size_t>(tet[c])] = {tet[c], tet[c]};
+    for (std::size_t c = 0; c < 4; ++c) ends[at(tet[c])] = {tet[c], tet[c]};
     for (std::size_t edge = 0; edge < tet_edges.size(); ++edge) {
       const auto [a, b] = tet_edges[edge];
-      ends[static_cast<std::size_t>(tet[4 + edge])] = {tet[static_cast<std::size_t>(a)],
-                                                       tet[static_cast<std::size_t>(b)]};
+      ends[at(tet[4 + edge])] = {tet[at(a)], tet[at(b)]};
     }
   }
   return ends;
@@ -27,7 +30,7 @@ std::vector<std::array<int, 2>> edge_ends(const TetMesh& mesh) {
 std::vector<int> corner_numbers(const TetMesh& mesh) {
   std::vector<int> number(mesh.nodes.size(), -1);
   for (std::size_t e = 0; e < mesh.element_count(); ++e)
-    for (const int node : mesh.element(e).first(4)) number[static_cast<std::size_t>(node)] = 0;
+    for (const int node : mesh.element(e).first(4)) number[at(node)] = 0;
   int corners = 0;
   for (int& n : number)
     if (n == 0) n = corners++;
@@ -41,7 +44,7 @@ TetMesh corner_mesh(const TetMesh& mesh, const std::vector<int>& number) {
   corners.connectivity.reserve(4 * mesh.element_count());
   for (std::size_t e = 0; e < mesh.element_count(); ++e)
     for (const int node : mesh.element(e).first(4))
-      corners.connectivity.push_back(number[static_cast<std::size_t>(node)]);
+      corners.connectivity.push_back(number[at(node)]);
   return corners;
 }
 
@@ -54,13 +57,12 @@ DofMap corner_unknowns(const TetMesh& corners, const DofMap& unknowns,
   for (const ReferenceBody& body : unknowns.bodies()) {
     bodies.push_back({body.point, {}});
     for (const int node : body.nodes)
-      if (const int corner = number[static_cast<std::size_t>(node)]; corner >= 0)
-        bodies.back().nodes.push_back(corner);
+      if (const int corner = number[at(node)]; corner >= 0) bodies.back().nodes.push_back(corner);
   }
   DofMap coarse(corners, fixed, std::move(bodies));
   std::vector<GroundSpring> springs;
   for (const GroundSpring& spring : unknowns.springs())
-    if (const int corner = number[static_cast<std::size_t>(spring.node)]; corner >= 0)
+    if (const int corner = number[at(spring.node)]; corner >= 0)
       springs.push_back({corner, spring.stiffness});
   coarse.set_springs(std::move(springs));
   return coarse;
@@ -86,38 +88,34 @@ P1CoarseSpace p1_coarse_space(const TetMesh& mesh, const DofMap& unknowns) {
 }
 
 Prolongation::Prolongation(const TetMesh& mesh, const DofMap& fine, const DofMap& coarse)
-    : parent_(2 * static_cast<std::size_t>(fine.blocks()), -1),
-      child_start_(static_cast<std::size_t>(coarse.blocks()) + 1, 0) {
+    : parent_(2 * at(fine.blocks()), -1), child_start_(at(coarse.blocks()) + 1, 0) {
   const std::vector<int> number = corner_numbers(mesh);
   const std::vector<std::array<int, 2>> ends = edge_ends(mesh);
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
     const int block = fine.block_of(static_cast<int>(n));
     if (block < 0 || ends[n][0] < 0) continue;
     for (std::size_t k = 0; k < 2; ++k) {
-      const int corner = number[static_cast<std::size_t>(ends[n][k])];
+      const int corner = number[at(ends[n][k])];
       if (const int body = coarse.body_of(corner); body >= 0) {
-        const auto b = static_cast<std::size_t>(body);
-        const Vector3 arm =
-            mesh.nodes[static_cast<std::size_t>(ends[n][k])] - coarse.bodies()[b].point;
+        const auto b = at(body);
+        const Vector3 arm = mesh.nodes[at(ends[n][k])] - coarse.bodies()[b].point;
         body_links_.push_back({block, coarse.body_block(b), 0.5 * spatial::rigid_motion(arm)});
       } else {
-        parent_[2 * static_cast<std::size_t>(block) + k] = coarse.block_of(corner);
+        parent_[2 * at(block) + k] = coarse.block_of(corner);
       }
     }
   }
   for (int b = 0; b < 2 * static_cast<int>(fine.bodies().size()); ++b)
     for (std::size_t k = 0; k < 2; ++k)
-      parent_[2 * static_cast<std::size_t>(fine.node_blocks() + b) + k] = coarse.node_blocks() + b;
+      parent_[2 * at(fine.node_blocks() + b) + k] = coarse.node_blocks() + b;
 
   for (const int parent : parent_)
-    if (parent >= 0) ++child_start_[static_cast<std::size_t>(parent) + 1];
+    if (parent >= 0) ++child_start_[at(parent) + 1];
   for (std::size_t b = 1; b < child_start_.size(); ++b) child_start_[b] += child_start_[b - 1];
-  child_.resize(static_cast<std::size_t>(child_start_.back()));
+  child_.resize(at(child_start_.back()));
   std::vector<int> next(child_start_.begin(), child_start_.end() - 1);
   for (std::size_t i = 0; i < parent_.size(); ++i)
-    if (parent_[i] >= 0)
-      child_[static_cast<std::size_t>(next[static_cast<std::size_t>(parent_[i])]++)] =
-          static_cast<int>(i / 2);
+    if (parent_[i] >= 0) child_[at(next[at(parent_[i])]++)] = static_cast<int>(i / 2);
 }
 
 void Prolongation::visit_parts(const std::function<void(int, int, const Matrix3&)>& visit) const {
@@ -136,20 +134,19 @@ void Prolongation::prolong(const MultiVector& coarse, MultiVector& fine,
     Lanes* out = fine.data() + 3 * b;
     for (int a = 0; a < 3; ++a) out[a] = Lanes{};
     for (int k = 0; k < 2; ++k) {
-      const int parent = parent_[static_cast<std::size_t>(2 * b + k)];
+      const int parent = parent_[at(2 * b + k)];
       if (parent < 0) continue;
       for (int a = 0; a < 3; ++a)
         for (int lane = 0; lane < lane_count; ++lane)
-          out[a].v[lane] += 0.5 * coarse[static_cast<std::size_t>(3 * parent + a)].v[lane];
+          out[a].v[lane] += 0.5 * coarse[at(3 * parent + a)].v[lane];
     }
   });
   for (const BodyLink& link : body_links_)
     for (int a = 0; a < 3; ++a)
       for (int c = 0; c < 6; ++c)
         for (int lane = 0; lane < lane_count; ++lane)
-          fine[static_cast<std::size_t>(3 * link.block + a)].v[lane] +=
-              link.half_motion(a, c) *
-              coarse[static_cast<std::size_t>(3 * link.body_block + c)].v[lane];
+          fine[at(3 * link.block + a)].v[lane] +=
+              link.half_motion(a, c) * coarse[at(3 * link.body_block + c)].v[lane];
 }
 
 void Prolongation::restrict(const MultiVector& fine, MultiVector& coarse,
@@ -157,29 +154,25 @@ void Prolongation::restrict(const MultiVector& fine, MultiVector& coarse,
   in_pieces(coarse_blocks(), pool, [&](int b) {
     Lanes* out = coarse.data() + 3 * b;
     for (int a = 0; a < 3; ++a) out[a] = Lanes{};
-    for (int k = child_start_[static_cast<std::size_t>(b)];
-         k < child_start_[static_cast<std::size_t>(b) + 1]; ++k)
+    for (int k = child_start_[at(b)]; k < child_start_[at(b) + 1]; ++k)
       for (int a = 0; a < 3; ++a)
         for (int lane = 0; lane < lane_count; ++lane)
-          out[a].v[lane] +=
-              0.5 *
-              fine[static_cast<std::size_t>(3 * child_[static_cast<std::size_t>(k)] + a)].v[lane];
+          out[a].v[lane] += 0.5 * fine[at(3 * child_[at(k)] + a)].v[lane];
   });
   for (const BodyLink& link : body_links_)
     for (int a = 0; a < 3; ++a)
       for (int c = 0; c < 6; ++c)
         for (int lane = 0; lane < lane_count; ++lane)
-          coarse[static_cast<std::size_t>(3 * link.body_block + c)].v[lane] +=
-              link.half_motion(a, c) * fine[static_cast<std::size_t>(3 * link.block + a)].v[lane];
+          coarse[at(3 * link.body_block + c)].v[lane] +=
+              link.half_motion(a, c) * fine[at(3 * link.block + a)].v[lane];
 }
 
 RigidPoints rigid_points(const TetMesh& mesh, const DofMap& unknowns) {
-  RigidPoints points{
-      .points = std::vector<Vector3>(static_cast<std::size_t>(unknowns.node_blocks())),
-      .bodies = static_cast<int>(unknowns.bodies().size())};
+  RigidPoints points{.points = std::vector<Vector3>(at(unknowns.node_blocks())),
+                     .bodies = static_cast<int>(unknowns.bodies().size())};
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
     if (const int block = unknowns.block_of(static_cast<int>(n)); block >= 0)
-      points.points[static_cast<std::size_t>(block)] = mesh.nodes[n];
+      points.points[at(block)] = mesh.nodes[n];
   for (const ReferenceBody& body : unknowns.bodies()) points.points.push_back(body.point);
   return points;
 }

@@ -1,6 +1,10 @@
 #include "kinetostat/fea/elasticity/p_multigrid.h"
 
+#include "kinetostat/common/index.h"
+
 namespace kinetostat::fea {
+
+using common::at;
 
 CoarseLevel::CoarseLevel(const TetMesh& mesh, const std::vector<Material>& materials,
                          const DofMap& unknowns, common::ThreadPool& pool,
@@ -14,7 +18,7 @@ CoarseLevel::CoarseLevel(const TetMesh& mesh, const std::vector<Material>& mater
       prolongation_(mesh, unknowns, corners.unknowns),
       points_(rigid_points(corners.mesh, corners.unknowns)),
       matrix_(assemble(corners.mesh, materials, corners.unknowns, pool, progress)),
-      lanes_(static_cast<std::size_t>(matrix_.size())),
+      lanes_(at(matrix_.size())),
       solution_(lanes_.size()),
       analysis_(std::async(std::launch::async, [this] {
         return std::make_unique<Factorisation>(matrix_.pattern, points_.bodies);

@@ -7,11 +7,14 @@
 #include <fmt/format.h>
 
 #include "kinetostat/common/child_process.h"
+#include "kinetostat/common/index.h"
 #include "kinetostat/common/out_of_memory.h"
 #include "kinetostat/fea/elasticity/petsc_protocol.h"
 
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 static_assert(petsc::exit_out_of_memory == common::exit_out_of_memory);
 
@@ -112,7 +115,7 @@ PetscSolution solve_with_petsc(const TetMesh& mesh, const std::vector<Material>&
                               "Use a larger element size, or more machines (--launcher)");
   petsc::Answer answer;
   if (result.end != common::ChildResult::End::exited || result.code != petsc::exit_done ||
-      !decode(result.answer, answer) || answer.x.size() != static_cast<std::size_t>(loads.size()) ||
+      !decode(result.answer, answer) || answer.x.size() != at(loads.size()) ||
       answer.numbers.size() != 6)
     throw PetscFailure(fmt::format("PETSc failed: {}", reason(result)));
   return {.x = Eigen::Map<const Eigen::MatrixXd>(answer.x.data(), loads.rows(), loads.cols()),

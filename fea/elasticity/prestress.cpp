@@ -2,8 +2,12 @@
 
 #include <cmath>
 
+#include "kinetostat/common/index.h"
+
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 // Barycentric coordinates of the points, one column each, all of the same weight: those at which
 // the stiffness is integrated (elasticity.h).
@@ -71,8 +75,7 @@ Matrix3 body_stress_stiffness(const TetMesh& mesh, const ReferenceBody& body,
                               const Eigen::Matrix3Xd& nodal_forces) {
   Matrix3 virial = Matrix3::Zero();
   for (const int n : body.nodes)
-    virial +=
-        nodal_forces.col(n) * (mesh.nodes[static_cast<std::size_t>(n)] - body.point).transpose();
+    virial += nodal_forces.col(n) * (mesh.nodes[at(n)] - body.point).transpose();
   // r x (r x a) = r (r . a) - a (r . r).
   return 0.5 * (virial + virial.transpose()) - virial.trace() * Matrix3::Identity();
 }
@@ -92,7 +95,7 @@ Eigen::VectorXd PrestressProduct::on_unknowns(const Eigen::Matrix3Xd& forces) co
     if (const int block = unknowns_.block_of(node); block >= 0) {
       values.segment<3>(3 * block) += forces.col(node);
     } else if (const int body = unknowns_.body_of(node); body >= 0) {
-      const auto b = static_cast<std::size_t>(body);
+      const auto b = at(body);
       values.segment<6>(3 * unknowns_.body_block(b)) +=
           spatial::rigid_motion(mesh_.nodes[n] - unknowns_.bodies()[b].point).transpose() *
           forces.col(node);

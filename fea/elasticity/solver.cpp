@@ -10,12 +10,15 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/common/memory.h"
 #include "kinetostat/fea/elasticity/p_multigrid.h"
 #include "kinetostat/fea/linear_algebra/conjugate_gradients.h"
 
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) {
@@ -69,7 +72,7 @@ class Task {
         progress_(progress),
         pool_(std::max(options.threads, 1)),
         limit_(options.memory > 0 ? options.memory : common::memory_share()) {
-    stats_.unknowns = 3 * static_cast<std::size_t>(unknowns.blocks());
+    stats_.unknowns = 3 * at(unknowns.blocks());
     stats_.levels = {stats_.unknowns};
     stats_.bytes_before = common::resident_memory();
   }
@@ -122,18 +125,21 @@ class Task {
                                                .launcher = options_.launcher,
                                                .tolerance = 0.1 * options_.tolerance},
                                               progress_);
+    count(solution);
+    return std::move(solution.x);
+  }
+
+  void count(const PetscSolution& solution) {
     stats_.iterations = solution.iterations;
     stats_.residual = solution.residual;
     stats_.levels.push_back(solution.coarse_unknowns);
     stats_.setup_seconds = solution.setup_seconds;
     stats_.solve_seconds = solution.solve_seconds;
     stats_.helper_bytes = solution.bytes;
-    return std::move(solution.x);
   }
 
   void forecast_petsc() {
-    stats_.petsc = {.bytes = petsc_bytes(stats_.unknowns, static_cast<std::size_t>(loads_.cols()),
-                                         options_.processes),
+    stats_.petsc = {.bytes = petsc_bytes(stats_.unknowns, at(loads_.cols()), options_.processes),
                     .seconds = static_cast<double>(stats_.unknowns) *
                                static_cast<double>(loads_.cols()) /
                                (petsc_rate * options_.processes)};
@@ -202,6 +208,13 @@ class Task {
     stats_.levels.insert(stats_.levels.end(), levels.begin(), levels.end());
   }
 
+  std::string unconverged(const ConjugateGradientResult& result) const {
+    return fmt::format(
+        "multigrid reached {:.1e} of {:.0e} in {} iterations: badly shaped elements or a "
+        "Poisson's ratio near 0.5",
+        result.residual, options_.tolerance, result.iterations);
+  }
+
   std::optional<Eigen::MatrixXd> iterate(MultiVectorProduct& product, PMultigrid& multigrid) {
     const auto start = Clock::now();
     Eigen::MatrixXd x(loads_.rows(), loads_.cols());
@@ -213,10 +226,7 @@ class Task {
       stats_.iterations = std::max(stats_.iterations, result.iterations);
       stats_.residual = std::max(stats_.residual, result.residual);
       if (!result.converged) {
-        stats_.reason = fmt::format(
-            "multigrid reached {:.1e} of {:.0e} in {} iterations: badly shaped elements or a "
-            "Poisson's ratio near 0.5",
-            result.residual, options_.tolerance, result.iterations);
+        stats_.reason = unconverged(result);
         return {};
       }
       from_multi_vector(result.x, x.middleCols(first, count));

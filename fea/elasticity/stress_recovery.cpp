@@ -7,11 +7,14 @@
 
 #include <Eigen/Cholesky>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/elasticity/groups.h"
 #include "kinetostat/fea/linear_algebra/several_processors.h"
 
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 constexpr Eigen::Index components = 6;
 // With fewer elements around it, a corner node borrows those of its neighbours.
@@ -129,8 +132,7 @@ class Patch {
     centre_ = position(node);
     scale_ = 0;
     for (const int e : elements_)
-      for (const Vector3& p : mesh_.corners(static_cast<std::size_t>(e)))
-        scale_ = std::max(scale_, (p - centre_).norm());
+      for (const Vector3& p : mesh_.corners(at(e))) scale_ = std::max(scale_, (p - centre_).norm());
     // The normal matrix stands right of the right-hand sides.
     const Eigen::Index width = stresses_.rows();
     sums_.setZero(terms_count_, width + terms_count_);
@@ -148,7 +150,7 @@ class Patch {
  private:
   using Normal = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 10, 10>;
 
-  const Vector3& position(int node) const { return mesh_.nodes[static_cast<std::size_t>(node)]; }
+  const Vector3& position(int node) const { return mesh_.nodes[at(node)]; }
   Terms terms(const Vector3& x) const { return terms_at((x - centre_) / scale_, mesh_.order); }
 
   void choose_elements(int node) {
@@ -156,7 +158,7 @@ class Patch {
     elements_.assign(near.begin(), near.end());
     if (elements_.size() >= fewest_elements) return;
     for (const int e : near)
-      for (const int neighbour : mesh_.element(static_cast<std::size_t>(e)).first(4)) {
+      for (const int neighbour : mesh_.element(at(e)).first(4)) {
         const auto more = around_.elements.of(neighbour);
         elements_.insert(elements_.end(), more.begin(), more.end());
       }
@@ -164,7 +166,7 @@ class Patch {
   }
 
   Vector3 place_of_sample(int e, Eigen::Index q) const {
-    const auto element = static_cast<std::size_t>(e);
+    const auto element = at(e);
     const Eigen::Vector4d l = points_.col(q);
     Vector3 x = Vector3::Zero();
     if (mesh_.curved) {
@@ -201,8 +203,7 @@ class Patch {
     const Eigen::Index n = terms_count_, cases = stresses_.rows() / components;
     coupled_.setZero(components * n, components * n);
     for (Eigen::Index i = 0; i < components; ++i) coupled_.block(i * n, i * n, n, n) = normal_;
-    for (const int f : around_.free_faces.of(node))
-      add_tractions(mesh_.boundary[static_cast<std::size_t>(f)]);
+    for (const int f : around_.free_faces.of(node)) add_tractions(mesh_.boundary[at(f)]);
     by_case_.resize(components * n, cases);
     for (Eigen::Index c = 0; c < cases; ++c)
       for (Eigen::Index i = 0; i < components; ++i)
@@ -307,18 +308,15 @@ class Recovery {
       if (mesh_.material_of(e) != around_.material) continue;
       const auto element = mesh_.element(e);
       for (std::size_t k = 0; k < tet_edges.size(); ++k)
-        ends[static_cast<std::size_t>(element[4 + k])] = {
-            element[static_cast<std::size_t>(tet_edges[k][0])],
-            element[static_cast<std::size_t>(tet_edges[k][1])]};
+        ends[at(element[4 + k])] = {element[at(tet_edges[k][0])], element[at(tet_edges[k][1])]};
     }
     pool_.for_each_piece(ends.size(), at_once, [&](int, std::size_t begin, std::size_t last) {
       for (std::size_t n = begin; n < last; ++n)
         for (const int end : ends[n]) {
           if (end < 0) continue;
-          const auto p = static_cast<std::size_t>(place_[static_cast<std::size_t>(end)]);
+          const auto p = at(place_[at(end)]);
           const Terms at_middle =
-              terms_at((mesh_.nodes[n] - mesh_.nodes[static_cast<std::size_t>(end)]) / scales_[p],
-                       mesh_.order);
+              terms_at((mesh_.nodes[n] - mesh_.nodes[at(end)]) / scales_[p], mesh_.order);
           result.col(static_cast<Eigen::Index>(n)) += 0.5 * (polynomial(p).transpose() * at_middle);
         }
     });

@@ -4,8 +4,12 @@
 
 #include <Eigen/Cholesky>
 
+#include "kinetostat/common/index.h"
+
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 // Integrals of the products of shape functions over a triangle of unit area.
 const Eigen::Matrix3d linear_products = (Matrix3::Ones() + Matrix3::Identity()) / 12;
@@ -27,9 +31,7 @@ AverageMotion::AverageMotion(const TetMesh& mesh, const Interface& interface, co
     : nodes_(interface.nodes) {
   for (const BoundaryFace& face : mesh.boundary) {
     if (face.tag != interface.tag) continue;
-    const auto p = [&](std::size_t k) {
-      return mesh.nodes[static_cast<std::size_t>(face.nodes[k])];
-    };
+    const auto p = [&](std::size_t k) { return mesh.nodes[at(face.nodes[k])]; };
     Face own{.nodes = {}, .area = 0.5 * (p(1) - p(0)).cross(p(2) - p(0)).norm()};
     for (std::size_t k = 0; k < mesh.nodes_per_face(); ++k)
       own.nodes.push_back(static_cast<int>(
@@ -38,8 +40,7 @@ AverageMotion::AverageMotion(const TetMesh& mesh, const Interface& interface, co
     faces_.push_back(std::move(own));
   }
   // About the centroid, where forces and moments do not mix, and then moved to the point.
-  for (const int n : nodes_)
-    arms_.push_back(mesh.nodes[static_cast<std::size_t>(n)] - interface.centroid);
+  for (const int n : nodes_) arms_.push_back(mesh.nodes[at(n)] - interface.centroid);
   const auto rows = 3 * static_cast<Eigen::Index>(nodes_.size());
   Eigen::MatrixXd rigid(rows, 6), integrals = Eigen::MatrixXd::Zero(rows, 6);
   for (std::size_t n = 0; n < nodes_.size(); ++n)

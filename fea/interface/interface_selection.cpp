@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/common/spelling.h"
 #include "kinetostat/fea/surface/box_tree.h"
 #include "kinetostat/fea/surface/surface_faces.h"
@@ -17,6 +18,8 @@
 
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 constexpr double degree = std::numbers::pi / 180;
 constexpr std::size_t shown = 4;  // candidates in a message
@@ -54,7 +57,7 @@ class PatchMatcher {
   bool contains(const Vector3& p) const {
     bool found = false;
     tree_.visit_overlapping(Box(p, p), [&](int facet) {
-      const auto f = static_cast<std::size_t>(facet);
+      const auto f = at(facet);
       found = found || distance_from_triangle(p, {surface_.corner(f, 0), surface_.corner(f, 1),
                                                   surface_.corner(f, 2)}) <= tolerance_;
     });
@@ -132,25 +135,30 @@ class Membership {
 
 // The facet first met by the ray, or -1. Sides count as inside, so that no ray passes between
 // facets.
+double distance_along(const NearestFaceSelector& ray, const SurfaceMesh& surface, std::size_t f) {
+  constexpr double missed = std::numeric_limits<double>::infinity();
+  const Vector3 &a = surface.corner(f, 0), ab = surface.corner(f, 1) - a,
+                ac = surface.corner(f, 2) - a, cross = ray.direction.cross(ac);
+  const double determinant = ab.dot(cross);
+  if (determinant == 0) return missed;
+  const Vector3 arm = ray.point - a;
+  const double u = arm.dot(cross) / determinant;
+  const double v = ray.direction.dot(arm.cross(ab)) / determinant;
+  const double distance = ac.dot(arm.cross(ab)) / determinant;
+  constexpr double edge = -1e-9;
+  if (u < edge || v < edge || u + v > 1 - edge || distance < -distance_tolerance(surface))
+    return missed;
+  return distance;
+}
+
 int first_hit(const SurfaceMesh& surface, const NearestFaceSelector& ray) {
   int nearest = -1;
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
-    const Vector3 &a = surface.corner(f, 0), ab = surface.corner(f, 1) - a,
-                  ac = surface.corner(f, 2) - a, cross = ray.direction.cross(ac);
-    const double determinant = ab.dot(cross);
-    if (determinant == 0) continue;
-    const Vector3 arm = ray.point - a;
-    const double u = arm.dot(cross) / determinant;
-    const double v = ray.direction.dot(arm.cross(ab)) / determinant;
-    const double distance = ac.dot(arm.cross(ab)) / determinant;
-    constexpr double edge = -1e-9;
-    if (u < edge || v < edge || u + v > 1 - edge || distance < -distance_tolerance(surface))
-      continue;
-    if (distance < least) {
-      least = distance;
-      nearest = static_cast<int>(f);
-    }
+    const double distance = distance_along(ray, surface, f);
+    if (!(distance < least)) continue;
+    least = distance;
+    nearest = static_cast<int>(f);
   }
   return nearest;
 }
@@ -333,11 +341,9 @@ Interface interface_on(const TetMesh& mesh, int tag) {
   Vector3 origin = Vector3::Zero();
   for (const BoundaryFace& face : mesh.boundary) {
     if (face.tag != tag) continue;
-    if (result.faces++ == 0) origin = mesh.nodes[static_cast<std::size_t>(face.nodes[0])];
+    if (result.faces++ == 0) origin = mesh.nodes[at(face.nodes[0])];
     for (std::size_t k = 0; k < mesh.nodes_per_face(); ++k) result.nodes.push_back(face.nodes[k]);
-    const auto p = [&](std::size_t k) -> Vector3 {
-      return mesh.nodes[static_cast<std::size_t>(face.nodes[k])] - origin;
-    };
+    const auto p = [&](std::size_t k) -> Vector3 { return mesh.nodes[at(face.nodes[k])] - origin; };
     const double area = 0.5 * (p(1) - p(0)).cross(p(2) - p(0)).norm();
     const Vector3 sum = p(0) + p(1) + p(2);
     result.area += area;

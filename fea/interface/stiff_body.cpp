@@ -6,8 +6,12 @@
 #include <utility>
 #include <vector>
 
+#include "kinetostat/common/index.h"
+
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 constexpr int most_halvings = 12;
 constexpr double least_shrinkage = 0.25;  // of the area of a facet from bottom to top
@@ -20,22 +24,27 @@ struct Patch {
 
   Vector3 area_vector(const Triangle& t, double height) const {
     const auto p = [&](std::size_t k) -> Vector3 {
-      const auto corner = static_cast<std::size_t>(t[k]);
+      const auto corner = at(t[k]);
       return points[corner] + height * normals[corner];
     };
     return 0.5 * (p(1) - p(0)).cross(p(2) - p(0));
   }
 };
 
-Patch patch_of(const TetMesh& mesh, const Interface& interface) {
-  Patch patch;
+std::vector<int> corners_of(const TetMesh& mesh, const Interface& interface) {
+  std::vector<int> corners;
   for (const BoundaryFace& face : mesh.boundary)
     if (face.tag == interface.tag)
-      patch.corners.insert(patch.corners.end(), face.nodes.begin(), face.nodes.begin() + 3);
-  std::sort(patch.corners.begin(), patch.corners.end());
-  patch.corners.erase(std::unique(patch.corners.begin(), patch.corners.end()), patch.corners.end());
-  for (const int corner : patch.corners)
-    patch.points.push_back(mesh.nodes[static_cast<std::size_t>(corner)]);
+      corners.insert(corners.end(), face.nodes.begin(), face.nodes.begin() + 3);
+  std::sort(corners.begin(), corners.end());
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  return corners;
+}
+
+Patch patch_of(const TetMesh& mesh, const Interface& interface) {
+  Patch patch;
+  patch.corners = corners_of(mesh, interface);
+  for (const int corner : patch.corners) patch.points.push_back(mesh.nodes[at(corner)]);
   patch.normals.assign(patch.corners.size(), Vector3::Zero());
   for (const BoundaryFace& face : mesh.boundary) {
     if (face.tag != interface.tag) continue;
@@ -46,8 +55,7 @@ Patch patch_of(const TetMesh& mesh, const Interface& interface) {
           patch.corners.begin());
   }
   for (const Triangle& t : patch.triangles)
-    for (const int corner : t)
-      patch.normals[static_cast<std::size_t>(corner)] += patch.area_vector(t, 0);
+    for (const int corner : t) patch.normals[at(corner)] += patch.area_vector(t, 0);
   for (Vector3& normal : patch.normals) normal.normalize();
   return patch;
 }
@@ -81,22 +89,19 @@ class Grower {
   }
 
   void add_tetrahedron(std::array<int, 4> tet) {
-    const auto p = [&](std::size_t k) { return mesh_.nodes[static_cast<std::size_t>(tet[k])]; };
+    const auto p = [&](std::size_t k) { return mesh_.nodes[at(tet[k])]; };
     if (volume({p(0), p(1), p(2), p(3)}) < 0) std::swap(tet[2], tet[3]);
     mesh_.connectivity.insert(mesh_.connectivity.end(), tet.begin(), tet.end());
     if (mesh_.order == 1) return;
     for (const auto& [a, b] : tet_edges)
-      mesh_.connectivity.push_back(
-          middle(tet[static_cast<std::size_t>(a)], tet[static_cast<std::size_t>(b)]));
+      mesh_.connectivity.push_back(middle(tet[at(a)], tet[at(b)]));
   }
 
  private:
   int middle(int a, int b) {
-    const auto [at, is_new] = middles_.try_emplace(std::minmax(a, b), 0);
-    if (is_new)
-      at->second = add_node(0.5 * (mesh_.nodes[static_cast<std::size_t>(a)] +
-                                   mesh_.nodes[static_cast<std::size_t>(b)]));
-    return at->second;
+    const auto [known, is_new] = middles_.try_emplace(std::minmax(a, b), 0);
+    if (is_new) known->second = add_node(0.5 * (mesh_.nodes[at(a)] + mesh_.nodes[at(b)]));
+    return known->second;
   }
 
   TetMesh& mesh_;
@@ -117,8 +122,8 @@ void grow_stiff_body(TetMesh& mesh, const Interface& interface, int material) {
     // Prisms with a common side cut it along the same diagonal, from the lower corner below to the
     // higher one above.
     std::sort(t.begin(), t.end());
-    const auto low = [&](std::size_t k) { return patch.corners[static_cast<std::size_t>(t[k])]; };
-    const auto high = [&](std::size_t k) { return top[static_cast<std::size_t>(t[k])]; };
+    const auto low = [&](std::size_t k) { return patch.corners[at(t[k])]; };
+    const auto high = [&](std::size_t k) { return top[at(t[k])]; };
     grower.add_tetrahedron({low(0), low(1), low(2), high(2)});
     grower.add_tetrahedron({low(0), low(1), high(1), high(2)});
     grower.add_tetrahedron({low(0), high(0), high(1), high(2)});

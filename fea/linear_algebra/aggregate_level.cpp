@@ -9,10 +9,13 @@
 
 #include <Eigen/LU>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/linear_algebra/several_processors.h"
 
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 using Motion = Eigen::Matrix<double, 3, 6, Eigen::RowMajor>;
 
@@ -36,15 +39,14 @@ inline void add_transposed_product(const double* p, const double* y, double* c) 
 
 // Adds the rows of `more` from `first` on.
 void append(RigidRows& rows, const RigidRows& more, int first = 0) {
-  const int begin = more.start[static_cast<std::size_t>(first)];
-  const std::size_t blocks =
-      rows.column.size() + more.column.size() - static_cast<std::size_t>(begin);
-  if (blocks > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+  const int begin = more.start[at(first)];
+  const std::size_t blocks = rows.column.size() + more.column.size() - at(begin);
+  if (blocks > at(std::numeric_limits<int>::max()))
     throw std::length_error("the coarse level has more than 2^31 blocks");
   const int shift = static_cast<int>(rows.column.size()) - begin;
   rows.column.insert(rows.column.end(), more.column.begin() + begin, more.column.end());
   rows.value.insert(rows.value.end(), more.block(begin), more.block(more.start.back()));
-  for (auto r = static_cast<std::size_t>(first) + 1; r < more.start.size(); ++r)
+  for (auto r = at(first) + 1; r < more.start.size(); ++r)
     rows.start.push_back(more.start[r] + shift);
 }
 
@@ -55,17 +57,17 @@ void multiply_rows(const BlockMatrix& a, const WholeRows& whole, const RigidRows
   for (int row = first; row < end; ++row) {
     const int begin = product.start.back();
     for (int k = whole.begin(row); k < whole.end(row); ++k) {
-      const auto other = static_cast<std::size_t>(whole.column[static_cast<std::size_t>(k)]);
-      const int place = whole.place[static_cast<std::size_t>(k)];
+      const auto other = at(whole.column[at(k)]);
+      const int place = whole.place[at(k)];
       const double* block = a.block(WholeRows::stored(place)).data();
       for (int p = x.start[other]; p < x.start[other + 1]; ++p) {
-        int& at = slot[static_cast<std::size_t>(x.column_of(p))];
-        if (at < begin) {
-          at = static_cast<int>(product.column.size());
+        int& seat = slot[at(x.column_of(p))];
+        if (seat < begin) {
+          seat = static_cast<int>(product.column.size());
           product.column.push_back(x.column_of(p));
           product.value.resize(product.value.size() + RigidRows::entries, 0.0);
         }
-        add_product(block, place < 0, x.block(p), product.block(at));
+        add_product(block, place < 0, x.block(p), product.block(seat));
       }
     }
     product.start.push_back(static_cast<int>(product.column.size()));
@@ -75,13 +77,11 @@ void multiply_rows(const BlockMatrix& a, const WholeRows& whole, const RigidRows
 // The first rows of A X.
 RigidRows multiply(const BlockMatrix& a, const WholeRows& whole, const RigidRows& x, int rows,
                    int columns, common::ThreadPool& pool) {
-  std::vector<RigidRows> parts(static_cast<std::size_t>(
-      common::ThreadPool::pieces(static_cast<std::size_t>(rows), rows_at_once)));
+  std::vector<RigidRows> parts(at(common::ThreadPool::pieces(at(rows), rows_at_once)));
   pool.for_each(static_cast<int>(parts.size()), [&](int i) {
-    std::vector<int> slot(static_cast<std::size_t>(columns), -1);
+    std::vector<int> slot(at(columns), -1);
     const int first = i * rows_at_once;
-    multiply_rows(a, whole, x, first, std::min(first + rows_at_once, rows), slot,
-                  parts[static_cast<std::size_t>(i)]);
+    multiply_rows(a, whole, x, first, std::min(first + rows_at_once, rows), slot, parts[at(i)]);
   });
   RigidRows product;
   std::size_t blocks = 0;
@@ -95,9 +95,8 @@ RigidRows multiply(const BlockMatrix& a, const WholeRows& whole, const RigidRows
 // How the blocks of a point move with a rigid body at `centre` whose rotation counts in `length`.
 std::array<Motion, 2> motions(const RigidPoints& points, int point, const Vector3& centre,
                               double length) {
-  std::array<Motion, 2> motion{
-      spatial::rigid_motion(points.points[static_cast<std::size_t>(point)] - centre),
-      Motion::Zero()};
+  std::array<Motion, 2> motion{spatial::rigid_motion(points.points[at(point)] - centre),
+                               Motion::Zero()};
   motion[0].rightCols<3>() /= length;
   motion[1].rightCols<3>() = points.length / length * Matrix3::Identity();
   return motion;
@@ -106,14 +105,13 @@ std::array<Motion, 2> motions(const RigidPoints& points, int point, const Vector
 // The middles of the aggregates, and their size as the length.
 RigidPoints middles(const RigidPoints& points, const std::vector<int>& aggregate) {
   const int count = *std::max_element(aggregate.begin(), aggregate.end()) + 1;
-  RigidPoints coarse{
-      .points = std::vector<Vector3>(static_cast<std::size_t>(count), Vector3::Zero()),
-      .bodies = points.bodies,
-      .turning = true};
-  std::vector<int> members(static_cast<std::size_t>(count), 0);
+  RigidPoints coarse{.points = std::vector<Vector3>(at(count), Vector3::Zero()),
+                     .bodies = points.bodies,
+                     .turning = true};
+  std::vector<int> members(at(count), 0);
   const auto for_each = [&](const auto& visit) {
     for (std::size_t p = 0; p < aggregate.size(); ++p)
-      if (aggregate[p] >= 0) visit(points.points[p], static_cast<std::size_t>(aggregate[p]));
+      if (aggregate[p] >= 0) visit(points.points[p], at(aggregate[p]));
   };
   for_each([&](const Vector3& p, std::size_t a) {
     coarse.points[a] += p;
@@ -131,13 +129,12 @@ RigidRows rigid_motions(const RigidPoints& points, const std::vector<int>& aggre
                         const RigidPoints& coarse) {
   RigidRows rows;
   for (int p = 0; p < points.size(); ++p) {
-    const int a = aggregate[static_cast<std::size_t>(p)];
+    const int a = aggregate[at(p)];
     const auto motion =
-        motions(points, p, a < 0 ? Vector3(0, 0, 0) : coarse.points[static_cast<std::size_t>(a)],
-                coarse.length);
+        motions(points, p, a < 0 ? Vector3(0, 0, 0) : coarse.points[at(a)], coarse.length);
     for (int b = 0; b < points.blocks_of(p); ++b) {
       if (a >= 0) {
-        const Motion& m = motion[static_cast<std::size_t>(b)];
+        const Motion& m = motion[at(b)];
         rows.column.push_back(a);
         rows.value.insert(rows.value.end(), m.data(), m.data() + m.size());
       }
@@ -161,10 +158,9 @@ RigidRows smoothed(const BlockMatrix& a, const WholeRows& whole, const RigidRows
         block += Eigen::Map<const Motion>(rigid.block(own));
     }
   };
-  pool.for_each_piece(static_cast<std::size_t>(bodies), rows_at_once,
-                      [&](int, std::size_t begin, std::size_t end) {
-                        for (std::size_t row = begin; row < end; ++row) smooth_row(row);
-                      });
+  pool.for_each_piece(at(bodies), rows_at_once, [&](int, std::size_t begin, std::size_t end) {
+    for (std::size_t row = begin; row < end; ++row) smooth_row(row);
+  });
   append(smooth, rigid, bodies);
   return smooth;
 }
@@ -176,12 +172,10 @@ class GalerkinProduct {
       : p_(p), columns_(columns), ap_(ap), count_(static_cast<int>(columns.start.size()) - 1) {}
 
   BlockMatrix compute(common::ThreadPool& pool) const {
-    std::vector<BlockMatrix> parts(static_cast<std::size_t>(
-        common::ThreadPool::pieces(static_cast<std::size_t>(count_), aggregates_at_once)));
+    std::vector<BlockMatrix> parts(at(common::ThreadPool::pieces(at(count_), aggregates_at_once)));
     pool.for_each(static_cast<int>(parts.size()), [&](int i) {
       const int first = i * aggregates_at_once;
-      parts[static_cast<std::size_t>(i)] =
-          rows(first, std::min(first + aggregates_at_once, count_));
+      parts[at(i)] = rows(first, std::min(first + aggregates_at_once, count_));
     });
     BlockMatrix whole;
     for (BlockMatrix& part : parts) {
@@ -198,14 +192,14 @@ class GalerkinProduct {
   // The rows of some aggregates.
   BlockMatrix rows(int first, int end) const {
     BlockMatrix rows;
-    std::vector<int> slot(static_cast<std::size_t>(count_), -1), partner;
+    std::vector<int> slot(at(count_), -1), partner;
     std::vector<double> value;
     for (int i = first; i < end; ++i) {
       partner.clear();
       value.clear();
       sum_up(i, slot, partner, value);
       append_rows(i, partner, slot, value, rows);
-      for (const int j : partner) slot[static_cast<std::size_t>(j)] = -1;
+      for (const int j : partner) slot[at(j)] = -1;
     }
     return rows;
   }
@@ -215,18 +209,17 @@ class GalerkinProduct {
               std::vector<double>& value) const {
     for (std::size_t k = columns_.begin(i); k < columns_.end(i); ++k) {
       const double* left = p_.block(columns_.place[k]);
-      const auto row = static_cast<std::size_t>(columns_.row[k]);
+      const auto row = at(columns_.row[k]);
       for (int q = ap_.start[row]; q < ap_.start[row + 1]; ++q) {
         const int j = ap_.column_of(q);
         if (j < i) continue;
-        int& at = slot[static_cast<std::size_t>(j)];
-        if (at < 0) {
-          at = static_cast<int>(partner.size());
+        int& place = slot[at(j)];
+        if (place < 0) {
+          place = static_cast<int>(partner.size());
           partner.push_back(j);
           value.resize(value.size() + square, 0.0);
         }
-        add_transposed_product(left, ap_.block(q),
-                               value.data() + square * static_cast<std::size_t>(at));
+        add_transposed_product(left, ap_.block(q), value.data() + square * at(place));
       }
     }
   }
@@ -239,9 +232,7 @@ class GalerkinProduct {
       for (const int j : partner)
         for (int side = j == i ? half : 0; side < 2; ++side) {
           rows.pattern.partner.push_back(2 * j + side);
-          const double* block =
-              value.data() + square * static_cast<std::size_t>(slot[static_cast<std::size_t>(j)]) +
-              18 * half + 3 * side;
+          const double* block = value.data() + square * at(slot[at(j)]) + 18 * half + 3 * side;
           for (int a = 0; a < 3; ++a)
             rows.value.insert(rows.value.end(), block + 6 * a, block + 6 * a + 3);
         }
@@ -265,8 +256,7 @@ void prolong_rows(const RigidRows& rows, int first, int end, const Lanes* coarse
   auto* fine = reinterpret_cast<Register*>(fine_lanes);
   for (int row = first; row < end; ++row) {
     Register y0{}, y1{}, y2{};
-    for (int k = rows.start[static_cast<std::size_t>(row)];
-         k < rows.start[static_cast<std::size_t>(row) + 1]; ++k) {
+    for (int k = rows.start[at(row)]; k < rows.start[at(row) + 1]; ++k) {
       const double* p = rows.block(k);
       const Register* x = coarse + 6 * rows.column_of(k);
       for (int j = 0; j < 6; ++j) {
@@ -301,18 +291,15 @@ void restrict_columns(const RigidRows& rows, const RigidColumns& columns, int fi
 }  // namespace
 
 RigidColumns::RigidColumns(const RigidRows& rows, int columns)
-    : start(static_cast<std::size_t>(columns) + 1, 0),
-      row(rows.column.size()),
-      place(rows.column.size()) {
-  for (const int c : rows.column) ++start[static_cast<std::size_t>(c) + 1];
+    : start(at(columns) + 1, 0), row(rows.column.size()), place(rows.column.size()) {
+  for (const int c : rows.column) ++start[at(c) + 1];
   for (std::size_t c = 1; c < start.size(); ++c) start[c] += start[c - 1];
   std::vector<int> next(start.begin(), start.end() - 1);
   for (int r = 0; r < rows.rows(); ++r)
-    for (int k = rows.start[static_cast<std::size_t>(r)];
-         k < rows.start[static_cast<std::size_t>(r) + 1]; ++k) {
-      const auto at = static_cast<std::size_t>(next[static_cast<std::size_t>(rows.column_of(k))]++);
-      row[at] = r;
-      place[at] = k;
+    for (int k = rows.start[at(r)]; k < rows.start[at(r) + 1]; ++k) {
+      const auto free = at(next[at(rows.column_of(k))]++);
+      row[free] = r;
+      place[free] = k;
     }
 }
 
@@ -338,7 +325,7 @@ std::size_t AggregateLevel::bytes() const {
 }
 
 void AggregateLevel::prolong(const MultiVector& coarse, MultiVector& fine) const {
-  pool_.for_each_piece(static_cast<std::size_t>(prolongation_.rows()), rows_at_once,
+  pool_.for_each_piece(at(prolongation_.rows()), rows_at_once,
                        [&](int, std::size_t begin, std::size_t end) {
                          prolong_rows(prolongation_, static_cast<int>(begin), static_cast<int>(end),
                                       coarse.data(), fine.data());

@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <utility>
 
+#include "kinetostat/common/index.h"
+
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 // With two cycles, conjugate gradients need about as many iterations as with the factors (L-shaped
 // foot of 3 million unknowns: 11; with one cycle 12). The eigenvalues of one cycle times A are
@@ -27,9 +31,9 @@ AggregationMultigrid::Level::Level(BlockMatrix from, const RigidPoints& points,
       product(matrix, pool),
       cycle(product, progress),
       below(matrix, points, cycle.smoother().largest_eigenvalue(), pool),
-      load(static_cast<std::size_t>(below.matrix().size())),
+      load(at(below.matrix().size())),
       motion(load.size()),
-      residual(static_cast<std::size_t>(matrix.size())),
+      residual(at(matrix.size())),
       step(residual.size()),
       work(residual.size()) {}
 

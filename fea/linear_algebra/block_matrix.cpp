@@ -3,11 +3,15 @@
 #include <limits>
 #include <stdexcept>
 
+#include "kinetostat/common/index.h"
+
 namespace kinetostat::fea {
+
+using common::at;
 
 void append(BlockPattern& pattern, const BlockPattern& rows) {
   const std::size_t before = pattern.partner.size();
-  if (before + rows.partner.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+  if (before + rows.partner.size() > at(std::numeric_limits<int>::max()))
     throw std::length_error("the stiffness matrix has more than 2^31 blocks");
   pattern.partner.insert(pattern.partner.end(), rows.partner.begin(), rows.partner.end());
   for (std::size_t b = 1; b < rows.start.size(); ++b)
@@ -33,25 +37,24 @@ Eigen::MatrixXd BlockMatrix::residual(const Eigen::MatrixXd& b, const Eigen::Mat
   return out.cast<double>();
 }
 
-WholeRows::WholeRows(const BlockPattern& pattern)
-    : start(static_cast<std::size_t>(pattern.blocks()) + 1, 0) {
+WholeRows::WholeRows(const BlockPattern& pattern) : start(at(pattern.blocks()) + 1, 0) {
   const auto for_each = [&pattern](const auto& visit) {
     for (int row = 0; row < pattern.blocks(); ++row)
       for (std::size_t k = pattern.begin(row); k < pattern.end(row); ++k)
         visit(row, pattern.partner[k], static_cast<int>(k));
   };
   for_each([this](int row, int other, int) {
-    ++start[static_cast<std::size_t>(row) + 1];
-    if (other != row) ++start[static_cast<std::size_t>(other) + 1];
+    ++start[at(row) + 1];
+    if (other != row) ++start[at(other) + 1];
   });
   for (std::size_t b = 1; b < start.size(); ++b) start[b] += start[b - 1];
-  column.resize(static_cast<std::size_t>(start.back()));
+  column.resize(at(start.back()));
   place.resize(column.size());
   std::vector<int> next(start.begin(), start.end() - 1);
   const auto put = [&](int row, int other, int k) {
-    const auto at = static_cast<std::size_t>(next[static_cast<std::size_t>(row)]++);
-    column[at] = other;
-    place[at] = k;
+    const auto free = at(next[at(row)]++);
+    column[free] = other;
+    place[free] = k;
   };
   for_each([&put](int row, int other, int k) {
     put(row, other, k);

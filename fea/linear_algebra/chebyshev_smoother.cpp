@@ -4,11 +4,14 @@
 
 #include <Eigen/LU>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/linear_algebra/conjugate_gradients.h"
 #include "kinetostat/fea/linear_algebra/several_processors.h"
 
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 // Row k - 1: the weights of a polynomial of degree k.
 constexpr double best_weights[4][4] = {
@@ -34,7 +37,7 @@ void add_scaled(const double* inverse, const Lanes* r_lanes, double scale, doubl
 }
 
 std::vector<double> inverse_diagonal(const BlockMatrix& matrix) {
-  std::vector<double> inverse(9 * static_cast<std::size_t>(matrix.pattern.blocks()));
+  std::vector<double> inverse(9 * at(matrix.pattern.blocks()));
   for (int b = 0; b < matrix.pattern.blocks(); ++b)
     Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(inverse.data() + 9 * b) =
         matrix.block(matrix.pattern.begin(b)).inverse();
@@ -61,7 +64,7 @@ ChebyshevSmoother::ChebyshevSmoother(MultiVectorProduct& product, common::Progre
     : product_(product), inverse_(inverse_diagonal(product.matrix())) {
   constexpr int iterations = 10;
   constexpr double margin = 1.05;  // the iterations see the eigenvalue from below
-  MultiVector b = noise(static_cast<std::size_t>(product.matrix().size()));
+  MultiVector b = noise(at(product.matrix().size()));
   const auto jacobi = [this](const MultiVector& r, MultiVector& z) {
     product_.for_each_piece([&](int first, int blocks) { begin(first, blocks, 1, r, z); });
   };

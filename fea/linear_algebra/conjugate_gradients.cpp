@@ -4,24 +4,26 @@
 #include <cmath>
 #include <utility>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/spatial/decomposition.h"
 
 namespace kinetostat::fea {
 namespace {
 
+using common::at;
+
 // Inner products, lane by lane: one partial sum for each piece of the rows, added in their order.
 class InnerProduct {
  public:
   explicit InnerProduct(const MultiVectorProduct& product)
-      : product_(product), partial_(static_cast<std::size_t>(product.pieces())) {}
+      : product_(product), partial_(at(product.pieces())) {}
 
   void add_piece(int piece, const MultiVector& a, const MultiVector& b) {
     Lanes sum{};
     for (int i = 3 * product_.first(piece); i < 3 * product_.end(piece); ++i)
       for (int lane = 0; lane < lane_count; ++lane)
-        sum.v[lane] +=
-            a[static_cast<std::size_t>(i)].v[lane] * b[static_cast<std::size_t>(i)].v[lane];
-    partial_[static_cast<std::size_t>(piece)] = sum;
+        sum.v[lane] += a[at(i)].v[lane] * b[at(i)].v[lane];
+    partial_[at(piece)] = sum;
   }
   Lanes total() const {
     Lanes sum{};
@@ -72,8 +74,7 @@ ConjugateGradientResult conjugate_gradients(MultiVectorProduct& product, MultiVe
     product(p, q, [&](int piece) { inner.add_piece(piece, p, q); });
     const Lanes alpha = ratio(rz, inner.total());
     product.pool().for_each(product.pieces(), [&](int piece) {
-      for (auto i = static_cast<std::size_t>(3 * product.first(piece));
-           i < static_cast<std::size_t>(3 * product.end(piece)); ++i)
+      for (auto i = at(3 * product.first(piece)); i < at(3 * product.end(piece)); ++i)
         for (int lane = 0; lane < lane_count; ++lane) {
           result.x[i].v[lane] += alpha.v[lane] * p[i].v[lane];
           r[i].v[lane] -= alpha.v[lane] * q[i].v[lane];
@@ -93,8 +94,7 @@ ConjugateGradientResult conjugate_gradients(MultiVectorProduct& product, MultiVe
       return result;
     }
     product.pool().for_each(product.pieces(), [&](int piece) {
-      for (auto i = static_cast<std::size_t>(3 * product.first(piece));
-           i < static_cast<std::size_t>(3 * product.end(piece)); ++i)
+      for (auto i = at(3 * product.first(piece)); i < at(3 * product.end(piece)); ++i)
         for (int lane = 0; lane < lane_count; ++lane)
           p[i].v[lane] = z[i].v[lane] + beta.v[lane] * p[i].v[lane];
     });
@@ -107,8 +107,8 @@ ConjugateGradientResult conjugate_gradients(MultiVectorProduct& product, MultiVe
 double largest_ritz_value(const ConjugateGradientResult& result) {
   double largest = 0;
   for (int lane = 0; lane < lane_count; ++lane) {
-    const auto alpha = [&](int i) { return result.alpha[static_cast<std::size_t>(i)].v[lane]; };
-    const auto beta = [&](int i) { return result.beta[static_cast<std::size_t>(i)].v[lane]; };
+    const auto alpha = [&](int i) { return result.alpha[at(i)].v[lane]; };
+    const auto beta = [&](int i) { return result.beta[at(i)].v[lane]; };
     int steps = 0;
     while (steps < result.iterations && alpha(steps) > 0) ++steps;
     if (steps == 0) continue;

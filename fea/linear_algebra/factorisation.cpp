@@ -9,10 +9,13 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/linear_algebra/blas.h"
 
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -24,24 +27,22 @@ struct Graph {
 };
 
 Graph graph_of(const BlockPattern& pattern, int blocks) {
-  Graph graph{std::vector<idx_t>(static_cast<std::size_t>(blocks) + 1, 0), {}};
+  Graph graph{std::vector<idx_t>(at(blocks) + 1, 0), {}};
   const auto for_each_link = [&pattern, blocks](auto visit) {
     for (int b = 0; b < blocks; ++b)
-      for (int k = pattern.start[static_cast<std::size_t>(b)] + 1;
-           k < pattern.start[static_cast<std::size_t>(b) + 1]; ++k)
-        if (const int partner = pattern.partner[static_cast<std::size_t>(k)]; partner < blocks)
-          visit(static_cast<std::size_t>(b), static_cast<std::size_t>(partner));
+      for (int k = pattern.start[at(b)] + 1; k < pattern.start[at(b) + 1]; ++k)
+        if (const int partner = pattern.partner[at(k)]; partner < blocks) visit(at(b), at(partner));
   };
   for_each_link([&graph](std::size_t a, std::size_t b) {
     ++graph.start[a + 1];
     ++graph.start[b + 1];
   });
   for (std::size_t b = 1; b < graph.start.size(); ++b) graph.start[b] += graph.start[b - 1];
-  graph.neighbour.resize(static_cast<std::size_t>(graph.start.back()));
+  graph.neighbour.resize(at(graph.start.back()));
   std::vector<idx_t> next(graph.start.begin(), graph.start.end() - 1);
   for_each_link([&](std::size_t a, std::size_t b) {
-    graph.neighbour[static_cast<std::size_t>(next[a]++)] = static_cast<idx_t>(b);
-    graph.neighbour[static_cast<std::size_t>(next[b]++)] = static_cast<idx_t>(a);
+    graph.neighbour[at(next[a]++)] = static_cast<idx_t>(b);
+    graph.neighbour[at(next[b]++)] = static_cast<idx_t>(a);
   });
   return graph;
 }
@@ -49,7 +50,7 @@ Graph graph_of(const BlockPattern& pattern, int blocks) {
 // Unknowns in the order of elimination.
 std::vector<int> elimination_order(const BlockPattern& pattern, int bodies) {
   idx_t blocks = pattern.blocks() - 2 * bodies;
-  std::vector<idx_t> order(static_cast<std::size_t>(blocks)), place(order.size());
+  std::vector<idx_t> order(at(blocks)), place(order.size());
   if (blocks > 0) {
     Graph graph = graph_of(pattern, blocks);
     idx_t options[METIS_NOPTIONS];
@@ -60,7 +61,7 @@ std::vector<int> elimination_order(const BlockPattern& pattern, int bodies) {
       throw std::bad_alloc();
   }
   std::vector<int> unknowns;
-  unknowns.reserve(3 * static_cast<std::size_t>(pattern.blocks()));
+  unknowns.reserve(3 * at(pattern.blocks()));
   for (const idx_t block : order)
     for (int a = 0; a < 3; ++a) unknowns.push_back(3 * static_cast<int>(block) + a);
   for (int u = 3 * blocks; u < 3 * pattern.blocks(); ++u) unknowns.push_back(u);
@@ -82,10 +83,10 @@ class LowerTriangle {
   // Without values.
   explicit LowerTriangle(const BlockPattern& pattern) {
     const std::size_t entries = 9 * pattern.partner.size();
-    if (entries > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+    if (entries > at(std::numeric_limits<int>::max()))
       throw std::length_error("the stiffness matrix has more than 2^31 entries");
     row_.reserve(entries);
-    column_start_.reserve(3 * static_cast<std::size_t>(pattern.blocks()) + 1);
+    column_start_.reserve(3 * at(pattern.blocks()) + 1);
     for (int b = 0; b < pattern.blocks(); ++b)
       for (int a = 0; a < 3; ++a) {
         for (std::size_t k = pattern.begin(b); k < pattern.end(b); ++k)
@@ -119,8 +120,8 @@ class LowerTriangle {
 
 cholmod_dense view(const Eigen::MatrixXd& matrix) {
   cholmod_dense b{};
-  b.nrow = static_cast<std::size_t>(matrix.rows());
-  b.ncol = static_cast<std::size_t>(matrix.cols());
+  b.nrow = at(matrix.rows());
+  b.ncol = at(matrix.cols());
   b.d = b.nrow;
   b.nzmax = b.nrow * b.ncol;
   b.x = const_cast<double*>(matrix.data());

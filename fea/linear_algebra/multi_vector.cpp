@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <utility>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/linear_algebra/several_processors.h"
 
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 using Register = double __attribute__((vector_size(sizeof(Lanes)), may_alias));
 
@@ -53,17 +56,15 @@ void multiply_rows(const BlockPattern& pattern, const double* values, int first,
 }  // namespace
 
 MultiVector to_multi_vector(const Eigen::Ref<const Eigen::MatrixXd>& columns) {
-  MultiVector lanes(static_cast<std::size_t>(columns.rows()), Lanes{});
+  MultiVector lanes(at(columns.rows()), Lanes{});
   for (Eigen::Index j = 0; j < columns.cols(); ++j)
-    for (Eigen::Index i = 0; i < columns.rows(); ++i)
-      lanes[static_cast<std::size_t>(i)].v[j] = columns(i, j);
+    for (Eigen::Index i = 0; i < columns.rows(); ++i) lanes[at(i)].v[j] = columns(i, j);
   return lanes;
 }
 
 void from_multi_vector(const MultiVector& lanes, Eigen::Ref<Eigen::MatrixXd> columns) {
   for (Eigen::Index j = 0; j < columns.cols(); ++j)
-    for (Eigen::Index i = 0; i < columns.rows(); ++i)
-      columns(i, j) = lanes[static_cast<std::size_t>(i)].v[j];
+    for (Eigen::Index i = 0; i < columns.rows(); ++i) columns(i, j) = lanes[at(i)].v[j];
 }
 
 KINETOSTAT_FOR_SEVERAL_PROCESSORS
@@ -79,10 +80,10 @@ MultiVectorProduct::MultiVectorProduct(const BlockMatrix& matrix, common::Thread
   const int rows = rows_per_piece(pattern.blocks());
   for (int row = 0; row < pattern.blocks(); row += rows) first_row_.push_back(row);
   first_row_.push_back(pattern.blocks());
-  overhangs_.resize(static_cast<std::size_t>(pieces()));
-  parts_.resize(static_cast<std::size_t>(pieces()));
+  overhangs_.resize(at(pieces()));
+  parts_.resize(at(pieces()));
   pool_.for_each(pieces(), [&](int piece) {
-    Overhang& over = overhangs_[static_cast<std::size_t>(piece)];
+    Overhang& over = overhangs_[at(piece)];
     for (std::size_t k = pattern.begin(first(piece)); k < pattern.begin(end(piece)); ++k)
       if (pattern.partner[k] >= end(piece)) over.slot.push_back(pattern.partner[k]);
     over.row = over.slot;
@@ -94,19 +95,18 @@ MultiVectorProduct::MultiVectorProduct(const BlockMatrix& matrix, common::Thread
     over.sum.resize(3 * over.row.size());
   });
   for (int piece = 0; piece < pieces(); ++piece) {
-    const std::vector<int>& row = overhangs_[static_cast<std::size_t>(piece)].row;
+    const std::vector<int>& row = overhangs_[at(piece)].row;
     for (std::size_t i = 0; i < row.size();) {
       const int owner = row[i] / rows;
       const std::size_t begin = i;
       while (i < row.size() && row[i] / rows == owner) ++i;
-      parts_[static_cast<std::size_t>(owner)].push_back(
-          {piece, static_cast<int>(begin), static_cast<int>(i)});
+      parts_[at(owner)].push_back({piece, static_cast<int>(begin), static_cast<int>(i)});
     }
   }
 }
 
 void MultiVectorProduct::multiply(int piece, const Lanes* x, Lanes* y) {
-  Overhang& over = overhangs_[static_cast<std::size_t>(piece)];
+  Overhang& over = overhangs_[at(piece)];
   std::fill(over.sum.begin(), over.sum.end(), Lanes{});
   std::fill(y + 3 * first(piece), y + 3 * end(piece), Lanes{});
   multiply_rows(matrix_.pattern, matrix_.value.data(), first(piece), end(piece), over.slot.data(),
@@ -114,13 +114,12 @@ void MultiVectorProduct::multiply(int piece, const Lanes* x, Lanes* y) {
 }
 
 void MultiVectorProduct::collect(int piece, Lanes* y) const {
-  for (const Part& part : parts_[static_cast<std::size_t>(piece)]) {
-    const Overhang& over = overhangs_[static_cast<std::size_t>(part.piece)];
+  for (const Part& part : parts_[at(piece)]) {
+    const Overhang& over = overhangs_[at(part.piece)];
     for (int i = part.first; i < part.last; ++i)
       for (int a = 0; a < 3; ++a)
         for (int lane = 0; lane < lane_count; ++lane)
-          y[3 * over.row[static_cast<std::size_t>(i)] + a].v[lane] +=
-              over.sum[static_cast<std::size_t>(3 * i + a)].v[lane];
+          y[3 * over.row[at(i)] + a].v[lane] += over.sum[at(3 * i + a)].v[lane];
   }
 }
 

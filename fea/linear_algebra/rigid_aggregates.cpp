@@ -5,8 +5,12 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "kinetostat/common/index.h"
+
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 // The groups of `rigid_aggregates`, one step after the other.
 class Grouping {
@@ -15,11 +19,10 @@ class Grouping {
       : matrix_(matrix),
         points_(points),
         whole_(matrix.pattern),
-        group_(static_cast<std::size_t>(points.size()), -1),
-        size_(static_cast<std::size_t>(points.size())) {
+        group_(at(points.size()), -1),
+        size_(at(points.size())) {
     for (int p = 0; p < points.size(); ++p)
-      size_[static_cast<std::size_t>(p)] =
-          matrix.block(matrix.pattern.begin(points.first_block(p))).norm();
+      size_[at(p)] = matrix.block(matrix.pattern.begin(points.first_block(p))).norm();
   }
 
   std::vector<int> run() {
@@ -27,8 +30,7 @@ class Grouping {
       for (int p = 0; p < points_.nodes(); ++p) begin_group(p, all_free);
       join_neighbours();
     }
-    for (int b = 0; b < points_.bodies; ++b)
-      group_[static_cast<std::size_t>(points_.nodes() + b)] = groups_++;
+    for (int b = 0; b < points_.bodies; ++b) group_[at(points_.nodes() + b)] = groups_++;
     return std::move(group_);
   }
 
@@ -41,31 +43,30 @@ class Grouping {
   void for_neighbours(int p, const Visit& visit) const {
     const int row = points_.first_block(p);
     for (int k = whole_.begin(row); k < whole_.end(row); ++k) {
-      const int column = whole_.column[static_cast<std::size_t>(k)];
+      const int column = whole_.column[at(k)];
       if (points_.turning && column % 2 != 0) continue;
       const int other = points_.turning ? column / 2 : column;
       if (other == p || other >= points_.nodes()) continue;
-      const int place = whole_.place[static_cast<std::size_t>(k)];
-      const double link =
-          matrix_.block(WholeRows::stored(place)).norm() /
-          std::sqrt(size_[static_cast<std::size_t>(p)] * size_[static_cast<std::size_t>(other)]);
+      const int place = whole_.place[at(k)];
+      const double link = matrix_.block(WholeRows::stored(place)).norm() /
+                          std::sqrt(size_[at(p)] * size_[at(other)]);
       if (link > strong) visit(other, link);
     }
   }
 
   // A group of the point and its neighbours that are in none; `all_free`: only when none is.
   void begin_group(int p, bool all_free) {
-    if (group_[static_cast<std::size_t>(p)] >= 0) return;
+    if (group_[at(p)] >= 0) return;
     std::vector<int> members{p};
     bool free = true;
     for_neighbours(p, [&](int other, double) {
-      if (group_[static_cast<std::size_t>(other)] < 0)
+      if (group_[at(other)] < 0)
         members.push_back(other);
       else
         free = false;
     });
     if ((all_free && !free) || !move_when_turned(members)) return;
-    for (const int member : members) group_[static_cast<std::size_t>(member)] = groups_;
+    for (const int member : members) group_[at(member)] = groups_;
     ++groups_;
   }
 
@@ -73,11 +74,11 @@ class Grouping {
   bool move_when_turned(const std::vector<int>& members) const {
     if (points_.turning) return true;
     Vector3 middle = Vector3::Zero();
-    for (const int p : members) middle += points_.points[static_cast<std::size_t>(p)];
+    for (const int p : members) middle += points_.points[at(p)];
     middle /= static_cast<double>(members.size());
     Matrix3 spread = Matrix3::Zero();
     for (const int p : members) {
-      const Vector3 arm = points_.points[static_cast<std::size_t>(p)] - middle;
+      const Vector3 arm = points_.points[at(p)] - middle;
       spread += arm * arm.transpose();
     }
     const Vector3 squares =
@@ -89,13 +90,12 @@ class Grouping {
   void join_neighbours() {
     const std::vector<int> before = group_;
     for (int p = 0; p < points_.nodes(); ++p) {
-      if (before[static_cast<std::size_t>(p)] >= 0) continue;
+      if (before[at(p)] >= 0) continue;
       double strongest = 0;
       for_neighbours(p, [&](int other, double link) {
-        if (const int group = before[static_cast<std::size_t>(other)];
-            group >= 0 && link > strongest) {
+        if (const int group = before[at(other)]; group >= 0 && link > strongest) {
           strongest = link;
-          group_[static_cast<std::size_t>(p)] = group;
+          group_[at(p)] = group;
         }
       });
     }

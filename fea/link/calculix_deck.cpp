@@ -7,11 +7,14 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/common/printable.h"
 #include "kinetostat/fea/interface/average_motion.h"
 
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 // One line of an *EQUATION.
 struct Term {
@@ -125,7 +128,7 @@ class Deck {
       pivots_.push_back(pivot);
     }
     for (Eigen::Index k = 0; k < 6; ++k) {
-      const auto pivot = pivots_[static_cast<std::size_t>(k)];
+      const auto pivot = pivots_[at(k)];
       std::vector<Term> terms{term(motion, pivot, 1)};
       for (Eigen::Index column = 0; column < rows.cols(); ++column)
         if (column != pivot && !is_pivot(column) && rows(k, column) != 0)
@@ -139,8 +142,7 @@ class Deck {
   }
 
   static Term term(const AverageMotion& motion, Eigen::Index column, double coefficient) {
-    return {motion.nodes()[static_cast<std::size_t>(column / 3)] + 1,
-            static_cast<int>(column % 3) + 1, coefficient};
+    return {motion.nodes()[at(column / 3)] + 1, static_cast<int>(column % 3) + 1, coefficient};
   }
 
   void couple(std::size_t i) {

@@ -2,10 +2,13 @@
 
 #include <cmath>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/elasticity/stress_recovery.h"
 
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 constexpr const char* wrench_names[] = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
 
@@ -50,8 +53,7 @@ io::VtuGrid displacement_fields(const LinkResult& result) {
   }
   io::VtuField parts{.name = "interface", .values = std::vector<double>(mesh.nodes.size(), 0)};
   for (const CoupledInterface& interface : result.interfaces)
-    for (const int node : interface.geometry.nodes)
-      parts.values[static_cast<std::size_t>(node)] = interface.geometry.tag;
+    for (const int node : interface.geometry.nodes) parts.values[at(node)] = interface.geometry.tag;
   grid.point_fields.push_back(std::move(parts));
   grid.cell_fields.push_back({.name = "error_indicator", .values = result.accuracy.indicator});
   return grid;

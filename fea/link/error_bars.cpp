@@ -118,6 +118,20 @@ double ErrorBars::difference() const {
   return std::max(*agreement, 1 / *agreement);
 }
 
+namespace {
+
+// The largest relative bar of the significant entries.
+double relative_error_of(const ErrorBars& bars, const MatrixXd& flexibility) {
+  double largest = 0;
+  for (Eigen::Index j = 0; j < flexibility.cols(); ++j)
+    for (Eigen::Index i = 0; i < flexibility.rows(); ++i)
+      if (bars.significant(i, j))
+        largest = std::max(largest, bars.bar(i, j) / std::abs(flexibility(i, j)));
+  return largest;
+}
+
+}  // namespace
+
 ErrorBars error_bars(const std::vector<MeshOutcome>& sequence, int order) {
   const MeshOutcome& last = sequence.back();
   const MatrixXd& c = last.flexibility;
@@ -133,11 +147,7 @@ ErrorBars error_bars(const std::vector<MeshOutcome>& sequence, int order) {
   const Eigen::VectorXd size = c.diagonal().cwiseSqrt();
   result.significant =
       c.cwiseAbs().array() >= (ErrorBars::significance * size * size.transpose()).array();
-  for (Eigen::Index j = 0; j < c.cols(); ++j)
-    for (Eigen::Index i = 0; i < c.rows(); ++i)
-      if (result.significant(i, j))
-        result.relative_error =
-            std::max(result.relative_error, result.bar(i, j) / std::abs(c(i, j)));
+  result.relative_error = relative_error_of(result, c);
   return result;
 }
 

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/elasticity/prestress.h"
 #include "kinetostat/fea/linear_algebra/factorisation.h"
 #include "kinetostat/spatial/decomposition.h"
@@ -14,6 +15,8 @@
 
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 constexpr const char* phase = "geometric stiffness";
 
@@ -37,9 +40,8 @@ Matrix6 projected(const TetMesh& mesh, const ReferenceBody& body, const Prestres
                   const std::vector<Eigen::Matrix3Xd>& motions) {
   Matrix6 result;
   for (Eigen::Index k = 0; k < 6; ++k) {
-    const Eigen::Matrix3Xd forces = prestress.times(motions[static_cast<std::size_t>(k)]);
-    for (Eigen::Index l = 0; l < 6; ++l)
-      result(l, k) = motions[static_cast<std::size_t>(l)].cwiseProduct(forces).sum();
+    const Eigen::Matrix3Xd forces = prestress.times(motions[at(k)]);
+    for (Eigen::Index l = 0; l < 6; ++l) result(l, k) = motions[at(l)].cwiseProduct(forces).sum();
   }
   result.bottomRightCorner<3, 3>() += body_stress_stiffness(mesh, body, prestress.nodal_forces());
   return 0.5 * (result + result.transpose());
@@ -146,8 +148,7 @@ Matrix6 relaxation(const StressedModel& held, const Prestress& prestress,
                    const std::vector<Eigen::Matrix3Xd>& motions, common::Progress& progress) {
   Eigen::MatrixXd forces(held.size(), 6), answer(held.size(), 6);
   for (Eigen::Index k = 0; k < 6; ++k) {
-    forces.col(k) =
-        held.prestress().on_unknowns(prestress.times(motions[static_cast<std::size_t>(k)]));
+    forces.col(k) = held.prestress().on_unknowns(prestress.times(motions[at(k)]));
     answer.col(k) = solve_stressed(held, forces.col(k), progress);
   }
   const Matrix6 result = -forces.transpose() * answer;

@@ -5,10 +5,13 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/common/printable.h"
 
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 // Gmsh's element types and its order of nodes: the last two mid nodes change places.
 constexpr int triangle3 = 2, tetrahedron4 = 4, triangle6 = 9, tetrahedron10 = 11;
@@ -28,8 +31,7 @@ std::string gmsh_mesh(const TetMesh& mesh, const std::vector<CoupledInterface>& 
   const int materials = material_count(mesh), faces = static_cast<int>(interfaces.size());
   fmt::format_to(out, "{}\n", materials + faces);
   for (int i = 0; i < faces; ++i)
-    fmt::format_to(out, "2 {} \"{}\"\n", i + 1,
-                   common::plain_name(interfaces[static_cast<std::size_t>(i)].name, "\""));
+    fmt::format_to(out, "2 {} \"{}\"\n", i + 1, common::plain_name(interfaces[at(i)].name, "\""));
   for (int m = 0; m < materials; ++m)
     fmt::format_to(out, "3 {} \"{}\"\n", faces + m + 1,
                    m == 0 ? std::string("link") : fmt::format("body {}", m));

@@ -5,12 +5,14 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/common/out_of_memory.h"
 #include "kinetostat/fea/surface/surface_faces.h"
 
 namespace kinetostat::fea {
 namespace {
 
+using common::at;
 using common::InputError;
 
 std::vector<int> select(const InterfaceSpec& spec, const SurfaceMesh& surface,
@@ -27,7 +29,7 @@ std::vector<int> select(const InterfaceSpec& spec, const SurfaceMesh& surface,
 void require_area(const InterfaceSpec& spec, const SurfaceMesh& surface,
                   const std::vector<int>& facets) {
   double area = 0;
-  for (const int f : facets) area += surface.area_vector(static_cast<std::size_t>(f)).norm();
+  for (const int f : facets) area += surface.area_vector(at(f)).norm();
   if (area > 0) return;
   InputError::Details details = spec.origin;
   details.what = "the selected facets have no area";
@@ -40,14 +42,12 @@ void require_apart(const LinkSpec& spec, const SurfaceMesh& surface, std::size_t
                    const std::vector<int>& facets_of_other) {
   std::vector<bool> in_one(surface.points.size(), false);
   for (const int f : facets_of_one)
-    for (const int p : surface.triangles[static_cast<std::size_t>(f)])
-      in_one[static_cast<std::size_t>(p)] = true;
+    for (const int p : surface.triangles[at(f)]) in_one[at(p)] = true;
   std::size_t common_facets = 0, touching = 0;
   for (const int f : facets_of_other) {
     if (std::binary_search(facets_of_one.begin(), facets_of_one.end(), f)) ++common_facets;
-    const Triangle& t = surface.triangles[static_cast<std::size_t>(f)];
-    if (std::any_of(t.begin(), t.end(), [&](int p) { return in_one[static_cast<std::size_t>(p)]; }))
-      ++touching;
+    const Triangle& t = surface.triangles[at(f)];
+    if (std::any_of(t.begin(), t.end(), [&](int p) { return in_one[at(p)]; })) ++touching;
   }
   if (touching == 0) return;
   const InterfaceSpec &a = spec.interfaces[one], &b = spec.interfaces[other];
@@ -68,8 +68,7 @@ std::vector<int> tag_facets(const LinkSpec& spec, const SurfaceMesh& surface) {
   for (const InterfaceSpec& interface : spec.interfaces) {
     selected.push_back(select(interface, surface, spec.unit));
     require_area(interface, surface, selected.back());
-    for (const int f : selected.back())
-      tags[static_cast<std::size_t>(f)] = static_cast<int>(selected.size());
+    for (const int f : selected.back()) tags[at(f)] = static_cast<int>(selected.size());
     for (std::size_t other = 0; other + 1 < selected.size(); ++other)
       require_apart(spec, surface, other, selected[other], selected.size() - 1, selected.back());
   }
@@ -105,26 +104,34 @@ void require_one_piece(const LinkSpec& spec, const TetMesh& mesh) {
 
 }  // namespace
 
+namespace {
+
+[[noreturn]] void refuse(const LinkSpec& spec, const SurfaceMesh& surface,
+                         const MeshingError& error) {
+  if (error.cause() == MeshingError::Cause::out_of_memory)
+    throw common::OutOfMemory(error.what(), error.cure(), spec.mesh_file.string());
+  SurfaceReport blamed;
+  if (!error.facets().empty())
+    blamed.defects.push_back(
+        {DefectKind::self_intersection, error.facets(), error.facets().size()});
+  throw SurfaceError({.file = spec.mesh_file, .what = error.what(), .cure = error.cure()},
+                     offending_facets(surface, blamed));
+}
+
+}  // namespace
+
 TetMesh fill(const LinkSpec& spec, const LinkGeometry& geometry, SolidMesher& mesher,
              const TetrahedralizeOptions& options, common::Progress& progress) {
   if (geometry.volume) {
     require_one_piece(spec, *geometry.volume);
     return tagged(*geometry.volume, geometry.tags);
   }
-  const SurfaceMesh& surface = geometry.imported.mesh;
   try {
     const TetMesh linear = mesher.fill(options, progress);
     require_one_piece(spec, linear);
     return spec.order == 2 ? with_mid_nodes(linear) : linear;
   } catch (const MeshingError& error) {
-    if (error.cause() == MeshingError::Cause::out_of_memory)
-      throw common::OutOfMemory(error.what(), error.cure(), spec.mesh_file.string());
-    SurfaceReport blamed;
-    if (!error.facets().empty())
-      blamed.defects.push_back(
-          {DefectKind::self_intersection, error.facets(), error.facets().size()});
-    throw SurfaceError({.file = spec.mesh_file, .what = error.what(), .cure = error.cure()},
-                       offending_facets(surface, blamed));
+    refuse(spec, geometry.imported.mesh, error);
   }
 }
 

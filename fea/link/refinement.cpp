@@ -9,12 +9,15 @@
 #include <fmt/format.h>
 
 #include "kinetostat/common/error.h"
+#include "kinetostat/common/index.h"
 #include "kinetostat/common/out_of_memory.h"
 #include "kinetostat/fea/elasticity/error_estimate.h"
 #include "kinetostat/fea/mesh/tetrahedralize.h"
 
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 // Of the error: a step must change the result enough to be seen, and not be guided too far by the
 // indicators of a coarse mesh.
@@ -39,7 +42,7 @@ std::vector<double> indicators(const ErrorEstimate& estimate, const Eigen::Matri
     }
   const Eigen::VectorXd error = estimate.by_element.cwiseAbs().transpose() * weights;
   const double sum = error.sum();
-  std::vector<double> shares(static_cast<std::size_t>(error.size()), 0.0);
+  std::vector<double> shares(at(error.size()), 0.0);
   if (sum > 0)
     for (std::size_t e = 0; e < shares.size(); ++e)
       shares[e] = error[static_cast<Eigen::Index>(e)] / sum;
@@ -52,8 +55,7 @@ Concentration concentration_of(const std::vector<double>& indicator, const TetMe
   Concentration found;
   const std::size_t few = std::max<std::size_t>(1, sorted.size() / 100);
   for (std::size_t i = 0; i < few; ++i) found.share += sorted[i];
-  const auto worst = static_cast<std::size_t>(std::max_element(indicator.begin(), indicator.end()) -
-                                              indicator.begin());
+  const auto worst = at(std::max_element(indicator.begin(), indicator.end()) - indicator.begin());
   for (const Vector3& corner : mesh.corners(worst)) found.place += corner / 4;
   return found;
 }

@@ -1,17 +1,20 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <optional>
 #include <string_view>
 #include <unordered_map>
 
 #include <fmt/format.h>
 
 #include "kinetostat/common/error.h"
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/mesh/mesh_file.h"
 
 namespace kinetostat::fea {
 namespace {
 
+using common::at;
 using common::InputError;
 
 std::string_view trimmed(std::string_view text) {
@@ -232,7 +235,7 @@ class InpFile {
       std::vector<int> numbers;
       take_numbers(numbers);
       if (type.shape == Shape::none) continue;  // lines, springs, masses
-      const auto wanted = static_cast<std::size_t>(type.nodes) + 1;
+      const auto wanted = at(type.nodes) + 1;
       while (numbers.size() < wanted && next_data()) take_numbers(numbers);
       if (numbers.size() != wanted)
         fail(line,
@@ -248,12 +251,8 @@ class InpFile {
       if (!part.empty()) numbers.push_back(number<int>(part, "a whole number"));
   }
 
-  void add_element(const ElementType& type, const std::vector<int>& numbers, int line) {
-    const bool is_tet = type.shape == Shape::tetrahedron;
-    const int index = static_cast<int>(is_tet ? mesh_.tets.size() : mesh_.triangles.size());
-    if (!element_index_.emplace(numbers[0], Element{is_tet, index}).second)
-      fail(line, fmt::format("element {} is there twice", numbers[0]),
-           "Give every element its own number");
+  // The numbers are that of the element and those of its nodes.
+  std::array<int, 10> nodes_of_element(const std::vector<int>& numbers, int line) const {
     std::array<int, 10> nodes{-1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
     for (std::size_t k = 0; k + 1 < numbers.size(); ++k) {
       const auto found = node_index_.find(numbers[k + 1]);
@@ -264,6 +263,16 @@ class InpFile {
              "Write the node under *NODE");
       nodes[k] = found->second;
     }
+    return nodes;
+  }
+
+  void add_element(const ElementType& type, const std::vector<int>& numbers, int line) {
+    const bool is_tet = type.shape == Shape::tetrahedron;
+    const int index = static_cast<int>(is_tet ? mesh_.tets.size() : mesh_.triangles.size());
+    if (!element_index_.emplace(numbers[0], Element{is_tet, index}).second)
+      fail(line, fmt::format("element {} is there twice", numbers[0]),
+           "Give every element its own number");
+    const std::array<int, 10> nodes = nodes_of_element(numbers, line);
     if (is_tet)
       mesh_.tets.push_back(
           {.nodes = nodes, .node_count = type.nodes, .number = numbers[0], .line = line});
@@ -325,19 +334,22 @@ class InpFile {
   }
 
   // Calls visit(number, line) for all numbers of the entries, through sets within sets.
+  static std::optional<int> number_in(const std::string& text) {
+    const char first = text.empty() ? ' ' : text.front();
+    if (!std::isdigit(static_cast<unsigned char>(first))) return {};
+    int value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size()) return {};
+    return value;
+  }
+
   template <class Visit>
   void expand(const std::map<std::string, Entries>& sets, const Entries& entries, int depth,
               Visit visit) const {
     for (const Entry& entry : entries) {
-      const char first = entry.text.empty() ? ' ' : entry.text.front();
-      if (std::isdigit(static_cast<unsigned char>(first))) {
-        int value = 0;
-        const auto [end, error] =
-            std::from_chars(entry.text.data(), entry.text.data() + entry.text.size(), value);
-        if (error == std::errc() && end == entry.text.data() + entry.text.size()) {
-          visit(value, entry.line);
-          continue;
-        }
+      if (const std::optional<int> value = number_in(entry.text)) {
+        visit(*value, entry.line);
+        continue;
       }
       const auto spelling = spelling_.find(upper(entry.text));
       const auto found = spelling == spelling_.end() ? sets.end() : sets.find(spelling->second);
@@ -365,26 +377,30 @@ class InpFile {
       nodes.push_back(found->second);
     });
   }
+  const Element& element_of(const Surface& surface, int number, int line) const {
+    const auto found = element_index_.find(number);
+    if (found == element_index_.end())
+      fail(line,
+           fmt::format("the surface {} names element {}, which the file does not have",
+                       surface.name, number),
+           "Remove it from the surface");
+    return found->second;
+  }
   void resolve_surface(const Surface& surface) {
     FileGroup& group = mesh_.groups[surface.name];
     resolve_nodes(surface.nodes, group.nodes);
     for (const Side& side : surface.sides)
       expand(element_sets_, {side.of}, 0, [&](int number, int line) {
-        const auto found = element_index_.find(number);
-        if (found == element_index_.end())
-          fail(line,
-               fmt::format("the surface {} names element {}, which the file does not have",
-                           surface.name, number),
-               "Remove it from the surface");
-        if (!found->second.is_tet)
-          group.triangles.push_back(found->second.index);
+        const Element& element = element_of(surface, number, line);
+        if (!element.is_tet)
+          group.triangles.push_back(element.index);
         else if (side.side < 0)
           fail(line,
                fmt::format("the surface {} names solid element {} without a side", surface.name,
                            number),
                "Write: element, S1");
         else
-          group.sides.emplace_back(found->second.index, side.side);
+          group.sides.emplace_back(element.index, side.side);
       });
   }
 

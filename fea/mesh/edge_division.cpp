@@ -23,10 +23,10 @@ class Wishes {
   double at(const Vector3& point) const {
     double nearest = std::numeric_limits<double>::infinity(), wish = nearest;
     tree_.visit_near(point, nearest, [&](int i) {
-      const double distance = (sizes_.points[static_cast<std::size_t>(i)] - point).squaredNorm();
+      const double distance = (sizes_.points[common::at(i)] - point).squaredNorm();
       if (distance >= nearest) return;
       nearest = distance;
-      wish = sizes_.sizes[static_cast<std::size_t>(i)];
+      wish = sizes_.sizes[common::at(i)];
     });
     return wish;
   }

@@ -7,11 +7,13 @@
 #include <fmt/format.h>
 
 #include "kinetostat/common/error.h"
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/mesh/mesh_file.h"
 
 namespace kinetostat::fea {
 namespace {
 
+using common::at;
 using common::InputError;
 
 // Numbers of a .msh file, one after the other, written out or as they lie in memory.
@@ -81,11 +83,11 @@ class Reader {
   /// How many of something follow; no more than there are bytes for.
   std::size_t count(const char* what, bool wide = true) {
     const std::int64_t n = wide ? integer64(what) : integer32(what);
-    if (n < 0 || static_cast<std::size_t>(n) > text_.size() - at_)
+    if (n < 0 || at(n) > text_.size() - at_)
       fail(fmt::format("{} {} do not fit into the {} bytes that follow", n, what,
                        text_.size() - at_),
            "The file is cut short or damaged: export the mesh again");
-    return static_cast<std::size_t>(n);
+    return at(n);
   }
 
  private:
@@ -124,9 +126,7 @@ enum : int { triangle3 = 2, tetra4 = 4, triangle6 = 9, tetra10 = 11 };
 int nodes_of_type(std::int64_t type) {
   constexpr std::array<int, 32> nodes{0, 2,  3,  4,  4, 8,  6,  5,  3,  6,  9, 10, 27, 18, 14, 1,
                                       8, 20, 15, 13, 9, 10, 12, 15, 15, 21, 4, 5,  6,  20, 35, 56};
-  return type > 0 && type < static_cast<std::int64_t>(nodes.size())
-             ? nodes[static_cast<std::size_t>(type)]
-             : 0;
+  return type > 0 && type < static_cast<std::int64_t>(nodes.size()) ? nodes[at(type)] : 0;
 }
 
 // Solid elements of other shapes or orders.
@@ -216,7 +216,7 @@ class MshFile {
     std::array<std::size_t, 4> counts{};
     for (std::size_t& count : counts) count = in_.count("entities");
     for (int dimension = 0; dimension < 4; ++dimension)
-      for (std::size_t i = 0; i < counts[static_cast<std::size_t>(dimension)]; ++i) {
+      for (std::size_t i = 0; i < counts[at(dimension)]; ++i) {
         const std::int64_t tag = in_.integer32("entity");
         for (int k = 0; k < (dimension == 0 ? 3 : 6); ++k) in_.real("box of an entity");
         std::vector<std::int64_t>& groups = groups_of_[{dimension, tag}];
@@ -310,7 +310,7 @@ class MshFile {
     const int count = nodes_of_type(type);
     if (count == 0) in_.fail(fmt::format("element {} is of unknown type {}", number, type));
     std::array<int, 64> nodes{};
-    for (int k = 0; k < count; ++k) nodes[static_cast<std::size_t>(k)] = node(number);
+    for (int k = 0; k < count; ++k) nodes[at(k)] = node(number);
     if (type == triangle3 || type == triangle6) {
       for (const std::int64_t group : groups)
         if (group != 0)

@@ -103,6 +103,18 @@ std::string msh_of(const SurfaceMesh& surface, const std::vector<int>& tags) {
   return text + "$EndElements\n";
 }
 
+// One volume within all surfaces.
+std::string script_for(const std::vector<int>& tags) {
+  const int last = tags.empty() ? 0 : *std::max_element(tags.begin(), tags.end());
+  std::string list;
+  for (int tag = 0; tag <= last; ++tag)
+    if (std::find(tags.begin(), tags.end(), tag) != tags.end())
+      list += fmt::format("{}{}", list.empty() ? "" : ",", tag + 1);
+  return fmt::format(
+      "Merge \"{}\";\nSurface Loop(1) = {{{}}};\nVolume(1) = {{1}};\nPhysical Volume(1) = {{1}};\n",
+      second_input, list);
+}
+
 }  // namespace
 
 std::filesystem::path find_gmsh() { return common::find_program("gmsh"); }
@@ -123,20 +135,12 @@ std::string step_surface(const std::string& step, const GmshLimits& limits,
 
 TetMesh gmsh_tetrahedra(const SurfaceMesh& surface, const std::vector<int>& tags,
                         double edge_length, const GmshLimits& limits, common::Progress& progress) {
-  const int last = tags.empty() ? 0 : *std::max_element(tags.begin(), tags.end());
-  std::string list;
-  for (int tag = 0; tag <= last; ++tag)
-    if (std::find(tags.begin(), tags.end(), tag) != tags.end())
-      list += fmt::format("{}{}", list.empty() ? "" : ",", tag + 1);
-  const std::string script = fmt::format(
-      "Merge \"{}\";\nSurface Loop(1) = {{{}}};\nVolume(1) = {{1}};\nPhysical Volume(1) = {{1}};\n",
-      second_input, list);
   const PrivateFolder folder;
   std::vector<std::string> arguments{input, "-3", "-format", "msh22"};
   if (edge_length > 0)
     arguments.insert(arguments.end(), {"-clmax", fmt::format("{:.17g}", edge_length)});
-  const std::string bytes =
-      run_gmsh(std::move(arguments), script, msh_of(surface, tags), folder, limits, progress);
+  const std::string bytes = run_gmsh(std::move(arguments), script_for(tags), msh_of(surface, tags),
+                                     folder, limits, progress);
   try {
     return tagged_volume(parse_msh("the mesh of gmsh", bytes));
   } catch (const common::InputError& error) {

@@ -4,11 +4,14 @@
 #include <cmath>
 #include <limits>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/surface/box_tree.h"
 #include "kinetostat/fea/surface/surface_topology.h"
 
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 constexpr double thicknesses_per_element = 1.5;
 constexpr double elements_per_diagonal = 10;
@@ -35,9 +38,8 @@ class Thickness {
     double nearest = std::numeric_limits<double>::infinity();
     const auto touched = [&](const Box& box) { return enters(box, point, direction, nearest); };
     tree_.visit_if(touched, [&](int other) {
-      if (static_cast<std::size_t>(other) != facet)
-        nearest =
-            std::min(nearest, ray_hit(surface_, static_cast<std::size_t>(other), point, direction));
+      if (common::at(other) != facet)
+        nearest = std::min(nearest, ray_hit(surface_, common::at(other), point, direction));
     });
     return nearest;
   }
@@ -74,7 +76,7 @@ std::vector<double> curvature_radii(const SurfaceMesh& surface) {
     for (std::size_t side = 0; side < 3; ++side) {
       if (neighbours[f][side] < 0) continue;
       const Vector3 a = surface.area_vector(f);
-      const Vector3 b = surface.area_vector(static_cast<std::size_t>(neighbours[f][side]));
+      const Vector3 b = surface.area_vector(at(neighbours[f][side]));
       const double turn = std::atan2(a.cross(b).norm(), a.dot(b));
       if (turn < 1e-3 || turn > most_turn) continue;
       const double length = (surface.corner(f, (side + 1) % 3) - surface.corner(f, side)).norm();
@@ -200,8 +202,8 @@ SizeField size_from_error(const TetMesh& mesh, const std::vector<double>& error_
     const double allowed = 1.7 * volume(mesh.corners(e));
     const double wish = std::log(regular_edge(allowed) * equidistribution.ratio(k, error_of[e]));
     for (const int node : mesh.element(e).first(4)) {
-      sum[static_cast<std::size_t>(node)] += wish;
-      ++count[static_cast<std::size_t>(node)];
+      sum[at(node)] += wish;
+      ++count[at(node)];
     }
   }
   SizeField field;

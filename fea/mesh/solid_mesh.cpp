@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/common/deadline.h"
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/mesh/flat_elements.h"
 #include "kinetostat/fea/mesh/gmsh_program.h"
 #include "kinetostat/fea/surface/cgal_program.h"
@@ -18,6 +19,8 @@
 
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 using Cause = MeshingError::Cause;
 
@@ -140,7 +143,7 @@ double good_element_count(const SurfaceMesh& surface) {
     constexpr std::size_t two_of_a_strip = 2;
     if (face.facets.size() > two_of_a_strip) continue;
     for (const int f : face.facets) {
-      const auto facet = static_cast<std::size_t>(f);
+      const auto facet = at(f);
       double longest = 0;
       for (std::size_t k = 0; k < 3; ++k)
         longest = std::max(longest,

@@ -8,8 +8,12 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "kinetostat/common/index.h"
+
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 // All edges once, ascending by their two corners.
 std::vector<std::uint64_t> unique_edges(const TetMesh& mesh) {
@@ -17,8 +21,7 @@ std::vector<std::uint64_t> unique_edges(const TetMesh& mesh) {
   edges.reserve(6 * mesh.element_count());
   for (std::size_t e = 0; e < mesh.element_count(); ++e) {
     const auto tet = mesh.element(e);
-    for (const auto& [a, b] : tet_edges)
-      edges.push_back(edge_key(tet[static_cast<std::size_t>(a)], tet[static_cast<std::size_t>(b)]));
+    for (const auto& [a, b] : tet_edges) edges.push_back(edge_key(tet[at(a)], tet[at(b)]));
   }
   std::sort(edges.begin(), edges.end());
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
@@ -53,9 +56,8 @@ std::vector<std::uint64_t> curve_places(const std::vector<Vector3>& points) {
 std::vector<int> ascending(const std::vector<std::uint64_t>& keys) {
   std::vector<int> order(keys.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&keys](int a, int b) {
-    return keys[static_cast<std::size_t>(a)] < keys[static_cast<std::size_t>(b)];
-  });
+  std::stable_sort(order.begin(), order.end(),
+                   [&keys](int a, int b) { return keys[at(a)] < keys[at(b)]; });
   return order;
 }
 
@@ -64,10 +66,10 @@ double least_dihedral(const std::array<Vector3, 4>& p) {
   for (const auto& [a, b] : tet_edges) {
     // The two corners that are not on the edge.
     const int c = a != 0 && b != 0 ? 0 : (a != 1 && b != 1 ? 1 : 2), d = 6 - a - b - c;
-    const Vector3& origin = p[static_cast<std::size_t>(a)];
-    const Vector3 edge = p[static_cast<std::size_t>(b)] - origin;
-    const Vector3 n = edge.cross(p[static_cast<std::size_t>(c)] - origin);
-    const Vector3 m = edge.cross(p[static_cast<std::size_t>(d)] - origin);
+    const Vector3& origin = p[at(a)];
+    const Vector3 edge = p[at(b)] - origin;
+    const Vector3 n = edge.cross(p[at(c)] - origin);
+    const Vector3 m = edge.cross(p[at(d)] - origin);
     least = std::min(least, std::atan2(n.cross(m).norm(), n.dot(m)));
   }
   return least * 180 / std::numbers::pi;
@@ -78,7 +80,7 @@ using MidTet = std::array<Vector3, 10>;
 // Place in the element with the barycentric coordinates l.
 Vector3 place(const MidTet& p, const Eigen::Vector4d& l) {
   Vector3 x = Vector3::Zero();
-  for (int k = 0; k < 4; ++k) x += l[k] * (2 * l[k] - 1) * p[static_cast<std::size_t>(k)];
+  for (int k = 0; k < 4; ++k) x += l[k] * (2 * l[k] - 1) * p[at(k)];
   for (std::size_t e = 0; e < tet_edges.size(); ++e)
     x += 4 * l[tet_edges[e][0]] * l[tet_edges[e][1]] * p[4 + e];
   return x;
@@ -87,7 +89,7 @@ Vector3 place(const MidTet& p, const Eigen::Vector4d& l) {
 // Determinant of the map from (l1, l2, l3); six times the volume for straight edges.
 double jacobian(const MidTet& p, const Eigen::Vector4d& l) {
   Eigen::Matrix<double, 3, 4> by_l = Eigen::Matrix<double, 3, 4>::Zero();
-  for (int k = 0; k < 4; ++k) by_l.col(k) += (4 * l[k] - 1) * p[static_cast<std::size_t>(k)];
+  for (int k = 0; k < 4; ++k) by_l.col(k) += (4 * l[k] - 1) * p[at(k)];
   for (std::size_t e = 0; e < tet_edges.size(); ++e) {
     const auto [a, b] = tet_edges[e];
     by_l.col(a) += 4 * l[b] * p[4 + e];
@@ -123,14 +125,13 @@ void integrate(Visit visit) {
 
 std::array<Vector3, 4> TetMesh::corners(std::size_t e) const {
   const auto tet = element(e);
-  return {nodes[static_cast<std::size_t>(tet[0])], nodes[static_cast<std::size_t>(tet[1])],
-          nodes[static_cast<std::size_t>(tet[2])], nodes[static_cast<std::size_t>(tet[3])]};
+  return {nodes[at(tet[0])], nodes[at(tet[1])], nodes[at(tet[2])], nodes[at(tet[3])]};
 }
 
 std::array<Vector3, 10> TetMesh::all_nodes(std::size_t e) const {
   std::array<Vector3, 10> points;
   const auto tet = element(e);
-  for (std::size_t k = 0; k < 10; ++k) points[k] = nodes[static_cast<std::size_t>(tet[k])];
+  for (std::size_t k = 0; k < 10; ++k) points[k] = nodes[at(tet[k])];
   return points;
 }
 
@@ -155,8 +156,7 @@ TetMesh with_mid_nodes(const TetMesh& linear) {
     const auto tet = linear.element(e);
     mesh.connectivity.insert(mesh.connectivity.end(), tet.begin(), tet.end());
     for (const auto& [a, b] : tet_edges)
-      mesh.connectivity.push_back(
-          middle(tet[static_cast<std::size_t>(a)], tet[static_cast<std::size_t>(b)]));
+      mesh.connectivity.push_back(middle(tet[at(a)], tet[at(b)]));
   }
   mesh.materials = linear.materials;
   mesh.made_by = linear.made_by;
@@ -174,8 +174,8 @@ TetMesh reordered(const TetMesh& linear) {
   TetMesh mesh;
   mesh.nodes.reserve(linear.nodes.size());
   for (std::size_t i = 0; i < node_order.size(); ++i) {
-    new_number[static_cast<std::size_t>(node_order[i])] = static_cast<int>(i);
-    mesh.nodes.push_back(linear.nodes[static_cast<std::size_t>(node_order[i])]);
+    new_number[at(node_order[i])] = static_cast<int>(i);
+    mesh.nodes.push_back(linear.nodes[at(node_order[i])]);
   }
   std::vector<Vector3> centres;
   for (std::size_t e = 0; e < linear.element_count(); ++e) {
@@ -184,15 +184,12 @@ TetMesh reordered(const TetMesh& linear) {
   }
   mesh.connectivity.reserve(linear.connectivity.size());
   for (const int e : ascending(curve_places(centres))) {
-    for (const int node : linear.element(static_cast<std::size_t>(e)))
-      mesh.connectivity.push_back(new_number[static_cast<std::size_t>(node)]);
-    if (!linear.materials.empty())
-      mesh.materials.push_back(linear.materials[static_cast<std::size_t>(e)]);
+    for (const int node : linear.element(at(e))) mesh.connectivity.push_back(new_number[at(node)]);
+    if (!linear.materials.empty()) mesh.materials.push_back(linear.materials[at(e)]);
   }
   mesh.boundary = linear.boundary;
   for (BoundaryFace& face : mesh.boundary)
-    for (std::size_t k = 0; k < 3; ++k)
-      face.nodes[k] = new_number[static_cast<std::size_t>(face.nodes[k])];
+    for (std::size_t k = 0; k < 3; ++k) face.nodes[k] = new_number[at(face.nodes[k])];
   return mesh;
 }
 
@@ -271,8 +268,7 @@ MeshQuality quality(const TetMesh& mesh) {
     dihedrals.push_back(least_dihedral(p));
     double shortest = std::numeric_limits<double>::infinity(), longest = 0;
     for (const auto& [a, b] : tet_edges) {
-      const double length =
-          (p[static_cast<std::size_t>(a)] - p[static_cast<std::size_t>(b)]).norm();
+      const double length = (p[at(a)] - p[at(b)]).norm();
       shortest = std::min(shortest, length);
       longest = std::max(longest, length);
       edge_sum += length;
@@ -291,17 +287,15 @@ int count_pieces(const TetMesh& mesh) {
   std::vector<int> parent(mesh.nodes.size());
   std::iota(parent.begin(), parent.end(), 0);
   const auto root = [&parent](int i) {
-    while (parent[static_cast<std::size_t>(i)] != i)
-      i = parent[static_cast<std::size_t>(i)] =
-          parent[static_cast<std::size_t>(parent[static_cast<std::size_t>(i)])];
+    while (parent[at(i)] != i) i = parent[at(i)] = parent[at(parent[at(i)])];
     return i;
   };
   std::vector<bool> used(mesh.nodes.size(), false);
   for (std::size_t e = 0; e < mesh.element_count(); ++e) {
     const auto tet = mesh.element(e);
     for (const int node : tet) {
-      used[static_cast<std::size_t>(node)] = true;
-      parent[static_cast<std::size_t>(root(node))] = root(tet[0]);
+      used[at(node)] = true;
+      parent[at(root(node))] = root(tet[0]);
     }
   }
   int pieces = 0;

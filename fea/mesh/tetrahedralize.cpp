@@ -14,6 +14,7 @@
 
 #include "kinetostat/common/child_process.h"
 #include "kinetostat/common/deadline.h"
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/mesh/edge_division.h"
 #include "kinetostat/fea/mesh/flat_elements.h"
 #include "kinetostat/fea/mesh/tetgen_protocol.h"
@@ -23,6 +24,8 @@
 
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 using Cause = MeshingError::Cause;
 
@@ -43,7 +46,7 @@ Markers mark(const SurfaceMesh& surface, const std::vector<int>& tags) {
   for (const FlatFace& face : flat_faces(surface, weld_tolerance(surface.points))) {
     std::map<int, std::int32_t> marker_of_tag;
     for (const int facet : face.facets) {
-      const auto f = static_cast<std::size_t>(facet);
+      const auto f = at(facet);
       const auto [entry, is_new] =
           marker_of_tag.try_emplace(tags[f], static_cast<std::int32_t>(markers.tag.size()));
       if (is_new) markers.tag.push_back(tags[f]);
@@ -57,10 +60,8 @@ Markers mark(const SurfaceMesh& surface, const std::vector<int>& tags) {
 Vector3 point_inside(const SurfaceMesh& surface, const Shell& cavity) {
   int largest = cavity.facets.front();
   for (const int f : cavity.facets)
-    if (surface.area_vector(static_cast<std::size_t>(f)).norm() >
-        surface.area_vector(static_cast<std::size_t>(largest)).norm())
-      largest = f;
-  const auto start = static_cast<std::size_t>(largest);
+    if (surface.area_vector(at(f)).norm() > surface.area_vector(at(largest)).norm()) largest = f;
+  const auto start = at(largest);
   const Vector3 from = surface.centroid(start);
   const Vector3 direction = surface.area_vector(start).normalized();
   double nearest = std::numeric_limits<double>::infinity();
@@ -79,8 +80,7 @@ tetgen::Request request_for(const SurfaceMesh& surface, const DividedSurface& di
     request.points.insert(request.points.end(), p.data(), p.data() + 3);
   for (const Triangle& t : divided.mesh.triangles)
     request.triangles.insert(request.triangles.end(), t.begin(), t.end());
-  for (const int facet : divided.parent)
-    request.markers.push_back(markers.of_facet[static_cast<std::size_t>(facet)]);
+  for (const int facet : divided.parent) request.markers.push_back(markers.of_facet[at(facet)]);
   for (const Shell& shell : report.shells) {
     if (shell.depth % 2 == 0) continue;
     const Vector3 inside = point_inside(surface, shell);
@@ -259,7 +259,7 @@ std::string switches(ElementShape shape, const TetrahedralizeOptions& options) {
 }
 
 void orient(Eigen::Ref<Eigen::Vector4i> tet, const std::vector<Vector3>& nodes) {
-  const auto p = [&](int k) { return nodes[static_cast<std::size_t>(tet[k])]; };
+  const auto p = [&](int k) { return nodes[at(tet[k])]; };
   if (volume({p(0), p(1), p(2), p(3)}) < 0) std::swap(tet[2], tet[3]);
 }
 
@@ -273,14 +273,12 @@ void orient_boundary(TetMesh& mesh) {
   std::vector<Side> sides;
   std::vector<bool> on_boundary(mesh.nodes.size(), false);
   for (const BoundaryFace& face : mesh.boundary)
-    for (std::size_t k = 0; k < 3; ++k) on_boundary[static_cast<std::size_t>(face.nodes[k])] = true;
+    for (std::size_t k = 0; k < 3; ++k) on_boundary[at(face.nodes[k])] = true;
   for (std::size_t e = 0; e < mesh.element_count(); ++e) {
     const auto tet = mesh.element(e);
     for (std::size_t k = 0; k < 4; ++k) {
       Triangle t{tet[(k + 1) % 4], tet[(k + 2) % 4], tet[(k + 3) % 4]};
-      if (!std::all_of(t.begin(), t.end(),
-                       [&](int n) { return on_boundary[static_cast<std::size_t>(n)]; }))
-        continue;
+      if (!std::all_of(t.begin(), t.end(), [&](int n) { return on_boundary[at(n)]; })) continue;
       std::sort(t.begin(), t.end());
       sides.push_back({t, tet[k]});
     }
@@ -293,7 +291,7 @@ void orient_boundary(TetMesh& mesh) {
     if (side == sides.end() || side->sorted != t)
       throw MeshingError(Cause::crashed, "TetGen returned a boundary face of no element",
                          "Report this with the mesh file");
-    const auto p = [&](int n) { return mesh.nodes[static_cast<std::size_t>(n)]; };
+    const auto p = [&](int n) { return mesh.nodes[at(n)]; };
     if (volume({p(face.nodes[0]), p(face.nodes[1]), p(face.nodes[2]), p(side->opposite)}) > 0)
       std::swap(face.nodes[1], face.nodes[2]);
   }
@@ -307,9 +305,8 @@ bool is_consistent(const tetgen::Answer& answer, std::size_t marker_count) {
          answer.triangles.size() == 3 * answer.markers.size() &&
          std::all_of(answer.tetrahedra.begin(), answer.tetrahedra.end(), in_range) &&
          std::all_of(answer.triangles.begin(), answer.triangles.end(), in_range) &&
-         std::all_of(answer.markers.begin(), answer.markers.end(), [marker_count](std::int32_t m) {
-           return m > 0 && static_cast<std::size_t>(m) < marker_count;
-         });
+         std::all_of(answer.markers.begin(), answer.markers.end(),
+                     [marker_count](std::int32_t m) { return m > 0 && at(m) < marker_count; });
 }
 
 TetMesh mesh_from(const common::ChildResult& result, const Markers& markers) {
@@ -326,7 +323,7 @@ TetMesh mesh_from(const common::ChildResult& result, const Markers& markers) {
   for (std::size_t f = 0; f < answer.markers.size(); ++f)
     mesh.boundary.push_back({.nodes = {answer.triangles[3 * f], answer.triangles[3 * f + 1],
                                        answer.triangles[3 * f + 2], -1, -1, -1},
-                             .tag = markers.tag[static_cast<std::size_t>(answer.markers[f])]});
+                             .tag = markers.tag[at(answer.markers[f])]});
   orient_boundary(mesh);
   return mesh;
 }

@@ -79,6 +79,15 @@ void mirror(FileTet& tet) {
 }
 
 // True when all elements had to be mirrored.
+void refuse_mixed(const FileMesh& file, std::size_t negative, const Complaint& complain) {
+  for (const FileTet& tet : file.tets)
+    if (volume(corners_of(file, tet)) < 0)
+      complain(tet,
+               fmt::format("is inside out: its volume is negative, as that of {} of {} elements",
+                           negative, file.tets.size()),
+               "Correct the order of its nodes, or mesh the part again");
+}
+
 bool orient_elements(FileMesh& file, const Complaint& complain) {
   std::size_t negative = 0;
   for (const FileTet& tet : file.tets) {
@@ -93,12 +102,7 @@ bool orient_elements(FileMesh& file, const Complaint& complain) {
     for (FileTet& tet : file.tets) mirror(tet);
     return true;
   }
-  for (const FileTet& tet : file.tets)
-    if (volume(corners_of(file, tet)) < 0)
-      complain(tet,
-               fmt::format("is inside out: its volume is negative, as that of {} of {} elements",
-                           negative, file.tets.size()),
-               "Correct the order of its nodes, or mesh the part again");
+  refuse_mixed(file, negative, complain);
   return false;
 }
 

@@ -80,7 +80,7 @@ struct Element {
   }
   Vector6Nodes values(const Eigen::VectorXd& field) const {
     Vector6Nodes v;
-    for (Eigen::Index i = 0; i < 6; ++i) v[i] = field[nodes[static_cast<std::size_t>(i)]];
+    for (Eigen::Index i = 0; i < 6; ++i) v[i] = field[nodes[at(i)]];
     return v;
   }
 };
@@ -198,10 +198,10 @@ class Piece {
               w * (2 * (1 + poisson_) * r[force] * shape(p) + g * anticlastic(force, r));
       }
       for (Eigen::Index i = 0; i < 6; ++i) {
-        const int row = e.nodes[static_cast<std::size_t>(i)];
+        const int row = e.nodes[at(i)];
         loads.row(row) += load.row(i);
         for (Eigen::Index j = 0; j < 6; ++j)
-          if (const int column = e.nodes[static_cast<std::size_t>(j)]; row >= column && column > 0)
+          if (const int column = e.nodes[at(j)]; row >= column && column > 0)
             entries.emplace_back(row - 1, column - 1, stiffness(i, j));
       }
     }

@@ -4,8 +4,12 @@
 #include <cmath>
 #include <map>
 
+#include "kinetostat/common/index.h"
+
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 using Edge = std::pair<int, int>;  // of the surface, lower point first
 
@@ -19,15 +23,14 @@ Edge edge_between(int a, int b) { return {std::min(a, b), std::max(a, b)}; }
 
 // Taken from the lower to the higher point number, so that both facets find the same bytes.
 Vector2 crossing_point(const Edge& edge, const std::vector<Vector3>& local) {
-  const Vector3 &a = local[static_cast<std::size_t>(edge.first)],
-                &b = local[static_cast<std::size_t>(edge.second)];
+  const Vector3 &a = local[at(edge.first)], &b = local[at(edge.second)];
   const Vector3 p = a + (b - a) * (a.x() / (a.x() - b.x()));
   return {p.y(), p.z()};
 }
 
 Crossings find_crossings(const SurfaceMesh& surface, const std::vector<Vector3>& local) {
   Crossings crossings;
-  const auto above = [&](int p) { return local[static_cast<std::size_t>(p)].x() >= 0; };
+  const auto above = [&](int p) { return local[at(p)].x() >= 0; };
   for (const Triangle& t : surface.triangles) {
     Edge up, down;
     int count = 0;
@@ -113,6 +116,22 @@ spatial::Frame section_frame(const Vector3& point, const Vector3& tangent, const
   return frame;
 }
 
+namespace {
+
+// The loop through the first of the crossings, which are taken out.
+Loop take_loop(Crossings& crossings) {
+  Loop loop;
+  for (auto at = crossings.next.begin(); at != crossings.next.end();) {
+    const Edge next = at->second;
+    loop.push_back(crossings.point.at(at->first));
+    crossings.next.erase(at);
+    at = crossings.next.find(next);
+  }
+  return loop;
+}
+
+}  // namespace
+
 std::vector<Loop> cut(const SurfaceMesh& surface, const spatial::Frame& frame, double tolerance) {
   std::vector<Vector3> local;
   local.reserve(surface.points.size());
@@ -121,14 +140,7 @@ std::vector<Loop> cut(const SurfaceMesh& surface, const spatial::Frame& frame, d
   Crossings crossings = find_crossings(surface, local);
   std::vector<Loop> loops;
   while (!crossings.next.empty()) {
-    Loop loop;
-    for (auto at = crossings.next.begin(); at != crossings.next.end();) {
-      const Edge next = at->second;
-      loop.push_back(crossings.point.at(at->first));
-      crossings.next.erase(at);
-      at = crossings.next.find(next);
-    }
-    loop = cleaned(loop, tolerance);
+    Loop loop = cleaned(take_loop(crossings), tolerance);
     if (loop.size() >= 3 && std::abs(signed_area(loop)) > tolerance * perimeter(loop))
       loops.push_back(std::move(loop));
   }

@@ -4,12 +4,16 @@
 #include <numeric>
 #include <utility>
 
+#include "kinetostat/common/index.h"
+
 namespace kinetostat::fea {
 namespace {
 
+using common::at;
+
 constexpr int leaf_size = 4;
 
-}
+}  // namespace
 
 BoxTree::BoxTree(std::vector<Box> boxes) : boxes_(std::move(boxes)), order_(boxes_.size()) {
   std::iota(order_.begin(), order_.end(), 0);
@@ -21,8 +25,7 @@ BoxTree::BoxTree(std::vector<Box> boxes) : boxes_(std::move(boxes)), order_(boxe
 int BoxTree::build(int first, int last) {
   const int index = static_cast<int>(nodes_.size());
   Box box;
-  for (int i = first; i < last; ++i)
-    box.extend(boxes_[static_cast<std::size_t>(order_[static_cast<std::size_t>(i)])]);
+  for (int i = first; i < last; ++i) box.extend(boxes_[at(order_[at(i)])]);
   nodes_.push_back({box, first, last});
   if (last - first <= leaf_size) return index;
   Eigen::Index axis = 0;
@@ -30,14 +33,14 @@ int BoxTree::build(int first, int last) {
   const int middle = first + (last - first) / 2;
   std::nth_element(order_.begin() + first, order_.begin() + middle, order_.begin() + last,
                    [this, axis](int a, int b) {
-                     const double ca = boxes_[static_cast<std::size_t>(a)].center()[axis];
-                     const double cb = boxes_[static_cast<std::size_t>(b)].center()[axis];
+                     const double ca = boxes_[at(a)].center()[axis];
+                     const double cb = boxes_[at(b)].center()[axis];
                      return ca != cb ? ca < cb : a < b;
                    });
   const int left = build(first, middle);
   const int right = build(middle, last);
-  nodes_[static_cast<std::size_t>(index)].left = left;
-  nodes_[static_cast<std::size_t>(index)].right = right;
+  nodes_[at(index)].left = left;
+  nodes_[at(index)].right = right;
   return index;
 }
 

@@ -4,10 +4,13 @@
 #include <array>
 #include <limits>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/surface/box_tree.h"
 
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 // A triangle as its plane and the three lines that bound it there.
 struct FlatTriangle {
@@ -128,7 +131,7 @@ SelfIntersections self_intersections(const SurfaceMesh& mesh, double tolerance, 
   for (std::size_t f = 0; f < flat.size() && result.complete; ++f) {
     if (flat[f].height < tolerance) continue;
     tree.visit_overlapping(boxes[f], [&](int other) {
-      const auto g = static_cast<std::size_t>(other);
+      const auto g = at(other);
       if (g <= f || flat[g].height < tolerance || !result.complete) return;
       if (!meet(mesh, flat, f, g, limits)) return;
       result.pairs.emplace_back(static_cast<int>(f), other);

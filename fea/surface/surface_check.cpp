@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/surface/self_intersection.h"
 #include "kinetostat/fea/surface/surface_orientation.h"
 #include "kinetostat/fea/surface/surface_topology.h"
@@ -15,6 +16,8 @@
 
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 void add_defect(SurfaceReport& report, DefectKind kind, std::vector<int> facets,
                 std::size_t count) {
@@ -38,9 +41,7 @@ void find_edge_defects(const std::vector<EdgeUse>& uses, SurfaceReport& report) 
 }
 
 void find_duplicates(const SurfaceMesh& mesh, SurfaceReport& report) {
-  const auto corners = [&mesh](int f) {
-    return sorted(mesh.triangles[static_cast<std::size_t>(f)]);
-  };
+  const auto corners = [&mesh](int f) { return sorted(mesh.triangles[at(f)]); };
   std::vector<int> order(mesh.triangles.size());
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&corners](int a, int b) {
@@ -246,7 +247,7 @@ io::VtuGrid offending_facets(const SurfaceMesh& mesh, const SurfaceReport& repor
     number.values.push_back(f + 1);
     for (std::size_t k = 0; k < 3; ++k) {
       grid.connectivity.push_back(static_cast<int>(grid.connectivity.size()));
-      const Vector3& p = mesh.corner(static_cast<std::size_t>(f), k);
+      const Vector3& p = mesh.corner(at(f), k);
       grid.points.insert(grid.points.end(), {p.x(), p.y(), p.z()});
     }
   }

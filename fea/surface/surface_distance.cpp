@@ -184,7 +184,7 @@ SurfaceLocator::Place SurfaceLocator::nearest(const Vector3& point) const {
   Place best;
   double least = std::numeric_limits<double>::infinity();
   tree_.visit_near(point, least, [&](int facet) {
-    const auto f = static_cast<std::size_t>(facet);
+    const auto f = at(facet);
     const Vector3 q =
         nearest_of_triangle(point, mesh_.corner(f, 0), mesh_.corner(f, 1), mesh_.corner(f, 2));
     const double squared = (q - point).squaredNorm();
@@ -196,7 +196,7 @@ SurfaceLocator::Place SurfaceLocator::nearest(const Vector3& point) const {
 }
 
 double SurfaceLocator::distance(const Vector3& point, int facet) const {
-  const auto f = static_cast<std::size_t>(facet);
+  const auto f = at(facet);
   return (nearest_of_triangle(point, mesh_.corner(f, 0), mesh_.corner(f, 1), mesh_.corner(f, 2)) -
           point)
       .norm();

@@ -7,10 +7,13 @@
 
 #include <Eigen/Dense>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/fea/surface/surface_topology.h"
 
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 using Neighbours = std::vector<Triangle>;
 
@@ -20,9 +23,8 @@ std::vector<int> largest_first(const SurfaceMesh& mesh) {
   for (std::size_t f = 0; f < area.size(); ++f) area[f] = mesh.area_vector(f).norm();
   std::vector<int> order(area.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&area](int a, int b) {
-    return area[static_cast<std::size_t>(a)] > area[static_cast<std::size_t>(b)];
-  });
+  std::stable_sort(order.begin(), order.end(),
+                   [&area](int a, int b) { return area[at(a)] > area[at(b)]; });
   return order;
 }
 
@@ -36,23 +38,22 @@ bool lies_in_plane(const SurfaceMesh& mesh, std::size_t facet, const Vector3& po
 FlatFace grow(const SurfaceMesh& mesh, const Neighbours& neighbours, int seed, double tolerance,
               std::vector<bool>& taken) {
   FlatFace face;
-  const Vector3 normal = mesh.area_vector(static_cast<std::size_t>(seed)).normalized();
-  const Vector3 point = mesh.centroid(static_cast<std::size_t>(seed));
+  const Vector3 normal = mesh.area_vector(at(seed)).normalized();
+  const Vector3 point = mesh.centroid(at(seed));
   face.facets.push_back(seed);
-  taken[static_cast<std::size_t>(seed)] = true;
+  taken[at(seed)] = true;
   for (std::size_t i = 0; i < face.facets.size(); ++i)
-    for (const int next : neighbours[static_cast<std::size_t>(face.facets[i])]) {
-      if (next < 0 || taken[static_cast<std::size_t>(next)] ||
-          !lies_in_plane(mesh, static_cast<std::size_t>(next), point, normal, tolerance))
+    for (const int next : neighbours[at(face.facets[i])]) {
+      if (next < 0 || taken[at(next)] || !lies_in_plane(mesh, at(next), point, normal, tolerance))
         continue;
-      taken[static_cast<std::size_t>(next)] = true;
+      taken[at(next)] = true;
       face.facets.push_back(next);
     }
   std::sort(face.facets.begin(), face.facets.end());
   Vector3 area = Vector3::Zero(), moment = Vector3::Zero();
   double weight = 0;
   for (const int facet : face.facets) {
-    const auto f = static_cast<std::size_t>(facet);
+    const auto f = at(facet);
     const Vector3 part = mesh.area_vector(f);
     area += part;
     weight += part.norm();
@@ -71,17 +72,16 @@ std::vector<std::set<int>> smooth_links(const Neighbours& neighbours,
                                         const std::vector<FlatFace>& flat) {
   std::vector<int> face_of(neighbours.size());
   for (std::size_t i = 0; i < flat.size(); ++i)
-    for (const int f : flat[i].facets) face_of[static_cast<std::size_t>(f)] = static_cast<int>(i);
+    for (const int f : flat[i].facets) face_of[at(f)] = static_cast<int>(i);
   const double most = std::cos(smallest_turn * M_PI / 180),
                least = std::cos(largest_turn * M_PI / 180);
   std::vector<std::set<int>> links(flat.size());
   for (std::size_t f = 0; f < neighbours.size(); ++f)
     for (const int g : neighbours[f]) {
       if (g < 0) continue;
-      const int a = face_of[f], b = face_of[static_cast<std::size_t>(g)];
-      const double cosine =
-          flat[static_cast<std::size_t>(a)].normal.dot(flat[static_cast<std::size_t>(b)].normal);
-      if (a != b && cosine < most && cosine > least) links[static_cast<std::size_t>(a)].insert(b);
+      const int a = face_of[f], b = face_of[at(g)];
+      const double cosine = flat[at(a)].normal.dot(flat[at(b)].normal);
+      if (a != b && cosine < most && cosine > least) links[at(a)].insert(b);
     }
   return links;
 }
@@ -98,15 +98,15 @@ Vector3 canonical(Vector3 axis) {
 bool fit_cylinder(const SurfaceMesh& mesh, const Vector3& axis, RoundFace& round) {
   std::set<int> corners;
   for (const int f : round.facets)
-    for (const int corner : mesh.triangles[static_cast<std::size_t>(f)]) corners.insert(corner);
-  const Vector3 origin = mesh.points[static_cast<std::size_t>(*corners.begin())];
+    for (const int corner : mesh.triangles[at(f)]) corners.insert(corner);
+  const Vector3 origin = mesh.points[at(*corners.begin())];
   const Vector3 u = axis.unitOrthogonal(), v = axis.cross(u);
   Eigen::MatrixXd a(static_cast<Eigen::Index>(corners.size()), 3);
   Eigen::VectorXd b(a.rows());
   Eigen::Index row = 0;
   double low = 0, high = 0;
   for (const int corner : corners) {
-    const Vector3 arm = mesh.points[static_cast<std::size_t>(corner)] - origin;
+    const Vector3 arm = mesh.points[at(corner)] - origin;
     const double x = arm.dot(u), y = arm.dot(v), along = arm.dot(axis);
     a.row(row) << 2 * x, 2 * y, 1;
     b(row++) = x * x + y * y;
@@ -134,8 +134,8 @@ std::vector<int> reached(const std::vector<std::set<int>>& links, int seed, std:
   std::vector<int> faces{seed};
   std::set<int> seen{seed};
   for (std::size_t i = 0; i < faces.size() && faces.size() < most; ++i)
-    for (const int next : links[static_cast<std::size_t>(faces[i])]) {
-      if (taken[static_cast<std::size_t>(next)] || seen.count(next) || !joins(next)) continue;
+    for (const int next : links[at(faces[i])]) {
+      if (taken[at(next)] || seen.count(next) || !joins(next)) continue;
       seen.insert(next);
       faces.push_back(next);
     }
@@ -145,7 +145,7 @@ std::vector<int> reached(const std::vector<std::set<int>>& links, int seed, std:
 std::vector<int> facets_of(const std::vector<FlatFace>& flat, const std::vector<int>& faces) {
   std::vector<int> facets;
   for (const int face : faces) {
-    const std::vector<int>& part = flat[static_cast<std::size_t>(face)].facets;
+    const std::vector<int>& part = flat[at(face)].facets;
     facets.insert(facets.end(), part.begin(), part.end());
   }
   std::sort(facets.begin(), facets.end());
@@ -156,7 +156,7 @@ std::vector<int> facets_of(const std::vector<FlatFace>& flat, const std::vector<
 Vector3 axis_of(const std::vector<FlatFace>& flat, const std::vector<int>& faces) {
   Matrix3 sum = Matrix3::Zero();
   for (const int face : faces) {
-    const FlatFace& f = flat[static_cast<std::size_t>(face)];
+    const FlatFace& f = flat[at(face)];
     sum += f.area * f.normal * f.normal.transpose();
   }
   return canonical(Eigen::SelfAdjointEigenSolver<Matrix3>(sum).eigenvectors().col(0));
@@ -165,7 +165,7 @@ Vector3 axis_of(const std::vector<FlatFace>& flat, const std::vector<int>& faces
 bool is_on(const SurfaceMesh& mesh, const FlatFace& face, const RoundFace& round) {
   return std::all_of(face.facets.begin(), face.facets.end(), [&](int facet) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const Vector3 arm = mesh.corner(static_cast<std::size_t>(facet), k) - round.axis_point;
+      const Vector3 arm = mesh.corner(at(facet), k) - round.axis_point;
       const double distance = (arm - round.axis * round.axis.dot(arm)).norm();
       if (std::abs(distance - round.radius) > 0.02 * round.radius) return false;
     }
@@ -186,11 +186,10 @@ bool grow_round(const SurfaceMesh& mesh, const std::vector<FlatFace>& flat,
     if (faces.size() < fewest) return false;
     round.facets = facets_of(flat, faces);
     if (!fit_cylinder(mesh, axis_of(flat, faces), round)) return false;
-    faces = reached(links, seed, flat.size(), taken, [&](int face) {
-      return is_on(mesh, flat[static_cast<std::size_t>(face)], round);
-    });
+    faces = reached(links, seed, flat.size(), taken,
+                    [&](int face) { return is_on(mesh, flat[at(face)], round); });
   }
-  for (const int face : faces) taken[static_cast<std::size_t>(face)] = true;
+  for (const int face : faces) taken[at(face)] = true;
   return true;
 }
 
@@ -201,8 +200,7 @@ std::vector<FlatFace> flat_faces(const SurfaceMesh& mesh, double tolerance) {
   std::vector<bool> taken(mesh.triangles.size(), false);
   std::vector<FlatFace> faces;
   for (const int seed : largest_first(mesh))
-    if (!taken[static_cast<std::size_t>(seed)])
-      faces.push_back(grow(mesh, neighbours, seed, tolerance, taken));
+    if (!taken[at(seed)]) faces.push_back(grow(mesh, neighbours, seed, tolerance, taken));
   return faces;
 }
 

@@ -108,16 +108,28 @@ Vector3 projected(const Vector3& point, const std::set<int>& around,
 
 }  // namespace
 
+namespace {
+
+// Those whose planes are fitted.
+std::vector<std::set<int>> faces_around_points(const SurfaceMesh& mesh,
+                                               const std::vector<int>& face_of,
+                                               const std::vector<Plane>& planes) {
+  std::vector<std::set<int>> around(mesh.points.size());
+  for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
+    if (planes[at(face_of[f])].is_fitted)
+      for (const int corner : mesh.triangles[f]) around[at(corner)].insert(face_of[f]);
+  return around;
+}
+
+}  // namespace
+
 std::size_t flatten(SurfaceMesh& mesh, double tolerance) {
   const std::vector<FlatFace> faces = flat_faces(mesh, reach_of_first_facet * tolerance);
   std::vector<int> face_of(mesh.triangles.size(), 0);
   for (std::size_t i = 0; i < faces.size(); ++i)
     for (const int f : faces[i].facets) face_of[at(f)] = static_cast<int>(i);
   const std::vector<Plane> planes = fitted_planes(mesh, faces, face_of, tolerance);
-  std::vector<std::set<int>> around(mesh.points.size());
-  for (std::size_t f = 0; f < mesh.triangles.size(); ++f)
-    if (planes[at(face_of[f])].is_fitted)
-      for (const int corner : mesh.triangles[f]) around[at(corner)].insert(face_of[f]);
+  const std::vector<std::set<int>> around = faces_around_points(mesh, face_of, planes);
   std::size_t moved = 0;
   for (std::size_t p = 0; p < around.size(); ++p) {
     if (around[p].empty()) continue;

@@ -8,8 +8,12 @@
 #include <numeric>
 #include <unordered_map>
 
+#include "kinetostat/common/index.h"
+
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 constexpr std::size_t stl_header = 84;
 
@@ -28,8 +32,7 @@ class PointGrid {
           const auto entry = cells_.find({centre[0] + dx, centre[1] + dy, centre[2] + dz});
           if (entry == cells_.end()) continue;
           for (const int candidate : entry->second)
-            if ((kept[static_cast<std::size_t>(candidate)] - point).norm() <= width_ &&
-                (best < 0 || candidate < best))
+            if ((kept[at(candidate)] - point).norm() <= width_ && (best < 0 || candidate < best))
               best = candidate;
         }
     return best;
@@ -61,7 +64,7 @@ std::vector<int> merge_identical(std::vector<Vector3>& points) {
   std::vector<int> order(points.size());
   std::iota(order.begin(), order.end(), 0);
   const auto key = [&points](int i) {
-    const Vector3& p = points[static_cast<std::size_t>(i)];
+    const Vector3& p = points[at(i)];
     return std::array<double, 3>{p.x(), p.y(), p.z()};
   };
   std::sort(order.begin(), order.end(), [&key](int a, int b) {
@@ -71,8 +74,7 @@ std::vector<int> merge_identical(std::vector<Vector3>& points) {
   std::vector<int> first(points.size());
   for (std::size_t i = 0; i < order.size(); ++i) {
     const bool same = i > 0 && key(order[i]) == key(order[i - 1]);
-    first[static_cast<std::size_t>(order[i])] =
-        same ? first[static_cast<std::size_t>(order[i - 1])] : order[i];
+    first[at(order[i])] = same ? first[at(order[i - 1])] : order[i];
   }
   std::vector<int> number(points.size());
   std::vector<Vector3> kept;
@@ -81,7 +83,7 @@ std::vector<int> merge_identical(std::vector<Vector3>& points) {
       number[i] = static_cast<int>(kept.size());
       kept.push_back(points[i]);
     } else {
-      number[i] = number[static_cast<std::size_t>(first[i])];
+      number[i] = number[at(first[i])];
     }
   }
   points = std::move(kept);
@@ -123,7 +125,7 @@ double weld_tolerance(const std::vector<Vector3>& points) {
 void drop_unused_points(SurfaceMesh& mesh) {
   std::vector<int> number(mesh.points.size(), -1);
   for (const Triangle& t : mesh.triangles)
-    for (const int corner : t) number[static_cast<std::size_t>(corner)] = 0;
+    for (const int corner : t) number[at(corner)] = 0;
   std::size_t count = 0;
   for (std::size_t p = 0; p < number.size(); ++p) {
     if (number[p] < 0) continue;
@@ -132,7 +134,7 @@ void drop_unused_points(SurfaceMesh& mesh) {
   }
   mesh.points.resize(count);
   for (Triangle& t : mesh.triangles)
-    for (int& corner : t) corner = number[static_cast<std::size_t>(corner)];
+    for (int& corner : t) corner = number[at(corner)];
 }
 
 void keep_facets(SurfaceMesh& mesh, const std::vector<int>& kept) {
@@ -143,8 +145,7 @@ void keep_facets(SurfaceMesh& mesh, const std::vector<int>& kept) {
   for (FacetGroup& group : mesh.groups) {
     std::vector<int> facets;
     for (const int f : group.facets)
-      if (kept[static_cast<std::size_t>(f)] >= 0)
-        facets.push_back(kept[static_cast<std::size_t>(f)]);
+      if (kept[at(f)] >= 0) facets.push_back(kept[at(f)]);
     group.facets = std::move(facets);
   }
   std::erase_if(mesh.groups, [](const FacetGroup& group) { return group.facets.empty(); });
@@ -176,8 +177,7 @@ WeldReport weld(SurfaceMesh& mesh, double tolerance) {
   int count = 0;
   for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
     Triangle& t = mesh.triangles[f];
-    for (int& corner : t)
-      corner = near[static_cast<std::size_t>(identical[static_cast<std::size_t>(corner)])];
+    for (int& corner : t) corner = near[at(identical[at(corner)])];
     if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0])
       report.collapsed.push_back(static_cast<int>(f));
     else

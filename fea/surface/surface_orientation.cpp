@@ -5,8 +5,12 @@
 #include <numbers>
 #include <numeric>
 
+#include "kinetostat/common/index.h"
+
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 // Walks each shell from its first facet and turns every facet to agree with the one it was reached
 // from; the smaller party is the one called flipped. Only edges of exactly two facets count.
@@ -17,8 +21,8 @@ class OrientationWalk {
     for_each_edge(uses, [this](auto first, auto last) {
       if (last - first != 2) return;
       const bool agree = first[0].forward != first[1].forward;
-      links_[static_cast<std::size_t>(first[0].facet)].push_back({first[1].facet, agree});
-      links_[static_cast<std::size_t>(first[1].facet)].push_back({first[0].facet, agree});
+      links_[at(first[0].facet)].push_back({first[1].facet, agree});
+      links_[at(first[1].facet)].push_back({first[0].facet, agree});
       if (!agree) ++bad_edges_;
     });
     for (std::size_t f = 0; f < facets; ++f)
@@ -36,11 +40,11 @@ class OrientationWalk {
 
   void walk(int start) {
     std::vector<int> reached{start};
-    turned_[static_cast<std::size_t>(start)] = 0;
+    turned_[at(start)] = 0;
     for (std::size_t i = 0; i < reached.size(); ++i)
-      for (const Link& link : links_[static_cast<std::size_t>(reached[i])]) {
-        int& turned = turned_[static_cast<std::size_t>(link.facet)];
-        const int wanted = turned_[static_cast<std::size_t>(reached[i])] ^ (link.agree ? 0 : 1);
+      for (const Link& link : links_[at(reached[i])]) {
+        int& turned = turned_[at(link.facet)];
+        const int wanted = turned_[at(reached[i])] ^ (link.agree ? 0 : 1);
         if (turned < 0) {
           turned = wanted;
           reached.push_back(link.facet);
@@ -49,9 +53,8 @@ class OrientationWalk {
           flipped_.push_back(link.facet);
         }
       }
-    const auto is_turned = [this](int f) { return turned_[static_cast<std::size_t>(f)] == 1; };
-    const auto count =
-        static_cast<std::size_t>(std::count_if(reached.begin(), reached.end(), is_turned));
+    const auto is_turned = [this](int f) { return turned_[at(f)] == 1; };
+    const auto count = at(std::count_if(reached.begin(), reached.end(), is_turned));
     const bool minority_is_turned = 2 * count <= reached.size();
     for (const int f : reached)
       if (is_turned(f) == minority_is_turned) flipped_.push_back(f);
@@ -67,7 +70,7 @@ class OrientationWalk {
 double volume_of(const SurfaceMesh& mesh, const std::vector<int>& facets, const Vector3& origin) {
   double six = 0;
   for (const int facet : facets) {
-    const auto f = static_cast<std::size_t>(facet);
+    const auto f = at(facet);
     six += (mesh.corner(f, 0) - origin)
                .dot((mesh.corner(f, 1) - origin).cross(mesh.corner(f, 2) - origin));
   }
@@ -78,27 +81,25 @@ std::vector<Shell> find_shells(const SurfaceMesh& mesh, const std::vector<EdgeUs
   std::vector<int> parent(mesh.triangles.size());
   std::iota(parent.begin(), parent.end(), 0);
   const auto root = [&parent](int f) {
-    while (parent[static_cast<std::size_t>(f)] != f)
-      f = parent[static_cast<std::size_t>(f)] =
-          parent[static_cast<std::size_t>(parent[static_cast<std::size_t>(f)])];
+    while (parent[at(f)] != f) f = parent[at(f)] = parent[at(parent[at(f)])];
     return f;
   };
   for_each_edge(uses, [&](auto first, auto last) {
     for (auto use = first + 1; use != last; ++use) {
       const int a = root(first->facet), b = root(use->facet);
-      parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+      parent[at(std::max(a, b))] = std::min(a, b);
     }
   });
   std::vector<Shell> shells;
   std::vector<int> shell_of(parent.size(), -1);
   const Vector3 origin = bounding_box(mesh.points).center();
   for (std::size_t f = 0; f < parent.size(); ++f) {
-    int& shell = shell_of[static_cast<std::size_t>(root(static_cast<int>(f)))];
+    int& shell = shell_of[at(root(static_cast<int>(f)))];
     if (shell < 0) {
       shell = static_cast<int>(shells.size());
       shells.emplace_back();
     }
-    Shell& mine = shells[static_cast<std::size_t>(shell)];
+    Shell& mine = shells[at(shell)];
     mine.facets.push_back(static_cast<int>(f));
     for (std::size_t k = 0; k < 3; ++k) mine.box.extend(mesh.corner(f, k));
   }
@@ -110,7 +111,7 @@ std::vector<Shell> find_shells(const SurfaceMesh& mesh, const std::vector<EdgeUs
 double winding_number(const SurfaceMesh& mesh, const Shell& shell, const Vector3& point) {
   double angle = 0;
   for (const int facet : shell.facets) {
-    const auto f = static_cast<std::size_t>(facet);
+    const auto f = at(facet);
     const Vector3 a = mesh.corner(f, 0) - point, b = mesh.corner(f, 1) - point,
                   c = mesh.corner(f, 2) - point;
     const double la = a.norm(), lb = b.norm(), lc = c.norm();
@@ -129,7 +130,7 @@ void nest_shells(const SurfaceMesh& mesh, std::vector<Shell>& shells) {
   for (Shell& inner : shells)
     for (const Shell* outer : enclosing) {
       if (&inner == outer || !outer->box.contains(inner.box)) continue;
-      const Vector3& probe = mesh.corner(static_cast<std::size_t>(inner.facets.front()), 0);
+      const Vector3& probe = mesh.corner(at(inner.facets.front()), 0);
       if (std::abs(winding_number(mesh, *outer, probe)) > 0.5) ++inner.depth;
     }
 }
@@ -154,7 +155,7 @@ std::size_t orient_outward(SurfaceMesh& mesh) {
   std::vector<int> flipped = flipped_facets(mesh.triangles.size(), edge_uses(mesh)).facets;
   std::sort(flipped.begin(), flipped.end());
   flipped.erase(std::unique(flipped.begin(), flipped.end()), flipped.end());
-  for (const int f : flipped) turn(mesh.triangles[static_cast<std::size_t>(f)]);
+  for (const int f : flipped) turn(mesh.triangles[at(f)]);
   const std::vector<Shell> shells = nested_shells(mesh, edge_uses(mesh));
   const bool inside_out = std::any_of(shells.begin(), shells.end(), [](const Shell& shell) {
     return shell.depth == 0 && shell.volume < 0;
@@ -163,7 +164,7 @@ std::size_t orient_outward(SurfaceMesh& mesh) {
     const bool should_be_positive = shell.depth % 2 == 0;
     const bool wrong = should_be_positive ? shell.volume < 0 : shell.volume > 0;
     if (wrong && (should_be_positive || inside_out))
-      for (const int f : shell.facets) turn(mesh.triangles[static_cast<std::size_t>(f)]);
+      for (const int f : shell.facets) turn(mesh.triangles[at(f)]);
   }
   std::size_t turned = 0;
   for (std::size_t f = 0; f < before.size(); ++f) turned += before[f] != mesh.triangles[f] ? 1 : 0;

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/common/index.h"
 #include "kinetostat/common/out_of_memory.h"
 #include "kinetostat/fea/surface/cgal_program.h"
 #include "kinetostat/fea/surface/surface_bodies.h"
@@ -20,6 +21,8 @@
 
 namespace kinetostat::fea {
 namespace {
+
+using common::at;
 
 constexpr const char* phase = "repair";
 
@@ -43,7 +46,7 @@ std::size_t remove_loose_slivers(const SurfaceReport& report, SurfaceMesh& mesh)
   std::set_intersection(open.begin(), open.end(), thin.begin(), thin.end(),
                         std::back_inserter(loose));
   std::vector<int> kept(mesh.triangles.size(), 0);
-  for (const int f : loose) kept[static_cast<std::size_t>(f)] = -1;
+  for (const int f : loose) kept[at(f)] = -1;
   int count = 0;
   for (int& number : kept)
     if (number == 0) number = count++;
@@ -66,7 +69,7 @@ std::string counted(std::size_t n, const char* one, const char* many) {
 // From the last of the helper's counts.
 std::string sheets_left_out(const std::vector<std::int64_t>& counts) {
   if (counts.empty() || counts.back() == 0) return {};
-  return ", " + counted(static_cast<std::size_t>(counts.back()), "sheet without volume left out",
+  return ", " + counted(at(counts.back()), "sheet without volume left out",
                         "sheets without volume left out");
 }
 
@@ -77,14 +80,13 @@ void carry_groups(const SurfaceMesh& old, const SurfaceLocator& locator, double 
   std::vector<std::vector<int>> groups_of(old.triangles.size());
   for (std::size_t g = 0; g < old.groups.size(); ++g) {
     mesh.groups.push_back({old.groups[g].name, {}});
-    for (const int f : old.groups[g].facets)
-      groups_of[static_cast<std::size_t>(f)].push_back(static_cast<int>(g));
+    for (const int f : old.groups[g].facets) groups_of[at(f)].push_back(static_cast<int>(g));
   }
   for (std::size_t f = 0; f < mesh.triangles.size(); ++f) {
     const SurfaceLocator::Place place = locator.nearest(mesh.centroid(f));
     if (place.distance > reach) continue;
-    for (const int g : groups_of[static_cast<std::size_t>(place.facet)])
-      mesh.groups[static_cast<std::size_t>(g)].facets.push_back(static_cast<int>(f));
+    for (const int g : groups_of[at(place.facet)])
+      mesh.groups[at(g)].facets.push_back(static_cast<int>(f));
   }
   std::erase_if(mesh.groups, [](const FacetGroup& group) { return group.facets.empty(); });
 }
@@ -181,6 +183,13 @@ class Repair {
   }
 
   // The helper's mesh, or none with the reason logged.
+  [[noreturn]] void lacks_memory(RepairStep step) const {
+    throw common::OutOfMemory(
+        fmt::format("the step '{}' needs more memory than there is, or than the {:.1f} GiB that "
+                    "it may take",
+                    name(step), static_cast<double>(options_.memory_limit) / (1 << 30)),
+        "Close other programs, or export a coarser mesh");
+  }
   std::optional<SurfaceMesh> ask_helper(RepairStep step, std::vector<double> numbers,
                                         std::vector<std::int64_t>* counts = nullptr) {
     CgalResult result = ask_cgal(mesh_,
@@ -190,12 +199,7 @@ class Repair {
                                   .memory_limit = options_.memory_limit,
                                   .helper = options_.helper},
                                  phase, progress_);
-    if (result.out_of_memory)
-      throw common::OutOfMemory(
-          fmt::format("the step '{}' needs more memory than there is, or than the {:.1f} GiB that "
-                      "it may take",
-                      name(step), static_cast<double>(options_.memory_limit) / (1 << 30)),
-          "Close other programs, or export a coarser mesh");
+    if (result.out_of_memory) lacks_memory(step);
     if (!result.fault.empty()) {
       log(step, false, result.fault);
       return {};
@@ -227,8 +231,8 @@ class Repair {
     log(RepairStep::fill, true,
         fmt::format(
             "{} closed; the patches are {:.2g} % of the surface and reach {} from the rest{}",
-            counted(counts.empty() ? 0 : static_cast<std::size_t>(counts[0]), "hole", "holes"),
-            100 * share, length(reach), sheets_left_out(counts)));
+            counted(counts.empty() ? 0 : at(counts[0]), "hole", "holes"), 100 * share,
+            length(reach), sheets_left_out(counts)));
     report_.patch_area = area;
     carry_groups(mesh_, SurfaceLocator(mesh_), contact_, *filled);
     accept(std::move(*filled), state);
@@ -265,12 +269,11 @@ class Repair {
   void drop() {
     if (!state_.sound()) return;
     const std::vector<Body> bodies = find_bodies(mesh_, state_.shells);
+    const auto largest =
+        std::max_element(bodies.begin(), bodies.end(),
+                         [](const Body& a, const Body& b) { return a.volume < b.volume; });
     double whole = 0;
-    const Body* largest = &bodies.front();
-    for (const Body& body : bodies) {
-      whole += body.volume;
-      if (body.volume > largest->volume) largest = &body;
-    }
+    for (const Body& body : bodies) whole += body.volume;
     const double rest = 1 - largest->volume / whole;
     if (rest > options_.limit)
       return log(
@@ -353,8 +356,9 @@ class Repair {
     Change change{.distance = farthest_distance(mesh, *locator_, 0.01 * diagonal_)};
     const std::optional<double> volume = enclosed_volume(mesh);
     const double ratio = area_of(mesh) / area_of(original_);
-    if (report_.volume_before && volume)
-      change.volume = std::abs(*volume / *report_.volume_before - 1);
+    const bool encloses = report_.volume_before && volume;
+    const double growth = encloses ? *volume / *report_.volume_before - 1 : 0;
+    if (encloses) change.volume = std::abs(growth);
     if (report_.volume_before && is_nothing(*report_.volume_before))
       change.refusal = "the surface encloses nothing";
     else if (change.distance > options_.limit * diagonal_)
@@ -362,10 +366,9 @@ class Repair {
           "the surface would move by {}, {:.2g} % of the diagonal; the limit is {:.2g} %",
           length(change.distance), 100 * change.distance / diagonal_, 100 * options_.limit);
     else if (!(change.volume <= options_.limit))
-      change.refusal =
-          fmt::format("the volume would change by {:+.2g} %; the limit is {:.2g} %",
-                      100 * (*volume / *report_.volume_before - 1), 100 * options_.limit);
-    else if (!(report_.volume_before && volume) && ratio > 1.5)
+      change.refusal = fmt::format("the volume would change by {:+.2g} %; the limit is {:.2g} %",
+                                   100 * growth, 100 * options_.limit);
+    else if (!encloses && ratio > 1.5)
       change.refusal = fmt::format(
           "the surface is open, and would be wrapped from both sides ({:.2g} times the area)",
           ratio);

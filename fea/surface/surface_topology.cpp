@@ -3,7 +3,11 @@
 #include <algorithm>
 #include <tuple>
 
+#include "kinetostat/common/index.h"
+
 namespace kinetostat::fea {
+
+using common::at;
 
 std::vector<EdgeUse> edge_uses(const SurfaceMesh& mesh) {
   std::vector<EdgeUse> uses;
@@ -25,8 +29,8 @@ std::vector<Triangle> facet_neighbours(const SurfaceMesh& mesh) {
   for_each_edge(edge_uses(mesh), [&neighbours](auto first, auto last) {
     if (last - first != 2) return;
     const EdgeUse &a = first[0], &b = first[1];
-    neighbours[static_cast<std::size_t>(a.facet)][static_cast<std::size_t>(a.side)] = b.facet;
-    neighbours[static_cast<std::size_t>(b.facet)][static_cast<std::size_t>(b.side)] = a.facet;
+    neighbours[at(a.facet)][at(a.side)] = b.facet;
+    neighbours[at(b.facet)][at(b.side)] = a.facet;
   });
   return neighbours;
 }

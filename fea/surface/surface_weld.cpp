@@ -113,6 +113,12 @@ std::vector<std::vector<int>> groups_by_facet(const SurfaceMesh& mesh) {
 }
 
 // One open edge a facet; what that leaves is for the next pass.
+void set_groups(SurfaceMesh& mesh, const std::vector<std::vector<int>>& groups_of) {
+  for (FacetGroup& group : mesh.groups) group.facets.clear();
+  for (std::size_t f = 0; f < groups_of.size(); ++f)
+    for (const int g : groups_of[f]) mesh.groups[at(g)].facets.push_back(static_cast<int>(f));
+}
+
 std::size_t split_once(SurfaceMesh& mesh, double tolerance) {
   const std::vector<EdgeUse> edges = open_edges(mesh);
   const std::vector<int> corners = corners_of(edges);
@@ -130,9 +136,7 @@ std::size_t split_once(SurfaceMesh& mesh, double tolerance) {
     split(mesh, edge, std::move(found), groups_of);
     ++count;
   }
-  for (FacetGroup& group : mesh.groups) group.facets.clear();
-  for (std::size_t f = 0; f < groups_of.size(); ++f)
-    for (const int g : groups_of[f]) mesh.groups[at(g)].facets.push_back(static_cast<int>(f));
+  set_groups(mesh, groups_of);
   return count;
 }
 
