@@ -171,6 +171,19 @@ void require_two_interfaces(const std::filesystem::path& file, const Json& json)
 
 }  // namespace
 
+namespace {
+
+[[noreturn]] void refuse_syntax(const std::filesystem::path& file, const std::string& text,
+                                std::size_t byte) {
+  const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(byte, text.size()));
+  throw common::InputError({.file = file,
+                            .line = 1 + static_cast<int>(std::count(text.begin(), end, '\n')),
+                            .what = "not valid JSON",
+                            .cure = "Write this file with kinetostat rather than by hand"});
+}
+
+}  // namespace
+
 Json read_json(const std::filesystem::path& file) {
   const std::string text = read_text(file);
   refuse_other_kinds(file, text, "a result of this program (JSON)",
@@ -183,11 +196,7 @@ Json read_json(const std::filesystem::path& file) {
   try {
     return Json::parse(text);
   } catch (const Json::parse_error& error) {
-    const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, text.size()));
-    throw common::InputError({.file = file,
-                              .line = 1 + static_cast<int>(std::count(text.begin(), end, '\n')),
-                              .what = "not valid JSON",
-                              .cure = "Write this file with kinetostat rather than by hand"});
+    refuse_syntax(file, text, error.byte);
   } catch (const Json::out_of_range&) {
     throw common::InputError(file, "a number is too large", "Numbers must lie within +-1.8e308");
   }

@@ -95,7 +95,9 @@ void write_into(const path& file, const std::string& content, Flush flush) {
   write_all(descriptor, content, flush, file);
 }
 
-// Set before anything is read, and only read by the threads that read.
+// Global, because it must hold for whatever reads a file, of which a robot file names others: a
+// list that is handed down is one that a reader can lack. Set before anything is read, and only
+// read by the threads that read.
 std::vector<path>& outputs() {
   static std::vector<path> all;
   return all;

@@ -159,26 +159,34 @@ Json covariance_json(const Eigen::MatrixXd& covariance) {
 
 }  // namespace
 
-Json to_json(const ParameterEstimate& e) {
-  Json json{{"parameter", e.parameter.name}, {"bound", nullptr}};
-  if (e.hit != BoundHit::none) json["bound"] = e.parameter.is_held() ? "kept" : hit_text(e.hit);
-  if (!e.parameter.is_logarithm()) {
-    json.update({{"designed", e.parameter.start},
-                 {"fitted", e.value},
-                 {"standard_error", e.standard_error},
-                 {"unit", e.parameter.unit}});
-    return json;
-  }
+namespace {
+
+Json factor_json(const ParameterEstimate& e) {
   const double factor = std::exp(e.value);
-  json.update({{"stiffness", e.parameter.name},
-               {"factor", factor},
-               {"log_factor", e.value},
-               {"standard_error_of_log_factor", e.standard_error}});
+  Json json{{"stiffness", e.parameter.name},
+            {"factor", factor},
+            {"log_factor", e.value},
+            {"standard_error_of_log_factor", e.standard_error}};
   if (e.parameter.stiffness)
     json.update({{"designed", *e.parameter.stiffness},
                  {"fitted", *e.parameter.stiffness * factor},
                  {"standard_error", *e.parameter.stiffness * factor * e.standard_error},
                  {"unit", e.parameter.is_torsional ? "N m/rad" : "N/m"}});
+  return json;
+}
+
+}  // namespace
+
+Json to_json(const ParameterEstimate& e) {
+  Json json{{"parameter", e.parameter.name}, {"bound", nullptr}};
+  if (e.hit != BoundHit::none) json["bound"] = e.parameter.is_held() ? "kept" : hit_text(e.hit);
+  if (e.parameter.is_logarithm())
+    json.update(factor_json(e));
+  else
+    json.update({{"designed", e.parameter.start},
+                 {"fitted", e.value},
+                 {"standard_error", e.standard_error},
+                 {"unit", e.parameter.unit}});
   return json;
 }
 

@@ -243,21 +243,22 @@ double severity_of(const calibration::Pattern& pattern) {
 }
 
 // Significant dependences, between the tests of adequacy and the plain statistics.
+Finding reversal_finding(const Named& model, const calibration::Reversal& r) {
+  return {significance(r.test.holm_p_value, r.test.f),
+          fmt::format("{} leaves an error of which {} % {} over {} pairs of readings; {}.",
+                      model.name, number(100 * std::max(r.odd_share, 1 - r.odd_share), 3),
+                      r.odd_share > 0.5 ? "changes sign with the load (odd)"
+                                        : "stays when the load is reversed (even)",
+                      r.pairs, test_text(r.test))};
+}
+
 void add_patterns(const Campaign& campaign, const Named& model, std::vector<Finding>& findings) {
   const calibration::Patterns& patterns = model.assessment->patterns;
   for (const calibration::Pattern& pattern : patterns.factors)
     if (pattern.holm_p_value() < level)
       findings.push_back({severity_of(pattern), pattern_sentence(campaign, model.name, pattern)});
-  if (patterns.reversal && patterns.reversal->test.holm_p_value < level) {
-    const calibration::Reversal& r = *patterns.reversal;
-    findings.push_back(
-        {significance(r.test.holm_p_value, r.test.f),
-         fmt::format("{} leaves an error of which {} % {} over {} pairs of readings; {}.",
-                     model.name, number(100 * std::max(r.odd_share, 1 - r.odd_share), 3),
-                     r.odd_share > 0.5 ? "changes sign with the load (odd)"
-                                       : "stays when the load is reversed (even)",
-                     r.pairs, test_text(r.test))});
-  }
+  if (patterns.reversal && patterns.reversal->test.holm_p_value < level)
+    findings.push_back(reversal_finding(model, *patterns.reversal));
   for (const auto& [test, sentence] : {std::pair(patterns.loops.area, &area_sentence),
                                        std::pair(patterns.loops.return_to_zero, &return_sentence)})
     if (test && test->holm_p_value < level)
@@ -291,6 +292,17 @@ std::string session_name(const Campaign& campaign, const ResidualStatistics& s) 
   return s.session ? campaign.sessions[*s.session] : "all";
 }
 
+std::vector<std::string> statistics_row(const Campaign& campaign, const ResidualStatistics& s) {
+  const auto show = [&](double si) { return number(in_units(campaign, s.component, si), 4); };
+  return {name_of(campaign, s.component),
+          std::to_string(s.count),
+          show(s.rms),
+          show(s.max),
+          campaign.readings[s.worst_reading].id,
+          show(shown_bias(s)),
+          campaign.unit_of(s.component)};
+}
+
 std::string statistics_text(const Campaign& campaign, const Assessment& assessment) {
   const bool sessions = !assessment.by_session.empty();
   std::vector<std::string> header = {"", "values", "rms", "max", "at reading", "bias", "unit"};
@@ -299,14 +311,7 @@ std::string statistics_text(const Campaign& campaign, const Assessment& assessme
   std::vector<ResidualStatistics> rows = assessment.by_component;
   rows.insert(rows.end(), assessment.by_session.begin(), assessment.by_session.end());
   for (const ResidualStatistics& s : rows) {
-    const auto show = [&](double si) { return number(in_units(campaign, s.component, si), 4); };
-    std::vector<std::string> row = {name_of(campaign, s.component),
-                                    std::to_string(s.count),
-                                    show(s.rms),
-                                    show(s.max),
-                                    campaign.readings[s.worst_reading].id,
-                                    show(shown_bias(s)),
-                                    campaign.unit_of(s.component)};
+    std::vector<std::string> row = statistics_row(campaign, s);
     if (sessions) row.insert(row.begin() + 1, session_name(campaign, s));
     table.add_row(row);
   }
@@ -348,25 +353,25 @@ std::string role_name(calibration::Role role) {
   return calibration::role_names[static_cast<std::size_t>(role)];
 }
 
+std::string held_out_text(const Campaign& campaign, const calibration::HeldOutReadings& held_out) {
+  std::string text = fmt::format("  Kept out of the fit, to {}: {} values",
+                                 role_name(held_out.role), held_out.values);
+  if (!held_out.failure.empty()) return text + "; " + held_out.failure + "\n";
+  for (const ResidualStatistics& s : held_out.by_component)
+    text +=
+        fmt::format(", {} rms {} max {}", name_of(campaign, s.component),
+                    quantity(campaign, s.component, s.rms), quantity(campaign, s.component, s.max));
+  if (held_out.chi_square)
+    text += fmt::format("; {} times the noise ({})",
+                        number(std::sqrt(held_out.chi_square->reduced()), 3),
+                        probability(held_out.chi_square->p_value));
+  return text + ".\n";
+}
+
 std::string held_out_text(const Campaign& campaign, const Assessment& assessment) {
   std::string text;
-  for (const calibration::HeldOutReadings& held_out : assessment.held_out) {
-    text += fmt::format("  Kept out of the fit, to {}: {} values", role_name(held_out.role),
-                        held_out.values);
-    if (!held_out.failure.empty()) {
-      text += "; " + held_out.failure + "\n";
-      continue;
-    }
-    for (const ResidualStatistics& s : held_out.by_component)
-      text += fmt::format(", {} rms {} max {}", name_of(campaign, s.component),
-                          quantity(campaign, s.component, s.rms),
-                          quantity(campaign, s.component, s.max));
-    if (held_out.chi_square)
-      text += fmt::format("; {} times the noise ({})",
-                          number(std::sqrt(held_out.chi_square->reduced()), 3),
-                          probability(held_out.chi_square->p_value));
-    text += ".\n";
-  }
+  for (const calibration::HeldOutReadings& held_out : assessment.held_out)
+    text += held_out_text(campaign, held_out);
   return text;
 }
 

@@ -76,18 +76,25 @@ std::string places_text(const vjm::EffectKind& kind, const vjm::Robot& robot) {
   return fmt::format("In '{}' it can act at: {}.\n", robot.name, fmt::join(places, ", "));
 }
 
+namespace {
+
+io::Json to_json(const vjm::EffectParameter& p) {
+  return {{"name", p.name},
+          {"unit_linear", spatial::to_string(p.linear)},
+          {"unit_angular", spatial::to_string(p.angular)},
+          {"lower", p.lower},
+          {"upper", p.upper},
+          {"none", p.none},
+          {"prior_sd", p.prior_sd},
+          {"prior_unit", prior_unit(p)},
+          {"required", p.required}};
+}
+
+}  // namespace
+
 io::Json to_json(const vjm::EffectKind& kind) {
   io::Json parameters = io::Json::array();
-  for (const vjm::EffectParameter& p : kind.parameters)
-    parameters.push_back({{"name", p.name},
-                          {"unit_linear", spatial::to_string(p.linear)},
-                          {"unit_angular", spatial::to_string(p.angular)},
-                          {"lower", p.lower},
-                          {"upper", p.upper},
-                          {"none", p.none},
-                          {"prior_sd", p.prior_sd},
-                          {"prior_unit", prior_unit(p)},
-                          {"required", p.required}});
+  for (const vjm::EffectParameter& p : kind.parameters) parameters.push_back(to_json(p));
   return {{"name", kind.name},
           {"summary", kind.summary},
           {"acts_on", vjm::to_string(kind.place)},

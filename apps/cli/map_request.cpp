@@ -65,17 +65,21 @@ std::string unit_of(const spatial::Dimension& dimension, const spatial::UnitSyst
 }
 
 // What an index takes after its '=': nothing, a direction or a length.
+spatial::Vector3 read_direction(const IndexWord& word, const std::string& text,
+                                const std::string& argument, const spatial::UnitSystem& units) {
+  if (argument.empty())
+    throw UsageError("--index", fmt::format("'{}' needs a direction", word.word),
+                     fmt::format("Write {}=1,0,0, base axes", word.word));
+  const spatial::Vector3 direction =
+      three_values("--index", argument, spatial::dimension::none, units);
+  if (direction.isZero(0)) throw UsageError("--index", fmt::format("'{}' has no length", text));
+  return direction.normalized();
+}
+
 void read_argument(const IndexWord& word, const std::string& text, const std::string& argument,
                    const spatial::UnitSystem& units, MapIndex& index) {
-  if (word.argument == Argument::direction) {
-    if (argument.empty())
-      throw UsageError("--index", fmt::format("'{}' needs a direction", word.word),
-                       fmt::format("Write {}=1,0,0, base axes", word.word));
-    const spatial::Vector3 direction =
-        three_values("--index", argument, spatial::dimension::none, units);
-    if (direction.isZero(0)) throw UsageError("--index", fmt::format("'{}' has no length", text));
-    index.direction = direction.normalized();
-  }
+  if (word.argument == Argument::direction)
+    index.direction = read_direction(word, text, argument, units);
   if (word.argument == Argument::length) {
     if (argument.empty())
       throw UsageError(

@@ -140,6 +140,7 @@ class Study {
   io::Json summary(const std::vector<Station>& stations) const;
   io::Json files() const;
   void write_page(const std::vector<Station>& stations) const;
+  void print(const std::vector<Station>& stations) const;
 
   bool no_cache_;
   Run& run_;
@@ -331,6 +332,13 @@ void Study::write_page(const std::vector<Station>& stations) const {
   io::write_atomically(files_.file(page_name), report::page(title, results));
 }
 
+void Study::print(const std::vector<Station>& stations) const {
+  run_.print(report::wrapped(diagnose_.headline) + "\n" + report::text(stations));
+  if (report::has_pages()) run_.print(fmt::format("page: {}\n", files_.file(page_name).string()));
+  for (const Step* step : {&check_, &compare_, &diagnose_, &adopt_, &plan_})
+    run_.print_more("\n" + step->text);
+}
+
 io::Json Study::all() {
   check_ = files_.step("check.json", "", [&] { return check(); });
   compare_ = files_.step("comparison.json", "", [&] { return compare(); });
@@ -343,10 +351,7 @@ io::Json Study::all() {
   const io::Json json = summary(stations);
   io::write_json(files_.file("study.json"), json);
   write_page(stations);
-  run_.print(report::wrapped(diagnose_.headline) + "\n" + report::text(stations));
-  if (report::has_pages()) run_.print(fmt::format("page: {}\n", files_.file(page_name).string()));
-  for (const Step* step : {&check_, &compare_, &diagnose_, &adopt_, &plan_})
-    run_.print_more("\n" + step->text);
+  print(stations);
   if (compare_.result.contains("refit_failure") && compare_.result["refit_failure"].is_string())
     run_.leave_unidentified(compare_.result["refit_failure"].get<std::string>());
   if (diagnose_.result.value("verdict", "") == to_string(calibration::Verdict::inconclusive))

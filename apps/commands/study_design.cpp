@@ -61,6 +61,7 @@ class DesignStudy {
   Station yields_station() const;
   Station workspace_station();
   Station critical_station();
+  Station critical_station(double critical, const vjm::MapIndex& index) const;
   Station assembly_station() const;
   Station links_station();
   std::vector<vjm::Manipulator> finer() const;
@@ -145,10 +146,14 @@ Station DesignStudy::critical_station() {
   index.up_to = most_deflection * unloaded_.length / softest_.compliance;
   const vjm::MapPoint point =
       vjm::map_point(robot_.manipulator, {.platform = posture_.platform}, {index}, finer());
-  const double force = spatial::parse_unit(robot_.units.force).factor;
   const double critical = point.values.empty() ? std::nan("") : point.values.front();
-  const std::string along = report::direction_in_words(index.direction);
   if (std::isnan(critical)) return {"stability", "the path of equilibria was lost", Light::open};
+  return critical_station(critical, index);
+}
+
+Station DesignStudy::critical_station(double critical, const vjm::MapIndex& index) const {
+  const double force = spatial::parse_unit(robot_.units.force).factor;
+  const std::string along = report::direction_in_words(index.direction);
   if (std::isinf(critical))
     return {"stability",
             fmt::format("stands {} {} along {}, which would move it by 1 % of its reach",

@@ -113,6 +113,17 @@ double* copied(const std::vector<double>& values) {
   return copy;  // tetgenio deletes it
 }
 
+void set_triangle(tetgenio::facet& facet, const int* corners) {
+  tetgenio::init(&facet);
+  facet.numberofpolygons = 1;
+  facet.polygonlist = new tetgenio::polygon[1];
+  tetgenio::polygon& polygon = facet.polygonlist[0];
+  tetgenio::init(&polygon);
+  polygon.numberofvertices = 3;
+  polygon.vertexlist = new int[3];
+  std::copy(corners, corners + 3, polygon.vertexlist);
+}
+
 void fill(tetgenio& in, const Request& request) {
   in.numberofpoints = static_cast<int>(request.points.size() / 3);
   in.pointlist = copied(request.points);
@@ -122,15 +133,7 @@ void fill(tetgenio& in, const Request& request) {
   in.facetlist = new tetgenio::facet[request.markers.size()];
   in.facetmarkerlist = new int[request.markers.size()];
   for (std::size_t f = 0; f < request.markers.size(); ++f) {
-    tetgenio::facet& facet = in.facetlist[f];
-    tetgenio::init(&facet);
-    facet.numberofpolygons = 1;
-    facet.polygonlist = new tetgenio::polygon[1];
-    tetgenio::polygon& polygon = facet.polygonlist[0];
-    tetgenio::init(&polygon);
-    polygon.numberofvertices = 3;
-    polygon.vertexlist = new int[3];
-    for (std::size_t k = 0; k < 3; ++k) polygon.vertexlist[k] = request.triangles[3 * f + k];
+    set_triangle(in.facetlist[f], &request.triangles[3 * f]);
     in.facetmarkerlist[f] = request.markers[f];
   }
 }

@@ -15,6 +15,21 @@ void SheetRows::put(std::size_t row, std::size_t column, std::string text) {
   rows_[row][column] = std::move(text);
 }
 
+namespace {
+
+// In quotes where the text means something in a table.
+std::string quoted_where_needed(const std::string& text) {
+  if (text.find_first_of("\"#") == std::string::npos) return text;
+  std::string result = "\"";
+  for (const char letter : text) {
+    if (letter == '"') result += '"';
+    result += letter;
+  }
+  return result + '"';
+}
+
+}  // namespace
+
 std::string SheetRows::text() const {
   std::size_t width = 0;
   for (const auto& row : rows_) width = std::max(width, row.size());
@@ -22,16 +37,7 @@ std::string SheetRows::text() const {
   for (const auto& row : rows_) {
     for (std::size_t c = 0; !row.empty() && c < width; ++c) {
       if (c > 0) result += '\t';
-      if (c >= row.size()) continue;
-      const bool quoted = row[c].find_first_of("\"#") != std::string::npos;
-      if (!quoted) result += row[c];
-      if (!quoted) continue;
-      result += '"';
-      for (const char letter : row[c]) {
-        if (letter == '"') result += '"';
-        result += letter;
-      }
-      result += '"';
+      if (c < row.size()) result += quoted_where_needed(row[c]);
     }
     result += '\n';
   }

@@ -55,13 +55,18 @@ std::string entry_table(const BeamResult& result) {
 
 Json pair_json(const fea::Vector2& v) { return {v.x(), v.y()}; }
 
+Json principal_axes_json(const spatial::Matrix3& axes,
+                         const fea::SectionProperties::Principal& principal) {
+  Json directions = Json::array();
+  for (Eigen::Index k = 0; k < 2; ++k)
+    directions.push_back(io::to_json(Vector3(axes.rightCols<2>() * principal.axes.col(k))));
+  return directions;
+}
+
 Json station_json(const BeamStation& station) {
   const fea::SectionProperties& s = station.properties;
   const fea::SectionProperties::Principal principal = s.principal();
   const spatial::Matrix3 axes = station.frame.axes;
-  Json directions = Json::array();
-  for (Eigen::Index k = 0; k < 2; ++k)
-    directions.push_back(io::to_json(Vector3(axes.rightCols<2>() * principal.axes.col(k))));
   const fea::Vector2 centre = s.shear_centre;
   return {
       {"arc", station.arc},
@@ -69,7 +74,7 @@ Json station_json(const BeamStation& station) {
       {"tangent", io::to_json(Vector3(axes.col(0)))},
       {"area", s.area},
       {"second_moments", pair_json(principal.moments)},
-      {"principal_axes", directions},
+      {"principal_axes", principal_axes_json(axes, principal)},
       {"torsion_constant", s.torsion_constant},
       {"shear_coefficients", pair_json(principal.shear_coefficients)},
       {"shear_centre", io::to_json(Vector3(station.frame.point + axes.rightCols<2>() * centre))},

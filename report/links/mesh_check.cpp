@@ -155,12 +155,21 @@ Json to_json(const fea::SurfaceCheck& check, const fea::RepairOptions& asked, do
   return json;
 }
 
-Json to_json(const fea::VolumeCheck& check, double density) {
+namespace {
+
+std::pair<Json, Json> face_and_element_groups(const fea::VolumeCheck& check) {
   Json faces = Json::object(), elements = Json::object();
   for (const fea::FacetGroup& group : check.volume.surface.groups)
     faces[group.name] = group.facets.size();
   for (const fea::ElementGroup& group : check.volume.element_groups)
     elements[group.name] = group.elements.size();
+  return {faces, elements};
+}
+
+}  // namespace
+
+Json to_json(const fea::VolumeCheck& check, double density) {
+  const auto [faces, elements] = face_and_element_groups(check);
   Json json{{"sound", true},
             {"elements", check.volume.mesh.element_count()},
             {"nodes", check.volume.mesh.nodes.size()},

@@ -58,15 +58,17 @@ class PathTable {
     result.emplace_back("state");
     six("error_", vjm::pose_columns, 0);
     six("command_", vjm::pose_columns, 0);
-    for_actuators([&](std::size_t c, Eigen::Index k, const vjm::Coordinate& coordinate) {
-      static_cast<void>(k);
+    add_actuator_headings(result);
+    six("residual_", vjm::pose_columns, 0);
+    return result;
+  }
+  void add_actuator_headings(std::vector<std::string>& result) const {
+    for_actuators([&](std::size_t c, Eigen::Index, const vjm::Coordinate& coordinate) {
       const std::string name = robot_.manipulator.chains()[c].name() + "." + coordinate.name;
       const std::string& unit = units_[is_rotation(coordinate.motion) ? 1 : 0];
       result.push_back(io::csv_cell(fmt::format("{} nominal [{}]", name, unit)));
       result.push_back(io::csv_cell(fmt::format("{} [{}]", name, unit)));
     });
-    six("residual_", vjm::pose_columns, 0);
-    return result;
   }
 
   std::vector<std::string> row(const vjm::TargetPose& target, const Compensation& point) const {

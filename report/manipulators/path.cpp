@@ -118,25 +118,29 @@ double shown_parameter(const PathPoint& point) {
   return std::abs(point.parameter) < 1e-15 ? 0 : point.parameter;
 }
 
+std::vector<std::string> critical_row(const PathTask& task, const Path& path, std::size_t c,
+                                      const AlongUnits& units) {
+  const CriticalPoint& point = path.critical[c];
+  const std::optional<Along>& at = point.point.along;
+  return {
+      fmt::format("{} {}{}", c + 1, name(point.kind),
+                  point.multiplicity > 1 ? fmt::format(" ({} motions)", point.multiplicity) : ""),
+      std::to_string(point.branch + 1),
+      number(shown_parameter(point.point), 8),
+      at ? number(at->deflection / units.deflection, 7) : "-",
+      at ? number(at->force / units.force, 7) : "-",
+      fmt::format("{} -> {}", point.unstable_before, point.unstable_after),
+      shown(stiffness_at(path.branches[point.branch], point.after), units.stiffness(), 4),
+      shown(stiffness_after(task, path, c), units.stiffness(), 4),
+      fmt::format("{:.0e}", std::max(point.uncertainty, 1e-16))};
+}
+
 std::string critical_table(const Robot& robot, const PathTask& task, const Path& path) {
   const AlongUnits units(robot, task);
   Table table({"critical point", "branch", "parameter", "deflection " + units.deflection_name,
                "force " + units.force_name, "unstable", "stiffness before", "after", "located to"});
-  for (std::size_t c = 0; c < path.critical.size(); ++c) {
-    const CriticalPoint& point = path.critical[c];
-    const std::optional<Along>& at = point.point.along;
-    table.add_row(
-        {fmt::format(
-             "{} {}{}", c + 1, name(point.kind),
-             point.multiplicity > 1 ? fmt::format(" ({} motions)", point.multiplicity) : ""),
-         std::to_string(point.branch + 1), number(shown_parameter(point.point), 8),
-         at ? number(at->deflection / units.deflection, 7) : "-",
-         at ? number(at->force / units.force, 7) : "-",
-         fmt::format("{} -> {}", point.unstable_before, point.unstable_after),
-         shown(stiffness_at(path.branches[point.branch], point.after), units.stiffness(), 4),
-         shown(stiffness_after(task, path, c), units.stiffness(), 4),
-         fmt::format("{:.0e}", std::max(point.uncertainty, 1e-16))});
-  }
+  for (std::size_t c = 0; c < path.critical.size(); ++c)
+    table.add_row(critical_row(task, path, c, units));
   return table.text() + fmt::format("  stiffness along the path in {}\n", units.stiffness_name());
 }
 
@@ -258,14 +262,19 @@ std::string csv_row(const Robot& robot, const PathTask& task, std::size_t branch
 
 }  // namespace
 
+namespace {
+
+std::string without_critical_points(const PathTask& task, const Branch& branch) {
+  const bool is_stable = !branch.points.empty() && branch.points.back().stability(task).stable();
+  return fmt::format("No critical point as far as parameter {} (1 is the whole load): {}.",
+                     number(branch.points.empty() ? 0 : shown_parameter(branch.points.back()), 3),
+                     is_stable ? "stable" : "unstable from the start");
+}
+
+}  // namespace
+
 std::string headline(const Robot& robot, const PathTask& task, const Path& path) {
-  if (path.critical.empty()) {
-    const Branch& branch = path.branches.front();
-    const bool is_stable = !branch.points.empty() && branch.points.back().stability(task).stable();
-    return fmt::format("No critical point as far as parameter {} (1 is the whole load): {}.",
-                       number(branch.points.empty() ? 0 : shown_parameter(branch.points.back()), 3),
-                       is_stable ? "stable" : "unstable from the start");
-  }
+  if (path.critical.empty()) return without_critical_points(task, path.branches.front());
   const AlongUnits units(robot, task);
   const CriticalPoint& first = path.critical.front();
   const std::optional<Along>& at = first.point.along;

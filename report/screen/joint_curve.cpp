@@ -19,8 +19,8 @@ Json column(const std::vector<JointCurvePoint>& points, double JointCurvePoint::
   return list;
 }
 
-Json picture_of(const vjm::Robot& robot, const calibration::Campaign& campaign,
-                const vjm::Effect& effect, const std::vector<JointCurvePoint>& points) {
+std::pair<Json, Json> ids_and_cycles(const calibration::Campaign& campaign,
+                                     const std::vector<JointCurvePoint>& points) {
   Json ids = Json::array(), cycles = Json::array();
   for (const JointCurvePoint& p : points) {
     const calibration::Reading& reading = campaign.readings[p.reading];
@@ -28,6 +28,12 @@ Json picture_of(const vjm::Robot& robot, const calibration::Campaign& campaign,
     cycles.push_back(
         fmt::format("{}/{}/{}", reading.session, reading.cycle, reading.configuration));
   }
+  return {ids, cycles};
+}
+
+Json picture_of(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                const vjm::Effect& effect, const std::vector<JointCurvePoint>& points) {
+  const auto [ids, cycles] = ids_and_cycles(campaign, points);
   const std::string& chain = robot.without_effects().chains()[effect.sites.front().chain].name();
   return {{"place", place_in_words(robot.without_effects(), effect.at)},
           {"effect", effect_in_words(robot.without_effects(), effect.kind->name, effect.at)},

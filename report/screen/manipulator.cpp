@@ -209,22 +209,29 @@ std::string headline(const vjm::Robot& robot, const vjm::Equilibrium& e) {
                      e.free.stable() ? "Stable." : "It would not stay there: unstable.");
 }
 
+namespace {
+
+std::string stiffness_there(const vjm::Robot& robot, const vjm::Equilibrium& e) {
+  const double force = e.wrench.force.norm();
+  if (!e.compliance || !(force > 0)) return {};
+  const Vector3 n = e.wrench.force / force;
+  const double along = n.dot(e.compliance->matrix().topLeftCorner<3, 3>() * n);
+  const SoftestDirection softest = softest_direction(*e.compliance);
+  if (!(along > 0 && softest.compliance > 0)) return {};
+  return fmt::format(
+      "\n  stiffness along the load, there  {} {}\n"
+      "  softest along {}  {} {}\n",
+      figure(in_stiffness_unit(robot, 1 / along), 3), stiffness_unit(robot),
+      direction_in_words(softest.direction),
+      figure(in_stiffness_unit(robot, 1 / softest.compliance), 3), stiffness_unit(robot));
+}
+
+}  // namespace
+
 std::string first_screen(const vjm::Robot& robot, const vjm::Equilibrium& e) {
   std::string text = wrapped(headline(robot, e));
   if (e.status != vjm::EquilibriumStatus::converged) return text;
-  const double force = e.wrench.force.norm();
-  if (e.compliance && force > 0) {
-    const Vector3 n = e.wrench.force / force;
-    const double along = n.dot(e.compliance->matrix().topLeftCorner<3, 3>() * n);
-    const SoftestDirection softest = softest_direction(*e.compliance);
-    if (along > 0 && softest.compliance > 0)
-      text += fmt::format(
-          "\n  stiffness along the load, there  {} {}\n"
-          "  softest along {}  {} {}\n",
-          figure(in_stiffness_unit(robot, 1 / along), 3), stiffness_unit(robot),
-          direction_in_words(softest.direction),
-          figure(in_stiffness_unit(robot, 1 / softest.compliance), 3), stiffness_unit(robot));
-  }
+  text += stiffness_there(robot, e);
   text += fmt::format(
       "  elastic energy {} J; wrench, tangent stiffness and what each chain carries: "
       "--verbose\n",

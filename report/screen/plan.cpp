@@ -182,16 +182,22 @@ std::string step_text(std::size_t number, const WorkStep& step) {
 
 }  // namespace
 
+namespace {
+
+std::string why_nothing_is_planned(const vjm::Robot& robot, const Plan& plan) {
+  for (const PlannedSplit& split : plan.splits)
+    if (!split.advice.empty())
+      return fmt::format("No readings of this kind distinguish {} from {}: {}.",
+                         model_in_words(robot, split.a), model_in_words(robot, split.b),
+                         split.advice);
+  return "No readings of this kind would change what is known.";
+}
+
+}  // namespace
+
 std::string headline(const vjm::Robot& robot, const calibration::PlanQuestion& question,
                      const calibration::PlanOptions& options, const Plan& plan) {
-  if (plan.blocks.empty()) {
-    for (const PlannedSplit& split : plan.splits)
-      if (!split.advice.empty())
-        return fmt::format("No readings of this kind distinguish {} from {}: {}.",
-                           model_in_words(robot, split.a), model_in_words(robot, split.b),
-                           split.advice);
-    return "No readings of this kind would change what is known.";
-  }
+  if (plan.blocks.empty()) return why_nothing_is_planned(robot, plan);
   std::string text = fmt::format("{} {}", minutes(plan.minutes), purpose(robot, question, plan));
   if (!question.open.empty() && !plan.splits.empty()) {
     const PlannedSplit& hardest = plan.splits.front();

@@ -63,6 +63,7 @@ class Tracer {
   const Segment* followed(const Station& station, std::size_t newest);
   std::optional<std::size_t> known(std::size_t branch, const PathState& state,
                                    double nearness) const;
+  CriticalPoint described(std::size_t branch, const CriticalStation& critical) const;
   void add_critical(std::size_t branch, const CriticalStation& critical);
   void sort_at_target();
   void follow_departure(const Departure& departure);
@@ -157,7 +158,7 @@ std::optional<std::size_t> Tracer::known(std::size_t branch, const PathState& st
   return nearest;
 }
 
-void Tracer::add_critical(std::size_t branch, const CriticalStation& critical) {
+CriticalPoint Tracer::described(std::size_t branch, const CriticalStation& critical) const {
   CriticalPoint point;
   point.kind = critical.kind;
   point.branch = branch;
@@ -167,8 +168,12 @@ void Tracer::add_critical(std::size_t branch, const CriticalStation& critical) {
   point.uncertainty = critical.uncertainty;
   point.unstable_before = critical.unstable_before;
   point.unstable_after = critical.unstable_after;
+  return point;
+}
+
+void Tracer::add_critical(std::size_t branch, const CriticalStation& critical) {
   const std::size_t number = path_.critical.size();
-  path_.critical.push_back(std::move(point));
+  path_.critical.push_back(described(branch, critical));
   known_.push_back({critical.station.at, critical.idle});
   if (!options_.branches || critical.kind != CriticalKind::bifurcation) return;
   for (const VectorXd& direction :

@@ -54,21 +54,25 @@ Vector3 vertical(const Manipulator& manipulator) {
   return -manipulator.gravity().normalized();
 }
 
+namespace {
+
+Pose frame_at_rest(const Watch& watch, std::size_t f, const Manipulator& manipulator,
+                   const Posture& posture) {
+  const CarriedFrame& frame = watch.frames[f];
+  if (!frame.chain) return posture.body(frame.body) * frame.pose;
+  const Node& node = node_of(manipulator, watch, f);
+  const Chain& chain = manipulator.chains()[*frame.chain];
+  return pose_of(node, frame_behind(chain, posture.coordinates_of(chain, *frame.chain), node.joints,
+                                    posture.body(manipulator.span(*frame.chain).from)));
+}
+
+}  // namespace
+
 Watched watched_at_rest(const Watch& watch, const Manipulator& manipulator, const Posture& posture,
                         Index parameters) {
   Watched result;
-  for (std::size_t f = 0; f < watch.frames.size(); ++f) {
-    const CarriedFrame& frame = watch.frames[f];
-    if (!frame.chain) {
-      result.frames.push_back(posture.body(frame.body) * frame.pose);
-      continue;
-    }
-    const Node& node = node_of(manipulator, watch, f);
-    const Chain& chain = manipulator.chains()[*frame.chain];
-    result.frames.push_back(
-        pose_of(node, frame_behind(chain, posture.coordinates_of(chain, *frame.chain), node.joints,
-                                   posture.body(manipulator.span(*frame.chain).from))));
-  }
+  for (std::size_t f = 0; f < watch.frames.size(); ++f)
+    result.frames.push_back(frame_at_rest(watch, f, manipulator, posture));
   result.joints.setZero(2 * std::ssize(watch.joints));
   for (std::size_t j = 0; j < watch.joints.size(); ++j)
     result.joints[2 * static_cast<Index>(j)] =

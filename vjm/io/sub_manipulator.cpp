@@ -96,13 +96,22 @@ LinkPart part_with_free_motions(const Pose& offset, const Matrix6& stiffness, do
   return part;
 }
 
+namespace {
+
+std::filesystem::path robot_file_of(const io::YamlNode& name, const LinkOptions& options) {
+  std::filesystem::path file = std::filesystem::weakly_canonical(name.existing_file());
+  if (std::find(options.within.begin(), options.within.end(), file) != options.within.end())
+    name.fail("this robot file is part of itself", "Name another one");
+  return file;
+}
+
+}  // namespace
+
 LinkModel read_sub_manipulator(const io::YamlNode& node, const spatial::UnitSystem& units,
                                const LinkOptions& options, const ReadManipulator& read) {
   node.allow_only({"manipulator", "at", "joints"});
   const io::YamlNode name = node.at("manipulator");
-  const std::filesystem::path file = std::filesystem::weakly_canonical(name.existing_file());
-  if (std::find(options.within.begin(), options.within.end(), file) != options.within.end())
-    name.fail("this robot file is part of itself", "Name another one");
+  const std::filesystem::path file = robot_file_of(name, options);
   const Manipulator manipulator = read(file, options);
   const Posture posture = read_posture(node, manipulator, units);
   const UnloadedStiffness unloaded = unloaded_stiffness(manipulator, posture);

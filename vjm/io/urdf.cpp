@@ -28,12 +28,8 @@ class UrdfReader {
   explicit UrdfReader(const std::filesystem::path& file) : file_(file) {}
 
   UrdfModel read() {
-    const std::string text = io::read_text(file_);
     tinyxml2::XMLDocument document;
-    if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
-      throw common::InputError({.file = file_,
-                                .line = document.ErrorLineNum(),
-                                .what = fmt::format("this is not XML ({})", document.ErrorName())});
+    parse(document);
     const XMLElement* robot = document.FirstChildElement("robot");
     if (robot == nullptr)
       throw common::InputError(file_, "there is no <robot> element", "Give a URDF file");
@@ -57,6 +53,14 @@ class UrdfReader {
                               .key = fmt::format("<{}>", element.Name()),
                               .what = what,
                               .cure = cure});
+  }
+
+  void parse(tinyxml2::XMLDocument& document) const {
+    const std::string text = io::read_text(file_);
+    if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
+      throw common::InputError({.file = file_,
+                                .line = document.ErrorLineNum(),
+                                .what = fmt::format("this is not XML ({})", document.ErrorName())});
   }
 
   void refuse_xacro(const XMLElement& robot) const {

@@ -143,7 +143,7 @@ class Importer {
     positions_.push_back(joint.name);
   }
 
-  void add_mimic(const UrdfJoint& joint, const std::string& axis) {
+  void require_leader(const UrdfJoint& joint) const {
     if (std::find(positions_.begin(), positions_.end(), joint.mimics) == positions_.end())
       throw common::InputError(
           {.file = model_.file,
@@ -151,6 +151,10 @@ class Importer {
            .key = joint.name,
            .what = fmt::format("it mimics '{}', which is not before it in the chain", joint.mimics),
            .cure = "Choose another --base or --tip, or write the robot file by hand"});
+  }
+
+  void add_mimic(const UrdfJoint& joint, const std::string& axis) {
+    require_leader(joint);
     if (joint.mimic_offset != 0) {
       const Vector3 along = joint.mimic_offset * Vector3::Unit(axis[1] - 'x');
       const Pose shift =

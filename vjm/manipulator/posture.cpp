@@ -369,6 +369,18 @@ PostureResult mechanism_posture_at(const Manipulator& manipulator, const Pose& t
 
 }  // namespace
 
+namespace {
+
+// The largest miss is that which is told.
+void note_miss(const Chain& chain, const Vector6& error, PostureResult& result) {
+  result.reached = false;
+  if (!result.reason.empty() && error.norm() <= result.error.norm()) return;
+  result.error = error;
+  result.reason = miss_text(chain.name(), error);
+}
+
+}  // namespace
+
 PostureResult posture_at(const Manipulator& manipulator, const Pose& target,
                          const PostureOptions& options) {
   if (manipulator.has_errors()) return posture_at(manipulator.without_errors(), target, options);
@@ -381,13 +393,9 @@ PostureResult posture_at(const Manipulator& manipulator, const Pose& target,
     result.posture.coordinates.push_back(solver.solve());
     const Vector6 scaled = solver.error(result.posture.coordinates.back());
     if (scaled.lpNorm<Eigen::Infinity>() <= solver.accepted()) continue;
-    result.reached = false;
     Vector6 error = scaled;
     error.tail<3>() /= solver.length();
-    if (result.reason.empty() || error.norm() > result.error.norm()) {
-      result.error = error;
-      result.reason = miss_text(chain.name(), error);
-    }
+    note_miss(chain, error, result);
   }
   return result;
 }

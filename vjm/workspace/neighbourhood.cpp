@@ -58,6 +58,12 @@ MovedJoint moved_joint(const Coordinate& coordinate, const std::string& name, do
 }
 
 // The joints that move the platform most, in the order of the chains.
+void leave_out_least(std::vector<MovedJoint>& joints) {
+  const auto least = [](const MovedJoint& a, const MovedJoint& b) { return a.lever < b.lever; };
+  // The last of equal ones: those of the base go on.
+  joints.erase(std::min_element(joints.rbegin(), joints.rend(), least).base() - 1);
+}
+
 std::vector<MovedJoint> joints_of(const Manipulator& manipulator, const Posture& posture,
                                   double distance) {
   std::vector<MovedJoint> joints;
@@ -72,11 +78,7 @@ std::vector<MovedJoint> joints_of(const Manipulator& manipulator, const Posture&
       if (arm > 0) joints.push_back(moved_joint(coordinate, name, arm, value, distance));
     }
   }
-  while (joints.size() > most_joints) {
-    const auto least = [](const MovedJoint& a, const MovedJoint& b) { return a.lever < b.lever; };
-    // The last of equal ones: those of the base go on.
-    joints.erase(std::min_element(joints.rbegin(), joints.rend(), least).base() - 1);
-  }
+  while (joints.size() > most_joints) leave_out_least(joints);
   return joints;
 }
 
