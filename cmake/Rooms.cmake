@@ -1,9 +1,9 @@
-# kinetostat_room(NAME SOURCES a.cpp ... [PUBLIC lib ...] [PRIVATE lib ...] [ALONE folder ...] [LIGHT])
+# kinetostat_room(NAME SOURCES a.cpp ... [PUBLIC lib ...] [PRIVATE lib ...] [LIGHT])
 #
 # A room is a folder, a namespace and one static library: kinetostat::NAME. Its headers lie beside its sources. A LIGHT
 # one reads, writes and formats, and is compiled quickly instead of running quickly.
 function(kinetostat_room name)
-  cmake_parse_arguments(ROOM "LIGHT" "" "SOURCES;ALONE;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ROOM "LIGHT" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   set(target kinetostat_${name})
   add_library(${target} STATIC ${ROOM_SOURCES})
   add_library(kinetostat::${name} ALIAS ${target})
@@ -21,7 +21,7 @@ function(kinetostat_room name)
   else()
     kinetostat_use_precompiled(${target} kinetostat_parsed)
   endif()
-  kinetostat_unity(${target} 12 ALONE ${ROOM_ALONE})
+  kinetostat_unity(${target} 12)
   install(TARGETS ${target} EXPORT kinetostat ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
   install(DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/kinetostat/${name}

@@ -3,20 +3,16 @@
 # that it names what it needs.
 option(KINETOSTAT_UNITY "Compile the sources of a folder together" ON)
 
-# kinetostat_unity(TARGET MOST [ALONE folder...]): the sources of each folder in batches of MOST or fewer, as equal as
-# can be. Folders whose sources use the same short names, as the kinds of effects do, stay alone.
+# kinetostat_unity(TARGET MOST): the sources of each folder in batches of MOST or fewer, as equal as can be. Sources that
+# use the same short names have a namespace of their own.
 function(kinetostat_unity target most)
   if(NOT KINETOSTAT_UNITY)
     return()
   endif()
-  cmake_parse_arguments(UNITY "" "" "ALONE" ${ARGN})
   get_target_property(sources ${target} SOURCES)
   set(folders "")
   foreach(source IN LISTS sources)
     get_filename_component(folder ${source} DIRECTORY)
-    if(folder IN_LIST UNITY_ALONE)
-      continue()
-    endif()
     string(MAKE_C_IDENTIFIER "in_${folder}" folder)
     list(APPEND folders ${folder})
     list(APPEND ${folder} ${source})

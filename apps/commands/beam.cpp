@@ -12,7 +12,7 @@
 namespace kinetostat::apps {
 namespace {
 
-struct Options {
+struct BeamRequest {
   std::string link, fea, interface;
   fea::BeamOptions model;
   double tolerance = 10;  // [%]
@@ -40,8 +40,9 @@ std::size_t loaded_number(const fea::LinkSpec& spec, const std::string& name) {
                    "There is " + known);
 }
 
-Reference identified(Run& run, const fea::LinkSpec& spec, const fea::LinkGeometry& geometry,
-                     std::size_t loaded, const io::Cache& cache) {
+Reference finite_element_reference(Run& run, const fea::LinkSpec& spec,
+                                   const fea::LinkGeometry& geometry, std::size_t loaded,
+                                   const io::Cache& cache) {
   fea::IdentifyOptions settings;
   settings.meshing.cache = &cache;
   settings.solver.threads = run.threads();
@@ -78,7 +79,7 @@ Reference from_file(Run& run, const fea::LinkSpec& spec, const fea::LinkGeometry
   return reference;
 }
 
-fea::BeamStudy studied(Run& run, const Options& options, const fea::LinkSpec& spec,
+fea::BeamStudy studied(Run& run, const BeamRequest& options, const fea::LinkSpec& spec,
                        const fea::LinkGeometry& geometry, const Reference& reference,
                        std::size_t loaded) {
   const fea::LinkBody body{.surface = geometry.imported.mesh,
@@ -93,13 +94,13 @@ fea::BeamStudy studied(Run& run, const Options& options, const fea::LinkSpec& sp
   }
 }
 
-io::Json compare_beams(Run& run, const Options& options) {
+io::Json compare_beams(Run& run, const BeamRequest& options) {
   const fea::LinkSpec spec = fea::read_link(options.link);
   const std::size_t loaded = loaded_number(spec, options.interface);
   const io::Cache cache = options.no_cache ? io::Cache() : io::Cache::of_user();
   const fea::LinkGeometry geometry = fea::read_geometry(spec, run.progress());
   const Reference reference = options.fea.empty()
-                                  ? identified(run, spec, geometry, loaded, cache)
+                                  ? finite_element_reference(run, spec, geometry, loaded, cache)
                                   : from_file(run, spec, geometry, loaded, cache, options.fea);
   const fea::BeamStudy study = studied(run, options, spec, geometry, reference, loaded);
   report::BeamResult result{.link = spec,
@@ -120,7 +121,7 @@ io::Json compare_beams(Run& run, const Options& options) {
 }  // namespace
 
 void add_beam(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<BeamRequest>();
   OptionList app = program.add(
       {.name = "beam",
        .summary = "A link as one beam and as a chain of beams, compared with finite elements",

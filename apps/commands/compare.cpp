@@ -64,7 +64,8 @@ io::Json compare_both(const CompareRequest& request, Run& run) {
   return json;
 }
 
-std::string next_after(const CompareRequest& request, const calibration::Comparison& comparison) {
+std::string after_comparison(const CompareRequest& request,
+                             const calibration::Comparison& comparison) {
   const std::string files = request.campaign.typed();
   if (!comparison.unit_error.empty())
     return "Next: correct the unit or the sign in the files, then compare again\n";
@@ -86,7 +87,8 @@ io::Json compare(const CompareRequest& request, Run& run) {
       calibration::compare(robot, campaign, run.threads(), run.progress(), loss_of(request.robust));
   io::Json json{{"headline", report::headline(comparison)}, {"inputs", report::provenance(robot)}};
   say_which_robot(robot, campaign, json, run);
-  run.print(report::first_screen(robot, campaign, comparison, next_after(request, comparison)));
+  run.print(
+      report::first_screen(robot, campaign, comparison, after_comparison(request, comparison)));
   run.print_more("\n" + report::text(campaign, comparison));
   if (run.wants_result()) {  // all readings: several times what the rest needs
     json.update(report::to_json(campaign, comparison));

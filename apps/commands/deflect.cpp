@@ -17,7 +17,7 @@
 namespace kinetostat::apps {
 namespace {
 
-struct Request {
+struct DeflectRequest {
   PostureRequest posture;
   LoadRequest load;
   std::string method = "newton";
@@ -25,7 +25,8 @@ struct Request {
 };
 
 // How far the platform goes, or under --move the force that holds it there.
-void compare_links(const Request& request, const vjm::Robot& robot, io::Json& json, Run& run) {
+void compare_deflections(const DeflectRequest& request, const vjm::Robot& robot, io::Json& json,
+                         Run& run) {
   const bool is_held = !request.load.move.empty();
   const ScratchFolder folder;
   const LinkModels models(request.posture.robot_file, request.links, folder.path(), run);
@@ -45,7 +46,7 @@ void compare_links(const Request& request, const vjm::Robot& robot, io::Json& js
 }
 
 // The papers' iteration; its state, how it came there, and why it stopped.
-io::Json by_fixed_point(const Request& request, const vjm::Robot& robot,
+io::Json by_fixed_point(const DeflectRequest& request, const vjm::Robot& robot,
                         const vjm::Posture& posture, Run& run) {
   const vjm::PathTask task = request.load.task(robot);
   vjm::FixedPoint found;
@@ -66,7 +67,7 @@ io::Json by_fixed_point(const Request& request, const vjm::Robot& robot,
 }
 
 // The force on the platform, and the point where it acts in the loaded state.
-io::Json load_picture(const Request& request, const vjm::Robot& robot,
+io::Json load_picture(const DeflectRequest& request, const vjm::Robot& robot,
                       const vjm::Equilibrium& equilibrium) {
   spatial::Vector3 point = spatial::Vector3::Zero();
   if (!request.load.wrench.empty()) point = request.load.load(robot).point_on_platform;
@@ -74,7 +75,7 @@ io::Json load_picture(const Request& request, const vjm::Robot& robot,
           {"force", io::to_json(equilibrium.wrench.force)}};
 }
 
-io::Json deflect(const Request& request, Run& run) {
+io::Json deflect(const DeflectRequest& request, Run& run) {
   const vjm::Robot robot = request.posture.read();
   if (!request.load.given() && robot.manipulator.is_relaxed_when_unloaded())
     throw UsageError(
@@ -96,14 +97,14 @@ io::Json deflect(const Request& request, Run& run) {
   json["headline"] = report::headline(robot, equilibrium);
   json["equilibrium"] = report::to_json(robot, equilibrium);
   report::add_to(json, segments);
-  if (!request.links.empty()) compare_links(request, robot, json, run);
+  if (!request.links.empty()) compare_deflections(request, robot, json, run);
   return json;
 }
 
 }  // namespace
 
 void add_deflect(Program& program) {
-  const auto request = std::make_shared<Request>();
+  const auto request = std::make_shared<DeflectRequest>();
   OptionList app = program.add(
       {.name = "deflect",
        .summary = "Where a manipulator goes under a wrench, or what wrench holds a displacement",

@@ -52,7 +52,7 @@ const std::vector<Story>& stories() {
   return all;
 }
 
-struct Request {
+struct DemoRequest {
   std::string story = stories().front().name;
   bool list = false;
 };
@@ -104,7 +104,7 @@ io::Json tell(const Story& story, const std::filesystem::path& folder, Run& run)
   return {{"story", story.name}, {"source", story.source}, {"studies", studies}};
 }
 
-io::Json demo(const Request& request, Run& run) {
+io::Json demo(const DemoRequest& request, Run& run) {
   if (request.list) return list_stories(run);
   return tell(story_named(request.story), run.out().value_or("kinetostat-demo"), run);
 }
@@ -112,7 +112,7 @@ io::Json demo(const Request& request, Run& run) {
 }  // namespace
 
 void add_demo(Program& program) {
-  const auto request = std::make_shared<Request>();
+  const auto request = std::make_shared<DemoRequest>();
   std::string what = "Write the study there, kinetostat-demo unless given";
   OptionList app = program.add(
       {.name = "demo",

@@ -80,8 +80,8 @@ void draw(const vjm::Robot& robot, const calibration::Campaign& campaign,
 }
 
 // What to do with the verdict.
-std::string next_after(const DiagnoseRequest& request, const vjm::Robot& robot,
-                       const calibration::Diagnosis& diagnosis, const Run& run) {
+std::string after_diagnosis(const DiagnoseRequest& request, const vjm::Robot& robot,
+                            const calibration::Diagnosis& diagnosis, const Run& run) {
   const std::string files = request.campaign.typed();
   const std::string file = run.out() ? report::quoted(*run.out()) : "";
   switch (diagnosis.verdict) {
@@ -112,8 +112,8 @@ io::Json diagnose(const DiagnoseRequest& request, Run& run) {
       resumable_diagnosis(robot, campaign, options, request.no_cache, run);
   io::Json json = diagnosis_result(robot, campaign, request.options, diagnosis);
   say_which_robot(robot, campaign, json, run);
-  run.print(
-      report::first_screen(robot, campaign, diagnosis, next_after(request, robot, diagnosis, run)));
+  run.print(report::first_screen(robot, campaign, diagnosis,
+                                 after_diagnosis(request, robot, diagnosis, run)));
   run.print_more(report::text(robot, campaign, diagnosis));
   if (run.wants_page()) draw(robot, campaign, diagnosis, run);
   if (!request.plan.empty()) {

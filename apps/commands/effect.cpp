@@ -25,7 +25,7 @@ vjm::EffectKinds kinds_of(const std::optional<vjm::Robot>& robot) {
   return robot ? robot->kinds() : vjm::effect_kinds();
 }
 
-io::Json list(const EffectRequest& request, Run& run) {
+io::Json list_effects(const EffectRequest& request, Run& run) {
   const std::optional<vjm::Robot> robot = request.robot();
   io::Json kinds = io::Json::array();
   for (const auto& kind : kinds_of(robot)) {
@@ -47,7 +47,7 @@ std::shared_ptr<const vjm::EffectKind> named(const std::string& name,
   }
 }
 
-io::Json show(const EffectRequest& request, Run& run) {
+io::Json show_effect(const EffectRequest& request, Run& run) {
   const std::optional<vjm::Robot> robot = request.robot();
   const std::shared_ptr<const vjm::EffectKind> kind = named(request.name, kinds_of(robot));
   run.print(report::text(*kind));
@@ -71,7 +71,7 @@ void add_effect_list(Program& program) {
   OptionList app = program.add({.name = "effect list",
                                 .summary = "Physical effects that a robot file can have",
                                 .example = "kinetostat effect list"},
-                               [request](Run& run) { return list(*request, run); });
+                               [request](Run& run) { return list_effects(*request, run); });
   add_robot(app, *request);
 }
 
@@ -81,7 +81,7 @@ void add_effect_show(Program& program) {
       program.add({.name = "effect show",
                    .summary = "Law, parameters and signature of one effect",
                    .example = "kinetostat effect show hardening data/robots/orthoglide.yaml"},
-                  [request](Run& run) { return show(*request, run); });
+                  [request](Run& run) { return show_effect(*request, run); });
   app.add_option("NAME", request->name, "Name of the effect").required();
   add_robot(app, *request);
 }

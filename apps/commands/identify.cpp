@@ -19,7 +19,7 @@
 namespace kinetostat::apps {
 namespace {
 
-struct Options {
+struct IdentifyRequest {
   std::string link, vtu, bracket = "when_cheap";
   LinkExports exports;
   bool no_cache = false;
@@ -46,7 +46,8 @@ void share_one_heap() {
 #endif
 }
 
-fea::IdentifyOptions settings_of(const Options& options, int threads, const io::Cache& cache) {
+fea::IdentifyOptions settings_of(const IdentifyRequest& options, int threads,
+                                 const io::Cache& cache) {
   fea::IdentifyOptions settings;
   settings.meshing.cache = &cache;
   settings.meshing.time_limit = options.time_limit;
@@ -62,7 +63,7 @@ fea::IdentifyOptions settings_of(const Options& options, int threads, const io::
   return settings;
 }
 
-fea::LinkResult identified(Run& run, const Options& options, const fea::LinkSpec& spec,
+fea::LinkResult identified(Run& run, const IdentifyRequest& options, const fea::LinkSpec& spec,
                            const io::Cache& cache) {
   share_one_heap();
   try {
@@ -77,7 +78,7 @@ fea::LinkResult identified(Run& run, const Options& options, const fea::LinkSpec
 }
 
 // Computes, and writes what needs the whole model.
-ResultCache::Entry computed(Run& run, const Options& options, const fea::LinkSpec& spec,
+ResultCache::Entry computed(Run& run, const IdentifyRequest& options, const fea::LinkSpec& spec,
                             const io::Cache& cache) {
   const fea::LinkResult result = identified(run, options, spec, cache);
   if (!result.accuracy.shortfall.empty())
@@ -90,7 +91,7 @@ ResultCache::Entry computed(Run& run, const Options& options, const fea::LinkSpe
           .result = report::to_json(result)};
 }
 
-io::Json identify(Run& run, const Options& options) {
+io::Json identify(Run& run, const IdentifyRequest& options) {
   const fea::LinkSpec spec = fea::read_link(options.link);
   const io::Cache cache = options.no_cache ? io::Cache() : io::Cache::of_user();
   const ResultCache results(cache, run, spec);
@@ -115,7 +116,7 @@ io::Json identify(Run& run, const Options& options) {
 }  // namespace
 
 void add_identify(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<IdentifyRequest>();
   OptionList app = program.add(
       {.name = "identify",
        .summary = "6x6 compliance of a link from its CAD mesh, by finite elements",

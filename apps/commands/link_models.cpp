@@ -65,7 +65,7 @@ io::Json kept_models(const std::filesystem::path& link_file, Run& run) {
   return models;
 }
 
-std::vector<std::string> names_of(const std::vector<std::string>& words) {
+std::vector<std::string> models_named(const std::vector<std::string>& words) {
   const auto has = [&](const char* word) {
     return std::find(words.begin(), words.end(), word) != words.end();
   };
@@ -92,7 +92,10 @@ void add_links_option(OptionList& app, std::vector<std::string>& links) {
 
 LinkModels::LinkModels(const std::filesystem::path& robot, const std::vector<std::string>& words,
                        std::filesystem::path folder, Run& run)
-    : robot_(robot), folder_(std::move(folder)), links_(links_of(robot)), names_(names_of(words)) {
+    : robot_(robot),
+      folder_(std::move(folder)),
+      links_(links_of(robot)),
+      names_(models_named(words)) {
   if (links_.empty())
     throw common::InputError(robot_, "no link names the link file that it was identified from",
                              "Write 'compliance: foot.link.json, link_file: foot.yaml'");

@@ -14,7 +14,7 @@
 namespace kinetostat::apps {
 namespace {
 
-struct Request {
+struct GridRequest {
   MapRequest map;
   std::string vtu, checkpoint;
   std::vector<std::string> links;
@@ -29,9 +29,9 @@ std::vector<vjm::Manipulator> finer_models(const vjm::Robot& robot) {
   return finer;
 }
 
-std::vector<vjm::MapPoint> computed(const Request& request, const vjm::Robot& robot,
-                                    const vjm::PoseList& list,
-                                    const std::vector<report::NamedIndex>& named, Run& run) {
+std::vector<vjm::MapPoint> map_points(const GridRequest& request, const vjm::Robot& robot,
+                                      const vjm::PoseList& list,
+                                      const std::vector<report::NamedIndex>& named, Run& run) {
   std::vector<vjm::MapIndex> indices;
   for (const report::NamedIndex& index : named) indices.push_back(index.index);
   vjm::MapCheckpoint checkpoint{.file = request.checkpoint, .request = {}};
@@ -47,9 +47,9 @@ std::vector<vjm::MapPoint> computed(const Request& request, const vjm::Robot& ro
 
 // The mean of the first index over the poses with each model of the links; the points of each model
 // are a column more.
-void compare_links(const Request& request, const vjm::PoseList& list,
-                   std::vector<report::NamedIndex>& indices, std::vector<vjm::MapPoint>& points,
-                   io::Json& json, Run& run) {
+void compare_maps(const GridRequest& request, const vjm::PoseList& list,
+                  std::vector<report::NamedIndex>& indices, std::vector<vjm::MapPoint>& points,
+                  io::Json& json, Run& run) {
   const report::NamedIndex first = indices.front();
   const ScratchFolder folder;
   const LinkModels models(request.map.robot_file, request.links, folder.path(), run);
@@ -71,13 +71,13 @@ void compare_links(const Request& request, const vjm::PoseList& list,
   run.print(report::text(figure, rows) + "\n");
 }
 
-io::Json map(const Request& request, Run& run) {
+io::Json map(const GridRequest& request, Run& run) {
   const vjm::Robot robot = vjm::read_robot(request.map.robot_file);
   const vjm::PoseList list = request.map.read_poses(robot);
   std::vector<report::NamedIndex> indices = request.map.read_indices(robot, list);
-  std::vector<vjm::MapPoint> points = computed(request, robot, list, indices, run);
+  std::vector<vjm::MapPoint> points = map_points(request, robot, list, indices, run);
   io::Json link_models;
-  if (!request.links.empty()) compare_links(request, list, indices, points, link_models, run);
+  if (!request.links.empty()) compare_maps(request, list, indices, points, link_models, run);
   const report::Map result{robot, list, indices, points};
   if (run.out()) io::write_atomically(*run.out(), report::csv(result));
   if (!request.vtu.empty()) io::write_vtu(request.vtu, report::vtu(result));
@@ -91,7 +91,7 @@ io::Json map(const Request& request, Run& run) {
 }  // namespace
 
 void add_map(Program& program) {
-  const auto request = std::make_shared<Request>();
+  const auto request = std::make_shared<GridRequest>();
   OptionList app = program.add(
       {.name = "map",
        .summary = "Indices of stiffness over a grid of poses or along a path",

@@ -14,7 +14,7 @@
 namespace kinetostat::apps {
 namespace {
 
-io::Json check(const CampaignRequest& request, Run& run) {
+io::Json check_measurements(const CampaignRequest& request, Run& run) {
   const vjm::Robot robot = request.read_robot();
   const calibration::Campaign campaign = request.read_campaign(robot, run);
   const auto checks = calibration::check_campaign(campaign, robot);
@@ -39,7 +39,7 @@ void add_measure_check(Program& program) {
                    .summary = "Say what is observable in readings and what is not, before any fit",
                    .example = "kinetostat measure check "
                               "data/measurements/nist_load_cell/campaign.yaml"},
-                  [request](Run& run) { return check(*request, run); });
+                  [request](Run& run) { return check_measurements(*request, run); });
   request->add_options(app);
 }
 

@@ -17,12 +17,12 @@
 namespace kinetostat::apps {
 namespace {
 
-struct Options {
+struct MeshOptions {
   std::string mesh, unit, vtu, density, body, repair, tolerance, limit;
 };
 
 // What the options say, checked.
-struct Request {
+struct MeshRequest {
   report::MeshCheckUnits shown;  // the unit is that of the file, too
   fea::RepairOptions repair;
 };
@@ -64,8 +64,8 @@ std::vector<fea::RepairStep> read_steps(const std::string& list) {
   return steps;
 }
 
-Request read_request(const Options& options) {
-  Request request;
+MeshRequest read_mesh_request(const MeshOptions& options) {
+  MeshRequest request;
   request.shown.unit = options.unit.empty() ? fea::unit_of_format(options.mesh) : options.unit;
   request.shown.length = read_unit(request.shown.unit);
   request.shown.density = read_positive("--density", options.density, spatial::dimension::density,
@@ -81,7 +81,7 @@ Request read_request(const Options& options) {
   return request;
 }
 
-io::Json check_surface(Run& run, const Options& options, const Request& request) {
+io::Json check_surface(Run& run, const MeshOptions& options, const MeshRequest& request) {
   fea::RepairOptions repair = request.repair;
   if (run.out()) repair.stored_unit = request.shown.length;
   const fea::SurfaceCheck check = fea::check_surface_file(
@@ -103,7 +103,7 @@ io::Json check_surface(Run& run, const Options& options, const Request& request)
   return report::to_json(check, repair, request.shown.density);
 }
 
-io::Json check_volume(Run& run, const Options& options, const Request& request) {
+io::Json check_volume(Run& run, const MeshOptions& options, const MeshRequest& request) {
   if (!options.body.empty() || !request.repair.steps.empty() || run.out())
     throw UsageError(options.body.empty() ? "--repair, --out" : "--body",
                      "these are for surfaces, the file is a volume mesh", "Leave them out");
@@ -113,8 +113,8 @@ io::Json check_volume(Run& run, const Options& options, const Request& request) 
   return report::to_json(check, request.shown.density);
 }
 
-io::Json check(Run& run, const Options& options) {
-  const Request request = read_request(options);
+io::Json check_mesh(Run& run, const MeshOptions& options) {
+  const MeshRequest request = read_mesh_request(options);
   return fea::holds_volume_mesh(options.mesh) ? check_volume(run, options, request)
                                               : check_surface(run, options, request);
 }
@@ -122,13 +122,13 @@ io::Json check(Run& run, const Options& options) {
 }  // namespace
 
 void add_mesh_check(Program& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<MeshOptions>();
   OptionList app = program.add(
       {.name = "mesh check",
        .summary = "Check that a mesh bounds a solid, say where it does not, and repair it",
        .example = "kinetostat mesh check meshes/foot.stl --unit mm",
        .out = "Write the surface, repaired or not, as binary STL in its unit"},
-      [options](Run& run) { return check(run, *options); });
+      [options](Run& run) { return check_mesh(run, *options); });
   app.add_option("mesh", options->mesh, "STL, OBJ, PLY, STEP, Gmsh .msh or Abaqus .inp file")
       .required()
       .type_name("FILE");

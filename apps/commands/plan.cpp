@@ -126,7 +126,7 @@ calibration::PlanOptions options_of(const PlanRequest& request, const vjm::Robot
   return options;
 }
 
-std::string next_after(const PlanRequest& request, const calibration::Plan& plan, const Run& run) {
+std::string after_plan(const PlanRequest& request, const calibration::Plan& plan, const Run& run) {
   if (plan.blocks.empty()) return {};
   if (run.out())
     return report::next_step("take the readings of " + report::quoted(*run.out()),
@@ -149,7 +149,7 @@ io::Json plan(const PlanRequest& request, Run& run) {
   say_which_robot(robot, campaign, json, run);
   if (run.out() && !plan.blocks.empty())
     io::write_atomically(*run.out(), report::plan_table(robot, plan));
-  run.print(report::first_screen(robot, question, options, plan, next_after(request, plan, run)));
+  run.print(report::first_screen(robot, question, options, plan, after_plan(request, plan, run)));
   run.print_more(report::text(robot, campaign, question, options, plan));
   json.update(report::to_json(question, options, plan));
   if (plan.blocks.empty())

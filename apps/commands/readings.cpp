@@ -20,7 +20,7 @@ namespace {
 
 using calibration::ReadingsOverview;
 
-struct Request {
+struct ReadingsOptions {
   std::string file, robot, units, displacement, sheet;
   std::vector<std::string> columns;
 };
@@ -46,7 +46,7 @@ std::map<std::string, std::string> read_units(const std::string& text) {
   return units;
 }
 
-calibration::ReadingsRequest request_of(const Request& given) {
+calibration::ReadingsRequest request_of(const ReadingsOptions& given) {
   calibration::ReadingsRequest request{
       .table = given.file, .units = read_units(given.units), .sheet = given.sheet};
   for (const std::string& text : given.columns) {
@@ -71,7 +71,7 @@ std::string seen_from(const std::filesystem::path& folder, const std::filesystem
       .string();
 }
 
-std::string draft(const ReadingsOverview& overview, const Request& request,
+std::string draft(const ReadingsOverview& overview, const ReadingsOptions& request,
                   const std::optional<vjm::Robot>& robot, const std::filesystem::path& out) {
   const std::filesystem::path folder = out.has_parent_path() ? out.parent_path() : ".";
   return calibration::campaign_text(
@@ -99,13 +99,13 @@ bool is_campaign(const std::string& file) {
   return io::document_kind(file) == io::DocumentKind::campaign;
 }
 
-ReadingsOverview look(const Request& request, const std::optional<vjm::Robot>& robot) {
+ReadingsOverview look(const ReadingsOptions& request, const std::optional<vjm::Robot>& robot) {
   return is_campaign(request.file)
              ? calibration::look_at_campaign(request.file, *robot)
              : calibration::look_at_readings(request_of(request), robot ? &*robot : nullptr);
 }
 
-std::optional<vjm::Robot> read_robot(const Request& request) {
+std::optional<vjm::Robot> read_robot(const ReadingsOptions& request) {
   if (!request.robot.empty()) return vjm::read_robot(request.robot);
   if (!is_campaign(request.file)) return std::nullopt;
   if (const auto named = calibration::robot_named_in(request.file)) return vjm::read_robot(*named);
@@ -115,7 +115,7 @@ std::optional<vjm::Robot> read_robot(const Request& request) {
                             .cure = "Name it on the command line after the campaign"});
 }
 
-io::Json show(const Request& request, Run& run) {
+io::Json show_readings(const ReadingsOptions& request, Run& run) {
   const std::optional<vjm::Robot> robot = read_robot(request);
   const ReadingsOverview overview = look(request, robot);
   run.print(report::readings_text(overview));
@@ -136,14 +136,14 @@ io::Json show(const Request& request, Run& run) {
 }  // namespace
 
 void add_readings(Program& program) {
-  const auto request = std::make_shared<Request>();
+  const auto request = std::make_shared<ReadingsOptions>();
   OptionList app = program.add(
       {.name = "readings",
        .summary = "Show how a table of readings is understood, and write a campaign file for it",
        .example = "kinetostat readings data/measurements/nist_load_cell/readings.csv "
                   "data/robots/bench.yaml --units length=mm,force=N",
        .out = "Write the campaign file"},
-      [request](Run& run) { return show(*request, run); });
+      [request](Run& run) { return show_readings(*request, run); });
   app.add_option("FILE", request->file, "Table (CSV, .xlsx, .ods), or campaign file").required();
   app.add_option("ROBOT", request->robot, "Robot file, whose joints are looked for in the table");
   app.add_option("--column", request->columns,

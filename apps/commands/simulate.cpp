@@ -11,7 +11,7 @@
 namespace kinetostat::apps {
 namespace {
 
-struct Request {
+struct SimulateRequest {
   std::string robot, plan;
   SimulationRequest simulation;
 };
@@ -28,7 +28,7 @@ void require_no_measurements(const std::filesystem::path& folder) {
                                "Name another folder with --out");
 }
 
-io::Json simulate(const Request& request, Run& run) {
+io::Json simulate(const SimulateRequest& request, Run& run) {
   if (!run.out())
     throw UsageError("--out", "is missing", "Name a folder for campaign.yaml and readings.csv");
   const std::filesystem::path folder = *run.out();
@@ -51,7 +51,7 @@ io::Json simulate(const Request& request, Run& run) {
 }  // namespace
 
 void add_simulate(Program& program) {
-  const auto request = std::make_shared<Request>();
+  const auto request = std::make_shared<SimulateRequest>();
   OptionList app =
       program.add({.name = "simulate",
                    .summary = "Synthetic readings of a plan, with a stated noise",

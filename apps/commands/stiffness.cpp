@@ -15,15 +15,15 @@
 namespace kinetostat::apps {
 namespace {
 
-struct Request {
+struct StiffnessRequest {
   PostureRequest posture;
   LoadRequest load;
   std::vector<std::string> links;
 };
 
 // Along the direction in which the robot of the file is softest.
-void compare_links(const Request& request, const vjm::Robot& robot,
-                   const vjm::UnloadedStiffness& unloaded, io::Json& json, Run& run) {
+void compare_stiffnesses(const StiffnessRequest& request, const vjm::Robot& robot,
+                         const vjm::UnloadedStiffness& unloaded, io::Json& json, Run& run) {
   if (!unloaded.compliance)
     throw UsageError("--links", "some motion of the platform meets no resistance",
                      "Compare the links under a load: kinetostat deflect");
@@ -38,7 +38,7 @@ void compare_links(const Request& request, const vjm::Robot& robot,
   json["link_models"] = report::to_json(figure, rows);
 }
 
-io::Json stiffness(const Request& request, Run& run) {
+io::Json stiffness(const StiffnessRequest& request, Run& run) {
   const vjm::Robot robot = request.posture.read();
   const vjm::Posture posture = request.posture.posture(robot);
   const vjm::UnloadedStiffness unloaded = unloaded_stiffness(robot.manipulator, posture);
@@ -54,7 +54,7 @@ io::Json stiffness(const Request& request, Run& run) {
   json["yields"] = report::to_json(robot, shares);
   json["unloaded"] = report::to_json(robot, unloaded);
   run.draw(report::picture(robot.manipulator, posture));
-  if (!request.links.empty()) compare_links(request, robot, unloaded, json, run);
+  if (!request.links.empty()) compare_stiffnesses(request, robot, unloaded, json, run);
   if (!request.load.given() && robot.manipulator.is_relaxed_when_unloaded()) return json;
 
   vjm::Equilibrium loaded = request.load.solve(robot, posture);
@@ -71,7 +71,7 @@ io::Json stiffness(const Request& request, Run& run) {
 }  // namespace
 
 void add_stiffness(Program& program) {
-  const auto request = std::make_shared<Request>();
+  const auto request = std::make_shared<StiffnessRequest>();
   OptionList app = program.add(
       {.name = "stiffness",
        .summary = "Cartesian stiffness of a manipulator in a posture, unloaded and under load",

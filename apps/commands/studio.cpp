@@ -34,8 +34,9 @@ namespace {
 using io::Json;
 using std::filesystem::path;
 
-constexpr char notes_name[] = "studio.json", diagnosis_name[] = "studio-diagnosis.json",
-               table_name[] = "studio-next.csv";
+constexpr char studio_notes_name[] = "studio.json",
+               studio_diagnosis_name[] = "studio-diagnosis.json",
+               studio_table_name[] = "studio-next.csv";
 
 struct StudioRequest {
   std::vector<std::string> files;
@@ -142,7 +143,7 @@ Json Studio::open(const Json& request, StudioJob& job) {
                                        io::read_text(campaign.readings_file));
   session_ = std::make_unique<StudioSession>(std::move(robot), std::move(campaign), files_.folder(),
                                              run_.threads(), job);
-  notes_.emplace(files_.folder() / notes_name, about);
+  notes_.emplace(files_.folder() / studio_notes_name, about);
   return Json::object();
 }
 
@@ -180,7 +181,8 @@ Json Studio::diagnose(StudioJob& job) {
                {"found", Json::array()},
                {"probabilities", Json::object()}};
   job.say(verdict["headline"]);
-  write_own(diagnosis_name, diagnosis_result(robot, campaign, options, found).dump(1) + "\n");
+  write_own(studio_diagnosis_name,
+            diagnosis_result(robot, campaign, options, found).dump(1) + "\n");
   for (const auto& [name, odds] : report::excluded(robot, found, 6))
     verdict["excluded"].push_back({{"effect", name}, {"odds", report::odds(odds)}});
   for (const calibration::DiagnosisStep& step : found.steps)
@@ -198,7 +200,7 @@ Json Studio::diagnose(StudioJob& job) {
 Json Studio::plan(StudioJob& job) {
   const vjm::Robot& robot = session().robot();
   const calibration::PlanOptions options;
-  const path diagnosis = files_.folder() / diagnosis_name;
+  const path diagnosis = files_.folder() / studio_diagnosis_name;
   if (!notes_->all().contains("verdict"))
     throw common::InputError("plan", "there is no verdict yet", "Diagnose first");
   const calibration::PlanQuestion question =
@@ -209,8 +211,8 @@ Json Studio::plan(StudioJob& job) {
                {"work_list", report::to_json(report::work_list(robot, plan))}};
   if (!plan.blocks.empty()) {
     const std::string table = report::plan_table(robot, plan);
-    write_own(table_name, table);
-    planned["file"] = table_name;
+    write_own(studio_table_name, table);
+    planned["file"] = studio_table_name;
     planned["text"] = table;
   }
   notes_->keep("plan", planned);

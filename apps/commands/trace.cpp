@@ -16,7 +16,7 @@
 namespace kinetostat::apps {
 namespace {
 
-struct Request {
+struct TraceRequest {
   PostureRequest posture;
   LoadRequest load;
   vjm::PathOptions path;
@@ -30,14 +30,14 @@ struct Request {
   }
 };
 
-vjm::Path trace(const Request& request, const vjm::Robot& robot, const vjm::PathOptions& options,
-                Run& run) {
+vjm::Path trace(const TraceRequest& request, const vjm::Robot& robot,
+                const vjm::PathOptions& options, Run& run) {
   return vjm::trace(robot.manipulator, request.posture.posture(robot), request.task(robot), options,
                     run.progress());
 }
 
 // The force at the first critical point, with every beam in so many times its segments.
-std::optional<double> first_critical_force(const Request& request, int multiple, Run& run) {
+std::optional<double> first_critical_force(const TraceRequest& request, int multiple, Run& run) {
   const vjm::Robot robot =
       vjm::read_robot(request.posture.robot_file, {.segment_multiple = multiple});
   vjm::PathOptions options = request.path;
@@ -51,7 +51,7 @@ std::optional<double> first_critical_force(const Request& request, int multiple,
 
 // Whether finer beams may have critical points: the path shows one, or the equilibria at its ends,
 // as the path has them, would not last.
-bool may_buckle(const Request& request, const vjm::PathTask& task, const vjm::Path& path) {
+bool may_buckle(const TraceRequest& request, const vjm::PathTask& task, const vjm::Path& path) {
   if (!path.critical.empty()) return true;
   const vjm::Robot finer = vjm::read_robot(
       request.posture.robot_file, {.segment_multiple = vjm::SegmentCheck::stability_multiple});
@@ -67,7 +67,7 @@ bool may_buckle(const Request& request, const vjm::PathTask& task, const vjm::Pa
   return false;
 }
 
-void check(const Request& request) {
+void require_valid(const TraceRequest& request) {
   if (!request.load.given())
     throw UsageError("--along", "nothing is given that grows along the path",
                      "Give --along dx,dy,dz for a displacement, or --wrench Fx,Fy,Fz or "
@@ -86,7 +86,7 @@ void check(const Request& request) {
 }
 
 // Where everything stays as it is, there is no path.
-void check_that_something_grows(const Request& request, const vjm::PathTask& task) {
+void check_that_something_grows(const TraceRequest& request, const vjm::PathTask& task) {
   if (task.platform_held && !task.displacement.isZero(0)) return;
   const vjm::Load& load = task.growing;
   bool grows = !task.platform_held && !(load.force.isZero(0) && load.moment.isZero(0));
@@ -100,8 +100,8 @@ void check_that_something_grows(const Request& request, const vjm::PathTask& tas
                    "Give the displacement or load at the end of the path");
 }
 
-io::Json trace(const Request& request, Run& run) {
-  check(request);
+io::Json trace(const TraceRequest& request, Run& run) {
+  require_valid(request);
   const vjm::Robot robot = request.posture.read();
   const vjm::PathTask task = request.task(robot);
   check_that_something_grows(request, task);
@@ -134,7 +134,7 @@ io::Json trace(const Request& request, Run& run) {
 }  // namespace
 
 void add_trace(Program& program) {
-  const auto request = std::make_shared<Request>();
+  const auto request = std::make_shared<TraceRequest>();
   OptionList app = program.add(
       {.name = "trace",
        .summary = "Force against deflection along a path, with its critical points and branches",

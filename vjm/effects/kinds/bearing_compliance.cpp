@@ -8,6 +8,7 @@
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
+namespace bearing_compliance_kind {
 namespace {
 
 enum Value { radial, axial, tilt };
@@ -74,7 +75,8 @@ class BearingCompliance : public EffectKind {
 };
 
 }  // namespace
+}  // namespace bearing_compliance_kind
 
-Kind bearing_compliance() { return std::make_shared<BearingCompliance>(); }
+Kind bearing_compliance() { return std::make_shared<bearing_compliance_kind::BearingCompliance>(); }
 
 }  // namespace kinetostat::vjm::effects

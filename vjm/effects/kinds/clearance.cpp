@@ -6,6 +6,7 @@
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
+namespace clearance_kind {
 namespace {
 
 // Width of the rounded corners of the dead zone over its half width. With sharp ones a joint inside
@@ -123,8 +124,9 @@ class BiasedClearance : public EffectKind {
 };
 
 }  // namespace
+}  // namespace clearance_kind
 
-Kind biased_clearance() { return std::make_shared<BiasedClearance>(); }
-Kind clearance() { return std::make_shared<Clearance>(); }
+Kind biased_clearance() { return std::make_shared<clearance_kind::BiasedClearance>(); }
+Kind clearance() { return std::make_shared<clearance_kind::Clearance>(); }
 
 }  // namespace kinetostat::vjm::effects

@@ -5,6 +5,7 @@
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
+namespace creep_kind {
 namespace {
 
 enum Value { c, tau };
@@ -90,7 +91,8 @@ class Creep : public EffectKind {
 };
 
 }  // namespace
+}  // namespace creep_kind
 
-Kind creep() { return std::make_shared<Creep>(); }
+Kind creep() { return std::make_shared<creep_kind::Creep>(); }
 
 }  // namespace kinetostat::vjm::effects

@@ -6,6 +6,7 @@
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
+namespace eccentricity_kind {
 namespace {
 
 using std::numbers::pi;
@@ -71,7 +72,8 @@ class Eccentricity : public EffectKind {
 };
 
 }  // namespace
+}  // namespace eccentricity_kind
 
-Kind eccentricity() { return std::make_shared<Eccentricity>(); }
+Kind eccentricity() { return std::make_shared<eccentricity_kind::Eccentricity>(); }
 
 }  // namespace kinetostat::vjm::effects

@@ -7,6 +7,7 @@
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
+namespace friction_kind {
 namespace {
 
 // Share of the presliding length over which sticking passes into slipping.
@@ -51,7 +52,7 @@ bool settles(const EffectInput& input) {
 class FrictionLaw : public CoordinateLaw {
  public:
   FrictionLaw(const Eigen::VectorXd& values, const Eigen::VectorXd& history)
-      : size_(values[effects::size]),
+      : size_(values[friction_kind::size]),
         length_(std::max(least_presliding, values[presliding])),
         history_(history) {}
 
@@ -64,7 +65,8 @@ class FrictionLaw : public CoordinateLaw {
   bool is_beside_drive() const override { return true; }
   // From one direction of slipping to the other, through where it sticks.
   bool kinks(const JointState& from, double& step) const override {
-    const double start = history_[stretch] + (from.travel - history_[effects::travel]) / length_;
+    const double start =
+        history_[stretch] + (from.travel - history_[friction_kind::travel]) / length_;
     const double end = start + step / length_;
     const auto slips = [](double u) { return u > 1 ? 1 : u < -1 ? -1 : 0; };
     if (slips(start) != 0 && start * end < 0) step = -start * length_;
@@ -73,7 +75,7 @@ class FrictionLaw : public CoordinateLaw {
 
  protected:
   Saturation saturation_at(double travel) const {
-    return Saturation(history_[stretch] + (travel - history_[effects::travel]) / length_);
+    return Saturation(history_[stretch] + (travel - history_[friction_kind::travel]) / length_);
   }
 
   double size_, length_;
@@ -182,7 +184,7 @@ class DryFriction : public EffectKind {
     Step(const ChainState& state, const std::string& name, const EffectInput& input)
         : joint(state.chain.index_of(name)),
           length(std::max(least_presliding, input.values[presliding])),
-          moved(state.travel[joint] - input.history[effects::travel]),
+          moved(state.travel[joint] - input.history[friction_kind::travel]),
           by_length(input.values[presliding] < least_presliding ? 0 : -moved / (length * length)),
           s(input.history[stretch] + moved / length) {}
   };
@@ -262,8 +264,9 @@ class LoadFriction : public DryFriction {
 };
 
 }  // namespace
+}  // namespace friction_kind
 
-Kind friction() { return std::make_shared<Friction>(); }
-Kind load_friction() { return std::make_shared<LoadFriction>(); }
+Kind friction() { return std::make_shared<friction_kind::Friction>(); }
+Kind load_friction() { return std::make_shared<friction_kind::LoadFriction>(); }
 
 }  // namespace kinetostat::vjm::effects

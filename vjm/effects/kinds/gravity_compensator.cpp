@@ -8,6 +8,7 @@
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
+namespace gravity_compensator_kind {
 namespace {
 
 enum Value { stiffness, arm, distance, free_length, angle };
@@ -126,7 +127,10 @@ class GravityCompensator : public EffectKind {
 };
 
 }  // namespace
+}  // namespace gravity_compensator_kind
 
-Kind gravity_compensator() { return std::make_shared<GravityCompensator>(); }
+Kind gravity_compensator() {
+  return std::make_shared<gravity_compensator_kind::GravityCompensator>();
+}
 
 }  // namespace kinetostat::vjm::effects

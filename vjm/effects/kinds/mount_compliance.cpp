@@ -3,6 +3,7 @@
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
+namespace mount_compliance_kind {
 namespace {
 
 enum Value { translation, rotation };
@@ -49,9 +50,10 @@ class MountCompliance : public EffectKind {
 };
 
 }  // namespace
+}  // namespace mount_compliance_kind
 
 Kind base_compliance() {
-  auto kind = std::make_shared<MountCompliance>("base");
+  auto kind = std::make_shared<mount_compliance_kind::MountCompliance>("base");
   kind->name = "base_compliance";
   kind->effect_class = EffectClass::compliance;
   kind->summary = "what a chain stands on yields, the same in all directions";
@@ -65,7 +67,7 @@ Kind base_compliance() {
 }
 
 Kind platform_compliance() {
-  auto kind = std::make_shared<MountCompliance>("end");
+  auto kind = std::make_shared<mount_compliance_kind::MountCompliance>("end");
   kind->name = "platform_compliance";
   kind->effect_class = EffectClass::compliance;
   kind->summary = "flange, platform or tool yields where a chain ends, the same in all directions";

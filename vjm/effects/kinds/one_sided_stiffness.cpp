@@ -7,6 +7,7 @@
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
+namespace one_sided_stiffness_kind {
 namespace {
 
 // Width of the rounded corner over the deflection at which a contact opens.
@@ -164,8 +165,11 @@ class OpeningContact : public EffectKind {
 };
 
 }  // namespace
+}  // namespace one_sided_stiffness_kind
 
-Kind directional_stiffness() { return std::make_shared<DirectionalStiffness>(); }
-Kind opening_contact() { return std::make_shared<OpeningContact>(); }
+Kind directional_stiffness() {
+  return std::make_shared<one_sided_stiffness_kind::DirectionalStiffness>();
+}
+Kind opening_contact() { return std::make_shared<one_sided_stiffness_kind::OpeningContact>(); }
 
 }  // namespace kinetostat::vjm::effects

@@ -7,6 +7,7 @@
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
+namespace piecewise_stiffness_kind {
 namespace {
 
 // Width of the rounded corners over the deflection at the first of them.
@@ -124,7 +125,10 @@ class PiecewiseStiffness : public EffectKind {
 };
 
 }  // namespace
+}  // namespace piecewise_stiffness_kind
 
-Kind piecewise_stiffness() { return std::make_shared<PiecewiseStiffness>(); }
+Kind piecewise_stiffness() {
+  return std::make_shared<piecewise_stiffness_kind::PiecewiseStiffness>();
+}
 
 }  // namespace kinetostat::vjm::effects

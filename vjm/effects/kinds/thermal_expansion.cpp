@@ -7,6 +7,7 @@
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
+namespace thermal_expansion_kind {
 namespace {
 
 enum Value { alpha, reference };
@@ -96,7 +97,8 @@ class ThermalExpansion : public EffectKind {
 };
 
 }  // namespace
+}  // namespace thermal_expansion_kind
 
-Kind thermal_expansion() { return std::make_shared<ThermalExpansion>(); }
+Kind thermal_expansion() { return std::make_shared<thermal_expansion_kind::ThermalExpansion>(); }
 
 }  // namespace kinetostat::vjm::effects
