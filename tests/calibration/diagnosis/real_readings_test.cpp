@@ -12,6 +12,15 @@
 namespace kinetostat::calibration::real_readings_test {
 namespace {
 
+// One of `step` readings, to save time.
+Campaign thinned(Campaign campaign, std::size_t step) {
+  std::vector<Reading> some;
+  for (std::size_t i = 0; i < campaign.readings.size(); i += step)
+    some.push_back(campaign.readings[i]);
+  campaign.readings = std::move(some);
+  return campaign;
+}
+
 // The thesis from which they are: play and friction as built, friction and less play preloaded.
 // Fits of its own laws to the drive as built, by other programs: 2.0 N m of friction.
 class CycloidalDrive : public testing::TestWithParam<const char*> {
@@ -21,7 +30,7 @@ class CycloidalDrive : public testing::TestWithParam<const char*> {
         std::string(KINETOSTAT_SOURCE_DIR) + "/data/measurements/cycloidal_drives/";
     const vjm::Robot robot = vjm::read_robot(folder + "robot.yaml");
     common::Progress silent;
-    return diagnose(robot, read_campaign(folder + name + ".yaml", robot.manipulator),
+    return diagnose(robot, thinned(read_campaign(folder + name + ".yaml", robot.manipulator), 2),
                     {.kinds = {}, .draws = 199}, 2, silent);
   }
 };
@@ -62,11 +71,7 @@ TEST(Ur10, IsToBeCalibratedInItsKinematicsFirst) {
   const std::string folder =
       std::string(KINETOSTAT_SOURCE_DIR) + "/data/measurements/ur10_tracker/";
   const vjm::Robot robot = vjm::read_robot(folder + "robot.yaml");
-  Campaign campaign = read_campaign(folder + "campaign.yaml", robot.manipulator);
-  std::vector<Reading> some;  // to save time
-  for (std::size_t i = 0; i < campaign.readings.size(); i += 6)
-    some.push_back(campaign.readings[i]);
-  campaign.readings = std::move(some);
+  const Campaign campaign = thinned(read_campaign(folder + "campaign.yaml", robot.manipulator), 6);
   common::Progress silent;
   const Diagnosis d = diagnose(robot, campaign, {.kinds = {}, .draws = 199}, 2, silent);
   EXPECT_EQ(d.verdict, Verdict::unexplained);
