@@ -178,6 +178,21 @@ std::string with_block(const std::string& text, Block block, const std::string& 
 
 }  // namespace
 
+AdoptedValue in_units_of(const spatial::UnitSystem& units, AdoptedValue v) {
+  if (v.unit.empty()) return v;
+  const spatial::Unit stated = spatial::parse_unit(v.unit);
+  for (const auto& [dimension, unit] :
+       {std::pair(spatial::dimension::length, units.length),
+        std::pair(spatial::dimension::angle, units.angle),
+        std::pair(spatial::dimension::force, units.force),
+        std::pair(spatial::dimension::linear_stiffness, units.force + "/" + units.length)}) {
+    if (stated.dimension != dimension) continue;
+    const double factor = stated.factor / spatial::parse_unit(unit).factor;
+    return {v.name, unit, v.value * factor, v.deviation * factor};
+  }
+  return v;
+}
+
 std::string adopted(const std::string& robot_file, const Adoption& adoption) {
   const std::vector<Block> earlier = blocks_in(robot_file);
   int number = static_cast<int>(earlier.size()) + 1;

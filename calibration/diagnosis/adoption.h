@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "kinetostat/spatial/units.h"
+
 namespace kinetostat::calibration {
 
 /// A number with its standard deviation, in SI or in the unit given (none for a plain number). It
@@ -13,6 +15,9 @@ struct AdoptedValue {
   std::string name, unit;
   double value = 0, deviation = 0;
 };
+
+/// The same in the units of a file, where it is a length, an angle, a force or a linear stiffness.
+AdoptedValue in_units_of(const spatial::UnitSystem& units, AdoptedValue value);
 
 /// An effect that is written under `effects:`.
 struct AdoptedEffect {
