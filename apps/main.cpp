@@ -23,6 +23,7 @@ int main(int argc, char** argv) {
   kinetostat::apps::add_measure_check(program);
   kinetostat::apps::add_simulate(program);
   kinetostat::apps::add_compare(program);
+  kinetostat::apps::add_calibrate(program);
   kinetostat::apps::add_diagnose(program);
   kinetostat::apps::add_plan(program);
   kinetostat::apps::add_adopt(program);

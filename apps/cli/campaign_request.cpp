@@ -41,6 +41,19 @@ std::string CampaignRequest::typed() const {
   return text;
 }
 
+void add_robust_option(OptionList& app, std::string& robust) {
+  app.add_option("--robust", robust,
+                 "Fit with a loss that outliers move less: huber (95 % efficient, one minimum) or "
+                 "cauchy (far outliers hardly count)")
+      .type_name("LOSS")
+      .one_of({"huber", "cauchy"});
+}
+
+calibration::Loss loss_of(const std::string& robust) {
+  if (robust == "huber") return calibration::Loss::huber;
+  return robust == "cauchy" ? calibration::Loss::cauchy : calibration::Loss::squares;
+}
+
 void say_which_robot(const vjm::Robot& robot, const calibration::Campaign& campaign, io::Json& json,
                      Run& run) {
   run.print_more(fmt::format("Robot '{}'\n", robot.name));

@@ -8,6 +8,7 @@
 #include "kinetostat/apps/cli/option_list.h"
 #include "kinetostat/calibration/campaign/campaign.h"
 #include "kinetostat/calibration/campaign/campaign_file.h"
+#include "kinetostat/calibration/statistics/least_squares.h"
 #include "kinetostat/vjm/io/robot_file.h"
 
 namespace kinetostat::apps {
@@ -25,6 +26,11 @@ struct CampaignRequest {
   /// The files as they were typed, for a shell.
   std::string typed() const;
 };
+
+/// --robust: huber or cauchy.
+void add_robust_option(OptionList& app, std::string& robust);
+/// Squares unless one of these is given.
+calibration::Loss loss_of(const std::string& robust);
 
 /// Prints that another robot than the campaign's is used, when it is, and with --verbose its name.
 void say_which_robot(const vjm::Robot& robot, const calibration::Campaign& campaign, io::Json& json,

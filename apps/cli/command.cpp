@@ -102,7 +102,7 @@ const std::vector<Group>& groups() {
       {"Links", {"mesh", "identify", "beam"}},
       {"Robots", {"import", "stiffness", "deflect", "trace", "assemble", "map", "compensate"}},
       {"Measurements",
-       {"study", "readings", "measure", "compare", "diagnose", "adopt", "revert", "plan",
+       {"study", "readings", "measure", "compare", "calibrate", "diagnose", "adopt", "revert", "plan",
         "simulate", "effect", "studio"}},
       {"Files and pages", {"new", "report", "demo"}}};
   return all;

@@ -31,6 +31,7 @@ using calibration::AdoptedParameter;
 using calibration::AdoptedValue;
 using calibration::Adoption;
 using calibration::DiagnosisRecord;
+using calibration::in_units_of;
 using calibration::RecordedEstimate;
 using calibration::RecordedFinding;
 
@@ -106,22 +107,6 @@ std::vector<std::string> reasons_for(const DiagnosisRecord& diagnosis, const Rec
                                   report::number(p.prior_mean, 4), report::number(p.prior_sd, 4),
                                   p.unit));
   return reasons;
-}
-
-// A value and its deviation in the file's unit, where that is a length, an angle or a force.
-AdoptedValue in_units_of(const spatial::UnitSystem& units, AdoptedValue v) {
-  if (v.unit.empty()) return v;
-  const spatial::Unit stated = spatial::parse_unit(v.unit);
-  for (const auto& [dimension, unit] :
-       {std::pair(spatial::dimension::length, units.length),
-        std::pair(spatial::dimension::angle, units.angle),
-        std::pair(spatial::dimension::force, units.force),
-        std::pair(spatial::dimension::linear_stiffness, units.force + "/" + units.length)}) {
-    if (stated.dimension != dimension) continue;
-    const double factor = stated.factor / spatial::parse_unit(unit).factor;
-    return {v.name, unit, v.value * factor, v.deviation * factor};
-  }
-  return v;
 }
 
 AdoptedEffect effect_of(const DiagnosisRecord& diagnosis, const RecordedFinding& found,

@@ -20,6 +20,7 @@ void add_readings(Program& program);
 void add_measure_check(Program& program);
 void add_simulate(Program& program);
 void add_compare(Program& program);
+void add_calibrate(Program& program);
 void add_diagnose(Program& program);
 void add_plan(Program& program);
 void add_adopt(Program& program);

@@ -25,11 +25,6 @@ struct CompareRequest {
   std::string csv, robust, before, after;
 };
 
-calibration::Loss loss_of(const std::string& name) {
-  if (name == "huber") return calibration::Loss::huber;
-  return name == "cauchy" ? calibration::Loss::cauchy : calibration::Loss::squares;
-}
-
 // Two robot files, read anew, against the same readings.
 io::Json compare_both(const CompareRequest& request, Run& run) {
   if (request.campaign.files.size() > 1)
@@ -120,11 +115,7 @@ void add_compare(Program& program) {
   Option after = app.add_option("--after", request->after, "See --before");
   before.type_name("ROBOT").needs(after);
   after.type_name("ROBOT").needs(before);
-  app.add_option("--robust", request->robust,
-                 "Fit with a loss that outliers move less: huber (95 % efficient, one minimum) or "
-                 "cauchy (far outliers hardly count)")
-      .type_name("LOSS")
-      .one_of({"huber", "cauchy"});
+  add_robust_option(app, request->robust);
 }
 
 }  // namespace kinetostat::apps

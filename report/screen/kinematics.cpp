@@ -1,0 +1,199 @@
+#include "kinetostat/report/screen/kinematics.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "kinetostat/report/kinematics.h"
+#include "kinetostat/report/screen/comparison.h"
+#include "kinetostat/report/screen/wording.h"
+#include "kinetostat/report/text/text.h"
+
+namespace kinetostat::report {
+namespace {
+
+using calibration::CalibratedGeometry;
+using calibration::Campaign;
+using calibration::KinematicCalibration;
+using calibration::KinematicStage;
+using calibration::LeftOut;
+using calibration::LeftOutGeometry;
+using calibration::PoseError;
+
+const PoseError& judged(const KinematicStage& stage) {
+  return stage.held_out ? *stage.held_out : stage.at_fitted;
+}
+
+// An error as people take it: of positions, else of angles, else over the noise.
+struct Shown {
+  double value = 0;
+  std::string unit;
+};
+
+Shown shown(const SmallUnits& units, const PoseError& e, bool largest = false) {
+  if (std::isfinite(e.translation))
+    return {units.length_in(largest ? e.worst_translation : e.translation), units.length};
+  if (std::isfinite(e.rotation))
+    return {units.angle_in(largest ? e.worst_rotation : e.rotation), units.angle};
+  return {e.whitened, "times the noise"};
+}
+
+// Two digits of the smaller one: "0.45 -> 0.23 mm".
+std::string fall_in_words(const SmallUnits& units, const PoseError& before,
+                          const PoseError& after) {
+  const Shown from = shown(units, before), to = shown(units, after);
+  const double smaller = std::min(from.value, to.value);
+  if (!(smaller > 1e-4) || !(smaller < 1e4))
+    return fmt::format("{} -> {} {}", number(from.value, 2), number(to.value, 2), to.unit);
+  const int decimals = std::max(0, 1 - static_cast<int>(std::floor(std::log10(smaller))));
+  return fmt::format("{:.{}f} -> {:.{}f} {}", from.value, decimals, to.value, decimals, to.unit);
+}
+
+Eigen::Index not_determined(const KinematicCalibration& c) {
+  return c.count(LeftOut::confounded) + c.count(LeftOut::unseen) + c.count(LeftOut::too_many);
+}
+
+std::string counts_in_words(const KinematicCalibration& c) {
+  const Eigen::Index left = not_determined(c);
+  const auto fitted = std::ssize(c.geometry);
+  if (left == 0) return fmt::format("{} parameters", fitted);
+  return fmt::format("{} of {} parameters; these poses do not determine the other{}", fitted,
+                     fitted + left, left == 1 ? "" : fmt::format(" {}", left));
+}
+
+std::string stages_text(const Campaign& campaign, const KinematicCalibration& c) {
+  const SmallUnits units(campaign.units);
+  Table table({"error", "parameters", "held out", "largest", "fitted", "unit", ""});
+  for (std::size_t s = 0; s < c.stages.size(); ++s) {
+    const KinematicStage& stage = c.stages[s];
+    const auto held_out = [&](bool largest) {
+      return stage.held_out ? figure(shown(units, *stage.held_out, largest).value) : "-";
+    };
+    table.add_row({(s > 0 ? "+ " : "") + stage.name, std::to_string(stage.fitted), held_out(false),
+                   held_out(true), figure(shown(units, stage.at_fitted).value),
+                   shown(units, stage.at_fitted).unit,
+                   s == c.taken && s + 1 < c.stages.size() ? "taken" : ""});
+  }
+  return table.text();
+}
+
+// The largest corrections over their tolerances.
+std::string corrections_text(const Campaign& campaign, const KinematicCalibration& c) {
+  constexpr std::size_t most = 8;
+  const SmallUnits units(campaign.units);
+  std::vector<CalibratedGeometry> sorted = c.geometry;
+  std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
+    const auto size = [](const CalibratedGeometry& g) {
+      return std::abs(g.value - g.before) / g.what.tolerance * (g.is_significant() ? 1 : 1e-6);
+    };
+    return size(a) > size(b);
+  });
+  std::string text;
+  for (std::size_t k = 0; k < std::min(most, sorted.size()); ++k) {
+    const CalibratedGeometry& g = sorted[k];
+    text += fmt::format("  {:<46} {} {}{}\n", g.what.phrase().substr(4),
+                        with_error(units.in(g.what, g.value), units.in(g.what, g.deviation)),
+                        units.of(g.what), g.is_significant() ? "" : "  (within its error)");
+  }
+  if (sorted.size() <= most) return text;
+  const auto within = std::count_if(sorted.begin() + most, sorted.end(),
+                                    [](const auto& g) { return !g.is_significant(); });
+  return text + fmt::format("  and {} smaller ones{}: --verbose\n", sorted.size() - most,
+                            within == 0 ? "" : fmt::format(", {} within their error", within));
+}
+
+std::string others_in_words(const vjm::Robot& robot, const KinematicCalibration& c) {
+  if (c.others.empty()) return {};
+  calibration::BaseFit fit;
+  fit.parameters = c.others;
+  return labelled("  beside it:", 14, fitted_in_words(robot, fit));
+}
+
+std::string one_left_out(const LeftOutGeometry& out) {
+  if (out.like.empty()) return out.what.phrase();
+  std::vector<std::string> like = out.like;
+  if (like.size() > 2) like = {like.front(), "others"};
+  return fmt::format("{} (like {})", out.what.phrase(), listed(like));
+}
+
+std::string left_out_text(const KinematicCalibration& c) {
+  constexpr std::size_t most = 3;
+  std::string text;
+  for (const LeftOut why :
+       {LeftOut::confounded, LeftOut::unseen, LeftOut::too_many, LeftOut::unneeded}) {
+    std::vector<std::string> words;
+    for (const LeftOutGeometry& out : c.left_out)
+      if (out.why == why) words.push_back(one_left_out(out));
+    if (words.empty()) continue;
+    const std::size_t all = words.size();
+    words.resize(std::min(all, most));
+    if (all > most) words.push_back(fmt::format("{} more", all - most));
+    text += wrapped(fmt::format("{}: {}.", capitalised(in_words(why)), listed(words)), 2, 4);
+  }
+  const Eigen::Index redundant = c.count(LeftOut::redundant);
+  if (redundant > 0)
+    text += wrapped(
+        fmt::format("Redundant by the kinematics, left at {} values: {} (--verbose names {}).",
+                    redundant == 1 ? "its" : "their", redundant, redundant == 1 ? "it" : "them"),
+        2, 4);
+  return text;
+}
+
+std::string confirmed_text(const Campaign& campaign, const KinematicCalibration& c) {
+  if (!c.confirmed) return {};
+  return wrapped(
+      fmt::format("Readings kept to confirm: {} rms.",
+                  fall_in_words(SmallUnits(campaign.units), *c.confirmed_before, *c.confirmed)),
+      2, 4);
+}
+
+std::string trust_text(const KinematicCalibration& c) {
+  std::string text = wrapped(fmt::format("{} poses, {} (condition number {}).", c.poses,
+                                         conditioning_in_words(c.observability.condition()),
+                                         figure(c.observability.condition(), 2)),
+                             2, 4);
+  constexpr double clearly = 1.5;
+  if (c.noise_source != calibration::NoiseSource::unknown && c.residual_ratio > clearly)
+    text += wrapped(
+        fmt::format("What is left is {} times the noise; standard deviations count it as noise.",
+                    times(c.residual_ratio)),
+        2, 4);
+  constexpr double small = 0.8;
+  if (judged(c.after()).whitened > small * judged(c.before()).whitened)
+    text += wrapped(
+        "The error falls little: another effect may look like geometry here; 'kinetostat diagnose' "
+        "says which.",
+        2, 4);
+  return text;
+}
+
+}  // namespace
+
+std::string headline(const Campaign& campaign, const KinematicCalibration& c) {
+  const SmallUnits units(campaign.units);
+  const std::string where =
+      c.not_held_out.empty() ? "at poses that were held out" : "at the fitted poses";
+  if (c.geometry.empty())
+    return fmt::format(
+        "Nothing to calibrate: no error of the geometry predicts poses that were held out better "
+        "than the robot file does ({} {} rms).",
+        figure(shown(units, judged(c.after())).value), shown(units, judged(c.after())).unit);
+  return fmt::format("Kinematics calibrated: {} rms {} ({}).",
+                     fall_in_words(units, judged(c.before()), judged(c.after())), where,
+                     counts_in_words(c));
+}
+
+std::string first_screen(const vjm::Robot& robot, const Campaign& campaign,
+                         const KinematicCalibration& c, const std::string& next) {
+  std::string text = wrapped(headline(campaign, c));
+  if (!c.not_held_out.empty())
+    text += wrapped(fmt::format("No poses were held out: {}.", c.not_held_out));
+  text += "\n" + stages_text(campaign, c);
+  if (!c.geometry.empty())
+    text += "\n" + corrections_text(campaign, c) + others_in_words(robot, c) + left_out_text(c) +
+            confirmed_text(campaign, c) + trust_text(c);
+  return text + (next.empty() ? "" : "\n" + next);
+}
+
+}  // namespace kinetostat::report
