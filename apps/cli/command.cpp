@@ -13,6 +13,7 @@
 
 #include "kinetostat/apps/cli/cancellation.h"
 #include "kinetostat/apps/cli/given_files.h"
+#include "kinetostat/apps/cli/help_formatter.h"
 #include "kinetostat/apps/cli/progress_bar.h"
 #include "kinetostat/apps/cli/version.h"
 #include "kinetostat/common/error.h"
@@ -193,7 +194,7 @@ Program::Program(Streams streams)
       app_(std::make_unique<CLI::App>(
           "Stiffness of robots and machine tools, from the CAD mesh of a link to measurements.",
           "kinetostat")) {
-  app_->get_formatter()->label("TEXT", "");
+  app_->formatter(help_formatter());
   app_->set_help_flag("-h,--help", "Print this help and exit");
   app_->add_flag("--version")->description("Print the version, what is linked and its licences");
   app_->option_defaults()->always_capture_default();

@@ -137,13 +137,16 @@ bool is_loaded(const vjm::Robot& robot, const vjm::PoseList& list) {
 void MapRequest::add_options(OptionList& app) {
   app.add_option("ROBOT", robot_file, "Robot file (YAML)").required();
   app.add_option("--grid", grid,
-                 "Poses x=FROM:TO:POINTS,y=...,z=...,rx=...; one value, z=10, keeps a coordinate");
+                 "Poses x=FROM:TO:POINTS,y=...,z=...,rx=...; one value, z=10, keeps a coordinate")
+      .type_name("GRID");
   app.add_option("--path", path,
-                 "Poses from a CSV file with columns x,y,z,rx,ry,rz and loads fx,fy,fz,mx,my,mz");
+                 "Poses from a CSV file with columns x,y,z,rx,ry,rz and loads fx,fy,fz,mx,my,mz")
+      .type_name("FILE");
   app.add_option("--index", indices,
                  "stiffness=DX,DY,DZ, rotational-stiffness=DX,DY,DZ, weakest-translation, "
                  "weakest-rotation, weakest=LENGTH, condition=LENGTH, deflection, rotation, "
                  "critical-force=DX,DY,DZ; may be repeated")
+      .type_name("INDEX")
       .required()
       .one_at_a_time();
   load.add_load_options(app);

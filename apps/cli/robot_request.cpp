@@ -93,10 +93,13 @@ vjm::NodeLoad read_node_load(const vjm::Robot& robot, const std::string& text) {
 
 void PostureRequest::add_options(OptionList& app) {
   app.add_option("ROBOT", robot_file, "Robot file (YAML)").required();
-  Option at_option = app.add_option(
-      "--at", at,
-      "Pose of the platform, x,y,z or x,y,z,rx,ry,rz (rotation vector), in the units of the file");
-  app.add_option("--joints", joints, "Joint values instead, name=value,...").excludes(at_option);
+  Option at_option = app.add_option("--at", at,
+                                    "Pose of the platform, x,y,z or x,y,z,rx,ry,rz (rotation "
+                                    "vector), in the units of the file")
+                         .type_name("POSE");
+  app.add_option("--joints", joints, "Joint values instead, name=value,...")
+      .type_name("VALUES")
+      .excludes(at_option);
 }
 
 vjm::Robot PostureRequest::read() const { return vjm::read_robot(robot_file); }
@@ -121,14 +124,17 @@ void LoadRequest::add_options(OptionList& app) {
   add_load_options(app);
   app.add_option("--move,--along", move,
                  "Displacement to hold instead, dx,dy,dz or dx,dy,dz,rx,ry,rz, base axes")
+      .type_name("DISPLACEMENT")
       .excludes("--wrench");
 }
 
 void LoadRequest::add_load_options(OptionList& app) {
-  Option wrench_option = app.add_option(
-      "--wrench", wrench,
-      "Load on the platform, Fx,Fy,Fz or Fx,Fy,Fz,Mx,My,Mz, base axes, in the units of the file");
+  Option wrench_option = app.add_option("--wrench", wrench,
+                                        "Load on the platform, Fx,Fy,Fz or Fx,Fy,Fz,Mx,My,Mz, base "
+                                        "axes, in the units of the file")
+                             .type_name("WRENCH");
   app.add_option("--point", point, "Where it acts, x,y,z on the platform (default: its origin)")
+      .type_name("POINT")
       .needs(wrench_option);
   app.add_option("--node-load", node_loads,
                  "Load at a node of a chain, base axes, node=Fx,Fy,Fz[,Mx,My,Mz] with "

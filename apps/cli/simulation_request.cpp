@@ -83,13 +83,16 @@ std::vector<vjm::Effect> hidden_effects(const SimulationRequest& request, const 
 
 void SimulationRequest::add_options(OptionList& app) {
   app.add_option("--noise-translation", translation_noise,
-                 "Standard deviation of one reading of dx, dy, dz, with its unit");
-  app.add_option("--noise-rotation", rotation_noise, "The same for rx, ry, rz");
+                 "Standard deviation of one reading of dx, dy, dz, with its unit")
+      .type_name("LENGTH");
+  app.add_option("--noise-rotation", rotation_noise, "The same for rx, ry, rz").type_name("ANGLE");
   app.add_option("--noise-force", force_noise,
-                 "Standard deviation of fx, fy, fz: the robot feels another force than is written");
-  app.add_option("--noise-moment", moment_noise, "The same for mx, my, mz");
+                 "Standard deviation of fx, fy, fz: the robot feels another force than is written")
+      .type_name("FORCE");
+  app.add_option("--noise-moment", moment_noise, "The same for mx, my, mz").type_name("MOMENT");
   app.add_option("--noise-wrench", wrench_share,
-                 "The same as a share of each component, for example 0.5%");
+                 "The same as a share of each component, for example 0.5%")
+      .type_name("SHARE");
   app.add_option("--components", components,
                  "What is measured: dx,dy,dz,rx,ry,rz (default: what a noise is stated for)")
       .type_name("LIST");

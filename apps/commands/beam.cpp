@@ -127,7 +127,7 @@ void add_beam(Program& program) {
        .summary = "A link as one beam and as a chain of beams, compared with finite elements",
        .example = "kinetostat beam meshes/foot.yaml --fea data/links/foot.link.json"},
       [options](Run& run) { return compare_beams(run, *options); });
-  app.add_option("link", options->link, "Link file").required().type_name("FILE");
+  app.add_option("link", options->link, "Link file").required().type_name("LINK");
   app.add_option("--fea", options->fea,
                  "Link result to compare with; without it the link is identified first")
       .type_name("FILE");

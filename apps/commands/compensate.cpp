@@ -69,10 +69,12 @@ void add_compensate(Program& program) {
   app.add_option("ROBOT", request->robot_file, "Robot file (YAML)").required();
   app.add_option("--path", request->path,
                  "Targets from a CSV file with columns x,y,z,rx,ry,rz and loads fx,fy,fz,mx,my,mz")
+      .type_name("FILE")
       .required();
   app.add_option("--components", request->components,
                  "Components to be met, of x,y,z,rx,ry,rz (default: all that the actuators "
-                 "control, or the translations)");
+                 "control, or the translations)")
+      .type_name("NAMES");
   request->load.add_load_options(app);
 }
 

@@ -115,6 +115,7 @@ void add_deflect(Program& program) {
   add_links_option(app, request->links);
   app.add_option("--method", request->method,
                  "newton, or fixed-point: the papers' iteration (MMT11 eq. 10-11), for comparison")
+      .type_name("METHOD")
       .one_of({"newton", "fixed-point"});
 }
 

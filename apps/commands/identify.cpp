@@ -123,7 +123,7 @@ void add_identify(Program& program) {
        .example = "kinetostat identify meshes/foot.yaml -o foot.link.json --vtu foot.vtu",
        .out = "Write the link result, for the robot file, to a JSON file"},
       [options](Run& run) { return identify(run, *options); });
-  app.add_option("link", options->link, "Link file").required().type_name("FILE");
+  app.add_option("link", options->link, "Link file").required().type_name("LINK");
   app.add_output("--vtu", options->vtu,
                  "Write the six displacement fields for ParaView; the offending facets when the "
                  "surface is refused");
@@ -140,6 +140,7 @@ void add_identify(Program& program) {
          "--bracket", options->bracket,
          "Solve with rigid and with distributing couplings too, for the bracket of every entry: "
          "when_cheap, always, never")
+      .type_name("WHEN")
       .one_of({"when_cheap", "always", "never"})
       .show_default();
   app.add_flag("--no-cache", options->no_cache,
@@ -148,6 +149,7 @@ void add_identify(Program& program) {
                  "direct: Cholesky factors; multigrid: conjugate gradients, faster and smaller on "
                  "large models; petsc: the same without factors, on any number of processes, where "
                  "PETSc is installed; automatic: by size and memory")
+      .type_name("SOLVER")
       .one_of({"automatic", "direct", "multigrid", "petsc"});
   app.add_option("--processes", options->processes, "Processes of --solver petsc, under MPI")
       .type_name("N")

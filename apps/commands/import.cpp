@@ -42,9 +42,11 @@ void add_import(Program& program) {
                    .out = "Write the robot file (YAML)"},
                   [request](Run& run) { return import(*request, run); });
   app.add_option("URDF", request->urdf, "URDF file (expanded, no xacro)").required();
-  app.add_option("--base", request->base, "Link that does not move (default: the root)");
+  app.add_option("--base", request->base, "Link that does not move (default: the root)")
+      .type_name("LINK");
   app.add_option("--tip", request->tip,
-                 "Link that carries the tool (default: the only one without children)");
+                 "Link that carries the tool (default: the only one without children)")
+      .type_name("LINK");
 }
 
 }  // namespace kinetostat::apps

@@ -204,8 +204,10 @@ void add_plan(Program& program) {
       .delimiter(',')
       .type_name("RANGES");
   app.add_option("--most-force", request->most_force,
-                 "Largest force (default: the largest of the campaign)");
-  app.add_option("--most-moment", request->most_moment, "Largest moment (the same)");
+                 "Largest force (default: the largest of the campaign)")
+      .type_name("FORCE");
+  app.add_option("--most-moment", request->most_moment, "Largest moment (the same)")
+      .type_name("MOMENT");
   add_cost_options(app, request->options);
   app.add_option("--effects", request->diagnose.kinds, "As in 'diagnose', where that is made first")
       .delimiter(',')

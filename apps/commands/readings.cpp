@@ -152,11 +152,14 @@ void add_readings(Program& program) {
       .hide_default()
       .one_at_a_time();
   app.add_option("--units", request->units,
-                 "Units of columns that name none: length=mm,force=N,angle=deg,time=s");
+                 "Units of columns that name none: length=mm,force=N,angle=deg,time=s")
+      .type_name("UNITS");
   app.add_option("--displacement", request->displacement,
                  "What displacements are: difference to the unloaded state, or absolute poses")
+      .type_name("KIND")
       .one_of({"difference", "absolute"});
-  app.add_option("--sheet", request->sheet, "Sheet of a spreadsheet; the first with a table");
+  app.add_option("--sheet", request->sheet, "Sheet of a spreadsheet; the first with a table")
+      .type_name("NAME");
 }
 
 }  // namespace kinetostat::apps
