@@ -1,3 +1,5 @@
+#include <set>
+
 #include <fmt/format.h>
 
 #include "case.h"
@@ -83,6 +85,39 @@ const std::vector<Trial>& trials() {
   return all;
 }
 
+/// Effects that act together in one robot.
+struct Together {
+  std::string robot, plan;
+  std::vector<HiddenEffect> effects;
+};
+
+const std::vector<Together>& together() {
+  static const std::vector<Together> all{
+      {"scara", "push", {{"clearance", "q2"}, {"base_compliance", "base"}}},
+      {"scara", "push", {{"friction", "q1"}, {"clearance", "q2"}}},
+      {"scara", "push", {{"friction", "q2"}, {"clearance", "q2"}}},
+      {"scara", "poses", {{"eccentricity", "q2"}, {"thermal_expansion", "fore"}}},
+      {"arm_7r", "push", {{"clearance", "a4"}, {"hardening", "a2"}}},
+      {"arm_7r", "push", {{"dahl_friction", "a2"}, {"base_compliance", "base"}}},
+      {"arm_7r", "push", {{"creep", "a4"}, {"dahl_friction", "a4"}}},
+      {"arm_7r", "poses", {{"payload", "platform"}, {"eccentricity", "a4"}}},
+      {"arm_7r", "weights", {{"clearance", "a2"}, {"dahl_friction", "a4"}}},
+      {"gantry", "push", {{"clearance", "gy"}, {"bearing_compliance", "gx"}}},
+      {"gantry", "push", {{"dahl_friction", "gx"}, {"hardening", "gz"}}},
+      {"gantry", "poses", {{"thermal_expansion", "bridge"}, {"geometric_error", "gy"}}},
+      {"planar_3rrr", "push", {{"clearance", "a.q"}, {"friction", "b.q"}}},
+      {"hexapod", "push", {{"clearance", "a.rho"}, {"dahl_friction", "d.rho"}}},
+      {"delta", "push", {{"clearance", "a.q"}, {"creep", "c.q"}}},
+      {"scara",
+       "push",
+       {{"friction", "q1"}, {"clearance", "q2"}, {"application_point", "load"}}},
+      {"arm_7r",
+       "push",
+       {{"clearance", "a4"}, {"dahl_friction", "a2"}, {"base_compliance", "base"}}},
+      {"gantry", "push", {{"clearance", "gy"}, {"dahl_friction", "gx"}, {"hardening", "gz"}}}};
+  return all;
+}
+
 }  // namespace
 
 std::vector<Case> trial_suite() {
@@ -115,6 +150,22 @@ std::vector<Case> trial_suite() {
             {{effect, second ? 25. : 15.}});
     }
   }
+  for (const Together& all : together())
+    for (const double d : {12., 30.}) {
+      held_back = d > 20;
+      std::string name;
+      std::vector<Target> targets;
+      for (const HiddenEffect& effect : all.effects) {
+        name += effect.name + "_";
+        targets.push_back({effect, d});
+      }
+      add("pair", {all.robot, all.plan, {}, {}}, fmt::format("{}d{:g}", name, d), targets);
+    }
+  held_back = false;  // the rate of false alarms wants more campaigns
+  std::set<std::pair<std::string, std::string>> seen;
+  for (const Trial& trial : trials())
+    if (seen.emplace(trial.robot, trial.plan).second)
+      for (const char* which : {"c", "d", "e"}) add("clean", trial, which, {});
   return cases;
 }
 
