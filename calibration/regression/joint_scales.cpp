@@ -83,14 +83,28 @@ double play_of(const Campaign& campaign, bool turns) {
   return turns ? other / lever : other * lever;
 }
 
-// Of the commands of a joint [m or rad]; 0 where it is not moved.
-double span_of(const Predictor& predictor, const Campaign& campaign, std::size_t chain,
-               Index coordinate) {
-  Range range;
+// Of a joint [m or rad], in the order of their size.
+std::vector<double> commands_of(const Predictor& predictor, const Campaign& campaign,
+                                std::size_t chain, Index coordinate) {
+  std::vector<double> commands;
   for (std::size_t r = 0; r < campaign.readings.size(); ++r)
     if (is_used(campaign.readings[r]))
-      range.add(predictor.posture_of(r).coordinates[chain][coordinate]);
-  return range.most - range.least;
+      commands.push_back(predictor.posture_of(r).coordinates[chain][coordinate]);
+  std::sort(commands.begin(), commands.end());
+  return commands;
+}
+
+void add_commands(const std::vector<double>& sorted, vjm::JointScale& scale) {
+  constexpr double apart = 0.01;  // of their range
+  scale.commands = sorted.empty() ? 0 : 1;
+  if (sorted.empty() || sorted.front() == sorted.back()) return;
+  scale.span = sorted.back() - sorted.front();
+  double last = sorted.front();
+  for (const double command : sorted)
+    if (command - last >= apart * scale.span) {
+      ++scale.commands;
+      last = command;
+    }
 }
 
 // Scales of a thousandth of the largest, at the least.
@@ -103,7 +117,7 @@ void lift(const std::vector<vjm::JointScale*>& sort, double play) {
   }
   for (vjm::JointScale* scale : sort) {
     if (!(largest.load > 0 && largest.travel > 0))
-      *scale = {.is_moved = scale->is_moved, .span = scale->span};
+      *scale = {.commands = scale->commands, .span = scale->span};
     // A joint without a spring bears what the others do.
     if (scale->load == 0) scale->load = largest.load;
     scale->load = std::max(scale->load, least * largest.load);
@@ -127,9 +141,7 @@ vjm::JointScales joint_scales(const Predictor& nominal, const vjm::Manipulator& 
       vjm::JointScale& scale = scales[c][static_cast<std::size_t>(k)];
       const vjm::Coordinate& coordinate = chain.coordinates()[static_cast<std::size_t>(k)];
       (vjm::is_rotation(coordinate.motion) ? turns : slides).push_back(&scale);
-      const double span = span_of(nominal, campaign, c, k);
-      scale.is_moved = span > 0;
-      if (scale.is_moved) scale.span = span;
+      add_commands(commands_of(nominal, campaign, c, k), scale);
       if (!(chain.stiffness()(k, k) > 0) || coordinate.role == vjm::Role::elastic) continue;
       scale.travel = travel_of(nominal, predictions, campaign, c, k);
       scale.load = chain.stiffness()(k, k) * scale.travel;

@@ -58,11 +58,12 @@ bool lifts_weight(const vjm::EffectSite& site, const vjm::Manipulator& bare) {
   return bare.gravity().isZero(0) || !from_base || !stays_vertical(chain, k, bare.gravity());
 }
 
-bool is_moved(const vjm::EffectSite& site, const vjm::Manipulator& bare,
-              const vjm::JointScales& scales) {
-  if (scales.empty()) return true;
+// How many the readings have of a joint; enough where nothing is known of them.
+int commands_of(const vjm::EffectSite& site, const vjm::Manipulator& bare,
+                const vjm::JointScales& scales) {
+  if (scales.empty()) return std::numeric_limits<int>::max();
   const Index k = bare.chains()[site.chain].index_of(site.element);
-  return scales[site.chain][static_cast<std::size_t>(k)].is_moved;
+  return scales[site.chain][static_cast<std::size_t>(k)].commands;
 }
 
 std::optional<Candidate> candidate_at(const vjm::Robot& robot,
@@ -78,12 +79,14 @@ std::optional<Candidate> candidate_at(const vjm::Robot& robot,
   if (kind->balances_weight &&
       std::none_of(candidate.effect.sites.begin(), candidate.effect.sites.end(),
                    [&](const vjm::EffectSite& site) {
-                     return lifts_weight(site, bare) && is_moved(site, bare, scales);
+                     return lifts_weight(site, bare) && commands_of(site, bare, scales) > 1;
                    }))
     return std::nullopt;
-  if (kind->needs_motion &&
+  if (kind->least_commands > 1 &&
       std::none_of(candidate.effect.sites.begin(), candidate.effect.sites.end(),
-                   [&](const vjm::EffectSite& site) { return is_moved(site, bare, scales); }))
+                   [&](const vjm::EffectSite& site) {
+                     return commands_of(site, bare, scales) >= kind->least_commands;
+                   }))
     return std::nullopt;
   for (std::size_t k = 0; k < kind->parameters.size(); ++k) {
     const vjm::EffectParameter& parameter = kind->parameters[k];
@@ -155,7 +158,9 @@ std::vector<KindWithoutPlace> kinds_without_place(const vjm::Robot& robot,
       continue;
     const std::string reason =
         kind->balances_weight ? "no drive that lifts weight is moved in these readings"
-        : kind->needs_motion  ? "no joint with a spring is moved in these readings"
+        : kind->least_commands > 1
+            ? fmt::format("no joint with a spring is at {} or more commands in these readings",
+                          kind->least_commands)
         : kind->place == vjm::EffectPlace::mass
             ? "no link of the robot file yields or has a 'mass'"
             : fmt::format("the robot has no {} on which it could act", vjm::to_string(kind->place));

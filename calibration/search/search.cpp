@@ -5,6 +5,8 @@
 #include <numbers>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "kinetostat/calibration/campaign/datum.h"
 #include "kinetostat/calibration/regression/evidence.h"
 #include "kinetostat/calibration/search/outliers.h"
@@ -80,11 +82,16 @@ std::vector<std::size_t> most_significant(const DiagnosisStep& step) {
   return order;
 }
 
-// Two laws of friction at one place are one friction: beside the other each takes the shape of
-// whatever else is missing.
-bool is_one_friction(const Candidate& a, const Candidate& b) {
-  return a.effect.kind->effect_class == vjm::EffectClass::friction &&
-         b.effect.kind->effect_class == vjm::EffectClass::friction && a.effect.at == b.effect.at;
+// Why a candidate is not tried beside others; empty: it is.
+std::string why_not_beside(const std::vector<Candidate>& present, const Candidate& candidate) {
+  const vjm::EffectClass same = candidate.effect.kind->effect_class;
+  for (const Candidate& other : present) {
+    if (other.name() == candidate.name()) return "it is in the model already";
+    if (vjm::has_one_law(same) && other.effect.kind->effect_class == same &&
+        other.effect.at == candidate.effect.at)
+      return fmt::format("the place has {} already", other.effect.kind->name);
+  }
+  return "";
 }
 
 }  // namespace
@@ -96,12 +103,10 @@ void Search::screen(const std::vector<Candidate>& present, const BaseFit& fit) {
   for (std::size_t c = 0; c < candidates_.size(); ++c) {
     progress_.report("screening", static_cast<double>(c) / static_cast<double>(candidates_.size()));
     common::SilentPart silent(progress_);
-    const bool there = std::any_of(present.begin(), present.end(), [&](const Candidate& p) {
-      return p.name() == candidates_[c].name() || is_one_friction(p, candidates_[c]);
-    });
+    const std::string reason = why_not_beside(present, candidates_[c]);
     candidate_signatures_.push_back(
-        there ? CandidateFitter::Signatures{{}, {}, "it is in the model already"}
-              : fitter_.signatures_of(candidates_[c], present, fit, silent));
+        reason.empty() ? fitter_.signatures_of(candidates_[c], present, fit, silent)
+                       : CandidateFitter::Signatures{{}, {}, reason});
     std::vector<Signature> own = std::exchange(candidate_signatures_.back().all, {});
     for (std::size_t s = 0; s < own.size(); ++s) {
       signatures_.push_back(std::move(own[s]));

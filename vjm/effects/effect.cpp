@@ -59,6 +59,8 @@ std::shared_ptr<const EffectKind> effect_kind(const std::string& name, const Eff
                   near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
 }
 
+bool has_one_law(EffectClass effect_class) { return effect_class == EffectClass::friction; }
+
 std::string to_string(EffectClass effect_class) {
   switch (effect_class) {
     case EffectClass::backlash:

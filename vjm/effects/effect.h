@@ -41,6 +41,9 @@ enum class EffectClass {
 };
 /// "backlash", "stiffens or softens under load".
 std::string to_string(EffectClass effect_class);
+/// A place has one law of the class, as a joint has one friction: beside it another one takes the
+/// shape of whatever else is missing.
+bool has_one_law(EffectClass effect_class);
 
 /// What a prior width is counted in.
 enum class PriorUnit {
@@ -61,7 +64,7 @@ struct JointScale {
   double load = 500;     // [N or N m]
   double travel = 1e-3;  // by its spring [m or rad]
   double play = 1e-3;    // what would move the robot as far as it is seen to move [m or rad]
-  bool is_moved = true;  // its command is not the same in all readings
+  int commands = 2;      // how many there are, as far as they differ by a hundredth of their range
   double span = 1;       // range of its commands [m or rad]; 1 where it is not moved
 };
 /// One a chain and coordinate.
@@ -201,8 +204,8 @@ class EffectKind {
   Eigen::Index history = 0;                 // numbers that it carries along a cycle, at each place
   /// Nobody builds it but at a drive that lifts weight, though it may be given elsewhere.
   bool balances_weight = false;
-  /// It says nothing of a joint that is not moved between readings.
-  bool needs_motion = false;
+  /// Commands of its joint in which it must be seen: with fewer its law is any change between them.
+  int least_commands = 1;
 
   virtual ~EffectKind() = default;
 

@@ -97,7 +97,8 @@ class PeriodicStiffness : public VaryingStiffness {
         "harmonic drive gear transmission, IEEE Trans. Robot. Autom. 12 (1996) 368";
     signature = "deflections in proportion to the load, periodic in the joint's command";
     confuser = "eccentricity, which is there without load; stiffness_along_joint";
-    needs_motion = true;
+    least_commands =
+        4;  // its two amplitudes, the stiffness itself, and one to see whether it is so
     parameters = {amplitude("cosine"),
                   amplitude("sine"),
                   {.name = "order",
@@ -131,7 +132,7 @@ class StiffnessAlongJoint : public VaryingStiffness {
     signature = "deflections in proportion to the load, larger at one end of the joint's travel";
     confuser =
         "periodic_stiffness of a long period; link_compliance or base_compliance, at few postures";
-    needs_motion = true;
+    least_commands = 2;
     parameters = {{.name = "rate",
                    .linear = {.length = -1},
                    .angular = {.angle = -1},
