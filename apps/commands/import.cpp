@@ -1,9 +1,11 @@
 // kinetostat import: a robot described in URDF, as a robot file to be completed.
+#include <cmath>
 #include <memory>
 
 #include <fmt/format.h>
 
 #include "kinetostat/apps/cli/command.h"
+#include "kinetostat/apps/cli/option_values.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/manipulators/imported_robot.h"
@@ -13,13 +15,39 @@ namespace kinetostat::apps {
 namespace {
 
 struct ImportRequest {
-  std::string urdf, base, tip;
+  std::string urdf, base, tip, stiffness;
 };
+
+// One for all drives, or one for each.
+std::vector<double> stiffness_of(const std::vector<vjm::UrdfJoint>& drives,
+                                 const std::string& text) {
+  if (text.empty()) return {};
+  const char* option = "--joint-stiffness";
+  const std::vector<std::string> parts = split(text);
+  if (parts.size() != 1 && parts.size() != drives.size())
+    throw UsageError(option,
+                     fmt::format("has {} values for {} drives", parts.size(), drives.size()),
+                     "Give one for all, or one for each from base to tip");
+  std::vector<double> result;
+  for (std::size_t d = 0; d < drives.size(); ++d) {
+    const std::string& part = parts[parts.size() == 1 ? 0 : d];
+    const spatial::Dimension& dimension = vjm::turns(drives[d])
+                                              ? spatial::dimension::torsional_stiffness
+                                              : spatial::dimension::linear_stiffness;
+    const double value = quantity(option, part, dimension, {});
+    if (!(value > 0) || !std::isfinite(value))
+      throw UsageError(option, fmt::format("'{}' is no stiffness of {}", part, drives[d].name),
+                       "Give a positive one, for example '5e4 N m/rad'");
+    result.push_back(value);
+  }
+  return result;
+}
 
 io::Json import(const ImportRequest& request, Run& run) {
   const vjm::UrdfModel model = vjm::read_urdf(request.urdf);
   const vjm::UrdfChain chain = vjm::find_chain(model, request.base, request.tip);
-  const vjm::ImportedRobot robot = vjm::import_robot(model, chain);
+  const vjm::ImportedRobot robot = vjm::import_robot(
+      model, chain, stiffness_of(vjm::driven_joints(model, chain), request.stiffness));
   if (run.out()) {
     io::write_atomically(*run.out(), robot.text);
     run.print(fmt::format("{}: '{}' to '{}', {} joints, written to {}\n", model.name, chain.base,
@@ -47,6 +75,10 @@ void add_import(Program& program) {
   app.add_option("--tip", request->tip,
                  "Link that carries the tool (default: the only one without children)")
       .type_name("LINK");
+  app.add_option("--joint-stiffness", request->stiffness,
+                 "Stiffness of the drives, one for all or one for each from base to tip, separated "
+                 "by commas: '5e4 N m/rad' (default: to be added by hand)")
+      .type_name("STIFFNESS");
 }
 
 }  // namespace kinetostat::apps

@@ -192,18 +192,26 @@ io::Json to_json(const vjm::Robot& robot, const std::vector<vjm::SpringShare>& s
   return list;
 }
 
+// "217 N along x", "35 N m about z", or what acts without either.
+std::string load_in_words(const vjm::Robot& robot, const vjm::Equilibrium& e) {
+  const double force = e.wrench.force.norm(), moment = e.wrench.moment.norm();
+  if (force > 0)
+    return fmt::format("{} {} along {}", figure(force / force_of(robot), 4), robot.units.force,
+                       direction_in_words(e.wrench.force / force));
+  if (moment > 0)
+    return fmt::format("{} {} {} about {}",
+                       figure(moment / (force_of(robot) * length_of(robot)), 4), robot.units.force,
+                       robot.units.length, direction_in_words(e.wrench.moment / moment));
+  return robot.without_effects().gravity().isZero(0) ? "Without a wrench" : "By its weight";
+}
+
 std::string headline(const vjm::Robot& robot, const vjm::Equilibrium& e) {
   if (e.status != vjm::EquilibriumStatus::converged)
     return fmt::format("No equilibrium: {} of the load was reached. {}", short_percent(e.reached),
                        e.reason);
-  const double force = e.wrench.force.norm();
-  const std::string load =
-      force > 0 ? fmt::format("{} {} along {}", figure(force / force_of(robot), 4),
-                              robot.units.force, direction_in_words(e.wrench.force / force))
-                : std::string("Under this load");
   const Vector3 moved = e.displacement.translation / length_of(robot);
   const double turned = e.displacement.rotation.norm() / angle_of(robot);
-  return fmt::format("{}: the platform moves {} {} {} and turns {} {}. {}", load,
+  return fmt::format("{}: the platform moves {} {} {} and turns {} {}. {}", load_in_words(robot, e),
                      number(moved.norm(), 3), robot.units.length, components(moved, 3),
                      number(turned, 3), robot.units.angle,
                      e.free.stable() ? "Stable." : "It would not stay there: unstable.");

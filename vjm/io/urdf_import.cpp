@@ -53,8 +53,6 @@ JointFrame frame_of(const Vector3& axis) {
   return {z_along, 'z'};
 }
 
-bool turns(const UrdfJoint& joint) { return joint.type != UrdfJointType::prismatic; }
-
 // All links that move together, as one link of the robot file.
 struct Body {
   std::string name;
@@ -66,7 +64,8 @@ struct Body {
 
 class Importer {
  public:
-  Importer(const UrdfModel& model, const UrdfChain& chain) : model_(model), chain_(chain) {}
+  Importer(const UrdfModel& model, const UrdfChain& chain, const std::vector<double>& stiffness)
+      : model_(model), chain_(chain), stiffness_(stiffness) {}
 
   ImportedRobot run() {
     body_.name = chain_.base;
@@ -132,15 +131,20 @@ class Importer {
       if (lower < upper) range = fmt::format(", range: [{:.6g}, {:.6g}]", lower, upper);
     }
     const std::string name = io::yaml_scalar(joint.name);
-    elements_ += fmt::format("    - actuator: {{name: {}, axis: {}{}{}}}\n", name, axis,
-                             home == 0 ? "" : fmt::format(", home: {:.6g}", home), range);
-    elements_ += fmt::format("      # MISSING: 'stiffness: ... {}' of drive and transmission\n",
-                             turns(joint) ? "N m/rad" : "N/m");
+    const char* unit = turns(joint) ? "N m/rad" : "N/m";
+    const std::size_t drive = positions_.size();
+    const std::string spring = drive < stiffness_.size()
+                                   ? fmt::format(", stiffness: {:.15g} {}", stiffness_[drive], unit)
+                                   : "";
+    elements_ += fmt::format("    - actuator: {{name: {}, axis: {}{}{}{}}}\n", name, axis,
+                             home == 0 ? "" : fmt::format(", home: {:.6g}", home), range, spring);
+    positions_.push_back(joint.name);
+    if (!spring.empty()) return;
+    elements_ +=
+        fmt::format("      # MISSING: 'stiffness: ... {}' of drive and transmission\n", unit);
     result_.missing.push_back(
         {fmt::format("actuator {}", joint.name),
-         fmt::format("stiffness of drive and transmission [{}]; rigid until it is given",
-                     turns(joint) ? "N m/rad" : "N/m")});
-    positions_.push_back(joint.name);
+         fmt::format("stiffness of drive and transmission [{}]; rigid until it is given", unit)});
   }
 
   void require_leader(const UrdfJoint& joint) const {
@@ -213,6 +217,7 @@ class Importer {
 
   const UrdfModel& model_;
   const UrdfChain& chain_;
+  const std::vector<double>& stiffness_;
   ImportedRobot result_;
   Body body_;
   bool moving_ = false;
@@ -224,8 +229,20 @@ class Importer {
 
 }  // namespace
 
-ImportedRobot import_robot(const UrdfModel& model, const UrdfChain& chain) {
-  return Importer(model, chain).run();
+std::vector<UrdfJoint> driven_joints(const UrdfModel& model, const UrdfChain& chain) {
+  std::vector<UrdfJoint> result;
+  for (const std::size_t number : chain.joints) {
+    const UrdfJoint& joint = model.joints[number];
+    if (joint.type != UrdfJointType::fixed && joint.mimics.empty()) result.push_back(joint);
+  }
+  return result;
+}
+
+bool turns(const UrdfJoint& joint) { return joint.type != UrdfJointType::prismatic; }
+
+ImportedRobot import_robot(const UrdfModel& model, const UrdfChain& chain,
+                           const std::vector<double>& stiffness) {
+  return Importer(model, chain, stiffness).run();
 }
 
 }  // namespace kinetostat::vjm

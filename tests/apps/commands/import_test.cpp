@@ -34,6 +34,34 @@ TEST(ImportCommand, WritesARobotFileAndListsWhatIsMissing) {
   EXPECT_EQ(moved.code, 0) << moved.err;
 }
 
+// One stiffness for all drives, or one for each, is what the robot file has; only links are
+// missing.
+TEST(ImportCommand, TakesTheStiffnessOfDrives) {
+  const std::string import = "import data/urdf/six_axis.urdf --tip flange -o arm.yaml ";
+  const Outcome all = kinetostat(import + "--joint-stiffness '5e4 N m/rad'");
+  ASSERT_EQ(all.code, 0) << all.err;
+  EXPECT_THAT(all.out, Not(HasSubstr("actuator joint_1")));
+  EXPECT_THAT(all.out, HasSubstr("links.forearm"));
+  const auto turn = [] {
+    const Outcome moved = kinetostat("deflect arm.yaml --wrench 0,0,0,0,0,100 --json turned.json");
+    EXPECT_EQ(moved.code, 0) << moved.err;
+    const io::Json turned = io::Json::parse(io::read_text(working_folder() / "turned.json"));
+    return turned.at("equilibrium").at("displacement").at("rotation").at(2).get<double>();
+  };
+  const double soft = turn();
+  ASSERT_EQ(kinetostat(import + "--joint-stiffness 1e5").code, 0);
+  EXPECT_NEAR(turn() / soft, 0.5, 0.01);  // links are rigid
+  ASSERT_EQ(kinetostat(import + "--joint-stiffness 1e5,2e5,3e5,4e4,5e4,6e4").code, 0);
+  const std::string text = io::read_text(working_folder() / "arm.yaml");
+  EXPECT_THAT(text, HasSubstr("joint_4, axis:"));
+  EXPECT_THAT(text, HasSubstr("stiffness: 40000 N m/rad"));
+  const Outcome few = kinetostat(import + "--joint-stiffness 1e5,2e5");
+  EXPECT_EQ(few.code, 2);
+  EXPECT_THAT(few.err, HasSubstr("2 values for 6 drives"));
+  EXPECT_EQ(kinetostat(import + "--joint-stiffness 0").code, 2);
+  EXPECT_EQ(kinetostat(import + "--joint-stiffness 5e4N/m").code, 2);
+}
+
 TEST(ImportCommand, MistakesAreNamedWithTheirPlace) {
   const Outcome branches = kinetostat("import data/urdf/six_axis.urdf");
   EXPECT_EQ(branches.code, 3);
