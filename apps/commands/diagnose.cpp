@@ -24,6 +24,7 @@
 #include "kinetostat/report/screen/diagnosis.h"
 #include "kinetostat/report/screen/joint_curve.h"
 #include "kinetostat/report/screen/wording.h"
+#include "kinetostat/report/signature_table.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -32,7 +33,7 @@ struct DiagnoseRequest {
   CampaignRequest campaign;
   calibration::DiagnosisOptions options;
   std::vector<std::string> without;
-  std::string plan;
+  std::string plan, signatures;
   bool profiles = false, no_cache = false;
 };
 
@@ -108,6 +109,7 @@ io::Json diagnose(const DiagnoseRequest& request, Run& run) {
   options.kinds = kinds_to_try(request, robot);
   const calibration::Campaign campaign = request.campaign.read_campaign(robot, run);
   if (request.profiles || run.wants_page()) options.profiles = most_profiles;
+  options.signatures = !request.signatures.empty();
   const calibration::Diagnosis diagnosis =
       resumable_diagnosis(robot, campaign, options, request.no_cache, run);
   io::Json json = diagnosis_result(robot, campaign, request.options, diagnosis);
@@ -124,6 +126,13 @@ io::Json diagnose(const DiagnoseRequest& request, Run& run) {
     json["plan"] = report::to_json(score);
   }
   if (run.out()) io::write_json(*run.out(), json);
+  if (diagnosis.signatures)
+    io::write_atomically(request.signatures,
+                         report::signature_csv(campaign, *diagnosis.signatures));
+  else if (options.signatures)
+    run.warn(request.signatures +
+             " is not written: signatures are counted in the noise, which "
+             "nothing is known of");
   if (diagnosis.verdict == calibration::Verdict::inconclusive)
     run.leave_unidentified("inconclusive: these data do not show which effect is missing");
   return json;
@@ -196,6 +205,9 @@ void add_diagnose(Program& program) {
       .type_name("PLAN.json");
   app.add_flag("--profiles", request->profiles,
                "Likelihood profiles of the fitted values, for --json; pages have them anyway");
+  app.add_output("--signatures", request->signatures,
+                 "Write the residual and the signature of every candidate as a table, in units of "
+                 "the noise: for methods of your own");
   add_no_cache_option(app, request->no_cache);
   app.add_option("--draws", request->options.draws, "Simulated campaigns of the bootstraps")
       .show_default()

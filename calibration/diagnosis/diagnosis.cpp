@@ -353,6 +353,7 @@ Diagnosis diagnose(const vjm::Robot& robot, const Campaign& whole, const Diagnos
                                                   : std::vector<Candidate>();
   const HeldOutRefit refit(robot, fitter, base.search().groups(), threads);
   const double by_kinematics = base.search().explained_by_kinematics(fit);
+  if (options.signatures) d.signatures = base.search().signature_table(fit);
   Growth growth = grow(fitter, refit, base.search(), options, fit, progress);
   const Model& model = growth.model;
   Waterfall waterfall(whole, base, refit, options, progress);

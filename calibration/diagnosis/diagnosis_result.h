@@ -12,6 +12,7 @@
 #include "kinetostat/calibration/diagnosis/verdict.h"
 #include "kinetostat/calibration/search/diagnosis_step.h"
 #include "kinetostat/calibration/search/free_form.h"
+#include "kinetostat/calibration/search/signature_table.h"
 #include "kinetostat/calibration/statistics/goodness_of_fit.h"
 
 namespace kinetostat::calibration {
@@ -64,6 +65,7 @@ struct Diagnosis {
   std::vector<ParameterEstimate> fitted_without, fitted_beside;
   std::string held_out;  // what was left out together: "configurations"
   std::vector<Profile> profiles;
+  std::optional<SignatureTable> signatures;  // of the first round, where asked for
 };
 
 /// A kind of effect that is not observable at its usual size, wherever it is (d' below that which

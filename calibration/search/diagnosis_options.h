@@ -15,6 +15,7 @@ struct DiagnosisOptions {
   std::uint64_t seed = 1;
   std::size_t most_effects = 3;   // that are named one after the other
   std::size_t profiles = 0;       // most likelihood profiles of the final model
+  bool signatures = false;        // whether they are kept, for others
   FitJournal* journal = nullptr;  // what it has is not computed; it decides nothing
 };
 

@@ -155,6 +155,30 @@ std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
   return calibration::outliers(-of_each(fit.at.residual), of_each(fit.at.jacobian), effects);
 }
 
+SignatureTable Search::signature_table(const BaseFit& fit) const {
+  SignatureTable table{.values = values_,
+                       .residual = -fit.at.residual,
+                       .by_fitted = fit.at.jacobian,
+                       .by_candidates = MatrixXd(fit.at.residual.size(), 0)};
+  for (const ParameterEstimate& estimate : fit.parameters)
+    table.fitted.push_back(estimate.parameter.name);
+  while (std::ssize(table.fitted) < table.by_fitted.cols())
+    table.fitted.push_back(
+        fmt::format("frame {}", table.fitted.size() - fit.parameters.size() + 1));
+  for (std::size_t i = 0; i < signatures_.size(); ++i) {
+    const auto [candidate, size] = owner_[i];
+    if (size != 0) continue;
+    const MatrixXd columns = signatures_[i].of_usual_size();
+    if (columns.col(0).norm() < least_visible) continue;
+    table.candidates.insert(table.candidates.end(), static_cast<std::size_t>(columns.cols()),
+                            candidates_[candidate].name());
+    table.by_candidates.conservativeResize(Eigen::NoChange,
+                                           table.by_candidates.cols() + columns.cols());
+    table.by_candidates.rightCols(columns.cols()) = columns;
+  }
+  return table;
+}
+
 std::vector<Candidate> Search::like_the_fit(const BaseFit& nominal, const BaseFit& fitted) const {
   constexpr double most_left =
       0.2;  // of the change's length: what refitting does is no straight line

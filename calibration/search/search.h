@@ -8,6 +8,7 @@
 
 #include "kinetostat/calibration/search/diagnosis_options.h"
 #include "kinetostat/calibration/search/ranking.h"
+#include "kinetostat/calibration/search/signature_table.h"
 
 namespace kinetostat::calibration {
 
@@ -43,6 +44,9 @@ class Search {
 
   /// Values that no likely effects explain (outliers.h). After screen() without anything added.
   std::vector<std::size_t> outliers(const BaseFit& fit) const;
+
+  /// Signatures at their usual sizes beside a fit. After screen() without anything added.
+  SignatureTable signature_table(const BaseFit& fit) const;
 
   /// Pairs of candidates that are significant together though none is alone, sized as their
   /// signatures ask, the most significant first; empty unless they exceed their own detection

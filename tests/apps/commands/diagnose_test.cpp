@@ -127,6 +127,43 @@ TEST_F(Diagnose, NamesNothingInReadingsWithNothingHidden) {
   EXPECT_FALSE(std::filesystem::exists(working_folder() / "x.yaml"));
 }
 
+// In units of the noise: their squares are the chi-square that is printed, the fit left nothing of
+// its own in the residual, and 2 % more load is 2 % more of every displacement.
+TEST_F(Diagnose, WritesResidualAndSignaturesForOtherMethods) {
+  measure("");
+  EXPECT_EQ(diagnose("--signatures signatures.csv").code, 0);
+  const io::CsvTable table(io::read_text(working_folder() / "signatures.csv"), "signatures.csv");
+  const io::CsvTable readings(io::read_text(working_folder() / "campaign/readings.csv"),
+                              "readings.csv");
+  const std::size_t residual = *table.find("residual"), component = *table.find("component");
+  std::map<std::string, std::size_t> row_of;
+  for (std::size_t r = 0; r < readings.rows(); ++r)
+    row_of[std::string(readings.cell(r, *readings.find("id")))] = r;
+  double chi_square = 0, left = 0, fitted = 0, along = 0, gain = 0, motion = 0;
+  for (std::size_t r = 0; r < table.rows(); ++r) {
+    const double value = table.number(r, residual), by_fit = table.number(r, residual + 1);
+    chi_square += value * value;
+    left += value * by_fit;
+    fitted += by_fit * by_fit;
+    const std::string name(table.cell(r, component));
+    const double sigma = name[0] == 'd' ? 5e-3 : 20e-6 * 180 / std::numbers::pi;  // mm, deg
+    const double predicted =
+        readings.number(row_of.at(std::string(table.cell(r, *table.find("reading")))),
+                        *readings.find(name)) /
+            sigma -
+        value;
+    const double signature = table.number(r, *table.find("wrench_gain at load"));
+    along += signature * predicted;
+    gain += signature * signature;
+    motion += predicted * predicted;
+  }
+  EXPECT_NEAR(chi_square, result()["chi_square_before"]["chi_square"].get<double>(),
+              1e-6 * chi_square);
+  EXPECT_LT(std::abs(left), 1e-3 * std::sqrt(chi_square * fitted));
+  EXPECT_NEAR(along / motion, 0.02, 0.0005);
+  EXPECT_GT(along / std::sqrt(gain * motion), 0.999);
+}
+
 // A wrench gain and a global change of stiffness are the same in such readings: no confident name.
 TEST_F(Diagnose, DoesNotNameWhatIsConfoundedWithTheFit) {
   measure("effects:\n  - {effect: wrench_gain, at: load, gain: 1.1}\n");
