@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "kinetostat/io/json.h"
 #include "kinetostat/io/text_file.h"
 
 #include "apps/run_program.h"
@@ -15,6 +16,7 @@ using test::kinetostat;
 using test::Outcome;
 using test::working_folder;
 using testing::HasSubstr;
+using testing::Not;
 
 TEST(ImportCommand, WritesARobotFileAndListsWhatIsMissing) {
   const Outcome outcome =
