@@ -178,9 +178,15 @@ const DiagnosisStep* step_of(const Diagnosis& d) {
 bool is_answer(const Diagnosis& d, const vjm::Effect& effect) {
   for (const FoundEffect& found : d.found) {
     if (found.candidate.name() == effect.kind->name + " at " + effect.at) return true;
-    for (const Answer& answer : found.decision.answers)
+    for (const Answer& answer : found.decision.answers) {
       for (const calibration::LawShare& law : answer.laws)
         if (law.effect == effect.kind->name && law.at == effect.at) return true;
+      // A further law of the class, at one of the places, is not excluded by it.
+      const std::string its_class = to_string(effect.kind->effect_class);
+      if (answer.effect_class.find(its_class) != std::string::npos &&
+          std::find(answer.places.begin(), answer.places.end(), effect.at) != answer.places.end())
+        return true;
+    }
   }
   return false;
 }

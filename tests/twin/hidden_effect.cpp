@@ -28,6 +28,24 @@ Joint find_joint(const RobotSpec& robot, const Posture* posture, const std::stri
   return {};
 }
 
+// How far a drive, or the one before it in its chain, is from home.
+double travel_of(const RobotSpec& robot, const Posture& posture, const std::string& place,
+                 bool of_the_one_before) {
+  for (std::size_t c = 0; c < robot.chains.size(); ++c) {
+    double before = 0;
+    Eigen::Index k = 0;
+    for (const Item& item : robot.chains[c].items) {
+      if (item.kind == Item::actuator) {
+        const double travel = posture.q[c][k] - item.home;
+        if (robot.place(robot.chains[c], item) == place) return of_the_one_before ? before : travel;
+        before = travel;
+      }
+      k += static_cast<Eigen::Index>(item.axes.size());
+    }
+  }
+  return 0;
+}
+
 // Springs that scatter are found in the built robot, where they have their real stiffness.
 double real_stiffness(const Built& built, const std::string& place) {
   return built.structure.coupling(built.joints.at(place)).law->at(0).tangent;
@@ -66,6 +84,8 @@ double usual_size(const RobotSpec& robot, const HiddenEffect& effect) {
       {"servo_droop", 0.1},
       {"preload", joint.stiffness * deflection / 2},
       {"eccentricity", deflection / 2},
+      {"screw_pitch", 1e-4},
+      {"geared_wrist", 1e-3},
       {"bearing_compliance", joint.turns ? 0.1 / std::max(joint.stiffness, 1.) : 1e-9},
       {"base_compliance", robot.name.starts_with("six") ? 5e-8 : 3e-6},
       {"platform_compliance", robot.name.starts_with("six") ? 1e-7 : 3e-6},
@@ -225,6 +245,9 @@ void apply_to_structure(const HiddenEffect& effect, const RobotSpec& robot, cons
     if (effect.name == "preload") coupling.rest[coupling.axis] += effect.size / k;
     if (effect.name == "eccentricity")
       coupling.rest[coupling.axis] += effect.size * periodic(effect.form, joint.command);
+    if (effect.name == "screw_pitch" || effect.name == "geared_wrist")
+      coupling.rest[coupling.axis] +=
+          effect.size * travel_of(robot, posture, effect.at, effect.name == "geared_wrist");
     if (effect.name == "bearing_compliance") bear(coupling, effect, joint.turns);
     if (effect.name == "cross_coupling") cross_couple(built, effect.at, effect.size);
     if (effect.name == "gravity_compensator") balance(built, effect, joint.command);

@@ -81,7 +81,10 @@ const std::vector<Trial>& trials() {
       {"arm_7r", "push", {{"rippling_stiffness", "a2"}, {"lifting_contact", "a4"}}, {}},
       {"gantry", "push", {{"screw_stiffness", "gy"}, {"lifting_contact", "gy"}}, {}},
       {"arm_7r", "poses", {{"position_scale", "sensor"}}, {}},
-      {"scara", "poses", {{"position_scale", "sensor"}}, {}}};
+      {"scara", "poses", {{"position_scale", "sensor"}}, {}},
+      {"gantry", "poses", {{"screw_pitch", "gx"}}, {}},
+      {"scara", "poses", {{"screw_pitch", "q2"}, {"geared_wrist", "q2"}}, {}},
+      {"arm_7r", "poses", {{"geared_wrist", "a4"}, {"screw_pitch", "a2"}}, {}}};
   return all;
 }
 
@@ -108,9 +111,7 @@ const std::vector<Together>& together() {
       {"planar_3rrr", "push", {{"clearance", "a.q"}, {"friction", "b.q"}}},
       {"hexapod", "push", {{"clearance", "a.rho"}, {"dahl_friction", "d.rho"}}},
       {"delta", "push", {{"clearance", "a.q"}, {"creep", "c.q"}}},
-      {"scara",
-       "push",
-       {{"friction", "q1"}, {"clearance", "q2"}, {"application_point", "load"}}},
+      {"scara", "push", {{"friction", "q1"}, {"clearance", "q2"}, {"application_point", "load"}}},
       {"arm_7r",
        "push",
        {{"clearance", "a4"}, {"dahl_friction", "a2"}, {"base_compliance", "base"}}},

@@ -25,8 +25,10 @@ bool is_segment_of(const std::string& spring, const std::string& link) {
 
 }  // namespace
 
-double TransmissionError::at(double command) const {
-  return shift + cosine * std::cos(order * command) + sine * std::sin(order * command);
+double TransmissionError::at(const Eigen::VectorXd& commands) const {
+  const double u = commands[coordinate];
+  return shift + cosine * std::cos(order * u) + sine * std::sin(order * u) +
+         ratio * (commands[leader] - from);
 }
 
 Chain::Chain(std::string name, const spatial::Pose& base)
@@ -62,7 +64,7 @@ Index Chain::first_joint_of(const std::string& element) const {
 Eigen::VectorXd Chain::rest_for(const Eigen::VectorXd& commands) const {
   Eigen::VectorXd rest = commands;
   for (const TransmissionError& shift : transmission_errors_)
-    rest[shift.coordinate] += shift.at(commands[shift.coordinate]);
+    rest[shift.coordinate] += shift.at(commands);
   return rest;
 }
 

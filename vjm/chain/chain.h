@@ -15,12 +15,15 @@
 namespace kinetostat::vjm {
 
 /// A drive that leads its joint elsewhere than commanded: to u + shift + cosine cos(order u) +
-/// sine sin(order u) for the command u [m or rad].
+/// sine sin(order u) + ratio (v - from) for its command u and the command v of `leader` [m or rad].
 struct TransmissionError {
   Eigen::Index coordinate = 0;
   double shift = 0, cosine = 0, sine = 0, order = 0;
+  Eigen::Index leader = 0;
+  double ratio = 0, from = 0;
 
-  double at(double command) const;
+  /// `commands`: of all coordinates of the chain.
+  double at(const Eigen::VectorXd& commands) const;
 };
 
 /// A small displacement [translation; rotation vector] of everything behind a place of a chain, by

@@ -248,8 +248,8 @@ TEST(Effects, AreAllOnABench) {
   std::set<std::string> parallel, arm;
   for (const Effect& effect : test::parallel_bench().effects) parallel.insert(effect.kind->name);
   for (const Effect& effect : test::arm_bench().effects) arm.insert(effect.kind->name);
-  arm.insert("payload");                // this arm has one, and no chain from base to platform
-  arm.insert("stiffness_along_joint");  // counts from home, where this arm stands
+  parallel.insert("joint_coupling");  // its chains have one drive each
+  arm.insert("payload");              // this arm has one, and no chain from base to platform
   for (const auto& kind : effect_kinds()) {
     EXPECT_TRUE(parallel.contains(kind->name)) << kind->name;
     EXPECT_TRUE(arm.contains(kind->name)) << kind->name;
