@@ -165,7 +165,8 @@ class Problem {
     return {predicted_, work_};
   }
   const std::optional<PredictionFailure>& failure() const { return failure_; }
-  void begin_near(const Predictions& predictions) { nearest_ = predictions; }
+  /// Of a similar model, which outlives this.
+  void begin_near(const Predictions& predictions) { similar_ = &predictions; }
   const Predictions& nearest() const { return nearest_; }
 
   std::optional<Linearisation> at(const VectorXd& q) { return at(q, unknowns_.parameter_count()); }
@@ -177,7 +178,7 @@ class Problem {
     try {
       predictions = predictor_.predict(parameters, q.head(unknowns_.parameter_count()),
                                        {parameters.end() - differentiated, parameters.end()},
-                                       progress_, &nearest_);
+                                       progress_, similar_ != nullptr ? similar_ : &nearest_);
     } catch (const std::invalid_argument& error) {  // values that exclude each other
       predictions.failure = {0, error.what()};
     }
@@ -203,6 +204,7 @@ class Problem {
     predictions.work.clear();
     predictions.derivatives.clear();
     nearest_ = std::move(predictions);
+    similar_ = nullptr;
     return result;
   }
 
@@ -287,20 +289,20 @@ class Problem {
   Index add_reading(const VectorXd& q, std::size_t i, const MatrixXd* by_parameters, Index row,
                     Linearisation& result) {
     const Reading& reading = campaign_.readings[i];
-    MatrixXd all = MatrixXd::Zero(campaign_.size(), unknowns_.size());
+    all_.setZero(campaign_.size(), unknowns_.size());
     if (by_parameters != nullptr && by_parameters->cols() > 0)
-      all.leftCols(unknowns_.parameter_count()).rightCols(by_parameters->cols()) = *by_parameters;
-    add_frame(q, reading, predicted_[i], work_[i], all);
-    add_zeros(q, reading, predicted_[i], all);
+      all_.leftCols(unknowns_.parameter_count()).rightCols(by_parameters->cols()) = *by_parameters;
+    add_frame(q, reading, predicted_[i], work_[i], all_);
+    add_zeros(q, reading, predicted_[i], all_);
     const std::vector<Index> used = components_in_use(reading);
     const auto count = static_cast<Index>(used.size());
     if (count == 0) return 0;
-    MatrixXd block(count, unknowns_.size() + 1);
-    block.rightCols(unknowns_.size()) = all(used, Eigen::all);
-    block.col(0) = (predicted_[i] - reading.displacement)(used);
-    noise_.whiten(i, used, block);
-    result.residual.segment(row, count) = block.col(0);
-    result.jacobian.middleRows(row, count) = block.rightCols(unknowns_.size());
+    block_.resize(count, unknowns_.size() + 1);
+    block_.rightCols(unknowns_.size()) = all_(used, Eigen::all);
+    block_.col(0) = (predicted_[i] - reading.displacement)(used);
+    noise_.whiten(i, used, block_);
+    result.residual.segment(row, count) = block_.col(0);
+    result.jacobian.middleRows(row, count) = block_.rightCols(unknowns_.size());
     return count;
   }
 
@@ -354,9 +356,11 @@ class Problem {
   Unknowns unknowns_;
   common::Progress& progress_;
   std::vector<FramedComponents> framed_;
-  std::vector<VectorXd> predicted_;  // of the last residual
-  std::vector<Vector6> work_;        // the same
-  Predictions nearest_;              // that were made last, or of a similar model
+  std::vector<VectorXd> predicted_;       // of the last residual
+  std::vector<Vector6> work_;             // the same
+  Predictions nearest_;                   // that were made last
+  const Predictions* similar_ = nullptr;  // of a similar model, as long as none were made
+  MatrixXd all_, block_;                  // scratch of add_reading()
   VectorXd predicted_at_ = VectorXd::Constant(1, std::numeric_limits<double>::quiet_NaN());
   std::optional<PredictionFailure> failure_;
   std::optional<std::size_t> beyond_;  // of values_

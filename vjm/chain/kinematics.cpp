@@ -127,13 +127,17 @@ void add_wrench_hessian(const Chain& chain, const ChainKinematics& kinematics,
     const Joint& inner = joints[static_cast<std::size_t>(i)];
     if (!is_rotation(inner.motion)) continue;  // every term has w_i
     const Vector3 w = twists.col(i).tail<3>();
-    // f . (w x v) = (f x w) . v
+    // f . (w x v) = (f x w) . v, and with v = v_end + w_j x from_end a triple product
     const Vector3 force_arm = force.cross(w), moment_arm = moment.cross(w);
+    const Vector3 turned = from_end.cross(force_arm);
     const Eigen::Index k = inner.coordinate;
-    hessian(k, k) += force_arm.dot(velocity_at(twists, i, from_end));
+    const auto power = [&](Eigen::Index j) {
+      return force_arm.dot(twists.col(j).head<3>()) + turned.dot(twists.col(j).tail<3>());
+    };
+    hessian(k, k) += power(i);
     for (Eigen::Index j = i + 1; j < load.joints; ++j) {
       const Eigen::Index l = joints[static_cast<std::size_t>(j)].coordinate;
-      const double f = force_arm.dot(velocity_at(twists, j, from_end));
+      const double f = power(j);
       hessian(l, k) += f + moment_arm.dot(twists.col(j).tail<3>());
       hessian(k, l) += f;
     }

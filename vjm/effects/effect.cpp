@@ -318,10 +318,11 @@ Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effec
     }
   };
   for (const std::size_t e : in_order(effects)) act(effects[e], histories[e]);
-  Manipulator result = manipulator;
+  std::optional<Manipulator> result;  // copied as seldom as can be: readings ask one by one
   for (std::size_t c = 0; c < changed.size(); ++c)
-    if (changed[c]) result = result.with_chain(c, std::move(*changed[c]).chain());
-  return result;
+    if (changed[c])
+      result = (result ? *result : manipulator).with_chain(c, std::move(*changed[c]).chain());
+  return result ? *std::move(result) : manipulator;
 }
 
 Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effect>& effects) {
