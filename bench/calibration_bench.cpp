@@ -1,5 +1,6 @@
-// Comparison of a 3-PUU with many readings, and reading them.
+// Comparison of a 3-PUU with many readings, and reading them; diagnosis of a six-axis arm.
 #include <array>
+#include <chrono>
 #include <filesystem>
 
 #include <benchmark/benchmark.h>
@@ -9,6 +10,7 @@
 #include "kinetostat/calibration/campaign/campaign_file.h"
 #include "kinetostat/calibration/campaign/noise_estimate.h"
 #include "kinetostat/calibration/comparison/compare.h"
+#include "kinetostat/calibration/diagnosis/diagnosis.h"
 #include "kinetostat/calibration/regression/simulate.h"
 #include "kinetostat/io/text_file.h"
 
@@ -92,6 +94,34 @@ BENCHMARK(fit_readings)
     ->Name("base fit of 12 unknowns, 3-PUU, one thread")
     ->Arg(1000)
     ->Unit(benchmark::kSecond);
+
+template <class Work>
+double seconds(const Work& work) {
+  const auto begin = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+// The whole catalogue against a shipped campaign of a six-axis arm, 144 readings. `worth`: the time
+// over that of one prediction of all readings by the nominal model.
+void diagnose_arm(benchmark::State& state) {
+  const std::string folder =
+      std::string(KINETOSTAT_SOURCE_DIR) + "/data/measurements/six_axis_balancer";
+  const vjm::Robot robot = vjm::read_robot(folder + "/robot.yaml");
+  const Campaign read = read_campaign(folder + "/campaign.yaml", robot.without_effects());
+  common::Progress silent;
+  double all = 0;
+  for (auto _ : state)
+    all += seconds([&] { benchmark::DoNotOptimize(diagnose(robot, read, {}, 1, silent)); });
+  const Predictor predictor(robot.without_effects(), read, 1, silent);
+  constexpr int times = 20;
+  const double one = seconds([&] {
+    for (int i = 0; i < times; ++i)
+      benchmark::DoNotOptimize(predictor.predict({}, {}, false, silent));
+  });
+  state.counters["worth"] = all / static_cast<double>(state.iterations()) / (one / times);
+}
+BENCHMARK(diagnose_arm)->Name("diagnosis, six-axis arm, one thread")->Unit(benchmark::kSecond);
 
 // As `measure check` does.
 void read_rows(benchmark::State& state) {
