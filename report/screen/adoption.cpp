@@ -26,7 +26,7 @@ std::string value_in_words(const vjm::Robot& robot, const AdoptedParameter& p) {
 }
 
 // The largest changes first come to mind; the file has them all.
-std::string fitted_in_words(const vjm::Robot& robot, const std::vector<AdoptedParameter>& fitted) {
+std::string fit_in_words(const vjm::Robot& robot, const std::vector<AdoptedParameter>& fitted) {
   constexpr std::size_t most = 4;
   std::vector<std::string> words;
   for (const AdoptedParameter& p : fitted) {
@@ -57,7 +57,7 @@ std::string error_sentence(const AdoptionSummary& a) {
 
 std::string headline(const vjm::Robot& robot, const AdoptionSummary& a) {
   std::vector<std::string> what = a.effects;
-  if (!a.fitted.empty()) what.push_back(fitted_in_words(robot, a.fitted));
+  if (!a.fitted.empty()) what.push_back(fit_in_words(robot, a.fitted));
   return fmt::format("{}: {}{}.", a.file.string(), listed(what, "and"),
                      a.fitted.empty() ? "" : "; old values are kept as comments");
 }
