@@ -74,7 +74,11 @@ function writeCampaign() {
 }
 
 const figures = `Object.fromEntries([...document.querySelectorAll("figure")].map((f) => [f.id, Number(f.dataset.points)]))`;
-const scrollThrough = `(async () => { for (let y = 0; y < document.documentElement.scrollHeight; y += 600) { scrollTo(0, y); await new Promise((r) => setTimeout(r, 150)); } })()`;
+/** A chart is drawn in the frame in which it comes near. */
+const scrollThrough = `(async () => {
+  const frame = () => new Promise((next) => requestAnimationFrame(next));
+  for (let y = 0; y < document.documentElement.scrollHeight; y += 600) { scrollTo(0, y); await frame(); await frame(); }
+})()`;
 
 /** Opens a page and looks at all of it. Every chart must be drawn, and nothing may go wrong. */
 async function look(browser, name, how) {
@@ -82,6 +86,7 @@ async function look(browser, name, how) {
   await browser.open(shop.address(name), how);
   await browser.evaluate(`for (const d of document.querySelectorAll("details.rest")) d.open = true`);
   await browser.evaluate(scrollThrough);
+  await browser.until(`[...document.querySelectorAll("figure")].every((f) => f.dataset.points)`);
   const points = await browser.evaluate(figures);
   assert.deepEqual(browser.problems, [], `${name}: errors in the console`);
   const outside = browser.requests.filter((address) => !/^(file|data|blob):/.test(address));

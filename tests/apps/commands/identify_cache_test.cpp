@@ -124,6 +124,7 @@ TEST_F(IdentifyCache, DamagedEntriesAreComputedAnew) {
 // A run that is killed at any moment leaves a whole result or none, and the next one gives the
 // same matrix. Half of the runs are killed outright, half are asked to stop.
 TEST_F(IdentifyCache, KillingAtTwentyRandomTimesDoesNoHarm) {
+  write_link("", "size: 16");
   const auto start = std::chrono::steady_clock::now();
   ASSERT_EQ(identify().code, 0);
   const std::chrono::duration<double> duration = std::chrono::steady_clock::now() - start;
