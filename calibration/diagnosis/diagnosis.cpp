@@ -307,8 +307,8 @@ void ask_for_kinematics(double share, Diagnosis& d) {
   d.by_kinematics = share;
   d.missing.push_back(
       fmt::format("a calibration of the kinematics: geometric errors of all joints and links "
-                  "together explain {:.0f} % of the misfit; identify them first ('errors' in the "
-                  "robot file), what is left then shows stiffness and other effects",
+                  "together explain {:.0f} % of the misfit; 'kinetostat calibrate' identifies them, "
+                  "what is left then shows stiffness and other effects",
                   100 * share));
 }
 

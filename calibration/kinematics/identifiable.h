@@ -25,8 +25,8 @@ struct IndependentColumns {
 ///
 ///   |c - P c| > max(visible, alike |c|)
 ///
-/// `columns`: derivatives of the readings over their noise, by changes of one tolerance each, so
-/// that tolerance / |c - P c| is the standard deviation of an unknown, given those before it.
+/// `columns`: derivatives of the readings in units of the noise, by changes of one tolerance each,
+/// so that tolerance / |c - P c| is the standard deviation of an unknown, given those before it.
 /// Ordered by preference instead of by pivots (Meggiolaro and Dubowsky, IEEE Int. Conf. Robotics
 /// and Automation 2000, keep those that mean something), so that what is left out does not depend
 /// on rounding.

@@ -125,7 +125,8 @@ class Calibration {
   }
   BaseFit fit(const std::vector<Index>& chosen, const Noise& noise, const VectorXd& starts,
               const Campaign& campaign, const Predictions* near) const;
-  /// Changes of the readings over their noise: by frames and zero offsets, and by one tolerance.
+  /// Changes of the readings in units of the noise: by frames and zero offsets, and by one
+  /// tolerance.
   void columns_at(const std::vector<Index>& chosen, const VectorXd& values, const BaseFit& at,
                   MatrixXd& nuisance, MatrixXd& columns) const;
   void choose();
@@ -454,7 +455,7 @@ void Calibration::add_geometry(const Stage& stage) {
     if (estimate.hit != BoundHit::none)
       throw common::NotIdentifiable(fmt::format(
           "{} runs to {:.3g} {}, where the readings would have it beyond what is an error: check "
-          "zeros, units and signs of the joints, and where the target is, first",
+          "home positions, units and signs of the joints, and where the target is, first",
           what.phrase(), estimate.value, what.turns() ? "rad" : "m"));
     result_.geometry.push_back({.what = what,
                                 .before = estimate.parameter.start,

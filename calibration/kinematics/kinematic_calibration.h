@@ -75,8 +75,8 @@ struct KinematicCalibration {
 
   Eigen::Index values = 0, poses = 0, readings = 0;
   NoiseSource noise_source = NoiseSource::unknown;
-  /// What the fit leaves, over the noise (robustly for a robust loss); where it is above 1 the
-  /// standard deviations are as many times larger (Birge's ratio). With an unknown noise [m or
+  /// What the fit leaves, in units of the noise (robustly for a robust loss); where it is above 1
+  /// the standard deviations are as many times larger (Birge's ratio). With an unknown noise [m or
   /// rad].
   double residual_ratio = 1;
   std::optional<PoseError> confirmed_before, confirmed;  // readings that are kept to confirm

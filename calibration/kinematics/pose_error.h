@@ -13,14 +13,14 @@ namespace kinetostat::calibration {
 /// Measured minus predicted over some readings; NaN where nothing of the kind was measured.
 struct PoseError {
   Eigen::Index values = 0;
-  double whitened = 0;            // rms over all values, over their noise
+  double whitened = 0;            // rms over all values, in units of the noise
   double translation = 0;         // rms of one coordinate [m]
   double rotation = 0;            // rms of one coordinate [rad]
   double worst_translation = 0;   // largest of one coordinate [m]
   double worst_rotation = 0;      // largest of one coordinate [rad]
   double distance = 0;            // rms of the distance, where three coordinates were read [m]
   double worst_distance = 0;      // largest [m]
-  std::size_t worst_reading = 0;  // of the largest error over the noise
+  std::size_t worst_reading = 0;  // of the largest error in units of the noise
 };
 
 class PoseErrors {
@@ -29,7 +29,7 @@ class PoseErrors {
   /// times `noise_factor`.
   void add(const Campaign& campaign, const BaseFit& fit, double noise_factor);
   PoseError total() const;
-  /// Sums of squares over the noise, by configuration.
+  /// Sums of squares in units of the noise, by configuration.
   const std::map<std::size_t, double>& squares() const { return squares_; }
 
  private:

@@ -25,7 +25,7 @@ const PoseError& judged(const KinematicStage& stage) {
   return stage.held_out ? *stage.held_out : stage.at_fitted;
 }
 
-// An error as people take it: of positions, else of angles, else over the noise.
+// An error as people take it: of positions, else of angles, else in units of the noise.
 struct Shown {
   double value = 0;
   std::string unit;
@@ -80,7 +80,7 @@ std::string stages_text(const Campaign& campaign, const KinematicCalibration& c)
 
 // The largest corrections over their tolerances.
 std::string corrections_text(const Campaign& campaign, const KinematicCalibration& c) {
-  constexpr std::size_t most = 8;
+  constexpr std::size_t most = 4;
   const SmallUnits units(campaign.units);
   std::vector<CalibratedGeometry> sorted = c.geometry;
   std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
@@ -110,34 +110,25 @@ std::string others_in_words(const vjm::Robot& robot, const KinematicCalibration&
   return labelled("  beside it:", 14, fitted_in_words(robot, fit));
 }
 
-std::string one_left_out(const LeftOutGeometry& out) {
-  if (out.like.empty()) return out.what.phrase();
-  std::vector<std::string> like = out.like;
-  if (like.size() > 2) like = {like.front(), "others"};
-  return fmt::format("{} (like {})", out.what.phrase(), listed(like));
-}
-
+// The first of each reason, and what it is like; the rest is for --verbose.
 std::string left_out_text(const KinematicCalibration& c) {
-  constexpr std::size_t most = 3;
-  std::string text;
+  std::vector<std::string> words;
   for (const LeftOut why :
        {LeftOut::confounded, LeftOut::unseen, LeftOut::too_many, LeftOut::unneeded}) {
-    std::vector<std::string> words;
-    for (const LeftOutGeometry& out : c.left_out)
-      if (out.why == why) words.push_back(one_left_out(out));
-    if (words.empty()) continue;
-    const std::size_t all = words.size();
-    words.resize(std::min(all, most));
-    if (all > most) words.push_back(fmt::format("{} more", all - most));
-    text += wrapped(fmt::format("{}: {}.", capitalised(in_words(why)), listed(words)), 2, 4);
+    const Eigen::Index all = c.count(why);
+    if (all == 0) continue;
+    const auto first = std::find_if(c.left_out.begin(), c.left_out.end(),
+                                    [&](const LeftOutGeometry& out) { return out.why == why; });
+    words.push_back(fmt::format("{} ({}{}{})", in_words(why), first->what.phrase(),
+                                first->like.empty() ? "" : ", like " + first->like.front(),
+                                all == 1 ? "" : fmt::format(", and {} more", all - 1)));
   }
-  const Eigen::Index redundant = c.count(LeftOut::redundant);
-  if (redundant > 0)
-    text += wrapped(
-        fmt::format("Redundant by the kinematics, left at {} values: {} (--verbose names {}).",
-                    redundant == 1 ? "its" : "their", redundant, redundant == 1 ? "it" : "them"),
-        2, 4);
-  return text;
+  if (const Eigen::Index redundant = c.count(LeftOut::redundant); redundant > 0)
+    words.push_back(fmt::format("{} redundant by the kinematics", redundant));
+  if (words.empty()) return {};
+  std::string text;
+  for (std::size_t k = 0; k < words.size(); ++k) text += (k == 0 ? "" : "; ") + words[k];
+  return wrapped("Left at their values: " + text + ". --verbose has all.", 2, 4);
 }
 
 std::string confirmed_text(const Campaign& campaign, const KinematicCalibration& c) {
@@ -149,16 +140,15 @@ std::string confirmed_text(const Campaign& campaign, const KinematicCalibration&
 }
 
 std::string trust_text(const KinematicCalibration& c) {
-  std::string text = wrapped(fmt::format("{} poses, {} (condition number {}).", c.poses,
-                                         conditioning_in_words(c.observability.condition()),
-                                         figure(c.observability.condition(), 2)),
-                             2, 4);
   constexpr double clearly = 1.5;
+  std::string sentences = fmt::format("{} poses, {} (condition number {}).", c.poses,
+                                      conditioning_in_words(c.observability.condition()),
+                                      figure(c.observability.condition(), 2));
   if (c.noise_source != calibration::NoiseSource::unknown && c.residual_ratio > clearly)
-    text += wrapped(
-        fmt::format("What is left is {} times the noise; standard deviations count it as noise.",
-                    times(c.residual_ratio)),
-        2, 4);
+    sentences +=
+        fmt::format(" What is left is {} times the noise; standard deviations count it as noise.",
+                    times(c.residual_ratio));
+  std::string text = wrapped(sentences, 2, 4);
   constexpr double small = 0.8;
   if (judged(c.after()).whitened > small * judged(c.before()).whitened)
     text += wrapped(
