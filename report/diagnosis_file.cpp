@@ -312,6 +312,7 @@ Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, con
             {"ambiguous", d.ambiguous},
             {"instead_of_refit", common_cause_json(robot, d)},
             {"missing", d.missing},
+            {"by_kinematics", d.by_kinematics ? Json(*d.by_kinematics) : Json()},
             {"not_shown", unseen_json(d)},
             {"remarks", remarks(robot, campaign, d)},
             {"chi_square_before", test_json(d.before)},

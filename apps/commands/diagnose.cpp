@@ -94,6 +94,9 @@ std::string after_diagnosis(const DiagnoseRequest& request, const vjm::Robot& ro
                                            report::quoted(robot.file), file),
                                "then compare again");
     case calibration::Verdict::unexplained:
+      if (diagnosis.by_kinematics)
+        return report::next_step("kinetostat calibrate " + files + " -o calibrated.yaml",
+                                 "then diagnose with that robot file");
       return report::next_step("kinetostat compare " + files + " --html compare.html",
                                "what does the rest of the error depend on?");
     default:

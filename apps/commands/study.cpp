@@ -123,6 +123,7 @@ class Study {
         Run& run)
       : no_cache_(no_cache),
         run_(run),
+        typed_(request.typed()),
         robot_(request.read_robot()),
         campaign_(request.read_campaign(robot_, run)),
         files_(folder, inputs_of(robot_, campaign_), run) {}
@@ -137,6 +138,11 @@ class Study {
   Step diagnose();
   Step adopt();
   Step plan();
+  Step calibrate_first() const;
+  /// Errors of the geometry explain most of the error: they come before anything elastic.
+  bool is_kinematic() const {
+    return !diagnose_.result.value("by_kinematics", io::Json()).is_null();
+  }
   io::Json summary(const std::vector<Station>& stations) const;
   io::Json files() const;
   void write_page(const std::vector<Station>& stations) const;
@@ -144,6 +150,7 @@ class Study {
 
   bool no_cache_;
   Run& run_;
+  std::string typed_;  // the files, for a shell
   vjm::Robot robot_;
   Campaign campaign_;
   StudyFolder files_;
@@ -235,8 +242,9 @@ Step Study::adopt() {
     step.stations = {report::adopted_station(robot_name, again)};
   } catch (const common::NotIdentifiable& refusal) {
     const bool is_needed = record.verdict != calibration::Verdict::none_needed;
-    step.headline = is_needed ? "nothing was adopted: no effect is established"
-                              : "nothing to adopt: nothing was fitted, nothing is missing";
+    step.headline = is_kinematic() ? "nothing was adopted: the kinematics come first"
+                    : is_needed    ? "nothing was adopted: no effect is established"
+                                   : "nothing to adopt: nothing was fitted, nothing is missing";
     step.result["reason"] = refusal.what();
     step.text = report::wrapped(step.headline + ".");
     step.stations = {report::not_adopted_station(step.headline, is_needed)};
@@ -244,7 +252,18 @@ Step Study::adopt() {
   return step;
 }
 
+Step Study::calibrate_first() const {
+  const std::string command = fmt::format("kinetostat calibrate {} -o calibrated.yaml", typed_);
+  const std::string what = fmt::format("calibrate the kinematics: {}", command);
+  return {.result = {{"command", "plan"}, {"inputs", inputs()}, {"reason", what}},
+          .picture = {},
+          .text = report::next_step(command, "then study the readings with that robot file"),
+          .headline = what,
+          .stations = {report::nothing_next_station(what)}};
+}
+
 Step Study::plan() {
+  if (is_kinematic()) return calibrate_first();
   Step step{.result = {{"command", "plan"}, {"inputs", inputs()}},
             .picture = {},
             .text = {},
