@@ -103,8 +103,8 @@ const std::vector<Group>& groups() {
       {"Links", {"mesh", "identify", "beam"}},
       {"Robots", {"import", "stiffness", "deflect", "trace", "assemble", "map", "compensate"}},
       {"Measurements",
-       {"study", "readings", "measure", "compare", "calibrate", "diagnose", "adopt", "revert", "plan",
-        "simulate", "effect", "studio"}},
+       {"study", "readings", "measure", "compare", "calibrate", "diagnose", "adopt", "revert",
+        "plan", "simulate", "effect", "studio"}},
       {"Files and pages", {"new", "report", "demo"}}};
   return all;
 }

@@ -305,11 +305,11 @@ void ask_for_kinematics(double share, Diagnosis& d) {
   constexpr double most_of_it = 0.5;
   if (d.verdict != Verdict::unexplained || share < most_of_it) return;
   d.by_kinematics = share;
-  d.missing.push_back(
-      fmt::format("a calibration of the kinematics: geometric errors of all joints and links "
-                  "together explain {:.0f} % of the misfit; 'kinetostat calibrate' identifies them, "
-                  "what is left then shows stiffness and other effects",
-                  100 * share));
+  d.missing.push_back(fmt::format(
+      "a calibration of the kinematics: geometric errors of all joints and links "
+      "together explain {:.0f} % of the misfit; 'kinetostat calibrate' identifies them, "
+      "what is left then shows stiffness and other effects",
+      100 * share));
 }
 
 void take_judgement(double share_left, Diagnosis& d) {
