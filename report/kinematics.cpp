@@ -230,7 +230,7 @@ Json to_json(const Campaign& campaign, const KinematicCalibration& c) {
                                                                          : "unknown"},
       {"stages", stages},
       {"taken", c.after().name},
-      {"not_held_out", c.not_held_out},
+      {"judged_on_held_out_poses", c.is_judged},
       {"geometry", geometry},
       {"fitted_beside", others},
       {"kept_beside", c.others_kept},

@@ -12,7 +12,7 @@
 #include "kinetostat/apps/cli/version.h"
 #include "kinetostat/apps/cli/write_robot.h"
 #include "kinetostat/apps/commands/commands.h"
-#include "kinetostat/calibration/comparison/compare.h"
+#include "kinetostat/calibration/comparison/before_after.h"
 #include "kinetostat/calibration/diagnosis/adoption.h"
 #include "kinetostat/calibration/kinematics/kinematic_calibration.h"
 #include "kinetostat/common/error.h"
@@ -22,6 +22,7 @@
 #include "kinetostat/report/readings_picture.h"
 #include "kinetostat/report/screen/kinematics.h"
 #include "kinetostat/report/screen/wording.h"
+#include "kinetostat/report/waterfall.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -126,10 +127,10 @@ Adoption adoption_of(const vjm::Robot& robot, const calibration::Campaign& campa
   return adoption;
 }
 
-void write_calibrated(const vjm::Robot& robot, const Adoption& adoption,
-                      const std::filesystem::path& out) {
+// The text of the robot file with what was found.
+std::string calibrated_file(const vjm::Robot& robot, const Adoption& adoption) {
   try {
-    write_robot(out, calibration::adopted(io::read_text(robot.file), adoption));
+    return calibration::adopted(io::read_text(robot.file), adoption);
   } catch (const std::invalid_argument& error) {
     throw common::InputError({.file = robot.file, .what = error.what()});
   }
@@ -150,22 +151,21 @@ std::string next_after(const CalibrateRequest& request, const KinematicCalibrati
       "which effect is left?");
 }
 
-// The readings before and after.
-void draw(const vjm::Robot& robot, const calibration::Campaign& campaign,
-          const KinematicCalibration& c, Run& run) {
-  vjm::Robot after = robot;
-  after.effects = c.effects;
-  after.bare = robot.without_effects();
-  after.uncertain.clear();
-  after.uncertain_values.clear();
-  after.manipulator = vjm::with_effects(robot.without_effects(), c.effects);
-  const calibration::Comparison before =
-      calibration::compare(robot, campaign, run.threads(), run.progress());
-  const calibration::Comparison calibrated =
-      calibration::compare(after, campaign, run.threads(), run.progress());
-  std::vector<report::ReadingsModel> models{{"nominal", before.nominal.residual},
-                                            {"calibrated", calibrated.nominal.residual}};
-  run.draw({{"readings", report::readings_picture(robot, campaign, before.noise, models)}});
+// The readings before and after, as `compare --before --after` has them.
+void draw(const vjm::Robot& before, const std::string& text, const calibration::Campaign& campaign,
+          calibration::Loss loss, Run& run) {
+  const vjm::Robot after = vjm::parse_robot(text, before.file);
+  const calibration::BeforeAfter both = calibration::compare_before_after(
+      before, after, campaign, run.threads(), run.progress(), loss);
+  io::Json json{{"command", "compare"}, {"inputs", report::provenance(before)}};
+  json.update(report::to_json(campaign, both));
+  json["configurations"] = report::configurations(before, campaign);
+  const io::Json readings = report::readings_picture(
+      after, campaign, both.before.noise,
+      {{"before", both.before.best().residual}, {"after", both.after.best().residual}});
+  run.add_to_page({.result = std::move(json),
+                   .picture = {{"readings", readings}},
+                   .text = report::text(campaign, both)});
 }
 
 io::Json calibrate(const CalibrateRequest& request, Run& run) {
@@ -182,11 +182,13 @@ io::Json calibrate(const CalibrateRequest& request, Run& run) {
   run.print(report::first_screen(robot, campaign, result, next_after(request, result, run)));
   run.print_more("\n" + report::text(campaign, result));
   json.update(report::to_json(campaign, result));
-  if (run.out() && !result.geometry.empty()) {
-    write_calibrated(robot, adoption_of(robot, campaign, result), *run.out());
+  if (result.geometry.empty()) return json;
+  const std::string text = calibrated_file(robot, adoption_of(robot, campaign, result));
+  if (run.out()) {
+    write_robot(*run.out(), text);
     json["robot"] = run.out()->string();
   }
-  if (run.wants_page()) draw(robot, campaign, result, run);
+  if (run.wants_page()) draw(robot, text, campaign, options.loss, run);
   return json;
 }
 

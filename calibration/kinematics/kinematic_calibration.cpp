@@ -23,6 +23,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+constexpr std::size_t fewest_poses = 4;   // to leave one out
 constexpr double usual_tolerance = 1e-3;  // of the reach, and [rad]
 
 // How far the platform is from where the chains start, over the postures of the readings [m].
@@ -142,6 +143,8 @@ class Calibration {
   std::vector<std::vector<std::size_t>> folds() const;
   void take(std::size_t taken);
   void add_geometry(const Stage& stage);
+  bool is_judged() const { return options_.folds > 1; }
+  [[noreturn]] void fail_to_judge() const;
   void judge_confirmed(const Stage& before, const Stage& after);
 
   const vjm::Robot& robot_;
@@ -163,6 +166,7 @@ class Calibration {
   VectorXd found_;             // their values
   double ratio_ = 1;
   std::vector<Stage> stages_;
+  bool too_few_poses_ = false;  // to leave any out of the stage made last
   KinematicCalibration result_;
 };
 
@@ -334,7 +338,7 @@ void Calibration::make_stages() {
     const std::size_t before = chosen.size();
     for (const Index k : chosen_)
       if (belongs(k)) chosen.push_back(k);
-    if (chosen.size() == before) return;
+    if (chosen.size() == before || too_few_poses_) return;
     std::sort(chosen.begin(), chosen.end());
     add_stage(name, chosen);
   };
@@ -348,9 +352,9 @@ void Calibration::make_stages() {
   add_if("base and tool", is_of({GeometryGroup::base, GeometryGroup::tool}));
   add_if("joint offsets", is_of({GeometryGroup::joint_offset}));
   add_if("links", is_of({GeometryGroup::link}));
-  result_.taken = stages_.size() - 1;
-  if (!result_.not_held_out.empty()) return;
-  result_.taken = 0;
+  if (too_few_poses_ && stages_.size() == 1) fail_to_judge();
+  result_.taken = is_judged() ? 0 : stages_.size() - 1;
+  if (!is_judged()) return;
   for (std::size_t s = 1; s < stages_.size(); ++s)
     if (is_lower(*stages_[s].held_out, *stages_[result_.taken].held_out)) result_.taken = s;
 }
@@ -362,13 +366,15 @@ void Calibration::add_stage(const std::string& name, const std::vector<Index>& c
     starts[static_cast<Index>(k)] =
         found_[std::find(chosen_.begin(), chosen_.end(), chosen[k]) - chosen_.begin()];
   Stage stage{chosen, fit(chosen, scaled(noise_, ratio_), starts)};
+  stage.held_out = held_out(stage);
+  too_few_poses_ = is_judged() && !stage.held_out;
+  if (too_few_poses_ && !stages_.empty()) return;
   PoseErrors errors;
   errors.add(campaign_, stage.fit, ratio_);
   result_.stages.push_back({.name = name,
                             .fitted = static_cast<Index>(chosen.size()),
                             .at_fitted = errors.total(),
                             .held_out = {}});
-  stage.held_out = held_out(stage);
   if (stage.held_out) result_.stages.back().held_out = stage.held_out->total();
   stages_.push_back(std::move(stage));
 }
@@ -385,10 +391,16 @@ std::vector<std::vector<std::size_t>> Calibration::folds() const {
   return parts;
 }
 
+void Calibration::fail_to_judge() const {
+  throw common::NotIdentifiable(fmt::format(
+      "{}: {} poses are too few to leave any out and judge a calibration by them. Measure {} or "
+      "more "
+      "that move every joint; '--hold-out 0' fits them all the same.",
+      whole_.file.string(), poses_in_use(campaign_).size(), std::max<Index>(10, geometric())));
+}
+
 std::optional<PoseErrors> Calibration::held_out(const Stage& stage) {
-  if (result_.not_held_out.empty() && options_.folds < 2)
-    result_.not_held_out = "none was asked for";
-  if (!result_.not_held_out.empty()) return std::nullopt;
+  if (!is_judged() || poses_in_use(campaign_).size() < fewest_poses) return std::nullopt;
   PoseErrors errors;
   const Noise noise = scaled(noise_, ratio_);
   for (const std::vector<std::size_t>& part : folds()) {
@@ -402,8 +414,7 @@ std::optional<PoseErrors> Calibration::held_out(const Stage& stage) {
       const BaseFit fitted = fit(stage.chosen, noise, values_of(stage.fit), rest, &stage.fit.model);
       errors.add(others, predict_others(predictor_, others, noise, fitted, progress_), ratio_);
     } catch (const common::NotIdentifiable&) {
-      result_.not_held_out = "there are too few poses to leave any out";
-      return std::nullopt;
+      return std::nullopt;  // too few are left
     }
   }
   return errors;
@@ -414,7 +425,8 @@ void Calibration::take(std::size_t taken) {
   for (const Index k : chosen_)
     if (std::find(stage.chosen.begin(), stage.chosen.end(), k) == stage.chosen.end()) {
       if (k < geometric())
-        result_.left_out.push_back({geometry(k), LeftOut::unneeded, {}});
+        result_.left_out.push_back(
+            {geometry(k), too_few_poses_ ? LeftOut::too_many : LeftOut::unneeded, {}});
       else
         result_.others_kept.push_back(
             fmt::format("{} stays at its nominal value: poses that were held out are predicted no "
@@ -425,6 +437,7 @@ void Calibration::take(std::size_t taken) {
   result_.poses = std::ssize(poses_in_use(campaign_));
   result_.readings = std::count_if(campaign_.readings.begin(), campaign_.readings.end(),
                                    [](const Reading& r) { return !components_in_use(r).empty(); });
+  result_.is_judged = is_judged();
   result_.noise_source = noise_.source;
   result_.residual_ratio = ratio_ * ratio_of(stage.fit);
   result_.weak = stage.fit.weak;

@@ -30,7 +30,7 @@ struct KinematicStage {
   std::string name;  // "nominal", "uncertain values", "base and tool", "joint offsets", "links"
   Eigen::Index fitted = 0;            // parameters, without frames and zero offsets
   PoseError at_fitted;                // on the readings that it was fitted to
-  std::optional<PoseError> held_out;  // on poses that were left out in turn; none: see below
+  std::optional<PoseError> held_out;  // on poses that were left out in turn, if any
 };
 
 /// A geometric parameter with its value [m or rad].
@@ -61,7 +61,7 @@ struct LeftOutGeometry {
 struct KinematicCalibration {
   std::vector<KinematicStage> stages;  // each with all of those before it
   std::size_t taken = 0;               // the one whose held-out error is least
-  std::string not_held_out;            // why no poses were held out; else empty
+  bool is_judged = true;               // on poses that were held out
 
   std::vector<CalibratedGeometry> geometry;  // of the stage taken
   std::vector<ParameterEstimate> others;     // fitted beside it: uncertain stiffnesses, values

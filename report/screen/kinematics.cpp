@@ -162,8 +162,7 @@ std::string trust_text(const KinematicCalibration& c) {
 
 std::string headline(const Campaign& campaign, const KinematicCalibration& c) {
   const SmallUnits units(campaign.units);
-  const std::string where =
-      c.not_held_out.empty() ? "at poses that were held out" : "at the fitted poses";
+  const std::string where = c.is_judged ? "at poses that were held out" : "at the fitted poses";
   if (c.geometry.empty())
     return fmt::format(
         "Nothing to calibrate: no error of the geometry predicts poses that were held out better "
@@ -177,8 +176,6 @@ std::string headline(const Campaign& campaign, const KinematicCalibration& c) {
 std::string first_screen(const vjm::Robot& robot, const Campaign& campaign,
                          const KinematicCalibration& c, const std::string& next) {
   std::string text = wrapped(headline(campaign, c));
-  if (!c.not_held_out.empty())
-    text += wrapped(fmt::format("No poses were held out: {}.", c.not_held_out));
   text += "\n" + stages_text(campaign, c);
   if (!c.geometry.empty())
     text += "\n" + corrections_text(campaign, c) + others_in_words(robot, c) + left_out_text(c) +
