@@ -85,6 +85,9 @@ std::string after_diagnosis(const DiagnoseRequest& request, const vjm::Robot& ro
                             const calibration::Diagnosis& diagnosis, const Run& run) {
   const std::string files = request.campaign.typed();
   const std::string file = run.out() ? report::quoted(*run.out()) : "";
+  if (diagnosis.by_kinematics)
+    return report::next_step("kinetostat calibrate " + files + " -o calibrated.yaml",
+                             "then diagnose with that robot file");
   switch (diagnosis.verdict) {
     case calibration::Verdict::identified:
       if (file.empty())
@@ -94,9 +97,6 @@ std::string after_diagnosis(const DiagnoseRequest& request, const vjm::Robot& ro
                                            report::quoted(robot.file), file),
                                "then compare again");
     case calibration::Verdict::unexplained:
-      if (diagnosis.by_kinematics)
-        return report::next_step("kinetostat calibrate " + files + " -o calibrated.yaml",
-                                 "then diagnose with that robot file");
       return report::next_step("kinetostat compare " + files + " --html compare.html",
                                "what does the rest of the error depend on?");
     default:

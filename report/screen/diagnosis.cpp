@@ -255,16 +255,16 @@ std::string unseen_text(const Diagnosis& d) {
 
 std::string headline(const vjm::Robot& robot, const calibration::Campaign& campaign,
                      const Diagnosis& d) {
+  if (d.by_kinematics)
+    return fmt::format(
+        "Calibrate the kinematics first: geometric errors of all joints and links together "
+        "explain {:.0f} % of the error; no single effect does.",
+        100 * *d.by_kinematics);
   switch (d.verdict) {
     case Verdict::identified:
     case Verdict::narrowed_down:
       return effects_in_words(robot, campaign, d);
     case Verdict::unexplained: {
-      if (d.by_kinematics)
-        return fmt::format(
-            "Calibrate the kinematics first: geometric errors of all joints and links together "
-            "explain {:.0f} % of the error; no single effect does.",
-            100 * *d.by_kinematics);
       const std::string factor = depends_on(d);
       return fmt::format("Something is missing that the catalogue does not hold{}.",
                          factor.empty() ? "" : ": the error depends on " + factor);
@@ -279,6 +279,7 @@ std::string headline(const vjm::Robot& robot, const calibration::Campaign& campa
 }
 
 std::string verdict_in_short(const vjm::Robot& robot, const Diagnosis& d) {
+  if (d.by_kinematics) return "errors of the geometry: calibrate the kinematics first";
   switch (d.verdict) {
     case Verdict::identified:
     case Verdict::narrowed_down: {
@@ -295,8 +296,7 @@ std::string verdict_in_short(const vjm::Robot& robot, const Diagnosis& d) {
       return text;
     }
     case Verdict::unexplained:
-      return d.by_kinematics ? "errors of the geometry: calibrate the kinematics first"
-                             : "something outside the catalogue";
+      return "something outside the catalogue";
     case Verdict::none_needed:
       return "nothing: no effect is needed";
     default:

@@ -66,6 +66,7 @@ Station fitted_station(const vjm::Robot& robot, const Comparison& comparison) {
 
 Station missing_station(const vjm::Robot& robot, const calibration::Diagnosis& diagnosis) {
   const std::string words = verdict_in_short(robot, diagnosis);
+  if (diagnosis.by_kinematics) return {"missing", words, Light::bad};
   switch (diagnosis.verdict) {
     case Verdict::identified:
     case Verdict::none_needed:
