@@ -100,6 +100,29 @@ std::string frames_text(const Campaign& campaign, const BaseFit& fit) {
   return text;
 }
 
+std::string target_text(const Campaign& campaign, const BaseFit& fit) {
+  if (!fit.target) return {};
+  Table table({"target", "value", "+-", "unit"});
+  std::vector<std::string> open;
+  for (Eigen::Index k = 0; k < 6; ++k) {
+    const bool turns = calibration::is_rotation(k);
+    const std::string& unit = turns ? campaign.units.angle : campaign.units.length;
+    const std::string name = (turns ? "turn about " : "") + std::string(1, "xyz"[k % 3]);
+    if (!std::isnan(fit.target->standard_error[k]))
+      table.add_row({name, shown(unit, fit.target->value[k], 6),
+                     shown(unit, fit.target->standard_error[k], 2), unit});
+    else if (!std::isnan(fit.target->value[k]))
+      open.push_back(name);
+  }
+  std::string text = "\n" + table.text();
+  if (!open.empty())
+    text += fmt::format(
+        "  Of the target stays as stated: {}. The readings do not distinguish that from where the "
+        "instrument stands{}.\n",
+        fmt::join(open, ", "), fit.frames.empty() ? ", or do not show it" : "");
+  return text;
+}
+
 std::vector<std::string> bound_sentences(const BaseFit& fit) {
   std::vector<std::string> sentences;
   for (const ParameterEstimate& e : fit.parameters)
@@ -144,6 +167,12 @@ Json to_json(const Campaign& campaign, const calibration::FrameEstimate& frame) 
   return {{"session", campaign.sessions[frame.session]},
           {"value", numbers(frame.value)},
           {"standard_error", numbers(frame.standard_error)},
+          {"units", {"m", "m", "m", "rad", "rad", "rad"}}};
+}
+
+Json to_json(const calibration::TargetEstimate& target) {
+  return {{"value", numbers(target.value)},
+          {"standard_error", numbers(target.standard_error)},
           {"units", {"m", "m", "m", "rad", "rad", "rad"}}};
 }
 
@@ -192,7 +221,8 @@ Json to_json(const ParameterEstimate& e) {
 
 std::string text(const Campaign& campaign, const BaseFit& fit) {
   std::string result = parameters_text(campaign, fit) + zeros_text(campaign, fit) +
-                       frames_text(campaign, fit) + loss_text(campaign, fit);
+                       frames_text(campaign, fit) + target_text(campaign, fit) +
+                       loss_text(campaign, fit);
   for (const std::string& sentence : bound_sentences(fit)) result += "  " + sentence + "\n";
   for (const std::string& sentence : fit.weak) result += "  " + sentence + "\n";
   return result;
@@ -214,6 +244,7 @@ Json to_json(const Campaign& campaign, const BaseFit& fit) {
   for (const calibration::Zero& zero : fit.zeros) json["zeros"].push_back(to_json(campaign, zero));
   for (const calibration::FrameEstimate& frame : fit.frames)
     json["frames"].push_back(to_json(campaign, frame));
+  if (fit.target) json["target"] = to_json(*fit.target);
   return json;
 }
 

@@ -283,6 +283,8 @@ std::string_view adequacy_text(Adequacy adequacy) {
       return "adequate";
     case Adequacy::inadequate:
       return "inadequate";
+    case Adequacy::inconclusive:
+      return "inconclusive";
     default:
       return "not_evaluated";
   }
@@ -622,7 +624,7 @@ std::string text(const Campaign& campaign, const Comparison& comparison) {
   std::string text = summary(campaign, comparison) + "\nFindings, worst first\n";
   for (const std::string& sentence : findings(campaign, comparison))
     text += "  - " + sentence + "\n";
-  text += fmt::format("  Adequacy: {}.\n", adequacy_text(comparison.best().adequacy));
+  text += fmt::format("  Adequacy: {}.\n", adequacy_text(comparison.adequacy()));
   text += assessment_text(campaign, "Nominal", comparison.nominal);
   if (comparison.fitted) text += assessment_text(campaign, "Fitted", *comparison.fitted);
   return text;
@@ -641,7 +643,7 @@ Json to_json(const Campaign& campaign, const Comparison& comparison) {
             {"pure_error", nullptr},
             {"noise_check", nullptr},
             {"notes", comparison.notes},
-            {"adequacy", adequacy_text(comparison.best().adequacy)},
+            {"adequacy", adequacy_text(comparison.adequacy())},
             {"findings", findings(campaign, comparison)},
             {"as_designed", to_json(campaign, comparison.nominal)},
             {"refitted", nullptr},

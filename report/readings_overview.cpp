@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "kinetostat/report/text/text.h"
 
@@ -65,6 +66,11 @@ std::string readings_text(const calibration::ReadingsOverview& overview) {
     if (!column.meant.empty())
       say(fmt::format("Not used: '{}'. If it is a reading, --column \"{}={}\".", column.header,
                       column.header, column.meant));
+  for (const calibration::ProposedSensor& sensor : overview.sensors)
+    say(
+        fmt::format("'{}' may be a sensor ({}) elsewhere than at the platform: the campaign file "
+                    "that -o writes proposes 'sensors:'.",
+                    fmt::join(sensor.columns, "', '"), sensor.kind));
   // What the table above shows already.
   for (const std::string& note : overview.notes)
     if (!note.starts_with("Columns ") && note.find("is kept as a covariate, not") == note.npos)
@@ -88,6 +94,9 @@ io::Json readings_json(const calibration::ReadingsOverview& overview) {
     if (!column.meant.empty()) item["looks_like"] = column.meant;
     json["columns"].push_back(item);
   }
+  for (const calibration::ProposedSensor& sensor : overview.sensors)
+    json["proposed_sensors"].push_back(
+        {{"name", sensor.name}, {"kind", sensor.kind}, {"columns", sensor.columns}});
   json["notes"] = overview.notes;
   json["mistakes"] = io::Json::array();
   for (const common::InputError::Details& mistake : overview.mistakes)

@@ -25,10 +25,10 @@ std::string trace_text(const Simulation& simulation) {
   Table table({"changes", "rms", "largest", "at reading", "unit"});
   for (const calibration::HiddenTrace& t : simulation.made.trace) {
     const spatial::UnitSystem& units = simulation.robot.units;
-    const std::string& unit = calibration::is_rotation(t.component) ? units.angle : units.length;
+    const std::string unit = units.unit_for(t.component.dimension);
     const double factor = spatial::parse_unit(unit).factor;
-    table.add_row({calibration::component_names[static_cast<std::size_t>(t.component)],
-                   number(t.rms / factor), number(t.max / factor), t.worst_reading, unit});
+    table.add_row(
+        {t.component.name, number(t.rms / factor), number(t.max / factor), t.worst_reading, unit});
   }
   std::string text = table.text();
   if (const std::optional<double>& size = simulation.made.detectability)
@@ -54,12 +54,11 @@ Json hidden_json(const Simulation& simulation) {
   for (const vjm::Effect& effect : simulation.options.hidden)
     effects.push_back(effect_json(effect));
   for (const calibration::HiddenTrace& t : simulation.made.trace)
-    trace.push_back(
-        {{"component", calibration::component_names[static_cast<std::size_t>(t.component)]},
-         {"unit", calibration::is_rotation(t.component) ? "rad" : "m"},
-         {"rms", t.rms},
-         {"max", t.max},
-         {"worst_reading", t.worst_reading}});
+    trace.push_back({{"component", t.component.name},
+                     {"unit", spatial::to_string(t.component.dimension)},
+                     {"rms", t.rms},
+                     {"max", t.max},
+                     {"worst_reading", t.worst_reading}});
   Json json{{"effects", effects}, {"changes", trace}};
   if (simulation.made.detectability) json["detectability"] = *simulation.made.detectability;
   return json;

@@ -81,6 +81,17 @@ std::vector<vjm::Effect> hidden_effects(const SimulationRequest& request, const 
 
 }  // namespace
 
+std::string SimulationRequest::first_of_measuring() const {
+  for (const auto& [option, text] : {std::pair("--noise-translation", &translation_noise),
+                                     {"--noise-rotation", &rotation_noise},
+                                     {"--noise-force", &force_noise},
+                                     {"--noise-moment", &moment_noise},
+                                     {"--noise-wrench", &wrench_share},
+                                     {"--components", &components}})
+    if (!text->empty()) return option;
+  return absolute ? "--absolute" : "";
+}
+
 void SimulationRequest::add_options(OptionList& app) {
   app.add_option("--noise-translation", translation_noise,
                  "Standard deviation of one reading of dx, dy, dz, with its unit")

@@ -17,6 +17,8 @@ struct SimulationRequest {
   bool absolute = false;
   std::uint64_t seed = 1;
 
+  /// The first option given that says what is measured, and how exactly; empty for none.
+  std::string first_of_measuring() const;
   void add_options(OptionList& app);
   /// Throws UsageError. Threads are left to the caller.
   calibration::SimulationOptions options(const vjm::Robot& robot) const;

@@ -64,7 +64,11 @@ std::string after_comparison(const CompareRequest& request,
   const std::string files = request.campaign.typed();
   if (!comparison.unit_error.empty())
     return "Next: correct the unit or the sign in the files, then compare again\n";
-  switch (comparison.best().adequacy) {
+  switch (comparison.adequacy()) {
+    case calibration::Adequacy::inconclusive:
+      return fmt::format("Next: add a {} on '{}' to the sensors, and take the readings again\n",
+                         comparison.missing_sensor->kind_in_words(),
+                         comparison.missing_sensor->place);
     case calibration::Adequacy::inadequate:
       return report::next_step("kinetostat diagnose " + files, "which effect is missing?");
     case calibration::Adequacy::adequate:

@@ -127,7 +127,9 @@ io::Json show_readings(const ReadingsOptions& request, Run& run) {
       throw UsageError("--out", "there is a campaign file already",
                        "Give the table itself to have one written");
     io::write_atomically(*run.out(), draft(overview, request, robot, *run.out()));
-    run.print(fmt::format("\nNext: kinetostat compare {}{}\n",
+    const bool open = overview.sensors_only && !overview.sensors.empty();
+    run.print(fmt::format("\nNext: {}kinetostat compare {}{}\n",
+                          open ? "say in the file what carries each sensor, then " : "",
                           request.robot.empty() ? "ROBOT " : "", run.out()->string()));
   }
   return report::readings_json(overview);

@@ -12,7 +12,7 @@ namespace kinetostat::apps {
 namespace {
 
 struct SimulateRequest {
-  std::string robot, plan;
+  std::string robot, plan, like;
   SimulationRequest simulation;
 };
 
@@ -28,6 +28,24 @@ void require_no_measurements(const std::filesystem::path& folder) {
                                "Name another folder with --out");
 }
 
+calibration::SimulatedCampaign simulated(const SimulateRequest& request, const vjm::Robot& robot,
+                                         const std::filesystem::path& robot_name,
+                                         const calibration::SimulationOptions& options, Run& run) {
+  if (request.like.empty()) {
+    if (request.plan.empty())
+      throw UsageError("--plan", "is missing",
+                       "Name a table of loads and postures, or a campaign with --like");
+    return calibration::simulate(robot, robot_name.string(), request.plan, options, run.progress());
+  }
+  if (const std::string option = request.simulation.first_of_measuring(); !option.empty())
+    throw UsageError(option, "is what the campaign of --like says",
+                     "Leave it out, or change the campaign file");
+  return calibration::simulate_like(
+      robot, robot_name.string(), request.like,
+      request.plan.empty() ? std::nullopt : std::optional<std::filesystem::path>(request.plan),
+      options, run.progress());
+}
+
 io::Json simulate(const SimulateRequest& request, Run& run) {
   if (!run.out())
     throw UsageError("--out", "is missing", "Name a folder for campaign.yaml and readings.csv");
@@ -38,8 +56,7 @@ io::Json simulate(const SimulateRequest& request, Run& run) {
   options.threads = run.threads();
   const std::filesystem::path named = std::filesystem::proximate(
       std::filesystem::absolute(robot.file), std::filesystem::absolute(folder));
-  const calibration::SimulatedCampaign made =
-      calibration::simulate(robot, named.string(), request.plan, options, run.progress());
+  const calibration::SimulatedCampaign made = simulated(request, robot, named, options, run);
   for (const std::string& sentence : made.warnings) run.warn(sentence);
   const report::Simulation result{robot, options, made, folder};
   io::write_atomically(result.readings(), made.readings);
@@ -63,9 +80,13 @@ void add_simulate(Program& program) {
                   [request](Run& run) { return simulate(*request, run); });
   app.add_option("robot", request->robot, "Robot file").type_name("ROBOT").required();
   app.add_option("--plan", request->plan,
-                 "Readings to take, without displacements, in the robot file's units")
-      .type_name("PLAN.csv")
-      .required();
+                 "Readings to take, without displacements, in the robot file's units; with --like "
+                 "in the campaign's")
+      .type_name("PLAN.csv");
+  app.add_option("--like", request->like,
+                 "Campaign file whose sensors, weights, units and noise are taken; without --plan "
+                 "its rows as well")
+      .type_name("CAMPAIGN");
   request->simulation.add_options(app);
 }
 

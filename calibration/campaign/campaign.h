@@ -50,6 +50,11 @@ enum class SessionFrame {
   estimated  // each session was measured in an unknown rigid frame of its own
 };
 
+enum class TargetPose {
+  known,     // what is measured of the platform is where the campaign states
+  estimated  // it sits elsewhere on the platform, nobody knows where
+};
+
 enum class LoadDirection { unstated, loading, unloading };
 
 /// Purpose of a reading: training (`fit`), validation (`select`) or test (`confirm`). Only readings
@@ -121,6 +126,9 @@ struct Campaign {
   DisplacementKind displacement = DisplacementKind::difference;
   ZeroReading zero = ZeroReading::known;
   SessionFrame session_frame = SessionFrame::known;
+  TargetPose target_pose = TargetPose::known;
+  /// Cycles of a session go on where the one before ended; else each starts relaxed.
+  bool history_continues = false;
   /// Every value that is used has a standard deviation, or none has.
   bool noise_stated = false;
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
+#include <optional>
 #include <set>
 
 #include <Eigen/SVD>
@@ -12,6 +14,8 @@
 #include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/calibration/campaign/replicates.h"
 #include "kinetostat/calibration/sensors/weight.h"
+#include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/manipulator/posture.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -49,7 +53,9 @@ Topic topic_of(const std::string& name) {
        {"the error on readings kept out", "keep a session or some postures back: 'roles'"}},
       {"parameters",
        {"the uncertain parameters", "take more readings, or state fewer as uncertain"}},
-      {"session_frames", {"where the instrument stood", "it is estimated session by session"}}};
+      {"session_frames", {"where the instrument stood", "it is estimated session by session"}},
+      {"target_pose",
+       {"where on the platform the target sits", "read absolute poses that turn the platform"}}};
   return topics.at(name);
 }
 
@@ -68,6 +74,7 @@ class Check {
         zero_return(), sessions(),     time(),     temperature(),   roles(),
         parameters()};
     if (campaign_.session_frame == SessionFrame::estimated) result.push_back(frames());
+    if (campaign_.target_pose == TargetPose::estimated) result.push_back(target());
     for (Observability& item : result) {
       item.effect = topic_of(item.topic).effect;
       item.cure = topic_of(item.topic).cure;
@@ -348,6 +355,37 @@ class Check {
                   "session has an unknown frame of its own, with which it is confounded."};
   }
 
+  // By how much the platform turns between postures.
+  Observability target() const {
+    if (campaign_.displacement == DisplacementKind::difference)
+      return {"target_pose", false,
+              "The place of the target shows in differences by what the load turns alone: hardly."};
+    std::optional<spatial::Matrix3> first;
+    double most = 0;
+    std::set<std::size_t> seen;
+    for (const std::size_t i : used_) {
+      if (!seen.insert(reading(i).configuration).second) continue;
+      const Configuration& configuration = campaign_.configurations[reading(i).configuration];
+      const vjm::PostureResult posture =
+          configuration.target
+              ? vjm::posture_at(robot_.without_effects(), *configuration.target)
+              : vjm::posture_from_joints(robot_.without_effects(), configuration.joints);
+      const spatial::Matrix3 axes = posture.posture.platform.rotation();
+      if (!first) first = axes;
+      most = std::max(most, spatial::log_rotation(first->transpose() * axes).norm());
+    }
+    const double degrees = most * 180 / std::numbers::pi;
+    constexpr double enough = 10;  // [deg]
+    return {
+        "target_pose", degrees > enough,
+        fmt::format("The place of the target: the postures turn the platform by up to {:.3g} "
+                    "deg{}",
+                    degrees,
+                    degrees > enough
+                        ? "."
+                        : ", hardly enough to distinguish it from where the instrument stands.")};
+  }
+
   // Zero offsets and frames that are estimated as well.
   std::size_t session_unknowns() const {
     std::set<std::pair<std::size_t, Eigen::Index>> zeros;
@@ -359,7 +397,8 @@ class Check {
     }
     const std::size_t of_frame = campaign_.displacement == DisplacementKind::absolute ? 6 : 3;
     return (campaign_.zero == ZeroReading::estimated ? zeros.size() : 0) +
-           (campaign_.session_frame == SessionFrame::estimated ? of_frame * frames.size() : 0);
+           (campaign_.session_frame == SessionFrame::estimated ? of_frame * frames.size() : 0) +
+           (campaign_.target_pose == TargetPose::estimated ? of_frame : 0);
   }
 
   Observability parameters() const {

@@ -75,7 +75,8 @@ YamlNode read_top(const std::filesystem::path& file) {
                   "target_point", "wrench_frame",  "wrench_point", "wrench_noise",
                   "known_loads",  "noise",         "instruments",  "instrument",
                   "roles",        "columns",       "missing",      "decimal",
-                  "sheet",        "readings",      "sensors",      "weights"});
+                  "sheet",        "readings",      "sensors",      "weights",
+                  "target_pose",  "cylinders",     "history"});
   return top;
 }
 
@@ -237,10 +238,18 @@ WrenchNoise read_wrench_noise(const YamlNode& top) {
   return noise;
 }
 
-// `datum_noise: {translation: 5 um, rotation: 10 urad}`; 0 um: exact.
+// `datum_noise: {translation: 5 um, rotation: 10 urad}`; 0 um: exact. `0` alone: all of them.
 void read_datum_noise(const YamlNode& top, Campaign& campaign) {
   const auto given = top.find("datum_noise");
   if (!given) return;
+  if (is_all_exact(*given)) {
+    campaign.datum_noise.setZero();
+    return;
+  }
+  if (!given->is_map())
+    given->fail("the noise of the unloaded readings is stated for translations and rotations",
+                "Write 'datum_noise: {translation: 5 um, rotation: 10 urad}', or 0 where all of "
+                "them are exact");
   given->allow_only({"translation", "rotation"});
   const auto read = [&](const char* key, const Dimension& dimension, Eigen::Index first) {
     const auto node = given->find(key);
@@ -385,12 +394,18 @@ ReadingsContext read_stated(const YamlNode& top, const vjm::Manipulator& manipul
   if (const auto frame = top.find("session_frame");
       frame && frame->choice({"known", "estimate"}) == "estimate")
     campaign.session_frame = SessionFrame::estimated;
+  if (const auto history = top.find("history"))
+    campaign.history_continues = history->choice({"starts", "continues"}) == "continues";
+  if (const auto target = top.find("target_pose");
+      target && target->choice({"known", "estimate"}) == "estimate")
+    campaign.target_pose = TargetPose::estimated;
   campaign.readings_file = top.at("readings").existing_file();
   const auto frames = read_frames(top, campaign.units);
   campaign.observation = read_observation(top, frames, campaign);
   const Eigen::VectorXd sensor_sigma = read_sensors(top, manipulator, campaign);
   return {.sensor_sigma = sensor_sigma,
           .weights = read_weights(top, manipulator, campaign),
+          .cylinders = read_cylinders(top, manipulator, campaign),
           .instruments = read_instruments(top),
           .wrench = read_wrench_frame(top, frames, campaign.units),
           .wrench_noise = read_wrench_noise(top),
@@ -410,6 +425,10 @@ ReadingsContext read_context(const std::filesystem::path& file, const vjm::Manip
   return read_stated(read_top(file), manipulator, campaign);
 }
 
+void read_known_loads(const std::filesystem::path& file, Campaign& campaign) {
+  read_known_loads(read_top(file), campaign);
+}
+
 Campaign read_campaign(const std::filesystem::path& file, const vjm::Manipulator& manipulator) {
   const YamlNode top = read_top(file);
   Campaign campaign;
@@ -417,6 +436,10 @@ Campaign read_campaign(const std::filesystem::path& file, const vjm::Manipulator
   common::Faults faults;
   const io::CsvTable table = io::read_table(campaign.readings_file, context.table, &faults);
   read_readings(table, context, manipulator, campaign, std::move(faults));
+  if (campaign.target_pose == TargetPose::estimated && !campaign.reads_platform())
+    top.at("target_pose")
+        .fail("no reading is of the platform, so that no target on it is seen",
+              "Remove the key; where a sensor stands is said by its 'at'");
   check_roles(top, context.roles, campaign);
   check_wrench_noise(top, campaign);
   check_datum_noise(top, campaign);

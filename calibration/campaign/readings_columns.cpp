@@ -81,12 +81,15 @@ class ColumnFinder {
       found_.sigma.push_back(column("sigma_" + component.name));
       if (found_.displacement.back()) read[component.sensor] = true;
     }
-    for (const Weight& weight : context_.weights) {
-      found_.weights.push_back(column(weight.name));
-      if (!found_.weights.back())
-        fault_in_header(weight.name, fmt::format("the weight '{}' has no column", weight.name),
-                        "Add it, say which it is under 'columns' in the campaign file, or remove "
-                        "the weight");
+    for (const LoadColumn& load : load_columns(context_)) {
+      const char* kind = load.dimension == dimension::mass ? "weight" : "cylinder";
+      auto& columns = load.dimension == dimension::mass ? found_.weights : found_.cylinders;
+      columns.push_back(column(load.name));
+      if (!columns.back())
+        fault_in_header(load.name, fmt::format("the {} '{}' has no column", kind, load.name),
+                        fmt::format("Add it, say which it is under 'columns' in the campaign file, "
+                                    "or remove the {}",
+                                    kind));
     }
     for (const Sensor& sensor : campaign_.sensors)
       if (sensor.minus) read[*sensor.minus] = true;
@@ -106,8 +109,8 @@ class ColumnFinder {
   std::optional<Dimension> dimension_of_sensor(const std::string& name) const {
     for (const Component& component : campaign_.components)
       if (name == component.name || name == "sigma_" + component.name) return component.dimension;
-    for (const Weight& weight : context_.weights)
-      if (name == weight.name) return dimension::mass;
+    for (const LoadColumn& load : load_columns(context_))
+      if (name == load.name) return load.dimension;
     return std::nullopt;
   }
 
@@ -122,8 +125,8 @@ class ColumnFinder {
     for (const Component& component : campaign_.components)
       for (const std::string& name : {component.name, "sigma_" + component.name})
         if (!is_reserved(name) && plain(name) == wanted) return name;
-    for (const Weight& weight : context_.weights)
-      if (plain(weight.name) == wanted) return weight.name;
+    for (const LoadColumn& load : load_columns(context_))
+      if (plain(load.name) == wanted) return load.name;
     return {};
   }
 
@@ -501,7 +504,7 @@ class ColumnFinder {
     if (!any_of(found_.displacement))
       fault_in_header("", "there is no column of displacement",
                       "Name at least one of dx, dy, dz, rx, ry, rz");
-    if (!any_of(found_.wrench) && found_.weights.empty() &&
+    if (!any_of(found_.wrench) && found_.weights.empty() && found_.cylinders.empty() &&
         campaign_.displacement == DisplacementKind::difference)
       fault_in_header("", "there is no column of load, so no difference to the unloaded state",
                       "Name at least one of fx, fy, fz, mx, my, mz");

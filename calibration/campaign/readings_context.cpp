@@ -7,6 +7,15 @@
 
 namespace kinetostat::calibration {
 
+std::vector<LoadColumn> load_columns(const ReadingsContext& context) {
+  std::vector<LoadColumn> columns;
+  for (const Weight& weight : context.weights)
+    columns.push_back({weight.name, spatial::dimension::mass});
+  for (const Cylinder& cylinder : context.cylinders)
+    columns.push_back({cylinder.name, spatial::dimension::force});
+  return columns;
+}
+
 bool is_correlation(const spatial::Matrix6& matrix) {
   const Eigen::LLT<spatial::Matrix6> factor(matrix);
   return factor.info() == Eigen::Success &&

@@ -47,6 +47,7 @@ enum class PostureColumns { unstated, platform, joints };
 struct ReadingsContext {
   Eigen::VectorXd sensor_sigma = Eigen::VectorXd::Constant(6, not_a_number);
   std::vector<Weight> weights = {};
+  std::vector<Cylinder> cylinders = {};
   std::map<std::string, Instrument> instruments = {};  // by name; "": where a reading names none
   WrenchFrame wrench = {};
   WrenchNoise wrench_noise = {};
@@ -58,10 +59,22 @@ struct ReadingsContext {
   bool angle_stated = false, time_stated = false;    // units that the campaign file names
 };
 
+/// A column of loads at nodes: what its name is, and what it is given in.
+struct LoadColumn {
+  std::string name;
+  spatial::Dimension dimension;
+};
+/// Of weights, then of cylinders.
+std::vector<LoadColumn> load_columns(const ReadingsContext& context);
+
 /// Reads a campaign file except for its readings: fills `campaign` as far as it says so. Throws
 /// common::InputError.
 ReadingsContext read_context(const std::filesystem::path& file, const vjm::Manipulator& manipulator,
                              Campaign& campaign);
+
+/// Marks the readings of the sessions that the campaign file names under `known_loads`. Throws
+/// common::InputError.
+void read_known_loads(const std::filesystem::path& file, Campaign& campaign);
 
 /// Symmetric with unit diagonal as given; positive definite?
 bool is_correlation(const spatial::Matrix6& matrix);

@@ -15,6 +15,7 @@
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/spelling.h"
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/effects/watcher.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
 namespace kinetostat::calibration {
@@ -214,6 +215,7 @@ class Reader {
                    point};
     add_weights(row, load);
     if (!faults_.empty()) return load;  // the posture may be unknown
+    add_cylinders(row, configuration, load);
     if (context_.wrench_noise.is_stated()) add_wrench_covariance(load, configuration);
     const WrenchFrame& frame = context_.wrench;
     const bool as_it_is =
@@ -231,6 +233,40 @@ class Reader {
       load.nodes.push_back(context_.weights[w].per_kilogram);
       load.nodes.back().force *= mass;
     }
+  }
+
+  void add_cylinders(std::size_t row, std::size_t configuration, vjm::Load& load) {
+    for (std::size_t c = 0; c < columns_.cylinders.size(); ++c) {
+      const Column& column = columns_.cylinders[c];
+      const double force = optional_number(row, column).value_or(0);
+      if (force == 0 || std::isnan(force)) continue;
+      const Cylinder& cylinder = context_.cylinders[c];
+      const vjm::Watched& places = places_at(configuration);
+      if (places.frames.empty()) return;  // out of reach, as will be said
+      const double length = (places.frames[cylinder.frames[0]].position() -
+                             places.frames[cylinder.frames[1]].position())
+                                .norm();
+      if (length > 0)
+        push_apart(cylinder, places, force, load);
+      else
+        fault(row, *column, fmt::format("the ends of '{}' are at one point", cylinder.name),
+              "Correct 'at' and 'from' in the campaign file");
+    }
+  }
+
+  // Where everything that is watched stands without load; nothing where that is out of reach.
+  const vjm::Watched& places_at(std::size_t configuration) {
+    if (!with_watched_) with_watched_ = vjm::with_watched(manipulator_, campaign_.watch);
+    while (places_.size() <= configuration) {
+      const Configuration& next = campaign_.configurations[places_.size()];
+      const vjm::PostureResult posture =
+          next.target ? vjm::posture_at(*with_watched_, *next.target)
+                      : vjm::posture_from_joints(*with_watched_, next.joints);
+      places_.push_back(posture.reached ? vjm::watched_at_rest(campaign_.watch, *with_watched_,
+                                                               posture.posture, 0)
+                                        : vjm::Watched());
+    }
+    return places_[configuration];
   }
 
   // Of a wrench as it is stated, turned into base axes.
@@ -561,6 +597,8 @@ class Reader {
   std::map<std::vector<double>, std::size_t> configuration_of_;
   const vjm::Manipulator& manipulator_;
   std::vector<spatial::Pose> commanded_;               // one a configuration
+  std::optional<vjm::Manipulator> with_watched_;       // once it is needed
+  std::vector<vjm::Watched> places_;                   // one a configuration
   std::map<std::string, std::size_t> correlation_of_;  // of instruments
 };
 

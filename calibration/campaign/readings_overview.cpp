@@ -10,6 +10,8 @@
 #include "kinetostat/calibration/campaign/clock_time.h"
 #include "kinetostat/calibration/campaign/readings_columns.h"
 #include "kinetostat/calibration/campaign/readings_file.h"
+#include "kinetostat/calibration/sensors/sensor_guess.h"
+#include "kinetostat/calibration/sensors/sensor_places.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/yaml.h"
 #include "kinetostat/vjm/chain/chain_builder.h"
@@ -137,6 +139,70 @@ void guess_columns(const io::CsvTable& table, const std::vector<Joint>& joints,
   }
 }
 
+// Sensors that further columns look like. One that shows a joint is one only where another column
+// says where that joint stands.
+void propose_sensors(const io::CsvTable& table, const std::vector<Joint>& joints,
+                     ReadingsOverview& overview) {
+  std::set<std::string> understood_as;
+  std::vector<std::string> names;
+  for (const Joint& joint : joints) names.push_back(joint.alone);
+  for (const std::string& header : table.columns()) {
+    const auto stated = overview.stated.find(header);
+    understood_as.insert(stated == overview.stated.end()
+                             ? understood(header, joints).meaning
+                             : read_stated_column(stated->second).meaning);
+  }
+  const auto is_read = [&](const char* name) { return understood_as.count(name) > 0; };
+  overview.sensors_only = std::none_of(component_names.begin(), component_names.end(), is_read);
+  for (const std::string& header : table.columns()) {
+    if (overview.stated.count(header) > 0 || !understood(header, joints).meaning.empty()) continue;
+    const auto guess = sensor_guess(split_header(header).name, names);
+    if (!guess || is_reserved(guess->name)) continue;
+    if (guess->kind == "joint" && std::none_of(joints.begin(), joints.end(), [&](const Joint& j) {
+          return j.alone == guess->joint && understood_as.count(j.name) > 0;
+        }))
+      continue;
+    const auto same = std::find_if(
+        overview.sensors.begin(), overview.sensors.end(), [&](const ProposedSensor& s) {
+          return s.name == guess->name && s.kind == "tilt" && guess->kind == "tilt" &&
+                 guess->axis != 0 && s.axes.find(guess->axis) == std::string::npos;
+        });
+    const bool more = same != overview.sensors.end();
+    ProposedSensor& sensor = more ? *same : overview.sensors.emplace_back();
+    if (!more) sensor = {.name = guess->name, .kind = guess->kind, .joint = guess->joint};
+    sensor.columns.push_back(header);
+    if (guess->axis != 0) sensor.axes += guess->axis;
+  }
+}
+
+// The column that a campaign file would have for it.
+std::string column_of(const ProposedSensor& sensor, std::size_t k) {
+  return sensor.columns.size() == 1 ? sensor.name
+                                    : fmt::format("{}.r{}", sensor.name, sensor.axes[k]);
+}
+
+// Adds them to what is read, as far as columns and units go: what carries them nobody has said.
+void take_as_read(const std::vector<Joint>& joints, ReadingsOverview& overview,
+                  Campaign& campaign) {
+  for (const ProposedSensor& sensor : overview.sensors) {
+    const bool turns = std::any_of(joints.begin(), joints.end(), [&](const Joint& j) {
+      return j.alone == sensor.joint && j.dimension == dimension::angle;
+    });
+    const Dimension of = sensor.kind == "tilt"     ? dimension::angle
+                         : sensor.kind == "torque" ? (turns ? dimension::moment : dimension::force)
+                         : sensor.kind == "joint" && turns ? dimension::angle
+                                                           : dimension::length;
+    for (std::size_t k = 0; k < sensor.columns.size(); ++k) {
+      campaign.components.push_back(
+          {column_of(sensor, k), of, campaign.sensors.size(), static_cast<Eigen::Index>(k)});
+      if (split_header(sensor.columns[k]).name != column_of(sensor, k))
+        overview.stated[sensor.columns[k]] = column_of(sensor, k);
+    }
+    campaign.sensors.push_back({.name = sensor.name, .by_instrument = false});
+  }
+  campaign.datum_noise.setConstant(campaign.size(), not_a_number);
+}
+
 // Columns that have no unit, and none is given for them.
 void check_units(const io::CsvTable& table, const ReadingsColumns& columns,
                  ReadingsOverview& overview) {
@@ -207,7 +273,14 @@ ReadingsOverview look_at_readings(const ReadingsRequest& request, const vjm::Rob
                     .force = unit_or(request.units, "force", "N"),
                     .angle = unit_or(request.units, "angle", "deg"),
                     .time = unit_or(request.units, "time", "s")};
-  ReadingsContext context{.angle_stated = true, .time_stated = true};
+  propose_sensors(table, joints, overview);
+  if (robot != nullptr)
+    for (const SensorPlace& place : sensor_places(robot->manipulator))
+      overview.places.push_back(place.name);
+  if (overview.sensors_only) take_as_read(joints, overview, campaign);
+  ReadingsContext context{.sensor_sigma = Eigen::VectorXd::Constant(campaign.size(), not_a_number),
+                          .angle_stated = true,
+                          .time_stated = true};
   for (const auto& [header, meaning] : overview.stated)
     context.columns[header] = read_stated_column(meaning);
   Campaign looked_at = campaign;
@@ -241,6 +314,59 @@ ReadingsOverview look_at_campaign(const std::filesystem::path& file, const vjm::
   return overview;
 }
 
+namespace {
+
+std::string sensor_text(const ProposedSensor& sensor) {
+  std::string text = fmt::format("{}: {{kind: {}", io::yaml_scalar(sensor.name), sensor.kind);
+  if (!sensor.joint.empty()) return text + fmt::format(", joint: {}}}", sensor.joint);
+  text += ", on: WHERE";
+  if (sensor.kind == "gauge") {
+    const char axis = sensor.axes.empty() ? 'z' : sensor.axes[0];
+    text += fmt::format(", direction: [{}, {}, {}]}}  # the direction in which it counts up",
+                        axis == 'x' ? 1 : 0, axis == 'y' ? 1 : 0, axis == 'z' ? 1 : 0);
+  } else if (sensor.kind == "distance") {
+    text += ", from: {on: base, at: [0, 0, 0]}}  # the other end";
+  } else {
+    std::vector<std::string> axes;
+    for (const char axis : sensor.axes.empty() ? std::string("x") : sensor.axes)
+      axes.emplace_back(1, axis);
+    text += fmt::format(", axes: [{}]}}  # its own axes, as it is mounted", fmt::join(axes, ", "));
+  }
+  return text;
+}
+
+std::string sensors_text(const ReadingsOverview& overview) {
+  if (overview.sensors.empty()) return {};
+  const std::string lead = overview.sensors_only ? "" : "# ";
+  std::string text =
+      "# Columns that look like sensors elsewhere than at the platform: write "
+      "instead of WHERE what carries each";
+  if (!overview.places.empty()) {
+    const std::size_t most = std::min<std::size_t>(overview.places.size(), 6);
+    text += fmt::format(
+        "\n# ({}{})",
+        fmt::join(std::vector(overview.places.begin(),
+                              overview.places.begin() + static_cast<std::ptrdiff_t>(most)),
+                  ", "),
+        most < overview.places.size() ? ", ..." : "");
+  }
+  text += fmt::format(", and 'noise: 2 um' where it is known.{}\n{}sensors:\n",
+                      lead.empty() ? "" : " Then remove the '#'.", lead);
+  std::vector<std::string> stated;
+  for (const ProposedSensor& sensor : overview.sensors) {
+    text += fmt::format("{}  {}\n", lead, sensor_text(sensor));
+    for (std::size_t k = 0; k < sensor.columns.size(); ++k)
+      if (split_header(sensor.columns[k]).name != column_of(sensor, k))
+        stated.push_back(fmt::format("{}: {}", io::yaml_scalar(sensor.columns[k]),
+                                     io::yaml_scalar(column_of(sensor, k))));
+  }
+  if (!overview.sensors_only && !stated.empty())
+    text += fmt::format("# columns: {{{}}}\n", fmt::join(stated, ", "));
+  return text;
+}
+
+}  // namespace
+
 std::string campaign_text(const ReadingsOverview& overview, const std::string& name,
                           const std::string& robot, const std::string& readings,
                           const spatial::UnitSystem& units) {
@@ -263,7 +389,7 @@ std::string campaign_text(const ReadingsOverview& overview, const std::string& n
     stated.push_back(fmt::format("{}: {}", io::yaml_scalar(header), io::yaml_scalar(meaning)));
   if (!stated.empty()) text += fmt::format("columns: {{{}}}\n", fmt::join(stated, ", "));
   if (!overview.sheet.empty()) text += fmt::format("sheet: {}\n", io::yaml_scalar(overview.sheet));
-  return text + fmt::format("readings: {}\n", io::yaml_scalar(readings));
+  return text + sensors_text(overview) + fmt::format("readings: {}\n", io::yaml_scalar(readings));
 }
 
 }  // namespace kinetostat::calibration

@@ -36,6 +36,14 @@ struct ColumnOverview {
   std::string meant = {};  // a covariate that looks like a reading: what to write under `columns:`
 };
 
+/// A sensor elsewhere than at the platform that columns look like.
+struct ProposedSensor {
+  std::string name, kind;
+  std::string joint = {};                 // of kinds that read one
+  std::vector<std::string> columns = {};  // their headers, one an axis
+  std::string axes = {};                  // "xz", where the columns name them
+};
+
 struct ReadingsOverview {
   std::filesystem::path table;
   std::size_t rows = 0, header_line = 1;
@@ -45,8 +53,11 @@ struct ReadingsOverview {
   std::map<std::string, std::string> stated = {};          // `columns:` as asked for or guessed
   std::map<std::string, std::string> units = {};           // as asked for
   DisplacementKind displacement = DisplacementKind::difference;
-  bool needs_wrench_point = false;  // moments without a point
-  std::string sheet = {};           // where the workbook has several with tables
+  std::vector<ProposedSensor> sensors = {};
+  bool sensors_only = false;             // nothing is read at the platform: they are taken as read
+  std::vector<std::string> places = {};  // parts of the robot that can carry one
+  bool needs_wrench_point = false;       // moments without a point
+  std::string sheet = {};                // where the workbook has several with tables
 };
 
 /// Looks at a table by itself. `robot` says which columns are joints; without one none is. Throws
@@ -56,8 +67,9 @@ ReadingsOverview look_at_readings(const ReadingsRequest& request, const vjm::Rob
 /// Looks at the readings of a campaign file.
 ReadingsOverview look_at_campaign(const std::filesystem::path& campaign, const vjm::Robot& robot);
 
-/// The campaign file that says so, in at most ten lines; `robot` and `readings` are the names of
-/// the files as it shall name them.
+/// The campaign file that says so, in a line each; proposed sensors as comments where the platform
+/// is read as well, else with WHERE in place of what people have to fill in. `robot` and `readings`
+/// are the names of the files as it shall name them.
 std::string campaign_text(const ReadingsOverview& overview, const std::string& name,
                           const std::string& robot, const std::string& readings,
                           const spatial::UnitSystem& units);

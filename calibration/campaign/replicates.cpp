@@ -24,7 +24,7 @@ LoadKey key_of(const vjm::Load& load) {
   }
   for (const vjm::NodeLoad& node : load.nodes)
     key.insert(key.end(), {static_cast<double>(node.chain), static_cast<double>(node.node),
-                           node.force.norm()});
+                           node.force.x(), node.force.y(), node.force.z()});
   return key;
 }
 

@@ -97,12 +97,30 @@ vjm::CarriedFrame read_place(const YamlNode& node, const vjm::Manipulator& robot
   return frame;
 }
 
+// `base`, `arm.elbow`, or `{on: arm.elbow, at: [x, y, z]}`.
+vjm::CarriedFrame read_end(const YamlNode& node, const vjm::Manipulator& robot,
+                           const Campaign& campaign) {
+  if (node.is_scalar()) {
+    const auto places = places_of(robot);
+    const auto found = places.find(node.text());
+    if (found != places.end() && found->second.size() == 1) return found->second[0];
+    std::vector<std::string> names;
+    for (const auto& [name, frames] : places)
+      if (frames.size() == 1) names.push_back(name);
+    return places.at(node.choice(names))[0];
+  }
+  node.allow_only({"on", "at"});
+  return read_place(node, robot, campaign);
+}
+
 class SensorReader {
  public:
   SensorReader(const vjm::Manipulator& robot, Campaign& campaign)
-      : robot_(robot), campaign_(campaign), places_(places_of(robot)), joints_(joints_of(robot)) {}
+      : robot_(robot), campaign_(campaign), joints_(joints_of(robot)) {}
 
-  Eigen::VectorXd read(const YamlNode& given) {
+  // `all_exact`: no unloaded reading has an error, where a sensor says nothing else.
+  Eigen::VectorXd read(const YamlNode& given, bool all_exact) {
+    all_exact_ = all_exact;
     sigma_.assign(6, not_a_number);
     datum_.assign(campaign_.datum_noise.begin(), campaign_.datum_noise.end());
     const auto all = given.members();
@@ -178,7 +196,7 @@ class SensorReader {
     // What the instrument of the campaign follows, in the frame that it is in.
     const bool followed = (kind == "position" || kind == "rotation" || kind == "pose") && !other;
     if (followed) from.pose = campaign_.observation.frame;
-    if (other) from = read_from(*other);
+    if (other) from = read_end(*other, robot_, campaign_);
     if (const auto in = node.find("in")) sensor.own_axes = in->choice({"from", "own"}) == "own";
     if (sensor.own_axes && campaign_.displacement == DisplacementKind::absolute)
       node.at("in").fail("absolute poses cannot be given in axes that move with what is read",
@@ -193,20 +211,6 @@ class SensorReader {
     sensor.by_instrument = frame.by_instrument = followed && !sensor.own_axes;
     sensor.frame = add(frame);
     sensor.from = add(from);
-  }
-
-  // `base`, `arm.elbow`, or `{on: arm.elbow, at: [x, y, z]}`.
-  vjm::CarriedFrame read_from(const YamlNode& node) const {
-    if (node.is_scalar()) {
-      const auto found = places_.find(node.text());
-      if (found != places_.end() && found->second.size() == 1) return found->second[0];
-      std::vector<std::string> names;
-      for (const auto& [name, frames] : places_)
-        if (frames.size() == 1) names.push_back(name);
-      return places_.at(node.choice(names))[0];
-    }
-    node.allow_only({"on", "at"});
-    return read_place(node, robot_, campaign_);
   }
 
   // `axes: [x, z]`, among those that the kind has.
@@ -243,9 +247,16 @@ class SensorReader {
         component.name += fmt::format(
             ".{}", component_names[static_cast<std::size_t>(turns && axis < 3 ? axis + 3 : axis)]);
       sigma_.push_back(deviation(node, "noise", component.dimension, axes.size() == 6, false));
-      datum_.push_back(deviation(node, "datum_noise", component.dimension, axes.size() == 6, true));
+      datum_.push_back(datum_deviation(node, component.dimension, axes.size() == 6));
       campaign_.components.push_back(std::move(component));
     }
+  }
+
+  // That of the unloaded reading; `0` needs no unit.
+  double datum_deviation(const YamlNode& node, const Dimension& of, bool of_pose) const {
+    const auto given = node.find("datum_noise");
+    if (given ? is_all_exact(*given) : all_exact_) return 0;
+    return deviation(node, "datum_noise", of, of_pose, true);
   }
 
   // One quantity; of a whole pose `{translation: 5 um, rotation: 10 urad}`.
@@ -253,6 +264,9 @@ class SensorReader {
                           bool may_be_zero) {
     std::optional<YamlNode> given = node.find(key);
     if (given && of_pose) {
+      if (!given->is_map())
+        given->fail("a pose has translations and rotations",
+                    fmt::format("Write '{}: {{translation: 5 um, rotation: 10 urad}}'", key));
       given->allow_only({"translation", "rotation"});
       given = given->find(of == dimension::angle ? "rotation" : "translation");
     }
@@ -280,30 +294,49 @@ class SensorReader {
 
   const vjm::Manipulator& robot_;
   Campaign& campaign_;
-  std::map<std::string, std::vector<vjm::CarriedFrame>> places_;
   std::vector<Joint> joints_;
   std::vector<double> sigma_, datum_;
+  bool all_exact_ = false;
 };
 
 }  // namespace
+
+bool is_all_exact(const YamlNode& datum_noise) {
+  return datum_noise.is_scalar() && datum_noise.text() == "0";
+}
 
 Eigen::VectorXd read_sensors(const YamlNode& top, const vjm::Manipulator& manipulator,
                              Campaign& campaign) {
   const auto given = top.find("sensors");
   if (!given) return Eigen::VectorXd::Constant(6, not_a_number);
-  return SensorReader(manipulator, campaign).read(*given);
+  const auto datum_noise = top.find("datum_noise");
+  return SensorReader(manipulator, campaign)
+      .read(*given, datum_noise && is_all_exact(*datum_noise));
 }
 
 namespace {
 
-// A body is loaded at the end of a chain that leads to it.
-void load_at_end(const YamlNode& node, const vjm::Manipulator& robot, vjm::CarriedFrame& frame) {
+// A body is loaded at the end of a chain that leads to it; nothing for the base.
+void load_at_end(const vjm::Manipulator& robot, vjm::CarriedFrame& frame) {
   if (frame.chain) return;
   for (std::size_t c = 0; c < robot.size() && !frame.chain; ++c)
     if (robot.span(c).to == frame.body) frame.chain = c;
-  if (!frame.chain)
-    node.at("on").fail("a weight on the base moves nothing", "Name a part of the robot");
-  frame.place = "end";
+  if (frame.chain) frame.place = "end";
+}
+
+// Adds a place to what is watched; returns the node there, for loads.
+std::optional<vjm::NodeLoad> add_loaded(const vjm::Manipulator& robot, vjm::CarriedFrame frame,
+                                        Campaign& campaign) {
+  load_at_end(robot, frame);
+  auto& frames = campaign.watch.frames;
+  const auto on_chain = std::count_if(frames.begin(), frames.end(), [&](const auto& f) {
+    return f.chain && f.chain == frame.chain;
+  });
+  frames.push_back(frame);
+  if (!frame.chain) return std::nullopt;
+  return vjm::NodeLoad{
+      .chain = *frame.chain,
+      .node = robot.chains()[*frame.chain].nodes().size() + static_cast<std::size_t>(on_chain)};
 }
 
 }  // namespace
@@ -319,18 +352,36 @@ std::vector<Weight> read_weights(const YamlNode& top, const vjm::Manipulator& ma
   for (const auto& [name, node] : given->members()) {
     check_name(name, node, joints_of(manipulator), campaign);
     node.allow_only({"on", "at"});
-    vjm::CarriedFrame frame = read_place(node, manipulator, campaign);
-    load_at_end(node, manipulator, frame);
-    const auto on_chain = std::count_if(campaign.watch.frames.begin(), campaign.watch.frames.end(),
-                                        [&](const auto& f) { return f.chain == frame.chain; });
-    campaign.watch.frames.push_back(frame);
-    weights.push_back({name,
-                       {.chain = *frame.chain,
-                        .node = manipulator.chains()[*frame.chain].nodes().size() +
-                                static_cast<std::size_t>(on_chain),
-                        .force = gravity}});
+    auto place = add_loaded(manipulator, read_place(node, manipulator, campaign), campaign);
+    if (!place)
+      node.at("on").fail("a weight on the base moves nothing", "Name a part of the robot");
+    place->force = gravity;
+    weights.push_back({name, *place});
   }
   return weights;
+}
+
+std::vector<Cylinder> read_cylinders(const YamlNode& top, const vjm::Manipulator& manipulator,
+                                     Campaign& campaign) {
+  std::vector<Cylinder> cylinders;
+  const auto given = top.find("cylinders");
+  if (!given) return cylinders;
+  for (const auto& [name, node] : given->members()) {
+    check_name(name, node, joints_of(manipulator), campaign);
+    node.allow_only({"on", "at", "from"});
+    Cylinder& cylinder = cylinders.emplace_back();
+    cylinder.name = name;
+    const std::array ends = {read_place(node, manipulator, campaign),
+                             read_end(node.at("from"), manipulator, campaign)};
+    for (std::size_t end = 0; end < 2; ++end) {
+      cylinder.frames[end] = campaign.watch.frames.size();
+      cylinder.ends[end] = add_loaded(manipulator, ends[end], campaign);
+    }
+    if (!cylinder.ends[0] && !cylinder.ends[1])
+      node.fail("a cylinder between the base and itself moves nothing",
+                "Name a part of the robot that it pushes: 'on: platform'");
+  }
+  return cylinders;
 }
 
 }  // namespace kinetostat::calibration

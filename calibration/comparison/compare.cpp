@@ -9,7 +9,6 @@
 #include "kinetostat/calibration/campaign/datum.h"
 #include "kinetostat/calibration/campaign/noise_estimate.h"
 #include "kinetostat/calibration/campaign/pure_error.h"
-#include "kinetostat/calibration/comparison/missing_sensor.h"
 #include "kinetostat/calibration/comparison/unit_error.h"
 #include "kinetostat/calibration/regression/undetermined.h"
 #include "kinetostat/calibration/regression/wrench_noise.h"
@@ -247,8 +246,8 @@ std::vector<std::string> doubts_about(const BaseFit& fit) {
 void add_missing_sensor(const vjm::Robot& robot, const Campaign& campaign, const Noise& noise,
                         int threads, common::Progress& progress, Comparison& result) {
   if (result.fitted && result.fitted->fit.weak.empty() && result.notes.empty()) return;
-  const auto sensor = missing_sensor(robot, robot.effects, uncertain_parameters(robot), campaign,
-                                     noise, threads, progress);
+  const auto& sensor = result.missing_sensor = missing_sensor(
+      robot, robot.effects, uncertain_parameters(robot), campaign, noise, threads, progress);
   if (!sensor) return;
   const std::string sentence = "What is missing: " + sensor->phrase() + ".";
   if (result.refit_failure.empty())

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "kinetostat/calibration/campaign/pure_error.h"
+#include "kinetostat/calibration/comparison/missing_sensor.h"
 #include "kinetostat/calibration/comparison/patterns.h"
 #include "kinetostat/calibration/regression/base_fit.h"
 #include "kinetostat/calibration/statistics/goodness_of_fit.h"
@@ -26,9 +27,10 @@ struct ResidualStatistics {
 };
 
 enum class Adequacy {
-  adequate,      // no test finds more than noise
-  inadequate,    // a test does, at 5 % shared by the tests that were made
-  not_evaluated  // the noise is known from nothing but the residual itself
+  adequate,       // no test finds more than noise
+  inadequate,     // a test does, at 5 % shared by the tests that were made
+  not_evaluated,  // the noise is known from nothing but the residual itself
+  inconclusive    // no test finds more than noise, and a sensor is missing that would find out
 };
 
 /// Readings of another role, predicted by a model that was fitted without them.
@@ -84,9 +86,17 @@ struct Comparison {
   std::string refit_failure;         // which of it the data cannot determine, and why; else empty
   /// What stays at its nominal value, what to make of fitted stiffnesses, why a test was not made.
   std::vector<std::string> notes;
+  /// What would determine the uncertain values that the readings of sensors leave open.
+  std::optional<MissingSensor> missing_sensor;
 
   /// The fitted model where there is one.
   const Assessment& best() const { return fitted ? *fitted : nominal; }
+  /// That of best(), unless a sensor is missing: a model whose uncertain values may be anything
+  /// explains too much.
+  Adequacy adequacy() const {
+    const bool open = best().adequacy == Adequacy::adequate && missing_sensor.has_value();
+    return open ? Adequacy::inconclusive : best().adequacy;
+  }
 };
 
 /// Throws what Predictor and fit_base throw. A fit that the data cannot determine does not throw:

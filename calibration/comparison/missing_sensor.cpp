@@ -64,12 +64,16 @@ Campaign with_sensors_everywhere(const Campaign& campaign, const std::vector<Sen
 
 }  // namespace
 
+std::string MissingSensor::kind_in_words() const {
+  return tilt ? "tilt sensor" : "sensor of position (or dial gauges)";
+}
+
 std::string MissingSensor::phrase() const {
   return fmt::format(
       "a {} on '{}' ('sensors' in the campaign file), read under the same loads: it would "
       "determine "
       "{}, to about {:.2g} %",
-      tilt ? "tilt sensor" : "sensor of position (or dial gauges)", place, fmt::join(open, " and "),
+      kind_in_words(), place, fmt::join(open, " and "),
       100 * with);
 }
 

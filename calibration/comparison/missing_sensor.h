@@ -18,6 +18,7 @@ struct MissingSensor {
   std::vector<std::string> open;  // what it would determine, "the stiffness of 'q2'"
   double with = 0;                // largest standard deviation then, of a change worth knowing
 
+  std::string kind_in_words() const;  // "tilt sensor"
   /// "a tilt sensor on 'arm.base', read under the same loads: it would determine ..."
   std::string phrase() const;
 };

@@ -12,6 +12,7 @@
 
 #include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/common/parallel.h"
+#include "kinetostat/vjm/manipulator/joint_range.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/equilibrium.h"
 
@@ -270,11 +271,14 @@ PlanChoices plan_choices(const vjm::Robot& robot, const Campaign& campaign,
   const spatial::Vector3 point = usual_point(campaign);
   // For each posture: reached, then either sign of each load borne with the margin.
   std::vector<std::vector<bool>> borne(tried.size());
+  std::vector<std::string> beyond(tried.size());  // ranges of drives
   common::parallel_for(
       tried.size(), threads, "what the robot can bear", progress, [&](std::size_t i) {
         const auto posture = posture_of(robot.without_effects(), tried[i]);
-        borne[i].push_back(posture.reached);
-        if (!posture.reached || i >= postures.first_swept) return;
+        if (posture.reached)
+          beyond[i] = vjm::beyond_range(robot.without_effects(), posture.posture);
+        borne[i].push_back(posture.reached && beyond[i].empty());
+        if (!borne[i][0] || i >= postures.first_swept) return;
         for (const auto& [name, wrench] : loads)
           for (const double sign : {options.margin, -options.margin})
             borne[i].push_back(
@@ -283,7 +287,8 @@ PlanChoices plan_choices(const vjm::Robot& robot, const Campaign& campaign,
   std::map<std::string, std::size_t> refused;
   for (std::size_t i = 0; i < tried.size(); ++i) {
     if (!borne[i][0]) {
-      choices.left_out.push_back("out of reach: " + place_text(tried[i]));
+      choices.left_out.push_back("out of reach: " + place_text(tried[i]) +
+                                 (beyond[i].empty() ? "" : " (" + beyond[i] + ")"));
       continue;
     }
     const std::size_t here = choices.configurations.size();

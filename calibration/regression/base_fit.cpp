@@ -44,6 +44,20 @@ std::optional<Vector6> known_frame(const BaseFit& fit, std::size_t session) {
   return std::nullopt;
 }
 
+// How many coordinates of the target the readings in use may show: its rotation only in absolute
+// poses.
+Index target_coordinates(const std::vector<Value>& values, const Campaign& campaign) {
+  if (campaign.target_pose == TargetPose::known) return 0;
+  Index result = 0;
+  for (const Value& value : values) {
+    if (!campaign.is_of_platform(value.component)) continue;
+    const bool turns = is_rotation(campaign.component(value.component).axis) &&
+                       campaign.displacement == DisplacementKind::absolute;
+    result = std::max<Index>(result, turns ? 6 : 3);
+  }
+  return result;
+}
+
 // Components that one sensor reads in the frame of the instrument, with their axes.
 struct FramedComponents {
   std::vector<Index> axes, rows;
@@ -63,7 +77,8 @@ std::vector<FramedComponents> framed_components(const Campaign& campaign) {
   return result;
 }
 
-// The unknowns of a fit and where each stands in their vector: parameters, zero offsets, frames.
+// The unknowns of a fit and where each stands in their vector: parameters, zero offsets, frames,
+// target.
 class Unknowns {
  public:
   Unknowns(const Campaign& campaign, const std::vector<Parameter>& parameters,
@@ -81,6 +96,7 @@ class Unknowns {
         if (known == nullptr || !known_frame(*known, session)) frames_.push_back(session);
     // In differences the position of the frame cancels.
     first_frame_component_ = campaign.displacement == DisplacementKind::difference ? 3 : 0;
+    if (known == nullptr) target_components_ = target_coordinates(values, campaign);
   }
 
   const std::vector<Parameter>& parameters() const { return parameters_; }
@@ -92,7 +108,10 @@ class Unknowns {
   Index frame_at(std::size_t frame) const {
     return zero_at(zeros_.size()) + static_cast<Index>(frame) * frame_components();
   }
-  Index size() const { return frame_at(frames_.size()); }
+  Index target_at() const { return frame_at(frames_.size()); }
+  Index target_components() const { return target_components_; }
+  Index size() const { return target_at() + target_components_; }
+  bool has_poses() const { return size() > frame_at(0); }  // frames, or the target
 
   std::optional<std::size_t> frame_of(std::size_t session) const {
     const auto found = std::lower_bound(frames_.begin(), frames_.end(), session);
@@ -116,15 +135,20 @@ class Unknowns {
            false, false, spatial::to_string(campaign_.component(zero.component).dimension)});
     for (const std::size_t session : frames_)
       for (Index k = first_frame_component_; k < 6; ++k)
-        result.push_back({fmt::format("the {} of the frame{}",
-                                      std::array{"x", "y", "z", "turn about x", "turn about y",
-                                                 "turn about z"}[static_cast<std::size_t>(k)],
-                                      in_session(session)),
-                          false, false, is_rotation(k) ? "rad" : "m"});
+        result.push_back(
+            {fmt::format("the {} of the frame{}", coordinate_words(k), in_session(session)), false,
+             false, is_rotation(k) ? "rad" : "m"});
+    for (Index k = 0; k < target_components_; ++k)
+      result.push_back({fmt::format("the {} of the target", coordinate_words(k)), false, false,
+                        is_rotation(k) ? "rad" : "m"});
     return result;
   }
 
  private:
+  static const char* coordinate_words(Index k) {
+    return std::array{
+        "x", "y", "z", "turn about x", "turn about y", "turn about z"}[static_cast<std::size_t>(k)];
+  }
   std::string in_session(std::size_t session) const {
     const std::string& name = campaign_.sessions[session];
     return name.empty() ? "" : fmt::format(" in session '{}'", name);
@@ -134,7 +158,7 @@ class Unknowns {
   const std::vector<Parameter>& parameters_;
   std::vector<Zero> zeros_;
   std::vector<std::size_t> frames_;
-  Index first_frame_component_ = 0;
+  Index first_frame_component_ = 0, target_components_ = 0;
 };
 
 // The weighted least-squares problem.
@@ -176,9 +200,10 @@ class Problem {
     const std::vector<Parameter>& parameters = unknowns_.parameters();
     Predictions predictions;
     try {
-      predictions = predictor_.predict(parameters, q.head(unknowns_.parameter_count()),
-                                       {parameters.end() - differentiated, parameters.end()},
-                                       progress_, similar_ != nullptr ? similar_ : &nearest_);
+      predictions =
+          predictor_.predict(parameters, q.head(unknowns_.parameter_count()),
+                             {parameters.end() - differentiated, parameters.end()}, progress_,
+                             similar_ != nullptr ? similar_ : &nearest_, target(q));
     } catch (const std::invalid_argument& error) {  // values that exclude each other
       predictions.failure = {0, error.what()};
     }
@@ -193,8 +218,9 @@ class Problem {
     add_priors(q, result);
     Index row = 0;
     for (std::size_t i = 0; i < predicted_.size(); ++i)
-      row += add_reading(q, i, differentiated > 0 ? &predictions.derivatives[i] : nullptr, row,
-                         result);
+      row +=
+          add_reading(q, i, predictions.derivatives.empty() ? nullptr : &predictions.derivatives[i],
+                      row, result);
     beyond_ = first_beyond(result);
     if (beyond_) return std::nullopt;
     shared_.whiten(result.residual.head(values()));
@@ -217,10 +243,18 @@ class Problem {
 
   // A frame may be anywhere: its start is where the positions fit best.
   void start_frames(VectorXd& q) {
-    if (unknowns_.frames().empty() || unknowns_.frame_components() < 6) return;
-    const Predictions predictions = predictor_.predict(
-        unknowns_.parameters(), q.head(unknowns_.parameter_count()), false, progress_);
+    if (unknowns_.frames().empty() || unknowns_.frame_components() < 6) {
+      start_target_alone(q);
+      return;
+    }
+    const Predictions predictions =
+        predictor_.predict(unknowns_.parameters(), q.head(unknowns_.parameter_count()), {},
+                           progress_, nullptr, target(q));
     if (predictions.failure) return;
+    if (unknowns_.target_components() > 0) {
+      start_frames_and_target(predictions, q);
+      return;
+    }
     for (std::size_t f = 0; f < unknowns_.frames().size(); ++f) {
       std::vector<spatial::Vector3> predicted, measured;
       for (std::size_t i = 0; i < campaign_.readings.size(); ++i) {
@@ -238,6 +272,51 @@ class Problem {
     }
   }
 
+  // Differences show a target by rotations alone, and absolute poses linearly: from where it
+  // stands.
+  void start_target_alone(VectorXd& q) {
+    if (unknowns_.target_components() < 6) return;
+    const Predictions predictions = predictor_.predict(
+        unknowns_.parameters(), q.head(unknowns_.parameter_count()), false, progress_);
+    if (!predictions.failure) start_target_rotation(predictions, q);
+  }
+
+  // The target and every session's frame by turns, as positions fit best.
+  void start_frames_and_target(const Predictions& predictions, VectorXd& q) {
+    std::vector<PlacedPosition> positions;
+    for (std::size_t i = 0; i < campaign_.readings.size(); ++i) {
+      const Reading& r = campaign_.readings[i];
+      const auto f = unknowns_.frame_of(r.session);
+      if (!f || !r.uses(0) || !r.uses(1) || !r.uses(2)) continue;
+      positions.push_back({.frame = *f,
+                           .predicted = predictions.displacement[i].head<3>(),
+                           .axes = spatial::exp_rotation(predictions.displacement[i].tail<3>()),
+                           .measured = r.displacement.head<3>()});
+    }
+    const FramesAndTarget start = frames_and_target(positions, unknowns_.frames().size());
+    for (std::size_t f = 0; f < unknowns_.frames().size(); ++f)
+      q.segment<6>(unknowns_.frame_at(f)) = start.frames[f];
+    q.segment<3>(unknowns_.target_at()) = start.target;
+    start_target_rotation(predictions, q);
+  }
+
+  // As the first reading with all three rotations has it.
+  void start_target_rotation(const Predictions& predictions, VectorXd& q) const {
+    if (unknowns_.target_components() < 6) return;
+    for (std::size_t i = 0; i < campaign_.readings.size(); ++i) {
+      const Reading& r = campaign_.readings[i];
+      if (!r.uses(3) || !r.uses(4) || !r.uses(5)) continue;
+      const auto f = unknowns_.frame_of(r.session);
+      const spatial::Matrix3 frame = f ? spatial::exp_rotation(unknowns_.frame(q, *f).tail<3>())
+                                       : spatial::Matrix3::Identity();
+      const spatial::Matrix3 seen =
+          frame * spatial::exp_rotation(predictions.displacement[i].segment<3>(3));
+      q.segment<3>(unknowns_.target_at() + 3) = spatial::log_rotation(
+          seen.transpose() * spatial::exp_rotation(r.displacement.segment<3>(3)));
+      return;
+    }
+  }
+
   double scale() const { return norm_over_noise(values_, campaign_, noise_); }
 
   [[noreturn]] void fail_prediction() const {
@@ -250,6 +329,15 @@ class Problem {
   }
 
  private:
+  TargetOffset target(const VectorXd& q) const {
+    TargetOffset result{.differentiated = unknowns_.target_components()};
+    if (known_ != nullptr && known_->target)
+      result.pose = known_->target->value.unaryExpr([](double x) { return std::isnan(x) ? 0 : x; });
+    result.pose.head(result.differentiated) =
+        q.segment(unknowns_.target_at(), result.differentiated);
+    return result;
+  }
+
   // The first value whose error over its noise, or its derivative, is no number to compute with:
   // evidences and tests take fourth powers.
   std::optional<std::size_t> first_beyond(const Linearisation& at) const {
@@ -290,8 +378,13 @@ class Problem {
                     Linearisation& result) {
     const Reading& reading = campaign_.readings[i];
     all_.setZero(campaign_.size(), unknowns_.size());
-    if (by_parameters != nullptr && by_parameters->cols() > 0)
-      all_.leftCols(unknowns_.parameter_count()).rightCols(by_parameters->cols()) = *by_parameters;
+    if (by_parameters != nullptr && by_parameters->cols() > 0) {
+      const Index differentiated = by_parameters->cols() - unknowns_.target_components();
+      all_.leftCols(unknowns_.parameter_count()).rightCols(differentiated) =
+          by_parameters->leftCols(differentiated);
+      all_.rightCols(unknowns_.target_components()) =
+          by_parameters->rightCols(unknowns_.target_components());
+    }
     add_frame(q, reading, predicted_[i], work_[i], all_);
     add_zeros(q, reading, predicted_[i], all_);
     const std::vector<Index> used = components_in_use(reading);
@@ -323,12 +416,16 @@ class Problem {
       const SeenFromFrame seen = seen_from(*frame, displacement, campaign_.displacement, measured);
       predicted(rows) = seen.displacement(axes);
       if (!f) continue;
-      const auto parameters = Eigen::seqN(0, unknowns_.parameter_count());
-      Eigen::Matrix<double, 6, Eigen::Dynamic> before =
-          Eigen::Matrix<double, 6, Eigen::Dynamic>::Zero(6, unknowns_.parameter_count());
-      before(axes, Eigen::all) = all(rows, parameters);
-      const Eigen::Matrix<double, 6, Eigen::Dynamic> after = seen.by_displacement * before;
-      all(rows, parameters) = after(axes, Eigen::all);
+      for (const auto& [first, count] :
+           {std::pair(Index{0}, unknowns_.parameter_count()),
+            std::pair(unknowns_.target_at(), unknowns_.target_components())}) {
+        const auto columns = Eigen::seqN(first, count);
+        Eigen::Matrix<double, 6, Eigen::Dynamic> before =
+            Eigen::Matrix<double, 6, Eigen::Dynamic>::Zero(6, count);
+        before(axes, Eigen::all) = all(rows, columns);
+        const Eigen::Matrix<double, 6, Eigen::Dynamic> after = seen.by_displacement * before;
+        all(rows, columns) = after(axes, Eigen::all);
+      }
       const Index n = unknowns_.frame_components();
       all(rows, Eigen::seqN(unknowns_.frame_at(*f), n)) =
           seen.by_frame(axes, Eigen::seqN(6 - n, n));
@@ -409,13 +506,14 @@ LeastSquaresOptions options_for(const Problem& problem, const BaseFitOptions& op
   return result;
 }
 
-// Coordinates of frames stay as stated that no reading tells from those before them: what is
-// measured in a plane does not depend on turns about axes in it.
+// Coordinates of frames and of the target stay as stated that no reading tells from those before
+// them: what is measured in a plane does not depend on turns about axes in it, and a target that
+// never turns may as well be another place of the frame.
 void hold_undetermined_frames(Problem& problem, const VectorXd& start,
                               LeastSquaresOptions& options) {
   constexpr double alike = 1e-6;
   const Unknowns& unknowns = problem.unknowns();
-  if (unknowns.frames().empty()) return;
+  if (!unknowns.has_poses()) return;
   const std::optional<Linearisation> there = problem.at(start, 0);
   if (!there) return;  // which the fit says better
   const Index first = unknowns.frame_at(0);
@@ -496,6 +594,7 @@ class Estimates {
       fit.zeros[z].standard_error = errors_[unknowns_.zero_at(z)];
     }
     for (std::size_t f = 0; f < unknowns_.frames().size(); ++f) add_frame(f, fit);
+    if (unknowns_.target_components() > 0) add_target(fit);
   }
 
  private:
@@ -509,6 +608,17 @@ class Estimates {
       if (result_.hit[static_cast<std::size_t>(unknowns_.frame_at(f) + k)] != BoundHit::none)
         frame.standard_error[6 - n + k] = std::numeric_limits<double>::quiet_NaN();
     fit.frames.push_back(frame);
+  }
+
+  void add_target(BaseFit& fit) const {
+    const Vector6 unknown = Vector6::Constant(std::numeric_limits<double>::quiet_NaN());
+    fit.target = {unknown, unknown};
+    for (Index k = 0; k < unknowns_.target_components(); ++k) {
+      const Index i = unknowns_.target_at() + k;
+      fit.target->value[k] = result_.x[i];
+      if (result_.hit[static_cast<std::size_t>(i)] == BoundHit::none)
+        fit.target->standard_error[k] = errors_[i];
+    }
   }
 
   const Unknowns& unknowns_;
@@ -602,6 +712,8 @@ std::optional<Linearisation> linearised_at(const Predictor& predictor, const Cam
   for (std::size_t f = 0; f < fit.frames.size(); ++f)
     q.segment(unknowns.frame_at(f), unknowns.frame_components()) =
         fit.frames[f].value.tail(unknowns.frame_components());
+  if (fit.target)
+    q.tail(unknowns.target_components()) = fit.target->value.head(unknowns.target_components());
   std::optional<Linearisation> result = problem.at(q, differentiated);
   if (!result) return std::nullopt;
   return Linearisation{result->residual.head(problem.values()),

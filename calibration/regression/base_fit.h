@@ -33,6 +33,14 @@ struct FrameEstimate {
   spatial::Vector6 value, standard_error;
 };
 
+/// Where what is measured of the platform really sits, seen from where the campaign has it:
+/// position [m] in platform axes and rotation vector [rad]. The rotation is NaN where no reading
+/// shows it. A coordinate that the readings do not distinguish from frames, or not at all, stays 0
+/// and has no standard error (NaN).
+struct TargetEstimate {
+  spatial::Vector6 value, standard_error;
+};
+
 struct ParameterEstimate {
   Parameter parameter;
   double value = 0;  // of its coordinate: the logarithm of a stiffness factor
@@ -45,7 +53,8 @@ struct BaseFit {
   std::vector<ParameterEstimate> parameters;
   std::vector<Zero> zeros;
   std::vector<FrameEstimate> frames;
-  Eigen::MatrixXd covariance;  // of the parameters, zero offsets and frames, in that order
+  std::optional<TargetEstimate> target;  // where the campaign asks for it
+  Eigen::MatrixXd covariance;  // of the parameters, zero offsets, frames and target, in that order
   /// Where the standard errors come from; `unknown`: from the residual itself, so they take the
   /// model to be right.
   NoiseSource error_source = NoiseSource::unknown;

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -51,7 +52,11 @@ struct Predictor::Run {
   bool with_derivatives = false;
   const Predictions* near = nullptr;
   bool with_compliance = false;
+  TargetOffset target = {};
 
+  spatial::Pose target_pose() const {
+    return {spatial::exp_rotation(target.pose.tail<3>()), target.pose.head<3>()};
+  }
   const vjm::SystemState* loaded_near(std::size_t reading) const {
     return near == nullptr || near->loaded.empty() ? nullptr : &near->loaded[reading];
   }
@@ -121,7 +126,41 @@ void Predictor::find_postures(common::Progress& progress) {
            .what = fmt::format("the posture of reading '{}' is out of reach: {}", reading.id,
                                posture.reason),
            .cure = "Check the pose columns, their unit and the robot file, or mask the reading"});
+  refuse_blind_levels(faults);
   faults.throw_if_any();
+}
+
+// A level that stands so that an axis of it is vertical senses no turn about it.
+void Predictor::refuse_blind_levels(common::Faults& faults) const {
+  const auto is_level = [this](const Component& c) {
+    return campaign_.sensors[c.sensor].kind == SensorKind::tilt;
+  };
+  const std::vector<Component>& components = campaign_.components;
+  if (std::none_of(components.begin(), components.end(), is_level)) return;
+  std::vector<std::vector<bool>> blind(campaign_.configurations.size());  // one a component
+  for (std::size_t i = 0; i < blind.size(); ++i) {
+    if (!(*postures_)[i].reached) continue;
+    const vjm::Watched rest =
+        vjm::watched_at_rest(campaign_.watch, bare_, (*postures_)[i].posture, 0);
+    for (const Component& c : components)
+      blind[i].push_back(is_level(c) &&
+                         is_blind(campaign_.sensors[c.sensor], c.axis, rest, vjm::vertical(bare_)));
+  }
+  for (const Reading& reading : campaign_.readings)
+    for (const Eigen::Index k : components_in_use(reading)) {
+      const std::vector<bool>& here = blind[reading.configuration];
+      if (here.empty() || !here[static_cast<std::size_t>(k)]) continue;
+      const Component& component = campaign_.component(k);
+      faults.add(
+          {.file = campaign_.readings_file,
+           .line = reading.line,
+           .key = component.name,
+           .what = fmt::format("the axis {} of the level '{}' is vertical in this posture: "
+                               "a level senses no turn about it",
+                               "xyz"[component.axis], campaign_.sensors[component.sensor].name),
+           .cure = "Name the axes that lie flat ('axes: [x, y]'), turn the level by 'at: "
+                   "{rpy: [..]}' as it is mounted, or leave the cell empty"});
+    }
 }
 
 namespace {
@@ -134,10 +173,34 @@ std::vector<Cycle> cycles_of(const Campaign& campaign) {
   return result;
 }
 
+// The same, those of a session as one where the history continues: in the order of time where all
+// have one, else of rows.
+std::vector<Cycle> runs_of(const Campaign& campaign) {
+  std::vector<Cycle> cycles = cycles_of(campaign);
+  if (!campaign.history_continues) return cycles;
+  const bool timed = std::all_of(campaign.readings.begin(), campaign.readings.end(),
+                                 [](const Reading& r) { return r.time.has_value(); });
+  const auto key = [&](const Cycle& cycle) {
+    const Reading& first = campaign.readings[cycle.front()];
+    return std::tuple(first.session, timed ? *first.time : 0.0,
+                      *std::min_element(cycle.begin(), cycle.end()));
+  };
+  std::sort(cycles.begin(), cycles.end(),
+            [&key](const Cycle& a, const Cycle& b) { return key(a) < key(b); });
+  std::vector<Cycle> result;
+  for (const Cycle& cycle : cycles) {
+    const bool goes_on = !result.empty() && campaign.readings[result.back().back()].session ==
+                                                campaign.readings[cycle.front()].session;
+    if (!goes_on) result.emplace_back();
+    result.back().insert(result.back().end(), cycle.begin(), cycle.end());
+  }
+  return result;
+}
+
 // The same without a change of configuration inside.
 std::vector<Cycle> stretches_of(const Campaign& campaign) {
   std::vector<Cycle> result;
-  for (const Cycle& cycle : cycles_of(campaign))
+  for (const Cycle& cycle : runs_of(campaign))
     for (std::size_t k = 0; k < cycle.size(); ++k) {
       const bool same = k > 0 && campaign.readings[cycle[k]].configuration ==
                                      campaign.readings[cycle[k - 1]].configuration;
@@ -228,7 +291,7 @@ void Predictor::find_cases() {
     }
     for (const vjm::NodeLoad& node : load.nodes)
       key.insert(key.end(), {static_cast<double>(node.chain), static_cast<double>(node.node),
-                             node.force.norm()});
+                             node.force.x(), node.force.y(), node.force.z()});
     const auto [found, fresh] = known.emplace(key, cases_.size());
     if (fresh)
       cases_.push_back({reading.configuration, load, c,
@@ -260,7 +323,7 @@ Predictor::State Predictor::solve(const Run& run, std::size_t configuration, con
     state.response =
         run.model.respond(start.posture, load, conditions_[conditions], before, run.parameters,
                           run.with_derivatives, near, run.with_compliance);
-    observe(state);
+    observe(run, state);
   } else {
     state.response = before;
     state.response.failure = start.reason;
@@ -268,8 +331,37 @@ Predictor::State Predictor::solve(const Run& run, std::size_t configuration, con
   return state;
 }
 
+namespace {
+
+// What is seen of a target that sits at `offset` on what is seen, with columns for its coordinates:
+// of its position [m] in axes of what is seen, then of its rotation vector.
+void move_target(const TargetOffset& target, Seen& seen) {
+  if (target.differentiated == 0 && target.pose.isZero(0)) return;
+  const spatial::Matrix3 axes = seen.pose.rotation();
+  const spatial::Matrix3 arm = spatial::skew(axes * target.pose.head<3>());
+  for (vjm::Matrix6X* motion : {&seen.motion, &seen.by_wrench})
+    if (motion->cols() > 0) motion->topRows<3>() -= (arm * motion->bottomRows<3>()).eval();
+  seen.pose = seen.pose *
+              spatial::Pose(spatial::exp_rotation(target.pose.tail<3>()), target.pose.head<3>());
+  spatial::Matrix6 own = spatial::Matrix6::Zero();
+  own.topLeftCorner<3, 3>() = axes;
+  own.bottomRightCorner<3, 3>() = axes * spatial::left_jacobian(target.pose.tail<3>());
+  const Eigen::Index n = seen.motion.cols();
+  seen.motion.conservativeResize(6, n + target.differentiated);
+  seen.motion.rightCols(target.differentiated) = own.leftCols(target.differentiated);
+}
+
+// The same number of columns for a sensor that sees nothing of the target.
+void leave_target(const TargetOffset& target, Eigen::Index parameters, Seen& seen) {
+  if (target.differentiated == 0) return;
+  seen.motion.conservativeResize(6, parameters + target.differentiated);
+  seen.motion.rightCols(target.differentiated).setZero();
+}
+
+}  // namespace
+
 // From the platform and all that is watched, in base axes, to what the sensors see.
-void Predictor::observe(State& state) const {
+void Predictor::observe(const Run& run, State& state) const {
   vjm::Response& response = state.response;
   if (!response.failure.empty()) return;
   const Observation& observation = campaign_.observation;
@@ -277,15 +369,18 @@ void Predictor::observe(State& state) const {
   for (const Sensor& sensor : campaign_.sensors) {
     if (!sensor.is_platform()) {
       state.seen.push_back(seen_by(sensor, response.watched, campaign_.watch, up));
+      leave_target(run.target, std::ssize(run.parameters), state.seen.back());
       continue;
     }
     state.seen.push_back({response.observed, std::move(response.derivatives), {}});
     Seen& seen = state.seen.back();
     seen.by_wrench = std::move(response.by_wrench);
-    if (observation.is_default()) continue;
-    seen.motion = observation.motion(seen.pose, seen.motion);
-    if (seen.by_wrench.cols() > 0) seen.by_wrench = observation.motion(seen.pose, seen.by_wrench);
-    seen.pose = observation.seen(seen.pose);
+    if (!observation.is_default()) {
+      seen.motion = observation.motion(seen.pose, seen.motion);
+      if (seen.by_wrench.cols() > 0) seen.by_wrench = observation.motion(seen.pose, seen.by_wrench);
+      seen.pose = observation.seen(seen.pose);
+    }
+    move_target(run.target, seen);
   }
 }
 
@@ -299,7 +394,7 @@ std::vector<Predictor::State> Predictor::references(const Run& run,
     for (std::size_t i = 0; i < states.size(); ++i) {
       states[i].response = run.model.relaxed((*postures_)[references_[i].configuration].posture,
                                              run.parameters.size());
-      observe(states[i]);
+      observe(run, states[i]);
     }
     return states;
   }
@@ -321,18 +416,21 @@ void Predictor::follow(const Run& run, const std::vector<std::size_t>& sequence,
                                run.loaded_near(at.reading))
                        : before;
     results[c] = displacements_of(unloaded[at.reference], loaded);
-    results[c].work = work_of(at, loaded);
+    results[c].work = work_of(run, at, loaded);
     results[c].state = loaded.response.state;
     // A masked reading without an equilibrium leaves the history as it was.
     if (loaded.response.failure.empty() || !at.may_fail) before = std::move(loaded);
   }
 }
 
-Vector6 Predictor::work_of(const LoadCase& at, const State& loaded) const {
+Vector6 Predictor::work_of(const Run& run, const LoadCase& at, const State& loaded) const {
   if (!campaign_.reads_platform() || loaded.seen.empty()) return Vector6::Zero();
-  const spatial::Pose pose = campaign_.observation.platform(loaded.seen.front().pose);
-  return campaign_.observation.wrench((*postures_)[at.configuration].posture.platform, pose,
-                                      at.load.at_reference_point(pose));
+  Observation observation = campaign_.observation;
+  const spatial::Pose pose =
+      observation.platform(loaded.seen.front().pose * run.target_pose().inverse());
+  observation.target += run.target.pose.head<3>();
+  return observation.wrench((*postures_)[at.configuration].posture.platform, pose,
+                            at.load.at_reference_point(pose));
 }
 
 namespace {
@@ -454,9 +552,14 @@ Predictions Predictor::predict(const std::vector<Parameter>& parameters,
 Predictions Predictor::predict(const std::vector<Parameter>& parameters,
                                const Eigen::VectorXd& values,
                                const std::vector<Parameter>& derivatives_by,
-                               common::Progress& progress, const Predictions* near) const {
+                               common::Progress& progress, const Predictions* near,
+                               const TargetOffset& target) const {
   const vjm::EffectModel model = this->model(parameters, values);
-  return predict({model, model_parameters(derivatives_by), !derivatives_by.empty(), near},
+  return predict({.model = model,
+                  .parameters = model_parameters(derivatives_by),
+                  .with_derivatives = !derivatives_by.empty(),
+                  .near = near,
+                  .target = target},
                  progress);
 }
 
@@ -486,7 +589,7 @@ Predictions Predictor::predict(const Run& run, common::Progress& progress) const
   if (run.with_compliance)
     predictions.by_wrench.assign(n, Eigen::MatrixXd::Zero(campaign_.size(), 6));
   predictions.work.assign(n, Vector6::Zero());
-  if (run.with_derivatives) predictions.derivatives.resize(n);
+  if (run.with_derivatives || run.target.differentiated > 0) predictions.derivatives.resize(n);
   // States are most of the memory that many readings need: the last reading of a case takes its
   // own, and relaxed ones are none.
   std::vector<std::size_t> last(cases_.size());

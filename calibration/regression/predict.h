@@ -9,6 +9,7 @@
 
 #include "kinetostat/calibration/campaign/campaign.h"
 #include "kinetostat/calibration/regression/parameter.h"
+#include "kinetostat/common/faults.h"
 #include "kinetostat/common/progress.h"
 #include "kinetostat/vjm/effects/effect_model.h"
 #include "kinetostat/vjm/manipulator/posture.h"
@@ -44,18 +45,28 @@ struct Predictions {
   std::optional<PredictionFailure> failure;
 };
 
+/// Where what is measured of the platform really sits, seen from where the campaign has it:
+/// position [m] in platform axes and rotation vector [rad].
+struct TargetOffset {
+  spatial::Vector6 pose = spatial::Vector6::Zero();
+  /// Derivatives by so many of its coordinates follow those by the parameters: 0, 3 or 6.
+  Eigen::Index differentiated = 0;
+};
+
 /// The full nonlinear model: unloaded posture by kinematics, then loaded equilibrium, one after the
 /// other where an effect carries a history along a cycle. Postures are found once per distinct
 /// configuration, equilibria once per distinct load in it under the same conditions.
 ///
 /// A cycle with history starts from the relaxed manipulator, which then takes its state without
 /// load; readings follow in the order of step and time, masked ones included. Another configuration
-/// starts anew, and so does a reading that belongs to no cycle. In differences the state without
-/// load is that at the session's first reading, at the temperature of the reading itself.
+/// starts anew, and so does a reading that belongs to no cycle, unless the campaign says that the
+/// history continues: then the readings of a session follow each other. In differences the state
+/// without load is that at the session's first reading, at the temperature of the reading itself.
 class Predictor {
  public:
   /// `bare`: the manipulator without its effects. Finds the unloaded postures. Throws
-  /// common::InputError naming the line of the first reading in use whose pose is out of reach.
+  /// common::InputError naming the lines of readings in use whose pose is out of reach, or in which
+  /// a level reads a turn about an axis of it that is vertical.
   /// Keeps a reference to the campaign.
   Predictor(const vjm::Manipulator& bare, std::vector<vjm::Effect> effects,
             const Campaign& campaign, int threads, common::Progress& progress);
@@ -79,7 +90,7 @@ class Predictor {
   /// The same with derivatives with respect to some of the parameters only.
   Predictions predict(const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
                       const std::vector<Parameter>& derivatives_by, common::Progress& progress,
-                      const Predictions* near = nullptr) const;
+                      const Predictions* near = nullptr, const TargetOffset& target = {}) const;
   /// The same without derivatives, but with `by_wrench`.
   Predictions predict_with_compliance(const std::vector<Parameter>& parameters,
                                       const Eigen::VectorXd& values,
@@ -107,6 +118,7 @@ class Predictor {
   Predictor(const Predictor& like, std::vector<vjm::Effect> effects);
   void set_effects(std::vector<vjm::Effect> effects);
   void find_postures(common::Progress& progress);
+  void refuse_blind_levels(common::Faults& faults) const;
   void find_cases();
   void find_sequences();
   std::size_t conditions_index(const vjm::Conditions& conditions);
@@ -119,9 +131,9 @@ class Predictor {
   std::vector<State> references(const Run& run, common::Progress& progress) const;
   void follow(const Run& run, const std::vector<std::size_t>& sequence,
               const std::vector<State>& unloaded, std::vector<CaseResult>& results) const;
-  void observe(State& state) const;
+  void observe(const Run& run, State& state) const;
   CaseResult displacements_of(const State& unloaded, State& loaded) const;
-  spatial::Vector6 work_of(const LoadCase& at, const State& loaded) const;
+  spatial::Vector6 work_of(const Run& run, const LoadCase& at, const State& loaded) const;
   spatial::Vector6 measured_by(std::size_t sensor, const Reading& reading) const;
   void enter(const CaseResult& result, std::size_t index, Predictions& predictions) const;
   vjm::EffectModel model(const std::vector<Parameter>& parameters,

@@ -1,5 +1,6 @@
 #include "kinetostat/calibration/regression/session_frame.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 #include "kinetostat/calibration/regression/predict.h"
@@ -51,6 +52,67 @@ Vector6 frame_between(const std::vector<Vector3>& predicted, const std::vector<V
   Vector6 frame;
   frame << motion.topRightCorner<3, 1>(), spatial::log_rotation(motion.topLeftCorner<3, 3>());
   return frame;
+}
+
+namespace {
+
+// The target that fits best while frames turn as they do and stand where they must.
+Vector3 best_target(const std::vector<PlacedPosition>& positions,
+                    const std::vector<Vector6>& frames) {
+  struct Means {
+    Matrix3 axes = Matrix3::Zero();
+    Vector3 error = Vector3::Zero();
+    double count = 0;
+  };
+  std::vector<Means> means(frames.size());
+  const auto error_of = [&frames](const PlacedPosition& p) -> Vector3 {
+    return spatial::exp_rotation(frames[p.frame].tail<3>()).transpose() * p.measured - p.predicted;
+  };
+  for (const PlacedPosition& p : positions) {
+    means[p.frame].axes += p.axes;
+    means[p.frame].error += error_of(p);
+    ++means[p.frame].count;
+  }
+  Matrix3 normal = Matrix3::Zero();
+  Vector3 side = Vector3::Zero();
+  for (const PlacedPosition& p : positions) {
+    const Means& mean = means[p.frame];
+    const Matrix3 axes = p.axes - mean.axes / mean.count;
+    normal += axes.transpose() * axes;
+    side += axes.transpose() * (error_of(p) - mean.error / mean.count);
+  }
+  const Eigen::SelfAdjointEigenSolver<Matrix3> solver(normal);
+  constexpr double hardly = 1e-6;  // a milliradian of turn
+  Vector3 target = Vector3::Zero();
+  for (Eigen::Index k = 0; k < 3; ++k)
+    if (solver.eigenvalues()[k] > hardly * static_cast<double>(positions.size())) {
+      const Vector3 way = solver.eigenvectors().col(k);
+      target += way * way.dot(side) / solver.eigenvalues()[k];
+    }
+  return target;
+}
+
+}  // namespace
+
+FramesAndTarget frames_and_target(const std::vector<PlacedPosition>& positions,
+                                  std::size_t frames) {
+  constexpr int most_turns = 200;
+  constexpr double settled = 1e-9;  // [m]
+  FramesAndTarget result;
+  for (int turn = 0; turn < most_turns; ++turn) {
+    std::vector<std::vector<Vector3>> predicted(frames), measured(frames);
+    for (const PlacedPosition& p : positions) {
+      predicted[p.frame].push_back(p.predicted + p.axes * result.target);
+      measured[p.frame].push_back(p.measured);
+    }
+    result.frames.clear();
+    for (std::size_t f = 0; f < frames; ++f)
+      result.frames.push_back(frame_between(predicted[f], measured[f]));
+    const Vector3 before = result.target;
+    if (!positions.empty()) result.target = best_target(positions, result.frames);
+    if ((result.target - before).norm() < settled) break;
+  }
+  return result;
 }
 
 }  // namespace kinetostat::calibration

@@ -26,4 +26,23 @@ SeenFromFrame seen_from(const spatial::Vector6& frame, const spatial::Vector6& d
 spatial::Vector6 frame_between(const std::vector<spatial::Vector3>& predicted,
                                const std::vector<spatial::Vector3>& measured);
 
+/// A position that is measured of a target on a body.
+struct PlacedPosition {
+  std::size_t frame = 0;       // of those that are sought
+  spatial::Vector3 predicted;  // of the body, in the stated frame [m]
+  spatial::Matrix3 axes;       // of the body, in the same frame
+  spatial::Vector3 measured;   // of the target, in the frame that is sought [m]
+};
+
+/// Frames as frame_between() has them, and a target in the axes of the body.
+struct FramesAndTarget {
+  std::vector<spatial::Vector6> frames;
+  spatial::Vector3 target = spatial::Vector3::Zero();
+};
+
+/// Brings the positions of the target nearest to those measured, by turns: the frames to the target
+/// as it is, then the target to the frames (linear least squares, of smallest norm where the body
+/// hardly turns). Where a fit of both starts.
+FramesAndTarget frames_and_target(const std::vector<PlacedPosition>& positions, std::size_t frames);
+
 }  // namespace kinetostat::calibration

@@ -25,9 +25,9 @@ struct SimulationOptions {
   std::vector<vjm::Effect> hidden = {};
 };
 
-/// Change by hidden effects of one component that is written [m or rad].
+/// Change by hidden effects of one component that is written, SI.
 struct HiddenTrace {
-  Eigen::Index component = 0;
+  Component component;
   double rms = 0, max = 0;
   std::string worst_reading = {};  // its id
 };
@@ -51,5 +51,14 @@ struct SimulatedCampaign {
 SimulatedCampaign simulate(const vjm::Robot& robot, const std::string& robot_name,
                            const std::filesystem::path& plan, const SimulationOptions& options,
                            common::Progress& progress);
+
+/// The same like the readings of a campaign file: its sensors, weights, frames, units and noise (of
+/// `options` seed, threads and hidden effects count), in the rows of its own table or of `plan`,
+/// which has its columns without the readings. Cells that hold no reading stay as they are. Throws
+/// common::InputError for a mistake in the campaign as well.
+SimulatedCampaign simulate_like(const vjm::Robot& robot, const std::string& robot_name,
+                                const std::filesystem::path& campaign,
+                                const std::optional<std::filesystem::path>& plan,
+                                const SimulationOptions& options, common::Progress& progress);
 
 }  // namespace kinetostat::calibration

@@ -76,6 +76,13 @@ Columns tilt_motion(const Vector3& up, const Matrix3& rotation, const Vector3& v
 
 }  // namespace
 
+bool is_blind(const Sensor& tilt, Index axis, const vjm::Watched& watched, const Vector3& up) {
+  constexpr double least = 1e-3;  // [rad]
+  const Vector3 own = watched.frames[tilt.frame].rotation().transpose() * up;
+  const auto& [sine, cosine, sign] = tilts[static_cast<std::size_t>(axis)];
+  return std::hypot(own[sine], own[cosine]) < least;
+}
+
 Seen seen_by(const Sensor& sensor, const vjm::Watched& watched, const vjm::Watch& watch,
              const Vector3& up) {
   Seen seen;

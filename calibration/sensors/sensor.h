@@ -47,4 +47,9 @@ struct Seen {
 Seen seen_by(const Sensor& sensor, const vjm::Watched& watched, const vjm::Watch& watch,
              const spatial::Vector3& up);
 
+/// Whether an axis (0: x) of a tilt sensor is within a milliradian of the vertical `up`, base axes:
+/// what it would read is undetermined then.
+bool is_blind(const Sensor& tilt, Eigen::Index axis, const vjm::Watched& watched,
+              const spatial::Vector3& up);
+
 }  // namespace kinetostat::calibration

@@ -1,8 +1,11 @@
-// Weights that are hung on parts of a robot.
+// Weights that are hung on parts of a robot, and cylinders that push them apart.
 #pragma once
 
+#include <array>
+#include <optional>
 #include <string>
 
+#include "kinetostat/vjm/effects/watch.h"
 #include "kinetostat/vjm/statics/load.h"
 
 namespace kinetostat::calibration {
@@ -14,7 +17,22 @@ struct Weight {
   vjm::NodeLoad per_kilogram;
 };
 
-/// All forces at nodes together [N].
+/// A cylinder between two places, by its column: a force that pushes them apart, or pulls, along
+/// the line through both as the robot stands without load.
+struct Cylinder {
+  std::string name;
+  /// In Watch::frames; the first is pushed away from the second.
+  std::array<std::size_t, 2> frames = {};
+  /// Where the ends push: the node that with_watched() has made for them; none on the ground.
+  std::array<std::optional<vjm::NodeLoad>, 2> ends = {};
+};
+
+/// Adds to `load` a force along the line between these frames. Requires that they are apart.
+void push_apart(const Cylinder& cylinder, const vjm::Watched& frames, double force,
+                vjm::Load& load);
+
+/// All forces at nodes together [N]; where they cancel, as those of a cylinder between two bodies,
+/// that at the first node.
 spatial::Vector3 force_at_nodes(const vjm::Load& load);
 
 }  // namespace kinetostat::calibration

@@ -291,6 +291,12 @@ std::string headline(const Comparison& comparison) {
             ? fmt::format(", and {} times after its uncertain values are fitted", after)
             : "",
         chance_of(best));
+  if (comparison.adequacy() == Adequacy::inconclusive)
+    return fmt::format(
+        "Inconclusive: the error is {} times the noise, but the readings leave open {}. A {} on "
+        "'{}' would tell.",
+        comparison.fitted ? after : error, listed(comparison.missing_sensor->open, "and"),
+        comparison.missing_sensor->kind_in_words(), comparison.missing_sensor->place);
   if (!comparison.fitted || nominal.adequacy == Adequacy::adequate)
     return fmt::format("The model explains the readings: its error is {} times the noise{}.", error,
                        comparison.fitted ? fmt::format(" (fitted: {})", after) : "");

@@ -59,9 +59,10 @@ Station fitted_station(const vjm::Robot& robot, const Comparison& comparison) {
   if (!comparison.fitted)
     return {"fitted", "nothing is stated as uncertain, so nothing was fitted", Light::open};
   const std::string changes = changed_in_words(robot, comparison.fitted->fit);
-  return {"fitted",
-          error_in_words(comparison, *comparison.fitted) + (changes.empty() ? "" : "; " + changes),
-          light_of(*comparison.fitted)};
+  return {
+      "fitted",
+      error_in_words(comparison, *comparison.fitted) + (changes.empty() ? "" : "; " + changes),
+      comparison.adequacy() == Adequacy::inconclusive ? Light::open : light_of(*comparison.fitted)};
 }
 
 Station missing_station(const vjm::Robot& robot, const calibration::Diagnosis& diagnosis) {

@@ -101,6 +101,37 @@ std::string owners_file(const FoundationCase& spec, const RobotSpec& robot) {
 
 }  // namespace
 
+namespace {
+
+// Where cylinders push: what they are on, and from where.
+struct CylinderEnds {
+  Mark on, from;
+};
+
+std::vector<DeadLoad> push(const Structure& at_rest, const CylinderEnds& ends, double force) {
+  const Vector3 way = (at_rest.pose_of(ends.on).x - at_rest.pose_of(ends.from).x).normalized();
+  std::vector<DeadLoad> loads = {{ends.on, force * way, Vector3::Zero()}};
+  if (ends.from.body != ground) loads.push_back({ends.from, -force * way, Vector3::Zero()});
+  return loads;
+}
+
+CylinderEnds cylinder_ends(const FoundationCase& spec, const Structure& at_rest, const Marks& marks,
+                           const Pose& platform) {
+  const Pose corner{Vector3(0.3, 0.2, 0), Matrix3::Identity()};
+  if (spec.cylinder != "bodies") return {marks.elbow, {ground, corner}};
+  const Pose fore{platform.x - platform.R * Vector3(0.05, 0, 0), platform.R};
+  return {at_rest.mark(marks.fore.body, fore), at_rest.mark(marks.base.body, corner)};
+}
+
+std::string cylinder_lines(const std::string& cylinder) {
+  if (cylinder.empty()) return {};
+  return fmt::format("cylinders:\n  push: {{on: {}, from: {{on: {}, at: [300, 200, 0]}}}}\n",
+                     cylinder == "ground" ? "upper" : "fore",
+                     cylinder == "ground" ? "base" : "arm.base");
+}
+
+}  // namespace
+
 void write_foundation(const FoundationCase& spec, const std::filesystem::path& folder) {
   RobotSpec robot = arm_3r();
   for (Item& item : robot.chains[0].items)
@@ -123,12 +154,18 @@ void write_foundation(const FoundationCase& spec, const std::filesystem::path& f
                       s.mark(upper.back(), s.pose_of(flange)), built.platform};
     if (!s.settle({})) throw std::runtime_error("the twin finds no equilibrium");
     const std::vector<Reading> zero = all_readings(spec, s, marks);
+    // Of a robot that nothing has bent yet: the line of a cylinder is that without load.
+    const Structure at_rest = build(robot, posture, {.factors = {}, .elements = 8}).structure;
+    const CylinderEnds ends = cylinder_ends(spec, at_rest, marks, posture.platform);
     for (const double weight : {12.0, 24.0, 36.0}) {
-      if (!s.settle({{built.platform, Vector3(0, 0, -weight), Vector3::Zero()}}))
-        throw std::runtime_error("the twin finds no equilibrium");
+      std::vector<DeadLoad> loads = {{built.platform, Vector3(0, 0, -weight), Vector3::Zero()}};
+      if (!spec.cylinder.empty()) loads = push(at_rest, ends, 10 * weight);
+      if (!s.settle(loads)) throw std::runtime_error("the twin finds no equilibrium");
       const std::vector<Reading> loaded = all_readings(spec, s, marks);
-      table += fmt::format("w{},{:g},{:g},{:g},{:g}", ++id, q[0], q[1], q[2], -weight);
-      head = "id,q1 [deg],q2 [deg],q3 [deg],fz [N]";
+      const double written = spec.cylinder.empty() ? -weight : 10 * weight;
+      table += fmt::format("w{},{:g},{:g},{:g},{:g}", ++id, q[0], q[1], q[2], written);
+      head = fmt::format("id,q1 [deg],q2 [deg],q3 [deg],{} [N]",
+                         spec.cylinder.empty() ? "fz" : "push");
       for (std::size_t k = 0; k < zero.size(); ++k) {
         const double error = zero[k].noise * random.normal();
         if (!is_wanted(spec, zero[k].name)) continue;
@@ -148,7 +185,68 @@ void write_foundation(const FoundationCase& spec, const std::filesystem::path& f
              "kinetostat: 1\ncampaign: arm on a foundation\norigin: simulated\nrobot: robot.yaml\n"
              "units: {length: mm, force: N, angle: deg}\ndisplacement: difference\n"
              "datum_noise: {translation: 0 um, rotation: 0 urad}\nwrench_point: reference\n" +
-                 sensor_lines(spec) + "readings: readings.csv\n");
+                 sensor_lines(spec) + cylinder_lines(spec.cylinder) + "readings: readings.csv\n");
+}
+
+namespace {
+
+// A tracker that stands anywhere, and a target somewhere on the flange.
+const Pose tracker{Vector3(2.4, -1.1, 0.3), rotation_of(Vector3(0.3, -0.2, 2.1))};
+const Vector3 target(0.045, -0.030, 0.085), payload_at(0.1, 0, 0.05);  // platform axes [m]
+
+std::string tracker_robot(const TrackerCase& spec, const RobotSpec& robot) {
+  std::vector<double> believed;
+  for (const std::string& spring : robot.springs())
+    believed.push_back(spring == "q2" || spring == "q3" ? 1 / spec.softer : 1);
+  const std::string text = robot_file(robot, believed);
+  return text.substr(0, text.find("uncertain:")) +
+         "uncertain:\n  - {stiffness: q2, between: [0.3, 3]}\n  - {stiffness: q3, between: [0.3, "
+         "3]}\n";
+}
+
+}  // namespace
+
+void write_tracker(const TrackerCase& spec, const std::filesystem::path& folder) {
+  RobotSpec robot = arm_6r();
+  for (Item& item : robot.chains[0].items)
+    if (item.name == "q2" || item.name == "q3") item.stiffness *= spec.softer;
+  Random random(spec.seed);
+  std::string table =
+      "id,q1 [deg],q2 [deg],q3 [deg],q4 [deg],q5 [deg],q6 [deg],payload [kg],dx [mm],dy [mm],dz "
+      "[mm]\n";
+  const Vector6 middle = (Vector6() << 0, -20, 30, 0, 40, 0).finished();
+  const Vector6 span = (Vector6() << 110, 45, 50, 90, 60, 120).finished();
+  for (int i = 0; i < 30; ++i) {
+    Vector6 q = middle;
+    for (Eigen::Index k = 0; k < 6; ++k) q[k] += span[k] * (2 * random.uniform() - 1);
+    Built built = build(robot, posture_of(robot, degree * q), {.factors = {}, .elements = 8});
+    Structure& s = built.structure;
+    const auto on_flange = [&](const Vector3& at) {
+      const Pose flange = s.pose_of(built.platform);
+      return s.mark(built.platform.body, {flange.x + flange.R * at, flange.R});
+    };
+    const Mark seen = on_flange(target), hung = on_flange(payload_at);
+    if (!s.settle({{hung, Vector3(0, 0, -9.80665 * spec.payload), Vector3::Zero()}}))
+      throw std::runtime_error("the twin finds no equilibrium");
+    const Vector3 read = tracker.R.transpose() * (s.pose_of(seen).x - tracker.x);
+    table += fmt::format("p{}", i + 1);
+    for (const double angle : q) table += fmt::format(",{:.10g}", angle);
+    table += fmt::format(",{:g}", spec.payload);
+    for (const double value : read)
+      table += fmt::format(",{:.7f}", 1e3 * (value + spec.noise * random.normal()));
+    table += "\n";
+  }
+  std::filesystem::create_directories(folder);
+  write_text(folder / "robot.yaml", tracker_robot(spec, robot));
+  write_text(folder / "readings.csv", table);
+  write_text(folder / "campaign.yaml",
+             fmt::format("# Made by tests/twin, a simulator that shares no code with the product.\n"
+                         "kinetostat: 1\ncampaign: tracker and payload\norigin: simulated\nrobot: "
+                         "robot.yaml\nunits: {{length: mm, force: N, angle: deg}}\ndisplacement: "
+                         "absolute\nsession_frame: estimate\ntarget_pose: estimate\nweights: "
+                         "{{payload: {{on: platform, at: [100, 0, 50]}}}}\nnoise: {{translation: "
+                         "{:g} um}}\nreadings: readings.csv\n",
+                         1e6 * spec.noise));
 }
 
 }  // namespace twin

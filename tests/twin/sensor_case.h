@@ -20,9 +20,23 @@ struct FoundationCase {
   /// Columns to write, of "base_level", "tool_level", "bent", "dial", "ballbar".
   std::string sensors = "base_level,tool_level";
   bool foundation_in_file = true;  // the robot file has its compliance, as uncertain
+  /// Instead of weights: cylinders, "ground" from the floor to the elbow, "bodies" between the
+  /// column's foot and the forearm.
+  std::string cylinder = {};
 };
 
 /// Writes robot.yaml, campaign.yaml and readings.csv into a folder. Throws std::runtime_error.
 void write_foundation(const FoundationCase& spec, const std::filesystem::path& folder);
+
+/// A six-axis arm under its own weight and a payload in 30 postures, whose target a tracker sees:
+/// nobody knows where the tracker stands, nor where on the flange the target sits.
+struct TrackerCase {
+  double softer = 0.75;  // stiffness of q2 and q3 over what their owner believes
+  double noise = 10e-6;  // [m] of each coordinate
+  double payload = 60;   // [kg]
+  std::uint64_t seed = 1;
+};
+
+void write_tracker(const TrackerCase& spec, const std::filesystem::path& folder);
 
 }  // namespace twin

@@ -26,8 +26,10 @@ constexpr const char* usage =
     "weights, poses,weights\n"
     "       twin_cases --agreement ROBOT PLAN FOLDER  no noise, nothing hidden, the true "
     "stiffnesses\n"
-    "       twin_cases --foundation SENSORS NOISE FOLDER [hidden]  an arm on a foundation that "
-    "yields\n";
+    "       twin_cases --foundation SENSORS NOISE FOLDER [hidden|ground|bodies]  an arm on a "
+    "foundation that yields, under weights or a cylinder\n"
+    "       twin_cases --tracker NOISE FOLDER  an arm under a payload, an unknown target and "
+    "tracker\n";
 
 twin::Case case_named(const std::string& name) {
   for (const std::vector<twin::Case>& cases : {twin::suite(), twin::trial_suite(), twin::stories()})
@@ -68,8 +70,15 @@ int run(const std::vector<std::string>& words) {
     const double noise = std::stod(words[2]);
     spec.tilt_noise *= noise;
     spec.length_noise *= noise;
-    spec.foundation_in_file = words.size() == 4;
+    spec.foundation_in_file = words.size() == 4 || words[4] != "hidden";
+    if (words.size() == 5 && words[4] != "hidden") spec.cylinder = words[4];
     twin::write_foundation(spec, words[3]);
+    return 0;
+  }
+  if (words.size() == 3 && words[0] == "--tracker") {
+    twin::TrackerCase spec;
+    spec.noise *= std::stod(words[1]);
+    twin::write_tracker(spec, words[2]);
     return 0;
   }
   if (words.size() == 4 && words[0] == "--case") {

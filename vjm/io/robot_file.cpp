@@ -15,6 +15,7 @@
 #include "kinetostat/spatial/rotation.h"
 #include "kinetostat/vjm/chain/chain_builder.h"
 #include "kinetostat/vjm/chain/chain_modifier.h"
+#include "kinetostat/vjm/chain/stiffness_table.h"
 #include "kinetostat/vjm/io/effect_file.h"
 #include "kinetostat/vjm/io/link_entry.h"
 
@@ -47,14 +48,44 @@ double read_stiffness(const YamlNode& node, Motion motion, const UnitSystem& uni
       is_rotation(motion) ? dimension::torsional_stiffness : dimension::linear_stiffness, units);
 }
 
+// `{at: [0, 200, 400], is: [80, 60, 45]}`: the stiffness at commands of the drive.
+StiffnessTable read_stiffness_table(const YamlNode& node, Motion motion, const UnitSystem& units) {
+  node.allow_only({"at", "is"});
+  const std::vector<YamlNode> places = node.at("at").items(), values = node.at("is").items();
+  if (places.size() != values.size() || places.size() < 2)
+    node.fail(fmt::format("{} places and {} values of stiffness", places.size(), values.size()),
+              "Give two or more places and one value each: {at: [0, 200], is: [80 N/um, 60 N/um]}");
+  std::vector<double> commands, stiffness;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    commands.push_back(places[i].quantity(coordinate_dimension(motion), units));
+    stiffness.push_back(read_stiffness(values[i], motion, units));
+    if (i > 0 && !(commands[i - 1] < commands[i]))
+      places[i].fail("the places do not ascend", "Write them from the least to the largest");
+  }
+  return {std::move(commands), stiffness};
+}
+
+// A drive without a spring, with one, or with one that depends on its command.
+void add_drive(ChainBuilder& chain, const YamlNode& node, const std::string& name, Motion motion,
+               double home, const UnitSystem& units) {
+  const auto given = node.find("stiffness");
+  if (!given || !given->is_map()) {
+    std::optional<double> stiffness;
+    if (given) stiffness = read_stiffness(*given, motion, units);
+    chain.actuator(name, motion, stiffness, home);
+    return;
+  }
+  const StiffnessTable table = read_stiffness_table(*given, motion, units);
+  chain.actuator(name, motion, table.at(home), home);
+  chain.law(name, std::make_shared<TabulatedStiffness>(table, home));
+}
+
 void add_actuator(ChainBuilder& chain, const YamlNode& node, const UnitSystem& units) {
   node.allow_only({"name", "axis", "stiffness", "home", "range"});
   const Motion motion = read_motion(node.at("axis"));
-  std::optional<double> stiffness;
-  if (const auto given = node.find("stiffness")) stiffness = read_stiffness(*given, motion, units);
   const auto home = node.find("home");
-  chain.actuator(node.at("name").text(), motion, stiffness,
-                 home ? home->quantity(coordinate_dimension(motion), units) : 0);
+  add_drive(chain, node, node.at("name").text(), motion,
+            home ? home->quantity(coordinate_dimension(motion), units) : 0, units);
   if (const auto range = node.find("range")) {
     const std::vector<YamlNode> ends = range->items(2);
     const double least = ends[0].quantity(coordinate_dimension(motion), units),

@@ -74,15 +74,16 @@ struct ImportedRobot {
   std::vector<MissingStiffness> missing;
 };
 
-/// The joints of a chain that have a drive, from base to tip: those that move and mimic no other.
+/// The joints of a chain that have a drive, from base to tip.
 std::vector<UrdfJoint> driven_joints(const UrdfModel& model, const UrdfChain& chain);
 
 /// A robot file (docs/reference/robot-file.md) in m, N, rad: every joint that moves becomes an
 /// actuator about or along an axis of its own frame, every link between two of them a rigid link
 /// with the mass of all that is fixed to it. `stiffness` of the drives [N m/rad or N/m], in the
-/// order of driven_joints(); empty: to be added by hand. Throws common::InputError for a mimic
-/// joint that follows one that is not before it in the chain, and for a chain without joints that
-/// move.
+/// order of driven_joints(); empty: to be added by hand. Joints that mimic one leader are coupled
+/// to the first of them in the chain, which is driven; the leader itself may be elsewhere. Throws
+/// common::InputError for a mimic joint that follows none, or itself, and for a chain without
+/// joints that move.
 ImportedRobot import_robot(const UrdfModel& model, const UrdfChain& chain,
                            const std::vector<double>& stiffness = {});
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -64,8 +65,8 @@ struct Body {
 
 class Importer {
  public:
-  Importer(const UrdfModel& model, const UrdfChain& chain, const std::vector<double>& stiffness)
-      : model_(model), chain_(chain), stiffness_(stiffness) {}
+  Importer(const UrdfModel& model, const UrdfChain& chain, std::vector<double> stiffness)
+      : model_(model), chain_(chain), stiffness_(std::move(stiffness)) {}
 
   ImportedRobot run() {
     body_.name = chain_.base;
@@ -87,6 +88,8 @@ class Importer {
     result_.text = text();
     return result_;
   }
+
+  const std::vector<UrdfJoint>& drives() const { return drives_; }
 
  private:
   // What is fixed to the base carries nothing.
@@ -111,10 +114,15 @@ class Importer {
     const Pose turned = Pose::rotation(frame.rotation);
     finish_body(turned);
     const std::string axis = std::string(turns(joint) ? "R" : "T") + frame.letter;
-    if (joint.mimics.empty()) {
+    const Followed followed = followed_by(joint);
+    const auto driven = driven_.find(followed.leader);
+    if (followed.factor == 0) {
+      add_offset(axis, followed.offset, turns(joint));  // it stands where the offset has it
+    } else if (driven == driven_.end()) {
       add_actuator(joint, axis);
+      driven_[followed.leader] = {&joint, followed.factor, followed.offset};
     } else {
-      add_mimic(joint, axis);
+      add_mimic(joint, axis, followed, driven->second);
     }
     // From here on places are taken in the joint's turned frame.
     place_ = turned.inverse();
@@ -132,13 +140,13 @@ class Importer {
     }
     const std::string name = io::yaml_scalar(joint.name);
     const char* unit = turns(joint) ? "N m/rad" : "N/m";
-    const std::size_t drive = positions_.size();
+    const std::size_t drive = drives_.size();
     const std::string spring = drive < stiffness_.size()
                                    ? fmt::format(", stiffness: {:.15g} {}", stiffness_[drive], unit)
                                    : "";
     elements_ += fmt::format("    - actuator: {{name: {}, axis: {}{}{}{}}}\n", name, axis,
                              home == 0 ? "" : fmt::format(", home: {:.6g}", home), range, spring);
-    positions_.push_back(joint.name);
+    drives_.push_back(joint);
     if (!spring.empty()) return;
     elements_ +=
         fmt::format("      # MISSING: 'stiffness: ... {}' of drive and transmission\n", unit);
@@ -147,30 +155,58 @@ class Importer {
          fmt::format("stiffness of drive and transmission [{}]; rigid until it is given", unit)});
   }
 
-  void require_leader(const UrdfJoint& joint) const {
-    if (std::find(positions_.begin(), positions_.end(), joint.mimics) == positions_.end())
-      throw common::InputError(
-          {.file = model_.file,
-           .line = joint.line,
-           .key = joint.name,
-           .what = fmt::format("it mimics '{}', which is not before it in the chain", joint.mimics),
-           .cure = "Choose another --base or --tip, or write the robot file by hand"});
+  // q = factor * q_leader + offset of the joint that leads in the end, itself where it mimics none.
+  struct Followed {
+    std::string leader;
+    double factor = 1, offset = 0;
+  };
+  Followed followed_by(const UrdfJoint& joint) const {
+    Followed result{.leader = joint.name};
+    const UrdfJoint* now = &joint;
+    for (std::size_t steps = 0; !now->mimics.empty(); ++steps) {
+      const auto next = std::find_if(model_.joints.begin(), model_.joints.end(),
+                                     [&](const UrdfJoint& j) { return j.name == now->mimics; });
+      if (next == model_.joints.end() || steps > model_.joints.size())
+        throw common::InputError(
+            {.file = model_.file,
+             .line = now->line,
+             .key = now->name,
+             .what = fmt::format("it mimics '{}', {}", now->mimics,
+                                 next == model_.joints.end() ? "and there is no such joint"
+                                                             : "which mimics it in turn"),
+             .cure = "Correct the joint that it names, or write the robot file by hand"});
+      result.offset += result.factor * now->mimic_offset;
+      result.factor *= now->mimic_factor;
+      result.leader = next->name;
+      now = &*next;
+    }
+    return result;
   }
 
-  void add_mimic(const UrdfJoint& joint, const std::string& axis) {
-    require_leader(joint);
-    if (joint.mimic_offset != 0) {
-      const Vector3 along = joint.mimic_offset * Vector3::Unit(axis[1] - 'x');
-      const Pose shift =
-          turns(joint) ? Pose::rotation(spatial::exp_rotation(along)) : Pose::translation(along);
-      elements_ += fmt::format("    - offset: {}\n", pose_text(shift));
-    }
-    if (joint.mimic_factor == 0) return;  // it stands where the offset has it
-    const auto leading = std::find_if(model_.joints.begin(), model_.joints.end(),
-                                      [&](const UrdfJoint& j) { return j.name == joint.mimics; });
-    const char* unit = turns(*leading) == turns(joint) ? "" : turns(*leading) ? " m/rad" : " rad/m";
+  // The joint of the chain that is driven for a leader: itself, or, where that is on a side branch
+  // or comes later, the first that follows it.
+  struct Driven {
+    const UrdfJoint* joint = nullptr;
+    double factor = 1, offset = 0;
+  };
+
+  void add_offset(const std::string& axis, double offset, bool is_turn) {
+    if (offset == 0) return;
+    const Vector3 along = offset * Vector3::Unit(axis[1] - 'x');
+    const Pose shift =
+        is_turn ? Pose::rotation(spatial::exp_rotation(along)) : Pose::translation(along);
+    elements_ += fmt::format("    - offset: {}\n", pose_text(shift));
+  }
+
+  void add_mimic(const UrdfJoint& joint, const std::string& axis, const Followed& followed,
+                 const Driven& driven) {
+    const double factor = followed.factor / driven.factor;
+    add_offset(axis, followed.offset - factor * driven.offset, turns(joint));
+    const char* unit = turns(*driven.joint) == turns(joint) ? ""
+                       : turns(*driven.joint)               ? " m/rad"
+                                                            : " rad/m";
     elements_ += fmt::format("    - coupled: {{to: {}, axis: {}, factor: {}{}}}   # {}\n",
-                             io::yaml_scalar(joint.mimics), axis, joint.mimic_factor, unit,
+                             io::yaml_scalar(driven.joint->name), axis, factor, unit,
                              common::printable(joint.name));
   }
 
@@ -217,25 +253,23 @@ class Importer {
 
   const UrdfModel& model_;
   const UrdfChain& chain_;
-  const std::vector<double>& stiffness_;
+  std::vector<double> stiffness_;
   ImportedRobot result_;
   Body body_;
   bool moving_ = false;
   Pose place_;  // frame of the current URDF link, in the frame behind the last joint
   Pose base_;
-  std::vector<std::string> positions_;  // names of actuators so far
+  std::map<std::string, Driven> driven_;  // by leaders
+  std::vector<UrdfJoint> drives_;
   std::string links_, elements_;
 };
 
 }  // namespace
 
 std::vector<UrdfJoint> driven_joints(const UrdfModel& model, const UrdfChain& chain) {
-  std::vector<UrdfJoint> result;
-  for (const std::size_t number : chain.joints) {
-    const UrdfJoint& joint = model.joints[number];
-    if (joint.type != UrdfJointType::fixed && joint.mimics.empty()) result.push_back(joint);
-  }
-  return result;
+  Importer importer(model, chain, {});
+  (void)importer.run();
+  return importer.drives();
 }
 
 bool turns(const UrdfJoint& joint) { return joint.type != UrdfJointType::prismatic; }

@@ -9,6 +9,7 @@
 
 #include "kinetostat/common/parallel.h"
 #include "kinetostat/vjm/continuation/path.h"
+#include "kinetostat/vjm/manipulator/joint_range.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/equilibrium.h"
 #include "kinetostat/vjm/statics/stiffness.h"
@@ -260,7 +261,7 @@ MapPoint map_point(const Manipulator& manipulator, const TargetPose& target,
   refuse_critical_force_beside_a_wrench(target.load, indices);
   MapPoint point{.values = std::vector<double>(indices.size(), not_a_number)};
   const PostureResult posture = posture_at(manipulator, target.platform);
-  if (!posture.reached) return point;
+  if (!posture.reached || !beyond_range(manipulator, posture.posture).empty()) return point;
   Flexibility flexibility;
   Vector6 deflection = Vector6::Zero();
   if (is_unloaded(target.load) && manipulator.is_relaxed_when_unloaded()) {

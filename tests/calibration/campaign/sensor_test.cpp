@@ -5,6 +5,9 @@
 
 #include "kinetostat/calibration/campaign/campaign_file.h"
 #include "kinetostat/calibration/regression/predict.h"
+#include "kinetostat/calibration/regression/simulate.h"
+#include "kinetostat/calibration/sensors/sensor_guess.h"
+#include "kinetostat/calibration/sensors/weight.h"
 #include "kinetostat/common/error.h"
 
 #include "calibration/laboratory.h"
@@ -381,6 +384,164 @@ TEST(Weights, PullAlongGravityWhereTheyHang) {
     EXPECT_TRUE(kinetostat::test::matrix_near(predictions.displacement[i],
                                               spatial::pose_difference(rest, loaded), 1e-11));
   }
+}
+
+// A cylinder between two bodies is two loads at nodes along the line between them.
+TEST(Cylinders, PushTheirEndsApart) {
+  const vjm::Robot robot = robot_of(arm);
+  const std::filesystem::path file = test::write_campaign(
+      std::string(campaign_head) +
+          "displacement: difference\nnoise: {translation: 1 um}\ncylinders:\n"
+          "  brace: {on: elbow, from: column}\n"
+          "  prop: {on: elbow, from: {on: base, at: [700, 0, 0]}}\n",
+      "q1,q2,q3,brace [N],Prop [kN],dx,dz\n20,-30,50,400,,0.1,0.1\n20,-30,50,,-0.3,0.1,0.1\n"
+      "20,-30,50,-400,,0.1,0.1\n");
+  const Campaign campaign = read_campaign(file, robot.manipulator);
+  common::Progress silent;
+  const Predictions predictions =
+      Predictor(robot.manipulator, campaign, 1, silent).predict({}, VectorXd(), false, silent);
+  ASSERT_FALSE(predictions.failure) << predictions.failure->reason;
+  const vjm::Posture posture =
+      posture_from_joints(robot.manipulator, campaign.configurations[0].joints).posture;
+  const vjm::Chain& chain = robot.manipulator.chains()[0];
+  const VectorXd x = posture.coordinates_of(chain, 0);
+  const auto place = [&](const char* name, const Vector3& at) -> Vector3 {
+    return vjm::frame_behind(chain, x, chain.joints_to(name)) * at;
+  };
+  const Vector3 elbow = place("upper", {0, 0.02, 0.01}), foot = place("column", {0, 0, 0});
+  const spatial::Pose rest = equilibrium_under_load(robot.manipulator, posture, {}).platform;
+  const auto pushed = [&](const Vector3& from, double force, bool at_foot) {
+    const Vector3 push = force * (elbow - from).normalized();
+    vjm::Load load{.nodes = {{.chain = 0, .node = chain.node_index("elbow"), .force = push}}};
+    if (at_foot)
+      load.nodes.push_back({.chain = 0, .node = chain.node_index("column"), .force = -push});
+    return load;
+  };
+  const auto expect = [&](std::size_t row, const vjm::Load& load) {
+    const spatial::Pose there = equilibrium_under_load(robot.manipulator, posture, load).platform;
+    EXPECT_TRUE(kinetostat::test::matrix_near(predictions.displacement[row],
+                                              spatial::pose_difference(rest, there), 1e-12));
+  };
+  expect(1, pushed({0.7, 0, 0}, -300, false));
+  // Equal and opposite, to first order; one force that cancels is a load all the same.
+  EXPECT_TRUE(kinetostat::test::matrix_near(predictions.displacement[0],
+                                            VectorXd(-predictions.displacement[2]), 1e-7));
+  EXPECT_GT(predictions.displacement[0].norm(), 1e-6);
+  EXPECT_NEAR(force_at_nodes(campaign.readings[0].load).norm(), 400, 1e-9);
+}
+
+TEST(Cylinders, BetweenTheBaseAndItselfAreRefused) {
+  const vjm::Robot robot = robot_of(arm);
+  try {
+    (void)read_campaign(test::write_campaign(std::string(campaign_head) +
+                                                 "displacement: difference\ncylinders: {push: {on: "
+                                                 "base, from: {on: base, at: [1, 0, 0]}}}\n",
+                                             "push,dz\n1,1\n"),
+                        robot.manipulator);
+    FAIL();
+  } catch (const common::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("moves nothing"), std::string::npos) << error.what();
+  }
+}
+
+// Its axis y lies along the vertical when the arm has turned by a quarter.
+TEST(Sensors, ALevelIsRefusedWhereAnAxisOfItStandsUpright) {
+  const vjm::Robot robot = robot_of(arm);
+  const auto file = [&](const std::string& axes) {
+    return write_readings(
+        "difference",
+        "sensors: {level: {kind: tilt, on: arm.base, at: {rpy: [90, 0, 0]}, axes: " + axes + "}}\n",
+        {"level"});
+  };
+  common::Progress silent;
+  const auto predict = [&](const std::string& axes) {
+    const Campaign campaign = read_campaign(file(axes), robot.manipulator);
+    (void)Predictor(robot.manipulator, campaign, 1, silent);
+  };
+  EXPECT_NO_THROW(predict("z"));
+  try {
+    predict("y");
+    FAIL() << "a level that is blind";
+  } catch (const common::InputError& error) {
+    const std::string what = error.what();
+    for (const char* part : {"axis y of the level 'level' is vertical", "readings.csv", "axes:"})
+      EXPECT_NE(what.find(part), std::string::npos) << what;
+  }
+}
+
+TEST(Sensors, HaveNoErrorOfTheirDatumWhereZeroIsStated) {
+  const vjm::Robot robot = robot_of(arm);
+  const auto read = [&](const std::string& datum, const std::string& own) {
+    return read_campaign(
+        write_readings(
+            "difference",
+            "datum_noise: " + datum +
+                "\nsensors: {dial: {kind: gauge, on: elbow, direction: [0, 0, 1], noise: "
+                "1 um" +
+                own + "}}\n",
+            {"dial"}),
+        robot.manipulator);
+  };
+  EXPECT_EQ(read("0", "").datum_noise[0], 0);
+  EXPECT_NEAR(read("0", ", datum_noise: 2 um").datum_noise[0], 2e-6, 1e-18);
+  EXPECT_EQ(read("{translation: 0 um}", ", datum_noise: 0").datum_noise[0], 0);
+  EXPECT_TRUE(std::isnan(read("{translation: 0 um}", "").datum_noise[0]));
+  try {
+    (void)read("5 um", "");
+    FAIL();
+  } catch (const common::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("or 0 where all of them are exact"), std::string::npos)
+        << error.what();
+  }
+}
+
+TEST(SensorGuess, GoesByWordsNumbersAxesAndJoints) {
+  const std::vector<std::string> joints = {"A1", "A2", "q3"};
+  const auto guess = [&](const char* column) -> std::string {
+    const auto found = sensor_guess(column, joints);
+    if (!found) return "";
+    return found->kind + " " + found->name +
+           (found->axis != 0 ? std::string(" ") + found->axis : "") +
+           (found->joint.empty() ? "" : " of " + found->joint);
+  };
+  EXPECT_EQ(guess("dial_1"), "gauge dial_1");
+  EXPECT_EQ(guess("Messuhr 3"), "gauge Messuhr_3");
+  EXPECT_EQ(guess("tilt_x"), "tilt tilt x");
+  EXPECT_EQ(guess("Base Level.ry"), "tilt Base_Level y");
+  EXPECT_EQ(guess("ballbar"), "distance ballbar");
+  EXPECT_EQ(guess("theta_A2"), "joint theta_A2 of A2");
+  EXPECT_EQ(guess("Torque a1"), "torque Torque_a1 of A1");
+  for (const char* other : {"theta", "torque_A9", "remark", "dz", "dialect", "x"})
+    EXPECT_EQ(guess(other), "") << other;
+}
+
+// What is simulated like a campaign is what the model says of each of its sensors.
+TEST(SimulateLike, WritesWhatTheModelSaysInTheCellsThatHoldReadings) {
+  const vjm::Robot robot = robot_of(arm);
+  const std::filesystem::path file = test::write_campaign(
+      std::string(campaign_head) +
+          "displacement: difference\norigin: measured\nsensors:\n  dial: {kind: gauge, on: elbow, "
+          "direction: [0, 0, 1]}\n  level: {kind: tilt, on: fore, axes: [x, y]}\n"
+          "weights: {hook: {on: elbow}}\ncolumns: {Uhr: -dial [um]}\n",
+      "remark,hook,Uhr,level.rx [urad],level.ry [urad]\nfirst,4,9,9,9\n\"a, b\",8,9,,9\n");
+  common::Progress silent;
+  const SimulatedCampaign made =
+      simulate_like(robot, "robot.yaml", file, std::nullopt, {.seed = 3}, silent);
+  const std::filesystem::path again = test::write_campaign(made.yaml, made.readings);
+  const Campaign measured = read_campaign(file, robot.manipulator);
+  const Campaign simulated = read_campaign(again, robot.manipulator);
+  const Predictions predictions =
+      Predictor(robot.manipulator, measured, 1, silent).predict({}, VectorXd(), false, silent);
+  ASSERT_EQ(simulated.readings.size(), 2U);
+  EXPECT_EQ(simulated.covariates.at(0).values.at(1), "a, b");
+  for (std::size_t i = 0; i < 2; ++i)
+    for (Index k = 0; k < measured.size(); ++k) {
+      const double read = simulated.readings[i].displacement[k];
+      if (std::isnan(measured.readings[i].displacement[k]))
+        EXPECT_TRUE(std::isnan(read));
+      else
+        EXPECT_NEAR(read, predictions.displacement[i][k], 1e-15);
+    }
 }
 
 }  // namespace

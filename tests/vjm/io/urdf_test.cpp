@@ -187,6 +187,25 @@ TEST_F(Urdf, AMimicMayTurnWhatSlides) {
   EXPECT_LT(spatial::pose_difference(result.posture.platform, motion.tip).norm(), 1e-12);
 }
 
+// A linkage whose driven joint is on a branch beside the chain: q1 = 2 q - 0.1, q2 = -q1 / 4 + 0.3.
+TEST_F(Urdf, AMimicMayFollowAJointOfASideBranch) {
+  const std::string text =
+      "<robot name='r'><link name='a'/><link name='b'/><link name='c'/><link name='side'/>"
+      "<joint name='crank' type='continuous'><parent link='a'/><child link='side'/></joint>"
+      "<joint name='one' type='continuous'><parent link='a'/><child link='b'/><origin xyz='0 0 "
+      ".3'/><axis xyz='0 1 0'/><mimic joint='crank' multiplier='2' offset='-.1'/></joint>"
+      "<joint name='two' type='continuous'><parent link='b'/><child link='c'/><origin xyz='.4 0 "
+      "0'/><axis xyz='0 1 0'/><mimic joint='one' multiplier='-.25' offset='.3'/></joint></robot>";
+  const UrdfModel model = read(text);
+  const Robot robot = imported(model, find_chain(model, "a", "c"));
+  const double q1 = 0.7, q2 = -q1 / 4 + 0.3;
+  const PostureResult result = posture_from_joints(robot.manipulator, {{"one", q1}});
+  const Pose tip =
+      Pose::translation({0, 0, 0.3}) * Pose::rotation(spatial::exp_rotation(Vector3(0, q1, 0))) *
+      Pose::translation({0.4, 0, 0}) * Pose::rotation(spatial::exp_rotation(Vector3(0, q2, 0)));
+  EXPECT_LT(spatial::pose_difference(result.posture.platform, tip).norm(), 1e-12);
+}
+
 TEST_F(Urdf, WhatIsMissingIsListed) {
   const UrdfModel model = read(two_links("revolute"));
   const ImportedRobot robot = import_robot(model, find_chain(model, "", ""));
