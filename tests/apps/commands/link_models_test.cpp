@@ -20,11 +20,7 @@ io::Json json_of(const std::string& name) { return io::read_json(working_folder(
 
 // What `beam` and `identify` have of a link, each model in a file of its own.
 void write_models(const std::string& link) {
-  ASSERT_EQ(kinetostat(fmt::format("beam meshes/{0}.yaml --fea data/links/{0}.link.json "
-                                   "--json {0}.json",
-                                   link))
-                .code,
-            0);
+  ASSERT_EQ(kinetostat(fmt::format("beam meshes/{0}.yaml --json {0}.json", link)).code, 0);
   const io::Json beams = json_of(link + ".json");
   for (int m = 0; m < 2; ++m)
     io::write_json(working_folder() / fmt::format("{}_{}.json", link, m), beams["models"][m]);
