@@ -10,7 +10,7 @@ namespace kinetostat::fea {
 /// A straight beam of one section.
 struct BeamElement {
   spatial::Frame middle;      // point on the beam's axis half way along; x along it
-  double length;              // [m]
+  double length = 0;          // [m]
   SectionProperties section;  // in the y-z plane of `middle`
 };
 
