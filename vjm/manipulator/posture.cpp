@@ -371,7 +371,7 @@ PostureResult mechanism_posture_at(const Manipulator& manipulator, const Pose& t
 
 namespace {
 
-// The largest miss is that which is told.
+// The largest miss is the one that is reported.
 void note_miss(const Chain& chain, const Vector6& error, PostureResult& result) {
   result.reached = false;
   if (!result.reason.empty() && error.norm() <= result.error.norm()) return;
