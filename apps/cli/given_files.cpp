@@ -41,6 +41,7 @@ const std::vector<Wanted>& all_wanted() {
       {"effect list", {robot}},
       {"measure check", {robot_or_campaign, campaign}},
       {"compare", {robot_or_campaign, campaign}},
+      {"calibrate", {robot_or_campaign, campaign}},
       {"diagnose", {robot_or_campaign, campaign}},
       {"plan", {robot_or_campaign, campaign}},
       {"study", {robot_or_campaign, campaign}, true},

@@ -145,6 +145,8 @@ class Calibration {
   void add_geometry(const Stage& stage);
   bool is_judged() const { return options_.folds > 1; }
   [[noreturn]] void fail_to_judge() const;
+  /// Errors of readings that a fit has not used.
+  void add_predicted(const Campaign& others, const BaseFit& fit, PoseErrors& errors) const;
   void judge_confirmed(const Stage& before, const Stage& after);
 
   const vjm::Robot& robot_;
@@ -201,7 +203,7 @@ BaseFit Calibration::fit(const std::vector<Index>& chosen, const Noise& noise,
   }
   BaseFit result =
       fit_base(predictor_, campaign, noise, parameters, progress_,
-               {.tolerance = 1e-10, .loss = options_.loss, .near = near, .accept_unsettled = true});
+               {.tolerance = 1e-9, .loss = options_.loss, .near = near, .accept_unsettled = true});
   for (std::size_t k = 0; k < chosen.size(); ++k)
     result.parameters[k].parameter.start = all_[static_cast<std::size_t>(chosen[k])].start;
   return result;
@@ -370,7 +372,7 @@ void Calibration::add_stage(const std::string& name, const std::vector<Index>& c
   too_few_poses_ = is_judged() && !stage.held_out;
   if (too_few_poses_ && !stages_.empty()) return;
   PoseErrors errors;
-  errors.add(campaign_, stage.fit, ratio_);
+  errors.add(campaign_, stage.fit.predicted, ratio_ * stage.fit.at.residual);
   result_.stages.push_back({.name = name,
                             .fitted = static_cast<Index>(chosen.size()),
                             .at_fitted = errors.total(),
@@ -389,6 +391,30 @@ std::vector<std::vector<std::size_t>> Calibration::folds() const {
     for (const Index v : groups.members[g])
       parts[g % count].push_back(values_[static_cast<std::size_t>(v)].reading);
   return parts;
+}
+
+// A fit predicts all readings of sessions whose frame and zero offsets it knows; those of others
+// have to be estimated from what is predicted.
+void Calibration::add_predicted(const Campaign& others, const BaseFit& fit,
+                                PoseErrors& errors) const {
+  const bool is_estimated = campaign_.session_frame == SessionFrame::estimated ||
+                            campaign_.zero == ZeroReading::estimated;
+  if ((is_estimated && campaign_.sessions.size() > 1) || !noise_.datums.empty()) {
+    const BaseFit seen = predict_others(predictor_, others, scaled(noise_, ratio_), fit, progress_);
+    errors.add(others, seen.predicted, ratio_ * seen.at.residual);
+    return;
+  }
+  VectorXd residual(std::ssize(values_in_use(others)));
+  Index row = 0;
+  for (std::size_t i = 0; i < others.readings.size(); ++i) {
+    const std::vector<Index> used = components_in_use(others.readings[i]);
+    if (used.empty()) continue;
+    MatrixXd block = (fit.predicted[i] - others.readings[i].displacement)(used);
+    noise_.whiten(i, used, block);
+    residual.segment(row, block.rows()) = block;
+    row += block.rows();
+  }
+  errors.add(others, fit.predicted, residual);
 }
 
 void Calibration::fail_to_judge() const {
@@ -411,8 +437,8 @@ std::optional<PoseErrors> Calibration::held_out(const Stage& stage) {
       others.readings[reading].masked = campaign_.readings[reading].masked;
     }
     try {
-      const BaseFit fitted = fit(stage.chosen, noise, values_of(stage.fit), rest, &stage.fit.model);
-      errors.add(others, predict_others(predictor_, others, noise, fitted, progress_), ratio_);
+      add_predicted(others, fit(stage.chosen, noise, values_of(stage.fit), rest, &stage.fit.model),
+                    errors);
     } catch (const common::NotIdentifiable&) {
       return std::nullopt;  // too few are left
     }
@@ -487,9 +513,7 @@ void Calibration::judge_confirmed(const Stage& before, const Stage& after) {
   const Campaign others = only(whole_, {Role::confirm});
   const auto error_of = [&](const Stage& stage) {
     PoseErrors errors;
-    errors.add(others,
-               predict_others(predictor_, others, scaled(noise_, ratio_), stage.fit, progress_),
-               ratio_);
+    add_predicted(others, stage.fit, errors);
     return errors.total();
   };
   result_.confirmed_before = error_of(before);

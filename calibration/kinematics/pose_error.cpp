@@ -20,18 +20,19 @@ double PoseErrors::Sum::rms() const {
 
 double PoseErrors::Sum::most() const { return count == 0 ? not_a_number : largest; }
 
-void PoseErrors::add(const Campaign& campaign, const BaseFit& fit, double noise_factor) {
+void PoseErrors::add(const Campaign& campaign, const std::vector<Eigen::VectorXd>& predicted,
+                     const Eigen::VectorXd& residual) {
   const std::vector<Value> values = values_in_use(campaign);
   std::map<std::size_t, std::vector<double>> positions;  // of one sensor, by reading
   for (std::size_t v = 0; v < values.size(); ++v) {
     const auto& [reading, component] = values[v];
-    const double over_noise = noise_factor * std::abs(fit.at.residual[static_cast<Index>(v)]);
+    const double over_noise = std::abs(residual[static_cast<Index>(v)]);
     if (over_noise > whitened_.largest) worst_reading_ = reading;
     whitened_.add(over_noise);
     squares_[campaign.readings[reading].configuration] += over_noise * over_noise;
     const Component& what = campaign.component(component);
     const double error =
-        campaign.readings[reading].displacement[component] - fit.predicted[reading][component];
+        campaign.readings[reading].displacement[component] - predicted[reading][component];
     if (what.dimension == spatial::dimension::angle) rotation_.add(error);
     if (what.dimension != spatial::dimension::length) continue;
     translation_.add(error);

@@ -1,4 +1,4 @@
-// How far predicted poses are off, over readings that may have been predicted by several fits.
+// How far predicted poses are off, over readings that several fits may have predicted.
 #pragma once
 
 #include <cstddef>
@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "kinetostat/calibration/campaign/campaign.h"
-#include "kinetostat/calibration/regression/base_fit.h"
 
 namespace kinetostat::calibration {
 
@@ -25,9 +24,10 @@ struct PoseError {
 
 class PoseErrors {
  public:
-  /// Adds the readings in use of a campaign as a fit predicts them, which was made with the noise
-  /// times `noise_factor`.
-  void add(const Campaign& campaign, const BaseFit& fit, double noise_factor);
+  /// Adds the readings in use of a campaign. `predicted`: one entry a reading, SI; `residual`:
+  /// their errors in units of the noise, one a value in use.
+  void add(const Campaign& campaign, const std::vector<Eigen::VectorXd>& predicted,
+           const Eigen::VectorXd& residual);
   PoseError total() const;
   /// Sums of squares in units of the noise, by configuration.
   const std::map<std::size_t, double>& squares() const { return squares_; }

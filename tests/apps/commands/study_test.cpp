@@ -93,8 +93,9 @@ TEST(OneScreenOfRobots, EveryOtherCommand) {
 }
 
 TEST(OneScreenOfHelp, IsNoWiderThanATerminal) {
-  for (const char* command : {"", "study", "compare", "diagnose", "plan", "adopt", "stiffness",
-                              "identify", "map", "simulate", "trace", "compensate", "beam"})
+  for (const char* command :
+       {"", "study", "compare", "calibrate", "diagnose", "plan", "adopt", "stiffness", "identify",
+        "map", "simulate", "trace", "compensate", "beam"})
     for (const std::string& line : lines_of(kinetostat(std::string(command) + " --help").out))
       EXPECT_LE(line.size(), 80u) << command << ": " << line;
 }
