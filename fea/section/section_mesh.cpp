@@ -159,16 +159,19 @@ class Refinement {
 
   // Halves a segment; next to a sharp corner at a power of two from it, so that the two sides that
   // meet there do not crowd each other for ever. False when it is too short.
+  // Where to divide a segment of this length: on a shell about its only sharp end, or half way.
+  double division(const Segment& segment, double length) const {
+    if (is_sharp(segment.a) == is_sharp(segment.b)) return 0.5;
+    const double shell = std::exp2(std::round(std::log2(0.5 * length))) / length;
+    return is_sharp(segment.a) ? shell : 1 - shell;
+  }
+
   bool split(std::size_t s) {
     const Segment segment = segments_[s];
     const GridPoint a = delaunay_.point(segment.a), b = delaunay_.point(segment.b);
     const double length = std::sqrt(squared(a, b));
     if (length < 4) return false;
-    double part = 0.5;
-    if (is_sharp(segment.a) != is_sharp(segment.b)) {
-      const double shell = std::exp2(std::round(std::log2(0.5 * length))) / length;
-      part = is_sharp(segment.a) ? shell : 1 - shell;
-    }
+    const double part = division(segment, length);
     const GridPoint middle =
         rounded(static_cast<double>(a.x) + part * static_cast<double>(b.x - a.x),
                 static_cast<double>(a.y) + part * static_cast<double>(b.y - a.y));

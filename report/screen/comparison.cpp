@@ -386,6 +386,17 @@ std::string joints_text(const std::vector<calibration::JointLoad>& joints) {
                       : "\n  joint                               what the loads do to it\n" + text;
 }
 
+namespace {
+
+// Where there are many joints, those that are not observable.
+std::vector<calibration::JointLoad> shown_of(std::vector<calibration::JointLoad> joints) {
+  if (joints.size() > most_joints)
+    std::erase_if(joints, [](const auto& joint) { return joint.is_observable(); });
+  return joints;
+}
+
+}  // namespace
+
 std::string first_screen(const Campaign& campaign,
                          const std::vector<calibration::Observability>& checks,
                          const std::vector<calibration::JointLoad>& joints,
@@ -398,14 +409,11 @@ std::string first_screen(const Campaign& campaign,
     else
       unseen += labelled(check.effect, 36, check.cure);
   }
-  std::vector<calibration::JointLoad> shown = joints;
-  if (shown.size() > most_joints)
-    std::erase_if(shown, [](const auto& joint) { return joint.is_observable(); });
   std::string text = wrapped(readings_in_words(campaign, checks) + ".");
   if (!seen.empty()) text += wrapped("Observable: " + listed(seen, "and") + ".", 0, 2);
   if (!unseen.empty())
     text += "\n  not observable                      what would show it\n" + unseen;
-  return text + joints_text(shown) + (next.empty() ? "" : "\n" + next);
+  return text + joints_text(shown_of(joints)) + (next.empty() ? "" : "\n" + next);
 }
 
 }  // namespace kinetostat::report

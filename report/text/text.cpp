@@ -124,6 +124,21 @@ void Table::add_row(std::vector<std::string> cells) {
   rows_.push_back(std::move(cells));
 }
 
+namespace {
+
+std::string line_of(const std::vector<std::string>& row, const std::vector<std::size_t>& width,
+                    const std::vector<bool>& numeric) {
+  std::string line;
+  for (std::size_t c = 0; c < width.size(); ++c) {
+    const std::string blanks(width[c] - width_of(row[c]), ' ');
+    line += "  " + (numeric[c] ? blanks + row[c] : row[c] + blanks);
+  }
+  line.erase(line.find_last_not_of(' ') + 1);
+  return line + '\n';
+}
+
+}  // namespace
+
 std::string Table::text() const {
   const std::size_t columns = rows_.front().size();
   std::vector<std::size_t> width(columns, 0);
@@ -134,15 +149,7 @@ std::string Table::text() const {
       if (r > 0 && !is_number_or_empty(rows_[r][c])) numeric[c] = false;
     }
   std::string text;
-  for (const auto& row : rows_) {
-    std::string line;
-    for (std::size_t c = 0; c < columns; ++c) {
-      const std::string blanks(width[c] - width_of(row[c]), ' ');
-      line += "  " + (numeric[c] ? blanks + row[c] : row[c] + blanks);
-    }
-    line.erase(line.find_last_not_of(' ') + 1);
-    text += line + '\n';
-  }
+  for (const auto& row : rows_) text += line_of(row, width, numeric);
   return text;
 }
 

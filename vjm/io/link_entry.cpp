@@ -194,6 +194,11 @@ LinkPart stiffness_part(const Pose& end, const Matrix6& stiffness, const YamlNod
   }
 }
 
+void require_positive(const Matrix6& given, const YamlNode& value) {
+  if (Eigen::LLT<Matrix6>(given).info() != Eigen::Success)
+    value.fail("the 6x6 matrix is not positive definite");
+}
+
 LinkModel read_inline(const YamlNode& node, const YamlNode& value, const std::string& kind,
                       const UnitSystem& units) {
   node.allow_only({kind, "end", "copies", "mass"});
@@ -207,8 +212,7 @@ LinkModel read_inline(const YamlNode& node, const YamlNode& value, const std::st
   if (kind == "stiffness") {
     link.parts = {stiffness_part(end, given.cwiseProduct(unit), value)};
   } else {
-    if (Eigen::LLT<Matrix6>(given).info() != Eigen::Success)
-      value.fail("the 6x6 matrix is not positive definite");
+    require_positive(given, value);
     link.parts = {{end, Compliance6(given.cwiseQuotient(unit))}};
   }
   link.parts[0].compliance = divided_by_copies(*link.parts[0].compliance, node);
