@@ -70,6 +70,15 @@ std::vector<std::size_t> poses_in_use(const Campaign& campaign) {
   return {poses.begin(), poses.end()};
 }
 
+void require_within_range(const ParameterEstimate& estimate, const GeometricParameter& what) {
+  if (estimate.hit == BoundHit::none) return;
+  throw common::NotIdentifiable(fmt::format(
+      "{} would have to be more than {:.3g} {}: that is no error of a geometry. Correct the robot "
+      "file first (tool, home positions, units and signs of joints), or where the target is "
+      "('target_point' in the campaign file).",
+      what.phrase(), estimate.value, what.turns() ? "rad" : "m"));
+}
+
 class Calibration {
  public:
   Calibration(const vjm::Robot& robot, const Campaign& whole, const KinematicOptions& options,
@@ -134,6 +143,7 @@ class Calibration {
   void settle();
   void leave_out(const LeftOutColumn& column, const std::vector<Index>& of, LeftOut why);
   void require_geometry() const;
+  void require_errors(const BaseFit& fit, const MatrixXd& nuisance, const MatrixXd& columns) const;
   /// Prior precision over the tolerance, and how many of these are geometry: the first.
   VectorXd information_of(const std::vector<Index>& chosen) const;
   Index geometric_count(const std::vector<Index>& chosen) const;
@@ -297,6 +307,18 @@ void Calibration::require_geometry() const {
       wanted));
 }
 
+// A bound that readings press against, whatever else they leave, is no matter of noise.
+void Calibration::require_errors(const BaseFit& fit, const MatrixXd& nuisance,
+                                 const MatrixXd& columns) const {
+  constexpr double little = 1e-3;
+  const double ratio = noise_.source == NoiseSource::unknown ? little * ratio_ : 1;
+  const IndependentColumns known = determined_columns(nuisance, columns, information_of(chosen_),
+                                                      ratio, geometric_count(chosen_));
+  for (const Index k : known.kept)
+    if (const Index parameter = chosen_[static_cast<std::size_t>(k)]; parameter < geometric())
+      require_within_range(fit.parameters[static_cast<std::size_t>(k)], geometry(parameter));
+}
+
 // Fits; what the fit leaves counts as noise, beside which some may not be determined.
 void Calibration::settle() {
   constexpr int most_rounds = 10;
@@ -308,6 +330,7 @@ void Calibration::settle() {
     ratio_ = is_known ? std::max(1.0, ratio_of(all)) : ratio_of(all);
     MatrixXd nuisance, columns;
     columns_at(chosen_, found_, all, nuisance, columns);
+    require_errors(all, nuisance, columns);
     const IndependentColumns seen = determined_columns(nuisance, columns, information_of(chosen_),
                                                        ratio_, geometric_count(chosen_));
     if (seen.left_out.empty()) return;
@@ -491,11 +514,7 @@ void Calibration::add_geometry(const Stage& stage) {
       continue;
     }
     const GeometricParameter& what = geometry(stage.chosen[k]);
-    if (estimate.hit != BoundHit::none)
-      throw common::NotIdentifiable(fmt::format(
-          "{} runs to {:.3g} {}, where the readings would have it beyond what is an error: check "
-          "home positions, units and signs of the joints, and where the target is, first",
-          what.phrase(), estimate.value, what.turns() ? "rad" : "m"));
+    require_within_range(estimate, what);
     result_.geometry.push_back({.what = what,
                                 .before = estimate.parameter.start,
                                 .value = estimate.value,

@@ -328,6 +328,38 @@ TEST(KinematicCalibration, DifferencesDoNotShowTheGeometry) {
   }
 }
 
+// A tool that is not the one of the file is said to be that, not fitted.
+TEST(KinematicCalibration, SaysWhatIsNoErrorOfAGeometry) {
+  PoseLaboratory real(arm("", "    - tool: [250, 0, 0]\n"));
+  const Campaign campaign = real.measure(plan(six, random_postures(6, 60, 19)));
+  PoseLaboratory lab(arm());
+  try {
+    (void)calibrated(lab.robot(), campaign);
+    FAIL() << "nothing was said";
+  } catch (const common::NotIdentifiable& error) {
+    EXPECT_THAT(error.what(), HasSubstr("the shift of the tool along x"));
+    EXPECT_THAT(error.what(), HasSubstr("no error of a geometry"));
+  }
+}
+
+// Ridge regression: the same parameters, closer to where they start.
+TEST(KinematicCalibration, APriorDrawsParametersToTheirStart) {
+  PoseLaboratory lab(arm());
+  lab.options().translation_noise = lab.options().rotation_noise = 2e-3;
+  const Campaign campaign = lab.measure(plan(six, random_postures(6, 60, 20)));
+  const auto sizes = [&](bool prior) {
+    const KinematicCalibration c =
+        calibrated(lab.robot(), campaign, {.folds = 0, .tolerance = {2e-3, 2e-3}, .prior = prior});
+    double sum = 0;
+    for (const CalibratedGeometry& g : c.geometry) sum += std::pow(g.value / g.what.tolerance, 2);
+    return std::pair(c.geometry.size(), sum);
+  };
+  const auto [count, with] = sizes(true);
+  const auto [same, without] = sizes(false);
+  EXPECT_EQ(count, same);
+  EXPECT_LT(with, 0.97 * without);
+}
+
 // --- another program made the readings -----------------------------------------------------------
 
 // Denavit and Hartenberg's product, with errors in all four columns: it has nothing in common with
