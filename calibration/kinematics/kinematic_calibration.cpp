@@ -131,10 +131,10 @@ class Calibration {
 
   void collect_parameters();
   BaseFit fit(const std::vector<Index>& chosen, const Noise& noise, const VectorXd& starts) const {
-    return fit(chosen, noise, starts, campaign_, nullptr);
+    return fit(chosen, noise, starts, campaign_, nullptr, true);
   }
   BaseFit fit(const std::vector<Index>& chosen, const Noise& noise, const VectorXd& starts,
-              const Campaign& campaign, const Predictions* near) const;
+              const Campaign& campaign, const Predictions* near, bool may_still_move) const;
   /// Changes of the readings in units of the noise: by frames and zero offsets, and by one
   /// tolerance.
   void columns_at(const std::vector<Index>& chosen, const VectorXd& values, const BaseFit& at,
@@ -202,8 +202,8 @@ void Calibration::collect_parameters() {
 }
 
 BaseFit Calibration::fit(const std::vector<Index>& chosen, const Noise& noise,
-                         const VectorXd& starts, const Campaign& campaign,
-                         const Predictions* near) const {
+                         const VectorXd& starts, const Campaign& campaign, const Predictions* near,
+                         bool may_still_move) const {
   std::vector<Parameter> parameters;
   for (std::size_t k = 0; k < chosen.size(); ++k) {
     parameters.push_back(all_[static_cast<std::size_t>(chosen[k])]);
@@ -211,9 +211,9 @@ BaseFit Calibration::fit(const std::vector<Index>& chosen, const Noise& noise,
       parameters.back().start = std::clamp(starts[static_cast<Index>(k)], parameters.back().lower,
                                            parameters.back().upper);
   }
-  BaseFit result =
-      fit_base(predictor_, campaign, noise, parameters, progress_,
-               {.tolerance = 1e-9, .loss = options_.loss, .near = near, .accept_unsettled = true});
+  BaseFit result = fit_base(
+      predictor_, campaign, noise, parameters, progress_,
+      {.tolerance = 1e-9, .loss = options_.loss, .near = near, .accept_unsettled = may_still_move});
   for (std::size_t k = 0; k < chosen.size(); ++k)
     result.parameters[k].parameter.start = all_[static_cast<std::size_t>(chosen[k])].start;
   return result;
@@ -460,7 +460,8 @@ std::optional<PoseErrors> Calibration::held_out(const Stage& stage) {
       others.readings[reading].masked = campaign_.readings[reading].masked;
     }
     try {
-      add_predicted(others, fit(stage.chosen, noise, values_of(stage.fit), rest, &stage.fit.model),
+      add_predicted(others,
+                    fit(stage.chosen, noise, values_of(stage.fit), rest, &stage.fit.model, true),
                     errors);
     } catch (const common::NotIdentifiable&) {
       return std::nullopt;  // too few are left
@@ -470,7 +471,10 @@ std::optional<PoseErrors> Calibration::held_out(const Stage& stage) {
 }
 
 void Calibration::take(std::size_t taken) {
-  const Stage& stage = stages_[taken];
+  Stage& stage = stages_[taken];
+  // What goes into a file has come to rest; the other stages need not.
+  stage.fit = fit(stage.chosen, scaled(noise_, ratio_), values_of(stage.fit), campaign_,
+                  &stage.fit.model, false);
   for (const Index k : chosen_)
     if (std::find(stage.chosen.begin(), stage.chosen.end(), k) == stage.chosen.end()) {
       if (k < geometric())
