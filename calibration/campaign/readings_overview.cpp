@@ -276,7 +276,8 @@ ReadingsOverview look_at_readings(const ReadingsRequest& request, const vjm::Rob
   propose_sensors(table, joints, overview);
   if (robot != nullptr)
     for (const SensorPlace& place : sensor_places(robot->manipulator))
-      overview.places.push_back(place.name);
+      if (std::count(place.name.begin(), place.name.end(), '.') < 2)  // no masses of links
+        overview.places.push_back(place.name);
   if (overview.sensors_only) take_as_read(joints, overview, campaign);
   ReadingsContext context{.sensor_sigma = Eigen::VectorXd::Constant(campaign.size(), not_a_number),
                           .angle_stated = true,

@@ -159,10 +159,10 @@ void write_foundation(const FoundationCase& spec, const std::filesystem::path& f
     const CylinderEnds ends = cylinder_ends(spec, at_rest, marks, posture.platform);
     for (const double weight : {12.0, 24.0, 36.0}) {
       std::vector<DeadLoad> loads = {{built.platform, Vector3(0, 0, -weight), Vector3::Zero()}};
-      if (!spec.cylinder.empty()) loads = push(at_rest, ends, 10 * weight);
+      if (!spec.cylinder.empty()) loads = push(at_rest, ends, weight);
       if (!s.settle(loads)) throw std::runtime_error("the twin finds no equilibrium");
       const std::vector<Reading> loaded = all_readings(spec, s, marks);
-      const double written = spec.cylinder.empty() ? -weight : 10 * weight;
+      const double written = spec.cylinder.empty() ? -weight : weight;
       table += fmt::format("w{},{:g},{:g},{:g},{:g}", ++id, q[0], q[1], q[2], written);
       head = fmt::format("id,q1 [deg],q2 [deg],q3 [deg],{} [N]",
                          spec.cylinder.empty() ? "fz" : "push");

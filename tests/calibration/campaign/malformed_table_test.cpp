@@ -205,7 +205,7 @@ const Malformed tables[] = {
      "sensors: {dial: {kind: gauge, on: A2, direction: [0, 0, 1]}}\n"},
     {"SensorInAnotherUnit",
      "fz,dial [urad]\n1,1\n",
-     {":1:4: dial [urad]: 'urad' is", "expected a length. Write the unit in which"},
+     {":1:4: dial [urad]: 'urad' is", "expected a length", "Write the unit in which"},
      "sensors: {dial: {kind: gauge, on: A2, direction: [0, 0, 1]}}\n"},
     {"WeightWithoutColumn",
      "fz,dz\n1,1\n",

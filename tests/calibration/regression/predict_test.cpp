@@ -143,6 +143,38 @@ TEST(Prediction, FrictionStartsAgainstTheWeightOrSettled) {
   EXPECT_NEAR(settled[2], -(200 - 50) * 1e-6, 1e-9);
 }
 
+// Two cycles that go on where the last one ended are one; each by itself starts relaxed.
+TEST(Prediction, HistoryContinuesFromCycleToCycleWhereTheCampaignSaysSo) {
+  test::Laboratory laboratory(
+      "kinetostat: 1\nname: bench\nunits: {length: m, force: N, angle: rad}\n"
+      "chain_types: {c: [{actuator: {name: z, axis: Tz, stiffness: 1.0e6}}]}\n"
+      "manipulator: {chain: c}\n"
+      "effects: [{effect: friction, at: z, force: 40, presliding: 1.0e-5}]\n");
+  const auto predicted = [&](const std::vector<std::string>& cycles, const std::string& more) {
+    std::string csv = "cycle,fz,dz\n";
+    const double forces[] = {100, 200, 60, 0, 100, -50};
+    for (std::size_t i = 0; i < 6; ++i) csv += fmt::format("{},{},0\n", cycles[i], forces[i]);
+    const Campaign campaign = read_campaign(
+        test::write_campaign("kinetostat: 1\ncampaign: h\nunits: {length: m, force: N}\n"
+                             "displacement: difference\nreadings: readings.csv\n" +
+                                 more,
+                             csv),
+        laboratory.robot().manipulator);
+    common::Progress silent;
+    const Predictions all = Predictor(laboratory.robot().without_effects(),
+                                      laboratory.robot().effects, campaign, 1, silent)
+                                .predict({}, VectorXd(), false, silent);
+    EXPECT_FALSE(all.failure);
+    VectorXd dz(6);
+    for (std::size_t i = 0; i < 6; ++i) dz[static_cast<Eigen::Index>(i)] = all.displacement[i][2];
+    return dz;
+  };
+  const std::vector<std::string> one(6, "a"), two = {"b", "b", "b", "a", "a", "a"};
+  EXPECT_EQ(predicted(two, "history: continues\n"), predicted(one, ""));
+  EXPECT_GT((predicted(two, "") - predicted(one, "")).norm(), 1e-6);
+  EXPECT_EQ(predicted(one, "history: starts\n"), predicted(one, ""));
+}
+
 TEST(Prediction, IsTheChangeFromTheUnloadedPostureOrThePoseItself) {
   const vjm::Robot robot = test::orthoglide();
   const std::vector<test::Planned> plan = strongly_loaded();
