@@ -161,7 +161,9 @@ std::vector<PlanModel> plan_models(const vjm::Robot& robot, const Campaign& camp
                                    const Noise& noise, const PlanQuestion& question, int threads,
                                    common::Progress& progress) {
   const CandidateFitter fitter(robot, campaign, noise, threads, progress);
-  const BaseFit base = fitter.fit(question.present, nullptr, progress);
+  const BaseFit plain = fitter.fit({}, nullptr, progress);
+  const BaseFit base =
+      question.present.empty() ? plain : fitter.fit(question.present, &plain, progress);
   std::vector<PlanModel> models;
   common::SilentPart silent(progress);
   for (std::size_t s = 0; s < question.open.size(); ++s) {

@@ -90,7 +90,16 @@ void confirm(const DiagnosisStep& step, FoundEffect& found) {
   const CandidateFit* own = fit_of(step, found);
   found.false_alarm_chance = step.max_score.p_value;
   found.log_score_gain = own == nullptr ? 0 : own->log_score_gain;
-  take_decision(step, found);
+  if (own != nullptr) take_decision(step, found);
+}
+
+bool is_replaced(const DiagnosisStep& step, const FoundEffect& found, double squared_error) {
+  if (step.ranking.empty() || !step.ranking[0].fit) return false;
+  const CandidateFit& best = *step.ranking[0].fit;
+  const CandidateFit* own = fit_of(step, found);
+  if (own == nullptr) return squared_error - best.squared_error > 2 * doubtful;
+  return best.log_evidence - own->log_evidence > doubtful &&
+         best.squared_error < own->squared_error;
 }
 
 }  // namespace kinetostat::calibration

@@ -39,8 +39,12 @@ double law_error_like(const std::vector<FoundEffect>& found, const Candidate& ca
 
 /// The best of a round.
 FoundEffect found_effect(const DiagnosisStep& step);
-/// What a round beside all the other effects says of one that was found earlier.
+/// What a round beside all the other effects says of one that was found earlier; where it was not
+/// fitted there, what was decided before stands.
 void confirm(const DiagnosisStep& step, FoundEffect& found);
+/// Something fits better beside the others than the one that was found, and is decidedly likelier.
+/// `squared_error`: of the model with it, for the round may not have fitted it.
+bool is_replaced(const DiagnosisStep& step, const FoundEffect& found, double squared_error);
 /// The fit of one that was found, in a round; none where it was not fitted there.
 const CandidateFit* fit_of(const DiagnosisStep& step, const FoundEffect& found);
 

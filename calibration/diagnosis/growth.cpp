@@ -20,15 +20,6 @@ struct Revision {
   std::optional<FoundEffect> instead = {};  // the other one
 };
 
-// Something fits better beside the others than the one that is there, and is decidedly likelier.
-bool is_better(const DiagnosisStep& step, const FoundEffect& found) {
-  const CandidateFit* own = fit_of(step, found);
-  if (own == nullptr || !step.ranking[0].fit) return false;
-  const CandidateFit &best = *step.ranking[0].fit, &mine = *own;
-  return best.log_evidence - mine.log_evidence > doubtful &&
-         best.squared_error < mine.squared_error;
-}
-
 std::vector<Candidate> all_but(std::vector<Candidate> present, std::size_t k) {
   present.erase(present.begin() + static_cast<std::ptrdiff_t>(k));
   return present;
@@ -167,7 +158,7 @@ class Grower {
       DiagnosisStep step = search_.step(others, *without_it, fits);
       check_prediction(others, *without_it, fits, step);
       const bool needed = step.max_score.p_value <= significance_level;
-      if (needed && is_better(step, found_[k])) {
+      if (needed && is_replaced(step, found_[k], model_.fit.squared_error)) {
         grown_.steps.push_back(step);
         return Revision{k, std::move(fits[0]), found_effect(step)};
       }

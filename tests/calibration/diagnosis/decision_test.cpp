@@ -1,10 +1,10 @@
-#include "kinetostat/calibration/diagnosis/decision.h"
-
 #include <algorithm>
 #include <cmath>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "kinetostat/calibration/diagnosis/found_effect.h"
 
 namespace kinetostat::calibration::decision_test {
 namespace {
@@ -55,6 +55,34 @@ TEST(Decision, OneSidedLawsAreOfTheSameCurve) {
                 fitted("clearance", "q1", -1), fitted("load_friction", "q1", -20)}));
   ASSERT_TRUE(d.is_identified);
   EXPECT_EQ(d.answers[0].laws.size(), 3u);
+}
+
+// Beside what was found later another one may do its work better, also where the round saw no need
+// to fit it: then by what the model with it leaves.
+TEST(Replacement, IsByWhatFitsBetterBesideTheOthers) {
+  DiagnosisStep step = round_of({fitted("clearance", "q2", -10), fitted("clearance", "q1", -12)});
+  step.ranking[0].fit->squared_error = 394;
+  step.ranking[1].fit->squared_error = 399;
+  const FoundEffect found{.candidate = step.ranking[1].candidate, .deviations = {}, .decision = {}};
+  EXPECT_FALSE(is_replaced(step, found, 399));  // not decidedly likelier
+  step.ranking[1].fit->log_evidence = -15;
+  EXPECT_TRUE(is_replaced(step, found, 399));
+  step.ranking[1].fit->squared_error = 393;
+  EXPECT_FALSE(is_replaced(step, found, 393));  // it fits better
+  step.ranking[1].fit.reset();
+  EXPECT_FALSE(is_replaced(step, found, 402));
+  EXPECT_TRUE(is_replaced(step, found, 404));
+}
+
+// A round that did not fit it decides nothing of it.
+TEST(Replacement, LeavesTheDecisionOfWhatARoundDidNotFit) {
+  const DiagnosisStep before =
+      round_of({fitted("friction", "q1", 0), fitted("clearance", "q2", -20)});
+  FoundEffect found = found_effect(before);
+  confirm(round_of({fitted("clearance", "q2", 0)}), found);
+  EXPECT_THAT(found.decision.answers[0].places, ElementsAre("q1"));
+  confirm(round_of({fitted("friction", "q2", 0), fitted("friction", "q1", -20)}), found);
+  EXPECT_THAT(found.decision.answers[0].places, ElementsAre("q2"));
 }
 
 // A law that contains the other is no other answer, however near its predictions are.
