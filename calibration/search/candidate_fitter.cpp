@@ -57,17 +57,19 @@ bool is_duration(const vjm::EffectParameter& parameter) {
   return parameter.is_shape && parameter.linear == spatial::dimension::time;
 }
 
-// The first `count` unknowns start where another fit has them, which may know them by design.
+// The first `count` unknowns start where another fit has them, which may know them by design. Fewer
+// readings may not determine one: it then stays where it is held.
 void begin_at(const BaseFit& start, std::size_t count, std::vector<Parameter>& unknowns) {
   for (std::size_t k = 0; k < count; ++k) {
     const auto& [there, value, error, hit] = start.parameters[k];
     Parameter& p = unknowns[k];
-    p.start = value;
-    if (!there.prior || p.bounds_stated) continue;
-    p.prior = there.prior;
-    p.lower = there.lower;
-    p.upper = there.upper;
-    p.bounds_stated = true;
+    if (there.prior && !p.bounds_stated) {
+      p.prior = there.prior;
+      p.lower = there.lower;
+      p.upper = there.upper;
+      p.bounds_stated = true;
+    }
+    p.start = std::clamp(value, p.lower, p.upper);
   }
 }
 
