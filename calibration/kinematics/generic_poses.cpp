@@ -1,11 +1,10 @@
 #include "kinetostat/calibration/kinematics/generic_poses.h"
 
-#include <algorithm>
+#include <array>
 #include <random>
 
 #include "kinetostat/calibration/regression/predict.h"
 #include "kinetostat/calibration/regression/session_frame.h"
-#include "kinetostat/common/error.h"
 
 namespace kinetostat::calibration {
 namespace {

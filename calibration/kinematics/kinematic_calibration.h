@@ -60,7 +60,7 @@ struct LeftOutGeometry {
 
 struct KinematicCalibration {
   std::vector<KinematicStage> stages;  // each with all of those before it
-  std::size_t taken = 0;               // the one whose held-out error is least
+  std::size_t taken = 0;               // the last that lowers the held-out error
   bool is_judged = true;               // on poses that were held out
 
   std::vector<CalibratedGeometry> geometry;  // of the stage taken
