@@ -24,11 +24,9 @@ std::string effect_text(const vjm::Effect& effect) {
 std::string trace_text(const Simulation& simulation) {
   Table table({"changes", "rms", "largest", "at reading", "unit"});
   for (const calibration::HiddenTrace& t : simulation.made.trace) {
-    const spatial::UnitSystem& units = simulation.robot.units;
-    const std::string unit = units.unit_for(t.component.dimension);
-    const double factor = spatial::parse_unit(unit).factor;
-    table.add_row(
-        {t.component.name, number(t.rms / factor), number(t.max / factor), t.worst_reading, unit});
+    const double factor = spatial::parse_unit(t.unit).factor;
+    table.add_row({t.component.name, number(t.rms / factor), number(t.max / factor),
+                   t.worst_reading, t.unit});
   }
   std::string text = table.text();
   if (const std::optional<double>& size = simulation.made.detectability)

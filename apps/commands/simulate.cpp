@@ -80,8 +80,7 @@ void add_simulate(Program& program) {
                   [request](Run& run) { return simulate(*request, run); });
   app.add_option("robot", request->robot, "Robot file").type_name("ROBOT").required();
   app.add_option("--plan", request->plan,
-                 "Readings to take, without displacements, in the robot file's units; with --like "
-                 "in the campaign's")
+                 "Readings to take, without displacements, in the robot file's units")
       .type_name("PLAN.csv");
   app.add_option("--like", request->like,
                  "Campaign file whose sensors, weights, units and noise are taken; without --plan "

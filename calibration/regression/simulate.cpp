@@ -135,7 +135,7 @@ void add_trace(const Campaign& campaign, const SimulationOptions& options,
   bool has_noise = true;
   for (Eigen::Index k = 0; k < 6; ++k) {
     if (!options.components[static_cast<std::size_t>(k)]) continue;
-    HiddenTrace trace{.component = campaign.component(k)};
+    HiddenTrace trace{.component = campaign.component(k), .unit = campaign.unit_of(k)};
     double squares = 0;
     for (std::size_t i = 0; i < plain.size(); ++i) {
       const double change = with[i][k] - plain[i][k];

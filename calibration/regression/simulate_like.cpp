@@ -1,4 +1,5 @@
 // Synthetic readings of a campaign that is there: its rows, sensors, weights and noise.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -81,6 +82,35 @@ Grid planned(const std::filesystem::path& plan, const io::CsvTable& own,
     for (auto& row : grid.rows) row.emplace_back("0");
   }
   return grid;
+}
+
+std::string unit_of(const spatial::Dimension& of, const spatial::UnitSystem& units) {
+  namespace dimension = spatial::dimension;
+  if (of == dimension::length) return units.length;
+  if (of == dimension::force) return units.force;
+  if (of == dimension::angle) return units.angle;
+  if (of == dimension::time) return units.time;
+  return of == dimension::mass ? units.mass : units.force + " " + units.length;
+}
+
+// Names units in the header where a plan, which is in the units of the robot file, names none.
+void name_units(Grid& grid, const std::filesystem::path& plan, ReadingsContext context,
+                const vjm::Robot& robot, Campaign campaign) {
+  context.angle_stated = context.time_stated = true;
+  campaign.units = robot.units;
+  const ReadingsColumns columns =
+      columns_of(io::CsvTable(grid.text(), plan), context, robot, campaign);
+  const auto is_read = [&](std::size_t c) {
+    return std::find(columns.displacement.begin(), columns.displacement.end(), Column(c)) !=
+           columns.displacement.end();
+  };
+  for (const std::size_t c : columns.known) {
+    const spatial::Dimension& of = columns.dimensions[c];
+    if (is_read(c) || columns.names[c].unit || of == spatial::dimension::none ||
+        of == spatial::dimension::temperature)
+      continue;
+    grid.header[c] += fmt::format(" [{}]", unit_of(of, robot.units));
+  }
 }
 
 // A root of a covariance, also of a singular one.
@@ -172,7 +202,7 @@ void add_trace(const Campaign& campaign, const std::vector<VectorXd>& plain,
                const std::vector<VectorXd>& with, SimulatedCampaign& result) {
   double over_noise = 0;
   for (Index k = 0; k < campaign.size(); ++k) {
-    HiddenTrace trace{.component = campaign.component(k)};
+    HiddenTrace trace{.component = campaign.component(k), .unit = campaign.unit_of(k)};
     double squares = 0, count = 0;
     for (std::size_t i = 0; i < plain.size(); ++i) {
       if (!campaign.readings[i].uses(k)) continue;
@@ -201,6 +231,7 @@ SimulatedCampaign simulate_like(const vjm::Robot& robot, const std::string& robo
   const io::CsvTable own = io::read_table(campaign.readings_file, context.table);
   const ReadingsColumns columns = columns_of(own, context, robot, campaign);
   Grid grid = plan ? planned(*plan, own, columns) : grid_of(own);
+  if (plan) name_units(grid, *plan, context, robot, campaign);
   const io::CsvTable table(grid.text(), plan ? *plan : campaign.readings_file,
                            {.missing = context.table.missing});
   campaign.readings_file = table.file();
