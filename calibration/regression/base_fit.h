@@ -30,7 +30,7 @@ struct Zero {
 /// coordinate that no reading determines keeps its starting value and has no standard error (NaN).
 struct FrameEstimate {
   std::size_t session = 0;
-  spatial::Vector6 value, standard_error;
+  spatial::Vector6 value = spatial::Vector6::Zero(), standard_error = spatial::Vector6::Zero();
 };
 
 /// Where what is measured of the platform really sits, seen from where the campaign has it:
@@ -38,7 +38,7 @@ struct FrameEstimate {
 /// shows it. A coordinate that the readings do not distinguish from frames, or not at all, stays 0
 /// and has no standard error (NaN).
 struct TargetEstimate {
-  spatial::Vector6 value, standard_error;
+  spatial::Vector6 value = spatial::Vector6::Zero(), standard_error = spatial::Vector6::Zero();
 };
 
 struct ParameterEstimate {
