@@ -119,7 +119,7 @@ std::string target_text(const Campaign& campaign, const BaseFit& fit) {
     text += fmt::format(
         "  Of the target stays as stated: {}. The readings do not distinguish that from where the "
         "instrument stands{}.\n",
-        fmt::join(open, ", "), fit.frames.empty() ? ", or do not show it" : "");
+        fmt::join(open, ", "), fit.frames.empty() ? ", or it is not observable" : "");
   return text;
 }
 

@@ -72,8 +72,8 @@ std::vector<LoadColumn> load_columns(const ReadingsContext& context);
 ReadingsContext read_context(const std::filesystem::path& file, const vjm::Manipulator& manipulator,
                              Campaign& campaign);
 
-/// Marks the readings of the sessions that the campaign file names under `known_loads`. Throws
-/// common::InputError.
+/// Sets Reading::known_load in the sessions that the campaign file names under `known_loads`.
+/// Throws common::InputError.
 void read_known_loads(const std::filesystem::path& file, Campaign& campaign);
 
 /// Symmetric with unit diagonal as given; positive definite?

@@ -73,8 +73,7 @@ std::string MissingSensor::phrase() const {
       "a {} on '{}' ('sensors' in the campaign file), read under the same loads: it would "
       "determine "
       "{}, to about {:.2g} %",
-      kind_in_words(), place, fmt::join(open, " and "),
-      100 * with);
+      kind_in_words(), place, fmt::join(open, " and "), 100 * with);
 }
 
 std::optional<MissingSensor> missing_sensor(const vjm::Robot& robot,

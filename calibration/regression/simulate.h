@@ -55,8 +55,8 @@ SimulatedCampaign simulate(const vjm::Robot& robot, const std::string& robot_nam
 
 /// The same like the readings of a campaign file: its sensors, weights, frames, units and noise (of
 /// `options` seed, threads and hidden effects count), in the rows of its own table or of `plan`,
-/// which has its columns without the readings, in the units of the robot file. Cells that hold no reading stay as they are. Throws
-/// common::InputError for a mistake in the campaign as well.
+/// which has its columns without the readings, in the units of the robot file. Cells that hold no
+/// reading stay as they are. Throws common::InputError for a mistake in the campaign as well.
 SimulatedCampaign simulate_like(const vjm::Robot& robot, const std::string& robot_name,
                                 const std::filesystem::path& campaign,
                                 const std::optional<std::filesystem::path>& plan,

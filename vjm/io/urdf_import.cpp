@@ -155,7 +155,7 @@ class Importer {
          fmt::format("stiffness of drive and transmission [{}]; rigid until it is given", unit)});
   }
 
-  // q = factor * q_leader + offset of the joint that leads in the end, itself where it mimics none.
+  // q = factor * q_leader + offset of the joint that leads all, itself where it mimics none.
   struct Followed {
     std::string leader;
     double factor = 1, offset = 0;
