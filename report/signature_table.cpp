@@ -6,12 +6,10 @@
 
 namespace kinetostat::report {
 
-std::string signature_csv(const calibration::Campaign& campaign,
-                          const calibration::SignatureTable& table) {
-  std::string text = io::csv_comment(
-                         "residual and signatures in units of the noise, about the fit without any "
-                         "effect") +
-                     "reading,component,residual";
+namespace {
+
+std::string head_of(const calibration::SignatureTable& table) {
+  std::string text = "reading,component,residual";
   for (const std::string& name : table.fitted) text += "," + io::csv_cell("fit: " + name);
   int direction = 1;
   for (std::size_t c = 0; c < table.candidates.size(); ++c) {
@@ -19,7 +17,17 @@ std::string signature_csv(const calibration::Campaign& campaign,
     direction = c > 0 && table.candidates[c - 1] == name ? direction + 1 : 1;
     text += "," + io::csv_cell(direction == 1 ? name : fmt::format("{} ({})", name, direction));
   }
-  text += "\n";
+  return text + "\n";
+}
+
+}  // namespace
+
+std::string signature_csv(const calibration::Campaign& campaign,
+                          const calibration::SignatureTable& table) {
+  std::string text = io::csv_comment(
+                         "residual and signatures in units of the noise, about the fit without any "
+                         "effect") +
+                     head_of(table);
   for (std::size_t v = 0; v < table.values.size(); ++v) {
     const auto row = static_cast<Eigen::Index>(v);
     const auto& [reading, component] = table.values[v];

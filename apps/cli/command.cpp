@@ -13,7 +13,6 @@
 
 #include "kinetostat/apps/cli/cancellation.h"
 #include "kinetostat/apps/cli/given_files.h"
-#include "kinetostat/apps/cli/help_formatter.h"
 #include "kinetostat/apps/cli/progress_bar.h"
 #include "kinetostat/apps/cli/version.h"
 #include "kinetostat/common/error.h"

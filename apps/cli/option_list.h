@@ -2,12 +2,14 @@
 // unit that includes them more than all of its own code.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace CLI {
 class App;
+class FormatterBase;
 class Option;
 }  // namespace CLI
 
@@ -89,5 +91,10 @@ class OptionList {
  private:
   CLI::App* app_;
 };
+
+/// How the help of a command shows its options: "--draws N   Simulated campaigns (default: 500)",
+/// what stands for the value beside the name, and what else is to be known, which others it needs
+/// or excludes, in its description.
+std::shared_ptr<CLI::FormatterBase> help_formatter();
 
 }  // namespace kinetostat::apps

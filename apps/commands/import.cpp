@@ -18,28 +18,31 @@ struct ImportRequest {
   std::string urdf, base, tip, stiffness;
 };
 
+constexpr char stiffness_option[] = "--joint-stiffness";
+
+double stiffness_of(const vjm::UrdfJoint& drive, const std::string& text) {
+  const double value = quantity(stiffness_option, text,
+                                vjm::turns(drive) ? spatial::dimension::torsional_stiffness
+                                                  : spatial::dimension::linear_stiffness,
+                                {});
+  if (!(value > 0) || !std::isfinite(value))
+    throw UsageError(stiffness_option, fmt::format("'{}' is no stiffness of {}", text, drive.name),
+                     "Give a positive one, for example '5e4 N m/rad'");
+  return value;
+}
+
 // One for all drives, or one for each.
-std::vector<double> stiffness_of(const std::vector<vjm::UrdfJoint>& drives,
-                                 const std::string& text) {
+std::vector<double> stiffnesses_of(const std::vector<vjm::UrdfJoint>& drives,
+                                   const std::string& text) {
   if (text.empty()) return {};
-  const char* option = "--joint-stiffness";
   const std::vector<std::string> parts = split(text);
   if (parts.size() != 1 && parts.size() != drives.size())
-    throw UsageError(option,
+    throw UsageError(stiffness_option,
                      fmt::format("has {} values for {} drives", parts.size(), drives.size()),
                      "Give one for all, or one for each from base to tip");
   std::vector<double> result;
-  for (std::size_t d = 0; d < drives.size(); ++d) {
-    const std::string& part = parts[parts.size() == 1 ? 0 : d];
-    const spatial::Dimension& dimension = vjm::turns(drives[d])
-                                              ? spatial::dimension::torsional_stiffness
-                                              : spatial::dimension::linear_stiffness;
-    const double value = quantity(option, part, dimension, {});
-    if (!(value > 0) || !std::isfinite(value))
-      throw UsageError(option, fmt::format("'{}' is no stiffness of {}", part, drives[d].name),
-                       "Give a positive one, for example '5e4 N m/rad'");
-    result.push_back(value);
-  }
+  for (std::size_t d = 0; d < drives.size(); ++d)
+    result.push_back(stiffness_of(drives[d], parts[parts.size() == 1 ? 0 : d]));
   return result;
 }
 
@@ -47,7 +50,7 @@ io::Json import(const ImportRequest& request, Run& run) {
   const vjm::UrdfModel model = vjm::read_urdf(request.urdf);
   const vjm::UrdfChain chain = vjm::find_chain(model, request.base, request.tip);
   const vjm::ImportedRobot robot = vjm::import_robot(
-      model, chain, stiffness_of(vjm::driven_joints(model, chain), request.stiffness));
+      model, chain, stiffnesses_of(vjm::driven_joints(model, chain), request.stiffness));
   if (run.out()) {
     io::write_atomically(*run.out(), robot.text);
     run.print(fmt::format("{}: '{}' to '{}', {} joints, written to {}\n", model.name, chain.base,
@@ -75,7 +78,7 @@ void add_import(Program& program) {
   app.add_option("--tip", request->tip,
                  "Link that carries the tool (default: the only one without children)")
       .type_name("LINK");
-  app.add_option("--joint-stiffness", request->stiffness,
+  app.add_option(stiffness_option, request->stiffness,
                  "Stiffness of the drives, one for all or one for each from base to tip, separated "
                  "by commas: '5e4 N m/rad' (default: to be added by hand)")
       .type_name("STIFFNESS");

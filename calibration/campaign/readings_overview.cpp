@@ -139,39 +139,59 @@ void guess_columns(const io::CsvTable& table, const std::vector<Joint>& joints,
   }
 }
 
+// What somebody has said that a column is, with its unit or without; null where nobody has.
+const std::string* stated_of(const std::string& header, const ReadingsOverview& overview) {
+  for (const std::string& name : {header, split_header(header).name})
+    if (const auto stated = overview.stated.find(name); stated != overview.stated.end())
+      return &stated->second;
+  return nullptr;
+}
+
+// What the columns are understood as.
+std::set<std::string> meanings(const io::CsvTable& table, const std::vector<Joint>& joints,
+                               const ReadingsOverview& overview) {
+  std::set<std::string> result;
+  for (const std::string& header : table.columns()) {
+    const std::string* stated = stated_of(header, overview);
+    result.insert(stated == nullptr ? understood(header, joints).meaning
+                                    : read_stated_column(*stated).meaning);
+  }
+  return result;
+}
+
+// To one that is there, as a further axis of a level, or as a new one.
+void add_sensor(const std::string& header, const SensorGuess& guess, ReadingsOverview& overview) {
+  const auto same =
+      std::find_if(overview.sensors.begin(), overview.sensors.end(), [&](const ProposedSensor& s) {
+        return s.name == guess.name && s.kind == "tilt" && guess.kind == "tilt" &&
+               guess.axis != 0 && s.axes.find(guess.axis) == std::string::npos;
+      });
+  const bool more = same != overview.sensors.end();
+  ProposedSensor& sensor = more ? *same : overview.sensors.emplace_back();
+  if (!more) sensor = {.name = guess.name, .kind = guess.kind, .joint = guess.joint};
+  sensor.columns.push_back(header);
+  if (guess.axis != 0) sensor.axes += guess.axis;
+}
+
 // Sensors that further columns look like. One that shows a joint is one only where another column
 // says where that joint stands.
 void propose_sensors(const io::CsvTable& table, const std::vector<Joint>& joints,
                      ReadingsOverview& overview) {
-  std::set<std::string> understood_as;
+  const std::set<std::string> known = meanings(table, joints, overview);
   std::vector<std::string> names;
   for (const Joint& joint : joints) names.push_back(joint.alone);
+  overview.sensors_only =
+      std::none_of(component_names.begin(), component_names.end(),
+                   [&](const char* component) { return known.count(component) > 0; });
   for (const std::string& header : table.columns()) {
-    const auto stated = overview.stated.find(header);
-    understood_as.insert(stated == overview.stated.end()
-                             ? understood(header, joints).meaning
-                             : read_stated_column(stated->second).meaning);
-  }
-  const auto is_read = [&](const char* name) { return understood_as.count(name) > 0; };
-  overview.sensors_only = std::none_of(component_names.begin(), component_names.end(), is_read);
-  for (const std::string& header : table.columns()) {
-    if (overview.stated.count(header) > 0 || !understood(header, joints).meaning.empty()) continue;
+    if (stated_of(header, overview) != nullptr || !understood(header, joints).meaning.empty())
+      continue;
     const auto guess = sensor_guess(split_header(header).name, names);
     if (!guess || is_reserved(guess->name)) continue;
-    if (guess->kind == "joint" && std::none_of(joints.begin(), joints.end(), [&](const Joint& j) {
-          return j.alone == guess->joint && understood_as.count(j.name) > 0;
-        }))
-      continue;
-    const auto same = std::find_if(
-        overview.sensors.begin(), overview.sensors.end(), [&](const ProposedSensor& s) {
-          return s.name == guess->name && s.kind == "tilt" && guess->kind == "tilt" &&
-                 guess->axis != 0 && s.axes.find(guess->axis) == std::string::npos;
-        });
-    const bool more = same != overview.sensors.end();
-    ProposedSensor& sensor = more ? *same : overview.sensors.emplace_back();
-    if (!more) sensor = {.name = guess->name, .kind = guess->kind, .joint = guess->joint};
-    sensor.columns.push_back(header);
-    if (guess->axis != 0) sensor.axes += guess->axis;
+    const bool stands = std::any_of(joints.begin(), joints.end(), [&](const Joint& j) {
+      return j.alone == guess->joint && known.count(j.name) > 0;
+    });
+    if (guess->kind != "joint" || stands) add_sensor(header, *guess, overview);
   }
 }
 

@@ -166,15 +166,11 @@ SignatureTable Search::signature_table(const BaseFit& fit) const {
     table.fitted.push_back(
         fmt::format("frame {}", table.fitted.size() - fit.parameters.size() + 1));
   for (std::size_t i = 0; i < signatures_.size(); ++i) {
-    const auto [candidate, size] = owner_[i];
-    if (size != 0) continue;
     const MatrixXd columns = signatures_[i].of_usual_size();
-    if (columns.col(0).norm() < least_visible) continue;
+    if (owner_[i].second != 0 || columns.col(0).norm() < least_visible) continue;
     table.candidates.insert(table.candidates.end(), static_cast<std::size_t>(columns.cols()),
-                            candidates_[candidate].name());
-    table.by_candidates.conservativeResize(Eigen::NoChange,
-                                           table.by_candidates.cols() + columns.cols());
-    table.by_candidates.rightCols(columns.cols()) = columns;
+                            candidates_[owner_[i].first].name());
+    table.by_candidates = beside(table.by_candidates, columns);
   }
   return table;
 }

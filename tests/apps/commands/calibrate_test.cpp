@@ -110,7 +110,7 @@ void write_some_poses() {
     io::write_atomically(folder / file, io::read_text(working_folder() / ur10 / file));
 }
 
-TEST(Study, SendsToCalibrateWhereTheKinematicsComeFirst) {
+TEST(StudyOfPoses, SendsToCalibrateWhereTheKinematicsComeFirst) {
   write_some_poses();
   const Outcome diagnosed = kinetostat("diagnose some/campaign.yaml -q --draws 99");
   ASSERT_EQ(diagnosed.code, 0) << diagnosed.err;

@@ -136,9 +136,6 @@ TEST_F(Diagnose, WritesResidualAndSignaturesForOtherMethods) {
   const io::CsvTable readings(io::read_text(working_folder() / "campaign/readings.csv"),
                               "readings.csv");
   const std::size_t residual = *table.find("residual"), component = *table.find("component");
-  std::map<std::string, std::size_t> row_of;
-  for (std::size_t r = 0; r < readings.rows(); ++r)
-    row_of[std::string(readings.cell(r, *readings.find("id")))] = r;
   double chi_square = 0, left = 0, fitted = 0, along = 0, gain = 0, motion = 0;
   for (std::size_t r = 0; r < table.rows(); ++r) {
     const double value = table.number(r, residual), by_fit = table.number(r, residual + 1);
@@ -147,11 +144,9 @@ TEST_F(Diagnose, WritesResidualAndSignaturesForOtherMethods) {
     fitted += by_fit * by_fit;
     const std::string name(table.cell(r, component));
     const double sigma = name[0] == 'd' ? 5e-3 : 20e-6 * 180 / std::numbers::pi;  // mm, deg
-    const double predicted =
-        readings.number(row_of.at(std::string(table.cell(r, *table.find("reading")))),
-                        *readings.find(name)) /
-            sigma -
-        value;
+    // Readings without a name have their number.
+    const auto row = static_cast<std::size_t>(table.number(r, *table.find("reading"))) - 1;
+    const double predicted = readings.number(row, *readings.find(name)) / sigma - value;
     const double signature = table.number(r, *table.find("wrench_gain at load"));
     along += signature * predicted;
     gain += signature * signature;
