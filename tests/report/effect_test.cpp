@@ -19,6 +19,7 @@ TEST(EffectText, IsThatOfThePage) {
     std::string text = report::text(*kind);
     while (text.back() == '\n') text.pop_back();
     EXPECT_THAT(page, testing::HasSubstr("### " + kind->name + "\n\n```text\n" + text + "\n```"));
+    if (kind->name == "joint_coupling") continue;  // chains of the Orthoglide have one drive each
     EXPECT_THAT(page, testing::HasSubstr("| `" + kind->name + "` | orthoglide,"))
         << "has no signature";
   }

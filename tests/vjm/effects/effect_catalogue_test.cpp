@@ -128,8 +128,18 @@ Bench other_places() {
   return bench;
 }
 
+// The arm where the drive that moves the joint behind it, too, is away from home.
+Bench turned_arm() {
+  Bench bench = test::arm_bench();
+  bench.posture = posture_from_joints(bench.manipulator, {{"q3", -0.5}}).posture;
+  bench.effects = {test::effect(bench.manipulator, "joint_coupling", "arm.q4", {3e-4}),
+                   test::effect(bench.manipulator, "stiffness_along_joint", "arm.q3", {0.4})};
+  return bench;
+}
+
 const Bench& bench_number(int number) {
-  static const Bench benches[] = {test::parallel_bench(), test::arm_bench(), other_places()};
+  static const Bench benches[] = {test::parallel_bench(), test::arm_bench(), other_places(),
+                                  turned_arm()};
   return benches[number];
 }
 
@@ -141,13 +151,13 @@ class EveryEffect : public testing::TestWithParam<std::pair<int, std::size_t>> {
 
 std::vector<std::pair<int, std::size_t>> every_effect() {
   std::vector<std::pair<int, std::size_t>> all;
-  for (const int bench : {0, 1, 2})
+  for (const int bench : {0, 1, 2, 3})
     for (std::size_t e = 0; e < bench_number(bench).effects.size(); ++e) all.emplace_back(bench, e);
   return all;
 }
 
 std::string name_of(const testing::TestParamInfo<std::pair<int, std::size_t>>& info) {
-  static constexpr const char* names[] = {"_parallel_", "_arm_", "_elsewhere_"};
+  static constexpr const char* names[] = {"_parallel_", "_arm_", "_elsewhere_", "_turned_"};
   return bench_number(info.param.first).effects[info.param.second].kind->name +
          names[info.param.first] + std::to_string(info.param.second);
 }
@@ -250,6 +260,7 @@ TEST(Effects, AreAllOnABench) {
   for (const Effect& effect : test::arm_bench().effects) arm.insert(effect.kind->name);
   parallel.insert("joint_coupling");  // its chains have one drive each
   arm.insert("payload");              // this arm has one, and no chain from base to platform
+  for (const Effect& effect : turned_arm().effects) arm.insert(effect.kind->name);
   for (const auto& kind : effect_kinds()) {
     EXPECT_TRUE(parallel.contains(kind->name)) << kind->name;
     EXPECT_TRUE(arm.contains(kind->name)) << kind->name;
