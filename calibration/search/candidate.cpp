@@ -76,17 +76,13 @@ std::optional<Candidate> candidate_at(const vjm::Robot& robot,
                       .sites = vjm::effect_sites(*kind, bare, place),
                       .values = VectorXd(static_cast<Index>(kind->parameters.size()))};
   if (has(robot, candidate.effect)) return std::nullopt;
-  if (kind->balances_weight &&
-      std::none_of(candidate.effect.sites.begin(), candidate.effect.sites.end(),
-                   [&](const vjm::EffectSite& site) {
-                     return lifts_weight(site, bare) && commands_of(site, bare, scales) > 1;
-                   }))
-    return std::nullopt;
-  if (kind->least_commands > 1 &&
-      std::none_of(candidate.effect.sites.begin(), candidate.effect.sites.end(),
-                   [&](const vjm::EffectSite& site) {
-                     return commands_of(site, bare, scales) >= kind->least_commands;
-                   }))
+  const bool is_asked_more = kind->balances_weight || kind->least_commands > 1;
+  if (is_asked_more && std::none_of(candidate.effect.sites.begin(), candidate.effect.sites.end(),
+                                    [&](const vjm::EffectSite& site) {
+                                      return (!kind->balances_weight || lifts_weight(site, bare)) &&
+                                             commands_of(site, bare, scales) >=
+                                                 kind->least_commands;
+                                    }))
     return std::nullopt;
   for (std::size_t k = 0; k < kind->parameters.size(); ++k) {
     const vjm::EffectParameter& parameter = kind->parameters[k];

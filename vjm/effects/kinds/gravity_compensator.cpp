@@ -75,6 +75,7 @@ class GravityCompensator : public EffectKind {
     confuser = "payload and self_weight, which change with the direction of gravity";
     place = EffectPlace::joint;
     balances_weight = true;
+    least_commands = 2;
     parameters = {{.name = "stiffness",
                    .linear = spatial::dimension::linear_stiffness,
                    .angular = spatial::dimension::linear_stiffness,
