@@ -51,10 +51,6 @@ class JointCoupling : public EffectKind {
   }
 
  private:
-  static double home_of(const Chain& chain, Index coordinate) {
-    return chain.coordinates()[static_cast<std::size_t>(coordinate)].home;
-  }
-
   // The drive before it. A slide that moves along with another one is not square to it, which is a
   // geometric error.
   static Index leader_of(const Chain& chain, Index k) {

@@ -21,6 +21,10 @@ EffectParameter optional_parameter(std::string name, const spatial::Dimension& d
           .required = false};
 }
 
+double home_of(const Chain& chain, Index coordinate) {
+  return chain.coordinates()[static_cast<std::size_t>(coordinate)].home;
+}
+
 const Spring& spring_of_joint(const Chain& chain, const std::string& joint) {
   const Index k = chain.index_of(joint);
   for (const Spring& spring : chain.springs())

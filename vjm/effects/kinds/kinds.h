@@ -50,6 +50,8 @@ inline constexpr spatial::Dimension angular{.length = -2, .mass = -1, .time = 2,
 EffectParameter optional_parameter(std::string name, const spatial::Dimension& dimension,
                                    double limit, double prior_sd);
 
+/// Where a coordinate is at home [m or rad].
+double home_of(const Chain& chain, Eigen::Index coordinate);
 /// The spring of a joint. Throws std::invalid_argument when the joint has none.
 const Spring& spring_of_joint(const Chain& chain, const std::string& joint);
 /// The change with a compliance in series with the spring of coordinate `k`.

@@ -68,11 +68,6 @@ class VaryingStiffness : public EffectKind {
  protected:
   /// Of the stiffness, at a command [m or rad] counted from the joint's home.
   virtual Factor factor(const Eigen::VectorXd& values, double command) const = 0;
-
- private:
-  static double home_of(const Chain& chain, Eigen::Index coordinate) {
-    return chain.coordinates()[static_cast<std::size_t>(coordinate)].home;
-  }
 };
 
 class PeriodicStiffness : public VaryingStiffness {
