@@ -34,7 +34,6 @@ double stiffness_of(const vjm::UrdfJoint& drive, const std::string& text) {
 // One for all drives, or one for each.
 std::vector<double> stiffnesses_of(const std::vector<vjm::UrdfJoint>& drives,
                                    const std::string& text) {
-  if (text.empty()) return {};
   const std::vector<std::string> parts = split(text);
   if (parts.size() != 1 && parts.size() != drives.size())
     throw UsageError(stiffness_option,
@@ -49,8 +48,9 @@ std::vector<double> stiffnesses_of(const std::vector<vjm::UrdfJoint>& drives,
 io::Json import(const ImportRequest& request, Run& run) {
   const vjm::UrdfModel model = vjm::read_urdf(request.urdf);
   const vjm::UrdfChain chain = vjm::find_chain(model, request.base, request.tip);
-  const vjm::ImportedRobot robot = vjm::import_robot(
-      model, chain, stiffnesses_of(vjm::driven_joints(model, chain), request.stiffness));
+  vjm::ImportedRobot robot = vjm::import_robot(model, chain);
+  if (!request.stiffness.empty())
+    robot = vjm::import_robot(model, chain, stiffnesses_of(robot.drives, request.stiffness));
   if (run.out()) {
     io::write_atomically(*run.out(), robot.text);
     run.print(fmt::format("{}: '{}' to '{}', {} joints, written to {}\n", model.name, chain.base,

@@ -72,15 +72,13 @@ struct MissingStiffness {
 struct ImportedRobot {
   std::string text;  // of the robot file
   std::vector<MissingStiffness> missing;
+  std::vector<UrdfJoint> drives;  // the joints that have one, from base to tip
 };
-
-/// The joints of a chain that have a drive, from base to tip.
-std::vector<UrdfJoint> driven_joints(const UrdfModel& model, const UrdfChain& chain);
 
 /// A robot file (docs/reference/robot-file.md) in m, N, rad: every joint that moves becomes an
 /// actuator about or along an axis of its own frame, every link between two of them a rigid link
-/// with the mass of all that is fixed to it. `stiffness` of the drives [N m/rad or N/m], in the
-/// order of driven_joints(); empty: to be added by hand. Joints that mimic one leader are coupled
+/// with the mass of all that is fixed to it. `stiffness` of the drives [N m/rad or N/m], in their
+/// order; empty: to be added by hand. Joints that mimic one leader are coupled
 /// to the first of them in the chain, which is driven; the leader itself may be elsewhere. Throws
 /// common::InputError for a mimic joint that follows none, or itself, and for a chain without
 /// joints that move.

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -65,8 +64,8 @@ struct Body {
 
 class Importer {
  public:
-  Importer(const UrdfModel& model, const UrdfChain& chain, std::vector<double> stiffness)
-      : model_(model), chain_(chain), stiffness_(std::move(stiffness)) {}
+  Importer(const UrdfModel& model, const UrdfChain& chain, const std::vector<double>& stiffness)
+      : model_(model), chain_(chain), stiffness_(stiffness) {}
 
   ImportedRobot run() {
     body_.name = chain_.base;
@@ -88,8 +87,6 @@ class Importer {
     result_.text = text();
     return result_;
   }
-
-  const std::vector<UrdfJoint>& drives() const { return drives_; }
 
  private:
   // What is fixed to the base carries nothing.
@@ -140,13 +137,13 @@ class Importer {
     }
     const std::string name = io::yaml_scalar(joint.name);
     const char* unit = turns(joint) ? "N m/rad" : "N/m";
-    const std::size_t drive = drives_.size();
+    const std::size_t drive = result_.drives.size();
     const std::string spring = drive < stiffness_.size()
                                    ? fmt::format(", stiffness: {:.15g} {}", stiffness_[drive], unit)
                                    : "";
     elements_ += fmt::format("    - actuator: {{name: {}, axis: {}{}{}{}}}\n", name, axis,
                              home == 0 ? "" : fmt::format(", home: {:.6g}", home), range, spring);
-    drives_.push_back(joint);
+    result_.drives.push_back(joint);
     if (!spring.empty()) return;
     elements_ +=
         fmt::format("      # MISSING: 'stiffness: ... {}' of drive and transmission\n", unit);
@@ -253,24 +250,17 @@ class Importer {
 
   const UrdfModel& model_;
   const UrdfChain& chain_;
-  std::vector<double> stiffness_;
+  const std::vector<double>& stiffness_;
   ImportedRobot result_;
   Body body_;
   bool moving_ = false;
   Pose place_;  // frame of the current URDF link, in the frame behind the last joint
   Pose base_;
   std::map<std::string, Driven> driven_;  // by leaders
-  std::vector<UrdfJoint> drives_;
   std::string links_, elements_;
 };
 
 }  // namespace
-
-std::vector<UrdfJoint> driven_joints(const UrdfModel& model, const UrdfChain& chain) {
-  Importer importer(model, chain, {});
-  (void)importer.run();
-  return importer.drives();
-}
 
 bool turns(const UrdfJoint& joint) { return joint.type != UrdfJointType::prismatic; }
 
