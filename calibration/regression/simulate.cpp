@@ -155,6 +155,22 @@ void add_trace(const Campaign& campaign, const SimulationOptions& options,
 
 }  // namespace
 
+std::vector<Eigen::VectorXd> predicted_readings(const vjm::Robot& robot,
+                                                const std::vector<vjm::Effect>& more,
+                                                const Campaign& campaign, int threads,
+                                                common::Progress& progress) {
+  std::vector<vjm::Effect> effects = robot.effects;
+  effects.insert(effects.end(), more.begin(), more.end());
+  Predictions predictions = Predictor(robot.without_effects(), effects, campaign, threads, progress)
+                                .predict({}, Eigen::VectorXd(), false, progress);
+  if (predictions.failure)
+    throw common::NoConvergence(fmt::format(
+        "{}:{}: the model has no equilibrium: {}. Check the load and its unit.",
+        campaign.readings_file.string(), campaign.readings[predictions.failure->reading].line,
+        predictions.failure->reason));
+  return std::move(predictions.displacement);
+}
+
 SimulatedCampaign simulate(const vjm::Robot& robot, const std::string& robot_name,
                            const std::filesystem::path& plan, const SimulationOptions& options,
                            common::Progress& progress) {
@@ -171,18 +187,9 @@ SimulatedCampaign simulate(const vjm::Robot& robot, const std::string& robot_nam
               options.displacement);
   disturb_wrenches(options, campaign);
   const auto predicted = [&](const std::vector<vjm::Effect>& hidden) {
-    std::vector<vjm::Effect> effects = robot.effects;
-    effects.insert(effects.end(), hidden.begin(), hidden.end());
-    Predictions predictions =
-        Predictor(robot.without_effects(), effects, campaign, options.threads, progress)
-            .predict({}, Eigen::VectorXd(), false, progress);
-    if (predictions.failure)
-      throw common::NoConvergence(fmt::format(
-          "{}:{}: the model has no equilibrium: {}. Check the load and its unit.", plan.string(),
-          campaign.readings[predictions.failure->reading].line, predictions.failure->reason));
-    return predictions;
+    return predicted_readings(robot, hidden, campaign, options.threads, progress);
   };
-  const Predictions predictions = predicted(options.hidden);
+  const std::vector<Eigen::VectorXd> readings = predicted(options.hidden);
   Normal normal(options.seed);
   const double length = spatial::parse_unit(robot.units.length).factor;
   const double angle = spatial::parse_unit(robot.units.angle).factor;
@@ -193,15 +200,14 @@ SimulatedCampaign simulate(const vjm::Robot& robot, const std::string& robot_nam
       const double noise =
           normal() * (is_rotation(k) ? options.rotation_noise : options.translation_noise);
       if (options.components[static_cast<std::size_t>(k)])
-        result += separator + fmt::format("{}", (predictions.displacement[row][k] + noise) /
-                                                    (is_rotation(k) ? angle : length));
+        result += separator +
+                  fmt::format("{}", (readings[row][k] + noise) / (is_rotation(k) ? angle : length));
     }
     return result;
   };
   SimulatedCampaign result{yaml_text(robot, robot_name, options),
                            extended(text, table, header, cells), campaign.warnings};
-  if (!options.hidden.empty())
-    add_trace(campaign, options, predicted({}).displacement, predictions.displacement, result);
+  if (!options.hidden.empty()) add_trace(campaign, options, predicted({}), readings, result);
   return result;
 }
 

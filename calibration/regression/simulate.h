@@ -44,6 +44,13 @@ struct SimulatedCampaign {
   std::optional<double> detectability = {};
 };
 
+/// What a robot reads in a campaign with effects beside its own [SI], one entry a reading. Throws
+/// common::NoConvergence where there is no equilibrium.
+std::vector<Eigen::VectorXd> predicted_readings(const vjm::Robot& robot,
+                                                const std::vector<vjm::Effect>& more,
+                                                const Campaign& campaign, int threads,
+                                                common::Progress& progress);
+
 /// `plan` is a table of readings without displacements (docs/reference/campaign-file.md), in the
 /// units of the robot file; wrenches without a point act at the platform's reference point.
 /// `robot_name`: how the campaign file shall call the robot file. Gaussian noise by Box and Muller

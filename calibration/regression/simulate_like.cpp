@@ -13,7 +13,6 @@
 #include "kinetostat/calibration/campaign/readings_columns.h"
 #include "kinetostat/calibration/campaign/readings_file.h"
 #include "kinetostat/calibration/campaign/replicates.h"
-#include "kinetostat/calibration/regression/predict.h"
 #include "kinetostat/calibration/regression/simulate.h"
 #include "kinetostat/calibration/statistics/normal.h"
 #include "kinetostat/common/error.h"
@@ -184,20 +183,6 @@ std::string yaml_text(const std::filesystem::path& like, const std::string& robo
       other_keys(io::read_text(like)));
 }
 
-std::vector<VectorXd> predicted(const vjm::Robot& robot, const std::vector<vjm::Effect>& hidden,
-                                const Campaign& campaign, int threads, common::Progress& progress) {
-  std::vector<vjm::Effect> effects = robot.effects;
-  effects.insert(effects.end(), hidden.begin(), hidden.end());
-  Predictions predictions = Predictor(robot.without_effects(), effects, campaign, threads, progress)
-                                .predict({}, VectorXd(), false, progress);
-  if (predictions.failure)
-    throw common::NoConvergence(fmt::format(
-        "{}:{}: the model has no equilibrium: {}. Check the load and its unit.",
-        campaign.readings_file.string(), campaign.readings[predictions.failure->reading].line,
-        predictions.failure->reason));
-  return std::move(predictions.displacement);
-}
-
 void add_trace(const Campaign& campaign, const std::vector<VectorXd>& plain,
                const std::vector<VectorXd>& with, SimulatedCampaign& result) {
   double over_noise = 0;
@@ -240,7 +225,7 @@ SimulatedCampaign simulate_like(const vjm::Robot& robot, const std::string& robo
   read_known_loads(like, campaign);
   disturb_wrenches(options.seed, campaign);
   const std::vector<VectorXd> readings =
-      predicted(robot, options.hidden, campaign, options.threads, progress);
+      predicted_readings(robot, options.hidden, campaign, options.threads, progress);
   const std::vector<VectorXd> errors = errors_of(campaign, options.seed);
   for (std::size_t i = 0; i < readings.size(); ++i)
     for (Index k = 0; k < campaign.size(); ++k) {
@@ -253,8 +238,8 @@ SimulatedCampaign simulate_like(const vjm::Robot& robot, const std::string& robo
   SimulatedCampaign result{yaml_text(like, robot_name, options.seed), grid.text(),
                            campaign.warnings};
   if (!options.hidden.empty())
-    add_trace(campaign, predicted(robot, {}, campaign, options.threads, progress), readings,
-              result);
+    add_trace(campaign, predicted_readings(robot, {}, campaign, options.threads, progress),
+              readings, result);
   return result;
 }
 
