@@ -101,6 +101,11 @@ vjm::Robot robot_of(const std::string& text) {
   return vjm::read_robot(file);
 }
 
+Predictions predicted(const vjm::Robot& robot, const Campaign& campaign) {
+  common::Progress silent;
+  return Predictor(robot.manipulator, campaign, 1, silent).predict({}, VectorXd(), false, silent);
+}
+
 std::filesystem::path write_readings(const std::string& displacement, const std::string& sensors,
                                      const std::vector<std::string>& columns,
                                      const std::string& cell = "0.01") {
@@ -198,9 +203,7 @@ TEST(Sensors, ReadWhatFollowsFromTheEquilibrium) {
   const vjm::Robot robot = robot_of(arm);
   const Campaign campaign =
       read_campaign(write_readings("difference", all_sensors, all_columns), robot.manipulator);
-  common::Progress silent;
-  const Predictions predictions =
-      Predictor(robot.manipulator, campaign, 1, silent).predict({}, VectorXd(), false, silent);
+  const Predictions predictions = predicted(robot, campaign);
   ASSERT_FALSE(predictions.failure) << predictions.failure->reason;
   const vjm::Chain& chain = robot.manipulator.chains()[0];
   for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
@@ -356,9 +359,7 @@ TEST(Weights, PullAlongGravityWhereTheyHang) {
       "q2,q1,q3,hook [kg],Plate [g],fx,dx,dz\n-30,20,50,6,,0,0.1,0.1\n-30,20,50,0,2500,40,0.1,0.1\n"
       "-30,20,50,6,2500,40,0.1,0.1\n");
   const Campaign campaign = read_campaign(file, robot.manipulator);
-  common::Progress silent;
-  const Predictions predictions =
-      Predictor(robot.manipulator, campaign, 1, silent).predict({}, VectorXd(), false, silent);
+  const Predictions predictions = predicted(robot, campaign);
   ASSERT_FALSE(predictions.failure) << predictions.failure->reason;
   const vjm::Posture posture =
       posture_from_joints(robot.manipulator, campaign.configurations[0].joints).posture;
@@ -397,9 +398,7 @@ TEST(Cylinders, PushTheirEndsApart) {
       "q1,q2,q3,brace [N],Prop [kN],dx,dz\n20,-30,50,400,,0.1,0.1\n20,-30,50,,-0.3,0.1,0.1\n"
       "20,-30,50,-400,,0.1,0.1\n");
   const Campaign campaign = read_campaign(file, robot.manipulator);
-  common::Progress silent;
-  const Predictions predictions =
-      Predictor(robot.manipulator, campaign, 1, silent).predict({}, VectorXd(), false, silent);
+  const Predictions predictions = predicted(robot, campaign);
   ASSERT_FALSE(predictions.failure) << predictions.failure->reason;
   const vjm::Posture posture =
       posture_from_joints(robot.manipulator, campaign.configurations[0].joints).posture;
