@@ -66,9 +66,7 @@ class HelpFormatter : public CLI::Formatter {
     const auto add = [&text](const std::string& what) { text += fmt::format(" ({})", what); };
     if (option->get_required() && !option->get_positional()) add("required");
     const std::string value = option->get_default_str();
-    const bool is_known =
-        value.empty() || value == "[]" || text.find("default:") != std::string::npos;
-    if (option->get_type_size() > 0 && !is_known) add("default: " + value);
+    if (option->get_type_size() > 0 && !value.empty() && value != "[]") add("default: " + value);
     if (!option->get_needs().empty()) add("with " + listed(option->get_needs()));
     if (!option->get_excludes().empty()) add("not with " + listed(option->get_excludes()));
     return text;

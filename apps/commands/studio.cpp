@@ -295,6 +295,7 @@ void add_studio(Program& program) {
                  "Where files are dropped, found and saved (default: beside the campaign file)")
       .type_name("DIR");
   app.add_option("--port", request->port, "Port to listen on (default: any that is free)")
+      .hide_default()
       .between(0, 65535);
 }
 
