@@ -442,8 +442,7 @@ void Calibration::add_predicted(const Campaign& others, const BaseFit& fit,
 void Calibration::fail_to_judge() const {
   throw common::NotIdentifiable(fmt::format(
       "{}: {} poses are too few to leave any out and judge a calibration by them. Measure {} or "
-      "more "
-      "that move every joint; '--hold-out 0' fits them all the same.",
+      "more that move every joint; '--hold-out 0' fits them all the same.",
       whole_.file.string(), poses_in_use(campaign_).size(), std::max<Index>(10, geometric())));
 }
 
