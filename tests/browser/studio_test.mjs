@@ -346,11 +346,14 @@ async function session() {
     await browser.until(`${understood} === ${JSON.stringify(before)}`);
     // Numbers without a unit are not used before it is stated.
     assert.ok(await browser.evaluate("document.getElementById('start-use').disabled"));
-    for (const [kind, unit] of [["length", "mm"], ["force", "N"]]) {
+    // The answer to the first change comes late: it does not undo the second.
+    await browser.evaluate("(() => { const real = window.fetch; window.fetch = async (...question) => { window.fetch = real; const answer = await real(...question); await new Promise((resolve) => setTimeout(resolve, 700)); window.late = true; return answer; }; })()");
+    for (const [kind, unit] of [["length", "mm"], ["force", "N"]])
       await browser.evaluate(`(() => { const s = document.getElementById("start-${kind}"); s.value = "${unit}"; s.dispatchEvent(new Event("change")); })()`);
-      await browser.until(`document.getElementById("start-${kind}").value === "${unit}"`);
-    }
     await browser.until("!document.getElementById('start-use').disabled");
+    await browser.until("window.late");
+    await new Promise((resolve) => setTimeout(resolve, 200));
+    assert.ok(!(await browser.evaluate("document.getElementById('start-use').disabled")));
     await browser.evaluate("document.getElementById('start-noise').value = '2 um'");
     await browser.evaluate(click("#start-use"));
     await browser.until("document.querySelector('.bench')?.dataset.drawn");

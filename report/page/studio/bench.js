@@ -6,7 +6,7 @@ import { number } from "../units.js";
 import { cardList, comparisonTable } from "./cards.js";
 import { effectList, effectsAt, otherPlaces, sliders } from "./effects_panel.js";
 import { RobotView } from "./robot_view.js";
-import { ask, follow, work } from "./server.js";
+import { ask, follow, question, work } from "./server.js";
 
 const movesRead = ["dx", "dy", "dz"];
 const printed = (text) => text.replaceAll(" +- ", " ± ");
@@ -57,6 +57,7 @@ export class Bench {
     ]);
     this.ticked = new Set();
     this.pose = firstPosture(readings);
+    this.posture = question("posture");
     this.place = null;
     this.view = new RobotView((place) => this.select(place));
     this.headline = element("p", { class: "headline", role: "status", id: "studio-headline" });
@@ -360,7 +361,8 @@ export class Bench {
   }
   async drawRobot() {
     try {
-      const picture = await ask("posture", { pose: this.pose, effects: this.model().names ?? [] });
+      const picture = await this.posture({ pose: this.pose, effects: this.model().names ?? [] });
+      if (picture === undefined) return;
       if (picture) this.picture = picture;
       this.drawEffects();
       this.drawErrors(this.residuals.get(this.chosen) ?? this.residuals.get("fitted"));

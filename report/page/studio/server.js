@@ -12,6 +12,21 @@ export async function ask(action, body = {}) {
   return answer;
 }
 
+/** A question that may be asked again before it is answered: only the answer to the last asking counts, others are undefined. */
+export function question(action) {
+  let last = 0;
+  return async (body) => {
+    const turn = ++last;
+    try {
+      const answer = await ask(action, body);
+      return turn === last ? answer : undefined;
+    } catch (error) {
+      if (turn === last) throw error;
+      return undefined;
+    }
+  };
+}
+
 const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
 
 /** Follows the job that runs until its end; `show(status)` is called on the way. Its result; throws its error. */

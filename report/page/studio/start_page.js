@@ -1,7 +1,7 @@
 // The start page: an example, files of one's own, or files to start with; how the columns of a table are understood.
 import { choice, element } from "../dom.js";
 import { number } from "../units.js";
-import { ask } from "./server.js";
+import { ask, question } from "./server.js";
 
 async function base64Of(file) {
   const bytes = new Uint8Array(await file.arrayBuffer());
@@ -25,6 +25,7 @@ export class StartPage {
     this.state = state;
     this.open = open;
     this.asked = { columns: {}, units: {} };
+    this.readings = question("readings");
     this.status = element("p", { role: "status", id: "start-status" });
     this.columns = element("div", { id: "start-columns" });
     this.chosen = element("div", {});
@@ -159,7 +160,9 @@ export class StartPage {
   look() {
     return this.guarded(async () => {
       if (!this.asked.table) return this.columns.replaceChildren();
-      this.overview = await ask("readings", this.asked);
+      const overview = await this.readings(this.asked);
+      if (!overview || !this.asked.table) return;
+      this.overview = overview;
       this.fillColumns();
     });
   }
