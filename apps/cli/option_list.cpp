@@ -1,6 +1,5 @@
 #include "kinetostat/apps/cli/option_list.h"
 
-#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -27,9 +26,8 @@ bool is_output(CLI::Option& option) {
 }
 
 std::string listed(const std::set<CLI::Option*>& options) {
-  std::vector<std::string> names;
-  for (const CLI::Option* option : options) names.push_back(option->get_name());
-  std::sort(names.begin(), names.end());
+  std::set<std::string> names;
+  for (const CLI::Option* option : options) names.insert(option->get_name());
   return fmt::format("{}", fmt::join(names, " or "));
 }
 

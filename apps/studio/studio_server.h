@@ -29,10 +29,11 @@ struct StudioOptions {
   std::function<bool()> stopped;
 };
 
-inline constexpr std::size_t studio_largest_request = 65536;        // [bytes]
-inline constexpr std::size_t studio_largest_file = 16 * (1 << 20);  // that "drop" may bring [bytes]
-inline constexpr int studio_read_seconds = 5;                       // that a request may pause for
-inline constexpr int studio_keep_alive_seconds = 1;  // until a connection says something
+inline constexpr std::size_t studio_largest_request = 65536;  // [bytes]
+inline constexpr std::size_t studio_largest_file = std::size_t{16}
+                                                   << 20;  // that "drop" may bring [bytes]
+inline constexpr int studio_read_seconds = 5;              // that a request may pause for
+inline constexpr int studio_keep_alive_seconds = 1;        // until a connection says something
 
 /// Serves until stopped. Requests are refused that come under another host name or from another
 /// origin, that do not know the token, are too large, or ask for anything else than the page and

@@ -221,6 +221,7 @@ BaseFit Calibration::fit(const std::vector<Index>& chosen, const Noise& noise,
 void Calibration::columns_at(const std::vector<Index>& chosen, const VectorXd& values,
                              const BaseFit& at, MatrixXd& nuisance, MatrixXd& columns) const {
   std::vector<Parameter> parameters;
+  parameters.reserve(chosen.size());
   for (const Index k : chosen) parameters.push_back(all_[static_cast<std::size_t>(k)]);
   const auto count = static_cast<Index>(chosen.size());
   const auto linear =
