@@ -88,21 +88,50 @@ std::vector<VectorXd> followings(const Campaign& campaign, const Predictions& pr
   return result;
 }
 
-// What moves the joint by one unit of information: sum of J' W J, and of J' W v.
+// What moves the joint by one unit of information: J' W J, and J' W r.
 struct Projection {
-  double information = 0, residual = 0, change = 0;
+  double information = 0, residual = 0;
 };
 
 Projection projection_of(const Reading& reading, const VectorXd& sigma, const VectorXd& following,
-                         const VectorXd& without, const VectorXd& with) {
+                         const VectorXd& residual) {
   Projection p;
   for (const Index k : components_in_use(reading)) {
     const double weight = following[k] / (sigma[k] * sigma[k]);
     p.information += weight * following[k];
-    p.residual += weight * without[k];
-    p.change += weight * (without[k] - with[k]);
+    p.residual += weight * residual[k];
   }
   return p;
+}
+
+double stiffness_of(const vjm::Robot& robot, const Model& model, const JointSpring& spring) {
+  return with_values(robot.without_effects(), robot.effects, model.parameters, model.values)
+      .bare()
+      .chains()[spring.chain]
+      .stiffness()(spring.coordinate, spring.coordinate);
+}
+
+// One model: how its joint deflects, and how stiff the spring is.
+struct JointView {
+  std::vector<double> deflection;
+  std::vector<VectorXd> following;
+  double stiffness = 0;
+};
+
+std::optional<JointView> view_of(const vjm::Robot& robot, const Campaign& campaign,
+                                 const BaseFit& fit, const JointSpring& spring, int threads,
+                                 common::Progress& progress) {
+  const vjm::Manipulator& bare = robot.without_effects();
+  const Model model = model_of(fit, spring);
+  const Predictor predictor(bare, robot.effects, campaign, threads, progress);
+  const Predictions predictions = predictor.predict(
+      model.parameters, model.values, std::vector<Parameter>{model.parameters.back()}, progress);
+  if (predictions.failure) return std::nullopt;
+  JointView view;
+  view.deflection = deflections(predictor, campaign, predictions, bare, spring);
+  view.following = followings(campaign, predictions, view.deflection);
+  view.stiffness = stiffness_of(robot, model, spring);
+  return view;
 }
 
 void leave_out_what_is_hardly_seen(std::vector<JointCurvePoint>& points) {
@@ -118,36 +147,28 @@ void leave_out_what_is_hardly_seen(std::vector<JointCurvePoint>& points) {
 }  // namespace
 
 std::optional<std::vector<JointCurvePoint>> joint_curve(
-    const vjm::Robot& robot, const Campaign& campaign, const Noise& noise,
+    const vjm::Robot& first, const vjm::Robot& second, const Campaign& campaign, const Noise& noise,
     const Assessment& without, const Assessment& with, const vjm::EffectSite& joint, int threads,
     common::Progress& progress) {
-  const std::optional<JointSpring> spring = spring_of(robot, joint);
+  const std::optional<JointSpring> spring = spring_of(first, joint);
   if (!spring) return std::nullopt;
-  const vjm::Manipulator& bare = robot.without_effects();
-  const Model model = model_of(without.fit, *spring);
-  const Predictor predictor(bare, robot.effects, campaign, threads, progress);
-  const Predictions predictions = predictor.predict(
-      model.parameters, model.values, std::vector<Parameter>{model.parameters.back()}, progress);
-  if (predictions.failure) return std::nullopt;
-  const double stiffness = with_values(bare, robot.effects, model.parameters, model.values)
-                               .bare()
-                               .chains()[spring->chain]
-                               .stiffness()(spring->coordinate, spring->coordinate);
-  const std::vector<double> d = deflections(predictor, campaign, predictions, bare, *spring);
-  const std::vector<VectorXd> following = followings(campaign, predictions, d);
+  const auto before = view_of(first, campaign, without.fit, *spring, threads, progress);
+  const auto after = view_of(second, campaign, with.fit, *spring, threads, progress);
+  if (!before || !after) return std::nullopt;
   std::vector<JointCurvePoint> points;
   for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
     const Reading& reading = campaign.readings[i];
-    const VectorXd& j = following[reading.configuration];
-    if (std::isnan(d[i]) || j.isZero(0)) continue;
-    const Projection p =
-        projection_of(reading, noise.sigma[i], j, without.residual[i], with.residual[i]);
+    const VectorXd& following = before->following[reading.configuration];
+    const double d = before->deflection[i], e = after->deflection[i];
+    if (std::isnan(d) || std::isnan(e) || following.isZero(0)) continue;
+    const Projection p = projection_of(reading, noise.sigma[i], following, with.residual[i]);
     if (!(p.information > 0)) continue;
     points.push_back({.reading = i,
-                      .load = stiffness * d[i],
-                      .measured = d[i] + p.residual / p.information,
-                      .without = d[i],
-                      .with = d[i] + p.change / p.information,
+                      .load = before->stiffness * d,
+                      .measured = e + p.residual / p.information,
+                      .without = d,
+                      .with = e,
+                      .spring = before->stiffness * d / after->stiffness,
                       .deviation = 1 / std::sqrt(p.information)});
   }
   leave_out_what_is_hardly_seen(points);

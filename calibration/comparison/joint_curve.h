@@ -17,24 +17,27 @@ struct JointCurvePoint {
   double measured = 0;   // deflection [m or rad]
   double without = 0;    // of the first model
   double with = 0;       // of the second
+  double spring = 0;     // what the joint's spring of the second model alone makes of the load
   double deviation = 0;  // standard deviation of `measured` by the noise of the reading
 };
 
-/// Let d be the deflection of the joint's spring in the first model, and J = du/dd how the reading
-/// follows it, from the exact derivative by the logarithm of the spring's stiffness K:
+/// Let d be the deflection of the joint in the first model, e in the second, K and L the stiffness
+/// of its spring there, and J = du/dd how the reading follows it, from the exact derivative by the
+/// logarithm of K in the first model:
 ///
-///     du/d ln K = -J d      load = K d
-///     measured = d + (J' W r) / (J' W J)      with = d + (J' W (u_with - u)) / (J' W J)
+///     du/d ln K = -J d      load = K d      spring = K d / L
+///     measured = e + (J' W r) / (J' W J)
 ///
-/// r is the residual of the first model, W the inverse covariance of the noise (its diagonal): the
-/// residual is taken to be of this joint alone, as a partial-residual plot takes it to be of one
-/// variable (Larsen and McCleary 1972). J is that of the largest deflection in each posture.
+/// r is the residual of the second model, W the inverse covariance of the noise (its diagonal):
+/// what is left is taken to be of this joint alone, as a partial-residual plot takes it to be of
+/// one variable (Larsen and McCleary 1972). J is that of the largest deflection in each posture.
 ///
-/// `without` and `with` are assessments of the same campaign, `without` by `robot`. nullopt where
-/// the joint has no spring of its own, has an effect in the robot file, or does not deflect.
-/// Readings on which the joint hardly acts (a deviation above three times the median) are left out.
+/// `without` is an assessment by `first` and `with` one of the same campaign by `second`, which is
+/// the same manipulator with effects. nullopt where the joint has no spring of its own, has an
+/// effect in the first model, or does not deflect. Readings on which the joint hardly acts (a
+/// deviation above three times the median) are left out.
 std::optional<std::vector<JointCurvePoint>> joint_curve(
-    const vjm::Robot& robot, const Campaign& campaign, const Noise& noise,
+    const vjm::Robot& first, const vjm::Robot& second, const Campaign& campaign, const Noise& noise,
     const Assessment& without, const Assessment& with, const vjm::EffectSite& joint, int threads,
     common::Progress& progress);
 

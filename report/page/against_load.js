@@ -143,7 +143,7 @@ export function jointCurve(curve, source) {
     n: all.length,
     source,
     height: 420,
-    say: `Dots: readings, the error of the model taken to be of this joint alone; whiskers: the noise. Dashed: the fitted model without the effect. Line: with ${curve.effect}.`,
+    say: `Dots: readings, what the model with ${curve.effect} leaves taken to be of this joint alone; whiskers: the noise. Line: that model. Dashed: the fitted model without the effect.`,
     numbers: () => ({
       columns: ["reading", "load [N or N m]", "measured [m or rad]", "without", "with", "sd"],
       rows: all.map((i) => [
@@ -195,7 +195,7 @@ export function jointCurve(curve, source) {
 /** The part of that deflection that the spring does not explain, against the load: where a loop, a step or a bend is seen. */
 export function extraDeflection(curve, source) {
   const all = curve.load.map((_, i) => i);
-  const extra = (column, i) => curve[column][i] - curve.without[i];
+  const extra = (column, i) => curve[column][i] - curve.spring[i];
   const x = unitFor(curve.turns ? "moment" : "force", largest(curve.load));
   const y = unitFor(
     curve.turns ? "angle" : "length",
@@ -207,7 +207,7 @@ export function extraDeflection(curve, source) {
     n: all.length,
     source,
     height: 420,
-    say: `Deflection less that of the fitted model, against the load. A loop is friction, a step at no load a gap, a bend stiffening. Line: ${curve.effect}.`,
+    say: `Deflection less that of its spring, against the load. A loop is friction, a step at no load a gap, a bend stiffening. Line: ${curve.effect}.`,
     numbers: () => ({
       columns: ["reading", "load [N or N m]", "measured less the spring [m or rad]", "with"],
       rows: all.map((i) => [curve.id[i], curve.load[i], extra("measured", i), extra("with", i)]),

@@ -72,7 +72,7 @@ export function scene(look, unit, more = {}) {
     yaxis: one("y"),
     zaxis: one("z"),
     bgcolor: look.paper,
-    camera: { eye: { x: 1.25, y: -1.25, z: 0.75 }, up: { x: 0, y: 0, z: 1 } },
+    camera: { eye: { x: 1.25, y: -1.25, z: 0.75 }, up: { x: 0, y: 0, z: 1 }, center: { x: 0, y: 0, z: -0.12 } },
     ...more,
   };
 }
@@ -89,7 +89,7 @@ export function framed(room, data) {
     return [name, { ...room[name], range: [middle - half[k], middle + half[k]] }];
   });
   // What is flat or slender may come nearer than a cube, which fills the view.
-  const scale = Math.min(1.5, 1.7 / Math.hypot(...half.map((h) => h / (0.52 * longest))));
+  const scale = Math.min(1.4, 1.5 / Math.hypot(...half.map((h) => h / (0.52 * longest))));
   const [x, y, z] = half.map((h) => (scale * h) / (0.52 * longest));
   return { ...room, ...Object.fromEntries(axes), aspectmode: "manual", aspectratio: { x, y, z } };
 }

@@ -151,7 +151,11 @@ export function skeletonFigure(result, skeletons, view, source, { load, joint } 
         data.push(ellipsoid(compliance, shown.bodies[0].position, scale, factor, look.held));
       return {
         data,
-        layout: layout(look, { margin: { l: 0, r: 0, t: 30, b: 0 }, scene: scene(look, unit) }),
+        layout: layout(look, {
+          margin: { l: 0, r: 0, t: 0, b: 0 },
+          legend: { orientation: "h", y: 0, yanchor: "top", x: 0, font: { size: 12 } },
+          scene: scene(look, unit),
+        }),
       };
     },
   };

@@ -68,6 +68,18 @@ const confirmedTrace = (stages, factor, look) => ({
   hovertemplate: "kept to confirm: %{y:.3g}<extra></extra>",
 });
 
+/** In lines of at most so many letters, broken at spaces. */
+const inLines = (text, most) =>
+  text
+    .split(" ")
+    .reduce((lines, word) => {
+      const last = lines.at(-1);
+      if (last !== undefined && `${last} ${word}`.length <= most) lines[lines.length - 1] += ` ${word}`;
+      else lines.push(word);
+      return lines;
+    }, [])
+    .join("<br>");
+
 export function waterfall({ stages, what, unit, factor }, source, count) {
   const first = stages[0].whitened;
   const floor = stages.find((stage) => stage.name === "noise floor");
@@ -92,13 +104,14 @@ export function waterfall({ stages, what, unit, factor }, source, count) {
     title,
     n: count,
     source,
-    height: 330,
+    height: 360,
+    tall: 420,
     say: `rms error on ${what}, ${unit}: ${number(first / factor)} (${stages[0].name})${last === stages[0] ? "" : `, ${number(last.whitened / factor)} (${last.name})`}. Whiskers: 95 %.${confirmed.length ? " Diamonds: readings kept to confirm." : ""}`,
     numbers: () => ({
       columns: ["stage", `rms error [${unit}]`, "95 % from", "to", "kept to confirm"],
       rows: rows(),
     }),
-    draw(look) {
+    draw(look, narrow) {
       const colour = (s, k) =>
         s === floor
           ? look.noise
@@ -169,10 +182,11 @@ export function waterfall({ stages, what, unit, factor }, source, count) {
           ],
           xaxis: axis(look, "", {
             tickvals: stages.map((_, k) => k),
-            ticktext: stages.map((s) => plain(s.name).replace(/ at /, "<br>at ")),
+            ticktext: stages.map((s) => inLines(plain(s.name), narrow ? 20 : 14)),
+            ...(narrow ? {} : { tickangle: 0 }),
             showgrid: false,
           }),
-          yaxis: axis(look, `rms error [${unit}]`, { rangemode: "tozero" }),
+          yaxis: axis(look, `error [${unit}]`, { rangemode: "tozero" }),
         }),
       };
     },

@@ -6,7 +6,10 @@ export const verdictInWords = (kind) =>
 
 /** The name of a model, or of a stage of the falling error. */
 export const modelInWords = (name) =>
-  name.replace(/\bas designed$/, "nominal").replace(/\brefitted$/, "fitted");
+  name
+    .replace(/\bas designed$/, "nominal")
+    .replace(/\brefitted$/, "fitted")
+    .replace(/^\+ \w+/, (kind) => kind.replaceAll("_", " "));
 
 /** "over 99.9 %", "56.3 %", "0.11 % (odds 1 : 876)". */
 export function probabilityInWords(p) {

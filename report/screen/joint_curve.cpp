@@ -4,6 +4,7 @@
 
 #include "kinetostat/report/manipulators/joint_motion.h"
 #include "kinetostat/report/manipulators/skeleton.h"
+#include "kinetostat/report/readings_picture.h"
 #include "kinetostat/report/screen/wording.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
@@ -45,6 +46,7 @@ Json picture_of(const vjm::Robot& robot, const calibration::Campaign& campaign,
           {"measured", column(points, &JointCurvePoint::measured)},
           {"without", column(points, &JointCurvePoint::without)},
           {"with", column(points, &JointCurvePoint::with)},
+          {"spring", column(points, &JointCurvePoint::spring)},
           {"deviation", column(points, &JointCurvePoint::deviation)}};
 }
 
@@ -81,12 +83,13 @@ Json joint_curve_picture(const vjm::Robot& robot, const calibration::Campaign& c
                          const calibration::Comparison& before,
                          const calibration::Comparison& after, int threads,
                          common::Progress& progress) {
+  const vjm::Robot adopted = with_found(robot, diagnosis);
   for (const calibration::FoundEffect& found : diagnosis.found) {
     const vjm::Effect& effect = found.candidate.effect;
     if (effect.sites.empty() || effect.sites.front().element.empty()) continue;
     const auto points =
-        calibration::joint_curve(robot, campaign, before.noise, before.best(), after.best(),
-                                 effect.sites.front(), threads, progress);
+        calibration::joint_curve(robot, adopted, campaign, before.noise, before.best(),
+                                 after.best(), effect.sites.front(), threads, progress);
     if (points) return picture_of(robot, campaign, effect, *points);
   }
   return {};

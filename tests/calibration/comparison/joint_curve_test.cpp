@@ -38,7 +38,7 @@ std::optional<std::vector<JointCurvePoint>> curve(const test::Laboratory& labora
                                                   const vjm::Robot& with) {
   const Comparison before = compared(laboratory.robot(), campaign);
   common::Progress silent;
-  return joint_curve(laboratory.robot(), campaign, before.noise, before.nominal,
+  return joint_curve(laboratory.robot(), with, campaign, before.noise, before.nominal,
                      compared(with, campaign).nominal, {0, "rho"}, 1, silent);
 }
 
@@ -59,6 +59,7 @@ TEST(JointCurve, OfOneJointIsItsReadings) {
     const double force = reading.load.force.z();
     EXPECT_NEAR(p.load, force, 1e-6);
     EXPECT_NEAR(p.without, force / 4e7, 1e-12);
+    EXPECT_NEAR(p.spring, force / 4e7, 1e-12);
     EXPECT_NEAR(p.measured, reading.displacement.z(), 1e-12);
     EXPECT_NEAR(p.deviation, reading.sigma.z(), 1e-12);
     // The spring bears what is left of the deflection beyond a gap with corners rounded over a
@@ -85,8 +86,8 @@ TEST(JointCurve, NeedsAJointWithASpringOfItsOwnAndNoEffectYet) {
   const Comparison before = compared(laboratory.robot(), campaign);
   common::Progress silent;
   const auto at = [&](const vjm::Robot& robot, const vjm::EffectSite& site) {
-    return joint_curve(robot, campaign, before.noise, before.nominal, before.nominal, site, 1,
-                       silent);
+    return joint_curve(robot, robot, campaign, before.noise, before.nominal, before.nominal, site,
+                       1, silent);
   };
   EXPECT_FALSE(at(laboratory.robot(), {0, "none"}));
   EXPECT_FALSE(at(laboratory.robot(), {1, "rho"}));
