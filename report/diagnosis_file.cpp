@@ -302,10 +302,9 @@ DiagnosisRecord record_of(const Json& json, const std::filesystem::path& file) {
 }  // namespace
 
 Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, const Diagnosis& d) {
-  Json found = Json::array(), steps = Json::array(), waterfall = Json::array();
+  Json found = Json::array(), steps = Json::array();
   for (const calibration::FoundEffect& f : d.found) found.push_back(found_json(robot, f));
   for (const DiagnosisStep& step : d.steps) steps.push_back(step_json(robot, step));
-  for (const calibration::WaterfallStage& s : d.waterfall) waterfall.push_back(to_json(s));
   Json json{{"campaign", campaign.name},
             {"verdict", calibration::to_string(d.verdict)},
             {"found", found},
@@ -325,7 +324,7 @@ Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, con
              {{"p_value", d.left.p_value()},
               {"depends_on", d.left.depends_on},
               {"log_evidence", d.left.log}}},
-            {"waterfall", waterfall},
+            {"waterfall", to_json(d.waterfall)},
             {"fitted",
              {{"without_effects", estimates_json(robot, d.fitted_without)},
               {"with_effects", estimates_json(robot, d.fitted_beside)}}},

@@ -101,6 +101,12 @@ Json to_json(const WaterfallStage& s) {
           {"confirmed", optional(s.confirmed)}};
 }
 
+Json to_json(const std::vector<WaterfallStage>& stages) {
+  Json list = Json::array();
+  for (const WaterfallStage& stage : stages) list.push_back(to_json(stage));
+  return list;
+}
+
 std::string text(const calibration::Campaign& campaign, const calibration::BeforeAfter& both) {
   std::string text = waterfall_text(campaign, both.stages, both.held_out);
   const WaterfallStage *from = last_of(both.stages, "before"), *to = last_of(both.stages, "after");
@@ -112,9 +118,7 @@ std::string text(const calibration::Campaign& campaign, const calibration::Befor
 }
 
 Json to_json(const calibration::Campaign& campaign, const calibration::BeforeAfter& both) {
-  Json stages = Json::array();
-  for (const WaterfallStage& stage : both.stages) stages.push_back(to_json(stage));
-  return {{"waterfall", stages},
+  return {{"waterfall", to_json(both.stages)},
           {"held_out", both.held_out},
           {"before", to_json(campaign, both.before)},
           {"after", to_json(campaign, both.after)}};

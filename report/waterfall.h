@@ -18,6 +18,7 @@ std::string waterfall_text(const calibration::Campaign& campaign,
                            const std::string& held_out);
 /// SI.
 io::Json to_json(const calibration::WaterfallStage& stage);
+io::Json to_json(const std::vector<calibration::WaterfallStage>& stages);
 
 std::string text(const calibration::Campaign& campaign, const calibration::BeforeAfter& both);
 /// Both comparisons whole, and the stages.

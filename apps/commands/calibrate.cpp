@@ -1,22 +1,17 @@
 // kinetostat calibrate: the geometry of a robot from readings of its pose.
-#include <cmath>
-#include <limits>
 #include <memory>
-#include <stdexcept>
 
 #include <fmt/format.h>
 
 #include "kinetostat/apps/cli/campaign_request.h"
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/cli/option_values.h"
-#include "kinetostat/apps/cli/version.h"
 #include "kinetostat/apps/cli/write_robot.h"
+#include "kinetostat/apps/commands/calibrated_robot.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/calibration/comparison/before_after.h"
-#include "kinetostat/calibration/diagnosis/adoption.h"
 #include "kinetostat/calibration/kinematics/kinematic_calibration.h"
 #include "kinetostat/common/error.h"
-#include "kinetostat/io/text_file.h"
 #include "kinetostat/report/kinematics.h"
 #include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/readings_picture.h"
@@ -27,10 +22,6 @@
 namespace kinetostat::apps {
 namespace {
 
-using calibration::AdoptedEffect;
-using calibration::AdoptedParameter;
-using calibration::Adoption;
-using calibration::CalibratedGeometry;
 using calibration::KinematicCalibration;
 
 struct CalibrateRequest {
@@ -52,88 +43,6 @@ calibration::Tolerance tolerance_of(const std::string& text, const spatial::Unit
   if (!(tolerance.length > 0 && tolerance.angle > 0))
     throw UsageError("--tolerance", fmt::format("'{}' is not positive", text));
   return tolerance;
-}
-
-const std::string& component_name(const KinematicCalibration& c, const CalibratedGeometry& g) {
-  return c.effects[g.what.effect].kind->parameters[static_cast<std::size_t>(g.what.component)].name;
-}
-
-std::vector<std::string> reasons_for(const calibration::Campaign& campaign,
-                                     const KinematicCalibration& c) {
-  return {fmt::format("kinematic calibration by kinetostat {}: {}", version(),
-                      report::headline(campaign, c)),
-          fmt::format("readings: {}, sha256 {}", campaign.readings_file.filename().string(),
-                      io::sha256(io::read_text(campaign.readings_file)))};
-}
-
-// In the units of the robot file.
-calibration::AdoptedValue value_of(const vjm::Robot& robot, const std::string& name,
-                                   const CalibratedGeometry& g) {
-  return calibration::in_units_of(robot.units,
-                                  {name, g.what.turns() ? "rad" : "m", g.value, g.deviation});
-}
-
-// A new effect for each place, from base to end; those that the file has get other values.
-void add_geometry(const vjm::Robot& robot, const calibration::Campaign& campaign,
-                  const KinematicCalibration& c, Adoption& adoption) {
-  for (std::size_t e = 0; e < c.effects.size(); ++e) {
-    AdoptedEffect adopted{
-        .effect = c.effects[e].kind->name, .at = c.effects[e].at, .values = {}, .reasons = {}};
-    for (const CalibratedGeometry& g : c.geometry) {
-      if (g.what.effect != e) continue;
-      const std::string& name = component_name(c, g);
-      if (e >= c.own_effects)
-        adopted.values.push_back(value_of(robot, name, g));
-      else
-        adoption.fitted.push_back({.stiffness = {},
-                                   .effect = adopted.effect,
-                                   .at = adopted.at,
-                                   .parameter = name,
-                                   .value = value_of(robot, "value", g),
-                                   .remark = {}});
-    }
-    if (adopted.values.empty()) continue;
-    if (adoption.effects.empty()) adopted.reasons = reasons_for(campaign, c);
-    adoption.effects.push_back(std::move(adopted));
-  }
-}
-
-// What was fitted beside the geometry; at a bound nothing is known of its deviation.
-AdoptedParameter parameter_of(const vjm::Robot& robot, const calibration::ParameterEstimate& e) {
-  const double deviation = e.hit == calibration::BoundHit::none
-                               ? e.standard_error
-                               : std::numeric_limits<double>::quiet_NaN();
-  AdoptedParameter adopted;
-  if (e.parameter.is_logarithm()) {
-    adopted.stiffness = e.parameter.name;
-    adopted.value = {"factor", "", std::exp(e.value), std::exp(e.value) * deviation};
-    return adopted;
-  }
-  const vjm::Effect& effect = robot.effects[e.parameter.effect];
-  adopted.effect = effect.kind->name;
-  adopted.at = effect.at;
-  adopted.parameter = effect.kind->parameters[static_cast<std::size_t>(e.parameter.value)].name;
-  adopted.value =
-      calibration::in_units_of(robot.units, {"value", e.parameter.unit, e.value, deviation});
-  return adopted;
-}
-
-Adoption adoption_of(const vjm::Robot& robot, const calibration::Campaign& campaign,
-                     const KinematicCalibration& c) {
-  Adoption adoption;
-  add_geometry(robot, campaign, c, adoption);
-  for (const calibration::ParameterEstimate& e : c.others)
-    adoption.fitted.push_back(parameter_of(robot, e));
-  return adoption;
-}
-
-// The text of the robot file with what was found.
-std::string calibrated_file(const vjm::Robot& robot, const Adoption& adoption) {
-  try {
-    return calibration::adopted(io::read_text(robot.file), adoption);
-  } catch (const std::invalid_argument& error) {
-    throw common::InputError({.file = robot.file, .what = error.what()});
-  }
 }
 
 std::string next_after(const CalibrateRequest& request, const KinematicCalibration& c,
@@ -183,7 +92,7 @@ io::Json calibrate(const CalibrateRequest& request, Run& run) {
   run.print_more("\n" + report::text(campaign, result));
   json.update(report::to_json(campaign, result));
   if (result.geometry.empty()) return json;
-  const std::string text = calibrated_file(robot, adoption_of(robot, campaign, result));
+  const std::string text = calibrated_robot(robot, campaign, result);
   if (run.out()) {
     write_robot(*run.out(), text);
     json["robot"] = run.out()->string();

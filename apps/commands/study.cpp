@@ -7,10 +7,13 @@
 #include <fmt/format.h>
 
 #include "kinetostat/apps/cli/fit_cache.h"
+#include "kinetostat/apps/cli/write_robot.h"
+#include "kinetostat/apps/commands/calibrated_robot.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/apps/commands/diagnosis_steps.h"
 #include "kinetostat/calibration/campaign/campaign_check.h"
 #include "kinetostat/calibration/campaign/joint_loads.h"
+#include "kinetostat/calibration/comparison/before_after.h"
 #include "kinetostat/calibration/comparison/compare.h"
 #include "kinetostat/calibration/design/plan.h"
 #include "kinetostat/io/document_kind.h"
@@ -18,12 +21,14 @@
 #include "kinetostat/report/campaign_check.h"
 #include "kinetostat/report/comparison.h"
 #include "kinetostat/report/diagnosis_file.h"
+#include "kinetostat/report/kinematics.h"
 #include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/plan.h"
 #include "kinetostat/report/readings_picture.h"
 #include "kinetostat/report/screen/comparison.h"
 #include "kinetostat/report/screen/diagnosis.h"
 #include "kinetostat/report/screen/joint_curve.h"
+#include "kinetostat/report/screen/kinematics.h"
 #include "kinetostat/report/screen/plan.h"
 #include "kinetostat/report/screen/study.h"
 #include "kinetostat/report/screen/wording.h"
@@ -125,7 +130,6 @@ class Study {
         Run& run)
       : no_cache_(no_cache),
         run_(run),
-        typed_(request.typed()),
         robot_(request.read_robot()),
         campaign_(request.read_campaign(robot_, run)),
         files_(folder, inputs_of(robot_, campaign_), run) {}
@@ -139,11 +143,16 @@ class Study {
   Step compare();
   Step diagnose();
   Step adopt();
+  Step calibrate();
   Step plan();
-  Step calibrate_first() const;
+  Step study_again() const;
   /// Errors of the geometry explain most of the error: they come before anything elastic.
   bool is_kinematic() const {
     return !diagnose_.result.value("by_kinematics", io::Json()).is_null();
+  }
+  bool is_calibrated() const { return adopt_.result["command"] == "calibrate"; }
+  std::string headline() const {
+    return diagnose_.headline + (is_calibrated() ? " " + adopt_.headline : "");
   }
   io::Json summary(const std::vector<Station>& stations) const;
   io::Json files() const;
@@ -152,7 +161,6 @@ class Study {
 
   bool no_cache_;
   Run& run_;
-  std::string typed_;  // the files, for a shell
   vjm::Robot robot_;
   Campaign campaign_;
   StudyFolder files_;
@@ -217,6 +225,32 @@ Step Study::diagnose() {
           .stations = {report::missing_station(robot_, found)}};
 }
 
+// The geometry in bulk, where no single effect is to be adopted; then compared again.
+Step Study::calibrate() {
+  const calibration::KinematicCalibration found =
+      calibration::calibrate_kinematics(robot_, campaign_, {}, run_.threads(), run_.progress());
+  Step step{.result = {{"command", "calibrate"}, {"inputs", inputs()}},
+            .picture = {},
+            .text = report::first_screen(robot_, campaign_, found, ""),
+            .headline = report::headline(campaign_, found),
+            .stations = {}};
+  step.result.update(report::to_json(campaign_, found));
+  if (found.geometry.empty()) {
+    step.stations = {report::not_adopted_station(step.headline, true)};
+    return step;
+  }
+  const std::filesystem::path out = files_.file(robot_name);
+  write_robot(out, calibrated_robot(robot_, campaign_, found));
+  step.result["wrote"] = robot_name;
+  const calibration::BeforeAfter both = calibration::compare_before_after(
+      robot_, vjm::read_robot(out), campaign_, run_.threads(), run_.progress());
+  step.result["error_over_noise"] = both.after.nominal.error_over_noise();
+  step.result["held_out"] = both.held_out;
+  step.result["waterfall"] = report::to_json(both.stages);
+  step.stations = {report::adopted_station(robot_name, both.after)};
+  return step;
+}
+
 // What was found, or the stiffnesses alone where nothing is missing; then compared again.
 Step Study::adopt() {
   const calibration::DiagnosisRecord record = report::read_diagnosis(files_.file(diagnosis_name));
@@ -244,9 +278,8 @@ Step Study::adopt() {
     step.stations = {report::adopted_station(robot_name, again)};
   } catch (const common::NotIdentifiable& refusal) {
     const bool is_needed = record.verdict != calibration::Verdict::none_needed;
-    step.headline = is_kinematic() ? "nothing was adopted: the kinematics come first"
-                    : is_needed    ? "nothing was adopted: no effect is established"
-                                   : "nothing to adopt: nothing was fitted, nothing is missing";
+    step.headline = is_needed ? "nothing was adopted: no effect is established"
+                              : "nothing to adopt: nothing was fitted, nothing is missing";
     step.result["reason"] = refusal.what();
     step.text = report::wrapped(step.headline + ".");
     step.stations = {report::not_adopted_station(step.headline, is_needed)};
@@ -254,18 +287,21 @@ Step Study::adopt() {
   return step;
 }
 
-Step Study::calibrate_first() const {
-  const std::string command = fmt::format("kinetostat calibrate {} -o calibrated.yaml", typed_);
-  const std::string what = fmt::format("calibrate the kinematics: {}", command);
+// Which effect is left beside the calibrated geometry.
+Step Study::study_again() const {
+  const std::string command = fmt::format(
+      "kinetostat study {} {} -o {}", report::quoted(files_.file(robot_name).string()),
+      report::quoted(campaign_.file.string()), report::quoted(files_.file("calibrated").string()));
+  const std::string what = fmt::format("which effect is left? {}", command);
   return {.result = {{"command", "plan"}, {"inputs", inputs()}, {"reason", what}},
           .picture = {},
-          .text = report::next_step(command, "then study the readings with that robot file"),
+          .text = report::next_step(command, "which effect is left?"),
           .headline = what,
           .stations = {report::nothing_next_station(what)}};
 }
 
 Step Study::plan() {
-  if (is_kinematic()) return calibrate_first();
+  if (is_calibrated()) return study_again();
   Step step{.result = {{"command", "plan"}, {"inputs", inputs()}},
             .picture = {},
             .text = {},
@@ -315,7 +351,8 @@ io::Json Study::summary(const std::vector<Station>& stations) const {
   const auto of = [](const Step& step, const char* key) {
     return step.result.value(key, io::Json());
   };
-  return {{"headline", diagnose_.headline},
+  const Step& judged = is_calibrated() ? adopt_ : diagnose_;
+  return {{"headline", headline()},
           {"inputs", inputs()},
           {"campaign_name", campaign_.name},
           {"about", check_.headline},
@@ -324,8 +361,8 @@ io::Json Study::summary(const std::vector<Station>& stations) const {
           {"adopted", adopt_.headline},
           {"planned", plan_.headline},
           {"verdict", of(diagnose_, "verdict")},
-          {"waterfall", of(diagnose_, "waterfall")},
-          {"held_out", of(diagnose_, "held_out")},
+          {"waterfall", of(judged, "waterfall")},
+          {"held_out", of(judged, "held_out")},
           {"excluded", of(diagnose_, "excluded")},
           {"not_observable", of(diagnose_, "not_observable")},
           {"error_as_written", of(adopt_, "error_over_noise")},
@@ -347,14 +384,14 @@ void Study::write_page(const std::vector<Station>& stations) const {
       {.result = std::move(comparison), .picture = {}, .text = compare_.text}};
   if (plan_.result.contains("cycles"))
     results.push_back({.result = plan_.result, .picture = {}, .text = plan_.text});
-  std::string title = diagnose_.headline;
+  std::string title = headline();
   for (std::size_t at = title.find("+-"); at != std::string::npos; at = title.find("+-", at))
     title.replace(at, 2, "\u00b1");
   io::write_atomically(files_.file(page_name), report::page(title, results));
 }
 
 void Study::print(const std::vector<Station>& stations) const {
-  run_.print(report::wrapped(diagnose_.headline) + "\n" + report::text(stations));
+  run_.print(report::wrapped(headline()) + "\n" + report::text(stations));
   if (report::has_pages()) run_.print(fmt::format("page: {}\n", files_.file(page_name).string()));
   for (const Step* step : {&check_, &compare_, &diagnose_, &adopt_, &plan_})
     run_.print_more("\n" + step->text);
@@ -364,7 +401,8 @@ io::Json Study::all() {
   check_ = files_.step("check.json", "", [&] { return check(); });
   compare_ = files_.step("comparison.json", "", [&] { return compare(); });
   diagnose_ = files_.step(diagnosis_name, "", [&] { return diagnose(); });
-  adopt_ = files_.step("adoption.json", robot_name, [&] { return adopt(); });
+  adopt_ = files_.step("adoption.json", robot_name,
+                       [&] { return is_kinematic() ? calibrate() : adopt(); });
   plan_ = files_.step("plan.json", table_name, [&] { return plan(); });
   std::vector<Station> stations;
   for (const Step* step : {&check_, &compare_, &diagnose_, &adopt_, &plan_})

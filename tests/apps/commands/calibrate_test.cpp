@@ -110,7 +110,7 @@ void write_some_poses() {
     io::write_atomically(folder / file, io::read_text(working_folder() / ur10 / file));
 }
 
-TEST(StudyOfPoses, SendsToCalibrateWhereTheKinematicsComeFirst) {
+TEST(StudyOfPoses, CalibratesWhereTheKinematicsComeFirst) {
   write_some_poses();
   const Outcome diagnosed = kinetostat("diagnose some/campaign.yaml -q --draws 99");
   ASSERT_EQ(diagnosed.code, 0) << diagnosed.err;
@@ -119,7 +119,20 @@ TEST(StudyOfPoses, SendsToCalibrateWhereTheKinematicsComeFirst) {
   const Outcome studied = kinetostat("study some/campaign.yaml -q -o studied");
   ASSERT_EQ(studied.code, 0) << studied.err;
   EXPECT_THAT(studied.out, StartsWith("Calibrate the kinematics first"));
-  EXPECT_THAT(studied.out, HasSubstr("kinetostat calibrate some/campaign.yaml"));
+  EXPECT_THAT(studied.out, HasSubstr("Kinematics calibrated: "));
+  EXPECT_THAT(studied.out,
+              HasSubstr("kinetostat study studied/calibrated.yaml some/campaign.yaml"));
+  const io::Json study = io::read_json(working_folder() / "studied/study.json");
+  const io::Json& stages = study.at("waterfall");
+  EXPECT_LT(stages[2].at("whitened").get<double>(), 0.5 * stages[1].at("whitened").get<double>());
+  const Outcome compared =
+      kinetostat("compare studied/calibrated.yaml some/campaign.yaml -q --json compared.json");
+  ASSERT_EQ(compared.code, 0) << compared.err;
+  EXPECT_EQ(io::read_json(working_folder() / "compared.json")
+                .at("as_designed")
+                .at("error_over_noise")
+                .get<double>(),
+            study.at("error_as_written").get<double>());
 }
 
 }  // namespace
