@@ -39,6 +39,7 @@ constexpr double unknown = calibration::not_recorded;
 
 std::string names_of(const std::vector<RecordedFinding>& found) {
   std::vector<std::string> names;
+  names.reserve(found.size());
   for (const RecordedFinding& one : found) names.push_back(one.effect.name());
   return fmt::format("{}", fmt::join(names, " and "));
 }

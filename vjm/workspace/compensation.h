@@ -31,10 +31,10 @@ enum class CompensationStatus {
 
 struct Compensation {
   CompensationStatus status = CompensationStatus::not_converged;
-  std::string reason;     // empty when converged
-  Components components;  // that were to be met
-  Posture nominal;        // commands for the target itself (nominal inverse kinematics)
-  Posture corrected;      // its platform is the modified target t0(F) of NONPERF eq. 22
+  std::string reason;       // empty when converged
+  Components components{};  // that were to be met
+  Posture nominal;          // commands for the target itself (nominal inverse kinematics)
+  Posture corrected;        // its platform is the modified target t0(F) of NONPERF eq. 22
   /// Pose of the platform in equilibrium minus the target [m; rad], base axes: with the nominal
   /// commands, and with the corrected ones, both on the full nonlinear equations.
   spatial::Vector6 error = spatial::Vector6::Zero();
