@@ -82,7 +82,8 @@ export function skeletonFigure(result, skeletons, view, source, { load, joint } 
     ...to.bodies.map((b, k) => norm(b.position.map((x, i) => x - from.bodies[k].position[i]))),
     1e-12,
   );
-  const moved = skeletons.length > 1;
+  // What only turns about itself has nothing to magnify.
+  const moved = shift > 1e-9 * size;
   const start = moved ? Math.max(1, roundFactor((0.08 * size) / shift)) : 1;
   const compliance = (stateOf(result)?.compliance ?? result.unloaded?.compliance)?.matrix;
   const longest = compliance
