@@ -245,7 +245,7 @@ std::filesystem::path find_program(const std::string& name) {
   const char* const path = std::getenv("PATH");
   std::istringstream folders(path == nullptr ? "" : path);
   for (std::string folder; std::getline(folders, folder, ':');)
-    if (const auto program = std::filesystem::path(folder) / name;
+    if (auto program = std::filesystem::path(folder) / name;
         !folder.empty() && std::filesystem::is_regular_file(program, ignored))
       return program;
   return {};

@@ -300,9 +300,10 @@ void take_growth(const Search& search, Growth& growth, Diagnosis& d) {
     d.correlated_noise = search.correlated_noise().what(*way);
 }
 
-// Several errors of the geometry, and nothing else.
-bool are_errors_of_geometry(const std::vector<FoundEffect>& found) {
-  return found.size() > 1 && std::all_of(found.begin(), found.end(), [](const FoundEffect& one) {
+// Several errors of the geometry and nothing else, which leave more.
+bool is_geometry_in_part(const Diagnosis& d) {
+  return d.or_something_else && d.found.size() > 1 &&
+         std::all_of(d.found.begin(), d.found.end(), [](const FoundEffect& one) {
            return one.candidate.effect.kind->effect_class == vjm::EffectClass::geometry;
          });
 }
@@ -310,10 +311,9 @@ bool are_errors_of_geometry(const std::vector<FoundEffect>& found) {
 // Poses of a robot that was never calibrated: its errors of geometry hide all others.
 void ask_for_kinematics(double share, Diagnosis& d) {
   constexpr double most_of_it = 0.5;
-  const bool is_unexplained = d.verdict == Verdict::unexplained;
-  if (share < most_of_it || (!is_unexplained && !are_errors_of_geometry(d.found))) return;
+  if (share < most_of_it || (d.verdict != Verdict::unexplained && !is_geometry_in_part(d))) return;
   d.by_kinematics = share;
-  if (!is_unexplained) return;
+  d.verdict = Verdict::unexplained;
   d.missing.push_back(fmt::format(
       "a calibration of the kinematics: geometric errors of all joints and links "
       "together explain {:.0f} % of the misfit; 'kinetostat calibrate' identifies them, "

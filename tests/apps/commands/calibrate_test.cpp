@@ -112,8 +112,10 @@ void write_some_poses() {
 
 TEST(StudyOfPoses, CalibratesWhereTheKinematicsComeFirst) {
   write_some_poses();
-  const Outcome diagnosed = kinetostat("diagnose some/campaign.yaml -q --draws 99");
+  const Outcome diagnosed =
+      kinetostat("diagnose some/campaign.yaml -q --draws 99 --json some.json");
   ASSERT_EQ(diagnosed.code, 0) << diagnosed.err;
+  EXPECT_EQ(io::read_json(working_folder() / "some.json").at("verdict"), "unexplained");
   EXPECT_THAT(diagnosed.out, StartsWith("Calibrate the kinematics first"));
   EXPECT_THAT(diagnosed.out, HasSubstr("Next: kinetostat calibrate some/campaign.yaml -o"));
   const Outcome studied = kinetostat("study some/campaign.yaml -q -o studied");
