@@ -77,7 +77,7 @@ class Search {
   double explained_by(std::size_t candidate, const Screen& screen,
                       const ResidualSpace& space) const;
   struct Look {
-    double explained;  // of the squared residual
+    double explained = 0;  // of the squared residual
     Candidate as_it_is, resized;
   };
   std::vector<Look> looks_of(std::size_t candidate, const std::vector<Candidate>& present,

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -127,7 +128,7 @@ Sheet read_sheet(std::string name, const std::string& xml, const Book& book) {
         value.clear();
       }
       if (tags.closes() && !value.empty())
-        rows.put(row, column, cell_text(type, format, std::move(value), book));
+        rows.put(row, column, cell_text(type, format, std::exchange(value, {}), book));
     } else if (tags.name() == "rPh") {
       phonetic = tags.opens() && !tags.closes();
     } else if ((tags.name() == "v" || tags.name() == "t") && tags.closes() && !tags.opens()) {
@@ -164,7 +165,7 @@ std::string date_text(double days, bool since_1904) {
   if (!(days >= 0 && days < most_days)) return fmt::format("{}", days);
   const auto total = static_cast<long long>(std::round(days * 86400e3));  // [ms]
   const long long day = total / 86400000, rest = total % 86400000;
-  const std::string clock = fmt::format("{:02}:{:02}:{:02}.{:03}", rest / 3600000,
+  std::string clock = fmt::format("{:02}:{:02}:{:02}.{:03}", rest / 3600000,
                                         rest / 60000 % 60, rest / 1000 % 60, rest % 1000);
   if (day == 0) return clock;
   const sys_days origin =
