@@ -466,8 +466,7 @@ CsvTable read_table(const std::filesystem::path& file, TableFormat format, commo
 }
 
 std::string csv_cell(std::string_view text) {
-  std::string shown =
-      (is_formula_behind_quotes(text) ? "'" : "") + common::printable(text, "\n");
+  std::string shown = (is_formula_behind_quotes(text) ? "'" : "") + common::printable(text, "\n");
   if (shown.find_first_of(",;\"#\n") == std::string::npos) return shown;
   std::string quoted = "\"";
   for (const char c : shown) {

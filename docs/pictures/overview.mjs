@@ -8,7 +8,7 @@ const wait = (seconds) => `new Promise((resolve) => setTimeout(resolve, ${1000 *
 const arrange = `(() => {
   const row = document.createElement("div");
   row.style.cssText = "display: grid; grid-template-columns: 1fr 0.8fr 1.1fr; gap: 1.5rem";
-  row.append(...["joint-curve", "skeleton-study", "waterfall"].map((id) => document.getElementById(id)));
+  row.append(...["extra-deflection", "skeleton-study", "waterfall"].map((id) => document.getElementById(id)));
   const section = document.querySelector("section.study");
   section.replaceChildren(section.querySelector(".stations"), row);
   document.querySelector("main").replaceChildren(section);

@@ -165,8 +165,8 @@ std::string date_text(double days, bool since_1904) {
   if (!(days >= 0 && days < most_days)) return fmt::format("{}", days);
   const auto total = static_cast<long long>(std::round(days * 86400e3));  // [ms]
   const long long day = total / 86400000, rest = total % 86400000;
-  std::string clock = fmt::format("{:02}:{:02}:{:02}.{:03}", rest / 3600000,
-                                        rest / 60000 % 60, rest / 1000 % 60, rest % 1000);
+  std::string clock = fmt::format("{:02}:{:02}:{:02}.{:03}", rest / 3600000, rest / 60000 % 60,
+                                  rest / 1000 % 60, rest % 1000);
   if (day == 0) return clock;
   const sys_days origin =
       since_1904 ? sys_days(year(1904) / 1 / 1) : sys_days(year(1899) / 12 / 30);
