@@ -24,7 +24,7 @@ export function ranking(step, round, source) {
     least: 420,
     height: 90 + 24 * rows.length,
     paper: 90 + 16 * rows.length,
-    say: `Significance of each candidate's signature, -ln p. Right of the detection threshold is more than noise, although ${step.ranking.length} candidates were tried (chance of a false alarm ${number(100 * step.gate.p_value, 2)} %, ${step.gate.draws} simulations). ${open.size > 1 ? "Coloured: not distinguished by these readings. " : ""}${rest} more with smaller signatures, ${hidden} not observable.`,
+    say: `Significance of each candidate's signature, -ln p. On the bars: probability. Right of the detection threshold, which noise alone reaches in 5 %, is more than noise, although ${step.ranking.length} candidates were tried (chance of a false alarm ${number(100 * step.gate.p_value, 2)} %, ${step.gate.draws} simulations). ${open.size > 1 ? "Coloured: not distinguished by these readings. " : ""}${rest} more with smaller signatures, ${hidden} not observable.`,
     numbers: () => ({
       columns: [
         "candidate",
@@ -47,7 +47,7 @@ export function ranking(step, round, source) {
         r.reason ?? r.not_fitted ?? "",
       ]),
     }),
-    draw(look) {
+    draw(look, narrow) {
       const least = 0.3; // a logarithmic axis has no 0
       const most = 1.3 * Math.max(step.gate.critical, ...rows.map((r) => r.surprise));
       const thresholdIsRight = step.gate.critical > Math.sqrt(least * most);
@@ -68,20 +68,20 @@ export function ranking(step, round, source) {
         ),
         limits: [[step.gate.critical, look.bad, 2]],
         x: {
-          title: "significance, -ln p; on the bars: probability",
+          title: "significance, -ln p",
           type: "log",
           dtick: 1,
           range: [least, most].map(Math.log10),
         },
         small: true,
         more: {
-          annotations: [
+          annotations: narrow ? [] : [
             {
               x: Math.log10(step.gate.critical),
               y: 1,
               yref: "paper",
               yanchor: "bottom",
-              text: "detection threshold, noise alone reaches it in 5 %",
+              text: "detection threshold",
               showarrow: false,
               font: { color: look.bad, size: 11 },
               xanchor: thresholdIsRight ? "right" : "left",
@@ -99,7 +99,7 @@ export function confusion({ candidates, cosines }, round, source) {
     title: "Which effects have the same signature",
     n: candidates.length ** 2,
     source,
-    least: 480,
+    least: 230 + 30 * Math.min(12, candidates.length),
     height: Math.min(640, 200 + 26 * candidates.length),
     paper: 160 + 15 * candidates.length,
     say: "Cosine between the signatures of two effects in these readings, beside the fitted parameters: at 1 no amount of such readings distinguishes them; at 0 each is observable by itself.",

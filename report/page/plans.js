@@ -122,6 +122,8 @@ function sharpenedFigure(sharpened, source) {
     n: sharpened.length,
     source,
     height: 110 + 30 * sharpened.length,
+    least: 720,
+    wide: true,
     say: "Standard deviation of each parameter with these readings, beside that of today.",
     numbers: () => ({
       columns: ["parameter", "unit", "now [SI]", "expected [SI]"],
@@ -139,7 +141,7 @@ function sharpenedFigure(sharpened, source) {
           ),
         ),
         hover: share.map((v) => `${number(v)} %`),
-        x: { title: "of today's standard deviation [%]", range: [0, 105] },
+        x: { title: "of today's standard deviation [%]", range: [0, 140] },
       });
     },
   };

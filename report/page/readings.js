@@ -79,6 +79,11 @@ export class Readings {
   poseText(pose) {
     return this.poses[pose].label || "the only posture";
   }
+  /** The same for an axis of a chart. */
+  poseName(pose) {
+    const text = this.poseText(pose);
+    return text.length > 24 ? `posture ${pose + 1}` : text;
+  }
   text(i) {
     const loads = this.loads
       .filter((name) => this.load[name][i])

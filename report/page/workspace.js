@@ -251,7 +251,7 @@ export function poseMap(readings, view, source) {
               ? {
                   tickvals: readings.poses.map((_, p) => p),
                   ticktext: readings.poses.map((pose, p) =>
-                    plain(`${heldPoses.has(p) ? "• " : ""}${readings.poseText(p)}`),
+                    plain(`${heldPoses.has(p) ? "• " : ""}${readings.poseName(p)}`),
                   ),
                   tickfont: { size: 11 },
                 }

@@ -6,6 +6,7 @@ import assert from "node:assert/strict";
 import { readFileSync, statSync, writeFileSync } from "node:fs";
 import { accessibilityFaults } from "./accessibility.mjs";
 import { Browser, requireParts } from "./browser.mjs";
+import { layoutFaults } from "./layout.mjs";
 import { Workshop, slide } from "./workshop.mjs";
 
 const program = process.argv[2];
@@ -93,16 +94,14 @@ async function look(browser, name, how) {
   assert.deepEqual(outside, [], `${name}: asks a network`);
   for (const [id, count] of Object.entries(points))
     assert.ok(count > 0, `${name}: chart ${id} has no points`);
-  assert.equal(
-    await browser.evaluate(
-      "document.documentElement.scrollWidth <= document.documentElement.clientWidth",
-    ),
-    true,
-    `${name}: wider than the window`,
-  );
   assert.deepEqual(await accessibilityFaults(browser), [], name);
+  await browser.evaluate(`for (const d of document.querySelectorAll("details")) d.open = true`);
+  await browser.evaluate(scrollThrough);
+  assert.deepEqual(await layoutFaults(browser), [], `${name}: ${JSON.stringify(how ?? {})}`);
   return points;
 }
+
+const phone = { width: 390, height: 800 };
 
 async function comparison(browser) {
   const readings = writeCampaign();
@@ -153,7 +152,7 @@ async function comparison(browser) {
   run("report", "compare.json", "-o", "from_json.html");
   assert.deepEqual(await look(browser, "from_json.html"), points);
   await look(browser, "compare.html", { dark: true });
-  await look(browser, "compare.html", { width: 390, height: 800 });
+  await look(browser, "compare.html", phone);
 }
 
 /** A slide with a gap that its model lacks, in readings of a few seconds' diagnosis. */
@@ -185,6 +184,7 @@ async function diagnosis(browser) {
   assert.ok(first.verdict.includes("identified") && first.verdict.includes("clearance at arm.drive"));
   assert.equal(first.title, "The error falls");
   assert.ok(first.end <= first.height, `the chart ends at ${first.end} of ${first.height}`);
+  await look(browser, "diagnose.html", phone);
   // From JSON alone, the page says how to come by what is not there.
   run(...diagnose, "--effects", "clearance", "--json", "diagnose.json");
   run("report", "diagnose.json", "-o", "short.html");
@@ -218,7 +218,7 @@ async function study(browser) {
     `[...document.querySelectorAll("nav.stations a")].map((a) => a.getAttribute("href").slice(1))`,
   ))
     assert.ok(await browser.evaluate(`Boolean(document.getElementById(${JSON.stringify(link)}))`), link);
-  for (const how of [{ dark: true }, { width: 800 }, { width: 390, height: 800 }])
+  for (const how of [{ dark: true }, { width: 800 }, phone])
     await look(browser, "study/index.html", how);
 }
 
@@ -335,6 +335,7 @@ async function manipulators(browser) {
     "all.html",
   );
   const points = await look(browser, "all.html");
+  for (const how of [{ width: 800 }, phone]) await look(browser, "all.html", how);
   const path = JSON.parse(
     run(
       "trace",
