@@ -247,11 +247,11 @@ Eigen::Matrix3Xd DofMap::displacements(const TetMesh& mesh, const Eigen::VectorX
     if (master_[n] == fixed) {
       column.setZero();
     } else if (master_[n] == free) {
-      column = values.segment<3>(3 * block_[n]);
+      column = values.segment<3>(Eigen::Index{3} * block_[n]);
     } else {
       const auto b = at(master_[n]);
       column = spatial::rigid_motion(mesh.nodes[n] - bodies_[b].point) *
-               values.segment<6>(3 * body_block(b));
+               values.segment<6>(Eigen::Index{3} * body_block(b));
     }
   }
   return u;

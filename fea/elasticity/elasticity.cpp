@@ -47,7 +47,7 @@ ElementStiffness<Nodes> stiffness_from(const ElementStiffness<Nodes>& d, const M
 // coordinates: corners L_k (2 L_k - 1), middles 4 L_a L_b.
 Eigen::Matrix<double, 30, 1> quadratic_gradients(const Gradients& g, const Eigen::Vector4d& l) {
   Eigen::Matrix<double, 30, 1> all;
-  for (int k = 0; k < 4; ++k) all.segment<3>(3 * k) = (4 * l[k] - 1) * g.col(k);
+  for (Eigen::Index k = 0; k < 4; ++k) all.segment<3>(3 * k) = (4 * l[k] - 1) * g.col(k);
   for (std::size_t e = 0; e < tet_edges.size(); ++e) {
     const auto [a, b] = tet_edges[e];
     all.segment<3>(12 + 3 * static_cast<Eigen::Index>(e)) = 4 * (l[b] * g.col(a) + l[a] * g.col(b));

@@ -131,7 +131,7 @@ void Prolongation::prolong(const MultiVector& coarse, MultiVector& fine,
                            common::ThreadPool& pool) const {
   const int blocks = static_cast<int>(parent_.size() / 2);
   in_pieces(blocks, pool, [&](int b) {
-    Lanes* out = fine.data() + 3 * b;
+    Lanes* out = fine.data() + std::ptrdiff_t{3} * b;
     for (int a = 0; a < 3; ++a) out[a] = Lanes{};
     for (int k = 0; k < 2; ++k) {
       const int parent = parent_[at(2 * b + k)];
@@ -152,7 +152,7 @@ void Prolongation::prolong(const MultiVector& coarse, MultiVector& fine,
 void Prolongation::restrict(const MultiVector& fine, MultiVector& coarse,
                             common::ThreadPool& pool) const {
   in_pieces(coarse_blocks(), pool, [&](int b) {
-    Lanes* out = coarse.data() + 3 * b;
+    Lanes* out = coarse.data() + std::ptrdiff_t{3} * b;
     for (int a = 0; a < 3; ++a) out[a] = Lanes{};
     for (int k = child_start_[at(b)]; k < child_start_[at(b) + 1]; ++k)
       for (int a = 0; a < 3; ++a)

@@ -89,14 +89,14 @@ PrestressProduct::PrestressProduct(const TetMesh& mesh, const DofMap& unknowns,
 }
 
 Eigen::VectorXd PrestressProduct::on_unknowns(const Eigen::Matrix3Xd& forces) const {
-  Eigen::VectorXd values = Eigen::VectorXd::Zero(3 * unknowns_.blocks());
+  Eigen::VectorXd values = Eigen::VectorXd::Zero(Eigen::Index{3} * unknowns_.blocks());
   for (std::size_t n = 0; n < mesh_.nodes.size(); ++n) {
     const int node = static_cast<int>(n);
     if (const int block = unknowns_.block_of(node); block >= 0) {
-      values.segment<3>(3 * block) += forces.col(node);
+      values.segment<3>(Eigen::Index{3} * block) += forces.col(node);
     } else if (const int body = unknowns_.body_of(node); body >= 0) {
       const auto b = at(body);
-      values.segment<6>(3 * unknowns_.body_block(b)) +=
+      values.segment<6>(Eigen::Index{3} * unknowns_.body_block(b)) +=
           spatial::rigid_motion(mesh_.nodes[n] - unknowns_.bodies()[b].point).transpose() *
           forces.col(node);
     }
