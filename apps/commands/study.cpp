@@ -143,6 +143,7 @@ class Study {
   Step compare();
   Step diagnose();
   Step adopt();
+  Step adopt_found(bool is_needed);
   Step calibrate();
   Step plan();
   Step study_again() const;
@@ -252,39 +253,45 @@ Step Study::calibrate() {
 }
 
 // What was found, or the stiffnesses alone where nothing is missing; then compared again.
-Step Study::adopt() {
-  const calibration::DiagnosisRecord record = report::read_diagnosis(files_.file(diagnosis_name));
-  const std::filesystem::path out = files_.file(robot_name);
+Step Study::adopt_found(bool is_needed) {
   Step step{
       .result = {{"command", "adopt"}}, .picture = {}, .text = {}, .headline = {}, .stations = {}};
-  try {
-    const AdoptedFile adopted =
-        write_adopted({.robot = robot_.file.string(),
-                       .diagnosis = files_.file(diagnosis_name).string(),
-                       .effect = "",
-                       .stiffnesses_only = record.verdict == calibration::Verdict::none_needed},
-                      out);
-    const vjm::Robot calibrated = vjm::read_robot(out);
-    const Comparison again =
-        calibration::compare(calibrated, campaign_, run_.threads(), run_.progress());
-    step.result.update(adopted.result);
-    step.result["wrote"] = robot_name;
-    step.result["compared_again"] = report::headline(again);
-    step.result["error_over_noise"] = nullptr;
-    if (again.noise.source != calibration::NoiseSource::unknown)
-      step.result["error_over_noise"] = again.nominal.error_over_noise();
-    step.text = report::first_screen(calibrated, adopted.summary, "");
-    step.headline = report::headline(calibrated, adopted.summary);
-    step.stations = {report::adopted_station(robot_name, again)};
-  } catch (const common::NotIdentifiable& refusal) {
-    const bool is_needed = record.verdict != calibration::Verdict::none_needed;
-    step.headline = is_needed ? "nothing was adopted: no effect is established"
-                              : "nothing to adopt: nothing was fitted, nothing is missing";
-    step.result["reason"] = refusal.what();
-    step.text = report::wrapped(step.headline + ".");
-    step.stations = {report::not_adopted_station(step.headline, is_needed)};
-  }
+  const std::filesystem::path out = files_.file(robot_name);
+  const AdoptedFile adopted = write_adopted({.robot = robot_.file.string(),
+                                             .diagnosis = files_.file(diagnosis_name).string(),
+                                             .effect = "",
+                                             .stiffnesses_only = !is_needed},
+                                            out);
+  const vjm::Robot calibrated = vjm::read_robot(out);
+  const Comparison again =
+      calibration::compare(calibrated, campaign_, run_.threads(), run_.progress());
+  step.result.update(adopted.result);
+  step.result["wrote"] = robot_name;
+  step.result["compared_again"] = report::headline(again);
+  step.result["error_over_noise"] = nullptr;
+  if (again.noise.source != calibration::NoiseSource::unknown)
+    step.result["error_over_noise"] = again.nominal.error_over_noise();
+  step.text = report::first_screen(calibrated, adopted.summary, "");
+  step.headline = report::headline(calibrated, adopted.summary);
+  step.stations = {report::adopted_station(robot_name, again)};
   return step;
+}
+
+Step Study::adopt() {
+  const calibration::DiagnosisRecord record = report::read_diagnosis(files_.file(diagnosis_name));
+  const bool is_needed = record.verdict != calibration::Verdict::none_needed;
+  try {
+    return is_kinematic() ? calibrate() : adopt_found(is_needed);
+  } catch (const common::NotIdentifiable& refusal) {
+    const std::string headline = is_needed
+                                     ? "nothing was adopted: no effect is established"
+                                     : "nothing to adopt: nothing was fitted, nothing is missing";
+    return {.result = {{"command", "adopt"}, {"reason", refusal.what()}},
+            .picture = {},
+            .text = report::wrapped(headline + "."),
+            .headline = headline,
+            .stations = {report::not_adopted_station(headline, is_needed)}};
+  }
 }
 
 // Which effect is left beside the calibrated geometry.
@@ -401,8 +408,7 @@ io::Json Study::all() {
   check_ = files_.step("check.json", "", [&] { return check(); });
   compare_ = files_.step("comparison.json", "", [&] { return compare(); });
   diagnose_ = files_.step(diagnosis_name, "", [&] { return diagnose(); });
-  adopt_ = files_.step("adoption.json", robot_name,
-                       [&] { return is_kinematic() ? calibrate() : adopt(); });
+  adopt_ = files_.step("adoption.json", robot_name, [&] { return adopt(); });
   plan_ = files_.step("plan.json", table_name, [&] { return plan(); });
   std::vector<Station> stations;
   for (const Step* step : {&check_, &compare_, &diagnose_, &adopt_, &plan_})
