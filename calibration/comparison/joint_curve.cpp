@@ -35,7 +35,7 @@ std::optional<JointSpring> spring_of(const vjm::Robot& robot, const vjm::EffectS
   return std::nullopt;
 }
 
-// The first model with the spring as one parameter more.
+// A model with the spring as one parameter more.
 struct Model {
   std::vector<Parameter> parameters;
   Eigen::VectorXd values;
@@ -113,24 +113,23 @@ double stiffness_of(const vjm::Robot& robot, const Model& model, const JointSpri
 
 // One model: how its joint deflects, and how stiff the spring is.
 struct JointView {
-  std::vector<double> deflection;
-  std::vector<VectorXd> following;
+  Predictions predictions;
+  std::vector<double> deflection;  // one a reading
   double stiffness = 0;
 };
 
+// `by`: what the predictions are differentiated with respect to.
 std::optional<JointView> view_of(const vjm::Robot& robot, const Campaign& campaign,
-                                 const BaseFit& fit, const JointSpring& spring, int threads,
+                                 const Model& model, const std::vector<Parameter>& by,
+                                 const JointSpring& spring, int threads,
                                  common::Progress& progress) {
   const vjm::Manipulator& bare = robot.without_effects();
-  const Model model = model_of(fit, spring);
   const Predictor predictor(bare, robot.effects, campaign, threads, progress);
-  const Predictions predictions = predictor.predict(
-      model.parameters, model.values, std::vector<Parameter>{model.parameters.back()}, progress);
-  if (predictions.failure) return std::nullopt;
-  JointView view;
-  view.deflection = deflections(predictor, campaign, predictions, bare, spring);
-  view.following = followings(campaign, predictions, view.deflection);
-  view.stiffness = stiffness_of(robot, model, spring);
+  JointView view{.predictions = predictor.predict(model.parameters, model.values, by, progress),
+                 .deflection = {},
+                 .stiffness = stiffness_of(robot, model, spring)};
+  if (view.predictions.failure) return std::nullopt;
+  view.deflection = deflections(predictor, campaign, view.predictions, bare, spring);
   return view;
 }
 
@@ -152,13 +151,18 @@ std::optional<std::vector<JointCurvePoint>> joint_curve(
     common::Progress& progress) {
   const std::optional<JointSpring> spring = spring_of(first, joint);
   if (!spring) return std::nullopt;
-  const auto before = view_of(first, campaign, without.fit, *spring, threads, progress);
-  const auto after = view_of(second, campaign, with.fit, *spring, threads, progress);
+  const Model model = model_of(without.fit, *spring);
+  const auto before =
+      view_of(first, campaign, model, {model.parameters.back()}, *spring, threads, progress);
+  const auto after =
+      view_of(second, campaign, model_of(with.fit, *spring), {}, *spring, threads, progress);
   if (!before || !after) return std::nullopt;
+  const std::vector<VectorXd> following_of =
+      followings(campaign, before->predictions, before->deflection);
   std::vector<JointCurvePoint> points;
   for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
     const Reading& reading = campaign.readings[i];
-    const VectorXd& following = before->following[reading.configuration];
+    const VectorXd& following = following_of[reading.configuration];
     const double d = before->deflection[i], e = after->deflection[i];
     if (std::isnan(d) || std::isnan(e) || following.isZero(0)) continue;
     const Projection p = projection_of(reading, noise.sigma[i], following, with.residual[i]);
