@@ -80,7 +80,6 @@ export function skeletonFigure(result, skeletons, view, source, { load, joint } 
   const size = extentOf(skeletons);
   const shift = Math.max(
     ...to.bodies.map((b, k) => norm(b.position.map((x, i) => x - from.bodies[k].position[i]))),
-    1e-12,
   );
   // What only turns about itself has nothing to magnify.
   const moved = shift > 1e-9 * size;
