@@ -4,7 +4,7 @@
 function faults() {
   const found = [];
   const width = document.documentElement.clientWidth;
-  if (document.documentElement.scrollWidth > width + 1)
+  if (document.documentElement.scrollWidth > width)
     found.push(`the page is ${document.documentElement.scrollWidth} wide, the screen ${width}`);
   const shown = (node) => {
     const style = getComputedStyle(node);
