@@ -57,7 +57,7 @@ function bracketFigure(result, source) {
         })),
       ],
       layout: layout(look, {
-        xaxis: axis(look, "compliance beside the link file's coupling [%]"),
+        xaxis: axis(look, "against the link file [%]"),
         yaxis: axis(look, "", { type: "category", autorange: "reversed" }),
       }),
     }),

@@ -364,6 +364,7 @@ async function manipulators(browser) {
 async function link(browser) {
   run("identify", "meshes/block.yaml", "--no-cache", "--html", "link.html");
   const points = await look(browser, "link.html");
+  await look(browser, "link.html", phone);
   assert.ok(points.surface > 100);
   assert.equal(points.bracket, 12);
 }
