@@ -51,9 +51,7 @@ struct StudyRequest {
 
 // One step as its file keeps it: the result as its command writes it, and beside it, under "study",
 // what it says and what its charts need.
-// NOLINTNEXTLINE(bugprone-exception-escape): moving a Json throws nothing, though it is taken by
-// value
-struct Step {
+struct Step {  // NOLINT(bugprone-exception-escape): moving a Json throws nothing
   io::Json result, picture;
   std::string text, headline;
   std::vector<Station> stations;

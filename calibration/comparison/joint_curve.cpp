@@ -136,6 +136,7 @@ std::optional<JointView> view_of(const vjm::Robot& robot, const Campaign& campai
 void leave_out_what_is_hardly_seen(std::vector<JointCurvePoint>& points) {
   if (points.empty()) return;
   std::vector<double> deviations;
+  deviations.reserve(points.size());
   for (const JointCurvePoint& p : points) deviations.push_back(p.deviation);
   const auto middle = deviations.begin() + static_cast<std::ptrdiff_t>(deviations.size() / 2);
   std::nth_element(deviations.begin(), middle, deviations.end());
