@@ -17,9 +17,9 @@ struct Scale {
   spatial::Vector6 wrench() const;  // wrench' = wrench() .* wrench
 };
 
-/// A chain whose end takes the wrench F and whose nodes take loads P:
+/// A chain whose end takes the wrench F, whose nodes take loads P, and whose joints take forces t:
 ///
-///     balance:  J'F + sum J_n'P_n - K (x - rest) - laws(x) = 0        (MMT11 eq. 5)
+///     balance:  J'F + sum J_n'P_n + t - K (x - rest) - laws(x) = 0    (MMT11 eq. 5)
 ///     matrix:   [0 J; J' G-K] with G the derivative of J'F + ...      (MMT11 eq. 28)
 ///
 /// in the coordinates that are free to move (actuated joints without a spring stay put). Everything

@@ -10,8 +10,10 @@ using spatial::Vector6;
 
 ChainResiduals::ChainResiduals(const ChainEquations& equations, NodeWrenches node_loads,
                                const spatial::Pose& origin, const VectorXd& x,
-                               const Vector6& wrench)
-    : equations_(&equations), node_loads_(std::move(node_loads)) {
+                               const Vector6& wrench, CoordinateForces joint_loads)
+    : equations_(&equations),
+      node_loads_(std::move(node_loads)),
+      joint_loads_(std::move(joint_loads)) {
   move_to(origin, x, wrench);
 }
 
@@ -43,6 +45,7 @@ void ChainResiduals::balance(const Vector6& wrench) {
     add_generalised_force(chain, kinematics_, loads_[n], force_);
   for (const auto& [coordinate, law] : chain.laws())
     force_[coordinate] -= value_of(coordinate, *law).force;
+  for (const auto& [coordinate, force] : joint_loads_) force_[coordinate] += force;
   unbalanced_.resize(equations_->size());
   for (Index k = 0; k < equations_->size(); ++k)
     unbalanced_[k] = force_[equations_->free()[static_cast<std::size_t>(k)]] /
@@ -51,7 +54,7 @@ void ChainResiduals::balance(const Vector6& wrench) {
 
 const std::vector<Index>& ChainResiduals::held() const {
   static const std::vector<Index> none;
-  return node_loads_.empty() ? equations_->redundant() : none;
+  return node_loads_.empty() && joint_loads_.empty() ? equations_->redundant() : none;
 }
 
 CoordinateLaw::Value ChainResiduals::value_of(Index coordinate, const CoordinateLaw& law) const {

@@ -10,6 +10,8 @@ namespace kinetostat::vjm {
 
 /// Wrenches [force; moment], base axes, at nodes of a chain.
 using NodeWrenches = std::vector<std::pair<std::size_t, spatial::Vector6>>;
+/// Generalised forces on coordinates of a chain [N m or N].
+using CoordinateForces = std::vector<std::pair<Eigen::Index, double>>;
 
 /// What is left of the balance of a chain (ChainEquations) at a state: the pose of the body that it
 /// starts from, its coordinates x [m or rad] and the wrench [N; N m] at its end, base axes.
@@ -17,8 +19,8 @@ class ChainResiduals {
  public:
   ChainResiduals(const ChainEquations& equations, NodeWrenches node_loads,
                  const spatial::Pose& origin, const Eigen::VectorXd& x,
-                 const spatial::Vector6& wrench);
-  /// The same under the same loads at nodes, elsewhere. Allocates nothing.
+                 const spatial::Vector6& wrench, CoordinateForces joint_loads = {});
+  /// The same under the same loads at nodes and in joints, elsewhere. Allocates nothing.
   void move_to(const spatial::Pose& origin, const Eigen::VectorXd& x,
                const spatial::Vector6& wrench);
 
@@ -31,8 +33,8 @@ class ChainResiduals {
   const spatial::Pose& end() const { return kinematics_.end; }
   /// The wrench at the end, then those at nodes.
   const std::vector<PointWrench>& loads() const { return loads_; }
-  /// Coordinates that the tangent does not move: the redundant ones; none while nodes are loaded,
-  /// which may turn them.
+  /// Coordinates that the tangent does not move: the redundant ones; none while nodes or joints are
+  /// loaded, which may turn them.
   const std::vector<Eigen::Index>& held() const;
 
   /// Left side of the balance, scaled; equations().size() rows.
@@ -54,6 +56,7 @@ class ChainResiduals {
 
   const ChainEquations* equations_;
   NodeWrenches node_loads_;
+  CoordinateForces joint_loads_;
   spatial::Pose origin_;
   Eigen::VectorXd x_, deflection_, travel_, force_, unbalanced_;
   ChainKinematics kinematics_;

@@ -275,6 +275,10 @@ std::optional<double> PathEquations::potential(const Equilibrium& equilibrium,
       work_at(mass.node, load.gravity * mass.mass * manipulator_.gravity());
     for (const NodeLoad& node : load.nodes)
       if (node.chain == c) work_at(node.node, node.force);
+    for (const JointForce& joint : load.joints)
+      if (joint.chain == c)
+        work += joint.force * (equilibrium.chains[c].coordinates[joint.coordinate] -
+                               posture_.coordinates[c][joint.coordinate]);
   }
   return equilibrium.energy - work;
 }

@@ -24,6 +24,13 @@ NodeWrenches node_wrenches(const Manipulator& manipulator, std::size_t c, const 
   return all;
 }
 
+CoordinateForces joint_forces(std::size_t c, const Load& load) {
+  CoordinateForces all;
+  for (const JointForce& joint : load.joints)
+    if (joint.chain == c && joint.force != 0) all.emplace_back(joint.coordinate, joint.force);
+  return all;
+}
+
 [[maybe_unused]] bool fits(const SystemState& state, const EquilibriumSystem& system) {
   return state.bodies.size() == system.manipulator().body_count() &&
          state.wrenches.size() == system.chains().size() &&
@@ -39,7 +46,8 @@ EquilibriumResiduals::EquilibriumResiduals(const EquilibriumSystem& system,
   chains_.reserve(system.chains().size());
   for (std::size_t c = 0; c < system.chains().size(); ++c)
     chains_.emplace_back(system.chains()[c], node_wrenches(system.manipulator(), c, load),
-                         origin_of(c), state.coordinates[c], state.wrenches[c]);
+                         origin_of(c), state.coordinates[c], state.wrenches[c],
+                         joint_forces(c, load));
 }
 
 void EquilibriumResiduals::move_to(const SystemState& state) {

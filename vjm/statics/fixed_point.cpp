@@ -86,6 +86,7 @@ void refuse_what_the_papers_do_not_treat(const Manipulator& manipulator, const L
   };
   if (!manipulator.is_parallel()) refuse("bodies between base and platform");
   if (!load.nodes.empty()) refuse("loads at nodes");
+  if (!load.joints.empty()) refuse("loads in joints");
   if (system.has_rigid_directions())
     refuse("chains with fewer than six independent springs and passive joints");
   for (const Chain& chain : manipulator.chains()) {

@@ -1,6 +1,7 @@
 // External loads on a manipulator.
 #pragma once
 
+#include <compare>
 #include <vector>
 
 #include "kinetostat/spatial/pose.h"
@@ -15,13 +16,26 @@ struct NodeLoad {
   spatial::Vector3 moment = spatial::Vector3::Zero();
 };
 
+/// A torque (a force where it slides) between the links before and behind a joint, positive along
+/// its coordinate [N m or N]; it turns with the joint.
+struct JointForce {
+  std::size_t chain = 0;
+  Eigen::Index coordinate = 0;
+  double force = 0;
+  /// Unit twist of the joint without load, base axes: by it loads are compared; the equations take
+  /// that of the joint itself.
+  spatial::Vector6 direction = spatial::Vector6::Zero();
+};
+
 /// Dead loads: force and moment constant in base axes, at a point fixed to the platform and at
-/// nodes of the chains, and the share of gravity that acts (1, but for the steps on the way to it).
+/// nodes of the chains; forces in joints; and the share of gravity that acts (1, but for the steps
+/// on the way to it).
 struct Load {
   spatial::Vector3 force = spatial::Vector3::Zero();              // [N]
   spatial::Vector3 moment = spatial::Vector3::Zero();             // about `point` [N m]
   spatial::Vector3 point_on_platform = spatial::Vector3::Zero();  // [m], platform axes
   std::vector<NodeLoad> nodes = {};
+  std::vector<JointForce> joints = {};
   double gravity = 1;
 
   /// [force; moment about the platform's reference point] of the platform's part.
@@ -30,5 +44,8 @@ struct Load {
   spatial::Matrix6 derivative(const spatial::Pose& platform) const;
   Load scaled(double factor) const;
 };
+
+/// Some total order of loads in which only the same ones are equal. Requires finite numbers.
+std::strong_ordering order_of(const Load& a, const Load& b);
 
 }  // namespace kinetostat::vjm

@@ -183,7 +183,7 @@ bool lasts_with(const std::vector<Manipulator>& finer, const TargetPose& target)
 }
 
 bool is_unloaded(const Load& load) {
-  return load.force.isZero(0) && load.moment.isZero(0) && load.nodes.empty();
+  return load.force.isZero(0) && load.moment.isZero(0) && load.nodes.empty() && load.joints.empty();
 }
 
 void refuse_critical_force_beside_a_wrench(const Load& load, const std::vector<MapIndex>& indices) {

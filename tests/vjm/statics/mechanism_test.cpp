@@ -7,6 +7,7 @@
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/vjm/chain/beam.h"
 #include "kinetostat/vjm/chain/chain_builder.h"
+#include "kinetostat/vjm/chain/kinematics.h"
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/assembly.h"
@@ -169,6 +170,55 @@ TEST(NodeLoads, ALoadAtTheLastNodeIsALoadOnThePlatform) {
   const Equilibrium on_node = equilibrium_under_load(
       m, posture, {.nodes = {{0, chain.so_far().node_index("tip"), force, moment}}});
   EXPECT_LT(spatial::pose_difference(on_platform.platform, on_node.platform).norm(), 1e-11);
+}
+
+// The virtual work of torques J'w in the joints is that of the wrench w at the end.
+TEST(JointLoads, DoTheWorkOfAWrenchThroughTheJacobian) {
+  samples::RandomChains random(53);
+  ChainBuilder builder("c");
+  builder.actuator("q1", Motion::rz, 2e4, 0.3).offset(random.pose(0.4));
+  builder.actuator("q2", Motion::ry, 1e4, -0.7).offset(random.pose(0.4));
+  builder.actuator("d", Motion::tx, 3e5, 0.1).offset(random.pose(0.2));
+  const Manipulator m("m", {builder.build()});
+  const Posture posture = posture_from_joints(m, {}).posture;
+  const Load wrench{.force = {200, -150, 300}, .moment = {20, -10, 15}};
+  const Equilibrium pushed = equilibrium_under_load(m, posture, wrench);
+  ASSERT_EQ(pushed.status, EquilibriumStatus::converged) << pushed.reason;
+  ChainKinematics there;
+  evaluate(m.chains()[0], pushed.chains[0].coordinates, there);
+  const Eigen::VectorXd torques =
+      there.jacobian.transpose() * wrench.at_reference_point(pushed.platform);
+  Load driven;
+  for (Eigen::Index k = 0; k < 3; ++k)
+    driven.joints.push_back({.chain = 0, .coordinate = k, .force = torques[k]});
+  const Equilibrium turned = equilibrium_under_load(m, posture, driven);
+  ASSERT_EQ(turned.status, EquilibriumStatus::converged) << turned.reason;
+  EXPECT_LT(spatial::pose_difference(pushed.platform, turned.platform).norm(), 1e-12);
+  EXPECT_GT(spatial::pose_difference(posture.platform, turned.platform).norm(), 1e-3);
+}
+
+// A torque t on a spring k is a command that stands t/k further, in a robot of legs as well.
+TEST(JointLoads, AreCommandsFurtherByTheDeflectionOfTheSpring) {
+  const Robot robot = read_robot(robots + "orthoglide.yaml");
+  const Posture posture = posture_of(robot.manipulator, {0.02, -0.03, 0.01});
+  const Chain& chain = robot.manipulator.chains()[1];
+  const auto springs = chain.springs();
+  const auto drive = std::find_if(springs.begin(), springs.end(), [&](const Spring& spring) {
+    return chain.coordinates()[static_cast<std::size_t>(spring.first)].role == Role::actuated;
+  });
+  ASSERT_NE(drive, springs.end());
+  const double force = 250, shift = force / drive->stiffness(0, 0);
+  Posture further = posture;
+  further.coordinates[1][drive->first] += shift;
+  const Load load{.force = {30, -20, 40}};
+  Load driven = load;
+  driven.joints = {{.chain = 1, .coordinate = drive->first, .force = force}};
+  const Equilibrium by_load = equilibrium_under_load(robot.manipulator, posture, driven);
+  const Equilibrium by_command = equilibrium_under_load(robot.manipulator, further, load);
+  ASSERT_EQ(by_load.status, EquilibriumStatus::converged) << by_load.reason;
+  ASSERT_EQ(by_command.status, EquilibriumStatus::converged) << by_command.reason;
+  EXPECT_LT(spatial::pose_difference(by_load.platform, by_command.platform).norm(), 1e-11);
+  EXPECT_GT(spatial::pose_difference(by_load.platform, posture.platform).norm(), 1e-5);
 }
 
 TEST(Stops, HoldAJointThatLeansOnThem) {
