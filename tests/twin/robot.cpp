@@ -62,10 +62,10 @@ Eigen::VectorXd coordinates_at(const ChainSpec& chain, const Pose& end) {
                                        end.x.x(), end.x.y(), end.x.z()));
 }
 
-Matrix6 rigid() {
+Matrix6 rigid(const BuildOptions& options) {
   Vector6 k;
   k << Vector3::Constant(stiff_translation), Vector3::Constant(stiff_rotation);
-  return k.asDiagonal();
+  return options.rigid * k.asDiagonal().toDenseMatrix();
 }
 
 // One element of length h: bending by one point of integration becomes exact for a linear beam when
@@ -86,7 +86,7 @@ class ChainBuilder {
       : robot_(robot), chain_(chain), options_(options), built_(built), at_(chain.base) {}
 
   void run(const Eigen::VectorXd& q, int platform) {
-    built_.mounts.push_back(connect(rigid()));
+    built_.mounts.push_back(connect(rigid(options_)));
     Eigen::Index k = 0;
     for (const Item& item : chain_.items) {
       if (item.kind == Item::link) add_link(item);
@@ -94,7 +94,7 @@ class ChainBuilder {
       at_.x += at_.R * item.reach;
     }
     Coupling end{.a = built_.structure.mark(body_, at_), .b = built_.structure.mark(platform, at_)};
-    end.stiffness = rigid();
+    end.stiffness = rigid(options_);
     built_.ends.push_back(built_.structure.add(end));
   }
 
@@ -123,7 +123,7 @@ class ChainBuilder {
 
   void add_joint(const Item& item, int axis, double q) {
     at_ = at_ * joint_motion(axis, q);
-    Matrix6 stiffness = rigid();
+    Matrix6 stiffness = rigid(options_);
     stiffness(axis, axis) = 0;
     const int number = connect(stiffness);
     if (item.kind != Item::actuator) return;

@@ -103,6 +103,7 @@ struct Built {
 struct BuildOptions {
   std::vector<double> factors;  // on the stiffness of each of springs(); empty: 1
   int elements = 8;             // of a beam
+  double rigid = 1;             // factor on the stiff directions that hold joints
 };
 
 Built build(const RobotSpec& robot, const Posture& posture, const BuildOptions& options);

@@ -132,37 +132,78 @@ std::string cylinder_lines(const std::string& cylinder) {
 
 }  // namespace
 
+namespace {
+
+std::vector<double> foundation_weights(const FoundationCase& spec) {  // [N]
+  if (spec.light) return {1.2, 2.4, 3.6};
+  return {12, 24, 36};
+}
+
+// Everything that is read without load, then under each weight, of a robot whose joints are held
+// by directions of this stiffness.
+std::vector<std::vector<Reading>> seen_of_foundation(const FoundationCase& spec,
+                                                     const RobotSpec& robot, const Posture& posture,
+                                                     double rigid) {
+  const BuildOptions options{.factors = {}, .elements = 8, .rigid = rigid};
+  Built built = build(robot, posture, options);
+  Structure& s = built.structure;
+  Matrix6& mount = s.coupling(built.mounts[0]).stiffness;
+  mount.diagonal().tail<3>().setConstant(1 / spec.foundation);
+  const std::vector<int>& upper = built.beams_bodies.at("upper");
+  const Mark flange = built.link_starts.at("fore");
+  const Marks marks{s.coupling(built.mounts[0]).b,
+                    s.mark(built.beams_bodies.at("fore").back(), posture.platform),
+                    s.mark(upper.back(), s.pose_of(flange)), built.platform};
+  // Of a robot that nothing has bent yet: the line of a cylinder is that without load.
+  const Structure at_rest = build(robot, posture, options).structure;
+  const CylinderEnds ends = cylinder_ends(spec, at_rest, marks, posture.platform);
+  std::vector<std::vector<Reading>> seen;
+  const auto settle = [&](const std::vector<DeadLoad>& loads) {
+    constexpr int more = 3;
+    if (!s.settle(loads, more)) throw std::runtime_error("the twin finds no equilibrium");
+    seen.push_back(all_readings(spec, s, marks));
+  };
+  settle({});
+  for (const double weight : foundation_weights(spec))
+    if (spec.cylinder.empty())
+      settle({{built.platform, Vector3(0, 0, -weight), Vector3::Zero()}});
+    else
+      settle(push(at_rest, ends, weight));
+  return seen;
+}
+
+// The same with what the stiff directions give extrapolated away: stiff ones of 1e12 N/m would
+// leave rounding of 1e-9 m in the soft ones.
+std::vector<std::vector<Reading>> exact_readings(const FoundationCase& spec, const RobotSpec& robot,
+                                                 const Posture& posture) {
+  constexpr double rigid = 1e-2;
+  const auto once = seen_of_foundation(spec, robot, posture, rigid);
+  auto result = seen_of_foundation(spec, robot, posture, 2 * rigid);
+  for (std::size_t i = 0; i < result.size(); ++i)
+    for (std::size_t k = 0; k < result[i].size(); ++k)
+      result[i][k].value = 2 * result[i][k].value - once[i][k].value;
+  return result;
+}
+
+}  // namespace
+
 void write_foundation(const FoundationCase& spec, const std::filesystem::path& folder) {
   RobotSpec robot = arm_3r();
   for (Item& item : robot.chains[0].items)
     if (item.name == "q2" || item.name == "q3") item.stiffness *= spec.softer;
   Random random(spec.seed);
+  const std::vector<double> weights = foundation_weights(spec);
   std::string table, head;
   int id = 0;
   const double postures[][3] = {
       {0, -40, 70}, {50, -20, 40}, {-70, -60, 100}, {110, -30, 30}, {20, -75, 90}};
   for (const auto& q : postures) {
     const Posture posture = posture_of(robot, degree * Vector3(q[0], q[1], q[2]));
-    Built built = build(robot, posture, {.factors = {}, .elements = 8});
-    Structure& s = built.structure;
-    Matrix6& mount = s.coupling(built.mounts[0]).stiffness;
-    mount.diagonal().tail<3>().setConstant(1 / spec.foundation);
-    const std::vector<int>& upper = built.beams_bodies.at("upper");
-    const Mark flange = built.link_starts.at("fore");
-    const Marks marks{s.coupling(built.mounts[0]).b,
-                      s.mark(built.beams_bodies.at("fore").back(), posture.platform),
-                      s.mark(upper.back(), s.pose_of(flange)), built.platform};
-    if (!s.settle({})) throw std::runtime_error("the twin finds no equilibrium");
-    const std::vector<Reading> zero = all_readings(spec, s, marks);
-    // Of a robot that nothing has bent yet: the line of a cylinder is that without load.
-    const Structure at_rest = build(robot, posture, {.factors = {}, .elements = 8}).structure;
-    const CylinderEnds ends = cylinder_ends(spec, at_rest, marks, posture.platform);
-    for (const double weight : {12.0, 24.0, 36.0}) {
-      std::vector<DeadLoad> loads = {{built.platform, Vector3(0, 0, -weight), Vector3::Zero()}};
-      if (!spec.cylinder.empty()) loads = push(at_rest, ends, weight);
-      if (!s.settle(loads)) throw std::runtime_error("the twin finds no equilibrium");
-      const std::vector<Reading> loaded = all_readings(spec, s, marks);
-      const double written = spec.cylinder.empty() ? -weight : weight;
+    const std::vector<std::vector<Reading>> seen = exact_readings(spec, robot, posture);
+    const std::vector<Reading>& zero = seen[0];
+    for (std::size_t w = 0; w < weights.size(); ++w) {
+      const std::vector<Reading>& loaded = seen[w + 1];
+      const double written = spec.cylinder.empty() ? -weights[w] : weights[w];
       table += fmt::format("w{},{:g},{:g},{:g},{:g}", ++id, q[0], q[1], q[2], written);
       head = fmt::format("id,q1 [deg],q2 [deg],q3 [deg],{} [N]",
                          spec.cylinder.empty() ? "fz" : "push");
@@ -172,7 +213,7 @@ void write_foundation(const FoundationCase& spec, const std::filesystem::path& f
         const double read = loaded[k].value - zero[k].value + error;
         const bool turns = zero[k].name.find('.') != std::string::npos;
         head += fmt::format(",{} [{}]", zero[k].name, turns ? "urad" : "um");
-        table += fmt::format(",{:.6f}", read / zero[k].unit);
+        table += fmt::format(",{:.{}f}", read / zero[k].unit, spec.light ? 9 : 6);
       }
       table += "\n";
     }

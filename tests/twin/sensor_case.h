@@ -23,6 +23,7 @@ struct FoundationCase {
   /// Instead of weights: cylinders, "ground" from the floor to the elbow, "bodies" between the
   /// column's foot and the forearm.
   std::string cylinder = {};
+  bool light = false;  // a tenth of the loads, so that everything is linear in them
 };
 
 /// Writes robot.yaml, campaign.yaml and readings.csv into a folder. Throws std::runtime_error.

@@ -217,7 +217,19 @@ bool same_pattern(const Eigen::SparseMatrix<double>& a, const Eigen::SparseMatri
 
 }  // namespace
 
-bool Structure::settle(const std::vector<DeadLoad>& loads) {
+bool Structure::settle(const std::vector<DeadLoad>& loads, int more) {
+  if (!search(loads)) return false;
+  for (int i = 0; i < more; ++i) {
+    const std::vector<Local> couplings = locals();
+    const auto factor = std::make_shared<Factor>(tangent(loads, couplings));
+    if (factor->info() != Eigen::Success) return false;
+    move(-factor->solve(gradient(loads, couplings)));
+    factor_ = factor;
+  }
+  return true;
+}
+
+bool Structure::search(const std::vector<DeadLoad>& loads) {
   constexpr int most = 120;
   constexpr double largest = 0.02, small = 1e-12, rounding = 1e-8;  // of a step [m or rad]
   double before = 0;

@@ -65,8 +65,9 @@ class Structure {
   std::vector<Coupling>& couplings() { return couplings_; }
   int bodies() const { return static_cast<int>(poses_.size()); }
 
-  /// Moves the bodies into equilibrium, from where they are. False when Newton's method fails.
-  bool settle(const std::vector<DeadLoad>& loads);
+  /// Moves the bodies into equilibrium, from where they are. False when Newton's method fails. It
+  /// ends where steps are below 1e-8 and no longer shrink; `more` steps bring it to rounding.
+  bool settle(const std::vector<DeadLoad>& loads, int more = 0);
   /// Joint laws take note of where they are.
   void accept(double seconds);
   /// Change [translation; rotation] of a mark with the logarithm of each group's stiffness, one
@@ -97,6 +98,7 @@ class Structure {
   std::vector<Coupling> couplings_;
   std::vector<Strut> struts_;
   Vector3 gravity_ = Vector3::Zero();
+  bool search(const std::vector<DeadLoad>& loads);
   using Factor = Eigen::SimplicialLDLT<Tangent>;
   std::shared_ptr<const Factor> factor_;  // of the last iteration
 };

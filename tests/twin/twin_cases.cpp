@@ -26,7 +26,8 @@ constexpr const char* usage =
     "weights, poses,weights\n"
     "       twin_cases --agreement ROBOT PLAN FOLDER  no noise, nothing hidden, the true "
     "stiffnesses\n"
-    "       twin_cases --foundation SENSORS NOISE FOLDER [hidden|ground|bodies]  an arm on a "
+    "       twin_cases --foundation SENSORS NOISE FOLDER [hidden|ground|bodies|light]...  an arm "
+    "on a "
     "foundation that yields, under weights or a cylinder\n"
     "       twin_cases --tracker NOISE FOLDER  an arm under a payload, an unknown target and "
     "tracker\n";
@@ -64,14 +65,20 @@ int run(const std::vector<std::string>& words) {
     twin::write_agreement(words[1], words[2], 16, words[3]);
     return 0;
   }
-  if (words.size() >= 4 && words.size() <= 5 && words[0] == "--foundation") {
+  if (words.size() >= 4 && words[0] == "--foundation") {
     twin::FoundationCase spec;
     spec.sensors = words[1];
     const double noise = std::stod(words[2]);
     spec.tilt_noise *= noise;
     spec.length_noise *= noise;
-    spec.foundation_in_file = words.size() == 4 || words[4] != "hidden";
-    if (words.size() == 5 && words[4] != "hidden") spec.cylinder = words[4];
+    for (std::size_t i = 4; i < words.size(); ++i) {
+      if (words[i] == "hidden")
+        spec.foundation_in_file = false;
+      else if (words[i] == "light")
+        spec.light = true;
+      else
+        spec.cylinder = words[i];
+    }
     twin::write_foundation(spec, words[3]);
     return 0;
   }
