@@ -132,6 +132,18 @@ void CsvTable::read_units() {
   }
 }
 
+// Whether the cells from `first` on are the names of the columns, without the units that a line of
+// their own gives them.
+bool CsvTable::repeats_header(std::size_t first) const {
+  for (std::size_t c = 0; c < columns_.size(); ++c) {
+    const std::string_view name = text(cells_[first + c]);
+    const bool same = columns_[c] == name ||
+                      (layout_.has_units && columns_[c].starts_with(std::string(name) + " ["));
+    if (name.empty() || !same) return false;
+  }
+  return true;
+}
+
 void CsvTable::read_row() {
   const std::size_t begin = position_, first = cells_.size();
   const int line = line_;
@@ -149,7 +161,9 @@ void CsvTable::read_row() {
     --count;
   }
   if (count == columns_.size()) {
-    row_lines_.push_back(line);
+    if (!repeats_header(first)) return row_lines_.push_back(line);
+    ++repeated_headers_;
+    cells_.resize(first);
     return;
   }
   cells_.resize(first);
@@ -233,9 +247,15 @@ CsvTable::Cell CsvTable::read_quoted_cell() {
   bool doubled = false;
   while (true) {
     const std::size_t quote = buffer_.find('"', position_);
-    if (quote == std::string::npos)
-      fail_at(opening, "the quote that starts here is not closed",
-              "Close it, or write \"\" for a quote inside a quoted cell");
+    if (quote == std::string::npos) {
+      report({.file = file_,
+              .line = line_of(opening),
+              .column = column_in_line(opening),
+              .what = "the quote that starts here is not closed",
+              .cure = "Close it, or write \"\" for a quote inside a quoted cell"});
+      position_ = buffer_.size();
+      return {opening, 0, -1};
+    }
     position_ = quote + 1;
     if (position_ >= buffer_.size() || buffer_[position_] != '"') break;
     doubled = true;
@@ -299,9 +319,8 @@ const std::vector<std::string>& usual_missing() {
 
 // Plain CSV separated by commas has decimal points: nothing to find out without quotes.
 void CsvTable::find_decimals() {
-  const DecimalSign assumed = format_.is_sheet ? DecimalSign::point : format_.decimal;
-  decimals_.assign(columns_.size(), assumed);
-  if (assumed != DecimalSign::unknown) return;
+  decimals_.assign(columns_.size(), format_.decimal);
+  if (format_.decimal != DecimalSign::unknown && !format_.is_sheet) return;
   const bool may_have_commas = separator_ != ',' || buffer_.find('"') != std::string::npos;
   if (!may_have_commas || buffer_.find(',') == std::string::npos) {
     decimals_.assign(columns_.size(), DecimalSign::point);
@@ -325,7 +344,11 @@ void CsvTable::find_decimals() {
         seen[c].ambiguous = is_ambiguous_number(number);
     }
   for (std::size_t c = 0; c < columns_.size(); ++c) {
-    if (seen[c].points > 0 || seen[c].commas > 0)
+    // Numbers of a sheet have points; a column of texts may have commas.
+    const bool texts = seen[c].points == 0 && seen[c].commas > 0;
+    if (format_.is_sheet)
+      decimals_[c] = texts ? DecimalSign::comma : DecimalSign::point;
+    else if (seen[c].points > 0 || seen[c].commas > 0)
       decimals_[c] = seen[c].commas > seen[c].points ? DecimalSign::comma : DecimalSign::point;
     else if (!seen[c].ambiguous || points != commas)
       decimals_[c] = commas ? DecimalSign::comma : DecimalSign::point;

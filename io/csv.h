@@ -29,10 +29,11 @@ const std::vector<std::string>& usual_missing();
 
 /// A CSV file (RFC 4180): one header line with the column names, then one line a row. Besides:
 /// lines that start with '#', empty lines and a title block above the header are skipped
-/// (find_layout), a line of units after it goes into the names ("fx [N]"), blanks around cells are
-/// dropped, UTF-16, Latin-1, a byte-order mark and CRLF are accepted, ';' or tab separate where the
-/// header has no comma, and decimals may have a comma where no cell contradicts.
-/// The table is one buffer with views into it, so 100,000 rows are read in a fraction of a second.
+/// (find_layout), lines that repeat it below are skipped, a line of units after it goes into the
+/// names ("fx [N]"), blanks around cells are dropped, UTF-16, Latin-1, a byte-order mark and CRLF
+/// are accepted, ';' or tab separate where the header has no comma, and decimals may have a comma
+/// where no cell contradicts. The table is one buffer with views into it, so 100,000 rows are read
+/// in a fraction of a second.
 class CsvTable {
  public:
   /// Throws InputError naming file, line and column when there is no header, a column has no name
@@ -60,6 +61,8 @@ class CsvTable {
   bool missing(std::size_t row, std::size_t column) const;
   /// Of the numbers of a column; unknown where they have neither point nor comma.
   DecimalSign decimal(std::size_t column) const { return decimals_[column]; }
+  /// Lines below the header that repeat it, as loggers write them that start anew: skipped.
+  std::size_t repeated_headers() const { return repeated_headers_; }
   /// Whether a title block was skipped.
   bool has_title() const { return layout_.has_title; }
   /// A number with a decimal point, up to `largest_number`. Throws InputError for anything else.
@@ -86,6 +89,7 @@ class CsvTable {
   void read_header();
   void read_units();
   void read_row();
+  bool repeats_header(std::size_t first) const;
   void drop_columns_without_name();
   void find_decimals();
   std::string number_cure(std::size_t column, std::string_view text) const;
@@ -114,6 +118,7 @@ class CsvTable {
   std::vector<DecimalSign> decimals_;  // of the columns
 
   int header_line_ = 1;
+  std::size_t repeated_headers_ = 0;
 
   // Where reading stands.
   std::size_t position_ = 0;

@@ -189,6 +189,16 @@ TEST(Workbook, DatesCountFromTheOriginOfTheBook) {
   EXPECT_FALSE(shows_time("General"));
 }
 
+// What a logger exported as texts, beside numbers.
+TEST(Workbook, TextsMayHaveDecimalCommas) {
+  const CsvTable table("fx [N]\tdx [mm]\tn\n1,5\t0.5\t3\n-2,25\t1e-3\t4\n", "t.xlsx",
+                       {.is_sheet = true});
+  EXPECT_DOUBLE_EQ(table.number(0, 0), 1.5);
+  EXPECT_DOUBLE_EQ(table.number(1, 0), -2.25);
+  EXPECT_DOUBLE_EQ(table.number(0, 1), 0.5);
+  EXPECT_DOUBLE_EQ(table.number(1, 2), 4);
+}
+
 TEST(Workbook, DamageIsNamed) {
   const std::string bytes = test::xlsx_of({{"a", rows}});
   for (const std::size_t size : {bytes.size() / 4, bytes.size() / 2, bytes.size() - 10})
