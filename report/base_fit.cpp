@@ -100,18 +100,19 @@ std::string frames_text(const Campaign& campaign, const BaseFit& fit) {
   return text;
 }
 
-std::string target_text(const Campaign& campaign, const BaseFit& fit) {
-  if (!fit.target) return {};
-  Table table({"target", "value", "+-", "unit"});
+std::string target_text(const Campaign& campaign, const BaseFit& fit,
+                        const calibration::TargetEstimate& target) {
+  const std::string& sensor = campaign.sensors[target.sensor].name;
+  Table table({sensor.empty() ? "target" : "target of " + sensor, "value", "+-", "unit"});
   std::vector<std::string> open;
   for (Eigen::Index k = 0; k < 6; ++k) {
     const bool turns = calibration::is_rotation(k);
     const std::string& unit = turns ? campaign.units.angle : campaign.units.length;
     const std::string name = (turns ? "turn about " : "") + std::string(1, "xyz"[k % 3]);
-    if (!std::isnan(fit.target->standard_error[k]))
-      table.add_row({name, shown(unit, fit.target->value[k], 6),
-                     shown(unit, fit.target->standard_error[k], 2), unit});
-    else if (!std::isnan(fit.target->value[k]))
+    if (!std::isnan(target.standard_error[k]))
+      table.add_row(
+          {name, shown(unit, target.value[k], 6), shown(unit, target.standard_error[k], 2), unit});
+    else if (!std::isnan(target.value[k]))
       open.push_back(name);
   }
   std::string text = "\n" + table.text();
@@ -120,6 +121,13 @@ std::string target_text(const Campaign& campaign, const BaseFit& fit) {
         "  Of the target stays as stated: {}. The readings do not distinguish that from where the "
         "instrument stands{}.\n",
         fmt::join(open, ", "), fit.frames.empty() ? ", or it is not observable" : "");
+  return text;
+}
+
+std::string targets_text(const Campaign& campaign, const BaseFit& fit) {
+  std::string text;
+  for (const calibration::TargetEstimate& target : fit.targets)
+    text += target_text(campaign, fit, target);
   return text;
 }
 
@@ -221,7 +229,7 @@ Json to_json(const ParameterEstimate& e) {
 
 std::string text(const Campaign& campaign, const BaseFit& fit) {
   std::string result = parameters_text(campaign, fit) + zeros_text(campaign, fit) +
-                       frames_text(campaign, fit) + target_text(campaign, fit) +
+                       frames_text(campaign, fit) + targets_text(campaign, fit) +
                        loss_text(campaign, fit);
   for (const std::string& sentence : bound_sentences(fit)) result += "  " + sentence + "\n";
   for (const std::string& sentence : fit.weak) result += "  " + sentence + "\n";
@@ -244,7 +252,13 @@ Json to_json(const Campaign& campaign, const BaseFit& fit) {
   for (const calibration::Zero& zero : fit.zeros) json["zeros"].push_back(to_json(campaign, zero));
   for (const calibration::FrameEstimate& frame : fit.frames)
     json["frames"].push_back(to_json(campaign, frame));
-  if (fit.target) json["target"] = to_json(*fit.target);
+  for (const calibration::TargetEstimate& target : fit.targets) {
+    const std::string& sensor = campaign.sensors[target.sensor].name;
+    if (sensor.empty())
+      json["target"] = to_json(target);
+    else
+      json["targets"][sensor] = to_json(target);
+  }
   return json;
 }
 

@@ -553,6 +553,11 @@ Json readings_json(const Campaign& campaign, const Comparison& comparison) {
               {"residual", numbers(comparison.nominal.residual[i])}};
     if (!reading.load.nodes.empty())
       json["load"]["weights"] = io::to_json(calibration::force_at_nodes(reading.load));
+    if (!reading.load.joints.empty()) {
+      const spatial::Vector6 joints = calibration::load_in_joints(reading.load);
+      json["load"]["in_joints"] = {{"force", io::to_json(spatial::Vector3(joints.head<3>()))},
+                                   {"moment", io::to_json(spatial::Vector3(joints.tail<3>()))}};
+    }
     if (reading.masked) json["mask_reason"] = reading.mask_reason;
     if (!reading.instrument.empty()) json["instrument"] = reading.instrument;
     json["whitened"] = numbers(comparison.nominal.whitened[i]);

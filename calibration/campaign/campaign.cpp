@@ -18,6 +18,14 @@ std::vector<Eigen::Index> components_in_use(const Reading& reading) {
   return used;
 }
 
+vjm::Load DisplacementControl::with_force(std::size_t reading, std::size_t configuration,
+                                          double newtons) const {
+  vjm::Load load = beside[reading];
+  load.force += newtons * along[configuration].head<3>();
+  load.moment += newtons * along[configuration].tail<3>();
+  return load;
+}
+
 std::vector<Component> platform_components() {
   std::vector<Component> components;
   for (Eigen::Index k = 0; k < 6; ++k)
@@ -34,6 +42,7 @@ void leave_out_platform(Campaign& campaign) {
   for (Component& component : campaign.components) --component.sensor;
   for (Sensor& sensor : campaign.sensors)
     if (sensor.minus) --*sensor.minus;
+  if (campaign.control) campaign.control->set -= 6, campaign.control->force -= 6;
   campaign.datum_noise = campaign.datum_noise.tail(campaign.size()).eval();
 }
 

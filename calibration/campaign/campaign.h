@@ -98,6 +98,19 @@ struct Reading {
   bool uses(Eigen::Index component) const;  // measured and not masked
 };
 
+/// A test that sets a displacement and reads the force which that takes. Reading::load has the
+/// force as it was read; what is set is no value to fit.
+struct DisplacementControl {
+  Eigen::Index set = 0, force = 0;  // components: what is set, and what the load cell reads
+  std::vector<double> to;           // where it was set, one entry a reading [m or rad]
+  std::vector<vjm::Load> beside;    // the loads without that force, one entry a reading
+  /// The unit force [force; moment], base axes, about the point of the loads; one a configuration.
+  std::vector<spatial::Vector6> along;
+
+  /// The load of a reading in which this force acts.
+  vjm::Load with_force(std::size_t reading, std::size_t configuration, double newtons) const;
+};
+
 /// Its components in use, ascending.
 std::vector<Eigen::Index> components_in_use(const Reading& reading);
 
@@ -145,6 +158,7 @@ struct Campaign {
   /// Covariance of the noise of each reading's wrench [force; moment], base axes, about its point
   /// [N, N m]; empty: wrenches are taken to be exact.
   std::vector<spatial::Matrix6> wrench_covariance;
+  std::optional<DisplacementControl> control = {};  // unset: loads are what is set
   /// Standard deviation of the unloaded readings that differences are counted from, one entry a
   /// component; NaN: not stated.
   Eigen::VectorXd datum_noise = Eigen::VectorXd::Constant(6, not_a_number);
@@ -158,6 +172,11 @@ struct Campaign {
   /// Whether the pose of the platform, as `observation` has it, is among what is read; it is the
   /// first sensor then.
   bool reads_platform() const { return !sensors.empty() && sensors.front().is_platform(); }
+  /// Whether it is unknown where that sits which a sensor looks at.
+  bool estimates_target(std::size_t sensor) const {
+    return sensors[sensor].is_platform() ? target_pose == TargetPose::estimated
+                                         : sensors[sensor].target_estimated;
+  }
   bool is_of_platform(Eigen::Index k) const { return reads_platform() && component(k).sensor == 0; }
   /// The unit in which its people write a component: "um".
   std::string unit_of(Eigen::Index component) const;

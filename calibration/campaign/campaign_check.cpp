@@ -15,6 +15,7 @@
 #include "kinetostat/calibration/campaign/replicates.h"
 #include "kinetostat/calibration/sensors/weight.h"
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/effects/watcher.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
 namespace kinetostat::calibration {
@@ -35,6 +36,7 @@ struct Topic {
 Topic topic_of(const std::string& name) {
   static const std::map<std::string, Topic> topics = {
       {"noise", {"whether the model is adequate", "state 'noise', or repeat some readings"}},
+      {"control", {"play that no load shows", "it is: a displacement is set, the force is read"}},
       {"wrench_noise", {"errors of the load cell", "state 'wrench_noise' (loads count as exact)"}},
       {"offsets",
        {"weight, geometry, thermal offsets", "read absolute poses: they cancel in differences"}},
@@ -73,8 +75,10 @@ class Check {
         poses(),       levels(),       reversal(), branches_seen(), clearance_or_friction(),
         zero_return(), sessions(),     time(),     temperature(),   roles(),
         parameters()};
+    if (campaign_.control) result.push_back(control());
     if (campaign_.session_frame == SessionFrame::estimated) result.push_back(frames());
-    if (campaign_.target_pose == TargetPose::estimated) result.push_back(target());
+    for (std::size_t sensor = 0; sensor < campaign_.sensors.size(); ++sensor)
+      if (campaign_.estimates_target(sensor)) result.push_back(target(sensor));
     for (Observability& item : result) {
       item.effect = topic_of(item.topic).effect;
       item.cure = topic_of(item.topic).cure;
@@ -119,7 +123,20 @@ class Check {
     return largest;
   }
 
+  Observability control() const {
+    const DisplacementControl& control = *campaign_.control;
+    return {"control", true,
+            fmt::format("A displacement is set, {}, and the force that it takes is read, {}: play "
+                        "shows in how far it goes without force.",
+                        campaign_.component(control.set).name,
+                        campaign_.component(control.force).name)};
+  }
+
   Observability wrench_noise() const {
+    if (campaign_.control)
+      return {"wrench_noise", true,
+              "Errors of the load cell show in what it reads: a displacement is set, and the force "
+              "is the reading."};
     if (!campaign_.wrench_covariance.empty())
       return {"wrench_noise", true,
               "The noise of the wrenches is stated: it is carried to the displacements."};
@@ -174,7 +191,8 @@ class Check {
     Eigen::MatrixXd wrenches = Eigen::MatrixXd::Zero(6, static_cast<Eigen::Index>(used_.size()));
     for (std::size_t i = 0; i < used_.size(); ++i) {
       const vjm::Load& load = reading(used_[i]).load;
-      wrenches.col(static_cast<Eigen::Index>(i)) = load.at_reference_point(spatial::Pose());
+      wrenches.col(static_cast<Eigen::Index>(i)) =
+          load.at_reference_point(spatial::Pose()) + load_in_joints(load);
       wrenches.col(static_cast<Eigen::Index>(i)).head<3>() += force_at_nodes(load);
     }
     for (const Eigen::Index first : {0, 3}) {
@@ -355,11 +373,26 @@ class Check {
                   "session has an unknown frame of its own, with which it is confounded."};
   }
 
-  // By how much the platform turns between postures.
-  Observability target() const {
+  // Of what carries the target of a sensor.
+  spatial::Matrix3 axes_of_target(const vjm::Manipulator& robot, std::size_t sensor,
+                                  const vjm::Posture& posture) const {
+    if (campaign_.sensors[sensor].is_platform()) return posture.platform.rotation();
+    const vjm::Watched watched = vjm::watched_at_rest(campaign_.watch, robot, posture, 0);
+    const Sensor& of = campaign_.sensors[sensor];
+    return watched.frames[of.from].rotation().transpose() * watched.frames[of.frame].rotation();
+  }
+
+  // By how much that turns between postures.
+  Observability target(std::size_t sensor) const {
+    const std::string& name = campaign_.sensors[sensor].name;
+    const std::string whose = name.empty() ? "the target" : fmt::format("the target of '{}'", name);
+    const std::string what = name.empty() ? "the platform" : "it";
     if (campaign_.displacement == DisplacementKind::difference)
       return {"target_pose", false,
-              "The place of the target shows in differences by what the load turns alone: hardly."};
+              fmt::format("The place of {} shows in differences by what the load turns alone: "
+                          "hardly.",
+                          whose)};
+    const vjm::Manipulator robot = vjm::with_watched(robot_.without_effects(), campaign_.watch);
     std::optional<spatial::Matrix3> first;
     double most = 0;
     std::set<std::size_t> seen;
@@ -367,23 +400,20 @@ class Check {
       if (!seen.insert(reading(i).configuration).second) continue;
       const Configuration& configuration = campaign_.configurations[reading(i).configuration];
       const vjm::PostureResult posture =
-          configuration.target
-              ? vjm::posture_at(robot_.without_effects(), *configuration.target)
-              : vjm::posture_from_joints(robot_.without_effects(), configuration.joints);
-      const spatial::Matrix3 axes = posture.posture.platform.rotation();
+          configuration.target ? vjm::posture_at(robot, *configuration.target)
+                               : vjm::posture_from_joints(robot, configuration.joints);
+      const spatial::Matrix3 axes = axes_of_target(robot, sensor, posture.posture);
       if (!first) first = axes;
       most = std::max(most, spatial::log_rotation(first->transpose() * axes).norm());
     }
     const double degrees = most * 180 / std::numbers::pi;
     constexpr double enough = 10;  // [deg]
-    return {
-        "target_pose", degrees > enough,
-        fmt::format("The place of the target: the postures turn the platform by up to {:.3g} "
-                    "deg{}",
-                    degrees,
-                    degrees > enough
-                        ? "."
-                        : ", hardly enough to distinguish it from where the instrument stands.")};
+    return {"target_pose", degrees > enough,
+            fmt::format(
+                "The place of {}: the postures turn {} by up to {:.3g} deg{}", whose, what, degrees,
+                degrees > enough
+                    ? "."
+                    : ", hardly enough to distinguish it from where the instrument stands.")};
   }
 
   // Zero offsets and frames that are estimated as well.
@@ -396,9 +426,12 @@ class Check {
         zeros.emplace(reading(i).session, k);
     }
     const std::size_t of_frame = campaign_.displacement == DisplacementKind::absolute ? 6 : 3;
+    std::size_t targets = 0;
+    for (std::size_t sensor = 0; sensor < campaign_.sensors.size(); ++sensor)
+      targets += campaign_.estimates_target(sensor);
     return (campaign_.zero == ZeroReading::estimated ? zeros.size() : 0) +
            (campaign_.session_frame == SessionFrame::estimated ? of_frame * frames.size() : 0) +
-           (campaign_.target_pose == TargetPose::estimated ? of_frame : 0);
+           of_frame * targets;
   }
 
   Observability parameters() const {

@@ -69,14 +69,17 @@ constexpr std::size_t most_read = (std::size_t{16} << 20) + 1;
 YamlNode read_top(const std::filesystem::path& file) {
   YamlNode top = io::parse_yaml(with_quoted_columns(io::read_start(file, most_read)), file);
   io::check_format_version(top);
-  top.allow_only({"kinetostat",   "campaign",      "origin",       "robot",
-                  "posture",      "units",         "displacement", "zero",
-                  "datum_noise",  "session_frame", "frames",       "displacement_frame",
-                  "target_point", "wrench_frame",  "wrench_point", "wrench_noise",
-                  "known_loads",  "noise",         "instruments",  "instrument",
-                  "roles",        "columns",       "missing",      "decimal",
-                  "sheet",        "readings",      "sensors",      "weights",
-                  "target_pose",  "cylinders",     "history"});
+  top.allow_only({"kinetostat",    "campaign",     "origin",
+                  "robot",         "posture",      "units",
+                  "displacement",  "zero",         "datum_noise",
+                  "session_frame", "frames",       "displacement_frame",
+                  "target_point",  "wrench_frame", "wrench_point",
+                  "wrench_noise",  "known_loads",  "noise",
+                  "instruments",   "instrument",   "roles",
+                  "columns",       "missing",      "decimal",
+                  "sheet",         "readings",     "sensors",
+                  "weights",       "target_pose",  "cylinders",
+                  "torques",       "history",      "displacement_control"});
   return top;
 }
 
@@ -402,13 +405,16 @@ ReadingsContext read_stated(const YamlNode& top, const vjm::Manipulator& manipul
   campaign.readings_file = top.at("readings").existing_file();
   const auto frames = read_frames(top, campaign.units);
   campaign.observation = read_observation(top, frames, campaign);
-  const Eigen::VectorXd sensor_sigma = read_sensors(top, manipulator, campaign);
+  Eigen::VectorXd sensor_sigma = read_sensors(top, manipulator, campaign);
+  const std::size_t controlled = read_control(top, campaign, sensor_sigma);
   return {.sensor_sigma = sensor_sigma,
           .weights = read_weights(top, manipulator, campaign),
           .cylinders = read_cylinders(top, manipulator, campaign),
+          .torques = read_torques(top, manipulator, campaign),
           .instruments = read_instruments(top),
           .wrench = read_wrench_frame(top, frames, campaign.units),
           .wrench_noise = read_wrench_noise(top),
+          .controlled = controlled,
           .roles = read_roles(top),
           .posture = read_posture(top),
           .columns = read_columns(top),
@@ -438,8 +444,9 @@ Campaign read_campaign(const std::filesystem::path& file, const vjm::Manipulator
   read_readings(table, context, manipulator, campaign, std::move(faults));
   if (campaign.target_pose == TargetPose::estimated && !campaign.reads_platform())
     top.at("target_pose")
-        .fail("no reading is of the platform, so that no target on it is seen",
-              "Remove the key; where a sensor stands is said by its 'at'");
+        .fail(
+            "no reading is of the platform, so that no target on it is seen",
+            "Remove the key; a sensor says where it looks by its 'at', or 'target_pose: estimate'");
   check_roles(top, context.roles, campaign);
   check_wrench_noise(top, campaign);
   check_datum_noise(top, campaign);

@@ -249,6 +249,10 @@ NamedColumn understood(const std::string& header, const std::vector<Joint>& join
   for (const Joint& joint : joints)
     if (bare == bare_name(joint.name) || (bare == bare_name(joint.alone) && column.meaning.empty()))
       column.meaning = joint.name;
+  // "X-Axis" of a joint xaxis.
+  for (const Joint& joint : joints)
+    if (column.meaning.empty() && plain(parts.name) == plain(joint.alone))
+      column.meaning = joint.name;
   if (!column.meaning.empty() || !parts.unit) return column;
   const std::optional<spatial::Unit> unit = unit_of(*parts.unit);
   if (!unit) return column;
@@ -265,6 +269,30 @@ NamedColumn understood(const std::string& header, const std::vector<Joint>& join
       unit->dimension == dimension::temperature)
     column.meaning = "temperature";
   return column;
+}
+
+const Joint* joint_like(const std::string& header, const std::vector<Joint>& joints) {
+  const HeaderParts parts = split_header(header);
+  return parts.unit ? nullptr : numbered_joint(plain(parts.name), joints);
+}
+
+std::string name_for_column(const std::string& header) {
+  std::string name;
+  for (const char c : split_header(header).name)
+    name += std::string_view("[]()/,; \t").find(c) == std::string_view::npos ? c : '_';
+  return name;
+}
+
+bool is_mass(const std::string& header) {
+  const HeaderParts parts = split_header(header);
+  const std::optional<spatial::Unit> unit = parts.unit ? unit_of(*parts.unit) : std::nullopt;
+  return unit && unit->dimension == dimension::mass;
+}
+
+bool is_force(const std::string& header) {
+  const HeaderParts parts = split_header(header);
+  const std::optional<spatial::Unit> unit = parts.unit ? unit_of(*parts.unit) : std::nullopt;
+  return unit && unit->dimension == dimension::force;
 }
 
 std::string looks_like(const std::string& header, const std::vector<Joint>& joints) {

@@ -66,6 +66,17 @@ struct NamedColumn {
 /// need a unit that goes with them.
 NamedColumn understood(const std::string& header, const std::vector<Joint>& joints);
 
+/// The actuated joint that a column without unit is called after by its number, "Achse 1"; null for
+/// others.
+const Joint* joint_like(const std::string& header, const std::vector<Joint>& joints);
+
+/// Whether its unit is one of mass, or of force.
+bool is_mass(const std::string& header);
+bool is_force(const std::string& header);
+/// What a campaign file may call a sensor or load of this column: "Payload_mass" of "Payload mass
+/// [kg]".
+std::string name_for_column(const std::string& header);
+
 /// What a covariate may have been meant as, "fx" for "Kraft X", "rz [deg]" for "rz_deg", "rx" for
 /// "tilt_x"; empty for nothing.
 std::string looks_like(const std::string& header, const std::vector<Joint>& joints);

@@ -120,6 +120,8 @@ Motion motion_of(const Campaign& campaign, const vjm::Manipulator& manipulator,
     if (const auto minus = campaign.sensors[component.sensor].minus)
       motion.seen[k] -= rates[*minus][component.axis];
   }
+  // A force shows what moves that which is set.
+  if (campaign.control) motion.seen[campaign.control->force] = motion.seen[campaign.control->set];
   return motion;
 }
 
@@ -139,10 +141,11 @@ Vector3 position_of(const vjm::NodeLoad& load, const vjm::Manipulator& manipulat
          node.position;
 }
 
-// Generalised force of the loads at nodes along a joint, and what it could be at most.
-std::pair<double, double> force_of_weights(const vjm::Load& load,
-                                           const vjm::Manipulator& manipulator,
-                                           const Motion& motion, bool turns) {
+// Generalised force along a joint of the loads at nodes and in joints, and what it could be at
+// most.
+std::pair<double, double> force_of_others(const vjm::Load& load,
+                                          const vjm::Manipulator& manipulator, const Motion& motion,
+                                          bool turns) {
   double force = 0, most = 0;
   for (const vjm::NodeLoad& node : load.nodes) {
     if (!motion.between) break;
@@ -151,18 +154,25 @@ std::pair<double, double> force_of_weights(const vjm::Load& load,
     force += node.force.dot(ahead - behind) / (2 * step);
     most += node.force.norm() * (turns ? ahead.norm() : 1);
   }
+  for (const vjm::JointForce& joint : load.joints) {
+    if (!motion.between) break;
+    const auto coordinate = [&](std::size_t side) {
+      return (*motion.between)[side].coordinates[joint.chain][joint.coordinate];
+    };
+    force += joint.force * (coordinate(1) - coordinate(0)) / (2 * step);
+    most += std::abs(joint.force);
+  }
   return {force, most};
 }
 
 void count(const vjm::Manipulator& manipulator, const Reading& reading, const vjm::Load& load,
            const spatial::Pose& platform, const Motion& motion, JointLoad& joint, bool& driven) {
   const Vector6 wrench = load.at_reference_point(platform);
-  const auto [by_weights, most_by_weights] =
-      force_of_weights(load, manipulator, motion, joint.turns);
-  const double force = wrench.dot(motion.platform) + by_weights;
+  const auto [by_others, most_by_others] = force_of_others(load, manipulator, motion, joint.turns);
+  const double force = wrench.dot(motion.platform) + by_others;
   const Vector3 point = platform * load.point_on_platform;
   const double most =
-      most_by_weights +
+      most_by_others +
       (joint.turns ? load.force.norm() * point.norm() + load.moment.norm() : load.force.norm());
   joint.least = std::min(joint.least, force);
   joint.largest = std::max(joint.largest, force);

@@ -13,14 +13,21 @@ namespace {
 // A load that differs by less from the one before it is held, as a load cell reads it.
 constexpr double held = 0.005;
 
+spatial::Vector3 force_of(const vjm::Load& load) {
+  return load.force + force_at_nodes(load) + load_in_joints(load).head<3>();
+}
+spatial::Vector3 moment_of(const vjm::Load& load) {
+  return load.moment + load_in_joints(load).tail<3>();
+}
+
 // A load about the reference point, for comparing many with many.
 struct Wrench {
   spatial::Vector3 force, moment;
   double level = 0, arm = 0;
 
   explicit Wrench(const vjm::Load& load)
-      : force(load.force + force_at_nodes(load)),
-        moment(load.at_reference_point(spatial::Pose()).tail<3>()),
+      : force(force_of(load)),
+        moment(load.at_reference_point(spatial::Pose()).tail<3>() + load_in_joints(load).tail<3>()),
         level(level_of(load)),
         arm(load.point_on_platform.norm()) {}
 };
@@ -99,12 +106,12 @@ void take_off_start(const std::vector<Cycle>& cycles, std::vector<vjm::Load>& lo
 
 std::vector<vjm::Load> changing_loads(const Campaign& campaign) {
   std::vector<vjm::Load> loads;
-  bool weights = false;
+  bool others = false;  // weights, cylinders and torques
   for (const Reading& reading : campaign.readings) {
     loads.push_back(reading.load);
-    weights = weights || !reading.load.nodes.empty();
+    others = others || !reading.load.nodes.empty() || !reading.load.joints.empty();
   }
-  if (weights || loads.empty() || !share_a_point(loads) || is_ever_without(loads)) return loads;
+  if (others || loads.empty() || !share_a_point(loads) || is_ever_without(loads)) return loads;
   std::vector<vjm::Load> changing = loads;
   if (!take_off_constant(changing)) return loads;
   if (!is_ever_without(changing)) take_off_start(cycles_as_run(campaign), changing);
@@ -112,16 +119,16 @@ std::vector<vjm::Load> changing_loads(const Campaign& campaign) {
 }
 
 double level_of(const vjm::Load& load) {
-  const spatial::Vector3 force = load.force + force_at_nodes(load);
-  return force.isZero(0) ? load.moment.norm() : force.norm();
+  const spatial::Vector3 force = force_of(load);
+  return force.isZero(0) ? moment_of(load).norm() : force.norm();
 }
 
 spatial::Vector6 direction_of(const vjm::Load& load) {
   spatial::Vector6 direction = spatial::Vector6::Zero();
-  if (const spatial::Vector3 force = load.force + force_at_nodes(load); !force.isZero(0))
+  if (const spatial::Vector3 force = force_of(load); !force.isZero(0))
     direction.head<3>() = force.normalized();
-  else if (!load.moment.isZero(0))
-    direction.tail<3>() = load.moment.normalized();
+  else if (const spatial::Vector3 moment = moment_of(load); !moment.isZero(0))
+    direction.tail<3>() = moment.normalized();
   return direction;
 }
 

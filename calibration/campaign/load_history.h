@@ -11,8 +11,8 @@ namespace kinetostat::calibration {
 /// same twice.
 inline constexpr double same_load = 0.02;
 
-/// How large a load is: its force [N], or its moment [N m] where it has no force. It does not
-/// depend on the point about which the wrench is stated.
+/// How large a load is: its force [N], or its moment [N m] where it has no force, those at nodes
+/// and in joints included. It does not depend on the point about which the wrench is stated.
 double level_of(const vjm::Load& load);
 
 /// Unit vector of the force (first three), or of the moment (last three) where there is no force; 0

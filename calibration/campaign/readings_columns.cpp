@@ -12,6 +12,7 @@
 #include "kinetostat/calibration/campaign/joint_column.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/spelling.h"
+#include "kinetostat/io/table/table_layout.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -82,14 +83,12 @@ class ColumnFinder {
       if (found_.displacement.back()) read[component.sensor] = true;
     }
     for (const LoadColumn& load : load_columns(context_)) {
-      const char* kind = load.dimension == dimension::mass ? "weight" : "cylinder";
-      auto& columns = load.dimension == dimension::mass ? found_.weights : found_.cylinders;
-      columns.push_back(column(load.name));
-      if (!columns.back())
-        fault_in_header(load.name, fmt::format("the {} '{}' has no column", kind, load.name),
+      found_.loads.push_back(column(load.name));
+      if (!found_.loads.back())
+        fault_in_header(load.name, fmt::format("the {} '{}' has no column", load.kind, load.name),
                         fmt::format("Add it, say which it is under 'columns' in the campaign file, "
                                     "or remove the {}",
-                                    kind));
+                                    load.kind));
     }
     for (const Sensor& sensor : campaign_.sensors)
       if (sensor.minus) read[*sensor.minus] = true;
@@ -345,8 +344,11 @@ class ColumnFinder {
       fault_in_header(
           missing[0],
           fmt::format("the actuated joint '{}' has no column, but others have", missing[0]),
-          near.empty() ? "Add its column, with the coordinate at which it stood in every row"
-                       : fmt::format("Rename the column '{}' if that is it", near));
+          near.empty()
+              ? fmt::format("Add its column, with the coordinate at which it stood in every "
+                            "row, or say which it is: 'columns: {{NAME: {}}}'",
+                            missing[0])
+              : fmt::format("Rename the column '{}' if that is it", near));
     }
     if (!found_.joints.empty() && found_.position[0])
       fault_in_header(
@@ -447,6 +449,7 @@ class ColumnFinder {
                         name, quantity, name, meant));
         continue;
       }
+      if (warns_of_joint(name) || warns_of_mass(name)) continue;
       if (!found_.texts.at("time") && holds_clock_times(i))
         campaign_.notes.push_back(fmt::format(
             "The column '{}' holds times and is kept as a covariate; if the readings were taken "
@@ -457,6 +460,26 @@ class ColumnFinder {
         campaign_.notes.push_back(fmt::format(
             "The column '{}' is kept as a covariate; if '{}' was meant, rename it.", name, near));
     }
+  }
+
+  bool warns_of_joint(const std::string& name) {
+    const Joint* const joint = joint_like(name, joints_);
+    if (joint == nullptr || index_of(joint->name)) return false;
+    warn(
+        fmt::format("The column '{}' is kept as a covariate, not as a posture. If it is the "
+                    "joint {}, say 'columns: {{{}: {} [{}]}}' in the campaign file.",
+                    name, joint->column(), name, joint->column(),
+                    joint->dimension == dimension::angle ? "deg" : "mm"));
+    return true;
+  }
+
+  bool warns_of_mass(const std::string& name) {
+    if (!is_mass(name)) return false;
+    warn(
+        fmt::format("The column '{}' is kept as a covariate. If that hangs on the robot, say "
+                    "'weights: {{{}: {{on: platform}}}}' in the campaign file.",
+                    name, name_for_column(name)));
+    return true;
   }
 
   void warn(std::string sentence) {
@@ -501,13 +524,27 @@ class ColumnFinder {
   }
 
   void check_columns() {
+    if (has_no_names()) {
+      faults_.add({.file = table_.file(),
+                   .line = table_.header_line(),
+                   .what = "numbers stand where the columns should have their names",
+                   .cure = "Write a line of names above them, one quantity a column: 'Fz [N]', "
+                           "'dz [um]'; a table that lies on its side must be turned"});
+      return;
+    }
+    if (campaign_.control)
+      for (const Eigen::Index k : {campaign_.control->set, campaign_.control->force})
+        if (!found_.displacement[static_cast<std::size_t>(k)])
+          fault_in_header(campaign_.component(k).name,
+                          "'displacement_control' needs this column, and it is missing",
+                          "Add it, or say which it is under 'columns' in the campaign file");
     if (!any_of(found_.displacement))
       fault_in_header("", "there is no column of displacement",
                       "Name at least one of dx, dy, dz, rx, ry, rz");
-    if (!any_of(found_.wrench) && found_.weights.empty() && found_.cylinders.empty() &&
+    if (!any_of(found_.wrench) && found_.loads.empty() &&
         campaign_.displacement == DisplacementKind::difference)
       fault_in_header("", "there is no column of load, so no difference to the unloaded state",
-                      "Name at least one of fx, fy, fz, mx, my, mz");
+                      "Name at least one of fx, fy, fz, mx, my, mz" + hint_of_load());
     const bool moments = found_.wrench[3] || found_.wrench[4] || found_.wrench[5];
     const bool point_given = found_.point[0] || context_.wrench.point || context_.wrench.origin;
     if (moments && !point_given)
@@ -529,6 +566,29 @@ class ColumnFinder {
     if (!found_.position[0] && found_.joints.empty())
       campaign_.notes.push_back(
           "No column states the posture: the robot stands at its home coordinates.");
+  }
+
+  // Nearly all columns are called by a number.
+  bool has_no_names() const {
+    const std::vector<std::string>& names = table_.columns();
+    const auto numbers = std::count_if(names.begin(), names.end(), [](const std::string& name) {
+      return io::looks_like_value(name);
+    });
+    return numbers > 0 && numbers + 1 >= std::ssize(names);
+  }
+
+  // A column in a unit of force that has no axis in its name.
+  std::string hint_of_load() const {
+    for (std::size_t i = 0; i < table_.columns().size(); ++i) {
+      const std::string& header = table_.columns()[i];
+      if (found_.known.count(i) > 0 || stated_.count(i) > 0 || !is_force(header)) continue;
+      const std::string name = split_header(header).name;
+      return fmt::format(
+          "; if it is '{}', say 'columns: {{{}: fz}}' in the campaign file, or --column '{}=fz' to "
+          "'readings'",
+          header, name, name);
+    }
+    return {};
   }
 
   void check_units() {

@@ -25,7 +25,7 @@ struct ReadingsColumns {
   std::map<std::string, Column, std::less<>> texts;  // id, session, ... by name
   std::vector<Column> displacement, sigma;           // one a component of the campaign
   std::array<Column, 6> wrench;
-  std::vector<Column> weights, cylinders;  // in the order of the context
+  std::vector<Column> loads;  // beside the wrench, in the order of load_columns()
   Column any_sigma;
   std::vector<std::pair<std::pair<Eigen::Index, Eigen::Index>, std::size_t>> correlations;
   Columns3 point, position, orientation;  // all three or none

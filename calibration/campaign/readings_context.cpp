@@ -10,9 +10,11 @@ namespace kinetostat::calibration {
 std::vector<LoadColumn> load_columns(const ReadingsContext& context) {
   std::vector<LoadColumn> columns;
   for (const Weight& weight : context.weights)
-    columns.push_back({weight.name, spatial::dimension::mass});
+    columns.push_back({"weight", weight.name, spatial::dimension::mass});
   for (const Cylinder& cylinder : context.cylinders)
-    columns.push_back({cylinder.name, spatial::dimension::force});
+    columns.push_back({"cylinder", cylinder.name, spatial::dimension::force});
+  for (const Torque& torque : context.torques)
+    columns.push_back({"torque", torque.name, torque.dimension});
   return columns;
 }
 

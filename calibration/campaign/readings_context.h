@@ -48,9 +48,11 @@ struct ReadingsContext {
   Eigen::VectorXd sensor_sigma = Eigen::VectorXd::Constant(6, not_a_number);
   std::vector<Weight> weights = {};
   std::vector<Cylinder> cylinders = {};
+  std::vector<Torque> torques = {};
   std::map<std::string, Instrument> instruments = {};  // by name; "": where a reading names none
   WrenchFrame wrench = {};
   WrenchNoise wrench_noise = {};
+  std::size_t controlled = 0;  // which of fx ... mz is read where Campaign::control is set
   std::map<std::string, Role> roles = {};  // of sessions
   PostureColumns posture = PostureColumns::unstated;
   std::map<std::string, StatedColumn> columns = {};  // `columns:`, by names in the header
@@ -59,12 +61,13 @@ struct ReadingsContext {
   bool angle_stated = false, time_stated = false;    // units that the campaign file names
 };
 
-/// A column of loads at nodes: what its name is, and what it is given in.
+/// A column of loads beside the wrench: what it is, what its name is, and what it is given in.
 struct LoadColumn {
+  const char* kind;  // "weight", "cylinder", "torque"
   std::string name;
   spatial::Dimension dimension;
 };
-/// Of weights, then of cylinders.
+/// Of weights, then of cylinders, then of torques.
 std::vector<LoadColumn> load_columns(const ReadingsContext& context);
 
 /// Reads a campaign file except for its readings: fills `campaign` as far as it says so. Throws

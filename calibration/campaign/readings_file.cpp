@@ -15,6 +15,7 @@
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/spelling.h"
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/chain/kinematics.h"
 #include "kinetostat/vjm/effects/watcher.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
@@ -142,7 +143,38 @@ class Reader {
                                 : clock_times_[row];
   }
 
+  // "Mean", "Std:": what a spreadsheet computes below its rows.
+  static bool names_summary(std::string_view cell) {
+    static const std::set<std::string> words = {"mean",       "average",
+                                                "std",        "stdev",
+                                                "stddev",     "sum",
+                                                "total",      "median",
+                                                "mittel",     "summe",
+                                                "mittelwert", "mittelwerte",
+                                                "streuung",   "standardabweichung"};
+    std::string word(cell);
+    for (char& c : word) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    while (!word.empty() && (word.back() == ':' || word.back() == '.')) word.pop_back();
+    return words.count(word) > 0;
+  }
+
+  bool refuse_summary(std::size_t row) {
+    std::size_t column = 0;
+    while (column + 1 < table_.columns().size() && table_.empty(row, column)) ++column;
+    const bool is_name = columns_.known.count(column) == 0 || columns_.texts.at("id") == column;
+    if (!is_name || !names_summary(table_.cell(row, column))) return false;
+    fault(row, column,
+          fmt::format("'{}' looks like a summary of other rows, not like a reading",
+                      table_.cell(row, column)),
+          "Remove the row");
+    return true;
+  }
+
   void read_row(std::size_t row) {
+    if (refuse_summary(row)) {
+      campaign_.readings.emplace_back();
+      return;
+    }
     Reading reading;
     reading.line = table_.line(row);
     reading.id = read_id(row);
@@ -216,18 +248,39 @@ class Reader {
     add_weights(row, load);
     if (!faults_.empty()) return load;  // the posture may be unknown
     add_cylinders(row, configuration, load);
+    add_torques(row, configuration, load);
     if (context_.wrench_noise.is_stated()) add_wrench_covariance(load, configuration);
+    if (campaign_.control) add_control(load, configuration);
+    return in_campaign_axes(std::move(load), configuration);
+  }
+
+  // As it is stated, but for the force that is read where a displacement is set.
+  void add_control(vjm::Load load, std::size_t configuration) {
+    DisplacementControl& control = *campaign_.control;
+    const auto axis = static_cast<Eigen::Index>(context_.controlled % 3);
+    Vector3& part = context_.controlled < 3 ? load.force : load.moment;
+    part[axis] = 0;
+    control.beside.push_back(in_campaign_axes(load, configuration));
+    if (control.along.size() > configuration) return;
+    Vector6 unit = Vector6::Zero();
+    unit.segment<3>(context_.controlled < 3 ? 0 : 3) =
+        axes_of_wrenches(configuration) * Vector3::Unit(axis);
+    control.along.push_back(unit);
+  }
+
+  vjm::Load in_campaign_axes(vjm::Load load, std::size_t configuration) {
     const WrenchFrame& frame = context_.wrench;
     const bool as_it_is =
         !frame.on_platform && !frame.origin && frame.axes == spatial::Matrix3::Identity();
-    return as_it_is ? load : in_base_axes(load, configuration);
+    return as_it_is ? load : in_base_axes(std::move(load), configuration);
   }
 
   void add_weights(std::size_t row, vjm::Load& load) {
-    for (std::size_t w = 0; w < columns_.weights.size(); ++w) {
-      const double mass = optional_number(row, columns_.weights[w]).value_or(0);
+    for (std::size_t w = 0; w < context_.weights.size(); ++w) {
+      const Column& column = columns_.loads[w];
+      const double mass = optional_number(row, column).value_or(0);
       if (mass < 0)
-        fault(row, *columns_.weights[w], fmt::format("{} is less than no weight", mass),
+        fault(row, *column, fmt::format("{} is less than no weight", mass),
               "Write how much hangs there, 0 or nothing where nothing does");
       if (!(mass > 0)) continue;
       load.nodes.push_back(context_.weights[w].per_kilogram);
@@ -236,13 +289,14 @@ class Reader {
   }
 
   void add_cylinders(std::size_t row, std::size_t configuration, vjm::Load& load) {
-    for (std::size_t c = 0; c < columns_.cylinders.size(); ++c) {
-      const Column& column = columns_.cylinders[c];
+    for (std::size_t c = 0; c < context_.cylinders.size(); ++c) {
+      const Column& column = columns_.loads[context_.weights.size() + c];
       const double force = optional_number(row, column).value_or(0);
       if (force == 0 || std::isnan(force)) continue;
       const Cylinder& cylinder = context_.cylinders[c];
-      const vjm::Watched& places = places_at(configuration);
-      if (places.frames.empty()) return;  // out of reach, as will be said
+      const auto& rest = at_rest(configuration);
+      if (!rest) return;  // out of reach, as will be said
+      const vjm::Watched& places = rest->places;
       const double length = (places.frames[cylinder.frames[0]].position() -
                              places.frames[cylinder.frames[1]].position())
                                 .norm();
@@ -254,19 +308,49 @@ class Reader {
     }
   }
 
-  // Where everything that is watched stands without load; nothing where that is out of reach.
-  const vjm::Watched& places_at(std::size_t configuration) {
+  void add_torques(std::size_t row, std::size_t configuration, vjm::Load& load) {
+    const std::size_t first = context_.weights.size() + context_.cylinders.size();
+    for (std::size_t t = 0; t < context_.torques.size(); ++t) {
+      const double torque = optional_number(row, columns_.loads[first + t]).value_or(0);
+      if (torque == 0 || std::isnan(torque)) continue;
+      const auto& rest = at_rest(configuration);
+      if (!rest) return;
+      load.joints.push_back(context_.torques[t].per_unit);
+      load.joints.back().force = torque;
+      load.joints.back().direction = direction_of(load.joints.back(), rest->posture);
+    }
+  }
+
+  spatial::Vector6 direction_of(const vjm::JointForce& joint, const vjm::Posture& posture) const {
+    const vjm::Chain& chain = with_watched_->chains()[joint.chain];
+    vjm::ChainKinematics kinematics;
+    evaluate(chain, posture.coordinates_of(chain, joint.chain), kinematics,
+             posture.body(with_watched_->span(joint.chain).from));
+    spatial::Vector6 motion = kinematics.jacobian.col(joint.coordinate);
+    if (!motion.tail<3>().isZero(0)) motion.head<3>().setZero();
+    return motion.normalized();
+  }
+
+  // The robot without load, and where everything that is watched of it stands.
+  struct Rest {
+    vjm::Posture posture;
+    vjm::Watched places;
+  };
+
+  // Nothing where the configuration is out of reach.
+  const std::optional<Rest>& at_rest(std::size_t configuration) {
     if (!with_watched_) with_watched_ = vjm::with_watched(manipulator_, campaign_.watch);
-    while (places_.size() <= configuration) {
-      const Configuration& next = campaign_.configurations[places_.size()];
+    while (rests_.size() <= configuration) {
+      const Configuration& next = campaign_.configurations[rests_.size()];
       const vjm::PostureResult posture =
           next.target ? vjm::posture_at(*with_watched_, *next.target)
                       : vjm::posture_from_joints(*with_watched_, next.joints);
-      places_.push_back(posture.reached ? vjm::watched_at_rest(campaign_.watch, *with_watched_,
-                                                               posture.posture, 0)
-                                        : vjm::Watched());
+      rests_.emplace_back();
+      if (posture.reached)
+        rests_.back() = {posture.posture,
+                         vjm::watched_at_rest(campaign_.watch, *with_watched_, posture.posture, 0)};
     }
-    return places_[configuration];
+    return rests_[configuration];
   }
 
   // Of a wrench as it is stated, turned into base axes.
@@ -400,25 +484,48 @@ class Reader {
     reading.sigma = context_.sensor_sigma.tail(campaign_.size());
     if (campaign_.reads_platform()) reading.sigma.head<6>() = instrument_of(reading).sigma;
     reading.correlation = read_correlation(row, reading);
-    bool any = false;
     for (std::size_t i = 0; i < columns_.displacement.size(); ++i) {
       const auto k = static_cast<Eigen::Index>(i);
       if (const auto read = optional_number(row, columns_.displacement[i])) {
         reading.displacement[k] = *read;
-        any = true;
       }
       const bool translation = campaign_.is_of_platform(k) && !is_rotation(k);
       if (const auto read = sigma(row, translation ? columns_.any_sigma : Column()))
         reading.sigma[k] = *read;
       if (const auto read = sigma(row, columns_.sigma[i])) reading.sigma[k] = *read;
     }
-    if (reading.masked || any || !columns_.has_displacement()) return;
+    if (campaign_.control) take_what_is_set(row, reading);
+    if (reading.masked || is_measured(row) || !columns_.has_displacement()) return;
     if (!says_not_measured(row))
       return fault(row, first_displacement(), "the reading has no displacement at all",
                    "Write what was measured, or mask the row and say why");
     reading.masked = true;
     reading.mask_reason = "nothing was measured";
     ++not_measured_;
+  }
+
+  // It is no value to fit.
+  void take_what_is_set(std::size_t row, Reading& reading) {
+    DisplacementControl& control = *campaign_.control;
+    double& set = reading.displacement[control.set];
+    const Column& column = columns_.displacement[static_cast<std::size_t>(control.set)];
+    if (std::isnan(set) && !reading.masked && column)
+      fault(row, *column, "the reading does not say where this was set",
+            "Write the displacement that was set, or mask the row and say why");
+    control.to.push_back(set);
+    set = not_a_number;
+    reading.sigma[control.set] = not_a_number;
+  }
+
+  // Some cell says what was measured, be it well written or not.
+  bool is_measured(std::size_t row) const {
+    for (std::size_t i = 0; i < columns_.displacement.size(); ++i) {
+      const Column& c = columns_.displacement[i];
+      const bool is_set =
+          campaign_.control && campaign_.control->set == static_cast<Eigen::Index>(i);
+      if (c && !is_set && !table_.missing(row, *c)) return true;
+    }
+    return false;
   }
 
   // By a word, not by empty cells, which may have been forgotten.
@@ -569,6 +676,9 @@ class Reader {
       if (columns_.known.count(c) > 0 && table_.decimal(c) == io::DecimalSign::comma)
         commas.push_back("'" + table_.columns()[c] + "'");
     }
+    if (table_.repeated_headers() > 0)
+      say(fmt::format("Lines that repeat the names of the columns are passed over ({}).",
+                      table_.repeated_headers()));
     if (table_.has_title())
       say(fmt::format("The table starts on line {}: what stands above it is passed over.",
                       table_.header_line()));
@@ -598,7 +708,7 @@ class Reader {
   const vjm::Manipulator& manipulator_;
   std::vector<spatial::Pose> commanded_;               // one a configuration
   std::optional<vjm::Manipulator> with_watched_;       // once it is needed
-  std::vector<vjm::Watched> places_;                   // one a configuration
+  std::vector<std::optional<Rest>> rests_;             // one a configuration
   std::map<std::string, std::size_t> correlation_of_;  // of instruments
 };
 

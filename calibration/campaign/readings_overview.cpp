@@ -25,7 +25,10 @@ namespace dimension = spatial::dimension;
 // A robot of which no joint is known.
 vjm::Manipulator nobody() { return {"robot", {vjm::ChainBuilder("robot").build()}}; }
 
-std::string words_for(const std::string& meaning, const std::vector<Joint>& joints) {
+std::string words_for(const std::string& meaning, const std::vector<Joint>& joints,
+                      const std::vector<std::string>& weights) {
+  for (const std::string& header : weights)
+    if (name_for_column(header) == meaning) return meaning + ", a weight";
   for (const Joint& joint : joints)
     if (joint.name == meaning) return fmt::format("joint {}", joint.column());
   static const std::map<std::string, std::string> of_axes = {{"f", "force along "},
@@ -83,7 +86,8 @@ bool is_clock(const ColumnOverview& column) {
 std::vector<ColumnOverview> look_at_columns(const io::CsvTable& table,
                                             const ReadingsColumns& columns,
                                             const spatial::UnitSystem& units,
-                                            const std::vector<Joint>& joints) {
+                                            const std::vector<Joint>& joints,
+                                            const std::vector<std::string>& weights = {}) {
   std::vector<ColumnOverview> result;
   for (std::size_t c = 0; c < table.columns().size(); ++c) {
     ColumnOverview& column = result.emplace_back();
@@ -91,7 +95,7 @@ std::vector<ColumnOverview> look_at_columns(const io::CsvTable& table,
     const bool used = columns.known.count(c) > 0;
     column.header = table.columns()[c];
     column.meaning = used ? named.meaning : "";
-    column.words = words_for(column.meaning, joints);
+    column.words = words_for(column.meaning, joints, weights);
     column.negative = used && named.negative;
     look_at_cells(table, c, column);
     const Dimension d = columns.dimensions[c];
@@ -100,7 +104,11 @@ std::vector<ColumnOverview> look_at_columns(const io::CsvTable& table,
     else if (used && d != dimension::none && !(column.meaning == "time" && is_clock(column)))
       column.unit =
           d == dimension::temperature && !named.unit ? "degC" : unit_of_column(named, d, units);
-    if (!used) column.meant = looks_like(column.header, joints);
+    if (used) continue;
+    column.meant = looks_like(column.header, joints);
+    if (const Joint* joint = joint_like(column.header, joints); joint && column.meant.empty())
+      column.meant = fmt::format("{} [{}]", joint->column(),
+                                 joint->dimension == dimension::angle ? "deg" : "mm");
   }
   return result;
 }
@@ -223,6 +231,21 @@ void take_as_read(const std::vector<Joint>& joints, ReadingsOverview& overview,
   campaign.datum_noise.setConstant(campaign.size(), not_a_number);
 }
 
+// Masses that no name says anything else of: loads, where nothing else is one.
+void propose_weights(const io::CsvTable& table, const std::vector<Joint>& joints,
+                     ReadingsOverview& overview, ReadingsContext& context) {
+  const std::set<std::string> known = meanings(table, joints, overview);
+  for (const char* component : {"fx", "fy", "fz", "mx", "my", "mz"})
+    overview.has_wrench = overview.has_wrench || known.count(component) > 0;
+  for (const std::string& header : table.columns())
+    if (stated_of(header, overview) == nullptr && understood(header, joints).meaning.empty() &&
+        is_mass(header))
+      overview.weights.push_back(header);
+  if (overview.has_wrench) return;
+  for (const std::string& header : overview.weights)
+    context.weights.push_back({.name = name_for_column(header), .per_kilogram = {}});
+}
+
 // Columns that have no unit, and none is given for them.
 void check_units(const io::CsvTable& table, const ReadingsColumns& columns,
                  ReadingsOverview& overview) {
@@ -304,6 +327,7 @@ ReadingsOverview look_at_readings(const ReadingsRequest& request, const vjm::Rob
                           .time_stated = true};
   for (const auto& [header, meaning] : overview.stated)
     context.columns[header] = read_stated_column(meaning);
+  propose_weights(table, joints, overview, context);
   Campaign looked_at = campaign;
   common::Faults of_columns;  // found again when all is read
   const ReadingsColumns columns = find_columns(table, context, manipulator, looked_at, of_columns);
@@ -311,7 +335,9 @@ ReadingsOverview look_at_readings(const ReadingsRequest& request, const vjm::Rob
       (columns.wrench[3] || columns.wrench[4] || columns.wrench[5]) && !columns.point[0];
   if (overview.needs_wrench_point)
     context.wrench.point = spatial::Vector3(spatial::Vector3::Zero());
-  overview.columns = look_at_columns(table, columns, campaign.units, joints);
+  overview.columns =
+      look_at_columns(table, columns, campaign.units, joints,
+                      context.weights.empty() ? std::vector<std::string>() : overview.weights);
   check_units(table, columns, overview);
   try_to_read(table, context, manipulator, campaign, faults, overview);
   return overview;
@@ -354,6 +380,16 @@ std::string sensor_text(const ProposedSensor& sensor) {
     text += fmt::format(", axes: [{}]}}  # its own axes, as it is mounted", fmt::join(axes, ", "));
   }
   return text;
+}
+
+std::string weights_text(const ReadingsOverview& overview) {
+  if (overview.weights.empty()) return {};
+  std::vector<std::string> weights;
+  for (const std::string& header : overview.weights)
+    weights.push_back(
+        fmt::format("{}: {{on: platform}}", io::yaml_scalar(name_for_column(header))));
+  return fmt::format("{}weights: {{{}}}  # masses that hang there\n",
+                     overview.has_wrench ? "# " : "", fmt::join(weights, ", "));
 }
 
 std::string sensors_text(const ReadingsOverview& overview) {
@@ -403,6 +439,7 @@ std::string campaign_text(const ReadingsOverview& overview, const std::string& n
       unit("length", units.length), unit("force", units.force), unit("angle", units.angle),
       unit("time", units.time),
       absolute ? "absolute  # poses in the base frame" : "difference  # from the unloaded state");
+  if (absolute) text += "# session_frame: estimate  # where the instrument stands elsewhere\n";
   if (overview.needs_wrench_point)
     text += "wrench_point: reference  # moments are about the reference point\n";
   std::vector<std::string> stated;
@@ -410,7 +447,8 @@ std::string campaign_text(const ReadingsOverview& overview, const std::string& n
     stated.push_back(fmt::format("{}: {}", io::yaml_scalar(header), io::yaml_scalar(meaning)));
   if (!stated.empty()) text += fmt::format("columns: {{{}}}\n", fmt::join(stated, ", "));
   if (!overview.sheet.empty()) text += fmt::format("sheet: {}\n", io::yaml_scalar(overview.sheet));
-  return text + sensors_text(overview) + fmt::format("readings: {}\n", io::yaml_scalar(readings));
+  return text + weights_text(overview) + sensors_text(overview) +
+         fmt::format("readings: {}\n", io::yaml_scalar(readings));
 }
 
 }  // namespace kinetostat::calibration

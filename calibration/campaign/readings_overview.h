@@ -57,7 +57,9 @@ struct ReadingsOverview {
   bool sensors_only = false;             // nothing is read at the platform: they are taken as read
   std::vector<std::string> places = {};  // parts of the robot that can carry one
   bool needs_wrench_point = false;       // moments without a point
-  std::string sheet = {};                // where the workbook has several with tables
+  bool has_wrench = false;
+  std::vector<std::string> weights = {};  // columns of masses that may hang on the robot
+  std::string sheet = {};                 // where the workbook has several with tables
 };
 
 /// Looks at a table by itself. `robot` says which columns are joints; without one none is. Throws
@@ -68,8 +70,9 @@ ReadingsOverview look_at_readings(const ReadingsRequest& request, const vjm::Rob
 ReadingsOverview look_at_campaign(const std::filesystem::path& campaign, const vjm::Robot& robot);
 
 /// The campaign file that says so, in a line each; proposed sensors as comments where the platform
-/// is read as well, else with WHERE in place of what people have to fill in. `robot` and `readings`
-/// are the names of the files as it shall name them.
+/// is read as well, else with WHERE in place of what people have to fill in; masses that hang on
+/// the platform, as comments where other loads are stated. `robot` and `readings` are the names of
+/// the files as it shall name them.
 std::string campaign_text(const ReadingsOverview& overview, const std::string& name,
                           const std::string& robot, const std::string& readings,
                           const spatial::UnitSystem& units);

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <compare>
 #include <map>
 #include <numeric>
+#include <optional>
+#include <string_view>
 #include <tuple>
 
 #include "kinetostat/calibration/campaign/load_history.h"
@@ -11,22 +14,6 @@
 
 namespace kinetostat::calibration {
 namespace {
-
-using LoadKey = std::vector<double>;
-
-LoadKey key_of(const vjm::Load& load) {
-  LoadKey key(9);
-  for (std::size_t i = 0; i < 3; ++i) {
-    const auto k = static_cast<Eigen::Index>(i);
-    key[i] = load.force[k];
-    key[3 + i] = load.moment[k];
-    key[6 + i] = load.point_on_platform[k];
-  }
-  for (const vjm::NodeLoad& node : load.nodes)
-    key.insert(key.end(), {static_cast<double>(node.chain), static_cast<double>(node.node),
-                           node.force.x(), node.force.y(), node.force.z()});
-  return key;
-}
 
 // The axis along which a load acts above all, and its sign: 1 to 6, or -1 to -6; 0 without load.
 int side_of(const vjm::Load& load) {
@@ -52,10 +39,11 @@ std::vector<int> sides_of_return(const Campaign& campaign) {
   return result;
 }
 
-// The load from which a loaded reading is on its way back within its cycle: hysteresis depends on
-// it. None on the way up.
-std::vector<LoadKey> peaks(const Campaign& campaign, const std::vector<LoadDirection>& branch) {
-  std::vector<LoadKey> result(campaign.readings.size(), LoadKey{});
+// The reading from whose load a loaded one is on its way back within its cycle: hysteresis depends
+// on it. None on the way up.
+std::vector<std::optional<std::size_t>> peaks(const Campaign& campaign,
+                                              const std::vector<LoadDirection>& branch) {
+  std::vector<std::optional<std::size_t>> result(campaign.readings.size());
   const std::vector<vjm::Load> loads = changing_loads(campaign);
   for (const Cycle& cycle : cycles_as_run(campaign))
     for (std::size_t k = 1; k < cycle.size(); ++k) {
@@ -63,23 +51,64 @@ std::vector<LoadKey> peaks(const Campaign& campaign, const std::vector<LoadDirec
       if (branch[now] != LoadDirection::unloading || level_of(loads[now]) == 0 ||
           campaign.readings[now].configuration != campaign.readings[before].configuration)
         continue;
-      result[now] = branch[before] == LoadDirection::unloading
-                        ? result[before]
-                        : key_of(campaign.readings[before].load);
+      result[now] = branch[before] == LoadDirection::unloading ? result[before] : before;
     }
   return result;
 }
 
-using StateKey =
-    std::tuple<std::size_t, LoadKey, LoadDirection, LoadKey, int, std::string, std::size_t>;
+// What every model predicts to be equal has the same state.
+class States {
+ public:
+  explicit States(const Campaign& campaign)
+      : campaign_(campaign),
+        own_datum_(campaign.zero == ZeroReading::estimated ||
+                   campaign.session_frame == SessionFrame::estimated),
+        branch_(branches(campaign)),
+        peak_(peaks(campaign, branch_)),
+        side_(sides_of_return(campaign)) {}
 
-StateKey state_of(const Campaign& campaign, const Reading& reading, LoadDirection branch,
-                  const LoadKey& peak, int side) {
-  const bool own_datum =
-      campaign.zero == ZeroReading::estimated || campaign.session_frame == SessionFrame::estimated;
-  return {reading.configuration, key_of(reading.load),           branch, peak, side,
-          reading.setting,       own_datum ? reading.session : 0};
-}
+  /// Number of each reading's state, in their order.
+  std::vector<std::size_t> numbers() const {
+    std::vector<std::size_t> sorted(campaign_.readings.size());
+    std::iota(sorted.begin(), sorted.end(), 0);
+    std::sort(sorted.begin(), sorted.end(),
+              [this](std::size_t a, std::size_t b) { return order(a, b) < 0; });
+    std::vector<std::size_t> result(sorted.size());
+    for (std::size_t k = 1; k < sorted.size(); ++k)
+      result[sorted[k]] = result[sorted[k - 1]] + (order(sorted[k - 1], sorted[k]) < 0 ? 1 : 0);
+    return result;
+  }
+
+ private:
+  std::strong_ordering order(std::size_t a, std::size_t b) const {
+    const Reading &first = campaign_.readings[a], &second = campaign_.readings[b];
+    if (const auto o = first.configuration <=> second.configuration; o != 0) return o;
+    if (const auto o = order_of_loads(a, b); o != 0) return o;
+    if (const auto o = branch_[a] <=> branch_[b]; o != 0) return o;
+    if (const auto o = peak_[a].has_value() <=> peak_[b].has_value(); o != 0) return o;
+    if (peak_[a])
+      if (const auto o = order_of_loads(*peak_[a], *peak_[b]); o != 0) return o;
+    if (const auto o = side_[a] <=> side_[b]; o != 0) return o;
+    if (const auto o = first.setting <=> second.setting; o != 0) return o;
+    return own_datum_ ? first.session <=> second.session : std::strong_ordering::equal;
+  }
+
+  // Of what was set: that is the displacement where it is controlled.
+  std::strong_ordering order_of_loads(std::size_t a, std::size_t b) const {
+    if (!campaign_.control)
+      return vjm::order_of(campaign_.readings[a].load, campaign_.readings[b].load);
+    const auto& [set, force, to, beside, along] = *campaign_.control;
+    if (to[a] < to[b]) return std::strong_ordering::less;
+    if (to[b] < to[a]) return std::strong_ordering::greater;
+    return vjm::order_of(beside[a], beside[b]);
+  }
+
+  const Campaign& campaign_;
+  bool own_datum_;
+  std::vector<LoadDirection> branch_;
+  std::vector<std::optional<std::size_t>> peak_;
+  std::vector<int> side_;
+};
 
 std::vector<std::size_t> in_order_of_time(const std::vector<Reading>& readings) {
   std::vector<std::size_t> order(readings.size());
@@ -125,15 +154,27 @@ double sum_about_mean(const Campaign& campaign, const ReplicateGroup& group) {
   return squares - sum * sum / count;
 }
 
-// Chance that readings as far apart as these, in the order of their groups, scatter so much more
-// than neighbours if all scatter alike: the contrasts are orthogonal, and the F test exact.
-double chance_of_no_trend(const Campaign& campaign, const std::vector<ReplicateGroup>& groups) {
+using Key = std::optional<double> Reading::*;
+
+ReplicateGroup in_order_of(Key key, const Campaign& campaign, ReplicateGroup group) {
+  std::stable_sort(group.readings.begin(), group.readings.end(), [&](std::size_t a, std::size_t b) {
+    return campaign.readings[a].*key < campaign.readings[b].*key;
+  });
+  return group;
+}
+
+// Chance that readings as far apart as these, in the order of `key`, scatter so much more than
+// neighbours if all scatter alike: the contrasts are orthogonal, and the F test exact.
+double chance_of_no_trend(const Campaign& campaign, const std::vector<ReplicateGroup>& groups,
+                          Key key) {
   double least = 1;
   for (const std::vector<Eigen::Index>& kind : component_kinds(campaign)) {
     double near = 0, far = 0, near_freedom = 0, far_freedom = 0;
-    for (const ReplicateGroup& group : groups) {
-      const bool is_of_kind = std::find(kind.begin(), kind.end(), group.component) != kind.end();
-      if (!is_of_kind || group.readings.size() < 2) continue;
+    for (const ReplicateGroup& unordered : groups) {
+      const bool is_of_kind =
+          std::find(kind.begin(), kind.end(), unordered.component) != kind.end();
+      if (!is_of_kind || unordered.readings.size() < 2) continue;
+      const ReplicateGroup group = in_order_of(key, campaign, unordered);
       const double unit = mean_sigma_square(campaign, group);
       const double pairs = sum_over_pairs(campaign, group) / unit;
       const auto number = static_cast<double>(group.readings.size() / 2);
@@ -149,24 +190,16 @@ double chance_of_no_trend(const Campaign& campaign, const std::vector<ReplicateG
   return least;
 }
 
-std::vector<ReplicateGroup> in_order_of(std::optional<double> Reading::*key,
-                                        const Campaign& campaign,
-                                        std::vector<ReplicateGroup> groups) {
-  for (ReplicateGroup& group : groups)
-    std::stable_sort(group.readings.begin(), group.readings.end(),
-                     [&](std::size_t a, std::size_t b) {
-                       return campaign.readings[a].*key < campaign.readings[b].*key;
-                     });
-  return groups;
-}
-
-std::vector<ReplicateGroup> in_pairs(const std::vector<ReplicateGroup>& groups) {
+std::vector<ReplicateGroup> in_pairs(const Campaign& campaign,
+                                     const std::vector<ReplicateGroup>& groups, Key key) {
   std::vector<ReplicateGroup> result;
-  for (const ReplicateGroup& group : groups)
+  for (const ReplicateGroup& unordered : groups) {
+    const ReplicateGroup group = in_order_of(key, campaign, unordered);
     for (std::size_t k = 0; k < group.readings.size(); k += 2) {
       result.push_back({group.component, {group.readings[k]}});
       if (k + 1 < group.readings.size()) result.back().readings.push_back(group.readings[k + 1]);
     }
+  }
   return result;
 }
 
@@ -175,39 +208,56 @@ std::vector<ReplicateGroup> in_pairs(const std::vector<ReplicateGroup>& groups) 
 std::vector<ReplicateGroup> without_trends(const Campaign& campaign,
                                            std::vector<ReplicateGroup> groups) {
   double least = 0.005;
-  std::vector<ReplicateGroup> result = groups;
-  for (const auto key : {&Reading::time, &Reading::temperature}) {
+  Key trend = nullptr;
+  for (const Key key : {&Reading::time, &Reading::temperature}) {
     if (!std::all_of(campaign.readings.begin(), campaign.readings.end(),
                      [key](const Reading& reading) { return (reading.*key).has_value(); }))
       continue;
-    const std::vector<ReplicateGroup> ordered = in_order_of(key, campaign, groups);
-    const double chance = chance_of_no_trend(campaign, ordered);
+    const double chance = chance_of_no_trend(campaign, groups, key);
     if (chance >= least) continue;
     least = chance;
-    result = in_pairs(ordered);
+    trend = key;
   }
-  return result;
+  return trend == nullptr ? groups : in_pairs(campaign, groups, trend);
+}
+
+// A value that is measured at a state: by the number of the state, of the visit to it within one
+// replicate, and its component.
+struct Visit {
+  std::size_t state = 0, number = 0;
+  Eigen::Index component = 0;
+  std::size_t reading = 0;
+
+  auto place() const { return std::tie(state, number, component); }
+};
+
+// In the order of time within a place.
+std::vector<Visit> visits_of(const Campaign& campaign) {
+  const std::vector<std::size_t> states = States(campaign).numbers();
+  std::map<std::tuple<std::size_t, std::string_view, Eigen::Index>, std::size_t> counts;
+  std::vector<Visit> visits;
+  for (const std::size_t i : in_order_of_time(campaign.readings)) {
+    const std::string& replicate = campaign.readings[i].replicate;
+    for (const Eigen::Index k : components_in_use(campaign.readings[i])) {
+      const std::size_t number = replicate.empty() ? 0 : counts[{states[i], replicate, k}]++;
+      visits.push_back({states[i], number, k, i});
+    }
+  }
+  std::stable_sort(visits.begin(), visits.end(),
+                   [](const Visit& a, const Visit& b) { return a.place() < b.place(); });
+  return visits;
 }
 
 }  // namespace
 
 std::vector<ReplicateGroup> replicate_groups(const Campaign& campaign) {
-  // Value: number of the visit to this state within one replicate.
-  std::map<std::tuple<StateKey, std::string, Eigen::Index>, int> visits;
-  std::map<std::tuple<StateKey, int, Eigen::Index>, std::vector<std::size_t>> groups;
-  const std::vector<LoadDirection> branch = branches(campaign);
-  const std::vector<LoadKey> peak = peaks(campaign, branch);
-  const std::vector<int> side = sides_of_return(campaign);
-  for (const std::size_t i : in_order_of_time(campaign.readings)) {
-    const Reading& reading = campaign.readings[i];
-    const StateKey state = state_of(campaign, reading, branch[i], peak[i], side[i]);
-    for (const Eigen::Index k : components_in_use(reading)) {
-      const int visit = reading.replicate.empty() ? 0 : visits[{state, reading.replicate, k}]++;
-      groups[{state, visit, k}].push_back(i);
-    }
-  }
+  const std::vector<Visit> visits = visits_of(campaign);
   std::vector<ReplicateGroup> result;
-  for (auto& [key, members] : groups) result.push_back({std::get<2>(key), std::move(members)});
+  for (std::size_t k = 0; k < visits.size(); ++k) {
+    if (k == 0 || visits[k - 1].place() != visits[k].place())
+      result.push_back({visits[k].component, {}});
+    result.back().readings.push_back(visits[k].reading);
+  }
   return without_trends(campaign, std::move(result));
 }
 

@@ -31,9 +31,18 @@ struct Word {
 const std::vector<Word>& words() {
   static const std::vector<Word> all = {
       {"gauge", SensorKind::pose, {"on", "at", "from", "in", "direction", "minus"}, {0}},
-      {"position", SensorKind::pose, {"on", "at", "from", "in", "axes", "minus"}, {0, 1, 2}},
-      {"rotation", SensorKind::pose, {"on", "at", "from", "in", "axes", "minus"}, {3, 4, 5}},
-      {"pose", SensorKind::pose, {"on", "at", "from", "in", "minus"}, {0, 1, 2, 3, 4, 5}},
+      {"position",
+       SensorKind::pose,
+       {"on", "at", "from", "in", "axes", "minus", "target_pose"},
+       {0, 1, 2}},
+      {"rotation",
+       SensorKind::pose,
+       {"on", "at", "from", "in", "axes", "minus", "target_pose"},
+       {3, 4, 5}},
+      {"pose",
+       SensorKind::pose,
+       {"on", "at", "from", "in", "minus", "target_pose"},
+       {0, 1, 2, 3, 4, 5}},
       {"tilt", SensorKind::tilt, {"on", "at", "axes", "minus"}, {0, 1}},
       {"distance", SensorKind::distance, {"on", "at", "from"}, {0}},
       {"joint", SensorKind::joint, {"joint"}, {0}},
@@ -113,6 +122,57 @@ vjm::CarriedFrame read_end(const YamlNode& node, const vjm::Manipulator& robot,
   return read_place(node, robot, campaign);
 }
 
+struct SpringyJoint {
+  vjm::WatchedJoint place;
+  bool turns = false;
+};
+
+// By its name, where it has a spring; passive ones need none if no torque is in them.
+SpringyJoint find_joint(const YamlNode& node, const vjm::Manipulator& robot,
+                        const std::vector<Joint>& joints, bool torque) {
+  std::vector<std::string> names;
+  for (const Joint& joint : joints) {
+    names.push_back(joint.name);
+    if (joint.alone != joint.name) names.push_back(joint.alone);
+  }
+  const std::string name = node.choice(names);
+  const Joint& joint = *std::find_if(joints.begin(), joints.end(), [&](const Joint& j) {
+    return j.name == name || j.alone == name;
+  });
+  const std::string chain = joint.name.substr(0, joint.name.find('.'));
+  vjm::WatchedJoint watched;
+  while (robot.chains()[watched.chain].name() != chain) ++watched.chain;
+  const vjm::Chain& of = robot.chains()[watched.chain];
+  watched.coordinate = of.index_of(joint.name.substr(chain.size() + 1));
+  if (!(of.stiffness()(watched.coordinate, watched.coordinate) > 0) && (joint.actuated || torque))
+    node.fail(fmt::format("the joint '{}' has no spring: {}", name,
+                          joint.actuated ? "it stands where it is commanded"
+                                         : "nothing transmits a torque in it"),
+              "Name a joint with a stiffness");
+  return {watched, joint.dimension == dimension::angle};
+}
+
+double positive(const YamlNode& given, const Dimension& of, bool may_be_zero) {
+  const double value = given.quantity_with_unit(of);
+  if (value > 0 || (may_be_zero && value == 0)) return value;
+  given.fail("'" + given.text() + "' is not positive",
+             "Give the standard deviation of one reading, or remove the key when it is not known");
+}
+
+// One quantity; of a whole pose `{translation: 5 um, rotation: 10 urad}`.
+double deviation(const YamlNode& node, const char* key, const Dimension& of, bool of_pose,
+                 bool may_be_zero) {
+  const auto given = node.find(key);
+  if (!given) return not_a_number;
+  if (!of_pose) return positive(*given, of, may_be_zero);
+  if (!given->is_map())
+    given->fail("a pose has translations and rotations",
+                fmt::format("Write '{}: {{translation: 5 um, rotation: 10 urad}}'", key));
+  given->allow_only({"translation", "rotation"});
+  const auto part = given->find(of == dimension::angle ? "rotation" : "translation");
+  return part ? positive(*part, of, may_be_zero) : not_a_number;
+}
+
 class SensorReader {
  public:
   SensorReader(const vjm::Manipulator& robot, Campaign& campaign)
@@ -155,31 +215,11 @@ class SensorReader {
   }
 
   Dimension read_joint(const YamlNode& node, Sensor& sensor) {
-    std::vector<std::string> names;
-    for (const Joint& joint : joints_) {
-      names.push_back(joint.name);
-      if (joint.alone != joint.name) names.push_back(joint.alone);
-    }
-    const std::string name = node.choice(names);
-    const Joint& joint = *std::find_if(joints_.begin(), joints_.end(), [&](const Joint& j) {
-      return j.name == name || j.alone == name;
-    });
-    const std::string chain = joint.name.substr(0, joint.name.find('.'));
-    vjm::WatchedJoint watched;
-    while (robot_.chains()[watched.chain].name() != chain) ++watched.chain;
-    const vjm::Chain& of = robot_.chains()[watched.chain];
-    watched.coordinate = of.index_of(joint.name.substr(chain.size() + 1));
-    if (!(of.stiffness()(watched.coordinate, watched.coordinate) > 0) &&
-        (joint.actuated || sensor.kind == SensorKind::torque))
-      node.fail(fmt::format("the joint '{}' has no spring: {}", name,
-                            joint.actuated ? "it stands where it is commanded"
-                                           : "nothing transmits a torque in it"),
-                "Name a joint with a stiffness");
+    const SpringyJoint joint = find_joint(node, robot_, joints_, sensor.kind == SensorKind::torque);
     sensor.joint = campaign_.watch.joints.size();
-    campaign_.watch.joints.push_back(watched);
-    const bool turns = joint.dimension == dimension::angle;
-    if (sensor.kind == SensorKind::joint) return turns ? dimension::angle : dimension::length;
-    return turns ? dimension::moment : dimension::force;
+    campaign_.watch.joints.push_back(joint.place);
+    if (sensor.kind == SensorKind::joint) return joint.turns ? dimension::angle : dimension::length;
+    return joint.turns ? dimension::moment : dimension::force;
   }
 
   std::size_t add(const vjm::CarriedFrame& frame) {
@@ -209,6 +249,8 @@ class SensorReader {
       turned = turned * Pose::rotation(axes_along(node.at("direction").direction()));
     }
     sensor.by_instrument = frame.by_instrument = followed && !sensor.own_axes;
+    if (const auto target = node.find("target_pose"))
+      sensor.target_estimated = target->choice({"known", "estimate"}) == "estimate";
     sensor.frame = add(frame);
     sensor.from = add(from);
   }
@@ -257,25 +299,6 @@ class SensorReader {
     const auto given = node.find("datum_noise");
     if (given ? is_all_exact(*given) : all_exact_) return 0;
     return deviation(node, "datum_noise", of, of_pose, true);
-  }
-
-  // One quantity; of a whole pose `{translation: 5 um, rotation: 10 urad}`.
-  static double deviation(const YamlNode& node, const char* key, const Dimension& of, bool of_pose,
-                          bool may_be_zero) {
-    std::optional<YamlNode> given = node.find(key);
-    if (given && of_pose) {
-      if (!given->is_map())
-        given->fail("a pose has translations and rotations",
-                    fmt::format("Write '{}: {{translation: 5 um, rotation: 10 urad}}'", key));
-      given->allow_only({"translation", "rotation"});
-      given = given->find(of == dimension::angle ? "rotation" : "translation");
-    }
-    if (!given) return not_a_number;
-    const double value = given->quantity_with_unit(of);
-    if (value > 0 || (may_be_zero && value == 0)) return value;
-    given->fail("'" + given->text() + "' is not positive",
-                "Give the standard deviation of one reading, or remove the key when it is not "
-                "known");
   }
 
   void set_minus(const YamlNode& node, std::size_t index) {
@@ -382,6 +405,68 @@ std::vector<Cylinder> read_cylinders(const YamlNode& top, const vjm::Manipulator
                 "Name a part of the robot that it pushes: 'on: platform'");
   }
   return cylinders;
+}
+
+namespace {
+
+void append(double value, Eigen::VectorXd& vector) {
+  vector.conservativeResize(vector.size() + 1);
+  vector[vector.size() - 1] = value;
+}
+
+// What is set, by its column.
+Index read_set(const YamlNode& node, const Campaign& campaign) {
+  std::vector<std::string> names;
+  for (const Component& component : campaign.components) names.push_back(component.name);
+  const Index set = std::find(names.begin(), names.end(), node.choice(names)) - names.begin();
+  if (campaign.sensors[campaign.component(set).sensor].minus)
+    node.fail("a difference of two sensors cannot be set", "Name one sensor");
+  return set;
+}
+
+}  // namespace
+
+std::size_t read_control(const YamlNode& top, Campaign& campaign, Eigen::VectorXd& sigma) {
+  const auto given = top.find("displacement_control");
+  if (!given) return 0;
+  given->allow_only({"set", "force", "noise", "datum_noise"});
+  if (const auto noise = top.find("wrench_noise"))
+    noise->fail("where a displacement is set, the force is the reading and has its own noise",
+                "State it as 'noise' under 'displacement_control' instead");
+  const std::vector<std::string> forces = {"fx", "fy", "fz", "mx", "my", "mz"};
+  const std::string force = given->at("force").choice(forces);
+  const auto index =
+      static_cast<std::size_t>(std::find(forces.begin(), forces.end(), force) - forces.begin());
+  const Dimension of = index < 3 ? dimension::force : dimension::moment;
+  campaign.control.emplace();
+  campaign.control->set = read_set(given->at("set"), campaign);
+  campaign.control->force = campaign.size();
+  campaign.components.push_back(
+      {.name = force, .dimension = of, .sensor = campaign.sensors.size(), .axis = 0});
+  campaign.sensors.push_back({.name = force, .kind = SensorKind::load, .by_instrument = false});
+  append(deviation(*given, "noise", of, false, false), sigma);
+  const auto all = top.find("datum_noise"), own = given->find("datum_noise");
+  const bool exact = own ? is_all_exact(*own) : all && is_all_exact(*all);
+  append(exact ? 0 : deviation(*given, "datum_noise", of, false, true), campaign.datum_noise);
+  return index;
+}
+
+std::vector<Torque> read_torques(const YamlNode& top, const vjm::Manipulator& manipulator,
+                                 const Campaign& campaign) {
+  std::vector<Torque> torques;
+  const auto given = top.find("torques");
+  if (!given) return torques;
+  const std::vector<Joint> joints = joints_of(manipulator);
+  for (const auto& [name, node] : given->members()) {
+    check_name(name, node, joints, campaign);
+    node.allow_only({"joint"});
+    const SpringyJoint joint = find_joint(node.at("joint"), manipulator, joints, true);
+    torques.push_back(
+        {.name = name,
+         .per_unit = {.chain = joint.place.chain, .coordinate = joint.place.coordinate},
+         .dimension = joint.turns ? dimension::moment : dimension::force});
+  }
+  return torques;
 }
 
 }  // namespace kinetostat::calibration

@@ -1,4 +1,5 @@
-// `sensors:`, `weights:` and `cylinders:` of a campaign file. Internal to this module.
+// `sensors:`, `displacement_control:`, `weights:`, `cylinders:` and `torques:` of a campaign file.
+// Internal to this module.
 #pragma once
 
 #include "kinetostat/calibration/campaign/campaign.h"
@@ -25,5 +26,14 @@ std::vector<Weight> read_weights(const io::YamlNode& top, const vjm::Manipulator
 /// Cylinders that push and pull on it; adds to what `campaign` watches. Throws common::InputError.
 std::vector<Cylinder> read_cylinders(const io::YamlNode& top, const vjm::Manipulator& manipulator,
                                      Campaign& campaign);
+
+/// `displacement_control:`, if it is there: adds to `campaign` what is set and the component of the
+/// force that is read, to `sigma` its standard deviation. Returns which of fx ... mz that is.
+/// Throws common::InputError.
+std::size_t read_control(const io::YamlNode& top, Campaign& campaign, Eigen::VectorXd& sigma);
+
+/// Torques that act in its joints. Throws common::InputError.
+std::vector<Torque> read_torques(const io::YamlNode& top, const vjm::Manipulator& manipulator,
+                                 const Campaign& campaign);
 
 }  // namespace kinetostat::calibration

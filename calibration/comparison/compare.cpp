@@ -19,10 +19,17 @@ namespace {
 
 using Eigen::VectorXd;
 
+// Groups of replicates: how many there are, and those that have any.
+struct Groups {
+  std::size_t count = 0;
+  std::vector<ReplicateGroup> repeated = {};
+  bool mixes_kinds = false;  // of all
+};
+
 // What all assessments of one campaign share.
 struct Evidence {
   const Campaign& campaign;  // with readings of other roles masked
-  std::vector<ReplicateGroup> groups;
+  Groups groups;
   Noise noise;
   PureError pure;  // whitened by `noise`
 };
@@ -113,7 +120,7 @@ std::optional<double> residual_deviation(const Campaign& campaign, const Assessm
 // The noise comes from `evidence`, which has not seen any residual.
 void add_tests(const Evidence& evidence, Assessment& assessment) {
   const BaseFit& fit = assessment.fit;
-  const auto lack = static_cast<Eigen::Index>(evidence.groups.size()) - fit.estimated;
+  const auto lack = static_cast<Eigen::Index>(evidence.groups.count) - fit.estimated;
   const bool by_stated_noise =
       evidence.noise.source == NoiseSource::stated && fit.degrees_of_freedom() > 0;
   const bool by_replicates = evidence.noise.comparable && evidence.pure.degrees_of_freedom > 0 &&
@@ -192,14 +199,18 @@ Assessment assess(const Predictor& predictor, const Campaign& whole, const Evide
   return assessment;
 }
 
-bool mixes_kinds(const Evidence& evidence) {
+Groups groups_of(const Campaign& campaign, std::vector<ReplicateGroup> groups) {
   const auto kind_of = [&](const ReplicateGroup& group) {
-    const Component& component = evidence.campaign.component(group.component);
+    const Component& component = campaign.component(group.component);
     return std::pair(component.sensor, component.dimension);
   };
-  return std::any_of(evidence.groups.begin(), evidence.groups.end(), [&](const auto& group) {
-    return kind_of(group) != kind_of(evidence.groups.front());
+  Groups result{.count = groups.size()};
+  result.mixes_kinds = std::any_of(groups.begin(), groups.end(), [&](const auto& group) {
+    return kind_of(group) != kind_of(groups.front());
   });
+  for (ReplicateGroup& group : groups)
+    if (group.readings.size() > 1) result.repeated.push_back(std::move(group));
+  return result;
 }
 
 // Why a test was not made.
@@ -216,7 +227,7 @@ void add_notes(const Evidence& evidence, std::vector<std::string>& result) {
     result.push_back(
         "Only readings without load are repeated, and the noise under load may be larger: repeat "
         "some of those, or state 'noise'.");
-  if (evidence.noise.source == NoiseSource::replicates && mixes_kinds(evidence))
+  if (evidence.noise.source == NoiseSource::replicates && evidence.groups.mixes_kinds)
     result.push_back(
         "Translations and rotations are weighted by the scatter of their own replicates, so the F "
         "distribution of the lack-of-fit test is approximate. State 'noise' for an exact test.");
@@ -300,26 +311,33 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
   std::optional<Campaign> part;
   if (has_others) part = only(campaign, {Role::fit});
   const Campaign& to_fit = has_others ? *part : campaign;
-  Noise stated = noise_of(campaign, replicate_groups(campaign));
+  std::vector<ReplicateGroup> groups = replicate_groups(to_fit);
+  Noise stated = noise_of(campaign, has_others ? replicate_groups(campaign) : groups);
+  Evidence evidence{to_fit, groups_of(to_fit, std::move(groups)), {}, {}};
   // Whitened by what they share, one gross error would be in many readings.
   if (loss != Loss::squares) stated.datums.clear();
   const Predictor predictor(robot.without_effects(), robot.effects, campaign, threads, progress);
-  Evidence evidence{to_fit, replicate_groups(to_fit), {}, {}};
-  const auto know = [&](const std::vector<Parameter>& parameters, const Eigen::VectorXd& values) {
-    evidence.noise = with_wrench_noise(stated, campaign, predictor, parameters, values, progress);
-    evidence.pure = pure_error(to_fit, evidence.groups, evidence.noise);
+  if (campaign.wrench_covariance.empty()) evidence.noise = std::move(stated);
+  const auto know = [&](const std::vector<Parameter>& parameters, const BaseFit* found) {
+    const Eigen::VectorXd values = found == nullptr ? Eigen::VectorXd() : values_of(*found);
+    if (!campaign.wrench_covariance.empty())
+      evidence.noise =
+          with_wrench_noise(stated, campaign, predictor, parameters, values, progress, found);
+    evidence.pure = pure_error(to_fit, evidence.groups.repeated, evidence.noise);
   };
   const auto fit = [&](const std::vector<Parameter>& parameters) {
-    know({}, {});
+    know({}, nullptr);
     const auto once = [&] {
       return with_hint_of_unit_error(predictor, to_fit, progress, [&] {
         return fit_base(predictor, to_fit, evidence.noise, parameters, progress, {.loss = loss});
       });
     };
     BaseFit result = once();
-    // What the noise of the wrenches does depends on the compliance that was fitted.
-    if (!parameters.empty() && !campaign.wrench_covariance.empty()) {
-      know(parameters, values_of(result));
+    // What the noise of the wrenches does depends on the compliance that was fitted, and on where
+    // it is looked at.
+    const bool moved = !parameters.empty() || !result.targets.empty() || !result.frames.empty();
+    if (moved && !campaign.wrench_covariance.empty()) {
+      know(parameters, &result);
       result = once();
     }
     return result;
@@ -328,16 +346,16 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
     return assess(predictor, campaign, evidence, std::move(found), progress);
   };
   Comparison result;
-  result.groups = static_cast<Eigen::Index>(evidence.groups.size());
+  result.groups = static_cast<Eigen::Index>(evidence.groups.count);
   result.nominal = assessed(fit({}));
   result.unit_error = unit_error(to_fit, result.nominal.fit.predicted);
   if (std::optional<BaseFit> found = refit(robot, predictor, evidence, fit, progress, result))
     result.fitted = assessed(*std::move(found));
   add_missing_sensor(robot, to_fit, evidence.noise, threads, progress, result);
-  result.noise = evidence.noise;
   if (evidence.pure.degrees_of_freedom > 0) result.replicates = evidence.pure;
   result.noise_check = test_of_stated_noise(evidence.pure, evidence.noise);
   add_notes(evidence, result.notes);
+  result.noise = std::move(evidence.noise);
   return result;
 }
 

@@ -98,7 +98,8 @@ std::optional<MissingSensor> missing_sensor(const vjm::Robot& robot,
       information += rows.transpose() * rows;
     }
   const VectorXd without = deviations(information);
-  MissingSensor best{.with = without.maxCoeff()};
+  MissingSensor best;
+  best.with = without.maxCoeff();
   for (Index k = 0; k < n; ++k)
     if (without[k] > determined)
       best.open.push_back(parameters[static_cast<std::size_t>(k)].phrase());

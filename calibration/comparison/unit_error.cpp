@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 
 #include "kinetostat/calibration/regression/base_fit.h"
+#include "kinetostat/calibration/regression/session_frame.h"
+#include "kinetostat/spatial/rotation.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -75,9 +77,53 @@ std::string unit_error_of(double factor, bool rotations) {
   return {};
 }
 
+// Absolute positions of the platform, predicted and measured.
+struct Positions {
+  std::vector<spatial::Vector3> predicted, measured;
+
+  Positions(const Campaign& campaign, const std::vector<Eigen::VectorXd>& all) {
+    for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
+      const Reading& reading = campaign.readings[i];
+      if (!reading.uses(0) || !reading.uses(1) || !reading.uses(2)) continue;
+      predicted.push_back(all[i].head<3>());
+      measured.push_back(reading.displacement.head<3>());
+    }
+  }
+  // Root mean square of the error [m] where predictions are moved by a frame.
+  double error(const spatial::Vector6& frame) const {
+    const spatial::Matrix3 turn = spatial::exp_rotation(frame.tail<3>());
+    double sum = 0;
+    for (std::size_t i = 0; i < predicted.size(); ++i)
+      sum += (measured[i] - frame.head<3>() - turn * predicted[i]).squaredNorm();
+    return std::sqrt(sum / static_cast<double>(predicted.size()));
+  }
+};
+
+// Positions that lie as predicted, but in another frame: of an instrument that stands elsewhere.
+std::string frame_error(const Campaign& campaign, const std::vector<Eigen::VectorXd>& predicted) {
+  constexpr double rest = 0.1;  // of the error, at most
+  constexpr double far = 0.01;  // [m]
+  constexpr std::size_t fewest_places = 5;
+  if (campaign.displacement != DisplacementKind::absolute || !campaign.reads_platform() ||
+      campaign.session_frame == SessionFrame::estimated)
+    return {};
+  const Positions positions(campaign, predicted);
+  if (positions.predicted.size() < fewest_places) return {};
+  const double before = positions.error(spatial::Vector6::Zero());
+  const double after = positions.error(frame_between(positions.predicted, positions.measured));
+  if (!(before > far) || !(after < rest * before)) return {};
+  return fmt::format(
+      "The measured positions are off by {:.3g} m, and a frame of their own takes {:.3g} % of "
+      "that: "
+      "the instrument does not stand where the base of the robot is. Say 'session_frame: estimate' "
+      "in the campaign file, or where it stands: 'displacement_frame'.",
+      before, 100 * (1 - after / before));
+}
+
 }  // namespace
 
 std::string unit_error(const Campaign& campaign, const std::vector<Eigen::VectorXd>& predicted) {
+  if (std::string frame = frame_error(campaign, predicted); !frame.empty()) return frame;
   for (const bool rotations : {false, true}) {
     const Sums sums = sums_of(campaign, predicted, rotations);
     if (sums.count < fewest || !(sums.mm > 0 && sums.pp > 0)) continue;

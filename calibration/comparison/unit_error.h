@@ -1,4 +1,5 @@
-// Readings that are a multiple of the predictions: a unit error or a sign error.
+// Readings that are a multiple of the predictions, or in another frame: errors of units and signs,
+// an instrument that stands elsewhere.
 #pragma once
 
 #include <string>
@@ -14,7 +15,9 @@ namespace kinetostat::calibration {
 /// Sentence about a suspected unit error or sign error: readings in the pattern of the predictions,
 /// but more than eight times as large, less than an eighth, or of opposite sign. Empty where there
 /// is none. Translations and rotations each by themselves, without their means over a session,
-/// which zero offsets and frames move. `predicted`: by the nominal model, one a reading [m; rad].
+/// which zero offsets and frames move. Likewise about absolute positions that are off by more than
+/// a centimetre, where one rigid motion takes nine tenths of that. `predicted`: by the nominal
+/// model, one a reading [m; rad].
 std::string unit_error(const Campaign& campaign, const std::vector<Eigen::VectorXd>& predicted);
 
 /// The same with predictions of the nominal robot; empty, too, where that has no equilibrium.

@@ -15,6 +15,8 @@ struct Forecast {
   Eigen::MatrixXd spread;
   /// Where nothing is known of what the model adds: its changes when that is of another form.
   Eigen::MatrixXd forms = {};
+  /// Its changes with where targets sit that are unknown [m or rad].
+  Eigen::MatrixXd by_targets = {};
 };
 
 /// The separation of two models by any number of planned values, which add up. With the mean V of

@@ -190,8 +190,7 @@ std::string advice_for(const PlanTask& task, const ModelPair& pair, const Campai
 
 void add_splits(const PlanTask& task, const Prospects& prospects, Plan& plan) {
   std::vector<Forecast> all = task.forecasts(plan.readings, task.models_for(plan.displacement));
-  MatrixXd common =
-      session_unknowns(task.campaign, plan.readings, task.components, all.back().mean);
+  MatrixXd common = session_unknowns(task.campaign, plan.readings, task.components, all.back());
   whiten(plan.readings, all, common);
   std::map<std::pair<std::size_t, std::size_t>, PlannedSplit> splits;  // both ways in one
   for (std::size_t p = 0; p < task.pairs.size(); ++p) {
@@ -352,9 +351,8 @@ void choose_look_alikes(PlanTask& task) {
       task.readings(DisplacementKind::absolute, sample, task.options.minutes / 2);
   const std::vector<Forecast> all =
       task.forecasts(readings, task.models_for(DisplacementKind::absolute));
-  task.models =
-      with_look_alikes(task.models, all,
-                       session_unknowns(task.campaign, readings, task.components, all.back().mean));
+  task.models = with_look_alikes(
+      task.models, all, session_unknowns(task.campaign, readings, task.components, all.back()));
 }
 
 // Joints where something may be missing.
@@ -381,6 +379,13 @@ void require_choices(const PlanTask& task) {
 
 Plan plan(const vjm::Robot& robot, const Campaign& campaign, const PlanQuestion& question,
           const PlanOptions& options, int threads, common::Progress& progress) {
+  if (campaign.control)
+    throw common::InputError(
+        {.file = campaign.file,
+         .key = "displacement_control",
+         .what = "'plan' proposes loads, and here displacements are set",
+         .cure =
+             "Plan by a campaign that states loads, and set the displacements that they cause"});
   Noise noise = noise_of(campaign, replicate_groups(campaign));
   PlanTask task{robot, campaign, options, threads, progress, {}, {}, {}, {}, {}};
   task.choices =

@@ -419,7 +419,7 @@ Separation separation_of(const ModelPair& pair, const std::vector<Forecast>& all
 Prospects prospects_of(const PlanTask& task, DisplacementKind kind) {
   const Campaign planned = task.readings(kind, task.choices.blocks, task.options.minutes / 2);
   std::vector<Forecast> all = task.forecasts(planned, task.models_for(kind));
-  MatrixXd common = session_unknowns(task.campaign, planned, task.components, all.back().mean);
+  MatrixXd common = session_unknowns(task.campaign, planned, task.components, all.back());
   whiten(planned, all, common);
   Prospects prospects;
   prospects.separations.resize(task.choices.blocks.size());

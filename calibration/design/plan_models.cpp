@@ -186,6 +186,21 @@ std::vector<PlanModel> plan_models(const vjm::Robot& robot, const Campaign& camp
   return models;
 }
 
+namespace {
+
+// Of a planned campaign, as they are stated.
+std::vector<TargetOffset> unknown_targets_of(const Campaign& planned) {
+  std::vector<TargetOffset> targets;
+  for (std::size_t sensor = 0; sensor < planned.sensors.size(); ++sensor)
+    if (planned.estimates_target(sensor))
+      targets.push_back(
+          {.sensor = sensor,
+           .differentiated = planned.displacement == DisplacementKind::absolute ? 6 : 3});
+  return targets;
+}
+
+}  // namespace
+
 Forecast forecast(const vjm::Robot& robot, const PlanModel& model, const Campaign& planned,
                   const std::vector<Index>& components, int threads, common::Progress& progress) {
   Campaign silent = planned;
@@ -199,13 +214,17 @@ Forecast forecast(const vjm::Robot& robot, const PlanModel& model, const Campaig
   VectorXd values(known + forms), widths(forms);
   values << model.values, starts_of(own);
   for (Index k = 0; k < forms; ++k) widths[k] = own[static_cast<std::size_t>(k)].prior->deviation;
+  const std::vector<TargetOffset> targets = unknown_targets_of(planned);
   const Predictions predictions =
-      predictor.predict(parameters, values, values.size() > 0, progress);
+      predictor.predict(parameters, values, parameters, progress, nullptr, targets);
+  Index target_columns = 0;
+  for (const TargetOffset& target : targets) target_columns += target.differentiated;
   const auto count = static_cast<Index>(components.size());
   Forecast result;
   result.mean.resize(static_cast<Index>(planned.readings.size()) * count);
   result.spread = MatrixXd::Zero(result.mean.size(), model.root.cols());
   result.forms = MatrixXd::Zero(result.mean.size(), forms);
+  result.by_targets = MatrixXd::Zero(result.mean.size(), target_columns);
   for (std::size_t i = 0; i < planned.readings.size(); ++i)
     for (Index c = 0; c < count; ++c) {
       const Index row = static_cast<Index>(i) * count + c;
@@ -215,7 +234,8 @@ Forecast forecast(const vjm::Robot& robot, const PlanModel& model, const Campaig
       if (predictions.derivatives.empty() || predictions.derivatives[i].cols() == 0) continue;
       const Eigen::RowVectorXd change = predictions.derivatives[i].row(k) / sigma;
       if (model.root.cols() > 0) result.spread.row(row) = change.head(known) * model.root;
-      result.forms.row(row) = change.tail(forms).cwiseProduct(widths.transpose());
+      result.forms.row(row) = change.segment(known, forms).cwiseProduct(widths.transpose());
+      result.by_targets.row(row) = change.tail(target_columns);
     }
   return result;
 }
@@ -253,7 +273,9 @@ PlanModel under_known_weights(const vjm::Robot& robot, PlanModel model) {
 }
 
 MatrixXd session_unknowns(const Campaign& like, const Campaign& planned,
-                          const std::vector<Index>& components, const VectorXd& mean) {
+                          const std::vector<Index>& components, const Forecast& of_any) {
+  const VectorXd& mean = of_any.mean;
+  const Index target_columns = of_any.by_targets.cols();
   const auto count = static_cast<Index>(components.size());
   const bool zeros = like.zero == ZeroReading::estimated;
   // Who measured differences need not know where the robot stands in the instrument's frame.
@@ -261,7 +283,9 @@ MatrixXd session_unknowns(const Campaign& like, const Campaign& planned,
   const bool frame = like.session_frame == SessionFrame::estimated ||
                      (absolute && like.displacement == DisplacementKind::difference);
   const Index frame_columns = !frame ? 0 : absolute ? 6 : 3;
-  MatrixXd columns = MatrixXd::Zero(mean.size(), (zeros ? count : 0) + frame_columns);
+  MatrixXd columns =
+      MatrixXd::Zero(mean.size(), (zeros ? count : 0) + frame_columns + target_columns);
+  columns.rightCols(target_columns) = of_any.by_targets;
   for (std::size_t i = 0; i < planned.readings.size(); ++i) {
     const VectorXd& sigma = planned.readings[i].sigma;
     std::vector<Vector6> displacements(planned.sensors.size(), Vector6::Zero());
@@ -282,7 +306,7 @@ MatrixXd session_unknowns(const Campaign& like, const Campaign& planned,
       if (zeros) columns(row, c) = unknown_width;
       // A frame that is off by a whole turn, or by metres, moves any reading beyond all noise.
       const Component& component = planned.component(k);
-      columns.row(row).tail(frame_columns) =
+      columns.row(row).segment(columns.cols() - target_columns - frame_columns, frame_columns) =
           by_frame[component.sensor].row(component.axis).tail(frame_columns) / sigma[k];
     }
   }

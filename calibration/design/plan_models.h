@@ -65,10 +65,10 @@ PlanModel fitted_alone(PlanModel model);
 /// The same without what it adds to loads: as under known weights instead of the load cell.
 PlanModel under_known_weights(const vjm::Robot& robot, PlanModel model);
 
-/// Zero offsets and frames that a planned session brings along, as columns in units of the noise by
-/// a width that says that nothing is known of them. `mean`: of any of the models.
+/// Zero offsets, frames and targets that a planned session has to find as well, as columns in units
+/// of the noise by a width that says that nothing is known of them. `of_any`: of any of the models.
 Eigen::MatrixXd session_unknowns(const Campaign& like, const Campaign& planned,
                                  const std::vector<Eigen::Index>& components,
-                                 const Eigen::VectorXd& mean);
+                                 const Forecast& of_any);
 
 }  // namespace kinetostat::calibration

@@ -37,42 +37,27 @@ std::optional<double> known_zero(const BaseFit& fit, std::size_t session, Index 
   return std::nullopt;
 }
 
-std::optional<Vector6> known_frame(const BaseFit& fit, std::size_t session) {
-  for (const FrameEstimate& frame : fit.frames)
-    if (frame.session == session)
-      return frame.value.unaryExpr([](double x) { return std::isnan(x) ? 0 : x; });
-  return std::nullopt;
-}
-
-// How many coordinates of the target the readings in use may show: its rotation only in absolute
-// poses.
-Index target_coordinates(const std::vector<Value>& values, const Campaign& campaign) {
-  if (campaign.target_pose == TargetPose::known) return 0;
-  Index result = 0;
-  for (const Value& value : values) {
-    if (!campaign.is_of_platform(value.component)) continue;
-    const bool turns = is_rotation(campaign.component(value.component).axis) &&
-                       campaign.displacement == DisplacementKind::absolute;
-    result = std::max<Index>(result, turns ? 6 : 3);
-  }
-  return result;
-}
-
-// Components that one sensor reads in the frame of the instrument, with their axes.
-struct FramedComponents {
-  std::vector<Index> axes, rows;
+// A target that is unknown, and how many of its coordinates.
+struct UnknownTarget {
+  std::size_t sensor = 0;
+  Index coordinates = 0;
 };
 
-std::vector<FramedComponents> framed_components(const Campaign& campaign) {
-  std::vector<FramedComponents> result;
-  for (std::size_t s = 0; s < campaign.sensors.size(); ++s) {
-    if (!campaign.sensors[s].by_instrument) continue;
-    FramedComponents& of_sensor = result.emplace_back();
-    for (Index k = 0; k < campaign.size(); ++k)
-      if (campaign.component(k).sensor == s) {
-        of_sensor.axes.push_back(campaign.component(k).axis);
-        of_sensor.rows.push_back(k);
-      }
+// Those that the readings in use may show: rotations only in absolute poses.
+std::vector<UnknownTarget> unknown_targets(const std::vector<Value>& values,
+                                           const Campaign& campaign) {
+  std::vector<UnknownTarget> result;
+  for (std::size_t sensor = 0; sensor < campaign.sensors.size(); ++sensor) {
+    if (!campaign.estimates_target(sensor)) continue;
+    UnknownTarget target{sensor};
+    for (const Value& value : values) {
+      const Component& component = campaign.component(value.component);
+      if (component.sensor != sensor) continue;
+      const bool turns =
+          is_rotation(component.axis) && campaign.displacement == DisplacementKind::absolute;
+      target.coordinates = std::max<Index>(target.coordinates, turns ? 6 : 3);
+    }
+    if (target.coordinates > 0) result.push_back(target);
   }
   return result;
 }
@@ -96,7 +81,7 @@ class Unknowns {
         if (known == nullptr || !known_frame(*known, session)) frames_.push_back(session);
     // In differences the position of the frame cancels.
     first_frame_component_ = campaign.displacement == DisplacementKind::difference ? 3 : 0;
-    if (known == nullptr) target_components_ = target_coordinates(values, campaign);
+    if (known == nullptr) targets_ = unknown_targets(values, campaign);
   }
 
   const std::vector<Parameter>& parameters() const { return parameters_; }
@@ -108,10 +93,15 @@ class Unknowns {
   Index frame_at(std::size_t frame) const {
     return zero_at(zeros_.size()) + static_cast<Index>(frame) * frame_components();
   }
-  Index target_at() const { return frame_at(frames_.size()); }
-  Index target_components() const { return target_components_; }
-  Index size() const { return target_at() + target_components_; }
-  bool has_poses() const { return size() > frame_at(0); }  // frames, or the target
+  const std::vector<UnknownTarget>& targets() const { return targets_; }
+  Index target_at(std::size_t target) const {
+    Index at = frame_at(frames_.size());
+    for (std::size_t t = 0; t < target; ++t) at += targets_[t].coordinates;
+    return at;
+  }
+  Index target_components() const { return size() - target_at(0); }
+  Index size() const { return target_at(targets_.size()); }
+  bool has_poses() const { return size() > frame_at(0); }  // frames, or targets
 
   std::optional<std::size_t> frame_of(std::size_t session) const {
     const auto found = std::lower_bound(frames_.begin(), frames_.end(), session);
@@ -138,9 +128,10 @@ class Unknowns {
         result.push_back(
             {fmt::format("the {} of the frame{}", coordinate_words(k), in_session(session)), false,
              false, is_rotation(k) ? "rad" : "m"});
-    for (Index k = 0; k < target_components_; ++k)
-      result.push_back({fmt::format("the {} of the target", coordinate_words(k)), false, false,
-                        is_rotation(k) ? "rad" : "m"});
+    for (const auto& [sensor, coordinates] : targets_)
+      for (Index k = 0; k < coordinates; ++k)
+        result.push_back({fmt::format("the {} of the target{}", coordinate_words(k), of(sensor)),
+                          false, false, is_rotation(k) ? "rad" : "m"});
     return result;
   }
 
@@ -148,6 +139,10 @@ class Unknowns {
   static const char* coordinate_words(Index k) {
     return std::array{
         "x", "y", "z", "turn about x", "turn about y", "turn about z"}[static_cast<std::size_t>(k)];
+  }
+  std::string of(std::size_t sensor) const {
+    const std::string& name = campaign_.sensors[sensor].name;
+    return name.empty() ? "" : fmt::format(" of '{}'", name);
   }
   std::string in_session(std::size_t session) const {
     const std::string& name = campaign_.sessions[session];
@@ -158,7 +153,8 @@ class Unknowns {
   const std::vector<Parameter>& parameters_;
   std::vector<Zero> zeros_;
   std::vector<std::size_t> frames_;
-  Index first_frame_component_ = 0, target_components_ = 0;
+  Index first_frame_component_ = 0;
+  std::vector<UnknownTarget> targets_;
 };
 
 // The weighted least-squares problem.
@@ -183,27 +179,30 @@ class Problem {
     return std::count_if(unknowns_.parameters().begin(), unknowns_.parameters().end(),
                          [](const Parameter& p) { return p.prior.has_value(); });
   }
-  /// Displacements, and the wrenches that work on them.
-  std::pair<std::vector<VectorXd>, std::vector<Vector6>> predicted(const VectorXd& q) {
-    if (predicted_at_.size() != q.size() || predicted_at_ != q) (void)at(q);
-    return {predicted_, work_};
+  /// Takes out the displacements, and the wrenches that work on them.
+  std::pair<std::vector<VectorXd>, std::vector<Vector6>> take_predicted(const VectorXd& q) {
+    if (predicted_.empty() || predicted_at_ != q) (void)at(q);
+    return {std::move(predicted_), std::move(work_)};
   }
   const std::optional<PredictionFailure>& failure() const { return failure_; }
   /// Of a similar model, which outlives this.
   void begin_near(const Predictions& predictions) { similar_ = &predictions; }
-  const Predictions& nearest() const { return nearest_; }
+  Predictions take_nearest() { return std::move(nearest_); }
 
   std::optional<Linearisation> at(const VectorXd& q) { return at(q, unknowns_.parameter_count()); }
 
   // With derivatives by the last so many parameters.
   std::optional<Linearisation> at(const VectorXd& q, Index differentiated) {
     const std::vector<Parameter>& parameters = unknowns_.parameters();
+    predicted_.clear();
+    work_.clear();
+    predicted_at_.resize(0);
     Predictions predictions;
     try {
       predictions =
           predictor_.predict(parameters, q.head(unknowns_.parameter_count()),
                              {parameters.end() - differentiated, parameters.end()}, progress_,
-                             similar_ != nullptr ? similar_ : &nearest_, target(q));
+                             similar_ != nullptr ? similar_ : &nearest_, targets(q));
     } catch (const std::invalid_argument& error) {  // values that exclude each other
       predictions.failure = {0, error.what()};
     }
@@ -249,9 +248,9 @@ class Problem {
     }
     const Predictions predictions =
         predictor_.predict(unknowns_.parameters(), q.head(unknowns_.parameter_count()), {},
-                           progress_, nullptr, target(q));
+                           progress_, nullptr, targets(q));
     if (predictions.failure) return;
-    if (unknowns_.target_components() > 0) {
+    if (is_target_of_platform(0)) {
       start_frames_and_target(predictions, q);
       return;
     }
@@ -270,15 +269,24 @@ class Problem {
       }
       q.segment<6>(unknowns_.frame_at(f)) = frame_between(predicted, measured);
     }
+    start_target_rotations(predictions, q);
+  }
+
+  bool is_target_of_platform(std::size_t target) const {
+    return target < unknowns_.targets().size() && campaign_.reads_platform() &&
+           unknowns_.targets()[target].sensor == 0;
   }
 
   // Differences show a target by rotations alone, and absolute poses linearly: from where it
   // stands.
   void start_target_alone(VectorXd& q) {
-    if (unknowns_.target_components() < 6) return;
+    const auto& targets = unknowns_.targets();
+    if (std::none_of(targets.begin(), targets.end(),
+                     [](const UnknownTarget& t) { return t.coordinates == 6; }))
+      return;
     const Predictions predictions = predictor_.predict(
         unknowns_.parameters(), q.head(unknowns_.parameter_count()), false, progress_);
-    if (!predictions.failure) start_target_rotation(predictions, q);
+    if (!predictions.failure) start_target_rotations(predictions, q);
   }
 
   // The target and every session's frame by turns, as positions fit best.
@@ -296,23 +304,42 @@ class Problem {
     const FramesAndTarget start = frames_and_target(positions, unknowns_.frames().size());
     for (std::size_t f = 0; f < unknowns_.frames().size(); ++f)
       q.segment<6>(unknowns_.frame_at(f)) = start.frames[f];
-    q.segment<3>(unknowns_.target_at()) = start.target;
-    start_target_rotation(predictions, q);
+    q.segment<3>(unknowns_.target_at(0)) = start.target;
+    start_target_rotations(predictions, q);
+  }
+
+  // The first of three components, where a sensor has them all.
+  std::optional<Index> rotations_of(std::size_t sensor) const {
+    for (Index k = 0; k + 2 < campaign_.size(); ++k)
+      if (campaign_.component(k).sensor == sensor && campaign_.component(k).axis == 3 &&
+          campaign_.component(k + 2).sensor == sensor)
+        return k;
+    return std::nullopt;
+  }
+
+  void start_target_rotations(const Predictions& predictions, VectorXd& q) const {
+    for (std::size_t t = 0; t < unknowns_.targets().size(); ++t)
+      if (unknowns_.targets()[t].coordinates == 6) start_target_rotation(t, predictions, q);
   }
 
   // As the first reading with all three rotations has it.
-  void start_target_rotation(const Predictions& predictions, VectorXd& q) const {
-    if (unknowns_.target_components() < 6) return;
+  void start_target_rotation(std::size_t target, const Predictions& predictions,
+                             VectorXd& q) const {
+    const std::size_t sensor = unknowns_.targets()[target].sensor;
+    const std::optional<Index> rotations = rotations_of(sensor);
+    if (!rotations) return;
+    const Index first = *rotations;
     for (std::size_t i = 0; i < campaign_.readings.size(); ++i) {
       const Reading& r = campaign_.readings[i];
-      if (!r.uses(3) || !r.uses(4) || !r.uses(5)) continue;
-      const auto f = unknowns_.frame_of(r.session);
+      if (!r.uses(first) || !r.uses(first + 1) || !r.uses(first + 2)) continue;
+      std::optional<std::size_t> f;
+      if (campaign_.sensors[sensor].by_instrument) f = unknowns_.frame_of(r.session);
       const spatial::Matrix3 frame = f ? spatial::exp_rotation(unknowns_.frame(q, *f).tail<3>())
                                        : spatial::Matrix3::Identity();
       const spatial::Matrix3 seen =
-          frame * spatial::exp_rotation(predictions.displacement[i].segment<3>(3));
-      q.segment<3>(unknowns_.target_at() + 3) = spatial::log_rotation(
-          seen.transpose() * spatial::exp_rotation(r.displacement.segment<3>(3)));
+          frame * spatial::exp_rotation(predictions.displacement[i].segment<3>(first));
+      q.segment<3>(unknowns_.target_at(target) + 3) = spatial::log_rotation(
+          seen.transpose() * spatial::exp_rotation(r.displacement.segment<3>(first)));
       return;
     }
   }
@@ -329,12 +356,14 @@ class Problem {
   }
 
  private:
-  TargetOffset target(const VectorXd& q) const {
-    TargetOffset result{.differentiated = unknowns_.target_components()};
-    if (known_ != nullptr && known_->target)
-      result.pose = known_->target->value.unaryExpr([](double x) { return std::isnan(x) ? 0 : x; });
-    result.pose.head(result.differentiated) =
-        q.segment(unknowns_.target_at(), result.differentiated);
+  std::vector<TargetOffset> targets(const VectorXd& q) const {
+    if (known_ != nullptr) return targets_of(*known_);
+    std::vector<TargetOffset> result;
+    for (std::size_t t = 0; t < unknowns_.targets().size(); ++t) {
+      const auto& [sensor, coordinates] = unknowns_.targets()[t];
+      result.push_back({.sensor = sensor, .differentiated = coordinates});
+      result.back().pose.head(coordinates) = q.segment(unknowns_.target_at(t), coordinates);
+    }
     return result;
   }
 
@@ -418,7 +447,7 @@ class Problem {
       if (!f) continue;
       for (const auto& [first, count] :
            {std::pair(Index{0}, unknowns_.parameter_count()),
-            std::pair(unknowns_.target_at(), unknowns_.target_components())}) {
+            std::pair(unknowns_.target_at(0), unknowns_.target_components())}) {
         const auto columns = Eigen::seqN(first, count);
         Eigen::Matrix<double, 6, Eigen::Dynamic> before =
             Eigen::Matrix<double, 6, Eigen::Dynamic>::Zero(6, count);
@@ -458,7 +487,7 @@ class Problem {
   Predictions nearest_;                   // that were made last
   const Predictions* similar_ = nullptr;  // of a similar model, as long as none were made
   MatrixXd all_, block_;                  // scratch of add_reading()
-  VectorXd predicted_at_ = VectorXd::Constant(1, std::numeric_limits<double>::quiet_NaN());
+  VectorXd predicted_at_;
   std::optional<PredictionFailure> failure_;
   std::optional<std::size_t> beyond_;  // of values_
 };
@@ -594,7 +623,7 @@ class Estimates {
       fit.zeros[z].standard_error = errors_[unknowns_.zero_at(z)];
     }
     for (std::size_t f = 0; f < unknowns_.frames().size(); ++f) add_frame(f, fit);
-    if (unknowns_.target_components() > 0) add_target(fit);
+    for (std::size_t t = 0; t < unknowns_.targets().size(); ++t) add_target(t, fit);
   }
 
  private:
@@ -610,15 +639,16 @@ class Estimates {
     fit.frames.push_back(frame);
   }
 
-  void add_target(BaseFit& fit) const {
+  void add_target(std::size_t t, BaseFit& fit) const {
     const Vector6 unknown = Vector6::Constant(std::numeric_limits<double>::quiet_NaN());
-    fit.target = {unknown, unknown};
-    for (Index k = 0; k < unknowns_.target_components(); ++k) {
-      const Index i = unknowns_.target_at() + k;
-      fit.target->value[k] = result_.x[i];
+    TargetEstimate target{unknowns_.targets()[t].sensor, unknown, unknown};
+    for (Index k = 0; k < unknowns_.targets()[t].coordinates; ++k) {
+      const Index i = unknowns_.target_at(t) + k;
+      target.value[k] = result_.x[i];
       if (result_.hit[static_cast<std::size_t>(i)] == BoundHit::none)
-        fit.target->standard_error[k] = errors_[i];
+        target.standard_error[k] = errors_[i];
     }
+    fit.targets.push_back(target);
   }
 
   const Unknowns& unknowns_;
@@ -647,12 +677,28 @@ BaseFit fitted(Problem& problem, const Noise& noise, const BaseFitOptions& optio
   fit.weak = weak_sentences(problem.unknowns().names(), weak_combinations(result.at.jacobian, free),
                             std::sqrt(variance));
   Estimates(problem.unknowns(), result, fit.covariance).add_to(fit);
-  std::tie(fit.predicted, fit.work) = problem.predicted(result.x);
-  fit.model = problem.nearest();
+  std::tie(fit.predicted, fit.work) = problem.take_predicted(result.x);
+  fit.model = problem.take_nearest();
   return fit;
 }
 
 }  // namespace
+
+std::optional<Vector6> known_frame(const BaseFit& fit, std::size_t session) {
+  for (const FrameEstimate& frame : fit.frames)
+    if (frame.session == session)
+      return frame.value.unaryExpr([](double x) { return std::isnan(x) ? 0 : x; });
+  return std::nullopt;
+}
+
+std::vector<TargetOffset> targets_of(const BaseFit& fit) {
+  std::vector<TargetOffset> result;
+  for (const TargetEstimate& target : fit.targets)
+    result.push_back({.sensor = target.sensor, .pose = target.value.unaryExpr([](double x) {
+                        return std::isnan(x) ? 0 : x;
+                      })});
+  return result;
+}
 
 double norm_over_noise(const std::vector<Value>& values, const Campaign& campaign,
                        const Noise& noise) {
@@ -712,8 +758,10 @@ std::optional<Linearisation> linearised_at(const Predictor& predictor, const Cam
   for (std::size_t f = 0; f < fit.frames.size(); ++f)
     q.segment(unknowns.frame_at(f), unknowns.frame_components()) =
         fit.frames[f].value.tail(unknowns.frame_components());
-  if (fit.target)
-    q.tail(unknowns.target_components()) = fit.target->value.head(unknowns.target_components());
+  for (std::size_t t = 0; t < fit.targets.size(); ++t) {
+    const Index coordinates = unknowns.targets()[t].coordinates;
+    q.segment(unknowns.target_at(t), coordinates) = fit.targets[t].value.head(coordinates);
+  }
   std::optional<Linearisation> result = problem.at(q, differentiated);
   if (!result) return std::nullopt;
   return Linearisation{result->residual.head(problem.values()),

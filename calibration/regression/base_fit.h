@@ -33,11 +33,12 @@ struct FrameEstimate {
   spatial::Vector6 value = spatial::Vector6::Zero(), standard_error = spatial::Vector6::Zero();
 };
 
-/// Where what is measured of the platform really sits, seen from where the campaign has it:
-/// position [m] in platform axes and rotation vector [rad]. The rotation is NaN where no reading
-/// shows it. A coordinate that the readings do not distinguish from frames, or not at all, stays 0
-/// and has no standard error (NaN).
+/// Where that sits which a sensor looks at, seen from where the campaign has it: position [m] in
+/// axes of the platform, or of what carries the sensor, and rotation vector [rad]. The rotation is
+/// NaN where no reading shows it. A coordinate that the readings do not distinguish from frames, or
+/// not at all, stays 0 and has no standard error (NaN).
 struct TargetEstimate {
+  std::size_t sensor = 0;
   spatial::Vector6 value = spatial::Vector6::Zero(), standard_error = spatial::Vector6::Zero();
 };
 
@@ -53,8 +54,8 @@ struct BaseFit {
   std::vector<ParameterEstimate> parameters;
   std::vector<Zero> zeros;
   std::vector<FrameEstimate> frames;
-  std::optional<TargetEstimate> target;  // where the campaign asks for it
-  Eigen::MatrixXd covariance;  // of the parameters, zero offsets, frames and target, in that order
+  std::vector<TargetEstimate> targets;  // that the campaign asks for
+  Eigen::MatrixXd covariance;  // of the parameters, zero offsets, frames and targets, in that order
   /// Where the standard errors come from; `unknown`: from the residual itself, so they take the
   /// model to be right.
   NoiseSource error_source = NoiseSource::unknown;
@@ -80,6 +81,12 @@ struct BaseFit {
   Eigen::Index estimated = 0;
   Eigen::Index degrees_of_freedom() const { return values - estimated; }
 };
+
+/// The frame of a session that a fit found, 0 for coordinates that it does not know; nothing where
+/// it has none.
+std::optional<spatial::Vector6> known_frame(const BaseFit& fit, std::size_t session);
+/// The targets that a fit found, without derivatives.
+std::vector<TargetOffset> targets_of(const BaseFit& fit);
 
 /// Best values of the parameters, in their order.
 Eigen::VectorXd values_of(const BaseFit& fit);

@@ -43,7 +43,7 @@ HeldOutGroups held_out_groups(const Campaign& campaign, const std::vector<Value>
     return std::pair(reading(v).session, reading(v).cycle);
   });
   if (groups.members.size() >= fewest_groups) return groups;
-  groups = grouped<std::array<double, 8>>(values, "loads", [&](const Value& v) {
+  groups = grouped<std::array<double, 9>>(values, "loads", [&](const Value& v) {
     const vjm::Load& load = reading(v).load;
     return std::array{static_cast<double>(reading(v).configuration),
                       load.force.x(),
@@ -52,7 +52,8 @@ HeldOutGroups held_out_groups(const Campaign& campaign, const std::vector<Value>
                       load.moment.x(),
                       load.moment.y(),
                       load.moment.z(),
-                      force_at_nodes(load).norm()};
+                      force_at_nodes(load).norm(),
+                      load_in_joints(load).norm()};
   });
   if (groups.members.size() >= fewest_groups) return groups;
   return grouped<std::size_t>(values, "readings", [](const Value& v) { return v.reading; });

@@ -5,8 +5,11 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <mutex>
 #include <numbers>
+#include <set>
 #include <tuple>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -26,9 +29,8 @@ using spatial::Vector6;
 struct Predictor::State {
   vjm::Response response;
   std::vector<Seen> seen;
+  double force = 0;  // that was found, where a displacement is set
 };
-
-namespace {
 
 // What one sensor reads [translation; rotation vector], derivatives as rotation increments.
 struct SensorReading {
@@ -36,13 +38,24 @@ struct SensorReading {
   vjm::Matrix6X derivatives, by_wrench;
 };
 
-}  // namespace
-
 struct Predictor::CaseResult {
   std::string failure;                 // empty when solved
   std::vector<SensorReading> sensors;  // empty otherwise
   Vector6 work = Vector6::Zero();
-  vjm::SystemState state;
+};
+
+// Why cases have no equilibrium, from any thread.
+class Predictor::Failures {
+ public:
+  void add(std::size_t of_case, const std::string& reason) {
+    const std::lock_guard lock(mutex_);
+    reasons_.emplace(of_case, reason);
+  }
+  const std::map<std::size_t, std::string>& reasons() const { return reasons_; }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::size_t, std::string> reasons_;
 };
 
 // One prediction: the model at its values, and what is asked of it.
@@ -52,10 +65,17 @@ struct Predictor::Run {
   bool with_derivatives = false;
   const Predictions* near = nullptr;
   bool with_compliance = false;
-  TargetOffset target = {};
+  std::vector<TargetOffset> targets = {};
 
-  spatial::Pose target_pose() const {
-    return {spatial::exp_rotation(target.pose.tail<3>()), target.pose.head<3>()};
+  // Of the platform, where its sensor is the first.
+  Vector6 target_of_platform() const {
+    const bool is_moved = !targets.empty() && targets.front().sensor == 0;
+    return is_moved ? targets.front().pose : Vector6(Vector6::Zero());
+  }
+  Eigen::Index target_columns() const {
+    Eigen::Index count = 0;
+    for (const TargetOffset& target : targets) count += target.differentiated;
+    return count;
   }
   const vjm::SystemState* loaded_near(std::size_t reading) const {
     return near == nullptr || near->loaded.empty() ? nullptr : &near->loaded[reading];
@@ -107,7 +127,6 @@ void Predictor::set_effects(std::vector<vjm::Effect> effects) {
     has_history_ |= effect.kind->history > 0;
   }
   find_cases();
-  find_sequences();
 }
 
 void Predictor::find_postures(common::Progress& progress) {
@@ -274,43 +293,57 @@ void Predictor::find_cases() {
   if (varies_) conditions = conditions_of(campaign_);
   for (std::size_t r = 0; r < conditions.size(); ++r)
     conditions[r].known_load = campaign_.readings[r].known_load;
-  std::map<std::vector<double>, std::size_t> known;
+  // By configuration, conditions and load; with a history by the reading itself.
+  const auto before = [&](const LoadCase& a, const LoadCase& b) {
+    const Reading &first = campaign_.readings[a.reading], &second = campaign_.readings[b.reading];
+    const auto key = [&](const LoadCase& at, const Reading& reading) {
+      return std::tuple(reading.configuration, at.conditions, has_history_ ? at.reading : 0,
+                        campaign_.control ? campaign_.control->to[at.reading] : 0.0);
+    };
+    const auto order = key(a, first) <=> key(b, second);
+    return (order != 0 ? order : vjm::order_of(first.load, second.load)) < 0;
+  };
+  const auto by_index = [&](std::size_t a, std::size_t b) { return before(cases_[a], cases_[b]); };
+  std::set<std::size_t, decltype(by_index)> known(by_index);
+  std::vector<std::size_t> case_of_reading;
   cases_.reserve(campaign_.readings.size());
   for (std::size_t r = 0; r < campaign_.readings.size(); ++r) {
     const Reading& reading = campaign_.readings[r];
-    const std::size_t c = conditions_index(conditions[r]);
-    std::vector<double> key{static_cast<double>(reading.configuration), static_cast<double>(c),
-                            has_history_ ? static_cast<double>(r) : 0};
-    key.resize(12);
-    const vjm::Load& load = reading.load;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const auto k = static_cast<Eigen::Index>(i);
-      key[3 + i] = load.force[k];
-      key[6 + i] = load.moment[k];
-      key[9 + i] = load.point_on_platform[k];
-    }
-    for (const vjm::NodeLoad& node : load.nodes)
-      key.insert(key.end(), {static_cast<double>(node.chain), static_cast<double>(node.node),
-                             node.force.x(), node.force.y(), node.force.z()});
-    const auto [found, fresh] = known.emplace(key, cases_.size());
+    cases_.push_back({.conditions = conditions_index(conditions[r]), .reading = r});
+    const auto [found, fresh] = known.insert(cases_.size() - 1);
     if (fresh)
-      cases_.push_back({reading.configuration, load, c,
-                        reference_index(reading.configuration, vjm::Conditions(conditions_[c]), r),
-                        true, r});
-    cases_[found->second].may_fail &= reading.masked;
-    case_of_reading_.push_back(found->second);
+      cases_.back().reference = reference_index(
+          reading.configuration, vjm::Conditions(conditions_[cases_.back().conditions]), r);
+    else
+      cases_.pop_back();
+    cases_[*found].may_fail &= reading.masked;
+    case_of_reading.push_back(*found);
   }
+  group_readings(case_of_reading);
+  if (has_history_) find_sequences(case_of_reading);
 }
 
-void Predictor::find_sequences() {
-  if (!has_history_) {
-    for (std::size_t c = 0; c < cases_.size(); ++c) sequences_.push_back({c});
-    return;
-  }
+// Case after case, in their order within each.
+void Predictor::group_readings(const std::vector<std::size_t>& case_of_reading) {
+  for (const std::size_t c : case_of_reading) ++cases_[c].end;
+  for (std::size_t c = 1; c < cases_.size(); ++c) cases_[c].end += cases_[c - 1].end;
+  readings_of_cases_.resize(case_of_reading.size());
+  for (std::size_t r = case_of_reading.size(); r-- > 0;)
+    readings_of_cases_[--cases_[case_of_reading[r]].end] = r;
+  // By now each stands where its readings start.
+  for (std::size_t c = 0; c < cases_.size(); ++c)
+    cases_[c].end = c + 1 < cases_.size() ? cases_[c + 1].end : case_of_reading.size();
+}
+
+std::span<const std::size_t> Predictor::readings_of(std::size_t c) const {
+  const std::size_t first = c == 0 ? 0 : cases_[c - 1].end;
+  return std::span(readings_of_cases_).subspan(first, cases_[c].end - first);
+}
+
+void Predictor::find_sequences(const std::vector<std::size_t>& case_of_reading) {
   for (const Cycle& stretch : stretches_of(campaign_)) {
     sequences_.emplace_back();
-    for (const std::size_t reading : stretch)
-      sequences_.back().push_back(case_of_reading_[reading]);
+    for (const std::size_t reading : stretch) sequences_.back().push_back(case_of_reading[reading]);
   }
 }
 
@@ -320,9 +353,9 @@ Predictor::State Predictor::solve(const Run& run, std::size_t configuration, con
   const vjm::PostureResult& start = (*postures_)[configuration];
   State state;
   if (start.reached) {
-    state.response =
-        run.model.respond(start.posture, load, conditions_[conditions], before, run.parameters,
-                          run.with_derivatives, near, run.with_compliance);
+    state.response = run.model.respond(start.posture, load, conditions_[conditions], before,
+                                       run.parameters, run.with_derivatives, near,
+                                       run.with_compliance || campaign_.control.has_value());
     observe(run, state);
   } else {
     state.response = before;
@@ -333,29 +366,37 @@ Predictor::State Predictor::solve(const Run& run, std::size_t configuration, con
 
 namespace {
 
-// What is seen of a target that sits at `offset` on what is seen, with columns for its coordinates:
-// of its position [m] in axes of what is seen, then of its rotation vector.
-void move_target(const TargetOffset& target, Seen& seen) {
-  if (target.differentiated == 0 && target.pose.isZero(0)) return;
-  const spatial::Matrix3 axes = seen.pose.rotation();
-  const spatial::Matrix3 arm = spatial::skew(axes * target.pose.head<3>());
-  for (vjm::Matrix6X* motion : {&seen.motion, &seen.by_wrench})
-    if (motion->cols() > 0) motion->topRows<3>() -= (arm * motion->bottomRows<3>()).eval();
-  seen.pose = seen.pose *
-              spatial::Pose(spatial::exp_rotation(target.pose.tail<3>()), target.pose.head<3>());
-  spatial::Matrix6 own = spatial::Matrix6::Zero();
-  own.topLeftCorner<3, 3>() = axes;
-  own.bottomRightCorner<3, 3>() = axes * spatial::left_jacobian(target.pose.tail<3>());
-  const Eigen::Index n = seen.motion.cols();
-  seen.motion.conservativeResize(6, n + target.differentiated);
-  seen.motion.rightCols(target.differentiated) = own.leftCols(target.differentiated);
+spatial::Pose pose_of(const Vector6& offset) {
+  return {spatial::exp_rotation(offset.tail<3>()), offset.head<3>()};
 }
 
-// The same number of columns for a sensor that sees nothing of the target.
-void leave_target(const TargetOffset& target, Eigen::Index parameters, Seen& seen) {
-  if (target.differentiated == 0) return;
-  seen.motion.conservativeResize(6, parameters + target.differentiated);
-  seen.motion.rightCols(target.differentiated).setZero();
+// What a sensor sees of its target, with columns for the coordinates of all targets: of the
+// position [m] in axes of what is seen, then of the rotation vector.
+void move_target(const std::vector<TargetOffset>& targets, std::size_t sensor,
+                 Eigen::Index parameters, Seen& seen) {
+  Eigen::Index columns = 0, first = 0;
+  const TargetOffset* own = nullptr;
+  for (const TargetOffset& target : targets) {
+    if (target.sensor == sensor) own = &target, first = columns;
+    columns += target.differentiated;
+  }
+  const spatial::Matrix3 axes = seen.pose.rotation();
+  const bool is_moved = own != nullptr && (own->differentiated > 0 || !own->pose.isZero(0));
+  if (is_moved) {
+    const spatial::Matrix3 arm = spatial::skew(axes * own->pose.head<3>());
+    for (vjm::Matrix6X* motion : {&seen.motion, &seen.by_wrench})
+      if (motion->cols() > 0) motion->topRows<3>() -= (arm * motion->bottomRows<3>()).eval();
+    seen.pose = seen.pose * pose_of(own->pose);
+  }
+  if (columns == 0) return;
+  seen.motion.conservativeResize(6, parameters + columns);
+  seen.motion.rightCols(columns).setZero();
+  if (!is_moved) return;
+  spatial::Matrix6 by_target = spatial::Matrix6::Zero();
+  by_target.topLeftCorner<3, 3>() = axes;
+  by_target.bottomRightCorner<3, 3>() = axes * spatial::left_jacobian(own->pose.tail<3>());
+  seen.motion.middleCols(parameters + first, own->differentiated) =
+      by_target.leftCols(own->differentiated);
 }
 
 }  // namespace
@@ -367,9 +408,16 @@ void Predictor::observe(const Run& run, State& state) const {
   const Observation& observation = campaign_.observation;
   const Vector3 up = vjm::vertical(bare_);
   for (const Sensor& sensor : campaign_.sensors) {
+    const std::size_t number = state.seen.size();
+    if (sensor.kind == SensorKind::load) {
+      Seen& seen = state.seen.emplace_back();
+      seen.motion.setZero(6, std::ssize(run.parameters) + run.target_columns());
+      seen.by_wrench.setZero(6, 6);
+      continue;
+    }
     if (!sensor.is_platform()) {
       state.seen.push_back(seen_by(sensor, response.watched, campaign_.watch, up));
-      leave_target(run.target, std::ssize(run.parameters), state.seen.back());
+      move_target(run.targets, number, std::ssize(run.parameters), state.seen.back());
       continue;
     }
     state.seen.push_back({response.observed, std::move(response.derivatives), {}});
@@ -380,7 +428,7 @@ void Predictor::observe(const Run& run, State& state) const {
       if (seen.by_wrench.cols() > 0) seen.by_wrench = observation.motion(seen.pose, seen.by_wrench);
       seen.pose = observation.seen(seen.pose);
     }
-    move_target(run.target, seen);
+    move_target(run.targets, number, std::ssize(run.parameters), seen);
   }
 }
 
@@ -406,31 +454,39 @@ std::vector<Predictor::State> Predictor::references(const Run& run,
   return states;
 }
 
-void Predictor::follow(const Run& run, const std::vector<std::size_t>& sequence,
-                       const std::vector<State>& unloaded, std::vector<CaseResult>& results) const {
+void Predictor::follow(const Run& run, std::span<const std::size_t> sequence,
+                       const std::vector<State>& unloaded, Predictions& predictions,
+                       Failures& failures) const {
   State before = unloaded[cases_[sequence.front()].reference];
   for (const std::size_t c : sequence) {
     const LoadCase& at = cases_[c];
     State loaded = before.response.failure.empty()
-                       ? solve(run, at.configuration, at.load, at.conditions, before.response,
-                               run.loaded_near(at.reading))
+                       ? under_load(run, at, unloaded[at.reference], before.response)
                        : before;
-    results[c] = displacements_of(unloaded[at.reference], loaded);
-    results[c].work = work_of(run, at, loaded);
-    results[c].state = loaded.response.state;
+    CaseResult result = displacements_of(unloaded[at.reference], loaded);
+    if (!result.failure.empty()) {
+      failures.add(c, result.failure);
+    } else {
+      result.work = work_of(run, campaign_.readings[at.reading], loaded);
+      if (campaign_.control) hold_displacement(run, at, before.response, loaded, result);
+    }
+    for (const std::size_t r : readings_of(c)) {
+      enter(result, r, predictions);
+      predictions.loaded[r] = loaded.response.state;
+    }
     // A masked reading without an equilibrium leaves the history as it was.
     if (loaded.response.failure.empty() || !at.may_fail) before = std::move(loaded);
   }
 }
 
-Vector6 Predictor::work_of(const Run& run, const LoadCase& at, const State& loaded) const {
+Vector6 Predictor::work_of(const Run& run, const Reading& reading, const State& loaded) const {
   if (!campaign_.reads_platform() || loaded.seen.empty()) return Vector6::Zero();
   Observation observation = campaign_.observation;
   const spatial::Pose pose =
-      observation.platform(loaded.seen.front().pose * run.target_pose().inverse());
-  observation.target += run.target.pose.head<3>();
-  return observation.wrench((*postures_)[at.configuration].posture.platform, pose,
-                            at.load.at_reference_point(pose));
+      observation.platform(loaded.seen.front().pose * pose_of(run.target_of_platform()).inverse());
+  observation.target += run.target_of_platform().head<3>();
+  return observation.wrench((*postures_)[reading.configuration].posture.platform, pose,
+                            reading.load.at_reference_point(pose));
 }
 
 namespace {
@@ -481,10 +537,7 @@ void take_off(const SensorReading& other, SensorReading& reading) {
 
 void Predictor::enter(const CaseResult& result, std::size_t index, Predictions& predictions) const {
   const Reading& reading = campaign_.readings[index];
-  if (!result.failure.empty()) {
-    if (!reading.masked && !predictions.failure) predictions.failure = {index, result.failure};
-    return;
-  }
+  if (!result.failure.empty()) return;
   std::vector<SensorReading> sensors = result.sensors;
   for (std::size_t s = 0; s < sensors.size(); ++s) {
     const Sensor& sensor = campaign_.sensors[s];
@@ -528,7 +581,7 @@ Vector6 Predictor::measured_by(std::size_t sensor, const Reading& reading) const
 
 Predictor::CaseResult Predictor::displacements_of(const State& unloaded, State& loaded) const {
   const bool absolute = campaign_.displacement == DisplacementKind::absolute;
-  CaseResult result{.failure = loaded.response.failure, .sensors = {}, .state = {}};
+  CaseResult result{.failure = loaded.response.failure, .sensors = {}};
   if (result.failure.empty() && !absolute) result.failure = unloaded.response.failure;
   if (!result.failure.empty()) return result;
   for (std::size_t s = 0; s < campaign_.sensors.size(); ++s) {
@@ -542,6 +595,134 @@ Predictor::CaseResult Predictor::displacements_of(const State& unloaded, State& 
   return result;
 }
 
+Predictor::State Predictor::under_load(const Run& run, const LoadCase& at, const State& unloaded,
+                                       const vjm::Response& before) const {
+  if (campaign_.control) return at_displacement(run, at, unloaded, before);
+  const Reading& reading = campaign_.readings[at.reading];
+  return solve(run, reading.configuration, reading.load, at.conditions, before,
+               run.loaded_near(at.reading));
+}
+
+namespace {
+
+// The root of a function that only grows or only falls: Newton's steps where they stay between
+// values on both sides of it, else halves of what lies between these.
+class RootSearch {
+ public:
+  explicit RootSearch(double start) : at_(start) {}
+  double at() const { return at_; }
+
+  // False when the root is found to rounding.
+  bool step(double value, double slope) {
+    constexpr double rounding = 1e-15;
+    ((value > 0) == (slope > 0) ? upper_ : lower_) = at_;
+    double next = at_ - value / slope;
+    if (!(next > lower_ && next < upper_)) {
+      if (!std::isfinite(lower_ + upper_)) return false;
+      next = (lower_ + upper_) / 2;
+    }
+    const bool goes_on =
+        value != 0 && std::abs(next - at_) > rounding * std::max(std::abs(next), std::abs(at_));
+    last_ = std::exchange(at_, next);
+    return goes_on;
+  }
+  // Where there is no value.
+  void step_back() { at_ = (at_ + last_) / 2; }
+
+ private:
+  double at_, last_ = 0;
+  double lower_ = -std::numeric_limits<double>::infinity();
+  double upper_ = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace
+
+// What the sensor reads whose displacement is set.
+SensorReading Predictor::reading_of_set(const CaseResult& result, const LoadCase& at) const {
+  const DisplacementControl& control = *campaign_.control;
+  const Component& set = campaign_.component(control.set);
+  SensorReading reading = result.sensors[set.sensor];
+  Vector6 near = Vector6::Constant(std::numeric_limits<double>::quiet_NaN());
+  near[set.axis] = control.to[at.reading];
+  bring_near(reading, campaign_.sensors[set.sensor].kind, near);
+  return reading;
+}
+
+// Seeks the force under which what is set is where it was set.
+Predictor::State Predictor::at_displacement(const Run& run, const LoadCase& at,
+                                            const State& unloaded,
+                                            const vjm::Response& before) const {
+  constexpr int most = 100;
+  constexpr double close = 1e-14;  // [m or rad]
+  const DisplacementControl& control = *campaign_.control;
+  const Reading& reading = campaign_.readings[at.reading];
+  const Eigen::Index axis = campaign_.component(control.set).axis;
+  const double read = reading.displacement[control.force];
+  RootSearch search(std::isnan(read) ? 0 : read);
+  vjm::SystemState last;
+  State state;
+  for (int i = 0; i < most; ++i) {
+    state = solve(run, reading.configuration,
+                  control.with_force(at.reading, reading.configuration, search.at()), at.conditions,
+                  before, last.bodies.empty() ? run.loaded_near(at.reading) : &last);
+    state.force = search.at();
+    const CaseResult result = displacements_of(unloaded, state);
+    if (result.failure.empty()) {
+      last = state.response.state;
+      const SensorReading seen = reading_of_set(result, at);
+      const double miss = seen.displacement[axis] - control.to[at.reading];
+      const double slope = seen.by_wrench.row(axis).dot(control.along[reading.configuration]);
+      if (!(std::abs(miss) > close) || !search.step(miss, slope)) break;
+    } else {
+      search.step_back();
+    }
+  }
+  if (state.response.failure.empty())
+    state.seen[campaign_.component(control.force).sensor].pose =
+        spatial::Pose::translation({state.force, 0, 0});
+  return state;
+}
+
+// From derivatives under the force that was found to those at the displacement that is set.
+void Predictor::hold_displacement(const Run& run, const LoadCase& at, const vjm::Response& before,
+                                  State& loaded, CaseResult& result) const {
+  const DisplacementControl& control = *campaign_.control;
+  const Vector6& along = control.along[campaign_.readings[at.reading].configuration];
+  const SensorReading set = reading_of_set(result, at);
+  const Eigen::Index axis = campaign_.component(control.set).axis;
+  const double slope = set.by_wrench.row(axis).dot(along);
+  const Eigen::RowVectorXd force = -set.derivatives.row(axis) / slope;
+  const Eigen::RowVectorXd force_by_wrench = -set.by_wrench.row(axis) / slope;
+  for (SensorReading& sensor : result.sensors) {
+    const Vector6 motion = sensor.by_wrench * along;
+    sensor.derivatives += motion * force;
+    sensor.by_wrench += motion * force_by_wrench;
+  }
+  SensorReading& cell = result.sensors[campaign_.component(control.force).sensor];
+  cell.derivatives.row(0) += force;
+  cell.by_wrench.row(0) += force_by_wrench;
+  if (has_history_ && run.with_derivatives)
+    carry_into_history(run, at, before, force.head(std::ssize(run.parameters)), loaded);
+}
+
+// Histories after it change with the force as well: by central differences.
+void Predictor::carry_into_history(const Run& run, const LoadCase& at, const vjm::Response& before,
+                                   const Eigen::RowVectorXd& force, State& loaded) const {
+  const std::size_t configuration = campaign_.readings[at.reading].configuration;
+  const double h = 1e-5 * std::max(1.0, std::abs(loaded.force));
+  const auto histories = [&](double changed) {
+    return run.model
+        .respond((*postures_)[configuration].posture,
+                 campaign_.control->with_force(at.reading, configuration, changed),
+                 conditions_[at.conditions], before, {}, false, &loaded.response.state)
+        .histories;
+  };
+  const vjm::Histories more = histories(loaded.force + h), less = histories(loaded.force - h);
+  for (std::size_t e = 0; e < more.size(); ++e)
+    if (more[e].size() > 0)
+      loaded.response.history_derivatives[e] += (more[e] - less[e]) / (2 * h) * force;
+}
+
 Predictions Predictor::predict(const std::vector<Parameter>& parameters,
                                const Eigen::VectorXd& values, bool with_derivatives,
                                common::Progress& progress, const Predictions* near) const {
@@ -553,21 +734,23 @@ Predictions Predictor::predict(const std::vector<Parameter>& parameters,
                                const Eigen::VectorXd& values,
                                const std::vector<Parameter>& derivatives_by,
                                common::Progress& progress, const Predictions* near,
-                               const TargetOffset& target) const {
+                               const std::vector<TargetOffset>& targets) const {
   const vjm::EffectModel model = this->model(parameters, values);
   return predict({.model = model,
                   .parameters = model_parameters(derivatives_by),
                   .with_derivatives = !derivatives_by.empty(),
                   .near = near,
-                  .target = target},
+                  .targets = targets},
                  progress);
 }
 
 Predictions Predictor::predict_with_compliance(const std::vector<Parameter>& parameters,
                                                const Eigen::VectorXd& values,
-                                               common::Progress& progress) const {
+                                               common::Progress& progress,
+                                               const std::vector<TargetOffset>& targets) const {
   const vjm::EffectModel model = this->model(parameters, values);
-  return predict({.model = model, .parameters = {}, .with_compliance = true}, progress);
+  return predict({.model = model, .parameters = {}, .with_compliance = true, .targets = targets},
+                 progress);
 }
 
 vjm::EffectModel Predictor::model(const std::vector<Parameter>& parameters,
@@ -579,9 +762,6 @@ vjm::EffectModel Predictor::model(const std::vector<Parameter>& parameters,
 
 Predictions Predictor::predict(const Run& run, common::Progress& progress) const {
   const std::vector<State> unloaded = references(run, progress);
-  std::vector<CaseResult> results(cases_.size());
-  common::parallel_for(sequences_.size(), threads_, "loaded equilibria", progress,
-                       [&](std::size_t i) { follow(run, sequences_[i], unloaded, results); });
   const std::size_t n = campaign_.readings.size();
   Predictions predictions;
   predictions.displacement.assign(
@@ -589,24 +769,37 @@ Predictions Predictor::predict(const Run& run, common::Progress& progress) const
   if (run.with_compliance)
     predictions.by_wrench.assign(n, Eigen::MatrixXd::Zero(campaign_.size(), 6));
   predictions.work.assign(n, Vector6::Zero());
-  if (run.with_derivatives || run.target.differentiated > 0) predictions.derivatives.resize(n);
-  // States are most of the memory that many readings need: the last reading of a case takes its
-  // own, and relaxed ones are none.
-  std::vector<std::size_t> last(cases_.size());
-  for (std::size_t i = 0; i < n; ++i) last[case_of_reading_[i]] = i;
+  if (run.with_derivatives || run.target_columns() > 0) predictions.derivatives.resize(n);
+  predictions.loaded.resize(n);
+  Failures failures;
+  // What is found of a case goes into its readings at once: kept for all it would be most of the
+  // memory that many readings need.
+  common::parallel_for(has_history_ ? sequences_.size() : cases_.size(), threads_,
+                       "loaded equilibria", progress, [&](std::size_t i) {
+                         const std::span<const std::size_t> sequence =
+                             has_history_ ? std::span<const std::size_t>(sequences_[i])
+                                          : std::span<const std::size_t>(&i, 1);
+                         follow(run, sequence, unloaded, predictions, failures);
+                       });
+  for (const auto& [c, reason] : failures.reasons())
+    for (const std::size_t r : readings_of(c))
+      if (!campaign_.readings[r].masked &&
+          (!predictions.failure || r < predictions.failure->reading))
+        predictions.failure = {r, reason};
+  add_unloaded(unloaded, predictions);
+  return predictions;
+}
+
+// Relaxed ones are none.
+void Predictor::add_unloaded(const std::vector<State>& unloaded, Predictions& predictions) const {
   const bool relaxed = std::all_of(unloaded.begin(), unloaded.end(), [](const State& s) {
     return s.response.state.bodies.empty() && s.response.state.coordinates.empty();
   });
-  predictions.loaded.reserve(n);
-  if (!relaxed) predictions.unloaded.reserve(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::size_t c = case_of_reading_[i];
-    enter(results[c], i, predictions);
-    vjm::SystemState& state = results[c].state;
-    predictions.loaded.push_back(last[c] == i ? std::move(state) : state);
-    if (!relaxed) predictions.unloaded.push_back(unloaded[cases_[c].reference].response.state);
-  }
-  return predictions;
+  if (relaxed) return;
+  predictions.unloaded.resize(campaign_.readings.size());
+  for (std::size_t c = 0; c < cases_.size(); ++c)
+    for (const std::size_t r : readings_of(c))
+      predictions.unloaded[r] = unloaded[cases_[c].reference].response.state;
 }
 
 Vector3 nearest_rotation_vector(const Vector3& vector, const Vector3& measured) {

@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,8 @@ struct PredictionFailure {
   std::size_t reading = 0;
   std::string reason;
 };
+
+struct SensorReading;
 
 /// One entry a reading, in the order of the campaign.
 struct Predictions {
@@ -45,11 +48,13 @@ struct Predictions {
   std::optional<PredictionFailure> failure;
 };
 
-/// Where what is measured of the platform really sits, seen from where the campaign has it:
-/// position [m] in platform axes and rotation vector [rad].
+/// Where that sits which a sensor looks at, seen from where the campaign has it: position [m] in
+/// axes of the platform, or of what carries the sensor, and rotation vector [rad].
 struct TargetOffset {
+  std::size_t sensor = 0;
   spatial::Vector6 pose = spatial::Vector6::Zero();
-  /// Derivatives by so many of its coordinates follow those by the parameters: 0, 3 or 6.
+  /// Derivatives by so many of its coordinates follow those by the parameters, target after target:
+  /// 0, 3 or 6.
   Eigen::Index differentiated = 0;
 };
 
@@ -60,7 +65,12 @@ struct TargetOffset {
 /// A cycle with history starts from the relaxed manipulator, which then takes its state without
 /// load; readings follow in the order of step and time, masked ones included. Another configuration
 /// starts anew, and so does a reading that belongs to no cycle, unless the campaign says that the
-/// history continues: then the readings of a session follow each other. In differences the state
+/// history continues: then the readings of a session follow each other. Where a displacement is
+/// set, the force is sought that it takes; derivatives are those at this displacement,
+///
+///   dF/dp = -(du/dp) / (du/dF),   dv/dp = (dv/dp at F) + dv/dF dF/dp,
+///
+/// with u what is set and v all else that is read. In differences the state
 /// without load is that at the session's first reading, at the temperature of the reading itself.
 class Predictor {
  public:
@@ -90,11 +100,12 @@ class Predictor {
   /// The same with derivatives with respect to some of the parameters only.
   Predictions predict(const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
                       const std::vector<Parameter>& derivatives_by, common::Progress& progress,
-                      const Predictions* near = nullptr, const TargetOffset& target = {}) const;
+                      const Predictions* near = nullptr,
+                      const std::vector<TargetOffset>& targets = {}) const;
   /// The same without derivatives, but with `by_wrench`.
   Predictions predict_with_compliance(const std::vector<Parameter>& parameters,
-                                      const Eigen::VectorXd& values,
-                                      common::Progress& progress) const;
+                                      const Eigen::VectorXd& values, common::Progress& progress,
+                                      const std::vector<TargetOffset>& targets = {}) const;
 
  private:
   // A state without load, which several cases may share.
@@ -104,15 +115,15 @@ class Predictor {
   };
   // Load case that several readings may share.
   struct LoadCase {
-    std::size_t configuration = 0;
-    vjm::Load load;
     std::size_t conditions = 0;
     std::size_t reference = 0;
-    bool may_fail = false;    // only masked readings need it
-    std::size_t reading = 0;  // the first of those that share it
+    bool may_fail = true;     // only masked readings need it
+    std::size_t end = 0;      // of its readings in readings_of_cases_
+    std::size_t reading = 0;  // the first of those that share it, with its load
   };
   struct State;
   struct CaseResult;
+  class Failures;
   struct Run;
 
   Predictor(const Predictor& like, std::vector<vjm::Effect> effects);
@@ -120,7 +131,9 @@ class Predictor {
   void find_postures(common::Progress& progress);
   void refuse_blind_levels(common::Faults& faults) const;
   void find_cases();
-  void find_sequences();
+  void find_sequences(const std::vector<std::size_t>& case_of_reading);
+  void group_readings(const std::vector<std::size_t>& case_of_reading);
+  std::span<const std::size_t> readings_of(std::size_t c) const;
   std::size_t conditions_index(const vjm::Conditions& conditions);
   std::size_t reference_index(std::size_t configuration, const vjm::Conditions& conditions,
                               std::size_t reading);
@@ -129,11 +142,22 @@ class Predictor {
               std::size_t conditions, const vjm::Response& before,
               const vjm::SystemState* near) const;
   std::vector<State> references(const Run& run, common::Progress& progress) const;
-  void follow(const Run& run, const std::vector<std::size_t>& sequence,
-              const std::vector<State>& unloaded, std::vector<CaseResult>& results) const;
+  void follow(const Run& run, std::span<const std::size_t> sequence,
+              const std::vector<State>& unloaded, Predictions& predictions,
+              Failures& failures) const;
+  State under_load(const Run& run, const LoadCase& at, const State& unloaded,
+                   const vjm::Response& before) const;
+  State at_displacement(const Run& run, const LoadCase& at, const State& unloaded,
+                        const vjm::Response& before) const;
+  SensorReading reading_of_set(const CaseResult& result, const LoadCase& at) const;
+  void hold_displacement(const Run& run, const LoadCase& at, const vjm::Response& before,
+                         State& loaded, CaseResult& result) const;
+  void carry_into_history(const Run& run, const LoadCase& at, const vjm::Response& before,
+                          const Eigen::RowVectorXd& force, State& loaded) const;
+  void add_unloaded(const std::vector<State>& unloaded, Predictions& predictions) const;
   void observe(const Run& run, State& state) const;
   CaseResult displacements_of(const State& unloaded, State& loaded) const;
-  spatial::Vector6 work_of(const Run& run, const LoadCase& at, const State& loaded) const;
+  spatial::Vector6 work_of(const Run& run, const Reading& reading, const State& loaded) const;
   spatial::Vector6 measured_by(std::size_t sensor, const Reading& reading) const;
   void enter(const CaseResult& result, std::size_t index, Predictions& predictions) const;
   vjm::EffectModel model(const std::vector<Parameter>& parameters,
@@ -150,8 +174,8 @@ class Predictor {
   std::map<vjm::Conditions, std::size_t> known_conditions_;
   std::map<std::pair<std::size_t, std::size_t>, std::size_t> known_references_;
   std::vector<LoadCase> cases_;
-  std::vector<std::vector<std::size_t>> sequences_;  // of cases
-  std::vector<std::size_t> case_of_reading_;
+  std::vector<std::vector<std::size_t>> sequences_;  // of cases; only where there is a history
+  std::vector<std::size_t> readings_of_cases_;       // case after case
 };
 
 /// The rotation vector that stands for the same rotation as `vector` and is nearest to `measured`

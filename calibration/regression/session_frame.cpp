@@ -115,4 +115,18 @@ FramesAndTarget frames_and_target(const std::vector<PlacedPosition>& positions,
   return result;
 }
 
+std::vector<FramedComponents> framed_components(const Campaign& campaign) {
+  std::vector<FramedComponents> result;
+  for (std::size_t s = 0; s < campaign.sensors.size(); ++s) {
+    if (!campaign.sensors[s].by_instrument) continue;
+    FramedComponents& of_sensor = result.emplace_back();
+    for (Eigen::Index k = 0; k < campaign.size(); ++k)
+      if (campaign.component(k).sensor == s) {
+        of_sensor.axes.push_back(campaign.component(k).axis);
+        of_sensor.rows.push_back(k);
+      }
+  }
+  return result;
+}
+
 }  // namespace kinetostat::calibration

@@ -21,6 +21,14 @@ struct SeenFromFrame {
 SeenFromFrame seen_from(const spatial::Vector6& frame, const spatial::Vector6& displacement,
                         DisplacementKind kind, const spatial::Vector6& measured);
 
+/// Components that one sensor reads in the frame of the instrument, with their axes in the order of
+/// component_names.
+struct FramedComponents {
+  std::vector<Eigen::Index> axes, rows;
+};
+/// One a sensor that is read so.
+std::vector<FramedComponents> framed_components(const Campaign& campaign);
+
 /// The frame that brings predicted positions nearest to measured ones (Umeyama 1991, without
 /// scale): where a fit starts. Zero where there are fewer than three positions.
 spatial::Vector6 frame_between(const std::vector<spatial::Vector3>& predicted,

@@ -202,7 +202,7 @@ BaseFit CandidateFitter::fitted(const std::vector<vjm::Effect>& effects,
 
 MatrixXd CandidateFitter::by_force(const BaseFit& fit, common::Progress& progress) const {
   const Predictions predictions =
-      predictor_.predict_with_compliance(base_, values_of(fit), progress);
+      predictor_.predict_with_compliance(base_, values_of(fit), progress, targets_of(fit));
   const std::vector<Value> values = values_in_use(campaign_);
   MatrixXd columns = MatrixXd::Zero(static_cast<Index>(values.size()), 3);
   for (std::size_t first = 0, next = 0; first < values.size(); first = next) {

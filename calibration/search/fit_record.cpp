@@ -116,7 +116,7 @@ class Members {
   void one(vjm::SystemState& s) { (*this)(s.bodies, s.wrenches, s.coordinates); }
   void one(Zero& z) { (*this)(z.session, z.component, z.value, z.standard_error); }
   void one(FrameEstimate& f) { (*this)(f.session, f.value, f.standard_error); }
-  void one(TargetEstimate& t) { (*this)(t.value, t.standard_error); }
+  void one(TargetEstimate& t) { (*this)(t.sensor, t.value, t.standard_error); }
   void one(Linearisation& l) { (*this)(l.residual, l.jacobian); }
   void one(PredictionFailure& f) { (*this)(f.reading, f.reason); }
   void one(Signature& s) { (*this)(s.columns, s.growth); }
@@ -133,9 +133,9 @@ class Members {
     (*this)(displacement, derivatives, by_wrench, work, loaded, unloaded, failure);
   }
   void one(BaseFit& fit) {
-    auto& [parameters, zeros, frames, target, covariance, error_source, weak, loss, weights,
+    auto& [parameters, zeros, frames, targets, covariance, error_source, weak, loss, weights,
            predicted, work, model, at, squared_error, values, iterations, estimated] = fit;
-    (*this)(parameters, zeros, frames, target, covariance, error_source, weak, loss, weights,
+    (*this)(parameters, zeros, frames, targets, covariance, error_source, weak, loss, weights,
             predicted, work, model, at, squared_error, values, iterations, estimated);
   }
 

@@ -58,6 +58,7 @@ MatrixXd loads_of(const Campaign& campaign) {
   for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
     features.row(static_cast<Index>(i)) =
         campaign.readings[i].load.at_reference_point(spatial::Pose()).transpose();
+    features.row(static_cast<Index>(i)) += load_in_joints(campaign.readings[i].load).transpose();
     features.row(static_cast<Index>(i)).head<3>() +=
         force_at_nodes(campaign.readings[i].load).transpose();
   }

@@ -116,6 +116,8 @@ Seen seen_by(const Sensor& sensor, const vjm::Watched& watched, const vjm::Watch
       });
       break;
     }
+    case SensorKind::load:
+      break;  // of no part of the robot
     case SensorKind::joint:
     case SensorKind::torque: {
       const Index row =

@@ -18,6 +18,7 @@ enum class SensorKind {
   tilt,      // rotation of a frame about its own axes, against the vertical
   distance,  // between the origins of two frames
   joint,     // coordinate of a joint
+  load,      // force or moment that the load cell reads, where the displacement is set
   torque     // that the drive of a joint exerts: a force where it slides
 };
 
@@ -29,6 +30,8 @@ struct Sensor {
   bool own_axes = false;  // differences in the axes that `frame` has without load, not in `from`'s
   /// Its readings are in the frame of the instrument, which sessions may have to estimate.
   bool by_instrument = true;
+  /// What it looks at sits elsewhere on what carries it, nobody knows where.
+  bool target_estimated = false;
   std::size_t joint = 0;                  // in Watch::joints
   std::optional<std::size_t> minus = {};  // sensor of the same axes that is taken off, no platform
 

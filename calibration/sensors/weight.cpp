@@ -10,6 +10,12 @@ spatial::Vector3 force_at_nodes(const vjm::Load& load) {
   return force.norm() > rounding * sizes || load.nodes.empty() ? force : load.nodes[0].force;
 }
 
+spatial::Vector6 load_in_joints(const vjm::Load& load) {
+  spatial::Vector6 sum = spatial::Vector6::Zero();
+  for (const vjm::JointForce& joint : load.joints) sum += joint.force * joint.direction;
+  return sum;
+}
+
 void push_apart(const Cylinder& cylinder, const vjm::Watched& frames, double force,
                 vjm::Load& load) {
   const spatial::Vector3 way =

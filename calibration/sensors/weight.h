@@ -1,10 +1,11 @@
-// Weights that are hung on parts of a robot, and cylinders that push them apart.
+// Weights that are hung on parts of a robot, cylinders that push them apart, torques in joints.
 #pragma once
 
 #include <array>
 #include <optional>
 #include <string>
 
+#include "kinetostat/spatial/units.h"
 #include "kinetostat/vjm/effects/watch.h"
 #include "kinetostat/vjm/statics/load.h"
 
@@ -27,6 +28,13 @@ struct Cylinder {
   std::array<std::optional<vjm::NodeLoad>, 2> ends = {};
 };
 
+/// A torque in a joint, by its column; a force where it slides.
+struct Torque {
+  std::string name;
+  vjm::JointForce per_unit;
+  spatial::Dimension dimension;
+};
+
 /// Adds to `load` a force along the line between these frames. Requires that they are apart.
 void push_apart(const Cylinder& cylinder, const vjm::Watched& frames, double force,
                 vjm::Load& load);
@@ -34,5 +42,8 @@ void push_apart(const Cylinder& cylinder, const vjm::Watched& frames, double for
 /// All forces at nodes together [N]; where they cancel, as those of a cylinder between two bodies,
 /// that at the first node.
 spatial::Vector3 force_at_nodes(const vjm::Load& load);
+
+/// All forces and torques in joints together [N; N m], along the joints as they are without load.
+spatial::Vector6 load_in_joints(const vjm::Load& load);
 
 }  // namespace kinetostat::calibration

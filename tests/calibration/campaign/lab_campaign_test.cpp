@@ -78,6 +78,24 @@ TEST(LabCampaign, TheCampaignSaysWhatNamesMean) {
   }
 }
 
+TEST(LabCampaign, LinesThatRepeatTheNamesArePassedOver) {
+  const Campaign c = read("fz [N],dz [um]\n1,2\nfz [N],dz [um]\n3,4\n");
+  ASSERT_EQ(c.readings.size(), 2u);
+  EXPECT_DOUBLE_EQ(c.readings[1].load.force.z(), 3);
+  EXPECT_EQ(c.readings[1].line, 4);
+  EXPECT_THAT(c.notes, Contains(HasSubstr("repeat the names of the columns are passed over (1)")));
+}
+
+TEST(LabCampaign, JointsAndMassesAreNotOverlooked) {
+  const Campaign c = read("Achse 1,fz,dz\n10,1,2\n");
+  EXPECT_THAT(c.warnings, Contains(HasSubstr("If it is the joint q1, say 'columns: {Achse 1: q1 "
+                                             "[deg]}'")));
+  const Campaign mass = read("Payload mass [kg],fz,dz\n10,1,2\n");
+  EXPECT_THAT(mass.warnings, Contains(HasSubstr("say 'weights: {Payload_mass: {on: platform}}'")));
+  const Campaign hyphen = read("Q-1 [deg],q2 [deg],q 3 [deg],fz,dz\n90,0,0,1,2\n");
+  EXPECT_DOUBLE_EQ(hyphen.configurations.at(0).joints.at("arm.q1"), M_PI / 2);
+}
+
 TEST(LabCampaign, NamesWithUnitsAreFoundWithoutThem) {
   EXPECT_DOUBLE_EQ(
       read("Gauge [um],fz\n5,2\n", "columns: {Gauge: dx}\n").readings[0].displacement[0], 5e-6);
@@ -224,6 +242,20 @@ TEST(ReadingsOverview, TakesPositionsBesideJointsAsMeasured) {
 
 // Along q1 the moment of the load about z, along q3 that about its own axis: for a force through
 // the axis none.
+// Payloads in kilograms are loads where nothing else is one.
+TEST(ReadingsOverview, TakesMassesForWeights) {
+  const auto file = test::write_campaign(
+      "", "A1 [deg],A2 [deg],A3 [deg],Payload [kg],X [mm],Y [mm],Z [mm]\n1,2,3,5,700,1,2\n");
+  const vjm::Robot robot = robot_of(arm());
+  const ReadingsOverview overview =
+      look_at_readings({.table = file.parent_path() / "readings.csv"}, &robot);
+  EXPECT_THAT(overview.mistakes, IsEmpty());
+  EXPECT_EQ(overview.columns[3].words, "Payload, a weight");
+  const std::string text = campaign_text(overview, "c", "robot.yaml", "readings.csv", robot.units);
+  EXPECT_THAT(text, HasSubstr("\nweights: {Payload: {on: platform}}"));
+  EXPECT_THAT(text, HasSubstr("# session_frame: estimate"));
+}
+
 TEST(JointLoads, AreTheMomentsAboutTheAxes) {
   const Campaign c = read(
       "q1 [deg],q2 [deg],q3 [deg],fx,fy,fz,dx,dy,dz\n"
@@ -235,6 +267,19 @@ TEST(JointLoads, AreTheMomentsAboutTheAxes) {
   EXPECT_NEAR(loads[1].least, -100 * 0.5, 1e-6);
   EXPECT_TRUE(loads[0].is_observable());
   EXPECT_FALSE(loads[2].is_loaded());
+}
+
+TEST(JointLoads, KnowTheTorquesInJoints) {
+  const Campaign c =
+      read("q1 [deg],q2 [deg],q3 [deg],motor [N m],dx,dy,dz\n0,0,0,40,1,1,1\n30,20,10,-15,1,1,1\n",
+           "torques: {motor: {joint: q2}}\n");
+  const auto loads = joint_loads(c, arm());
+  ASSERT_EQ(loads.size(), 3U);
+  EXPECT_FALSE(loads[0].is_loaded());
+  EXPECT_TRUE(loads[1].is_observable());
+  EXPECT_NEAR(loads[1].least, -15, 1e-6);
+  EXPECT_NEAR(loads[1].largest, 40, 1e-6);
+  EXPECT_EQ(loads[1].postures, 2U);
 }
 
 TEST(JointLoads, SeeOnlyWhatIsMeasured) {

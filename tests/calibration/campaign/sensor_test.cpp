@@ -109,12 +109,14 @@ Predictions predicted(const vjm::Robot& robot, const Campaign& campaign) {
 std::filesystem::path write_readings(const std::string& displacement, const std::string& sensors,
                                      const std::vector<std::string>& columns,
                                      const std::string& cell = "0.01") {
-  std::string csv = "q1,q2,q3,fx,fy,fz,mx,my,mz" + cells(columns, "") + "\n";
-  for (const char* state : {"20,-30,50,120,-80,300,4000,0,9000", "-40,10,80,0,150,-200,0,5000,0",
-                            "0,-60,20,60,60,-400,0,0,-6000"})
+  std::string csv = "q1,q2,q3,fx,fy,fz,mx,my,mz,turn" + cells(columns, "") + "\n";
+  for (const char* state :
+       {"20,-30,50,120,-80,300,4000,0,9000,60000", "-40,10,80,0,150,-200,0,5000,0,-40000",
+        "0,-60,20,60,60,-400,0,0,-6000,"})
     csv += state + cells(columns, cell) + "\n";
-  return test::write_campaign(
-      std::string(campaign_head) + "displacement: " + displacement + "\n" + sensors, csv);
+  return test::write_campaign(std::string(campaign_head) + "displacement: " + displacement + "\n" +
+                                  sensors + "torques: {turn: {joint: q3}}\n",
+                              csv);
 }
 
 std::vector<Parameter> parameters_of(const vjm::Robot& robot) {
@@ -420,6 +422,50 @@ TEST(Cylinders, PushTheirEndsApart) {
                                             VectorXd(-predictions.displacement[2]), 3e-5));
   EXPECT_GT(predictions.displacement[0].norm(), 1e-6);
   EXPECT_NEAR(force_at_nodes(campaign.readings[0].load).norm(), 400, 1e-9);
+}
+
+// A torque t in a joint of stiffness k is a command that stands t/k further.
+TEST(Torques, AreCommandsFurtherByTheDeflectionOfTheSpring) {
+  const vjm::Robot robot = robot_of(arm);
+  const auto read = [&](const std::string& more, const std::string& csv) {
+    return read_campaign(
+        test::write_campaign(std::string(campaign_head) +
+                                 "displacement: absolute\nnoise: {translation: 1 um}\n"
+                                 "sensors: {encoder: {kind: joint, joint: q2, noise: 1 urad}}\n" +
+                                 more,
+                             csv),
+        robot.manipulator);
+  };
+  const Campaign driven =
+      read("torques: {motor: {joint: q2}}\n",
+           "q1,q2,q3,fz,motor [N m],dx,dy,dz,encoder [deg]\n20,-30,50,-100,300,1,1,1,1\n"
+           "20,-30,50,-100,,1,1,1,1\n");
+  const double shift = 300 / 6e4 * 180 / M_PI;
+  const Campaign commanded =
+      read("", fmt::format("q1,q2,q3,fz,dx,dy,dz,encoder [deg]\n20,{},50,-100,1,1,1,1\n"
+                           "20,-30,50,-100,1,1,1,1\n",
+                           -30 + shift));
+  const Predictions by_torque = predicted(robot, driven), by_command = predicted(robot, commanded);
+  ASSERT_FALSE(by_torque.failure) << by_torque.failure->reason;
+  for (std::size_t i = 0; i < 2; ++i)
+    EXPECT_TRUE(kinetostat::test::matrix_near(by_torque.displacement[i], by_command.displacement[i],
+                                              1e-11));
+  EXPECT_GT((by_torque.displacement[0] - by_torque.displacement[1]).norm(), 1e-3);
+  EXPECT_NEAR(load_in_joints(driven.readings[0].load).norm(), 300, 1e-9);
+}
+
+TEST(Torques, NeedAJointWithASpring) {
+  const vjm::Robot robot = robot_of(arm);
+  try {
+    (void)read_campaign(
+        test::write_campaign(std::string(campaign_head) +
+                                 "displacement: difference\ntorques: {motor: {joint: q7}}\n",
+                             "motor [N m],dz\n1,1\n"),
+        robot.manipulator);
+    FAIL();
+  } catch (const common::InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("q7"), std::string::npos) << error.what();
+  }
 }
 
 TEST(Cylinders, BetweenTheBaseAndItselfAreRefused) {

@@ -8,6 +8,7 @@
 
 #include "kinetostat/calibration/comparison/compare.h"
 #include "kinetostat/report/comparison.h"
+#include "kinetostat/spatial/rotation.h"
 
 #include "calibration/laboratory.h"
 
@@ -17,6 +18,36 @@ namespace {
 using spatial::Vector6;
 using testing::HasSubstr;
 using testing::IsEmpty;
+
+// Absolute positions in the frame of a tracker, deflections of a millimetre in them.
+Campaign tracked(const spatial::Pose& tracker, std::vector<Eigen::VectorXd>& predicted) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  Campaign campaign;
+  campaign.displacement = DisplacementKind::absolute;
+  campaign.sessions = {""};
+  for (int i = 0; i < 12; ++i) {
+    const spatial::Vector3 at(normal(random), normal(random), normal(random));
+    Vector6 y = Vector6::Zero();
+    y.head<3>() = at;
+    predicted.emplace_back(y);
+    Reading& reading = campaign.readings.emplace_back();
+    reading.displacement.setConstant(NAN);
+    reading.displacement.head<3>() =
+        tracker.inverse() * (at + 1e-3 * spatial::Vector3(normal(random), 0, normal(random)));
+  }
+  return campaign;
+}
+
+TEST(UnitError, AnInstrumentThatStandsElsewhereIsNamed) {
+  std::vector<Eigen::VectorXd> predicted;
+  const Campaign elsewhere =
+      tracked({spatial::exp_rotation(spatial::Vector3(0.1, 0.4, -1)), {2, 1, 0.3}}, predicted);
+  EXPECT_THAT(unit_error(elsewhere, predicted), HasSubstr("Say 'session_frame: estimate'"));
+  predicted.clear();
+  const Campaign at_base = tracked({}, predicted);
+  EXPECT_THAT(unit_error(at_base, predicted), IsEmpty());
+}
 
 // Displacements that are `factor` times the predicted ones, with a zero offset of their own and
 // some noise.

@@ -4,6 +4,7 @@
 
 #include "kinetostat/calibration/campaign/noise_estimate.h"
 #include "kinetostat/calibration/campaign/replicates.h"
+#include "kinetostat/calibration/design/plan_models.h"
 #include "kinetostat/calibration/regression/base_fit.h"
 #include "kinetostat/calibration/regression/session_frame.h"
 #include "kinetostat/report/base_fit.h"
@@ -93,11 +94,96 @@ TEST(Target, IsFoundBesideFramesAndStiffnessByPositionsOfItsPoint) {
   const BaseFit fit = fit_of(robot, campaign);
   EXPECT_LT(fit.squared_error, 1e-10);
   EXPECT_NEAR(std::exp(fit.parameters[0].value), truth.factor, 1e-8);
-  ASSERT_TRUE(fit.target);
-  EXPECT_TRUE(matrix_near(fit.target->value.head<3>(), truth.target.position(), 1e-9));
-  EXPECT_TRUE(fit.target->value.tail<3>().array().isNaN().all());
+  ASSERT_EQ(fit.targets.size(), 1U);
+  EXPECT_TRUE(matrix_near(fit.targets[0].value.head<3>(), truth.target.position(), 1e-9));
+  EXPECT_TRUE(fit.targets[0].value.tail<3>().array().isNaN().all());
   ASSERT_EQ(fit.frames.size(), 2U);
   EXPECT_EQ(fit.estimated, 1 + 12 + 3);
+}
+
+// On the link behind the second joint, beside a target on the flange whose place is known.
+TEST(Target, IsFoundOnAnyBody) {
+  const vjm::Robot robot = arm();
+  const vjm::Robot soft = test::scaled(robot, {0.8});
+  const Vector3 flange(0.02, 0.01, 0.03);
+  const Pose elbow(spatial::exp_rotation(Vector3(0.5, -0.3, 1.2)), {0.06, -0.04, 0.1});
+  const Pose tracker(spatial::exp_rotation(Vector3(0.2, 0.1, 2)), {2, 1, 0.4});
+  for (const bool rotations : {false, true}) {
+    Random random(7);
+    std::string csv = "q1 [deg],q2 [deg],q3 [deg],fx,fy,fz,dx,dy,dz,elbow.dx,elbow.dy,elbow.dz";
+    csv += rotations ? ",elbow.rx [rad],elbow.ry [rad],elbow.rz [rad]\n" : "\n";
+    for (int i = 0; i < 12; ++i) {
+      const Vector3 q = random.vector(60), force = random.vector(300);
+      const vjm::Posture posture =
+          vjm::posture_from_joints(
+              soft.manipulator,
+              {{"q1", q[0] * M_PI / 180}, {"q2", q[1] * M_PI / 180}, {"q3", q[2] * M_PI / 180}})
+              .posture;
+      const vjm::Equilibrium e =
+          vjm::equilibrium_under_load(soft.manipulator, posture, {.force = force});
+      const VectorXd& x = e.chains[0].coordinates;
+      const Pose link = Pose::rotation(spatial::exp_rotation(x[0] * Vector3::UnitZ())) *
+                        Pose::translation({0.4, 0, 0.3}) *
+                        Pose::rotation(spatial::exp_rotation(x[1] * Vector3::UnitY()));
+      const Pose seen = tracker.inverse() * link * elbow;
+      const auto add = [&csv](const Vector3& v, double unit) {
+        for (const double value : v) csv += fmt::format(",{}", value / unit);
+      };
+      csv += fmt::format("{},{},{}", q[0], q[1], q[2]);
+      add(force, 1), add(tracker.inverse() * (e.platform * flange), 1e-3);
+      add(seen.position(), 1e-3);
+      if (rotations) add(spatial::log_rotation(seen.rotation()), 1);
+      csv += "\n";
+    }
+    const Campaign campaign = read_campaign(
+        test::write_campaign(
+            fmt::format("kinetostat: 1\ncampaign: tracker\nunits: {{length: mm, force: N, angle: "
+                        "deg}}\ndisplacement: absolute\nwrench_point: reference\nsession_frame: "
+                        "estimate\ntarget_point: [20, 10, 30]\nreadings: readings.csv\nnoise: "
+                        "{{translation: 10 um}}\nsensors: {{elbow: {{kind: {}, on: q2, "
+                        "target_pose: estimate, noise: {}}}}}\n",
+                        rotations ? "pose" : "position",
+                        rotations ? "{translation: 10 um, rotation: 20 urad}" : "10 um"),
+            csv),
+        robot.manipulator);
+    const BaseFit fit = fit_of(robot, campaign);
+    EXPECT_LT(fit.squared_error, 1e-9);
+    EXPECT_NEAR(std::exp(fit.parameters[0].value), 0.8, 1e-7);
+    ASSERT_EQ(fit.targets.size(), 1U);
+    const TargetEstimate& found = fit.targets[0];
+    EXPECT_EQ(campaign.sensors[found.sensor].name, "elbow");
+    EXPECT_TRUE(matrix_near(found.value.head<3>(), elbow.position(), 1e-9));
+    if (rotations) {
+      EXPECT_TRUE(
+          matrix_near(spatial::exp_rotation(found.value.tail<3>()), elbow.rotation(), 1e-8));
+    }
+    EXPECT_EQ(fit.estimated, 1 + 6 + (rotations ? 6 : 3));
+    EXPECT_TRUE(report::to_json(campaign, fit)["targets"].contains("elbow"));
+  }
+}
+
+// A planned session has to find it as well: what it does to the readings, by central differences.
+TEST(Target, IsAmongTheUnknownsOfAPlannedSession) {
+  const vjm::Robot robot = arm();
+  const Campaign planned = read_campaign(
+      measured(robot, Truth(), true, true, "target_pose: estimate\n"), robot.manipulator);
+  const std::vector<Index> components = {0, 1, 2, 3, 4, 5};
+  common::Progress silent;
+  const Forecast at = forecast(robot, {}, planned, components, 1, silent);
+  ASSERT_EQ(at.by_targets.cols(), 6);
+  for (Index k = 0; k < 3; ++k) {
+    const auto moved = [&](double h) {
+      Campaign other = planned;
+      other.observation.target[k] += h;
+      return forecast(robot, {}, other, components, 1, silent).mean;
+    };
+    const VectorXd slope = (moved(1e-3) - moved(-1e-3)) / 2e-3;
+    EXPECT_TRUE(matrix_near(VectorXd(at.by_targets.col(k)), slope, 1e-6 * slope.norm()));
+  }
+  EXPECT_GT(at.by_targets.rightCols(3).norm(), 1);
+  const Eigen::MatrixXd unknowns = session_unknowns(planned, planned, components, at);
+  EXPECT_EQ(unknowns.cols(), 12);
+  EXPECT_TRUE(unknowns.rightCols(6).isApprox(at.by_targets));
 }
 
 TEST(Target, HasAPoseWhereRotationsAreRead) {
@@ -107,16 +193,16 @@ TEST(Target, HasAPoseWhereRotationsAreRead) {
       measured(robot, truth, true, true, "target_pose: estimate\n"), robot.manipulator);
   const BaseFit fit = fit_of(robot, campaign);
   EXPECT_LT(fit.squared_error, 1e-10);
-  ASSERT_TRUE(fit.target);
-  EXPECT_TRUE(matrix_near(fit.target->value.head<3>(), truth.target.position(), 1e-9));
-  EXPECT_TRUE(matrix_near(spatial::exp_rotation(fit.target->value.tail<3>()),
+  ASSERT_EQ(fit.targets.size(), 1U);
+  EXPECT_TRUE(matrix_near(fit.targets[0].value.head<3>(), truth.target.position(), 1e-9));
+  EXPECT_TRUE(matrix_near(spatial::exp_rotation(fit.targets[0].value.tail<3>()),
                           truth.target.rotation(), 1e-9));
   for (std::size_t s = 0; s < 2; ++s) {
     const Pose frame(spatial::exp_rotation(fit.frames[s].value.tail<3>()),
                      fit.frames[s].value.head<3>());
     EXPECT_TRUE(matrix_near(frame.position(), truth.trackers[s].inverse().position(), 1e-8));
   }
-  EXPECT_GT(fit.target->standard_error.minCoeff(), 0);
+  EXPECT_GT(fit.targets[0].standard_error.minCoeff(), 0);
 }
 
 // In one posture it might as well be the instrument that stands elsewhere.
@@ -127,9 +213,9 @@ TEST(Target, StaysAsStatedWhereNothingTurnsAndSaysSo) {
   const Campaign campaign = read_campaign(
       measured(robot, truth, true, false, "target_pose: estimate\n"), robot.manipulator);
   const BaseFit fit = fit_of(robot, campaign);
-  ASSERT_TRUE(fit.target);
-  EXPECT_TRUE(fit.target->standard_error.tail<3>().array().isNaN().any() ||
-              fit.target->standard_error.tail<3>().minCoeff() > 1e-3);
+  ASSERT_EQ(fit.targets.size(), 1U);
+  EXPECT_TRUE(fit.targets[0].standard_error.tail<3>().array().isNaN().any() ||
+              fit.targets[0].standard_error.tail<3>().minCoeff() > 1e-3);
 }
 
 // Derivatives of every sensor's reading by the place of the target.
@@ -156,7 +242,8 @@ TEST(Target, DerivativesAgreeWithCentralDifferences) {
       const Index count = absolute ? 6 : 3;
       const VectorXd::Index all = 1 + count;
       const Predictions exact =
-          predictor.predict(parameters, at, parameters, silent, nullptr, {pose, count});
+          predictor.predict(parameters, at, parameters, silent, nullptr,
+                            {{.sensor = 0, .pose = pose, .differentiated = count}});
       ASSERT_EQ(exact.derivatives[0].cols(), all);
       for (Index k = 0; k < all; ++k) {
         const double h = 1e-4;
@@ -164,7 +251,9 @@ TEST(Target, DerivativesAgreeWithCentralDifferences) {
           VectorXd q = at;
           Vector6 there = pose;
           (k == 0 ? q[0] : there[k - 1]) += step;
-          return predictor.predict(parameters, q, {}, silent, nullptr, {there, 0}).displacement[0];
+          return predictor
+              .predict(parameters, q, {}, silent, nullptr, {{.sensor = 0, .pose = there}})
+              .displacement[0];
         };
         const VectorXd differences =
             (8 * (shifted(h) - shifted(-h)) - (shifted(2 * h) - shifted(-2 * h))) / (12 * h);

@@ -9,6 +9,8 @@
 #include "kinetostat/calibration/campaign/noise_estimate.h"
 #include "kinetostat/calibration/regression/simulate.h"
 #include "kinetostat/common/error.h"
+#include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/chain/chain_builder.h"
 
 #include "calibration/synthetic.h"
 
@@ -110,6 +112,104 @@ TEST(WrenchNoise, TheCovarianceIsCarriedByTheExactDerivative) {
                   1e-5 * slope.norm());
       }
     }
+  }
+}
+
+// A robot of three joints, pushed off its reference point.
+vjm::Robot arm() {
+  vjm::ChainBuilder chain("arm");
+  chain.actuator("q1", vjm::Motion::rz, 2e5).offset(spatial::Pose::translation({0.4, 0, 0.3}));
+  chain.actuator("q2", vjm::Motion::ry, 1e5).offset(spatial::Pose::translation({0.5, 0, 0}));
+  chain.actuator("q3", vjm::Motion::rx, 5e4).offset(spatial::Pose::translation({0.1, 0.05, 0}));
+  return {.file = "arm.yaml",
+          .name = "arm",
+          .units = {},
+          .manipulator = vjm::Manipulator("arm", {chain.build()}),
+          .uncertain = {},
+          .link_files = {}};
+}
+
+std::filesystem::path pushed(const std::string& more) {
+  return test::write_campaign(
+      "kinetostat: 1\ncampaign: c\nunits: {length: mm, force: N, angle: deg}\n"
+      "displacement: difference\nreadings: readings.csv\n"
+      "noise: {translation: 1 nm, rotation: 1 nrad}\n"
+      "wrench_noise: {force: 2 N, share: 1 %}\n" +
+          more,
+      "session,q1,q2,q3,fx,fy,fz,dx,dy,dz,rx,ry,rz\na,20,30,40,3,-2,5,1,1,1,1,1,1\n"
+      "b,-50,10,70,-4,3,2,1,1,1,1,1,1\na,60,-20,10,1,5,-3,1,1,1,1,1,1\n");
+}
+
+Eigen::MatrixXd covariance(const Noise& noise, std::size_t reading) {
+  return noise.sigma[reading].asDiagonal() * *noise.correlation[reading] *
+         noise.sigma[reading].asDiagonal();
+}
+
+Noise carried(const vjm::Robot& robot, const Campaign& campaign, const BaseFit* found = nullptr) {
+  common::Progress silent;
+  return with_wrench_noise(noise_of(campaign, replicate_groups(campaign)), campaign,
+                           Predictor(robot.manipulator, campaign, 1, silent), {}, {}, silent,
+                           found);
+}
+
+// A force has noise of a moment about any other point: the same load about another point, with its
+// covariance there, moves the robot by the same covariance.
+TEST(WrenchNoise, OfAForceHasItsLeverArm) {
+  const vjm::Robot robot = arm();
+  const Campaign at_point =
+      read_campaign(pushed("wrench_point: [150, -80, 200]\n"), robot.manipulator);
+  common::Progress silent;
+  const Predictor predictor(robot.manipulator, at_point, 1, silent);
+  Campaign at_reference = at_point;
+  for (std::size_t i = 0; i < at_point.readings.size(); ++i) {
+    vjm::Load& load = at_reference.readings[i].load;
+    const spatial::Vector3 arm =
+        predictor.posture_of(i).platform.rotation() * load.point_on_platform;
+    load.moment += arm.cross(load.force);
+    load.point_on_platform.setZero();
+    Matrix6 moved = Matrix6::Identity();
+    moved.bottomLeftCorner<3, 3>() = spatial::skew(arm);
+    Matrix6& w = at_reference.wrench_covariance[i];
+    w = moved * w * moved.transpose();
+    EXPECT_GT((w.bottomRightCorner<3, 3>().norm()), 0.01);
+  }
+  const Campaign armless = read_campaign(pushed("wrench_point: reference\n"), robot.manipulator);
+  const Noise here = carried(robot, at_point), there = carried(robot, at_reference),
+              without = carried(robot, armless);
+  for (std::size_t i = 0; i < at_point.readings.size(); ++i) {
+    const Eigen::MatrixXd c = covariance(here, i);
+    EXPECT_LT((c - covariance(there, i)).norm(), 1e-3 * c.norm());
+    EXPECT_GT((c - covariance(without, i)).norm(), 0.1 * c.norm());
+  }
+}
+
+// Seen of a target and in a frame that a fit has found as where the campaign states both.
+TEST(WrenchNoise, IsThatOfTheTargetAndFrameThatWereFound) {
+  const vjm::Robot robot = arm();
+  const Campaign open = read_campaign(
+      pushed("wrench_point: [150, -80, 200]\nsession_frame: estimate\ntarget_pose: estimate\n"),
+      robot.manipulator);
+  const spatial::Vector3 rpy(20, -10, 60);
+  const spatial::Vector3 turn = spatial::log_rotation(spatial::rotation_from_rpy(rpy * M_PI / 180));
+  BaseFit found;
+  found.targets.emplace_back();
+  found.targets[0].value.head<3>() = spatial::Vector3(0.03, -0.05, 0.08);
+  for (std::size_t session = 0; session < 2; ++session) {
+    found.frames.push_back({.session = session});
+    found.frames.back().value.tail<3>() = -turn;
+  }
+  const Noise as_found = carried(robot, open, &found);
+  const Campaign stated = read_campaign(
+      pushed(fmt::format("wrench_point: [150, -80, 200]\nframes: {{t: {{on: base, pose: {{point: "
+                         "[0, 0, 0], rpy: [{}, {}, {}]}}}}}}\ndisplacement_frame: t\n"
+                         "target_point: [30, -50, 80]\n",
+                         rpy.x(), rpy.y(), rpy.z())),
+      robot.manipulator);
+  const Noise as_stated = carried(robot, stated), elsewhere = carried(robot, open);
+  for (std::size_t i = 0; i < open.readings.size(); ++i) {
+    const Eigen::MatrixXd c = covariance(as_stated, i);
+    EXPECT_LT((covariance(as_found, i) - c).norm(), 1e-6 * c.norm());
+    EXPECT_GT((covariance(elsewhere, i) - c).norm(), 0.1 * c.norm());
   }
 }
 
