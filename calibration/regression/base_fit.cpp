@@ -200,9 +200,8 @@ class Problem {
     Predictions predictions;
     try {
       predictions =
-          predictor_.predict(parameters, q.head(unknowns_.parameter_count()),
-                             {parameters.end() - differentiated, parameters.end()}, progress_,
-                             similar_ != nullptr ? similar_ : &nearest_, targets(q));
+          predicted_with(q.head(unknowns_.parameter_count()),
+                         {parameters.end() - differentiated, parameters.end()}, targets(q));
     } catch (const std::invalid_argument& error) {  // values that exclude each other
       predictions.failure = {0, error.what()};
     }
@@ -356,6 +355,18 @@ class Problem {
   }
 
  private:
+  // Near those that were made last. The states of a long table are most of its memory: two sets of
+  // them are not kept.
+  Predictions predicted_with(const VectorXd& values, const std::vector<Parameter>& by,
+                             const std::vector<TargetOffset>& targets) {
+    constexpr std::size_t long_table = 10000;
+    const std::vector<Parameter>& parameters = unknowns_.parameters();
+    if (similar_ != nullptr || campaign_.readings.size() < long_table)
+      return predictor_.predict(parameters, values, by, progress_,
+                                similar_ != nullptr ? similar_ : &nearest_, targets);
+    return predictor_.predict_from(nearest_, parameters, values, by, progress_, targets);
+  }
+
   std::vector<TargetOffset> targets(const VectorXd& q) const {
     if (known_ != nullptr) return targets_of(*known_);
     std::vector<TargetOffset> result;

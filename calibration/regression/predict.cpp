@@ -64,6 +64,7 @@ struct Predictor::Run {
   std::vector<vjm::ModelParameter> parameters;
   bool with_derivatives = false;
   const Predictions* near = nullptr;
+  Predictions* used_up = nullptr;  // `near`, where its states are freed
   bool with_compliance = false;
   std::vector<TargetOffset> targets = {};
 
@@ -471,6 +472,7 @@ void Predictor::follow(const Run& run, std::span<const std::size_t> sequence,
       if (campaign_.control) hold_displacement(run, at, before.response, loaded, result);
     }
     for (const std::size_t r : readings_of(c)) {
+      if (run.used_up != nullptr && !run.used_up->loaded.empty()) run.used_up->loaded[r] = {};
       enter(result, r, predictions);
       predictions.loaded[r] = loaded.response.state;
     }
@@ -740,6 +742,21 @@ Predictions Predictor::predict(const std::vector<Parameter>& parameters,
                   .parameters = model_parameters(derivatives_by),
                   .with_derivatives = !derivatives_by.empty(),
                   .near = near,
+                  .targets = targets},
+                 progress);
+}
+
+Predictions Predictor::predict_from(Predictions& near, const std::vector<Parameter>& parameters,
+                                    const Eigen::VectorXd& values,
+                                    const std::vector<Parameter>& derivatives_by,
+                                    common::Progress& progress,
+                                    const std::vector<TargetOffset>& targets) const {
+  const vjm::EffectModel model = this->model(parameters, values);
+  return predict({.model = model,
+                  .parameters = model_parameters(derivatives_by),
+                  .with_derivatives = !derivatives_by.empty(),
+                  .near = &near,
+                  .used_up = &near,
                   .targets = targets},
                  progress);
 }

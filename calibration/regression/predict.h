@@ -102,6 +102,11 @@ class Predictor {
                       const std::vector<Parameter>& derivatives_by, common::Progress& progress,
                       const Predictions* near = nullptr,
                       const std::vector<TargetOffset>& targets = {}) const;
+  /// The same; states of `near` are freed where they have been used, for tables that are long.
+  Predictions predict_from(Predictions& near, const std::vector<Parameter>& parameters,
+                           const Eigen::VectorXd& values,
+                           const std::vector<Parameter>& derivatives_by, common::Progress& progress,
+                           const std::vector<TargetOffset>& targets) const;
   /// The same without derivatives, but with `by_wrench`.
   Predictions predict_with_compliance(const std::vector<Parameter>& parameters,
                                       const Eigen::VectorXd& values, common::Progress& progress,

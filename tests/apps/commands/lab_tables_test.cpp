@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 #include <functional>
+#include <sys/resource.h>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -232,6 +233,13 @@ TEST(Readings, ListsWhatCannotBeUsed) {
   EXPECT_FALSE(std::filesystem::exists(working_folder() / "unclear.yaml"));
 }
 
+// Of the program as it has been run so far by this process [kB].
+long most_memory() {
+  rusage usage{};
+  getrusage(RUSAGE_CHILDREN, &usage);
+  return usage.ru_maxrss;
+}
+
 // 35,000 rows: read and compared within the memory that a small machine has.
 TEST(Readings, OfALoggerAreComparedInBoundedMemory) {
   io::write_atomically(working_folder() / "slide.yaml", slide);
@@ -243,7 +251,12 @@ TEST(Readings, OfALoggerAreComparedInBoundedMemory) {
   io::write_atomically(working_folder() / "long.csv", text);
   ASSERT_EQ(kinetostat("readings long.csv slide.yaml -o long.yaml --quiet").code, 0);
   std::ofstream(working_folder() / "long.yaml", std::ios::app) << "noise: {translation: 1 um}\n";
+  [[maybe_unused]] const long before = most_memory();
   EXPECT_EQ(kinetostat("compare long.yaml --quiet").code, 0);
+#ifndef __SANITIZE_ADDRESS__
+  constexpr long enough = 120'000;  // measured: 100,000
+  EXPECT_LE(most_memory(), std::max(before, enough));
+#endif
 }
 
 }  // namespace
