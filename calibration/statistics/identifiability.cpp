@@ -64,10 +64,12 @@ std::string known_of(const UnknownName& a, const UnknownName& b, double change_a
 std::string sentence(const std::vector<UnknownName>& names, const WeakCombination& weak,
                      double deviation) {
   const std::vector<Index> members = members_of(weak);
+  // Either way along the combination is as good: the first grows.
+  const double along = weak.direction[members[0]] < 0 ? -deviation : deviation;
   std::vector<std::string> changes;
   for (const Index k : members)
     changes.push_back(fmt::format("{} {}", at(names, k).phrase,
-                                  change_text(at(names, k), deviation * weak.direction[k])));
+                                  change_text(at(names, k), along * weak.direction[k])));
   const std::string known = members.size() == 2
                                 ? known_of(at(names, members[0]), at(names, members[1]),
                                            weak.direction[members[0]], weak.direction[members[1]])
