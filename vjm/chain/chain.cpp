@@ -69,11 +69,10 @@ Eigen::VectorXd Chain::rest_for(const Eigen::VectorXd& commands) const {
 }
 
 Eigen::Index Chain::index_of(const std::string& coordinate) const {
-  std::vector<std::string> names;
-  for (std::size_t k = 0; k < coordinates_.size(); ++k) {
+  for (std::size_t k = 0; k < coordinates_.size(); ++k)
     if (coordinates_[k].name == coordinate) return static_cast<Eigen::Index>(k);
-    names.push_back(coordinates_[k].name);
-  }
+  std::vector<std::string> names;
+  for (const Coordinate& other : coordinates_) names.push_back(other.name);
   const std::string near = common::nearest_spelling(coordinate, names);
   throw std::invalid_argument(
       fmt::format("chain '{}' has no joint '{}'{}", name_, coordinate,
