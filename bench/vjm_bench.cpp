@@ -1,7 +1,10 @@
 // Poses per second of the 3-PUU: unloaded stiffness, loaded equilibrium with stiffness and
-// stability, postures.
+// stability, postures. Laws in one joint of a six-axis arm, by condensation.
+#include <chrono>
+
 #include <benchmark/benchmark.h>
 
+#include "kinetostat/vjm/effects/effect_model.h"
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/equilibrium.h"
@@ -98,6 +101,50 @@ BENCHMARK(map)
     ->UseRealTime()
     ->MeasureProcessCPUTime()
     ->Unit(benchmark::kSecond);
+
+template <class Work>
+double seconds(const Work& work) {
+  const auto begin = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+// A clearance in joint q3 of the arm of a shipped campaign, with the derivative by its gap.
+// `in_full`: what all equations take from the state without it, `condensing` what the three
+// equilibria take that every law in this joint shares; both over the time of one that is condensed.
+void law_of_joint(benchmark::State& state) {
+  const Robot arm = read_robot(std::string(KINETOSTAT_SOURCE_DIR) +
+                               "/data/measurements/six_axis_balancer/robot.yaml");
+  const Manipulator& m = arm.without_effects();
+  Effect gap{.kind = effect_kind("clearance"), .at = "arm.q3", .sites = {}, .values = {}};
+  gap.sites = effect_sites(*gap.kind, m, gap.at);
+  gap.values = Eigen::VectorXd::Constant(1, 1e-4);
+  const Posture posture = posture_from_joints(m, {}).posture;
+  const Load load{.force = {500, -300, -800}};
+  const EffectModel without(m, {}), with(m, {gap});
+  const std::vector<ModelParameter> parameters = {{{}, 0, 0}};
+  const Response rest = with.at_rest(1);
+  const SystemState near = without.respond(posture, load, {}, without.at_rest(0), {}, false).state;
+  const std::vector<JointPlace> joints = {{0, m.chains()[0].index_of("q3")}};
+  const auto condensed = without.condensed(posture, load, {}, joints, &near);
+  constexpr int times = 2000;
+  const double full = seconds([&] {
+    for (int i = 0; i < times; ++i)
+      benchmark::DoNotOptimize(with.respond(posture, load, {}, rest, parameters, true, &near));
+  });
+  const double shared = seconds([&] {
+    for (int i = 0; i < times; ++i)
+      benchmark::DoNotOptimize(without.condensed(posture, load, {}, joints, &near));
+  });
+  double all = 0;
+  for (auto _ : state)
+    all += seconds(
+        [&] { benchmark::DoNotOptimize(with.respond(*condensed, load, {}, rest, parameters)); });
+  const double one = all / static_cast<double>(state.iterations());
+  state.counters["in_full"] = full / times / one;
+  state.counters["condensing"] = shared / times / one;
+}
+BENCHMARK(law_of_joint)->Name("arm with a law in one joint, condensed");
 
 }  // namespace
 }  // namespace kinetostat::vjm

@@ -43,9 +43,9 @@ class ChainEquations {
   bool origin_moves() const { return origin_moves_; }
 
   /// Coordinates of the chain that are free to move, and the length [m] or 1 that scales each.
-  const std::vector<Eigen::Index>& free() const { return free_; }
+  const std::vector<Eigen::Index>& free() const { return chain_.free_coordinates(); }
   const Eigen::VectorXd& unit() const { return unit_; }
-  Eigen::Index size() const { return static_cast<Eigen::Index>(free_.size()); }
+  Eigen::Index size() const { return static_cast<Eigen::Index>(free().size()); }
   /// Numbers of redundant ones among them.
   const std::vector<Eigen::Index>& redundant() const { return redundant_; }
   /// There are directions in which neither a spring nor a passive joint gives way, at the posture.
@@ -65,11 +65,13 @@ class ChainEquations {
   bool kinks(const Eigen::VectorXd& from, Eigen::VectorXd& to) const;
 
  private:
+  spatial::Matrix6 products_of_rows(const Matrix6X& jacobian) const;
+
   const Chain& chain_;
   Eigen::VectorXd commands_, rest_, unit_;
   Scale scale_;
   bool origin_moves_, rigid_ = false;
-  std::vector<Eigen::Index> free_, redundant_;
+  std::vector<Eigen::Index> redundant_;
 };
 
 }  // namespace kinetostat::vjm

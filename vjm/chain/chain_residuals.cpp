@@ -70,19 +70,19 @@ Vector6 ChainResiduals::wrench_on_origin() const {
   return sum;
 }
 
-VectorXd ChainResiduals::force_by_log_stiffness(const Spring& spring, bool of_drive) const {
+void ChainResiduals::add_force_by_log_stiffness(const Spring& spring, bool of_drive,
+                                                VectorXd& force) const {
   const Chain& chain = equations_->chain();
-  VectorXd force = VectorXd::Zero(chain.size());
   const Index n = spring.stiffness.rows();
   // A compliance c in series does not scale: dK/dlog k0 = K (1 - K c) with 1/K = 1/k0 + c.
   const double share = spring.series > 0 ? 1 - spring.stiffness(0, 0) * spring.series : 1;
-  force.segment(spring.first, n) = -share * spring.stiffness * deflection_.segment(spring.first, n);
+  force.segment(spring.first, n).noalias() -=
+      share * spring.stiffness * deflection_.segment(spring.first, n);
   for (const auto& [coordinate, law] : chain.laws())
     if (coordinate >= spring.first && coordinate < spring.first + n &&
         !(of_drive && law->is_beside_drive()))
       force[coordinate] -= share * chain.stiffness()(coordinate, coordinate) *
                            value_of(coordinate, *law).force_by_stiffness;
-  return force;
 }
 
 double ChainResiduals::energy() const {

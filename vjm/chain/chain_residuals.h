@@ -43,10 +43,11 @@ class ChainResiduals {
   spatial::Vector6 wrench_on_origin() const;
   /// The value of a law on a coordinate here.
   CoordinateLaw::Value value_of(Eigen::Index coordinate, const CoordinateLaw& law) const;
-  /// Derivative of the generalised forces on all coordinates with respect to the logarithm of one
-  /// spring's stiffness; gather_force() brings it to the balance. `of_drive`: without the laws that
-  /// are beside the drive.
-  Eigen::VectorXd force_by_log_stiffness(const Spring& spring, bool of_drive = false) const;
+  /// Adds the derivative of the generalised forces on all coordinates with respect to the logarithm
+  /// of one spring's stiffness; gather_force() brings it to the balance. `of_drive`: without the
+  /// laws that are beside the drive.
+  void add_force_by_log_stiffness(const Spring& spring, bool of_drive,
+                                  Eigen::VectorXd& force) const;
   /// Elastic energy of springs and laws [J].
   double energy() const;
 

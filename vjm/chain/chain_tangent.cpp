@@ -29,8 +29,7 @@ void ChainTangent::renew(const ChainResiduals& at) {
 void ChainTangent::build_hessian(const ChainResiduals& at) {
   const Chain& chain = equations_->chain();
   hessian_ = -chain.stiffness();
-  for (const PointWrench& load : at.loads())
-    add_wrench_hessian(chain, at.kinematics(), load, hessian_);
+  add_wrench_hessian(chain, at.kinematics(), at.loads(), hessian_);
   for (const auto& [coordinate, law] : chain.laws())
     hessian_(coordinate, coordinate) -= at.value_of(coordinate, *law).tangent;
 }

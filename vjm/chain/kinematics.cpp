@@ -118,27 +118,29 @@ void add_generalised_force(const Chain& chain, const ChainKinematics& kinematics
 }
 
 void add_wrench_hessian(const Chain& chain, const ChainKinematics& kinematics,
-                        const PointWrench& load, Eigen::MatrixXd& hessian) {
-  const Vector3 force = load.wrench.head<3>(), moment = load.wrench.tail<3>();
-  const Vector3 from_end = load.point - kinematics.end.position();
+                        const std::vector<PointWrench>& loads, Eigen::MatrixXd& hessian) {
   const Matrix6X& twists = kinematics.joint_twists;
   const auto& joints = chain.joints();
-  for (Eigen::Index i = 0; i < load.joints; ++i) {
-    const Joint& inner = joints[static_cast<std::size_t>(i)];
-    if (!is_rotation(inner.motion)) continue;  // every term has w_i
-    const Vector3 w = twists.col(i).tail<3>();
-    // f . (w x v) = (f x w) . v, and with v = v_end + w_j x from_end a triple product
-    const Vector3 force_arm = force.cross(w), moment_arm = moment.cross(w);
-    const Vector3 turned = from_end.cross(force_arm);
-    const Eigen::Index k = inner.coordinate;
-    const auto power = [&](Eigen::Index j) {
-      return force_arm.dot(twists.col(j).head<3>()) + turned.dot(twists.col(j).tail<3>());
-    };
-    hessian(k, k) += power(i);
-    for (Eigen::Index j = i + 1; j < load.joints; ++j) {
-      const Eigen::Index l = joints[static_cast<std::size_t>(j)].coordinate;
-      const double f = power(j);
-      hessian(l, k) += f + moment_arm.dot(twists.col(j).tail<3>());
+  // Sums over the loads behind a joint: forces, moments, and sum of (r f' - r.f I), which makes
+  // (w x r) x f of a rotation w.
+  Vector3 force = Vector3::Zero(), moment = Vector3::Zero();
+  Matrix3 turning = Matrix3::Zero();
+  for (auto j = static_cast<Eigen::Index>(joints.size()) - 1; j >= 0; --j) {
+    for (const PointWrench& load : loads) {
+      if (load.joints != j + 1) continue;
+      const Vector3 f = load.wrench.head<3>(), r = load.point - kinematics.end.position();
+      force += f;
+      moment += load.wrench.tail<3>();
+      turning += r * f.transpose() - r.dot(f) * Matrix3::Identity();
+    }
+    const Vector3 v = twists.col(j).head<3>(), w = twists.col(j).tail<3>();
+    const Vector3 by_force = v.cross(force) + turning * w, by_moment = w.cross(moment);
+    const Eigen::Index l = joints[static_cast<std::size_t>(j)].coordinate;
+    hessian(l, l) += w.dot(by_force);
+    for (Eigen::Index i = 0; i < j; ++i) {
+      const Eigen::Index k = joints[static_cast<std::size_t>(i)].coordinate;
+      const double f = twists.col(i).tail<3>().dot(by_force);
+      hessian(l, k) += f + twists.col(i).tail<3>().dot(by_moment);
       hessian(k, l) += f;
     }
   }

@@ -48,14 +48,14 @@ PointWrench at_node(const Chain& chain, const ChainKinematics& kinematics, std::
 void add_generalised_force(const Chain& chain, const ChainKinematics& kinematics,
                            const PointWrench& load, Eigen::VectorXd& force);
 
-/// Adds the derivative of the generalised forces: hessian(k, l) += d(J_k . F) / dx_l. With joint i
-/// nearer the base than j,
+/// Adds the derivative of the generalised forces of some wrenches: hessian(k, l) += d(J_k . F) /
+/// dx_l. With joint i nearer the base than j, and the wrenches behind j,
 ///
-///     d(J_j . F)/dx_i = f . (w_i x v_j) + m . (w_i x w_j),    d(J_i . F)/dx_j = f . (w_i x v_j),
+///     d(J_j . F)/dx_i = w_i . (v_j x f + w_j x m),    d(J_i . F)/dx_j = w_i . (v_j x f),
 ///
 /// so the force part is symmetric and the moment part is not: a moment constant in fixed axes has
 /// no potential. Its antisymmetric part vanishes on motions that hold the end (MMT11 eq. 16, 23).
 void add_wrench_hessian(const Chain& chain, const ChainKinematics& kinematics,
-                        const PointWrench& load, Eigen::MatrixXd& hessian);
+                        const std::vector<PointWrench>& loads, Eigen::MatrixXd& hessian);
 
 }  // namespace kinetostat::vjm

@@ -55,11 +55,12 @@ MatrixXd RobustFactor::solve(const MatrixXd& right, bool* consistent) const {
 }
 
 bool has_clearly_full_row_rank(const MatrixXd& matrix) {
+  return matrix.rows() <= SmallMatrix::MaxRowsAtCompileTime &&
+         is_clearly_positive(matrix.lazyProduct(matrix.transpose()));
+}
+
+bool is_clearly_positive(SmallMatrix left) {
   constexpr double far = 1e-6;
-  constexpr Index most = 6;
-  if (matrix.rows() > most) return false;
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, most, most> left =
-      matrix.lazyProduct(matrix.transpose());
   const double largest = left.diagonal().maxCoeff();
   for (Index k = 0; k < left.rows(); ++k) {
     if (!(left(k, k) > far * largest)) return false;

@@ -33,6 +33,21 @@ class SmallLu {
     }
   }
 
+  /// The same with the transposed matrix, for right-hand sides that stand row by row.
+  template <class Rows>
+  void solve_transposed_in_place(Eigen::MatrixBase<Rows>& x) const {
+    const Eigen::Index n = lu_.rows();
+    for (Eigen::Index k = 0; k < n; ++k) {
+      for (Eigen::Index i = 0; i < k; ++i) x.row(k) -= lu_(i, k) * x.row(i);
+      x.row(k) /= lu_(k, k);
+    }
+    for (Eigen::Index k = n - 1; k >= 0; --k)
+      for (Eigen::Index i = k + 1; i < n; ++i) x.row(k) -= lu_(i, k) * x.row(i);
+    for (Eigen::Index k = n - 1; k >= 0; --k)
+      if (const Eigen::Index other = swapped_[static_cast<std::size_t>(k)]; other != k)
+        x.row(k).swap(x.row(other));
+  }
+
  private:
   Eigen::MatrixXd lu_;
   std::vector<Eigen::Index> swapped_;  // with which row each was
@@ -57,6 +72,11 @@ class RobustFactor {
     solution = right.derived();
     if (right.rows() > 0) lu_.solve_in_place(solution);
   }
+  /// Replaces right-hand sides by solutions with the transposed matrix. Requires a regular one.
+  template <class Rows>
+  void solve_transposed_in_place(Eigen::MatrixBase<Rows>& rows) const {
+    lu_.solve_transposed_in_place(rows);
+  }
   bool singular() const { return singular_; }
 
  private:
@@ -73,6 +93,9 @@ bool has_full_row_rank(const Eigen::MatrixXd& matrix);
 /// Whether the distance of every row from those before it is more than a thousandth of the longest
 /// row: a Cholesky factorisation of their products, for up to six rows. False says nothing.
 bool has_clearly_full_row_rank(const Eigen::MatrixXd& matrix);
+/// The same from the products of the rows.
+using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;
+bool is_clearly_positive(SmallMatrix products);
 
 /// Columns spanning the null space of a matrix, orthonormal; pivots below `tolerance` times the
 /// largest count as zero.

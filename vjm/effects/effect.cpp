@@ -305,24 +305,33 @@ std::vector<std::size_t> in_order(const std::vector<Effect>& effects) {
 
 }  // namespace
 
+std::optional<Chain> chain_with_effects(const Manipulator& manipulator, std::size_t chain,
+                                        const std::vector<Effect>& effects,
+                                        const Conditions& conditions, const Histories& histories) {
+  std::optional<ChainModifier> changed;
+  for (const std::size_t e : in_order(effects)) {
+    const Effect& effect = effects[e];
+    const Index size = effect.kind->history;
+    for (std::size_t s = 0; s < effect.sites.size(); ++s) {
+      if (effect.sites[s].chain != chain) continue;
+      if (!changed) changed.emplace(manipulator.chains().at(chain));
+      const Eigen::VectorXd before = histories[e].segment(static_cast<Index>(s) * size, size);
+      effect.kind->act(*changed, effect.sites[s].element, {effect.values, conditions, before});
+    }
+  }
+  if (!changed) return std::nullopt;
+  return std::move(*changed).chain();
+}
+
 Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effect>& effects,
                          const Conditions& conditions, const Histories& histories) {
-  std::vector<std::optional<ChainModifier>> changed(manipulator.size());
-  const auto act = [&](const Effect& effect, const Eigen::VectorXd& history) {
-    for (std::size_t s = 0; s < effect.sites.size(); ++s) {
-      const auto [c, element] = effect.sites[s];
-      if (!changed.at(c)) changed[c].emplace(manipulator.chains()[c]);
-      const Eigen::VectorXd before =
-          history.segment(static_cast<Index>(s) * effect.kind->history, effect.kind->history);
-      effect.kind->act(*changed[c], element, {effect.values, conditions, before});
-    }
-  };
-  for (const std::size_t e : in_order(effects)) act(effects[e], histories[e]);
-  std::optional<Manipulator> result;  // copied as seldom as can be: readings ask one by one
-  for (std::size_t c = 0; c < changed.size(); ++c)
-    if (changed[c])
-      result = (result ? *result : manipulator).with_chain(c, std::move(*changed[c]).chain());
-  return result ? *std::move(result) : manipulator;
+  if (effects.empty()) return manipulator;
+  std::vector<Chain> chains;
+  for (std::size_t c = 0; c < manipulator.size(); ++c) {
+    auto changed = chain_with_effects(manipulator, c, effects, conditions, histories);
+    chains.push_back(changed ? *std::move(changed) : manipulator.chains()[c]);
+  }
+  return manipulator.with_chains(std::move(chains));
 }
 
 Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effect>& effects) {

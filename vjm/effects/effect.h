@@ -207,6 +207,10 @@ class EffectKind {
   /// Commands of its joint in which it must be seen: with fewer its law is any change between them.
   int least_commands = 1;
 
+  /// All that it does is a force on its joint that depends on this one alone: on its coordinate,
+  /// its command and those of others, its spring, and the input. So do its derivatives and history.
+  bool acts_on_joint_alone = false;
+
   virtual ~EffectKind() = default;
 
   /// Changes the chain at `element` (empty for the platform). Throws std::invalid_argument when it
@@ -281,6 +285,10 @@ Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effec
                          const Conditions& conditions, const Histories& histories);
 /// Under neutral conditions, without history.
 Manipulator with_effects(const Manipulator& manipulator, const std::vector<Effect>& effects);
+/// One chain of it. nullopt: no effect acts there.
+std::optional<Chain> chain_with_effects(const Manipulator& manipulator, std::size_t chain,
+                                        const std::vector<Effect>& effects,
+                                        const Conditions& conditions, const Histories& histories);
 /// Whether an effect has a part in readings that are taken so.
 bool acts_under(const EffectKind& kind, const Conditions& conditions);
 /// How readings are taken under the effects.

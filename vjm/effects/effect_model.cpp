@@ -137,6 +137,29 @@ Response EffectModel::relaxed(const Posture& posture, std::size_t parameters) co
   return response;
 }
 
+// With the effects that vary, where there are some: these also know the load.
+std::optional<Manipulator> EffectModel::varied(const Load& stated, Conditions& conditions,
+                                               const Histories& before) const {
+  if (varying_.empty()) return std::nullopt;
+  add_load(stated, conditions);
+  return with_effects(fixed_, varying_effects_, conditions, of_varying(before));
+}
+
+// The same of one chain, where some act on it.
+std::optional<Chain> EffectModel::varied_chain(std::size_t chain, const Load& stated,
+                                               Conditions& conditions,
+                                               const Histories& before) const {
+  if (varying_.empty()) return std::nullopt;
+  add_load(stated, conditions);
+  return chain_with_effects(fixed_, chain, varying_effects_, conditions, of_varying(before));
+}
+
+Histories EffectModel::of_varying(const Histories& all) const {
+  Histories histories;
+  for (const std::size_t e : varying_) histories.push_back(all[e]);
+  return histories;
+}
+
 Response EffectModel::respond(const Posture& posture, const Load& stated, const Conditions& given,
                               const Response& before, const std::vector<ModelParameter>& parameters,
                               bool with_derivatives, const SystemState* near,
@@ -146,22 +169,18 @@ Response EffectModel::respond(const Posture& posture, const Load& stated, const 
   Response response;
   response.histories = before.histories;
   response.history_derivatives = before.history_derivatives;
-  if (!varying_.empty()) {
-    add_load(stated, conditions);
-    Histories histories;
-    for (const std::size_t e : varying_) histories.push_back(before.histories[e]);
-    try {
-      varied = with_effects(fixed_, varying_effects_, conditions, histories);
-    } catch (const std::invalid_argument& error) {
-      response.failure = error.what();
-      return response;
-    }
+  try {
+    varied = this->varied(stated, conditions, before.histories);
+  } catch (const std::invalid_argument& error) {
+    response.failure = error.what();
+    return response;
   }
   const Manipulator& manipulator = varied ? *varied : fixed_;
   const ReadingErrors errors = reads_ ? reading_errors(effects_, conditions) : ReadingErrors{};
   const Load load = errors.actual(stated);
   const EquilibriumSystem system(manipulator, posture);
-  FoundState found = state_under_load(system, load, options_, near);
+  NewtonEquations left;
+  FoundState found = state_under_load(system, load, options_, near, &left);
   if (found.status != EquilibriumStatus::converged) {
     response.failure = std::move(found.reason);
     return response;
@@ -171,13 +190,20 @@ Response EffectModel::respond(const Posture& posture, const Load& stated, const 
   if (with_derivatives) response.derivatives.resize(6, static_cast<Index>(parameters.size()));
   const bool differentiates = with_derivatives && !parameters.empty();
   if (!differentiates && !with_compliance && !has_history_ && watch_.is_empty()) return response;
-  const EquilibriumResiduals equilibrium(system, response.state, load);
+  if (left.residuals) {
+    left.residuals->move_to(response.state);
+  } else {
+    left.residuals.emplace(system, response.state, load);
+  }
+  const EquilibriumResiduals& equilibrium = *left.residuals;
   const Watcher watcher(watch_, equilibrium, errors);
   response.watched = watcher.values();
   const Case at{equilibrium, stated, conditions, errors, watcher};
   if (has_history_ && !differentiates) advance(at, before, response);
   if (!differentiates && !with_compliance) return response;
-  const EquilibriumDerivatives equations(equilibrium);
+  const EquilibriumDerivatives equations =
+      left.matrix ? EquilibriumDerivatives(equilibrium, *std::move(left.matrix))
+                  : EquilibriumDerivatives(equilibrium);
   if (with_compliance) add_by_wrench(equations, at, response);
   if (differentiates) differentiate(equations, at, before, parameters, response);
   return response;
@@ -221,9 +247,10 @@ struct EffectModel::Linear {
 };
 
 // The change of the equations with one parameter: directly, and through what histories carry.
-EquationChange EffectModel::change_by(const Linear& linear, const Case& at, const Response& before,
-                                      const ModelParameter& parameter, Index column) const {
-  EquationChange change = linear.equations.no_change();
+void EffectModel::find_change(const Linear& linear, const Case& at, const Response& before,
+                              const ModelParameter& parameter, Index column,
+                              EquationChange& change) const {
+  linear.equations.make_none(change);
   for (const SpringParameter& spring : parameter.springs)
     linear.equations.add_log_stiffness(spring, change);
   if (parameter.springs.empty()) {
@@ -241,7 +268,6 @@ EquationChange EffectModel::change_by(const Linear& linear, const Case& at, cons
         change.add(effects_[e].sites[s].chain, linear.columns[e][s], values + h,
                    before.history_derivatives[e](static_cast<Index>(s) * size + h, column));
   }
-  return change;
 }
 
 ReadingErrors EffectModel::tangent_of(const ModelParameter& parameter,
@@ -257,13 +283,17 @@ void EffectModel::differentiate(const EquilibriumDerivatives& equations, const C
                                 const std::vector<ModelParameter>& parameters,
                                 Response& response) const {
   const Linear linear(equations, at, effects_, before, parameters);
-  std::vector<EquationChange> changes;  // for histories
-  std::vector<StateDerivative> solutions;
+  // One after the other, or all of them for histories.
+  std::vector<EquationChange> changes(has_history_ ? parameters.size() : 1);
+  std::vector<StateDerivative> solutions(changes.size());
   response.watched.derivatives.resize(watched_rows(watch_), std::ssize(parameters));
+  if (chains_asked_.empty()) equations.expect(parameters.size());
   for (std::size_t p = 0; p < parameters.size(); ++p) {
     const auto column = static_cast<Index>(p);
-    EquationChange change = change_by(linear, at, before, parameters[p], column);
-    StateDerivative solution = linear.equations.solve(change, chains_asked_);
+    EquationChange& change = changes[has_history_ ? p : 0];
+    StateDerivative& solution = solutions[has_history_ ? p : 0];
+    find_change(linear, at, before, parameters[p], column, change);
+    linear.equations.solve(change, chains_asked_, solution);
     response.derivatives.col(column) = at.errors.observed_motion(at.platform(), solution.platform);
     std::optional<ReadingErrors> errors;
     if (parameters[p].springs.empty() && !effects_[parameters[p].effect].kind->acts_on_chains()) {
@@ -273,9 +303,6 @@ void EffectModel::differentiate(const EquilibriumDerivatives& equations, const C
     if (!watch_.is_empty())
       response.watched.derivatives.col(column) =
           at.watcher.change(change, solution, errors ? &*errors : nullptr);
-    if (!has_history_) continue;
-    changes.push_back(std::move(change));
-    solutions.push_back(std::move(solution));
   }
   for (std::size_t e = 0; e < effects_.size(); ++e)
     for (std::size_t s = 0; effects_[e].kind->history > 0 && s < effects_[e].sites.size(); ++s)

@@ -2,9 +2,11 @@
 // with everything that effects carry along.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "kinetostat/vjm/effects/condensed_state.h"
 #include "kinetostat/vjm/effects/effect.h"
 #include "kinetostat/vjm/effects/sensitivity.h"
 #include "kinetostat/vjm/effects/watch.h"
@@ -61,11 +63,34 @@ class EffectModel {
                    bool with_derivatives, const SystemState* near = nullptr,
                    bool with_compliance = false) const;
 
+  /// The equilibrium under a stated load with the joints condensed that can be. nullopt: no
+  /// equilibrium, or a model that watches or has a history.
+  std::optional<CondensedState> condensed(const Posture& posture, const Load& load,
+                                          const Conditions& conditions,
+                                          const std::vector<JointPlace>& joints,
+                                          const SystemState* near = nullptr) const;
+  /// respond() from the same equilibrium of the model without its last effect, in much less time:
+  /// equal to 1e-12 of the manipulator's length. Without `state`, which is not found. nullopt
+  /// unless the effect acts on one joint alone (EffectKind::acts_on_joint_alone), which is
+  /// condensed, stays held and where that is known; derivatives are by values of this effect alone,
+  /// and no other has a history.
+  std::optional<Response> respond(const CondensedState& without, const Load& load,
+                                  const Conditions& conditions, const Response& before,
+                                  const std::vector<ModelParameter>& parameters) const;
+
  private:
+  class Condenser;
   struct Case;
   struct Linear;
-  EquationChange change_by(const Linear& linear, const Case& at, const Response& before,
-                           const ModelParameter& parameter, Eigen::Index column) const;
+  std::optional<Manipulator> varied(const Load& stated, Conditions& conditions,
+                                    const Histories& histories) const;
+  std::optional<Chain> varied_chain(std::size_t chain, const Load& stated, Conditions& conditions,
+                                    const Histories& histories) const;
+  Histories of_varying(const Histories& histories) const;
+  bool is_law_of_joint(const std::vector<ModelParameter>& parameters) const;
+  void find_change(const Linear& linear, const Case& at, const Response& before,
+                   const ModelParameter& parameter, Eigen::Index column,
+                   EquationChange& change) const;
   ReadingErrors tangent_of(const ModelParameter& parameter, const Conditions& conditions) const;
   void add_by_wrench(const EquilibriumDerivatives& equations, const Case& at,
                      Response& response) const;

@@ -38,6 +38,11 @@ void EquationChange::add(std::size_t chain, const ChainColumns& columns, Eigen::
 
 EquilibriumDerivatives::EquilibriumDerivatives(const EquilibriumResiduals& at)
     : at_(at), matrix_(std::make_unique<NewtonMatrix>(at, false)) {}
+EquilibriumDerivatives::EquilibriumDerivatives(const EquilibriumResiduals& at, NewtonMatrix matrix)
+    : at_(at) {
+  matrix.renew(at);
+  matrix_ = std::make_unique<const NewtonMatrix>(std::move(matrix));
+}
 EquilibriumDerivatives::EquilibriumDerivatives(EquilibriumDerivatives&&) noexcept = default;
 EquilibriumDerivatives::~EquilibriumDerivatives() = default;
 
@@ -53,24 +58,50 @@ ChainState chain_state(const EquilibriumResiduals& at, std::size_t index) {
           .loads = chain.loads()};
 }
 
+void EquilibriumDerivatives::expect(std::size_t solutions) const {
+  constexpr std::size_t motions = 6;  // of the platform
+  if (solutions > motions) matrix_->prepare_bodies();
+}
+
 EquationChange EquilibriumDerivatives::no_change() const {
   EquationChange change;
-  for (const Chain& chain : at_.system().manipulator().chains())
-    change.chains.push_back(
-        {Eigen::VectorXd::Zero(chain.size()), Eigen::VectorXd::Zero(chain.size())});
+  make_none(change);
   return change;
+}
+
+void EquilibriumDerivatives::make_none(EquationChange& change) const {
+  const std::vector<Chain>& chains = at_.system().manipulator().chains();
+  change.platform_wrench.setZero();
+  change.chains.resize(chains.size());
+  for (std::size_t c = 0; c < chains.size(); ++c) {
+    EquationChange::OfChain& of_chain = change.chains[c];
+    of_chain.force.setZero(chains[c].size());
+    of_chain.drive.setZero(chains[c].size());
+    of_chain.end.setZero();
+    of_chain.origin.setZero();
+    of_chain.motions.clear();
+  }
 }
 
 void EquilibriumDerivatives::add_log_stiffness(const SpringParameter& parameter,
                                                EquationChange& change) const {
   const Spring& spring = find_spring(at_.system().manipulator(), parameter);
   const ChainResiduals& chain = at_.chains()[parameter.chain];
-  change.chains[parameter.chain].force += chain.force_by_log_stiffness(spring);
-  change.chains[parameter.chain].drive += chain.force_by_log_stiffness(spring, true);
+  EquationChange::OfChain& of_chain = change.chains[parameter.chain];
+  chain.add_force_by_log_stiffness(spring, false, of_chain.force);
+  chain.add_force_by_log_stiffness(spring, true, of_chain.drive);
 }
 
 StateDerivative EquilibriumDerivatives::solve(const EquationChange& change,
                                               const std::vector<std::size_t>& chains) const {
+  StateDerivative derivative;
+  solve(change, chains, derivative);
+  return derivative;
+}
+
+void EquilibriumDerivatives::solve(const EquationChange& change,
+                                   const std::vector<std::size_t>& chains,
+                                   StateDerivative& derivative) const {
   const EquilibriumSystem& system = at_.system();
   const Vector6 twist = system.scale().twist(), wrench = system.scale().wrench();
   auto& [right, solution] = matrix_->scratch();
@@ -84,18 +115,15 @@ StateDerivative EquilibriumDerivatives::solve(const EquationChange& change,
       right.bodies.segment<6>(6 * from) += wrench.cwiseProduct(change.chains[c].origin);
   }
   matrix_->solve_bodies(right, solution);
-  StateDerivative derivative{.platform = solution.bodies.head<6>().cwiseQuotient(twist),
-                             .bodies = solution.bodies,
-                             .coordinates = {}};
+  derivative.bodies.resize(solution.bodies.size());
   for (Eigen::Index row = 0; row < derivative.bodies.size(); row += 6)
-    derivative.bodies.segment<6>(row) =
-        derivative.bodies.segment<6>(row).cwiseQuotient(twist).eval();
+    derivative.bodies.segment<6>(row) = solution.bodies.segment<6>(row).cwiseQuotient(twist);
+  derivative.platform = derivative.bodies.head<6>();
   if (!chains.empty()) derivative.coordinates.resize(change.chains.size());
   for (const std::size_t c : chains) {
     matrix_->complete(c, right, solution);
     derivative.coordinates[c] = system.chains()[c].full_increment(solution.coordinates[c]);
   }
-  return derivative;
 }
 
 Matrix6X displacement_by_log_stiffness(const Manipulator& manipulator, const Posture& posture,

@@ -51,16 +51,25 @@ class EquilibriumDerivatives {
  public:
   /// `at` is a state of equilibrium, and must outlive this.
   explicit EquilibriumDerivatives(const EquilibriumResiduals& at);
+  /// The same in the memory of a matrix of the same system elsewhere.
+  EquilibriumDerivatives(const EquilibriumResiduals& at, NewtonMatrix matrix);
   EquilibriumDerivatives(EquilibriumDerivatives&&) noexcept;
   ~EquilibriumDerivatives();
 
+  /// Before so many solutions without coordinates.
+  void expect(std::size_t solutions) const;
   EquationChange no_change() const;
+  /// That again in a change that is kept.
+  void make_none(EquationChange& change) const;
   /// Adds the change with the natural logarithm of a spring's stiffness. Throws
   /// std::invalid_argument for an unknown spring.
   void add_log_stiffness(const SpringParameter& spring, EquationChange& change) const;
   /// With the coordinates of some chains.
   StateDerivative solve(const EquationChange& change,
                         const std::vector<std::size_t>& chains = {}) const;
+  /// The same into a derivative that is kept.
+  void solve(const EquationChange& change, const std::vector<std::size_t>& chains,
+             StateDerivative& derivative) const;
 
  private:
   const EquilibriumResiduals& at_;

@@ -48,6 +48,8 @@ class Manipulator {
   Manipulator with_reference_point(const spatial::Vector3& point_on_platform) const;
   /// The same manipulator with one chain exchanged.
   Manipulator with_chain(std::size_t index, Chain chain) const;
+  /// With as many chains exchanged as it has: between the same bodies.
+  Manipulator with_chains(std::vector<Chain> chains) const { return {*this, std::move(chains)}; }
   /// Whether a posture is an equilibrium by itself: no weight, no geometric errors, no passive
   /// springs or stops that could press.
   bool is_relaxed_when_unloaded() const;
@@ -56,6 +58,13 @@ class Manipulator {
   Manipulator without_errors() const;
 
  private:
+  Manipulator(const Manipulator& like, std::vector<Chain> chains)
+      : name_(like.name_),
+        chains_(std::move(chains)),
+        spans_(like.spans_),
+        body_names_(like.body_names_),
+        gravity_(like.gravity_) {}
+
   std::string name_;
   std::vector<Chain> chains_;
   std::vector<Span> spans_;

@@ -168,12 +168,13 @@ Equilibrium equilibrium_of(const Manipulator& manipulator, const Posture& postur
 }  // namespace
 
 FoundState state_under_load(const EquilibriumSystem& system, const Load& load,
-                            const EquilibriumOptions& options, const SystemState* near) {
+                            const EquilibriumOptions& options, const SystemState* near,
+                            NewtonEquations* left) {
   if (near != nullptr && fits(*near, system.manipulator())) {
-    NewtonResult result = newton(system, *near, load,
-                                 {.options = options,
-                                  .platform_held = false,
-                                  .matrix = NewtonTask::Matrix::kept_when_close});
+    NewtonResult result = newton(
+        system, *near, load,
+        {.options = options, .platform_held = false, .matrix = NewtonTask::Matrix::kept_when_close},
+        left);
     if (result.converged)
       return {.status = EquilibriumStatus::converged,
               .reason = {},

@@ -4,6 +4,7 @@
 #include "kinetostat/vjm/statics/equilibrium_result.h"
 #include "kinetostat/vjm/statics/equilibrium_system.h"
 #include "kinetostat/vjm/statics/load.h"
+#include "kinetostat/vjm/statics/newton_method.h"
 
 namespace kinetostat::vjm {
 
@@ -18,9 +19,10 @@ struct FoundState {
 };
 
 /// The state of equilibrium_under_load() without its description. `near` (or nullptr) is a state of
-/// the same chains from which Newton's method is tried first.
+/// the same chains from which Newton's method is tried first; then it leaves its equations.
 FoundState state_under_load(const EquilibriumSystem& system, const Load& load,
-                            const EquilibriumOptions& options, const SystemState* near = nullptr);
+                            const EquilibriumOptions& options, const SystemState* near = nullptr,
+                            NewtonEquations* left = nullptr);
 
 /// Wrenches, tangent stiffness, stability and energy at a state that balances `load`. `status` is
 /// left for the caller.

@@ -76,7 +76,13 @@ bool NewtonMatrix::solve(const SystemVector& right, SystemVector& solution) cons
 bool NewtonMatrix::solve_bodies(const SystemVector& right, SystemVector& solution) const {
   if (const auto* chainwise = std::get_if<ChainwiseFactor>(&factor_))
     return chainwise->solve_bodies(right, solution);
+  if (const auto* serial = std::get_if<SerialFactor>(&factor_))
+    return serial->solve_bodies(right, solution);
   return solve(right, solution);
+}
+
+void NewtonMatrix::prepare_bodies() const {
+  if (const auto* serial = std::get_if<SerialFactor>(&factor_)) serial->prepare_bodies();
 }
 
 bool NewtonMatrix::complete(std::size_t chain, const SystemVector& right,

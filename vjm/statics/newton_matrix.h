@@ -51,6 +51,8 @@ class NewtonMatrix {
   /// that is asked.
   bool solve_bodies(const SystemVector& right, SystemVector& solution) const;
   bool complete(std::size_t chain, const SystemVector& right, SystemVector& solution) const;
+  /// Before solve_bodies() of many right-hand sides that are not completed.
+  void prepare_bodies() const;
 
   /// Vectors to solve with, kept between calls.
   struct Scratch {

@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "kinetostat/vjm/statics/newton_matrix.h"
-
 namespace kinetostat::vjm {
 namespace {
 
@@ -44,6 +42,8 @@ class Newton {
     }
     return std::move(result_);
   }
+
+  NewtonEquations equations() && { return {std::move(at_), std::move(matrix_)}; }
 
  private:
   void go_to(const SystemState& state) {
@@ -127,8 +127,11 @@ class Newton {
 }  // namespace
 
 NewtonResult newton(const EquilibriumSystem& system, const SystemState& start, const Load& load,
-                    const NewtonTask& task) {
-  return Newton(system, start, load, task).run();
+                    const NewtonTask& task, NewtonEquations* left) {
+  Newton method(system, start, load, task);
+  NewtonResult result = method.run();
+  if (left != nullptr) *left = std::move(method).equations();
+  return result;
 }
 
 }  // namespace kinetostat::vjm

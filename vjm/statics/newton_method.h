@@ -1,11 +1,13 @@
 // Newton's method for the equations of equilibrium. Internal to this module.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "kinetostat/vjm/statics/equilibrium_result.h"
 #include "kinetostat/vjm/statics/equilibrium_system.h"
 #include "kinetostat/vjm/statics/load.h"
+#include "kinetostat/vjm/statics/newton_matrix.h"
 
 namespace kinetostat::vjm {
 
@@ -29,12 +31,18 @@ struct NewtonResult {
   std::vector<double> corrections;  // relative to the reach
 };
 
+/// What Newton's method worked with, at or near where it ended: memory for whoever goes on there.
+struct NewtonEquations {
+  std::optional<EquilibriumResiduals> residuals;
+  std::optional<NewtonMatrix> matrix;
+};
+
 /// From a state to one of equilibrium under the load. A damped step is accepted when the correction
 /// seen from its end, with the old matrix, is smaller (Deuflhard's natural monotonicity test),
 /// which does not depend on how forces and lengths are weighed. Where a law bends that test says
 /// nothing; some steps there are not asked. Allocates nothing from the second correction on, but
 /// where the matrix is singular.
 NewtonResult newton(const EquilibriumSystem& system, const SystemState& start, const Load& load,
-                    const NewtonTask& task);
+                    const NewtonTask& task, NewtonEquations* left = nullptr);
 
 }  // namespace kinetostat::vjm

@@ -27,6 +27,32 @@ void SerialFactor::factorise() {
     matrix_.noalias() += jacobian.transpose() * loaded_;
   }
   factor_.compute(matrix_);
+  body_motion_.resize(0, 6);
+}
+
+// What is left of a right-hand side when body and gap are eliminated.
+void SerialFactor::find_right(const SystemVector& right) const {
+  const ChainTangent& chain = tangent_.chains()[0];
+  right_ = right.coordinates[0];
+  for (const Index k : chain.held()) right_[k] = 0;
+  const Vector6 force = right.bodies.head<6>() - tangent_.load_matrix() * right.wrenches[0];
+  right_.noalias() -= chain.matrix().topRows<6>().rightCols(chain.size()).transpose() * force;
+}
+
+void SerialFactor::prepare_bodies() const {
+  if (factor_.singular()) return;
+  const ChainTangent& chain = tangent_.chains()[0];
+  body_motion_ = chain.matrix().topRows<6>().rightCols(chain.size()).transpose();
+  factor_.solve_transposed_in_place(body_motion_);
+}
+
+bool SerialFactor::solve_bodies(const SystemVector& right, SystemVector& solution) const {
+  if (body_motion_.rows() == 0) return solve(right, solution);
+  find_right(right);
+  solution.bodies.resize(6);
+  solution.bodies.noalias() = body_motion_.transpose() * right_;
+  solution.bodies.head<6>() -= right.wrenches[0];
+  return true;
 }
 
 bool SerialFactor::solve(const SystemVector& right, SystemVector& solution) const {
@@ -35,10 +61,7 @@ bool SerialFactor::solve(const SystemVector& right, SystemVector& solution) cons
   const auto jacobian = chain.matrix().topRows<6>().rightCols(n);
   const Vector6 body = right.bodies.head<6>(), gap = right.wrenches[0];
   tangent_.system().make_zero(solution);
-  right_ = right.coordinates[0];
-  for (const Index k : chain.held()) right_[k] = 0;
-  const Vector6 force = body - tangent_.load_matrix() * gap;
-  right_.noalias() -= jacobian.transpose() * force;
+  find_right(right);
   bool consistent = true;
   factor_.solve(right_, solution.coordinates[0], &consistent);
   solution.bodies.head<6>() = jacobian * solution.coordinates[0] - gap;

@@ -24,6 +24,10 @@ class SerialFactor {
 
   /// False when a singular matrix cannot balance the right-hand side.
   bool solve(const SystemVector& right, SystemVector& solution) const;
+  /// The motion of the platform alone. After prepare_bodies(), which pays for more right-hand sides
+  /// than a body has motions, with J A^-1 instead of the matrix A: no coordinates are found.
+  bool solve_bodies(const SystemVector& right, SystemVector& solution) const;
+  void prepare_bodies() const;
 
  private:
   void factorise();
@@ -32,7 +36,11 @@ class SerialFactor {
   Matrix6X loaded_;  // L J
   Eigen::MatrixXd matrix_;
   RobustFactor factor_;
+  void find_right(const SystemVector& right) const;
+
   mutable Eigen::VectorXd right_;
+  // The transpose of J A^-1; empty: not prepared.
+  mutable Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor> body_motion_;
 };
 
 }  // namespace kinetostat::vjm

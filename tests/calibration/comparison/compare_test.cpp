@@ -24,7 +24,7 @@ std::vector<double> figures(const Comparison& c) {
                   {a->fit.squared_error, a->chi_square->statistic, a->chi_square->p_value});
     if (a->lack_of_fit) result.insert(result.end(), {a->lack_of_fit->f, a->lack_of_fit->p_value});
     for (const ParameterEstimate& p : a->fit.parameters)
-      result.insert(result.end(), {p.value, p.standard_error});
+      result.insert(result.end(), {std::exp(p.value), p.standard_error});  // not its logarithm
     for (const ResidualStatistics& s : a->by_component)
       result.insert(result.end(), {s.rms, s.max, s.bias, s.share});
     for (const Pattern& pattern : a->patterns.factors) {

@@ -41,7 +41,7 @@ TEST(Kinematics, HessianIsTheDerivativeOfTheGeneralisedForces) {
     const Vector6 wrench = random.vector6(1.0, 1.0);
     evaluate(chain, x, at);
     hessian.setZero(chain.size(), chain.size());
-    add_wrench_hessian(chain, at, at_end(chain, at, wrench), hessian);
+    add_wrench_hessian(chain, at, {at_end(chain, at, wrench)}, hessian);
     const double h = 1e-6;
     for (Eigen::Index l = 0; l < chain.size(); ++l) {
       const VectorXd step = h * VectorXd::Unit(chain.size(), l);
@@ -69,7 +69,7 @@ TEST(Kinematics, WrenchesAtNodesHaveExactForcesAndHessians) {
     };
     const VectorXd f = force(x, at);
     MatrixXd hessian = MatrixXd::Zero(chain.size(), chain.size());
-    add_wrench_hessian(chain, at, at_node(chain, at, node, wrench), hessian);
+    add_wrench_hessian(chain, at, {at_node(chain, at, node, wrench)}, hessian);
     const double h = 1e-6;
     for (Eigen::Index l = 0; l < chain.size(); ++l) {
       const VectorXd step = h * VectorXd::Unit(chain.size(), l);
@@ -91,10 +91,10 @@ TEST(Kinematics, HessianOfAPureForceIsSymmetricAndThatOfAMomentIsNot) {
   MatrixXd hessian;
   evaluate(chain, random.state(chain, 1.0), at);
   hessian.setZero(chain.size(), chain.size());
-  add_wrench_hessian(chain, at, at_end(chain, at, random.vector6(1.0, 0.0)), hessian);
+  add_wrench_hessian(chain, at, {at_end(chain, at, random.vector6(1.0, 0.0))}, hessian);
   EXPECT_LT((hessian - hessian.transpose()).norm(), 1e-14);
   hessian.setZero();
-  add_wrench_hessian(chain, at, at_end(chain, at, random.vector6(0.0, 1.0)), hessian);
+  add_wrench_hessian(chain, at, {at_end(chain, at, random.vector6(0.0, 1.0))}, hessian);
   EXPECT_GT((hessian - hessian.transpose()).norm(), 1e-2);
 }
 

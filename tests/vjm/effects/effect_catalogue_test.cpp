@@ -279,5 +279,105 @@ TEST(Effects, SayWhatTheyAre) {
   }
 }
 
+// The effect beside others, by condensation and in full: poses, derivatives and histories along
+// paths. Returns how many equilibria could be condensed.
+int expect_same_condensed(const Bench& bench, std::vector<Effect> effects, const Effect& effect,
+                          int paths) {
+  const EffectModel without(bench.manipulator, effects, tight);
+  effects.push_back(effect);
+  const EffectModel with(bench.manipulator, effects, tight);
+  std::vector<ModelParameter> parameters;
+  for (Eigen::Index v = 0; v < effect.values.size(); ++v)
+    parameters.push_back({{}, effects.size() - 1, v});
+  const EffectSite& site = effect.sites[0];
+  const JointPlace joint{site.chain, bench.manipulator.chains()[site.chain].index_of(site.element)};
+  Random random(13);
+  int condensed = 0;
+  for (int number = 0; number < paths; ++number) {
+    Response before = with.at_rest(parameters.size());
+    for (const Step& step : random_path(bench, random, 5)) {
+      const Response full =
+          with.respond(bench.posture, step.load, step.conditions, before, parameters, true);
+      const auto state = without.condensed(bench.posture, step.load, step.conditions, {joint});
+      const auto quick = state
+                             ? with.respond(*state, step.load, step.conditions, before, parameters)
+                             : std::nullopt;
+      before = full;
+      if (!quick) continue;
+      ++condensed;
+      const std::string where = effect.kind->name + ", path " + std::to_string(number);
+      EXPECT_LT(spatial::pose_difference(full.observed, quick->observed).norm(), 1e-13) << where;
+      for (Eigen::Index p = 0; p < full.derivatives.cols(); ++p)
+        EXPECT_LE((full.derivatives.col(p) - quick->derivatives.col(p)).norm(),
+                  1e-6 * full.derivatives.col(p).norm())
+            << where << ", " << effect.name_of(p);
+      const auto last = effects.size() - 1;
+      EXPECT_LE((full.histories[last] - quick->histories[last]).norm(),
+                1e-8 * full.histories[last].norm())
+          << where;
+      EXPECT_LE((full.history_derivatives[last] - quick->history_derivatives[last]).norm(),
+                1e-7 * full.history_derivatives[last].norm())
+          << where;
+    }
+  }
+  return condensed;
+}
+
+using JointEffect = EveryEffect;
+
+std::vector<std::pair<int, std::size_t>> every_effect_of_one_joint() {
+  std::vector<std::pair<int, std::size_t>> some;
+  for (const auto& [bench, e] : every_effect()) {
+    const Effect& effect = bench_number(bench).effects[e];
+    if (effect.kind->acts_on_joint_alone && effect.sites.size() == 1) some.emplace_back(bench, e);
+  }
+  return some;
+}
+
+INSTANTIATE_TEST_SUITE_P(Catalogue, JointEffect, testing::ValuesIn(every_effect_of_one_joint()),
+                         name_of);
+
+TEST_P(JointEffect, FollowsFromTheCondensedModel) {
+  Effect small = effect();
+  // Which would push a passive joint farther than it is known.
+  if (small.kind->name == "gravity_compensator") small.values[0] /= 20;
+  EXPECT_GT(expect_same_condensed(bench(), {}, small, 10), 40);
+}
+
+// Whose corners are narrow beside the way that the other joint goes.
+TEST(CondensedModel, KnowsLawsInOtherJoints) {
+  const Bench bench = test::arm_bench();
+  const Manipulator& m = bench.manipulator;
+  const std::vector<Effect> others = {test::effect(m, "clearance", "arm.q4", {2e-4}),
+                                      test::effect(m, "directional_stiffness", "arm.q5", {1.7}),
+                                      test::effect(m, "sensor_scale", "sensor", {2e-3}),
+                                      test::effect(m, "wrench_gain", "load", {1.1})};
+  EXPECT_GT(
+      expect_same_condensed(bench, others, test::effect(m, "creep", "arm.q3", {1e-9, 400}), 20),
+      50);
+  EXPECT_GT(
+      expect_same_condensed(bench, others, test::effect(m, "hardening", "arm.q4", {1e10}), 20), 50);
+}
+
+TEST(CondensedModel, LeavesAloneWhatItCannotKnow) {
+  const Bench bench = test::arm_bench();
+  const Manipulator& m = bench.manipulator;
+  const auto expect_none = [&](const std::vector<Effect>& effects, const char* joint) {
+    const EffectModel without(m, {effects.begin(), effects.end() - 1}, tight);
+    const EffectSite& site = effects.back().sites[0];
+    const JointPlace place{site.chain, m.chains()[site.chain].index_of(joint)};
+    const auto state = without.condensed(bench.posture, {}, {}, {place});
+    const EffectModel with(m, effects, tight);
+    EXPECT_FALSE(state && with.respond(*state, {}, {}, with.at_rest(0), {}))
+        << effects.back().kind->name;
+  };
+  // Another sort of effect, one that moves its joint far, and one beside a history.
+  expect_none({test::effect(m, "link_compliance", "forearm", {1.4})}, "q3");
+  expect_none({test::effect(m, "preload", "arm.q3", {1e6})}, "q3");
+  expect_none({test::effect(m, "friction", "arm.q5", {60, 5e-5, 0}),
+               test::effect(m, "preload", "arm.q3", {200})},
+              "q3");
+}
+
 }  // namespace
 }  // namespace kinetostat::vjm::effect_catalogue_test

@@ -120,7 +120,7 @@ TEST(Screw, DerivativesAreExact) {
     const Vector6 wrench = random.vector6(1, 1);
     evaluate(chain, x, at);
     Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(chain.size(), chain.size());
-    add_wrench_hessian(chain, at, at_end(chain, at, wrench), hessian);
+    add_wrench_hessian(chain, at, {at_end(chain, at, wrench)}, hessian);
     const double h = 1e-6;
     for (Eigen::Index k = 0; k < chain.size(); ++k) {
       const VectorXd step = h * VectorXd::Unit(chain.size(), k);

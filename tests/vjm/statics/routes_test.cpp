@@ -217,7 +217,7 @@ TEST(PublishedFormulas, LoadedSerialFormulaIsTheTangentOfTheEquilibrium) {
   Eigen::MatrixXd by_load = Eigen::MatrixXd::Zero(6, 6);
   Vector6 wrench;
   wrench << load.force, load.moment;
-  add_wrench_hessian(chain, c.kinematics, at_end(chain, c.kinematics, wrench), by_load);
+  add_wrench_hessian(chain, c.kinematics, {at_end(chain, c.kinematics, wrench)}, by_load);
   const Matrix6 formula = loaded_serial_stiffness(c.model.springs, c.model.stiffness, by_load);
   EXPECT_TRUE(matrix_near_relative(weighed(formula, c.model.length),
                                    weighed(e.stiffness->matrix(), c.model.length), 1e-9));

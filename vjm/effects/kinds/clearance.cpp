@@ -72,6 +72,7 @@ class Clearance : public EffectKind {
     signature = "a jump of twice the gap where the load changes its sign, none at high load";
     confuser = "hardening, and friction when the load does not reverse";
     place = EffectPlace::joint;
+    acts_on_joint_alone = true;
     parameters = {gap_parameter()};
   }
 
@@ -101,6 +102,7 @@ class BiasedClearance : public EffectKind {
     signature = "a jump of twice the gap at one joint force, -bias, whatever the direction";
     confuser = "clearance, whose jump is at zero; piecewise_stiffness";
     place = EffectPlace::joint;
+    acts_on_joint_alone = true;
     parameters = {gap_parameter(),
                   {.name = "bias",
                    .linear = spatial::dimension::force,

@@ -45,6 +45,7 @@ class Creep : public EffectKind {
     confuser =
         "load_friction and friction, where times are short; session_drift, which knows no load";
     place = EffectPlace::joint;
+    acts_on_joint_alone = true;
     varies = true;
     history = 2;
     parameters = {{.name = "c",

@@ -34,6 +34,7 @@ class Eccentricity : public EffectKind {
     signature = "an offset periodic in the joint's command, whatever the load";
     confuser = "geometric_error in front of the joint, at few postures";
     place = EffectPlace::joint;
+    acts_on_joint_alone = true;
     parameters = {amplitude("cosine"),
                   amplitude("sine"),
                   // Once or twice a turn; or once a turn of a screw with a lead of 5, 10 or 20 mm.

@@ -107,6 +107,7 @@ class DryFriction : public EffectKind {
   DryFriction() {
     effect_class = EffectClass::friction;
     place = EffectPlace::joint;
+    acts_on_joint_alone = true;
     history = 2;
     parameters = {{},
                   {.name = "presliding",

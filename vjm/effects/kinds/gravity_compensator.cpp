@@ -74,6 +74,7 @@ class GravityCompensator : public EffectKind {
     signature = "the stiffness of one joint depends on its angle; an offset that follows the angle";
     confuser = "payload and self_weight, which change with the direction of gravity";
     place = EffectPlace::joint;
+    acts_on_joint_alone = true;
     balances_weight = true;
     least_commands = 2;
     parameters = {{.name = "stiffness",

@@ -29,6 +29,7 @@ class Hardening : public EffectKind {
     signature = "displacement grows less than in proportion to the load, odd in the load";
     confuser = "clearance: both are odd, but a gap acts at small loads";
     place = EffectPlace::joint;
+    acts_on_joint_alone = true;
     parameters = {{.name = "k3",
                    .linear = {.length = -2, .mass = 1, .time = -2},
                    .angular = {.length = 2, .mass = 1, .time = -2, .angle = -3},

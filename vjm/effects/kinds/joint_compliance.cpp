@@ -17,6 +17,7 @@ class JointCompliance : public EffectKind {
     confuser =
         "piecewise_stiffness while the load stays on one slope; link_compliance of the next link";
     place = EffectPlace::joint;
+    acts_on_joint_alone = true;
     parameters = {{.name = "c",
                    .linear = {.mass = -1, .time = 2},
                    .angular = {.length = -2, .mass = -1, .time = 2, .angle = 1},

@@ -17,6 +17,7 @@ class JointCoupling : public EffectKind {
     name = "joint_coupling";
     effect_class = EffectClass::geometry;
     place = EffectPlace::joint;
+    acts_on_joint_alone = true;
     summary = "a joint that turns along when the drive before it does: gears of a wrist, belts";
     law = "rest value = u + ratio (v - home of v), v the command of the drive before it";
     source =

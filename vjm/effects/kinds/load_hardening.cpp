@@ -66,6 +66,7 @@ class LoadHardening : public EffectKind {
     signature = "displacement grows less than in proportion to the load, by its square";
     confuser = "hardening, whose stiffness rises with the square of the deflection";
     place = EffectPlace::joint;
+    acts_on_joint_alone = true;
     parameters = {{.name = "b",
                    .linear = {.length = -1, .mass = -2, .time = 4},
                    .angular = {.length = -4, .mass = -2, .time = 4, .angle = 1},

@@ -113,6 +113,7 @@ class DirectionalStiffness : public EffectKind {
     signature = "another slope for each sign of the load: a part of the displacement is even in it";
     confuser = "opening_contact, whose corner is not at zero; preload with hardening";
     place = EffectPlace::joint;
+    acts_on_joint_alone = true;
     parameters = {ratio_parameter()};
   }
 
@@ -142,6 +143,7 @@ class OpeningContact : public EffectKind {
     signature = "softer from one load on, in one direction only";
     confuser = "directional_stiffness; piecewise_stiffness, whose corners lie on both sides";
     place = EffectPlace::joint;
+    acts_on_joint_alone = true;
     parameters = {ratio_parameter(),
                   {.name = "force",
                    .linear = spatial::dimension::force,

@@ -71,6 +71,7 @@ class PiecewiseStiffness : public EffectKind {
     signature = "displacement against load has kinks at the same joint force either way";
     confuser = "hardening, whose slope changes smoothly";
     place = EffectPlace::joint;
+    acts_on_joint_alone = true;
     const auto ratio = [](const char* called) {
       return EffectParameter{.name = called,
                              .linear = spatial::dimension::none,

@@ -34,6 +34,7 @@ class Preload : public EffectKind {
     signature = "an offset without load; internal loads change the stiffness of closed loops";
     confuser = "eccentricity or geometric_error of the joint; the zero offset of the session";
     place = EffectPlace::joint;
+    acts_on_joint_alone = true;
     parameters = {{.name = "force",
                    .linear = spatial::dimension::force,
                    .angular = spatial::dimension::moment,

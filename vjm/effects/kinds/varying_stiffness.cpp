@@ -40,6 +40,7 @@ class VaryingStiffness : public EffectKind {
  public:
   VaryingStiffness() {
     place = EffectPlace::joint;
+    acts_on_joint_alone = true;
     effect_class = EffectClass::varying;
   }
 
@@ -150,6 +151,7 @@ class ThermalSoftening : public EffectKind {
     name = "thermal_softening";
     effect_class = EffectClass::varying;
     place = EffectPlace::joint;
+    acts_on_joint_alone = true;
     varies = true;
     summary = "a joint whose stiffness falls with its temperature";
     law = "k(T) = k exp(-rate (T - reference))";

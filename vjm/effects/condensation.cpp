@@ -1,0 +1,364 @@
+// Equilibria by static condensation: of a model whose last effect is a law in one joint, from those
+// of the model without it.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+#include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/chain/chain_modifier.h"
+#include "kinetostat/vjm/effects/effect_model.h"
+#include "kinetostat/vjm/statics/equilibrium_residuals.h"
+#include "kinetostat/vjm/statics/equilibrium_state.h"
+
+namespace kinetostat::vjm {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using spatial::Vector6;
+
+namespace {
+
+// How far a joint is moved to know the rest of the manipulator: an angle [rad], or that times the
+// manipulator's length. Less where the rest resists, which a closed loop does, and where laws stand
+// in other joints, whose corners may be narrow.
+constexpr double usual_range = 3e-3, short_range = 2e-4;
+constexpr double resisting = 0.1;  // share of the stiffness of a joint that is not its own
+
+class PushLaw : public CoordinateLaw {
+ public:
+  explicit PushLaw(double force) : force_(force) {}
+  Value at(const JointState& joint) const override {
+    return {.energy = -force_ * joint.position, .force = -force_, .tangent = 0};
+  }
+
+ private:
+  double force_;
+};
+
+// The force of a joint's own spring and laws against x, and its derivative.
+struct OwnForce {
+  double value, tangent;
+
+  OwnForce(const Chain& chain, Index k, double x, double rest, double command) {
+    const double stiffness = chain.stiffness()(k, k);
+    value = stiffness * (x - rest);
+    tangent = stiffness;
+    for (const auto& [coordinate, law] : chain.laws()) {
+      if (coordinate != k) continue;
+      const CoordinateLaw::Value more = law->at({x, x - rest, stiffness, x - command});
+      value += more.force;
+      tangent += more.tangent;
+    }
+  }
+};
+
+bool has_laws_elsewhere(const Manipulator& manipulator, const JointPlace& place) {
+  for (std::size_t c = 0; c < manipulator.size(); ++c)
+    for (const auto& [coordinate, law] : manipulator.chains()[c].laws())
+      if (JointPlace{c, coordinate} != place) return true;
+  return false;
+}
+
+// Whether a law elsewhere bends between two states.
+bool bends_elsewhere(const EquilibriumSystem& system, const JointPlace& place,
+                     const SystemState& from, const SystemState& to) {
+  for (std::size_t c = 0; c < system.chains().size(); ++c) {
+    const ChainEquations& equations = system.chains()[c];
+    for (const auto& [k, law] : equations.chain().laws()) {
+      if (JointPlace{c, k} == place) continue;
+      const double x = from.coordinates[c][k];
+      double step = to.coordinates[c][k] - x;
+      if (law->kinks({x, x - equations.rest()[k], equations.chain().stiffness()(k, k),
+                      x - equations.commands()[k]},
+                     step))
+        return true;
+    }
+  }
+  return false;
+}
+
+// An equilibrium with a force that pushes one joint, and how it changes with the force.
+struct Pushed {
+  double force, x, own, own_tangent;  // x of the joint [m or rad]
+  spatial::Pose observed;
+  double x_by_force;
+  Vector6 motion_by_force;  // of the pose that is read
+
+  Pushed(const EquilibriumResiduals& at, const EquilibriumDerivatives& equations,
+         const ReadingErrors& errors, const JointPlace& place, double push)
+      : force(push), observed(errors.observed(at.state().bodies[0])) {
+    const auto [c, k] = place;
+    const ChainEquations& chain = at.system().chains()[c];
+    x = at.state().coordinates[c][k];
+    const OwnForce all(chain.chain(), k, x, chain.rest()[k], chain.commands()[k]);
+    own = all.value;
+    own_tangent = all.tangent;
+    EquationChange change = equations.no_change();
+    change.chains[c].force[k] = 1;
+    const StateDerivative by_force = equations.solve(change, {c});
+    x_by_force = by_force.coordinates[c][k];
+    motion_by_force = errors.observed_motion(at.state().bodies[0], by_force.platform);
+  }
+
+  // Counted from the equilibrium without the push. The law that pushes is among the joint's own.
+  CondensedJoint::Sample from(const Pushed& start) const {
+    const Vector6 motion = spatial::pose_difference(start.observed, observed);
+    Vector6 by_x = motion_by_force / x_by_force;
+    by_x.tail<3>() = (spatial::left_jacobian_inverse(motion.tail<3>()) * by_x.tail<3>()).eval();
+    CondensedJoint::Sample sample{x - start.x, {}, {}};
+    sample.values << own, motion;
+    sample.by_x << own_tangent - 1 / x_by_force, by_x;
+    return sample;
+  }
+};
+
+}  // namespace
+
+// One equilibrium of the model, from which its joints are pushed.
+class EffectModel::Condenser {
+ public:
+  Condenser(const EffectModel& model, const Manipulator& manipulator, const ReadingErrors& errors,
+            const Posture& posture, const Load& load, SystemState state)
+      : model_(model),
+        manipulator_(manipulator),
+        errors_(errors),
+        posture_(posture),
+        load_(load),
+        system_(manipulator, posture),
+        state_(std::move(state)),
+        at_(system_, state_, load_),
+        equations_(at_) {}
+
+  std::optional<CondensedState::Joint> joint(const JointPlace& place) const {
+    const Pushed here(at_, equations_, errors_, place, 0);
+    if (!(here.x_by_force > 0) || !std::isfinite(here.x_by_force)) return std::nullopt;
+    const Chain& chain = manipulator_.chains()[place.chain];
+    const bool turns =
+        is_rotation(chain.coordinates()[static_cast<std::size_t>(place.coordinate)].motion);
+    const double stiffness = 1 / here.x_by_force;
+    const bool is_free = stiffness - here.own_tangent < resisting * stiffness &&
+                         !has_laws_elsewhere(manipulator_, place);
+    const double range =
+        (is_free ? usual_range : short_range) * (turns ? 1 : system_.scale().length);
+    const auto below = pushed(place, -range * stiffness);
+    const auto above = pushed(place, range * stiffness);
+    if (!below || !above) return std::nullopt;
+    const auto rest =
+        CondensedJoint::through(here.from(here), below->from(here), above->from(here), stiffness);
+    if (!rest) return std::nullopt;
+    return CondensedState::Joint{place, stiffness, *rest};
+  }
+
+ private:
+  // Where there is such an equilibrium, and no law bends on the way.
+  std::optional<Pushed> pushed(const JointPlace& place, double force) const {
+    ChainModifier modifier(manipulator_.chains()[place.chain]);
+    modifier.add_law(
+        modifier.chain().coordinates()[static_cast<std::size_t>(place.coordinate)].name,
+        std::make_shared<PushLaw>(force));
+    const Manipulator manipulator =
+        manipulator_.with_chain(place.chain, std::move(modifier).chain());
+    const EquilibriumSystem system(manipulator, posture_);
+    const FoundState found = state_under_load(system, load_, model_.options_, &state_);
+    if (found.status != EquilibriumStatus::converged ||
+        bends_elsewhere(system_, place, state_, found.state))
+      return std::nullopt;
+    const EquilibriumResiduals at(system, found.state, load_);
+    return Pushed(at, EquilibriumDerivatives(at), errors_, place, force);
+  }
+
+  const EffectModel& model_;
+  const Manipulator& manipulator_;
+  const ReadingErrors& errors_;
+  const Posture& posture_;
+  const Load& load_;
+  EquilibriumSystem system_;
+  SystemState state_;
+  EquilibriumResiduals at_;
+  EquilibriumDerivatives equations_;
+};
+
+std::optional<CondensedState> EffectModel::condensed(const Posture& posture, const Load& stated,
+                                                     const Conditions& given,
+                                                     const std::vector<JointPlace>& joints,
+                                                     const SystemState* near) const {
+  if (has_history_ || !watch_.is_empty()) return std::nullopt;
+  Conditions conditions = given;
+  const std::optional<Manipulator> varied = this->varied(stated, conditions, no_history(effects_));
+  const Manipulator& manipulator = varied ? *varied : fixed_;
+  const ReadingErrors errors = reads_ ? reading_errors(effects_, conditions) : ReadingErrors{};
+  const Load load = errors.actual(stated);
+  FoundState found =
+      state_under_load(EquilibriumSystem(manipulator, posture), load, options_, near);
+  if (found.status != EquilibriumStatus::converged) return std::nullopt;
+  CondensedState result{.observed = errors.observed(found.state.bodies[0]),
+                        .coordinates = found.state.coordinates,
+                        .commands = {},
+                        .joints = {}};
+  for (std::size_t c = 0; c < manipulator.size(); ++c)
+    result.commands.push_back(posture.commands(manipulator.chains()[c], c));
+  const Condenser condenser(*this, manipulator, errors, posture, load, std::move(found.state));
+  for (const JointPlace& place : joints)
+    if (auto joint = condenser.joint(place)) result.joints.push_back(*std::move(joint));
+  return result;
+}
+
+namespace {
+
+// Where a joint is balanced by the rest of a manipulator: its own force grows with x faster than
+// that of the rest, so that there is one such place.
+class Balance {
+ public:
+  Balance(const CondensedState::Joint& joint, const Chain& chain, double start, double rest,
+          double command)
+      : joint_(joint), chain_(chain), start_(start), rest_(rest), command_(command) {}
+
+  // Newton's method between bounds. False where the joint is hardly held, or leaves what is known.
+  bool find() {
+    constexpr int most = 60;
+    double lower = joint_.rest.lower(), upper = joint_.rest.upper();
+    bool is_below_upper = false, is_above_lower = false;
+    double x = 0;
+    for (int i = 0; i < most; ++i) {
+      if (!evaluate(x)) return false;
+      const double step = unbalanced_ / stiffness_, next = x + step;
+      if (std::abs(step) <= 1e-15 * std::max(1.0, std::abs(start_ + x))) return true;
+      (step > 0 ? lower : upper) = x;
+      (step > 0 ? is_above_lower : is_below_upper) = true;
+      if (next > upper && !is_below_upper) {
+        if (!evaluate(upper) || unbalanced_ > 0) return false;
+        is_below_upper = true;
+      }
+      if (next < lower && !is_above_lower) {
+        if (!evaluate(lower) || unbalanced_ < 0) return false;
+        is_above_lower = true;
+      }
+      x = next > lower && next < upper ? next : (lower + upper) / 2;
+    }
+    return false;
+  }
+
+  double x() const { return start_ + sample_.x; }
+  const CondensedJoint::Sample& sample() const { return sample_; }
+  // Derivative of x by a further force on the joint.
+  double x_by_force() const { return 1 / stiffness_; }
+
+ private:
+  bool evaluate(double x) {
+    constexpr double least = 1e-4;  // of what holds the joint without the effect
+    sample_ = joint_.rest.at(x);
+    const OwnForce own(chain_, joint_.place.coordinate, start_ + x, rest_, command_);
+    unbalanced_ = sample_.values[0] - own.value;
+    stiffness_ = own.tangent - sample_.by_x[0];
+    return stiffness_ > least * joint_.stiffness;
+  }
+
+  const CondensedState::Joint& joint_;
+  const Chain& chain_;
+  double start_, rest_, command_;
+  double unbalanced_ = 0, stiffness_ = 0;
+  CondensedJoint::Sample sample_;
+};
+
+// The chain as an effect sees it that looks at nothing but its joint.
+ChainState joint_state(const Chain& chain, const VectorXd& commands, VectorXd x) {
+  static const ChainKinematics none;
+  return {.chain = chain,
+          .x = x,
+          .deflection = x - chain.rest_for(commands),
+          .travel = x - commands,
+          .kinematics = none,
+          .origin = {},
+          .gravity = spatial::Vector3::Zero(),
+          .loads = {}};
+}
+
+// Forces on the joint by one parameter, directly and through the history: all, and those of the
+// drive.
+struct ForceBy {
+  double all, drive;
+
+  ForceBy(const ChainColumns& columns, Index joint, Index value, const MatrixXd& history,
+          Index parameter)
+      : all(columns.force()(joint, value)), drive(columns.drive()(joint, value)) {
+    const Index first = columns.force().cols() - history.rows();
+    for (Index h = 0; h < history.rows(); ++h) {
+      all += columns.force()(joint, first + h) * history(h, parameter);
+      drive += columns.drive()(joint, first + h) * history(h, parameter);
+    }
+  }
+};
+
+// How the pose that is read turns and shifts with x [translation; rotation increment].
+Vector6 motion_by_x(const CondensedJoint::Sample& sample) {
+  Vector6 motion = sample.by_x.tail<6>();
+  motion.tail<3>() = (spatial::left_jacobian(sample.values.tail<3>()) * motion.tail<3>()).eval();
+  return motion;
+}
+
+}  // namespace
+
+bool EffectModel::is_law_of_joint(const std::vector<ModelParameter>& parameters) const {
+  if (effects_.empty() || !watch_.is_empty()) return false;
+  const auto last = effects_.size() - 1;
+  const Effect& effect = effects_[last];
+  if (!effect.kind->acts_on_joint_alone || effect.sites.size() != 1) return false;
+  return std::all_of(effects_.begin(), effects_.end() - 1,
+                     [](const Effect& other) { return other.kind->history == 0; }) &&
+         std::all_of(parameters.begin(), parameters.end(), [last](const ModelParameter& p) {
+           return p.springs.empty() && p.effect == last;
+         });
+}
+
+std::optional<Response> EffectModel::respond(const CondensedState& without, const Load& stated,
+                                             const Conditions& given, const Response& before,
+                                             const std::vector<ModelParameter>& parameters) const {
+  if (!is_law_of_joint(parameters)) return std::nullopt;
+  const std::size_t e = effects_.size() - 1;
+  const Effect& effect = effects_[e];
+  const auto& [c, element] = effect.sites[0];
+  Conditions conditions = given;
+  const std::optional<Chain> varied = varied_chain(c, stated, conditions, before.histories);
+  const Chain& chain = varied ? *varied : fixed_.chains()[c];
+  const Index k = chain.index_of(element);
+  const CondensedState::Joint* joint = without.find({c, k});
+  if (joint == nullptr) return std::nullopt;
+  const VectorXd& commands = without.commands[c];
+  Balance balance(*joint, chain, without.coordinates[c][k], chain.rest_for(commands)[k],
+                  commands[k]);
+  if (!balance.find()) return std::nullopt;
+  Response response;
+  response.observed = spatial::displaced(without.observed, balance.sample().values.tail<6>());
+  response.histories = before.histories;
+  response.history_derivatives = before.history_derivatives;
+  const Index size = effect.kind->history, count = std::ssize(parameters);
+  response.derivatives.resize(6, count);
+  if (size == 0 && count == 0) return response;
+  VectorXd x = without.coordinates[c];
+  x[k] = balance.x();
+  const ChainState state = joint_state(chain, commands, std::move(x));
+  const VectorXd& history = before.histories[e];
+  const EffectInput input{effect.values, conditions, history};
+  ChainColumns columns(state, effect.values.size() + size);
+  if (count > 0) effect.kind->differentiate(columns, element, input);
+  const std::optional<HistoryStep> step =
+      size > 0 ? std::optional(effect.kind->advance(state, element, input)) : std::nullopt;
+  if (step) response.histories[e] = step->next;
+  const Vector6 by_x = motion_by_x(balance.sample());
+  const MatrixXd& carried = before.history_derivatives[e];
+  for (Index p = 0; p < count; ++p) {
+    const Index value = parameters[static_cast<std::size_t>(p)].value;
+    const ForceBy force(columns, k, value, carried, p);
+    const double moved = force.all * balance.x_by_force();
+    response.derivatives.col(p) = moved * by_x;
+    if (!step) continue;
+    response.history_derivatives[e].col(p) =
+        step->by_coordinates.col(k) * moved + step->by_input.rightCols(size) * carried.col(p) +
+        step->by_input.col(value) - force.drive * step->by_drive_force;
+  }
+  return response;
+}
+
+}  // namespace kinetostat::vjm
