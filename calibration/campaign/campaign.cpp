@@ -13,9 +13,14 @@ bool Reading::uses(Eigen::Index component) const {
 
 std::vector<Eigen::Index> components_in_use(const Reading& reading) {
   std::vector<Eigen::Index> used;
+  find_components_in_use(reading, used);
+  return used;
+}
+
+void find_components_in_use(const Reading& reading, std::vector<Eigen::Index>& used) {
+  used.clear();
   for (Eigen::Index k = 0; k < reading.displacement.size(); ++k)
     if (reading.uses(k)) used.push_back(k);
-  return used;
 }
 
 vjm::Load DisplacementControl::with_force(std::size_t reading, std::size_t configuration,

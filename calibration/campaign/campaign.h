@@ -113,6 +113,8 @@ struct DisplacementControl {
 
 /// Its components in use, ascending.
 std::vector<Eigen::Index> components_in_use(const Reading& reading);
+/// The same into a list that is kept.
+void find_components_in_use(const Reading& reading, std::vector<Eigen::Index>& used);
 
 /// A column that the format does not know, kept as it stands, one text a reading.
 struct Covariate {

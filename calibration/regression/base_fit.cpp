@@ -185,8 +185,11 @@ class Problem {
     return {std::move(predicted_), std::move(work_)};
   }
   const std::optional<PredictionFailure>& failure() const { return failure_; }
-  /// Of a similar model, which outlives this.
-  void begin_near(const Predictions& predictions) { similar_ = &predictions; }
+  /// Of a similar model, which outlives this; or of this one without its last effect, condensed.
+  void begin_near(const Predictions& predictions, const CondensedModel* without = nullptr) {
+    similar_ = &predictions;
+    without_ = without;
+  }
   Predictions take_nearest() { return std::move(nearest_); }
 
   std::optional<Linearisation> at(const VectorXd& q) { return at(q, unknowns_.parameter_count()); }
@@ -214,6 +217,7 @@ class Problem {
     const Index rows = values() + priors();
     Linearisation result{VectorXd(rows), MatrixXd::Zero(rows, unknowns_.size())};
     add_priors(q, result);
+    place_frames(q);
     Index row = 0;
     for (std::size_t i = 0; i < predicted_.size(); ++i)
       row +=
@@ -363,7 +367,7 @@ class Problem {
     const std::vector<Parameter>& parameters = unknowns_.parameters();
     if (similar_ != nullptr || campaign_.readings.size() < long_table)
       return predictor_.predict(parameters, values, by, progress_,
-                                similar_ != nullptr ? similar_ : &nearest_, targets);
+                                similar_ != nullptr ? similar_ : &nearest_, targets, without_);
     return predictor_.predict_from(nearest_, parameters, values, by, progress_, targets);
   }
 
@@ -425,9 +429,10 @@ class Problem {
       all_.rightCols(unknowns_.target_components()) =
           by_parameters->rightCols(unknowns_.target_components());
     }
-    add_frame(q, reading, predicted_[i], work_[i], all_);
+    add_frame(reading, predicted_[i], work_[i], all_);
     add_zeros(q, reading, predicted_[i], all_);
-    const std::vector<Index> used = components_in_use(reading);
+    find_components_in_use(reading, used_);
+    const std::vector<Index>& used = used_;
     const auto count = static_cast<Index>(used.size());
     if (count == 0) return 0;
     block_.resize(count, unknowns_.size() + 1);
@@ -439,32 +444,40 @@ class Problem {
     return count;
   }
 
-  void add_frame(const VectorXd& q, const Reading& reading, VectorXd& predicted, Vector6& work,
-                 MatrixXd& all) const {
+  // Of all sessions that have one.
+  void place_frames(const VectorXd& q) {
+    frames_.assign(campaign_.sessions.size(), std::nullopt);
+    for (std::size_t session = 0; session < frames_.size(); ++session) {
+      const auto f = unknowns_.frame_of(session);
+      const std::optional<Vector6> frame = f        ? unknowns_.frame(q, *f)
+                                           : known_ ? known_frame(*known_, session)
+                                                    : std::nullopt;
+      if (frame) frames_[session].emplace(*frame);
+    }
+  }
+
+  void add_frame(const Reading& reading, VectorXd& predicted, Vector6& work, MatrixXd& all) {
     const auto f = unknowns_.frame_of(reading.session);
-    const std::optional<Vector6> frame = f        ? unknowns_.frame(q, *f)
-                                         : known_ ? known_frame(*known_, reading.session)
-                                                  : std::nullopt;
+    const std::optional<MeasuringFrame>& frame = frames_[reading.session];
     if (!frame) return;
-    const spatial::Matrix3 turn = spatial::exp_rotation(frame->tail<3>());
-    work << turn * work.head<3>(), turn * work.tail<3>();
+    work << frame->turn() * work.head<3>(), frame->turn() * work.tail<3>();
     for (const FramedComponents& of_sensor : framed_) {
       const auto& [axes, rows] = of_sensor;
       Vector6 displacement = Vector6::Zero(), measured = Vector6::Zero();
       displacement(axes) = predicted(rows);
       measured(axes) = reading.displacement(rows);
-      const SeenFromFrame seen = seen_from(*frame, displacement, campaign_.displacement, measured);
+      const SeenFromFrame seen = frame->seen(displacement, campaign_.displacement, measured);
       predicted(rows) = seen.displacement(axes);
       if (!f) continue;
       for (const auto& [first, count] :
            {std::pair(Index{0}, unknowns_.parameter_count()),
             std::pair(unknowns_.target_at(0), unknowns_.target_components())}) {
         const auto columns = Eigen::seqN(first, count);
-        Eigen::Matrix<double, 6, Eigen::Dynamic> before =
-            Eigen::Matrix<double, 6, Eigen::Dynamic>::Zero(6, count);
-        before(axes, Eigen::all) = all(rows, columns);
-        const Eigen::Matrix<double, 6, Eigen::Dynamic> after = seen.by_displacement * before;
-        all(rows, columns) = after(axes, Eigen::all);
+        before_.setZero(6, count);
+        before_(axes, Eigen::all) = all(rows, columns);
+        after_.resize(6, count);
+        after_.noalias() = seen.by_displacement.lazyProduct(before_);
+        all(rows, columns) = after_(axes, Eigen::all);
       }
       const Index n = unknowns_.frame_components();
       all(rows, Eigen::seqN(unknowns_.frame_at(*f), n)) =
@@ -497,7 +510,12 @@ class Problem {
   std::vector<Vector6> work_;             // the same
   Predictions nearest_;                   // that were made last
   const Predictions* similar_ = nullptr;  // of a similar model, as long as none were made
-  MatrixXd all_, block_;                  // scratch of add_reading()
+  const CondensedModel* without_ = nullptr;
+  std::vector<std::optional<MeasuringFrame>> frames_;  // one a session
+  // Scratch of add_reading().
+  MatrixXd all_, block_;
+  vjm::Matrix6X before_, after_;
+  std::vector<Index> used_;
   VectorXd predicted_at_;
   std::optional<PredictionFailure> failure_;
   std::optional<std::size_t> beyond_;  // of values_
@@ -759,9 +777,10 @@ std::optional<Linearisation> linearised_at(const Predictor& predictor, const Cam
                                            const Noise& noise,
                                            const std::vector<Parameter>& parameters,
                                            const VectorXd& values, const BaseFit& fit,
-                                           Index differentiated, common::Progress& progress) {
+                                           Index differentiated, common::Progress& progress,
+                                           const CondensedModel* without) {
   Problem problem(predictor, campaign, noise, parameters, nullptr, progress);
-  problem.begin_near(fit.model);
+  problem.begin_near(fit.model, without);
   const Unknowns& unknowns = problem.unknowns();
   VectorXd q(unknowns.size());
   q.head(values.size()) = values;

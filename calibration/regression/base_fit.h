@@ -134,11 +134,13 @@ std::optional<BaseFit> if_possible(const Fit& fit) {
 
 /// The same equations at other values of the parameters (and with other parameters), zero offsets
 /// and frames as in `fit`. Derivatives are with respect to the last `differentiated` parameters;
-/// the columns of the others are zero. nullopt where the model has no equilibrium for a reading.
+/// the columns of the others are zero. `without` (or nullptr): the fitted model, condensed, where
+/// this one has one effect more. nullopt where the model has no equilibrium for a reading.
 std::optional<Linearisation> linearised_at(const Predictor& predictor, const Campaign& campaign,
                                            const Noise& noise,
                                            const std::vector<Parameter>& parameters,
                                            const Eigen::VectorXd& values, const BaseFit& fit,
-                                           Eigen::Index differentiated, common::Progress& progress);
+                                           Eigen::Index differentiated, common::Progress& progress,
+                                           const CondensedModel* without = nullptr);
 
 }  // namespace kinetostat::calibration

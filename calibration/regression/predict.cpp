@@ -67,6 +67,7 @@ struct Predictor::Run {
   Predictions* used_up = nullptr;  // `near`, where its states are freed
   bool with_compliance = false;
   std::vector<TargetOffset> targets = {};
+  const CondensedModel* without = nullptr;  // its last effect
 
   // Of the platform, where its sensor is the first.
   Vector6 target_of_platform() const {
@@ -83,6 +84,18 @@ struct Predictor::Run {
   }
   const vjm::SystemState* unloaded_near(std::size_t reading) const {
     return near == nullptr || near->unloaded.empty() ? nullptr : &near->unloaded[reading];
+  }
+  const vjm::CondensedState* loaded_without(std::size_t reading) const {
+    return without == nullptr ? nullptr : state_without(without->loaded[reading]);
+  }
+  const vjm::CondensedState* unloaded_without(std::size_t reading) const {
+    return without == nullptr ? nullptr : state_without(without->unloaded[reading]);
+  }
+
+ private:
+  const vjm::CondensedState* state_without(std::size_t number) const {
+    const auto& state = without->states[number];
+    return state ? &*state : nullptr;
   }
 };
 
@@ -109,16 +122,17 @@ Predictor::Predictor(const vjm::Manipulator& manipulator, const Campaign& campai
                      common::Progress& progress)
     : Predictor(manipulator, {}, campaign, threads, progress) {}
 
-Predictor::Predictor(const Predictor& like, std::vector<vjm::Effect> effects)
-    : bare_(like.bare_),
-      campaign_(like.campaign_),
-      threads_(like.threads_),
-      postures_(like.postures_) {
+Predictor::Predictor(const Predictor& like, std::vector<vjm::Effect> effects, int threads)
+    : bare_(like.bare_), campaign_(like.campaign_), threads_(threads), postures_(like.postures_) {
   set_effects(std::move(effects));
 }
 
 Predictor Predictor::with_effects(std::vector<vjm::Effect> effects) const {
-  return {*this, std::move(effects)};
+  return {*this, std::move(effects), threads_};
+}
+
+Predictor Predictor::with_effects(std::vector<vjm::Effect> effects, int threads) const {
+  return {*this, std::move(effects), threads};
 }
 
 void Predictor::set_effects(std::vector<vjm::Effect> effects) {
@@ -350,13 +364,19 @@ void Predictor::find_sequences(const std::vector<std::size_t>& case_of_reading) 
 
 Predictor::State Predictor::solve(const Run& run, std::size_t configuration, const vjm::Load& load,
                                   std::size_t conditions, const vjm::Response& before,
-                                  const vjm::SystemState* near) const {
+                                  const vjm::SystemState* near,
+                                  const vjm::CondensedState* without) const {
   const vjm::PostureResult& start = (*postures_)[configuration];
   State state;
   if (start.reached) {
-    state.response = run.model.respond(start.posture, load, conditions_[conditions], before,
-                                       run.parameters, run.with_derivatives, near,
-                                       run.with_compliance || campaign_.control.has_value());
+    std::optional<vjm::Response> quick;
+    if (without != nullptr)
+      quick = run.model.respond(*without, load, conditions_[conditions], before, run.parameters);
+    state.response = quick
+                         ? *std::move(quick)
+                         : run.model.respond(start.posture, load, conditions_[conditions], before,
+                                             run.parameters, run.with_derivatives, near,
+                                             run.with_compliance || campaign_.control.has_value());
     observe(run, state);
   } else {
     state.response = before;
@@ -450,7 +470,8 @@ std::vector<Predictor::State> Predictor::references(const Run& run,
   common::parallel_for(
       states.size(), threads_, "states without load", progress, [&](std::size_t i) {
         states[i] = solve(run, references_[i].configuration, {}, references_[i].conditions, rest,
-                          run.unloaded_near(references_[i].reading));
+                          run.unloaded_near(references_[i].reading),
+                          run.unloaded_without(references_[i].reading));
       });
   return states;
 }
@@ -602,7 +623,7 @@ Predictor::State Predictor::under_load(const Run& run, const LoadCase& at, const
   if (campaign_.control) return at_displacement(run, at, unloaded, before);
   const Reading& reading = campaign_.readings[at.reading];
   return solve(run, reading.configuration, reading.load, at.conditions, before,
-               run.loaded_near(at.reading));
+               run.loaded_near(at.reading), run.loaded_without(at.reading));
 }
 
 namespace {
@@ -666,7 +687,7 @@ Predictor::State Predictor::at_displacement(const Run& run, const LoadCase& at,
   for (int i = 0; i < most; ++i) {
     state = solve(run, reading.configuration,
                   control.with_force(at.reading, reading.configuration, search.at()), at.conditions,
-                  before, last.bodies.empty() ? run.loaded_near(at.reading) : &last);
+                  before, last.bodies.empty() ? run.loaded_near(at.reading) : &last, nullptr);
     state.force = search.at();
     const CaseResult result = displacements_of(unloaded, state);
     if (result.failure.empty()) {
@@ -736,13 +757,15 @@ Predictions Predictor::predict(const std::vector<Parameter>& parameters,
                                const Eigen::VectorXd& values,
                                const std::vector<Parameter>& derivatives_by,
                                common::Progress& progress, const Predictions* near,
-                               const std::vector<TargetOffset>& targets) const {
+                               const std::vector<TargetOffset>& targets,
+                               const CondensedModel* without) const {
   const vjm::EffectModel model = this->model(parameters, values);
   return predict({.model = model,
                   .parameters = model_parameters(derivatives_by),
                   .with_derivatives = !derivatives_by.empty(),
                   .near = near,
-                  .targets = targets},
+                  .targets = targets,
+                  .without = without},
                  progress);
 }
 
@@ -759,6 +782,45 @@ Predictions Predictor::predict_from(Predictions& near, const std::vector<Paramet
                   .used_up = &near,
                   .targets = targets},
                  progress);
+}
+
+CondensedModel Predictor::condensed(const std::vector<Parameter>& parameters,
+                                    const Eigen::VectorXd& values,
+                                    const std::vector<vjm::JointPlace>& joints,
+                                    const Predictions& near, common::Progress& progress) const {
+  const vjm::EffectModel model = this->model(parameters, values);
+  const Run run{.model = model, .parameters = {}, .near = &near};
+  CondensedModel result;
+  result.states.resize(cases_.size() + references_.size());
+  result.loaded.resize(campaign_.readings.size());
+  result.unloaded.resize(campaign_.readings.size());
+  const auto condense = [&](std::size_t configuration, const vjm::Load& load,
+                            std::size_t conditions, const vjm::SystemState* at) {
+    const vjm::PostureResult& posture = (*postures_)[configuration];
+    return posture.reached
+               ? model.condensed(posture.posture, load, conditions_[conditions], joints, at)
+               : std::nullopt;
+  };
+  common::parallel_for(
+      result.states.size(), threads_, "condensed equilibria", progress, [&](std::size_t i) {
+        if (campaign_.control) return;  // each model seeks loads of its own
+        if (i < cases_.size()) {
+          const LoadCase& at = cases_[i];
+          const Reading& reading = campaign_.readings[at.reading];
+          result.states[i] = condense(reading.configuration, reading.load, at.conditions,
+                                      run.loaded_near(at.reading));
+        } else {
+          const Reference& at = references_[i - cases_.size()];
+          result.states[i] =
+              condense(at.configuration, {}, at.conditions, run.unloaded_near(at.reading));
+        }
+      });
+  for (std::size_t c = 0; c < cases_.size(); ++c)
+    for (const std::size_t r : readings_of(c)) {
+      result.loaded[r] = c;
+      result.unloaded[r] = cases_.size() + cases_[c].reference;
+    }
+  return result;
 }
 
 Predictions Predictor::predict_with_compliance(const std::vector<Parameter>& parameters,

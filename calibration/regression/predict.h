@@ -48,6 +48,14 @@ struct Predictions {
   std::optional<PredictionFailure> failure;
 };
 
+/// All states of a model with some of its joints condensed: what models share that have one more
+/// law in one joint.
+struct CondensedModel {
+  std::vector<std::optional<vjm::CondensedState>> states;  // nullopt: not condensed
+  /// Of each reading in the order of the campaign, under its load and without: which it is.
+  std::vector<std::size_t> loaded, unloaded;
+};
+
 /// Where that sits which a sensor looks at, seen from where the campaign has it: position [m] in
 /// axes of the platform, or of what carries the sensor, and rotation vector [rad].
 struct TargetOffset {
@@ -91,17 +99,22 @@ class Predictor {
   }
   /// The same campaign and manipulator with other effects: postures are not sought again.
   Predictor with_effects(std::vector<vjm::Effect> effects) const;
+  /// The same on so many threads.
+  Predictor with_effects(std::vector<vjm::Effect> effects, int threads) const;
 
   /// For the model with its parameters at `values`. `near` (or nullptr): predictions of a similar
   /// model, which save time.
   Predictions predict(const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
                       bool with_derivatives, common::Progress& progress,
                       const Predictions* near = nullptr) const;
-  /// The same with derivatives with respect to some of the parameters only.
+  /// The same with derivatives with respect to some of the parameters only. `without` (or nullptr):
+  /// the model without its last effect, which saves most of the time where that is a law in one
+  /// joint; states are then left out.
   Predictions predict(const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
                       const std::vector<Parameter>& derivatives_by, common::Progress& progress,
                       const Predictions* near = nullptr,
-                      const std::vector<TargetOffset>& targets = {}) const;
+                      const std::vector<TargetOffset>& targets = {},
+                      const CondensedModel* without = nullptr) const;
   /// The same; states of `near` are freed where they have been used, for tables that are long.
   Predictions predict_from(Predictions& near, const std::vector<Parameter>& parameters,
                            const Eigen::VectorXd& values,
@@ -111,6 +124,10 @@ class Predictor {
   Predictions predict_with_compliance(const std::vector<Parameter>& parameters,
                                       const Eigen::VectorXd& values, common::Progress& progress,
                                       const std::vector<TargetOffset>& targets = {}) const;
+  /// The model with joints condensed, as far as they can be. `near`: its own predictions.
+  CondensedModel condensed(const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
+                           const std::vector<vjm::JointPlace>& joints, const Predictions& near,
+                           common::Progress& progress) const;
 
  private:
   // A state without load, which several cases may share.
@@ -131,7 +148,7 @@ class Predictor {
   class Failures;
   struct Run;
 
-  Predictor(const Predictor& like, std::vector<vjm::Effect> effects);
+  Predictor(const Predictor& like, std::vector<vjm::Effect> effects, int threads);
   void set_effects(std::vector<vjm::Effect> effects);
   void find_postures(common::Progress& progress);
   void refuse_blind_levels(common::Faults& faults) const;
@@ -144,8 +161,8 @@ class Predictor {
                               std::size_t reading);
   Predictions predict(const Run& run, common::Progress& progress) const;
   State solve(const Run& run, std::size_t configuration, const vjm::Load& load,
-              std::size_t conditions, const vjm::Response& before,
-              const vjm::SystemState* near) const;
+              std::size_t conditions, const vjm::Response& before, const vjm::SystemState* near,
+              const vjm::CondensedState* without) const;
   std::vector<State> references(const Run& run, common::Progress& progress) const;
   void follow(const Run& run, std::span<const std::size_t> sequence,
               const std::vector<State>& unloaded, Predictions& predictions,

@@ -15,9 +15,17 @@ using spatial::Vector6;
 
 SeenFromFrame seen_from(const Vector6& frame, const Vector6& displacement, DisplacementKind kind,
                         const Vector6& measured) {
-  const Vector3 vector = frame.tail<3>();
-  const Matrix3 turn = spatial::exp_rotation(vector);
-  const Matrix3 increment = spatial::left_jacobian(vector);  // of `turn`, by `vector`
+  return MeasuringFrame(frame).seen(displacement, kind, measured);
+}
+
+MeasuringFrame::MeasuringFrame(const Vector6& frame)
+    : position_(frame.head<3>()),
+      turn_(spatial::exp_rotation(frame.tail<3>())),
+      increment_(spatial::left_jacobian(frame.tail<3>())) {}
+
+SeenFromFrame MeasuringFrame::seen(const Vector6& displacement, DisplacementKind kind,
+                                   const Vector6& measured) const {
+  const Matrix3 &turn = turn_, &increment = increment_;
   const Vector3 moved = turn * displacement.head<3>();
   SeenFromFrame seen{Vector6::Zero(), Matrix6::Zero(), Matrix6::Zero()};
   seen.by_displacement.topLeftCorner<3, 3>() = turn;
@@ -33,7 +41,7 @@ SeenFromFrame seen_from(const Vector6& frame, const Vector6& displacement, Displ
   const Vector3 turned =
       nearest_rotation_vector(spatial::log_rotation(rotation), measured.tail<3>());
   const Matrix3 inverse = spatial::left_jacobian_inverse(turned);
-  seen.displacement << moved + frame.head<3>(), turned;
+  seen.displacement << moved + position_, turned;
   seen.by_displacement.bottomRightCorner<3, 3>() =
       inverse * turn * spatial::left_jacobian(displacement.tail<3>());
   seen.by_frame.topLeftCorner<3, 3>().setIdentity();

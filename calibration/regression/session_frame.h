@@ -20,6 +20,18 @@ struct SeenFromFrame {
 /// rotation vector nearest to `measured` among equivalent ones.
 SeenFromFrame seen_from(const spatial::Vector6& frame, const spatial::Vector6& displacement,
                         DisplacementKind kind, const spatial::Vector6& measured);
+/// The same for many displacements from one frame.
+class MeasuringFrame {
+ public:
+  explicit MeasuringFrame(const spatial::Vector6& frame);
+  const spatial::Matrix3& turn() const { return turn_; }
+  SeenFromFrame seen(const spatial::Vector6& displacement, DisplacementKind kind,
+                     const spatial::Vector6& measured) const;
+
+ private:
+  spatial::Vector3 position_;
+  spatial::Matrix3 turn_, increment_;  // of the turn, by its vector
+};
 
 /// Components that one sensor reads in the frame of the instrument, with their axes in the order of
 /// component_names.

@@ -75,6 +75,18 @@ void begin_at(const BaseFit& start, std::size_t count, std::vector<Parameter>& u
 
 }  // namespace
 
+FittedModel::FittedModel(const std::vector<Candidate>& present, const BaseFit& fit,
+                         const std::vector<Candidate>& looked_at, const vjm::Manipulator& bare)
+    : present_(present), fit_(fit) {
+  for (const Candidate& candidate : looked_at) {
+    const vjm::Effect& effect = candidate.effect;
+    if (!effect.kind->acts_on_joint_alone || effect.sites.size() != 1) continue;
+    const auto& [chain, element] = effect.sites[0];
+    const vjm::JointPlace place{chain, bare.chains()[chain].index_of(element)};
+    if (std::find(joints_.begin(), joints_.end(), place) == joints_.end()) joints_.push_back(place);
+  }
+}
+
 CandidateFitter::CandidateFitter(const vjm::Robot& robot, const Campaign& campaign,
                                  const Noise& noise, int threads, common::Progress& progress,
                                  FitJournal* journal)
@@ -83,6 +95,7 @@ CandidateFitter::CandidateFitter(const vjm::Robot& robot, const Campaign& campai
       noise_(noise),
       predictor_(robot.without_effects(), robot.effects, campaign, threads, progress),
       base_(uncertain_parameters(robot)),
+      threads_(threads),
       journal_(journal),
       scope_(journal == nullptr ? "" : fit_scope(campaign, noise)),
       interval_(usual_interval(campaign)) {
@@ -143,16 +156,28 @@ std::vector<Parameter> CandidateFitter::own_parameters(const std::vector<Candida
 
 BaseFit CandidateFitter::fit(const std::vector<Candidate>& added, const BaseFit* start,
                              common::Progress& progress) const {
+  if (start != nullptr) return fit_near(added, *start, threads_, progress);
+  const std::vector<vjm::Effect> effects = effects_with(robot_, added);
+  // A missing effect may look like an infinite stiffness; so does a sign error.
+  return fit_near_design(
+      parameters(effects, added),
+      [&](const std::vector<Parameter>& unknowns) {
+        return fitted(effects, unknowns, nullptr, threads_, progress);
+      },
+      [&] { return unit_error(campaign_, predictor_, progress).empty(); });
+}
+
+BaseFit CandidateFitter::fit_on_one_thread(const std::vector<Candidate>& added,
+                                           const BaseFit& start, common::Progress& progress) const {
+  return fit_near(added, start, 1, progress);
+}
+
+BaseFit CandidateFitter::fit_near(const std::vector<Candidate>& added, const BaseFit& start,
+                                  int threads, common::Progress& progress) const {
   const std::vector<vjm::Effect> effects = effects_with(robot_, added);
   std::vector<Parameter> unknowns = parameters(effects, added);
-  if (start != nullptr) begin_at(*start, base_.size(), unknowns);
-  const auto once = [&](const std::vector<Parameter>& parameters) {
-    return fitted(effects, parameters, start, progress);
-  };
-  if (start != nullptr) return once(unknowns);
-  // A missing effect may look like an infinite stiffness; so does a sign error.
-  return fit_near_design(unknowns, once,
-                         [&] { return unit_error(campaign_, predictor_, progress).empty(); });
+  begin_at(start, base_.size(), unknowns);
+  return fitted(effects, unknowns, &start, threads, progress);
 }
 
 BaseFit CandidateFitter::fit_held(const std::vector<Candidate>& added, const BaseFit& start,
@@ -163,7 +188,7 @@ BaseFit CandidateFitter::fit_held(const std::vector<Candidate>& added, const Bas
   begin_at(start, unknowns.size(), unknowns);
   unknowns[held].start = unknowns[held].lower = unknowns[held].upper = value;
   unknowns[held].bounds_stated = true;  // held, not diverging
-  return fitted(effects, unknowns, &start, progress);
+  return fitted(effects, unknowns, &start, threads_, progress);
 }
 
 BaseFit CandidateFitter::as_fitted(const std::vector<Candidate>& added, const BaseFit& fit,
@@ -174,13 +199,14 @@ BaseFit CandidateFitter::as_fitted(const std::vector<Candidate>& added, const Ba
 
 BaseFit CandidateFitter::fitted(const std::vector<vjm::Effect>& effects,
                                 const std::vector<Parameter>& unknowns, const BaseFit* near,
-                                common::Progress& progress) const {
+                                int threads, common::Progress& progress) const {
   const Predictions* model = near == nullptr ? nullptr : &near->model;
   // Whether one candidate of many has settled may be left open, but not the model that they are
   // added to.
   const bool is_candidate = unknowns.size() > base_.size();
   const auto compute = [&] {
-    return fit_base(predictor_.with_effects(effects), campaign_, noise_, unknowns, progress,
+    return fit_base(predictor_.with_effects(effects, threads), campaign_, noise_, unknowns,
+                    progress,
                     {.max_iterations = is_candidate ? 60 : 200,
                      .tolerance = 1e-9,
                      .near = model,
@@ -188,16 +214,26 @@ BaseFit CandidateFitter::fitted(const std::vector<vjm::Effect>& effects,
   };
   if (journal_ == nullptr) return compute();
   const std::string key = fit_key(scope_, effects, unknowns, model);
-  if (const auto record = journal_->find(key))
+  if (const auto record = recorded(key))
     if (auto fit = recorded_fit(*record, unknowns)) return *std::move(fit);
   try {
     BaseFit fit = compute();
-    journal_->keep(key, record_of(fit));
+    keep(key, record_of(fit));
     return fit;
   } catch (const common::NotIdentifiable& failure) {
-    journal_->keep(key, record_of(failure));
+    keep(key, record_of(failure));
     throw;
   }
+}
+
+std::optional<std::string> CandidateFitter::recorded(const std::string& key) const {
+  const std::lock_guard lock(journal_in_use_);
+  return journal_->find(key);
+}
+
+void CandidateFitter::keep(const std::string& key, const std::string& record) const {
+  const std::lock_guard lock(journal_in_use_);
+  journal_->keep(key, record);
 }
 
 MatrixXd CandidateFitter::by_force(const BaseFit& fit, common::Progress& progress) const {
@@ -276,16 +312,17 @@ double CandidateFitter::error_on(const Campaign& others, const BaseFit& fit,
 
 std::optional<Signature> CandidateFitter::signature_of(const Predictor& predictor,
                                                        const std::vector<Candidate>& added,
-                                                       double growth, const BaseFit& fit,
+                                                       double growth, const FittedModel& beside,
                                                        common::Progress& progress) const {
+  const BaseFit& fit = beside.fit();
   const Candidate& candidate = added.back();
   const std::vector<Parameter> unknowns = parameters(effects_with(robot_, added), added);
   VectorXd values = starts_of(unknowns);
   for (std::size_t k = 0; k < fit.parameters.size(); ++k)
     values[static_cast<Index>(k)] = fit.parameters[k].value;
   const Index count = candidate.effect.values.size();
-  const auto there =
-      linearised_at(predictor, campaign_, noise_, unknowns, values, fit, count - 1, progress);
+  const auto there = linearised_at(predictor, campaign_, noise_, unknowns, values, fit, count - 1,
+                                   progress, condensed(candidate, beside, progress));
   if (!there) return std::nullopt;
   // Whitened residuals are predicted minus measured; so a signature is their change.
   Signature signature{.columns = there->residual - fit.at.residual,
@@ -306,19 +343,19 @@ std::optional<Signature> CandidateFitter::signature_of(const Predictor& predicto
 }
 
 void CandidateFitter::add_signatures(const Predictor& predictor, const Candidate& candidate,
-                                     std::vector<Candidate> added, const BaseFit& fit,
+                                     std::vector<Candidate> added, const FittedModel& beside,
                                      Signatures& signatures, common::Progress& progress) const {
   const std::size_t before = signatures.all.size();
   const auto sizes = sizes_of(*candidate.effect.kind);
   double growth = 0;  // not known yet
   for (const auto& [leading, others] : sizes) {
     added.back() = resolved(at_size(candidate, std::max(1.0, growth) * leading, others));
-    auto signature = signature_of(predictor, added, std::max(1.0, growth), fit, progress);
+    auto signature = signature_of(predictor, added, std::max(1.0, growth), beside, progress);
     if (signature && growth == 0) {
       growth = growth_to_be_seen(signature->columns.col(0).norm());
       if (growth > 1) {
         added.back() = resolved(at_size(candidate, growth * leading, others));
-        signature = signature_of(predictor, added, growth, fit, progress);
+        signature = signature_of(predictor, added, growth, beside, progress);
       }
     }
     if (!signature) signatures.failure = "the model with it has no equilibrium for some reading";
@@ -336,30 +373,42 @@ void CandidateFitter::add_signatures(const Predictor& predictor, const Candidate
 }
 
 CandidateFitter::Signatures CandidateFitter::signatures_of(const Candidate& candidate,
-                                                           const std::vector<Candidate>& present,
-                                                           const BaseFit& fit,
+                                                           const FittedModel& beside,
                                                            common::Progress& progress) const {
-  if (journal_ == nullptr) return computed_signatures(candidate, present, fit, progress);
-  const std::string key = signatures_key(scope_, candidate, present, fit);
-  if (const auto record = journal_->find(key))
+  if (journal_ == nullptr) return computed_signatures(candidate, beside, progress);
+  const std::string key = signatures_key(scope_, candidate, beside.present(), beside.fit());
+  if (const auto record = recorded(key))
     if (auto signatures = recorded_signatures(*record, candidate)) return *std::move(signatures);
-  Signatures signatures = computed_signatures(candidate, present, fit, progress);
-  journal_->keep(key, record_of(signatures));
+  Signatures signatures = computed_signatures(candidate, beside, progress);
+  keep(key, record_of(signatures));
   return signatures;
 }
 
-CandidateFitter::Signatures CandidateFitter::computed_signatures(
-    const Candidate& candidate, const std::vector<Candidate>& present, const BaseFit& fit,
-    common::Progress& progress) const {
+CandidateFitter::Signatures CandidateFitter::computed_signatures(const Candidate& candidate,
+                                                                 const FittedModel& beside,
+                                                                 common::Progress& progress) const {
   Signatures signatures;
   for (const Candidate& design : designs_of(candidate, robot_.without_effects())) {
-    std::vector<Candidate> added = present;
+    std::vector<Candidate> added = beside.present();
     added.push_back(design);
-    add_signatures(predictor_.with_effects(effects_with(robot_, added)), design, added, fit,
+    add_signatures(predictor_.with_effects(effects_with(robot_, added), 1), design, added, beside,
                    signatures, progress);
   }
   if (!signatures.all.empty()) signatures.failure.clear();
   return signatures;
+}
+
+const CondensedModel* CandidateFitter::condensed(const Candidate& candidate,
+                                                 const FittedModel& beside,
+                                                 common::Progress& progress) const {
+  if (!candidate.effect.kind->acts_on_joint_alone) return nullptr;
+  std::call_once(beside.is_condensed_, [&] {
+    const std::vector<vjm::Effect> effects = effects_with(robot_, beside.present());
+    beside.condensed_ = predictor_.with_effects(effects).condensed(
+        parameters(effects, beside.present()), values_of(beside.fit()), beside.joints_,
+        beside.fit().model, progress);
+  });
+  return &beside.condensed_;
 }
 
 }  // namespace kinetostat::calibration

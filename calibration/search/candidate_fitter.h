@@ -1,6 +1,7 @@
 // The models that have something more than the robot file says.
 #pragma once
 
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +13,25 @@
 #include "kinetostat/calibration/statistics/residual_space.h"
 
 namespace kinetostat::calibration {
+
+/// A fitted model beside which candidates are looked at. Keeps references, and what looks share:
+/// the model with those joints condensed in which candidates act alone, found when first asked for.
+class FittedModel {
+ public:
+  FittedModel(const std::vector<Candidate>& present, const BaseFit& fit,
+              const std::vector<Candidate>& looked_at, const vjm::Manipulator& bare);
+
+  const std::vector<Candidate>& present() const { return present_; }
+  const BaseFit& fit() const { return fit_; }
+
+ private:
+  friend class CandidateFitter;
+  const std::vector<Candidate>& present_;
+  const BaseFit& fit_;
+  std::vector<vjm::JointPlace> joints_;
+  mutable std::once_flag is_condensed_;
+  mutable CondensedModel condensed_;
+};
 
 /// A robot, a campaign, and the fits of models with something more.
 class CandidateFitter {
@@ -29,6 +49,9 @@ class CandidateFitter {
   /// common::NotIdentifiable where that does not help.
   BaseFit fit(const std::vector<Candidate>& added, const BaseFit* start,
               common::Progress& progress) const;
+  /// The same on one thread, for fits that are shared out among threads.
+  BaseFit fit_on_one_thread(const std::vector<Candidate>& added, const BaseFit& start,
+                            common::Progress& progress) const;
 
   /// All parameters of a fit with these effects held, against the readings here: zero offsets and
   /// frames are fitted anew.
@@ -45,10 +68,19 @@ class CandidateFitter {
 
   /// Signatures of one candidate beside a model that is fitted already (with `present` effects): of
   /// its usual size, and of other sizes where its shape depends on that. Empty with a reason where
-  /// the model has no equilibrium with it.
+  /// the model has no equilibrium with it. On one thread: candidates may be shared out.
   using Signatures = CandidateSignatures;
+  Signatures signatures_of(const Candidate& candidate, const FittedModel& beside,
+                           common::Progress& progress) const;
   Signatures signatures_of(const Candidate& candidate, const std::vector<Candidate>& present,
-                           const BaseFit& fit, common::Progress& progress) const;
+                           const BaseFit& fit, common::Progress& progress) const {
+    return signatures_of(
+        candidate, FittedModel(present, fit, {candidate}, robot_.without_effects()), progress);
+  }
+  FittedModel beside(const std::vector<Candidate>& present, const BaseFit& fit,
+                     const std::vector<Candidate>& looked_at) const {
+    return {present, fit, looked_at, robot_.without_effects()};
+  }
 
   /// Ways in which the unmodelled smooth error may act, in `fit` of the model without anything
   /// added.
@@ -77,19 +109,28 @@ class CandidateFitter {
   std::vector<FreeFormWays::Drive> drives(const BaseFit& fit, common::Progress& progress) const;
   std::vector<Parameter> parameters(const std::vector<vjm::Effect>& effects,
                                     const std::vector<Candidate>& added) const;
+  BaseFit fit_near(const std::vector<Candidate>& added, const BaseFit& start, int threads,
+                   common::Progress& progress) const;
   BaseFit fitted(const std::vector<vjm::Effect>& effects, const std::vector<Parameter>& unknowns,
-                 const BaseFit* near, common::Progress& progress) const;
-  Signatures computed_signatures(const Candidate& candidate, const std::vector<Candidate>& present,
-                                 const BaseFit& fit, common::Progress& progress) const;
+                 const BaseFit* near, int threads, common::Progress& progress) const;
+  // Of the journal, or nothing; and to it. One thread at a time.
+  std::optional<std::string> recorded(const std::string& key) const;
+  void keep(const std::string& key, const std::string& record) const;
+  // Of the fitted model, where the candidate is a law in one joint; or nullptr.
+  const CondensedModel* condensed(const Candidate& candidate, const FittedModel& beside,
+                                  common::Progress& progress) const;
+  Signatures computed_signatures(const Candidate& candidate, const FittedModel& beside,
+                                 common::Progress& progress) const;
   // Signature of the last candidate at its current values, which are `growth` times usual. nullopt
   // if the model has no equilibrium.
   std::optional<Signature> signature_of(const Predictor& predictor,
                                         const std::vector<Candidate>& added, double growth,
-                                        const BaseFit& fit, common::Progress& progress) const;
+                                        const FittedModel& beside,
+                                        common::Progress& progress) const;
   // Adds the signatures of one design, in the place of the last candidate.
   void add_signatures(const Predictor& predictor, const Candidate& candidate,
-                      std::vector<Candidate> added, const BaseFit& fit, Signatures& signatures,
-                      common::Progress& progress) const;
+                      std::vector<Candidate> added, const FittedModel& beside,
+                      Signatures& signatures, common::Progress& progress) const;
 
   Candidate resolved(Candidate candidate) const;
 
@@ -99,7 +140,9 @@ class CandidateFitter {
   Predictor predictor_;  // of the robot as it is
   std::vector<Parameter> base_;
   std::vector<std::string> kept_;
+  int threads_;
   FitJournal* journal_;
+  mutable std::mutex journal_in_use_;
   std::string scope_;  // of the journal's keys
   double interval_;    // usual time between two readings of a cycle [s]; 0: there is none
 };

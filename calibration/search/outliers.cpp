@@ -35,11 +35,11 @@ struct Scored {
 };
 
 std::vector<Scored> most_explaining(const VectorXd& left, const MatrixXd& known,
-                                    const std::vector<MatrixXd>& effects) {
+                                    std::size_t effects, const EffectColumns& effect) {
   const ResidualSpace space(left.cwiseMax(-bend).cwiseMin(bend), known);
   std::vector<Scored> scored;
-  for (std::size_t e = 0; e < effects.size(); ++e) {
-    const MatrixXd span = span_of(space.left_of(effects[e]), least_visible);
+  for (std::size_t e = 0; e < effects; ++e) {
+    const MatrixXd span = span_of(space.left_of(effect(e)), least_visible);
     if (span.cols() > 0)
       scored.push_back({e, span.cols(), (span.transpose() * space.residual()).squaredNorm()});
   }
@@ -53,8 +53,8 @@ std::vector<Scored> most_explaining(const VectorXd& left, const MatrixXd& known,
 }  // namespace
 
 std::vector<std::size_t> outliers(const VectorXd& residual, const MatrixXd& fitted,
-                                  const std::vector<MatrixXd>& effects) {
-  const double choice = std::log(static_cast<double>(std::max<std::size_t>(1, effects.size())));
+                                  std::size_t effects, const EffectColumns& effect) {
+  const double choice = std::log(static_cast<double>(std::max<std::size_t>(1, effects)));
   const double of_column = std::log(static_cast<double>(std::max<Index>(2, residual.size()))) / 2;
   MatrixXd present(residual.size(), 0);
   RobustResidual now = robust_residual(residual, fitted, present, bend, rounds);
@@ -62,9 +62,10 @@ std::vector<std::size_t> outliers(const VectorXd& residual, const MatrixXd& fitt
     double least = cost_of(now.left);
     std::optional<std::size_t> best;
     RobustResidual with_best;
-    for (const Scored& scored : most_explaining(now.left, beside(fitted, present), effects)) {
+    for (const Scored& scored :
+         most_explaining(now.left, beside(fitted, present), effects, effect)) {
       RobustResidual with =
-          robust_residual(residual, fitted, beside(present, effects[scored.effect]), bend, rounds);
+          robust_residual(residual, fitted, beside(present, effect(scored.effect)), bend, rounds);
       const double cost =
           cost_of(with.left) + choice + of_column * static_cast<double>(scored.rank);
       if (cost >= least) continue;
@@ -73,7 +74,7 @@ std::vector<std::size_t> outliers(const VectorXd& residual, const MatrixXd& fitt
       with_best = std::move(with);
     }
     if (!best) break;
-    present = beside(present, effects[*best]);
+    present = beside(present, effect(*best));
     now = std::move(with_best);
   }
   std::vector<std::size_t> found;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "kinetostat/calibration/statistics/residual_space.h"
@@ -19,9 +20,10 @@ inline constexpr double outlying = 5;  // standard deviations, of an outlier
 ///
 /// with c = -ln(0.01 / 200 sqrt(2 pi)), an outlier being anything within a hundred deviations: one
 /// reading that is off is less than an effect, several that are off as an effect says are it.
-/// `residual`, `fitted`: as in ResidualSpace; `effects`: for each candidate the columns of its
-/// signatures at usual sizes. Indices of values, ascending.
+/// `residual`, `fitted`: as in ResidualSpace; `effect`: of each of so many candidates the columns
+/// of its signatures at usual sizes, made when asked for. Indices of values, ascending.
+using EffectColumns = std::function<Eigen::MatrixXd(std::size_t)>;
 std::vector<std::size_t> outliers(const Eigen::VectorXd& residual, const Eigen::MatrixXd& fitted,
-                                  const std::vector<Eigen::MatrixXd>& effects);
+                                  std::size_t effects, const EffectColumns& effect);
 
 }  // namespace kinetostat::calibration

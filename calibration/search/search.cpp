@@ -13,6 +13,7 @@
 #include "kinetostat/calibration/search/pair_screen.h"
 #include "kinetostat/calibration/statistics/goodness_of_fit.h"
 #include "kinetostat/common/error.h"
+#include "kinetostat/common/thread_pool.h"
 #include "kinetostat/spatial/decomposition.h"
 
 namespace kinetostat::calibration {
@@ -100,19 +101,34 @@ void Search::screen(const std::vector<Candidate>& present, const BaseFit& fit) {
   candidate_signatures_.clear();
   signatures_.clear();
   owner_.clear();
-  for (std::size_t c = 0; c < candidates_.size(); ++c) {
-    progress_.report("screening", static_cast<double>(c) / static_cast<double>(candidates_.size()));
+  const FittedModel beside = fitter_.beside(present, fit, candidates_);
+  candidate_signatures_.resize(candidates_.size());
+  shared_out("screening", candidates_.size(), [&](std::size_t c) {
     common::SilentPart silent(progress_);
     const std::string reason = why_not_beside(present, candidates_[c]);
-    candidate_signatures_.push_back(
-        reason.empty() ? fitter_.signatures_of(candidates_[c], present, fit, silent)
-                       : CandidateFitter::Signatures{{}, {}, reason});
-    std::vector<Signature> own = std::exchange(candidate_signatures_.back().all, {});
+    candidate_signatures_[c] = reason.empty()
+                                   ? fitter_.signatures_of(candidates_[c], beside, silent)
+                                   : CandidateFitter::Signatures{{}, {}, reason};
+  });
+  for (std::size_t c = 0; c < candidates_.size(); ++c) {
+    std::vector<Signature> own = std::exchange(candidate_signatures_[c].all, {});
     for (std::size_t s = 0; s < own.size(); ++s) {
       signatures_.push_back(std::move(own[s]));
       owner_.emplace_back(c, s);
     }
   }
+}
+
+// Work on candidates, each by whoever is free.
+void Search::shared_out(std::string_view phase, std::size_t count,
+                        const std::function<void(std::size_t)>& work) const {
+  const std::thread::id caller = std::this_thread::get_id();
+  const auto items = static_cast<int>(count);
+  common::ThreadPool(std::min(threads_, items)).for_each(items, [&](int i) {
+    if (std::this_thread::get_id() == caller)
+      progress_.report(phase, static_cast<double>(i) / items);
+    work(static_cast<std::size_t>(i));
+  });
 }
 
 void Search::take_signatures(Search& wider) {
@@ -145,14 +161,14 @@ std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
     shared.restore(columns);
     return columns;
   };
-  std::vector<MatrixXd> effects(candidates_.size(), MatrixXd(fit.at.residual.size(), 0));
-  for (std::size_t i = 0; i < signatures_.size(); ++i) {
-    MatrixXd& columns = effects[owner_[i].first];
-    const MatrixXd more = of_each(signatures_[i].of_usual_size());
-    columns.conservativeResize(Eigen::NoChange, columns.cols() + more.cols());
-    columns.rightCols(more.cols()) = more;
-  }
-  return calibration::outliers(-of_each(fit.at.residual), of_each(fit.at.jacobian), effects);
+  const auto effect = [&](std::size_t c) {
+    MatrixXd columns(fit.at.residual.size(), 0);
+    for (std::size_t i = 0; i < signatures_.size(); ++i)
+      if (owner_[i].first == c) columns = beside(columns, signatures_[i].of_usual_size());
+    return of_each(std::move(columns));
+  };
+  return calibration::outliers(-of_each(fit.at.residual), of_each(fit.at.jacobian),
+                               candidates_.size(), effect);
 }
 
 SignatureTable Search::signature_table(const BaseFit& fit) const {
@@ -384,37 +400,45 @@ void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit&
                            const Screen& screen, const ResidualSpace& space, DiagnosisStep& step,
                            std::vector<BaseFit>& fits) {
   const std::vector<std::size_t> order = most_significant(step);
-  for (std::size_t o = 0; o < order.size(); ++o) {
-    progress_.report("fits", static_cast<double>(o) / static_cast<double>(order.size()));
+  shared_out("fits", order.size(), [&](std::size_t o) {
     const std::size_t c = order[o];
-    const double promised = explained_by(c, screen, space);
-    const double slack = std::min(promised / 2, discriminable_from * discriminable_from);
-    std::string reason;
-    std::vector<Candidate> starts = starts_of(looks_of(c, present, fit, screen, space));
-    if (starts.size() > most_starts) starts.resize(most_starts);
-    for (const Candidate& start : starts) {
-      std::vector<Candidate> added = present;
-      added.push_back(start);
-      try {
-        common::SilentPart silent(progress_);
-        BaseFit found = fitter_.fit(added, &fit, silent);
-        if (fits[c].values == 0 || penalised_error(found) < penalised_error(fits[c]))
-          fits[c] = std::move(found);
-        // What its signature promised; far less is a minimum that is not the lowest.
-        if (fit.squared_error - fits[c].squared_error > promised - slack) break;
-      } catch (const common::Cancelled&) {
-        throw;
-      } catch (const std::runtime_error& error) {
-        reason = error.what();
-      }
+    const std::vector<Look> looks = looks_of(c, present, fit, screen, space);
+    fits[c] = best_fit(present, fit, explained_by(c, screen, space), starts_of(looks),
+                       step.ranking[c].not_fitted);
+  });
+}
+
+// The best of the fits from some starts; none, and a reason, where no fit explains what the
+// candidate's signature promised.
+BaseFit Search::best_fit(const std::vector<Candidate>& present, const BaseFit& fit, double promised,
+                         std::vector<Candidate> starts, std::string& reason) const {
+  const double slack = std::min(promised / 2, discriminable_from * discriminable_from);
+  BaseFit best;
+  std::string failure;
+  if (starts.size() > most_starts) starts.resize(most_starts);
+  for (const Candidate& start : starts) {
+    std::vector<Candidate> added = present;
+    added.push_back(start);
+    try {
+      common::SilentPart silent(progress_);
+      BaseFit found = fitter_.fit_on_one_thread(added, fit, silent);
+      if (best.values == 0 || penalised_error(found) < penalised_error(best))
+        best = std::move(found);
+      // What its signature promised; far less is a minimum that is not the lowest.
+      if (fit.squared_error - best.squared_error > promised - slack) break;
+    } catch (const common::Cancelled&) {
+      throw;
+    } catch (const std::runtime_error& error) {
+      failure = error.what();
     }
-    // An unhappy fit proves nothing against a candidate.
-    if (fits[c].values > 0 && fit.squared_error - fits[c].squared_error < least_kept * promised) {
-      fits[c] = {};
-      reason = "its fits ended in minima that explain far less than its signature does";
-    }
-    if (fits[c].values == 0) step.ranking[c].not_fitted = reason;
   }
+  // An unhappy fit proves nothing against a candidate.
+  if (best.values > 0 && fit.squared_error - best.squared_error < least_kept * promised) {
+    best = {};
+    failure = "its fits ended in minima that explain far less than its signature does";
+  }
+  if (best.values == 0) reason = failure;
+  return best;
 }
 
 // Candidates without a fit that do what the best does just as well, as far as their signatures

@@ -2,7 +2,9 @@
 // compare the largest score with the detection threshold, fit the survivors.
 #pragma once
 
+#include <functional>
 #include <optional>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -71,6 +73,10 @@ class Search {
   void fit_survivors(const std::vector<Candidate>& present, const BaseFit& fit,
                      const Screen& screen, const ResidualSpace& space, DiagnosisStep& step,
                      std::vector<BaseFit>& fits);
+  BaseFit best_fit(const std::vector<Candidate>& present, const BaseFit& fit, double promised,
+                   std::vector<Candidate> starts, std::string& reason) const;
+  void shared_out(std::string_view phase, std::size_t count,
+                  const std::function<void(std::size_t)>& work) const;
   MaxScoreTest max_score_test_under_noise_of(const BaseFit& fit, const Screen& screen,
                                              const ResidualSpace& space) const;
   double longest_signature(std::size_t candidate) const;
