@@ -67,7 +67,7 @@ class Grower {
       if (!is_found(step, found_)) break;
       model_.fit = fits[0];
       model_.stages.emplace_back(fits[0]);
-      if (model_.present.empty()) model_.alone = std::move(fits);
+      if (model_.present.empty()) keep_alone(std::move(fits));
       model_.present.push_back(step.ranking[0].candidate);
       model_.present.back().effect.values = step.ranking[0].fit->values;
       found_.push_back(found_effect(step));
@@ -127,6 +127,12 @@ class Grower {
   }
 
  private:
+  // Without their states, which are most of what they take: no fit starts there.
+  void keep_alone(std::vector<BaseFit> fits) {
+    for (BaseFit& fit : fits) fit.model = {};
+    model_.alone = std::move(fits);
+  }
+
   // Something that is far more probable than nothing must predict, too: where it seems not to, by
   // the linear model about its fit, it is fitted anew without the readings that it predicts.
   void check_prediction(std::vector<Candidate> present, const BaseFit& without,

@@ -239,21 +239,23 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
   DiagnosisStep step;
   for (const Candidate& candidate : present) step.beside.push_back(candidate.name());
   const ResidualSpace space(-fit.at.residual, fit.at.jacobian);
-  const Screen screen(space, signatures_);
+  std::optional<Screen> screen(std::in_place, space, signatures_);
   progress_.report("detection threshold", 0);
-  step.max_score = max_score_test_under_noise_of(fit, screen, space);
+  step.max_score = max_score_test_under_noise_of(fit, *screen, space);
   for (std::size_t c = 0; c < candidates_.size(); ++c)
     step.ranking.emplace_back().candidate = candidates_[c];
   std::vector<bool> seen(candidates_.size(), false);
+  std::vector<double> explained;  // of the squared residual, by each signature
   for (std::size_t i = 0; i < signatures_.size(); ++i) {
     RankedCandidate& ranked = step.ranking[owner_[i].first];
-    const Score score = screen.score(i, space.residual());
+    const Score score = screen->score(i, space.residual());
+    explained.push_back(score.explained);
     if (score.dimension > 0) seen[owner_[i].first] = true;
     const double usual = score.detectability / signatures_[i].growth[0];
     if (owner_[i].second == 0) ranked.detectability = usual;
     ranked.most_detectability = std::max(ranked.most_detectability, usual);
     ranked.significance =
-        std::max(ranked.significance, screen.significance(score, space.residual()));
+        std::max(ranked.significance, screen->significance(score, space.residual()));
   }
   for (std::size_t c = 0; c < candidates_.size(); ++c)
     if (!seen[c])
@@ -261,10 +263,11 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
           candidate_signatures_[c].failure.empty()
               ? why_unobservable(candidates_[c], longest_signature(c), fitter_)
               : candidate_signatures_[c].failure;
-  confuse(screen, step);
+  confuse(*screen, step);
+  screen.reset();  // as large as all signatures; fits need memory
   fits.assign(candidates_.size(), {});
   if (step.max_score.p_value <= significance_level)
-    fit_survivors(present, fit, screen, space, step, fits);
+    fit_survivors(present, fit, explained, space, step, fits);
   const std::size_t best = weigh(fit, fits, groups_, *free_form_, correlated_, step);
   if (best < fits.size()) find_confounded(fit, fits[best], step);
   arrange(step, fits);
@@ -303,12 +306,10 @@ void Search::confuse(const Screen& screen, DiagnosisStep& step) const {
                 std::max(step.confusion(a, b), screen.confusion(i, j));
 }
 
-double Search::explained_by(std::size_t candidate, const Screen& screen,
-                            const ResidualSpace& space) const {
+double Search::explained_by(std::size_t candidate, const std::vector<double>& explained) const {
   double most = 0;
   for (std::size_t i = 0; i < signatures_.size(); ++i)
-    if (owner_[i].first == candidate)
-      most = std::max(most, screen.score(i, space.residual()).explained);
+    if (owner_[i].first == candidate) most = std::max(most, explained[i]);
   return most;
 }
 
@@ -317,21 +318,20 @@ double Search::explained_by(std::size_t candidate, const Screen& screen,
 // would explain as much from wherever it is looked at.
 std::vector<Search::Look> Search::looks_of(std::size_t candidate,
                                            const std::vector<Candidate>& present,
-                                           const BaseFit& fit, const Screen& screen,
+                                           const BaseFit& fit, const std::vector<double>& explained,
                                            const ResidualSpace& space) const {
   const std::vector<Candidate> turned = other_phases(candidates_[candidate]);
   std::vector<Look> looks;
-  const auto add = [&](const Candidate& as_it_is, const Signature& signature, double explained) {
+  const auto add = [&](const Candidate& as_it_is, const Signature& signature, double by) {
     const VectorXd left = space.left_of(signature.columns.col(0));
     const double length = std::max(1e-300, left.norm());
     const double along = left.dot(space.residual()) / length;
-    if (!turned.empty()) explained = std::pow(std::max(0.0, along), 2);
-    looks.push_back({explained, as_it_is, resized(as_it_is, along / length)});
+    if (!turned.empty()) by = std::pow(std::max(0.0, along), 2);
+    looks.push_back({by, as_it_is, resized(as_it_is, along / length)});
   };
   for (std::size_t i = 0; i < signatures_.size(); ++i)
     if (owner_[i].first == candidate)
-      add(candidate_signatures_[candidate].starts[owner_[i].second], signatures_[i],
-          screen.score(i, space.residual()).explained);
+      add(candidate_signatures_[candidate].starts[owner_[i].second], signatures_[i], explained[i]);
   common::SilentPart silent(progress_);
   for (const Candidate& other : turned) {
     const CandidateFitter::Signatures signatures =
@@ -397,13 +397,13 @@ std::vector<std::vector<Candidate>> Search::masked_pairs(const BaseFit& fit) con
 }
 
 void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit& fit,
-                           const Screen& screen, const ResidualSpace& space, DiagnosisStep& step,
-                           std::vector<BaseFit>& fits) {
+                           const std::vector<double>& explained, const ResidualSpace& space,
+                           DiagnosisStep& step, std::vector<BaseFit>& fits) {
   const std::vector<std::size_t> order = most_significant(step);
   shared_out("fits", order.size(), [&](std::size_t o) {
     const std::size_t c = order[o];
-    const std::vector<Look> looks = looks_of(c, present, fit, screen, space);
-    fits[c] = best_fit(present, fit, explained_by(c, screen, space), starts_of(looks),
+    const std::vector<Look> looks = looks_of(c, present, fit, explained, space);
+    fits[c] = best_fit(present, fit, explained_by(c, explained), starts_of(looks),
                        step.ranking[c].not_fitted);
   });
 }
