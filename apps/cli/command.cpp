@@ -15,6 +15,8 @@
 #include "kinetostat/apps/cli/given_files.h"
 #include "kinetostat/apps/cli/progress_bar.h"
 #include "kinetostat/apps/cli/version.h"
+#include "kinetostat/apps/manual/completion.h"
+#include "kinetostat/apps/manual/man_pages.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/out_of_memory.h"
 #include "kinetostat/common/printable.h"
@@ -196,6 +198,9 @@ Program::Program(Streams streams)
   app_->formatter(help_formatter());
   app_->set_help_flag("-h,--help", "Print this help and exit");
   app_->add_flag("--version")->description("Print the version, what is linked and its licences");
+  Option(app_->add_option("--completion", shell_, "Print what completes the line in this shell"))
+      .one_of(completed_shells());
+  app_->add_option("--manual", manual_folder_, "Write the man pages there");
   app_->option_defaults()->always_capture_default();
 }
 
@@ -250,30 +255,50 @@ void Program::add_common_options(const Command& command) {
       .group(OptionList::common_group);
 }
 
+// Each with the heading that it stands under.
+std::vector<std::pair<std::string_view, const Program::Command*>> Program::in_order() const {
+  std::vector<std::pair<std::string_view, const Command*>> ordered;
+  const auto add = [&](std::string_view title, std::string_view word) {
+    for (const auto& command : commands_) {
+      const std::string& name = command->info.name;
+      const bool is_asked =
+          word.empty() || name == word || name.starts_with(std::string(word) + " ");
+      const bool is_new = std::none_of(ordered.begin(), ordered.end(), [&](const auto& known) {
+        return known.second == command.get();
+      });
+      if (is_asked && is_new) ordered.emplace_back(title, command.get());
+    }
+  };
+  for (const Group& group : groups())
+    for (const std::string_view word : group.words) add(group.title, word);
+  add("Others", "");
+  return ordered;
+}
+
 std::string Program::help_footer() const {
   std::string text;
-  std::vector<const Command*> left;
-  for (const auto& command : commands_) left.push_back(command.get());
-  const auto add = [&text](std::string_view title, const std::vector<const Command*>& listed) {
-    if (!listed.empty()) text += fmt::format("{}{}\n", text.empty() ? "" : "\n", title);
-    for (const Command* c : listed)
-      text += fmt::format("  {:<14}  {}\n", c->info.name, c->info.summary);
-  };
-  for (const Group& group : groups()) {
-    std::vector<const Command*> listed;
-    for (const std::string_view word : group.words)
-      for (const Command* command : left)
-        if (command->info.name == word || command->info.name.starts_with(std::string(word) + " "))
-          listed.push_back(command);
-    std::erase_if(left, [&](const Command* c) {
-      return std::find(listed.begin(), listed.end(), c) != listed.end();
-    });
-    add(group.title, listed);
+  std::string_view heading;
+  for (const auto& [title, command] : in_order()) {
+    if (title != heading) text += fmt::format("{}{}\n", text.empty() ? "" : "\n", title);
+    heading = title;
+    text += fmt::format("  {:<14}  {}\n", command->info.name, command->info.summary);
   }
-  add("Others", left);
   return text +
          "\n'kinetostat COMMAND --help' describes one command, with an example;\n"
-         "'kinetostat --version' says what is linked, and its licences.";
+         "'kinetostat --version' says what is linked, and its licences;\n"
+         "'kinetostat --completion bash' (zsh, fish) completes the line in a shell;\n"
+         "'kinetostat --manual DIR' writes the man pages.";
+}
+
+ProgramText Program::described() const {
+  ProgramText text{.version = version(), .purpose = app_->get_description(), .commands = {}};
+  for (const auto& [title, command] : in_order())
+    text.commands.push_back({.name = command->info.name,
+                             .summary = command->info.summary,
+                             .heading = std::string(title),
+                             .example = command->info.example,
+                             .options = command->options().described()});
+  return text;
 }
 
 std::string Program::help() {
@@ -346,9 +371,21 @@ int Program::parse_and_run(int argc, const char* const* argv) {
   if (const Command* command = chosen()) {
     run_action(*command);
   } else {
-    write((*app_)["--version"]->count() > 0 ? version_report() : help());
+    answer();
   }
   return done;
+}
+
+// Without a command: what the program says of itself.
+void Program::answer() {
+  if (!manual_folder_.empty()) {
+    for (const ManPage& page : man_pages(described()))
+      io::write_atomically(std::filesystem::path(manual_folder_) / page.file, page.text);
+  } else if (!shell_.empty()) {
+    write(completion(described(), shell_));
+  } else {
+    write((*app_)["--version"]->count() > 0 ? version_report() : help());
+  }
 }
 
 int Program::usage_error(const std::string& what, const std::vector<std::string>& arguments) {

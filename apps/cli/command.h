@@ -161,6 +161,9 @@ class Program {
   /// that they exist: a missing file is bad input, not bad usage.
   OptionList add(const CommandInfo& info, Action action);
 
+  /// All that it can be asked.
+  ProgramText described() const;
+
   /// Parses, runs, reports. Never throws. Call it once.
   int run(int argc, const char* const* argv);
 
@@ -177,8 +180,10 @@ class Program {
   CLI::App& group_of(const std::string& name);
   void add_common_options(const Command& command);
   std::string help();
+  std::vector<std::pair<std::string_view, const Command*>> in_order() const;
   std::string help_footer() const;
   const Command* chosen() const;
+  void answer();
   int usage_error(const std::string& what, const std::vector<std::string>& arguments);
   std::string hint(const std::vector<std::string>& arguments) const;
   void run_action(const Command& command);
@@ -190,6 +195,7 @@ class Program {
 
   Streams streams_;
   CommonOptions options_;
+  std::string shell_, manual_folder_;
   std::vector<std::unique_ptr<Command>> commands_;
   std::unique_ptr<CLI::App> app_;
 };

@@ -1,9 +1,11 @@
 #include "kinetostat/apps/cli/option_list.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <optional>
 #include <set>
+#include <string_view>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -15,6 +17,8 @@ namespace {
 
 // Flags the options that name a file to write.
 constexpr char output_mark[] = "output";
+// Before the values, a line each, in the name of the validator that an option of a few values has.
+constexpr std::string_view choices_mark = "one of\n";
 
 bool is_output(CLI::Option& option) {
   try {
@@ -42,6 +46,28 @@ std::string positional(const CLI::Option* option) {
   const std::string type = type_of(option);
   const std::string name = type == "TEXT" ? option->get_name(true) : type;
   return option->get_required() || name.starts_with('[') ? name : "[" + name + "]";
+}
+
+std::vector<std::string> lines_of(std::string_view text) {
+  std::vector<std::string> lines;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    lines.emplace_back(text.substr(at, end - at));
+    at = end + 1;
+  }
+  return lines;
+}
+
+// The values of Option::one_of(); none where others are possible.
+std::vector<std::string> choices_of(CLI::Option& option) {
+  try {
+    for (int i = 0;; ++i)
+      if (const std::string name = option.get_validator(i)->get_name();
+          name.starts_with(choices_mark))
+        return lines_of(std::string_view(name).substr(choices_mark.size()));
+  } catch (const CLI::OptionNotFound&) {  // which is how the last one is found out
+    return {};
+  }
 }
 
 class HelpFormatter : public CLI::Formatter {
@@ -119,7 +145,8 @@ Option Option::positive() {
 }
 
 Option Option::one_of(const std::vector<std::string>& values) {
-  option_->check(CLI::IsMember(values).description(""));
+  option_->check(CLI::IsMember(values).description(""),
+                 fmt::format("{}{}", choices_mark, fmt::join(values, "\n")));
   return *this;
 }
 
@@ -241,6 +268,27 @@ std::vector<std::string> OptionList::long_names() const {
   for (const CLI::Option* option : std::as_const(*app_).get_options())
     for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
   return names;
+}
+
+std::vector<OptionText> OptionList::described() const {
+  const HelpFormatter formatter;
+  const auto text_of = [&formatter](CLI::Option& option) {
+    OptionText text{.names = {},
+                    .value = option.get_positional() ? positional(&option) : type_of(&option),
+                    .description = formatter.make_option_desc(&option),
+                    .heading = option.get_positional() ? "Arguments" : option.get_group(),
+                    .choices = choices_of(option)};
+    for (const std::string& name : option.get_snames()) text.names.push_back("-" + name);
+    for (const std::string& name : option.get_lnames()) text.names.push_back("--" + name);
+    if (option.get_type_size() == 0) text.value.clear();
+    if (text.value == "INT" || text.value == "UINT" || text.value == "FLOAT") text.value = "N";
+    return text;
+  };
+  std::vector<OptionText> all;
+  for (CLI::Option* option : app_->get_options({})) all.push_back(text_of(*option));
+  std::stable_partition(all.begin(), all.end(),
+                        [](const OptionText& option) { return option.names.empty(); });
+  return all;
 }
 
 }  // namespace kinetostat::apps

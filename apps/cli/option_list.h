@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "kinetostat/apps/manual/program_text.h"
+
 namespace CLI {
 class App;
 class FormatterBase;
@@ -84,6 +86,8 @@ class OptionList {
   std::vector<std::string> positionals() const;
   /// "--json", ...
   std::vector<std::string> long_names() const;
+  /// All of them, as in the help: first what stands without a name, then heading by heading.
+  std::vector<OptionText> described() const;
 
   /// Heading of the options that every command has.
   static constexpr char common_group[] = "Options of every command";
