@@ -7,8 +7,12 @@ configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/kinetostatConfig.cmake.i
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/kinetostatConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
 install(EXPORT kinetostat NAMESPACE kinetostat:: DESTINATION ${package_dir}
-  FILE kinetostatTargets.cmake)
+  FILE kinetostatTargets.cmake COMPONENT development)
 install(FILES
   ${PROJECT_BINARY_DIR}/kinetostatConfig.cmake
   ${PROJECT_BINARY_DIR}/kinetostatConfigVersion.cmake
-  DESTINATION ${package_dir})
+  DESTINATION ${package_dir} COMPONENT development)
+
+if(KINETOSTAT_BUILD_APPS)
+  include(Debian)
+endif()

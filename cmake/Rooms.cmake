@@ -22,8 +22,9 @@ function(kinetostat_room name)
     kinetostat_use_precompiled(${target} kinetostat_parsed)
   endif()
   kinetostat_unity(${target} 12)
-  install(TARGETS ${target} EXPORT kinetostat ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  install(TARGETS ${target} EXPORT kinetostat ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+    COMPONENT development)
   install(DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/kinetostat/${name}
-    FILES_MATCHING PATTERN "*.h")
+    COMPONENT development FILES_MATCHING PATTERN "*.h")
 endfunction()

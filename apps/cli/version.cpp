@@ -66,7 +66,9 @@ std::vector<Part> linked_parts() {
 std::string version() { return KINETOSTAT_VERSION; }
 
 std::string version_report() {
-  std::string text = fmt::format("kinetostat {}, Apache-2.0\n\nLinked:\n", version());
+  std::string text = fmt::format(
+      "kinetostat {}: this program is under GPL-3.0, its source code under Apache-2.0\n\nLinked:\n",
+      version());
   for (const Part& part : linked_parts())
     text += fmt::format("  {:<24} {:<8} {}\n", part.name, part.version, part.licence);
   text += "\nIn processes of their own:\n";
@@ -77,8 +79,9 @@ std::string version_report() {
   text += fmt::format("\nIn pages (--html):\n  {:<24} {:<8} {}\n", "Plotly",
                       report::has_pages() ? KINETOSTAT_PLOTLY_VERSION : "not built", "MIT");
   return text +
-         "\nThe program as a whole, linked with CHOLMOD, is under GPL-3.0; the source code "
-         "of kinetostat is\nunder Apache-2.0.\n";
+         "\nThe program as a whole is under GPL-3.0 because it is linked with the supernodal "
+         "module "
+         "of CHOLMOD.\n";
 }
 
 std::string this_program() { return io::sha256(io::read_text("/proc/self/exe")); }
