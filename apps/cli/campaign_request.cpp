@@ -54,18 +54,25 @@ calibration::Loss loss_of(const std::string& robust) {
   return robust == "cauchy" ? calibration::Loss::cauchy : calibration::Loss::squares;
 }
 
-void say_which_robot(const vjm::Robot& robot, const calibration::Campaign& campaign, io::Json& json,
-                     Run& run) {
-  run.print_more(fmt::format("Robot '{}'\n", robot.name));
-  if (!campaign.robot) return;
+std::string robot_replaced(const vjm::Robot& robot, const calibration::Campaign& campaign) {
+  if (!campaign.robot) return {};
   const std::filesystem::path named = campaign.file.parent_path() / *campaign.robot;
   std::error_code error;
-  if (std::filesystem::equivalent(named, robot.file, error) && !error) return;
-  const std::string sentence =
-      fmt::format("The campaign names the robot '{}'; '{}' of the command line is used instead.",
-                  campaign.robot->string(), robot.file.string());
-  run.print(sentence + "\n");
-  json["robot_replaced"] = sentence;
+  if (std::filesystem::equivalent(named, robot.file, error) && !error) return {};
+  return fmt::format("The campaign names the robot '{}'; '{}' of the command line is used instead.",
+                     campaign.robot->string(), robot.file.string());
+}
+
+void add_robot_replaced(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                        io::Json& json) {
+  const std::string sentence = robot_replaced(robot, campaign);
+  if (!sentence.empty()) json["robot_replaced"] = sentence;
+}
+
+void say_which_robot(const vjm::Robot& robot, const calibration::Campaign& campaign, Run& run) {
+  run.print_more(fmt::format("Robot '{}'\n", robot.name));
+  const std::string sentence = robot_replaced(robot, campaign);
+  if (!sentence.empty()) run.print(sentence + "\n");
 }
 
 }  // namespace kinetostat::apps

@@ -32,8 +32,12 @@ void add_robust_option(OptionList& app, std::string& robust);
 /// Squares unless one of these is given.
 calibration::Loss loss_of(const std::string& robust);
 
-/// Prints that another robot than the campaign's is used, when it is, and with --verbose its name.
-void say_which_robot(const vjm::Robot& robot, const calibration::Campaign& campaign, io::Json& json,
-                     Run& run);
+/// That another robot than the campaign's is used, in a sentence; empty where it is the same.
+std::string robot_replaced(const vjm::Robot& robot, const calibration::Campaign& campaign);
+/// The same under `robot_replaced`, where it is so.
+void add_robot_replaced(const vjm::Robot& robot, const calibration::Campaign& campaign,
+                        io::Json& json);
+/// Prints it, and with --verbose the robot's name.
+void say_which_robot(const vjm::Robot& robot, const calibration::Campaign& campaign, Run& run);
 
 }  // namespace kinetostat::apps

@@ -87,7 +87,8 @@ io::Json calibrate(const CalibrateRequest& request, Run& run) {
       calibration::calibrate_kinematics(robot, campaign, options, run.threads(), run.progress());
   io::Json json{{"headline", report::headline(campaign, result)},
                 {"inputs", report::provenance(robot)}};
-  say_which_robot(robot, campaign, json, run);
+  add_robot_replaced(robot, campaign, json);
+  say_which_robot(robot, campaign, run);
   run.print(report::first_screen(robot, campaign, result, next_after(request, result, run)));
   run.print_more("\n" + report::text(campaign, result));
   json.update(report::to_json(campaign, result));

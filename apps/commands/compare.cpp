@@ -9,6 +9,7 @@
 #include "kinetostat/apps/cli/campaign_request.h"
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/commands/commands.h"
+#include "kinetostat/apps/results/results.h"
 #include "kinetostat/calibration/campaign/campaign_file.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/comparison.h"
@@ -94,15 +95,13 @@ io::Json compare(const CompareRequest& request, Run& run) {
   const calibration::Campaign campaign = request.campaign.read_campaign(robot, run);
   const calibration::Comparison comparison =
       calibration::compare(robot, campaign, run.threads(), run.progress(), loss_of(request.robust));
-  io::Json json{{"headline", report::headline(comparison)}, {"inputs", report::provenance(robot)}};
-  say_which_robot(robot, campaign, json, run);
+  say_which_robot(robot, campaign, run);
   run.print(
       report::first_screen(robot, campaign, comparison, after_comparison(request, comparison)));
   run.print_more("\n" + report::text(campaign, comparison));
-  if (run.wants_result()) {  // all readings: several times what the rest needs
-    json.update(report::to_json(campaign, comparison));
-    json["configurations"] = report::configurations(robot, campaign);
-  }
+  io::Json json;
+  if (run.wants_result())  // all readings: several times what the rest needs
+    json = comparison_result(robot, campaign, comparison);
   if (!request.csv.empty())
     io::write_atomically(request.csv, report::residual_table(campaign, comparison));
   if (run.wants_page())

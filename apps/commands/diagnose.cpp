@@ -11,6 +11,7 @@
 #include "kinetostat/apps/cli/option_values.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/apps/commands/diagnosis_steps.h"
+#include "kinetostat/apps/results/results.h"
 #include "kinetostat/calibration/campaign/campaign_file.h"
 #include "kinetostat/calibration/diagnosis/diagnosis.h"
 #include "kinetostat/common/error.h"
@@ -116,7 +117,7 @@ io::Json diagnose(const DiagnoseRequest& request, Run& run) {
   const calibration::Diagnosis diagnosis =
       resumable_diagnosis(robot, campaign, options, request.no_cache, run);
   io::Json json = diagnosis_result(robot, campaign, request.options, diagnosis);
-  say_which_robot(robot, campaign, json, run);
+  say_which_robot(robot, campaign, run);
   run.print(report::first_screen(robot, campaign, diagnosis,
                                  after_diagnosis(request, robot, diagnosis, run)));
   run.print_more(report::text(robot, campaign, diagnosis));
@@ -163,18 +164,6 @@ calibration::Diagnosis resumable_diagnosis(const vjm::Robot& robot,
 
 void add_no_cache_option(OptionList& app, bool& no_cache) {
   app.add_flag("--no-cache", no_cache, "Make all fits anew, and keep none to go on from");
-}
-
-io::Json diagnosis_result(const vjm::Robot& robot, const calibration::Campaign& campaign,
-                          const calibration::DiagnosisOptions& options,
-                          const calibration::Diagnosis& diagnosis) {
-  io::Json json{{"headline", report::headline(robot, campaign, diagnosis)},
-                {"inputs", report::provenance(robot)},
-                {"readings", io::sha256(io::read_text(campaign.readings_file))},
-                {"seed", options.seed},
-                {"draws", options.draws}};
-  json.update(report::to_json(robot, campaign, diagnosis));
-  return json;
 }
 
 io::Json diagnosis_picture(const vjm::Robot& robot, const calibration::Campaign& campaign,

@@ -21,7 +21,8 @@ io::Json check_measurements(const CampaignRequest& request, Run& run) {
   const auto joints = calibration::joint_loads(campaign, robot.without_effects());
   io::Json json{{"headline", report::readings_in_words(campaign, checks)},
                 {"inputs", report::provenance(robot)}};
-  say_which_robot(robot, campaign, json, run);
+  add_robot_replaced(robot, campaign, json);
+  say_which_robot(robot, campaign, run);
   run.print(report::first_screen(
       campaign, checks, joints,
       report::next_step("kinetostat compare " + request.typed(), "where does the model fail?")));

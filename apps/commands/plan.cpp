@@ -11,6 +11,8 @@
 #include "kinetostat/apps/cli/pose_list.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/apps/commands/diagnosis_steps.h"
+#include "kinetostat/apps/results/adoption.h"
+#include "kinetostat/apps/results/results.h"
 #include "kinetostat/calibration/campaign/campaign_file.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/spelling.h"
@@ -143,18 +145,14 @@ io::Json plan(const PlanRequest& request, Run& run) {
   const calibration::PlanQuestion question = question_of(request, robot, diagnosis);
   const calibration::Plan plan =
       calibration::plan(robot, campaign, question, options, run.threads(), run.progress());
-  io::Json json{{"headline", report::headline(robot, question, options, plan)},
-                {"inputs", report::provenance(robot)},
-                {"readings_so_far", io::sha256(io::read_text(campaign.readings_file))}};
-  say_which_robot(robot, campaign, json, run);
+  say_which_robot(robot, campaign, run);
   if (run.out() && !plan.blocks.empty())
     io::write_atomically(*run.out(), report::plan_table(robot, plan));
   run.print(report::first_screen(robot, question, options, plan, after_plan(request, plan, run)));
   run.print_more(report::text(robot, campaign, question, options, plan));
-  json.update(report::to_json(question, options, plan));
   if (plan.blocks.empty())
     run.leave_unidentified("no readings of this kind would change what is known");
-  return json;
+  return plan_result(robot, campaign, question, options, plan);
 }
 
 void add_cost_options(OptionList& app, calibration::PlanOptions& options) {

@@ -10,6 +10,7 @@
 #include "kinetostat/apps/cli/shipped_files.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/apps/commands/diagnosis_steps.h"
+#include "kinetostat/apps/results/results.h"
 #include "kinetostat/apps/studio/studio_files.h"
 #include "kinetostat/apps/studio/studio_notes.h"
 #include "kinetostat/apps/studio/studio_server.h"

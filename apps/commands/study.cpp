@@ -11,6 +11,8 @@
 #include "kinetostat/apps/commands/calibrated_robot.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/apps/commands/diagnosis_steps.h"
+#include "kinetostat/apps/results/adoption.h"
+#include "kinetostat/apps/results/results.h"
 #include "kinetostat/calibration/campaign/campaign_check.h"
 #include "kinetostat/calibration/campaign/joint_loads.h"
 #include "kinetostat/calibration/comparison/before_after.h"
@@ -255,11 +257,11 @@ Step Study::adopt_found(bool is_needed) {
   Step step{
       .result = {{"command", "adopt"}}, .picture = {}, .text = {}, .headline = {}, .stations = {}};
   const std::filesystem::path out = files_.file(robot_name);
-  const AdoptedFile adopted = write_adopted({.robot = robot_.file.string(),
-                                             .diagnosis = files_.file(diagnosis_name).string(),
-                                             .effect = "",
-                                             .stiffnesses_only = !is_needed},
-                                            out);
+  const Adopted adopted = write_adopted({.robot = robot_.file.string(),
+                                         .diagnosis = files_.file(diagnosis_name).string(),
+                                         .effect = "",
+                                         .stiffnesses_only = !is_needed},
+                                        out);
   const vjm::Robot calibrated = vjm::read_robot(out);
   const Comparison again =
       calibration::compare(calibrated, campaign_, run_.threads(), run_.progress());
