@@ -42,6 +42,16 @@ if(TARGET kinetostat-petsc)
   set(CPACK_DEBIAN_PETSC_PACKAGE_DEPENDS "kinetostat (= ${PROJECT_VERSION}-1)")
 endif()
 
+if(TARGET kinetostat_python)
+  kinetostat_package(python python3-kinetostat
+    "stiffness of robots and machine tools, Python module\n${what}\n\nThe package kinetostat of Debian's Python.")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+    "libopenblas0-pthread, python3 (>= 3.11), python3 (<< 3.12), python3-numpy (>= 1:1.24)")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "kinetostat, python3-pandas")
+endif()
+
 kinetostat_package(development libkinetostat-dev
   "stiffness of robots and machine tools, library\n${what}\n\nHeaders, static libraries and the files of find_package(kinetostat).")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)

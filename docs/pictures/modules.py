@@ -7,7 +7,8 @@ import sys
 
 # Name, x, y, width, height, colour, what it is for.
 BOXES = [
-    ("apps", 10, 10, 1120, 92, "#e8e8e8", "the program: its commands, the studio, helper programs"),
+    ("apps", 10, 10, 880, 92, "#e8e8e8", "the program: its commands, the studio, helper programs"),
+    ("python", 900, 10, 230, 92, "#e8e8e8", "the Python package"),
     ("report", 10, 112, 1120, 92, "#e3ecf7", "results as text, JSON, CSV and pages"),
     ("fea", 10, 214, 500, 284, "#fbe9d7", "from the CAD mesh of a link to its 6x6 compliance"),
     ("calibration", 520, 214, 610, 137, "#e4f2e1", "from measurements to the effect that a model lacks"),

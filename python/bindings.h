@@ -1,0 +1,35 @@
+// The parts of the module kinetostat._core. Each adds its classes and functions.
+#pragma once
+
+#include <filesystem>
+#include <pybind11/pybind11.h>
+#include <string>
+
+#include "kinetostat/calibration/campaign/campaign.h"
+#include "kinetostat/vjm/io/robot_file.h"
+
+namespace kinetostat::python {
+
+/// A robot as its file has it.
+struct RobotValue {
+  vjm::Robot robot;
+  std::string text;  // of the file
+};
+
+RobotValue robot_from(const std::filesystem::path& file);
+
+/// Readings, and the robot that they are of.
+struct CampaignValue {
+  RobotValue robot;
+  calibration::Campaign campaign;
+};
+
+/// JSON as Python's own values.
+pybind11::object values_of(const std::string& json);
+
+void add_errors(pybind11::module_& module);
+void add_matrices(pybind11::module_& module);
+void add_robots(pybind11::module_& module);
+void add_readings(pybind11::module_& module);
+
+}  // namespace kinetostat::python

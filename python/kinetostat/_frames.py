@@ -1,0 +1,39 @@
+"""Readings that are in memory already."""
+
+import csv
+import json
+import os
+import tempfile
+from typing import Any, Mapping, Optional, Union
+
+from ._core import Campaign, Robot
+
+
+def campaign_of(table: Mapping[str, Any], robot: Union[Robot, str, "os.PathLike[str]"], *,
+                folder: Optional[Union[str, "os.PathLike[str]"]] = None, **keys: Any) -> Campaign:
+    """A campaign from columns by name: a pandas.DataFrame, or a dict of arrays of one length.
+
+    The columns are those of a table of readings ("fz", "dz [um]", "q1", "session"), and `keys` those of a campaign file:
+    units={"length": "m", "force": "N", "angle": "rad"} unless given, displacement="difference", noise={"translation":
+    "15 um"}. Both are written to `folder` (a new temporary one), as campaign.yaml and readings.csv, and read from there."""
+    folder = os.fspath(folder) if folder is not None else tempfile.mkdtemp(prefix="kinetostat-")
+    os.makedirs(folder, exist_ok=True)
+    columns = {str(name): list(table[name]) for name in table}
+    if len({len(values) for values in columns.values()}) != 1:
+        raise ValueError("columns differ in length: " + ", ".join(f"{name} {len(v)}" for name, v in columns.items()))
+    with open(os.path.join(folder, "readings.csv"), "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(columns)
+        writer.writerows(["" if _is_missing(value) else value for value in row] for row in zip(*columns.values()))
+    file_of_robot = robot.file if isinstance(robot, Robot) else os.fspath(robot)
+    content = {"kinetostat": 1, "campaign": "readings in memory", "robot": os.path.abspath(file_of_robot),
+               "units": {"length": "m", "force": "N", "angle": "rad"}, "displacement": "difference",
+               **keys, "readings": "readings.csv"}
+    campaign = os.path.join(folder, "campaign.yaml")
+    with open(campaign, "w", encoding="utf-8") as file:
+        json.dump(content, file, indent=1)  # which is YAML
+    return Campaign.read(campaign, robot=robot)
+
+
+def _is_missing(value: Any) -> bool:
+    return value is None or value != value

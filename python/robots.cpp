@@ -1,0 +1,206 @@
+// Robots: reading, postures, stiffness, deflection.
+#include <map>
+#include <optional>
+#include <pybind11/eigen.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+#include <variant>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "kinetostat/common/error.h"
+#include "kinetostat/io/text_file.h"
+#include "kinetostat/python/bindings.h"
+#include "kinetostat/report/screen/manipulator.h"
+#include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/io/urdf.h"
+#include "kinetostat/vjm/manipulator/posture.h"
+#include "kinetostat/vjm/statics/equilibrium.h"
+#include "kinetostat/vjm/statics/stiffness.h"
+
+namespace kinetostat::python {
+namespace {
+
+namespace py = pybind11;
+using Joints = std::map<std::string, double>;
+using Path = std::filesystem::path;
+
+// The drives, as the robot's chains name them: "q1", or "x.rho" where there are several chains.
+template <class Visit>
+void for_each_drive(const vjm::Manipulator& manipulator, const Visit& visit) {
+  const auto& chains = manipulator.chains();
+  for (std::size_t c = 0; c < chains.size(); ++c)
+    for (std::size_t i = 0; i < chains[c].coordinates().size(); ++i) {
+      const vjm::Coordinate& drive = chains[c].coordinates()[i];
+      if (drive.role != vjm::Role::actuated) continue;
+      visit(chains.size() == 1 ? drive.name : chains[c].name() + "." + drive.name, c, i);
+    }
+}
+
+struct PostureValue {
+  vjm::Posture posture;
+  Joints joints;
+};
+
+Eigen::Matrix4d transform(const spatial::Pose& pose) {
+  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+  matrix.topLeftCorner<3, 3>() = pose.rotation();
+  matrix.topRightCorner<3, 1>() = pose.position();
+  return matrix;
+}
+
+RobotValue from_urdf(const Path& file, const std::variant<double, std::vector<double>>& stiffness,
+                     const std::string& base, const std::string& tip) {
+  const vjm::UrdfModel model = vjm::read_urdf(file);
+  const vjm::UrdfChain chain = vjm::find_chain(model, base, tip);
+  const std::size_t drives = vjm::import_robot(model, chain).drives.size();
+  const auto* each = std::get_if<std::vector<double>>(&stiffness);
+  const std::vector<double> all =
+      each != nullptr ? *each : std::vector<double>(drives, std::get<double>(stiffness));
+  if (all.size() != drives)
+    throw py::value_error(
+        fmt::format("joint_stiffness has {} values for {} drives: give one for "
+                    "all, or one for each from base to tip",
+                    all.size(), drives));
+  for (const double k : all)
+    if (!(k > 0)) throw py::value_error(fmt::format("a joint stiffness of {} is not positive", k));
+  const std::string text = vjm::import_robot(model, chain, all).text;
+  return {vjm::parse_robot(text, file), text};
+}
+
+RobotValue written(const RobotValue& value, const Path& file) {
+  io::write_atomically(file, value.text);
+  return robot_from(file);
+}
+
+std::vector<std::string> joint_names(const RobotValue& value) {
+  std::vector<std::string> names;
+  for_each_drive(value.robot.manipulator,
+                 [&](const std::string& name, std::size_t, std::size_t) { names.push_back(name); });
+  return names;
+}
+
+PostureValue posture(const RobotValue& value, const std::optional<Eigen::VectorXd>& at,
+                     const std::optional<Joints>& joints) {
+  const vjm::Manipulator& manipulator = value.robot.manipulator;
+  if (at && joints) throw py::value_error("give either a pose ('at') or joint values");
+  if (at && at->size() != 3 && at->size() != 6)
+    throw py::value_error("'at' is x, y, z, or x, y, z and a rotation vector [m, rad]");
+  vjm::PostureResult found;
+  if (at) {
+    spatial::Vector6 pose = spatial::Vector6::Zero();
+    pose.head(at->size()) = *at;
+    found = posture_at(manipulator, {spatial::exp_rotation(pose.tail<3>()), pose.head<3>()});
+  } else {
+    found = posture_from_joints(manipulator, joints.value_or(Joints()));
+  }
+  if (!found.reached) throw common::NoConvergence(found.reason);
+  PostureValue result{std::move(found.posture), {}};
+  for_each_drive(manipulator, [&](const std::string& name, std::size_t chain, std::size_t i) {
+    result.joints[name] = result.posture.coordinates[chain][static_cast<Eigen::Index>(i)];
+  });
+  return result;
+}
+
+// Home where none is given.
+vjm::Posture chosen(const RobotValue& value, const PostureValue* given) {
+  return given != nullptr ? given->posture : posture(value, {}, {}).posture;
+}
+
+std::optional<spatial::Stiffness6> stiffness(const RobotValue& value, const PostureValue* given) {
+  return unloaded_stiffness_matrix(value.robot.manipulator, chosen(value, given));
+}
+
+std::optional<spatial::Compliance6> compliance(const RobotValue& value, const PostureValue* given) {
+  return unloaded_stiffness(value.robot.manipulator, chosen(value, given)).compliance;
+}
+
+struct Deflection {
+  vjm::Equilibrium equilibrium;
+  bool is_stable;
+  std::string headline;
+};
+
+Deflection deflect(const RobotValue& value, const Eigen::VectorXd& wrench,
+                   const PostureValue* given, const spatial::Vector3& point) {
+  if (wrench.size() != 3 && wrench.size() != 6)
+    throw py::value_error("a wrench is Fx, Fy, Fz, or Fx, Fy, Fz, Mx, My, Mz [N, N m]");
+  vjm::Load load;
+  load.force = wrench.head<3>();
+  if (wrench.size() == 6) load.moment = wrench.tail<3>();
+  load.point_on_platform = point;
+  vjm::Equilibrium found =
+      equilibrium_under_load(value.robot.manipulator, chosen(value, given), load);
+  if (found.status != vjm::EquilibriumStatus::converged) throw common::NoConvergence(found.reason);
+  const bool stable = found.free.stable();
+  std::string headline = report::headline(value.robot, found);
+  return {std::move(found), stable, std::move(headline)};
+}
+
+void add_postures(py::module_& module) {
+  py::class_<PostureValue>(module, "Posture", "Where a robot stands with all springs relaxed.")
+      .def_property_readonly("pose",
+                             [](const PostureValue& p) { return transform(p.posture.platform); })
+      .def_property_readonly(
+          "position",
+          [](const PostureValue& p) { return spatial::Vector3(p.posture.platform.position()); })
+      .def_readonly("joints", &PostureValue::joints)
+      .def("__repr__", [](const PostureValue& p) {
+        const spatial::Vector3& at = p.posture.platform.position();
+        std::vector<std::string> values;
+        for (const auto& [name, value] : p.joints)
+          values.push_back(fmt::format("{}={:.6g}", name, value));
+        return fmt::format("Posture at ({:.6g}, {:.6g}, {:.6g}) m, {}", at.x(), at.y(), at.z(),
+                           fmt::join(values, ", "));
+      });
+}
+
+void add_deflections(py::module_& module) {
+  py::class_<Deflection>(module, "Deflection", "The equilibrium of a robot under a load.")
+      .def_property_readonly("displacement",
+                             [](const Deflection& d) {
+                               return spatial::Vector6(d.equilibrium.displacement.coordinates());
+                             })
+      .def_property_readonly("pose",
+                             [](const Deflection& d) { return transform(d.equilibrium.platform); })
+      .def_property_readonly("stiffness",
+                             [](const Deflection& d) { return d.equilibrium.stiffness; })
+      .def_property_readonly("energy", [](const Deflection& d) { return d.equilibrium.energy; })
+      .def_readonly("stable", &Deflection::is_stable)
+      .def_readonly("headline", &Deflection::headline)
+      .def("__repr__", [](const Deflection& d) { return "Deflection: " + d.headline; });
+}
+
+}  // namespace
+
+RobotValue robot_from(const std::filesystem::path& file) {
+  return {vjm::read_robot(file), io::read_text(file)};
+}
+
+void add_robots(py::module_& module) {
+  add_postures(module);
+  add_deflections(module);
+  py::class_<RobotValue>(module, "Robot", "A robot as its file has it.")
+      .def_static("read", &robot_from, py::arg("file"))
+      .def_static("from_urdf", &from_urdf, py::arg("file"), py::arg("joint_stiffness"),
+                  py::arg("base") = "", py::arg("tip") = "")
+      .def("write", &written, py::arg("file"))
+      .def_property_readonly("name", [](const RobotValue& v) { return v.robot.name; })
+      .def_property_readonly("file", [](const RobotValue& v) { return v.robot.file.string(); })
+      .def_readonly("text", &RobotValue::text)
+      .def_property_readonly("joints", &joint_names)
+      .def("posture", &posture, py::arg("at") = py::none(), py::arg("joints") = py::none())
+      .def("stiffness", &stiffness, py::arg("posture") = py::none())
+      .def("compliance", &compliance, py::arg("posture") = py::none())
+      .def("deflect", &deflect, py::arg("wrench"), py::arg("posture") = py::none(),
+           py::arg("point") = spatial::Vector3(spatial::Vector3::Zero()),
+           py::call_guard<py::gil_scoped_release>())
+      .def("__repr__", [](const RobotValue& v) {
+        return fmt::format("Robot '{}' ({}): {}", v.robot.name, v.robot.file.string(),
+                           fmt::join(joint_names(v), ", "));
+      });
+}
+
+}  // namespace kinetostat::python

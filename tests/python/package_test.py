@@ -1,0 +1,334 @@
+"""The Python package: numbers against closed forms, results against the program, errors, Ctrl-C, stubs.
+
+usage: package_test.py PROGRAM SOURCE      with the package on PYTHONPATH"""
+import ast
+import base64
+import hashlib
+import inspect
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+import zipfile
+
+import numpy as np
+
+import kinetostat as ks
+from kinetostat import _core
+
+PROGRAM = SOURCE = ""  # from the command line
+
+ARM = """kinetostat: 1
+name: arm
+units: {length: m, force: N, angle: rad}
+chain_types:
+  arm:
+    - actuator: {name: q1, axis: Rz, stiffness: 2.0e5}
+    - offset: [0.3, 0, 0]
+    - actuator: {name: q2, axis: Rz, stiffness: 1.0e5}
+    - tool: [0.2, 0, 0]
+    - actuator: {name: lift, axis: Tz, stiffness: 4.0e6}
+manipulator: {chain: arm}
+"""
+
+PAPER_CAMPAIGN = "data/measurements/nist_load_cell/campaign.yaml"
+ARM_CAMPAIGN = "data/measurements/arm_backlash_soft_base/campaign.yaml"
+
+
+def source(name):
+    return os.path.join(SOURCE, name)
+
+
+class Robots(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def path(self, name, text=None):
+        path = pathlib.Path(self.folder.name, name)
+        if text is not None:
+            path.write_text(text)
+        return path
+
+    def arm(self):
+        return ks.Robot.read(self.path("arm.yaml", ARM))
+
+    def test_compliance_of_a_plane_arm_is_the_sum_over_its_joints(self):
+        robot = self.arm()
+        q1, q2 = 0.4, 0.9
+        posture = robot.posture(joints={"q1": q1, "q2": q2})
+        elbow = 0.3 * np.array([np.cos(q1), np.sin(q1), 0])
+        tip = elbow + 0.2 * np.array([np.cos(q1 + q2), np.sin(q1 + q2), 0])
+        np.testing.assert_allclose(posture.position, tip, atol=1e-12)
+        np.testing.assert_allclose(posture.pose[:3, 3], tip, atol=1e-12)
+        wanted = np.zeros((6, 6))
+        for at, stiffness in ((np.zeros(3), 2.0e5), (elbow, 1.0e5)):
+            screw = np.concatenate([np.cross([0, 0, 1], tip - at), [0, 0, 1]])
+            wanted += np.outer(screw, screw) / stiffness
+        wanted[2, 2] += 1 / 4.0e6
+        compliance = robot.compliance(posture)
+        np.testing.assert_allclose(compliance.array, wanted, atol=1e-18)
+        np.testing.assert_allclose(compliance.point, tip, atol=1e-12)
+        np.testing.assert_array_equal(compliance.axes, np.eye(3))
+        self.assertIsNone(robot.stiffness(posture))  # rigid against turns about x
+        small = robot.deflect([0, 1e-3, 0], posture)
+        np.testing.assert_allclose(small.displacement, wanted[:, 1] * 1e-3, rtol=1e-6, atol=1e-16)
+        self.assertTrue(small.stable)
+
+    def test_a_matrix_in_another_frame_gives_the_same_work(self):
+        robot = ks.Robot.read(source("data/robots/six_axis.yaml"))
+        stiffness = robot.stiffness(robot.posture(joints={"q2": 0.3}))
+        turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]])
+        point = stiffness.point + [0.1, -0.2, 0.3]
+        moved = stiffness.at(point, turn)
+        twist = np.array([1, 2, 3, 0.1, 0.2, 0.3])
+        there = np.concatenate([turn.T @ (twist[:3] + np.cross(twist[3:], point - stiffness.point)), turn.T @ twist[3:]])
+        self.assertAlmostEqual(there @ moved.array @ there / (twist @ np.asarray(stiffness) @ twist), 1, places=12)
+        np.testing.assert_allclose(np.asarray(stiffness) @ stiffness.inverse().array, np.eye(6), atol=1e-9)
+        again = ks.Stiffness(moved.array, moved.point, moved.axes).at(stiffness.point, np.eye(3))
+        np.testing.assert_allclose(again.array, stiffness.array, rtol=1e-9, atol=1e-3)
+        self.assertEqual(np.asarray(stiffness, dtype=np.float32).dtype, np.float32)
+        copy = stiffness.array
+        copy[0, 0] = 0
+        self.assertNotEqual(stiffness.array[0, 0], 0)
+
+    def test_a_pose_is_reached(self):
+        robot = ks.Robot.read(source("data/robots/orthoglide.yaml"))
+        posture = robot.posture(at=[0.01, 0.02, -0.03])
+        np.testing.assert_allclose(posture.position, [0.01, 0.02, -0.03], atol=1e-9)
+        self.assertEqual(sorted(posture.joints), sorted(robot.joints))
+        with self.assertRaises(ks.NoConvergence):
+            robot.posture(at=[9, 9, 9])
+        with self.assertRaises(ValueError):
+            robot.posture(at=[1, 2])
+        with self.assertRaisesRegex(ValueError, "nowhere"):
+            robot.posture(joints={"nowhere": 1})
+
+    def test_a_urdf_becomes_a_robot(self):
+        robot = ks.Robot.from_urdf(source("data/urdf/six_axis.urdf"), 5e4, tip="flange")
+        self.assertEqual(len(robot.joints), 6)
+        twice = ks.Robot.from_urdf(source("data/urdf/six_axis.urdf"), [1e5] * 6, tip="flange")
+        np.testing.assert_allclose(robot.compliance().array, 2 * twice.compliance().array, rtol=1e-9, atol=1e-18)
+        written = robot.write(self.path("new.yaml"))
+        np.testing.assert_array_equal(written.compliance().array, robot.compliance().array)
+        for wrong in (-1.0, [1e5] * 5):
+            with self.assertRaises(ValueError):
+                ks.Robot.from_urdf(source("data/urdf/six_axis.urdf"), wrong, tip="flange")
+
+    def test_a_mistake_has_its_place_and_cure(self):
+        path = self.path("wrong.yaml", ARM.replace("stiffness: 1.0e5", "stiffness: -1"))
+        with self.assertRaises(ks.InputError) as caught:
+            ks.Robot.read(path)
+        error = caught.exception
+        self.assertIsInstance(error, ks.Error)
+        self.assertIsInstance(error, ValueError)
+        self.assertEqual((error.file, error.line), (str(path), ARM[:ARM.index("name: q2")].count("\n") + 1))
+        self.assertIn("stiffness", error.key)
+        self.assertTrue(error.cure)
+        self.assertIn(f"{path}:{error.line}", str(error))
+
+    def test_a_call_costs_little(self):
+        robot = ks.Robot.read(source("data/robots/six_axis.yaml"))
+        times = []
+        for _ in range(2000):
+            start = time.perf_counter()
+            robot.name
+            times.append(time.perf_counter() - start)
+        self.assertLess(np.median(times), 20e-6)
+
+
+class Readings(unittest.TestCase):
+    def test_columns_are_the_table_in_si(self):
+        campaign = ks.Campaign.read(source(PAPER_CAMPAIGN))
+        rows = [line.split(",") for line in pathlib.Path(source("data/measurements/nist_load_cell/readings.csv")).read_text().split("\n")
+                if line and not line.startswith("#")][1:]
+        columns = campaign.columns()
+        self.assertEqual(len(campaign), len(rows))
+        np.testing.assert_allclose(columns["fz"], [float(row[2]) for row in rows])
+        np.testing.assert_allclose(columns["dz"], [float(row[3]) * 1e-3 for row in rows])
+        self.assertTrue(np.isnan(columns["dx"]).all())
+
+    def test_readings_in_memory_are_compared_as_those_of_the_file(self):
+        campaign = ks.Campaign.read(source(PAPER_CAMPAIGN))
+        columns = campaign.columns()
+        with tempfile.TemporaryDirectory() as folder:
+            made = ks.campaign_of({name: columns[name] for name in ("id", "fz", "dz")} | {"replicate": [1 + i // 20 for i in range(40)]},
+                                  source("data/robots/bench.yaml"), folder=folder, zero="estimate", wrench_point="reference")
+            one, other = ks.compare(campaign), ks.compare(made)
+            self.assertEqual(one.adequacy, other.adequacy)
+            np.testing.assert_allclose(one.residuals, other.residuals, rtol=1e-6, atol=1e-15)
+            with self.assertRaises(ValueError):
+                ks.campaign_of({"fz": [1, 2], "dz": [1]}, source("data/robots/bench.yaml"), folder=folder)
+
+    def test_whitened_residuals_make_the_error(self):
+        comparison = ks.compare(ks.Campaign.read(source(ARM_CAMPAIGN)), threads=1)
+        self.assertEqual(comparison.adequacy, "inadequate")
+        whitened = comparison.whitened[np.isfinite(comparison.whitened)]
+        self.assertAlmostEqual(comparison.error_over_noise, np.sqrt(np.mean(whitened ** 2)), places=9)
+        self.assertEqual(comparison.result["headline"], comparison.headline)
+        self.assertIn(comparison.headline, repr(comparison))
+
+    def test_diagnosis_adoption_and_plan_are_those_of_the_program(self):
+        campaign = ks.Campaign.read(source(ARM_CAMPAIGN))
+        heard = []
+        diagnosis = ks.diagnose(campaign, progress=lambda phase, done: heard.append((phase, done, threading.current_thread())))
+        self.assertTrue(heard and all(0 <= done <= 1 and thread is threading.main_thread() for _, done, thread in heard))
+        self.assertEqual(diagnosis.verdict, "identified")
+        with tempfile.TemporaryDirectory() as folder:
+            file, robot = os.path.join(folder, "diagnosis.json"), os.path.join(folder, "robot.yaml")
+            run(["diagnose", source(ARM_CAMPAIGN), "-o", file, "-q"])
+            self.assertEqual(pathlib.Path(file).read_bytes(), diagnosis.to_json().encode())
+            self.assertEqual([one["effect"] for one in diagnosis.found], [one["effect"] for one in diagnosis.result["found"]])
+            diagnosis.write(file)
+            run(["adopt", campaign.robot.file, file, "-o", robot])
+            adoption = ks.adopt(diagnosis)
+            self.assertEqual(pathlib.Path(robot).read_text(), adoption.text)
+            better = ks.compare(ks.Campaign.read(source(ARM_CAMPAIGN), robot=adoption.robot))
+            self.assertLess(better.error_over_noise, 1.1)
+            with self.assertRaisesRegex(ValueError, "friction"):
+                ks.adopt(diagnosis, "friction")
+            table = os.path.join(folder, "next.csv")
+            run(["plan", source(ARM_CAMPAIGN), "--diagnosis", file, "-o", table, "-q"])
+            plan = ks.plan(campaign, diagnosis)
+            self.assertEqual(pathlib.Path(table).read_text(), plan.table)
+
+    def test_others_run_meanwhile(self):
+        campaign, counted, stop = ks.Campaign.read(source(ARM_CAMPAIGN)), [0], threading.Event()
+
+        def count():
+            while not stop.is_set():
+                counted[0] += 1
+                time.sleep(0.001)
+        counter = threading.Thread(target=count)
+        counter.start()
+        start, before = time.monotonic(), counted[0]
+        ks.compare(campaign, threads=1)
+        taken, during = time.monotonic() - start, counted[0] - before
+        stop.set()
+        counter.join()
+        self.assertGreater(during, 5)
+        self.assertGreater(taken, 0.01)
+
+    def test_ctrl_c_stops_a_diagnosis(self):
+        code = (f"import kinetostat as ks; c = ks.Campaign.read({source(ARM_CAMPAIGN)!r})\n"
+                "try: ks.diagnose(c, progress=lambda phase, done: print(phase, flush=True))\n"
+                "except KeyboardInterrupt: print('stopped', flush=True)")
+        child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+        self.assertTrue(child.stdout.readline())
+        child.send_signal(signal.SIGINT)
+        rest, _ = child.communicate(timeout=60)
+        self.assertTrue(rest.endswith("stopped\n"), rest)
+        self.assertEqual(child.returncode, 0)
+
+    def test_an_exception_of_progress_stops_and_comes_out(self):
+        class Enough(Exception):
+            pass
+
+        def progress(phase, done):
+            raise Enough(phase)
+        with self.assertRaises(Enough):
+            ks.diagnose(ks.Campaign.read(source(ARM_CAMPAIGN)), progress=progress)
+
+    def test_an_unknown_effect_is_refused(self):
+        with self.assertRaisesRegex(ValueError, "clearance"):
+            ks.diagnose(ks.Campaign.read(source(ARM_CAMPAIGN)), ["clearence"])
+
+
+class Stubs(unittest.TestCase):
+    """The stubs name what the module has, and no more, with the same arguments."""
+
+    def stubs(self):
+        return ast.parse(pathlib.Path(_core.__file__).with_name("_core.pyi").read_text()).body
+
+    def arguments(self, function, value):
+        written = [a.arg for a in function.args.posonlyargs + function.args.args + function.args.kwonlyargs]
+        signature = value.__doc__.split(") ->")[0].partition("(")[2]
+        try:
+            tree = ast.parse(f"def f({strip_types(signature)}): pass").body[0]
+        except SyntaxError as error:
+            raise AssertionError(signature) from error
+        return written, [a.arg for a in tree.args.args + tree.args.kwonlyargs]
+
+    def check_function(self, function, value):
+        written, there = self.arguments(function, value)
+        self.assertEqual(written, there, function.name)
+
+    def test_they_agree_with_the_module(self):
+        classes = {node.name: node for node in self.stubs() if isinstance(node, ast.ClassDef)}
+        functions = {node.name: node for node in self.stubs() if isinstance(node, ast.FunctionDef)}
+        there = {name: value for name, value in vars(_core).items() if not name.startswith("_")}
+        self.assertEqual(set(classes) | set(functions), set(there))
+        for name, node in functions.items():
+            self.check_function(node, there[name])
+        for name, node in classes.items():
+            if issubclass(there[name], Exception):
+                self.assertEqual({base.id for base in node.bases}, {base.__name__ for base in there[name].__bases__})
+                continue
+            members = {one.name: one for one in node.body}
+            public = {key for key in vars(there[name]) if not key.startswith("_") or key in ("__array__", "__len__")}
+            self.assertEqual({key for key in members if key != "__init__"}, public, name)
+            for key, member in members.items():
+                value = inspect.getattr_static(there[name], key)
+                if isinstance(value, property):
+                    self.assertIn("property", [d.id for d in member.decorator_list], key)
+                else:
+                    self.check_function(member, getattr(there[name], key))
+
+    def test_all_that_is_public_is_exported(self):
+        self.assertEqual(set(ks.__all__), {name for name in vars(_core) if not name.startswith("_")} | {"__version__", "campaign_of"})
+        self.assertTrue(pathlib.Path(_core.__file__).with_name("py.typed").exists())
+
+
+class Wheel(unittest.TestCase):
+    def test_what_is_built_is_packed_and_works_elsewhere(self):
+        """As `pip install .` does it, without compiling again."""
+        sys.path.insert(0, source("python"))
+        import backend
+        ran = []
+        backend._run, backend.PACKAGE = lambda *command: ran.append(command), pathlib.Path(_core.__file__).parent
+        with tempfile.TemporaryDirectory() as folder:
+            name = backend.build_wheel(folder)
+            self.assertIn("KINETOSTAT_PYTHON=ON", ran[0])
+            self.assertRegex(name, r"^kinetostat-\d+\.\d+\.\d+-cp3\d+-cp3\d+-linux_\w+\.whl$")
+            archive = zipfile.ZipFile(os.path.join(folder, name))
+            info = next(one for one in archive.namelist() if one.endswith("/RECORD"))
+            rows = [row.split(",") for row in archive.read(info).decode().split()]
+            self.assertEqual([row[0] for row in rows], archive.namelist())
+            for file, digest, size in rows[:-1]:
+                content = archive.read(file)
+                made = base64.urlsafe_b64encode(hashlib.sha256(content).digest()).decode().rstrip("=")
+                self.assertEqual((digest, size), ("sha256=" + made, str(len(content))))
+            archive.extractall(folder)
+            code = "import kinetostat; print(kinetostat.__version__)"
+            said = subprocess.run([sys.executable, "-c", code], cwd=folder, env={"PYTHONPATH": folder}, text=True, stdout=subprocess.PIPE)
+            self.assertEqual(said.stdout, name.split("-")[1] + "\n")
+            self.assertIn(f"Version: {ks.__version__}", archive.read(info.replace("RECORD", "METADATA")).decode())
+
+
+def strip_types(signature):
+    """"a: int, *, b: Dict[str, float] = None" as "a, *, b"."""
+    names, depth, part = [], 0, ""
+    for c in signature + ",":
+        depth += (c in "[(<{") - (c in "])>}")
+        if c == "," and depth == 0:
+            names.append(part.split(":")[0].split("=")[0].strip())
+            part = ""
+        else:
+            part += c
+    return ", ".join(name for name in names if name)
+
+
+def run(arguments):
+    done = subprocess.run([PROGRAM, *arguments], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert done.returncode == 0, done.stderr
+
+
+if __name__ == "__main__":
+    PROGRAM, SOURCE = sys.argv[1:3]
+    del sys.argv[1:3]
+    unittest.main(verbosity=2)
