@@ -148,6 +148,7 @@ void CsvTable::read_row() {
   const std::size_t begin = position_, first = cells_.size();
   const int line = line_;
   read_cells(cells_);
+  if (is_cut_) return cells_.resize(first);
   std::size_t count = cells_.size() - first;
   const bool all_empty =
       std::all_of(cells_.begin() + static_cast<std::ptrdiff_t>(first), cells_.end(),
@@ -254,6 +255,7 @@ CsvTable::Cell CsvTable::read_quoted_cell() {
               .what = "the quote that starts here is not closed",
               .cure = "Close it, or write \"\" for a quote inside a quoted cell"});
       position_ = buffer_.size();
+      is_cut_ = true;
       return {opening, 0, -1};
     }
     position_ = quote + 1;

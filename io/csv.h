@@ -123,6 +123,7 @@ class CsvTable {
   // Where reading stands.
   std::size_t position_ = 0;
   int line_ = 1;
+  bool is_cut_ = false;  // by a quote that is not closed
 };
 
 CsvTable read_csv(const std::filesystem::path& file);
