@@ -270,6 +270,17 @@ RobotSpec bench() {
           60};
 }
 
+RobotSpec frame() {
+  return {"plate on a tube",
+          {{"chain",
+            {},
+            {},
+            {actuator("bolts", 3, 8.0e4, 0),
+             link("tube", steel_tube(0.9, 0.12, 0.10, Vector3::UnitX()))}}},
+          true,
+          600};
+}
+
 RobotSpec arm_3r() {
   return {
       "three-joint arm",

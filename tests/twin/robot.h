@@ -67,6 +67,7 @@ RobotSpec bench();
 RobotSpec arm_3r();
 RobotSpec arm_6r();
 RobotSpec orthoglide();
+RobotSpec frame();  // a plate on a tube that is bolted to a wall
 // Trial robots: nothing in the product was tuned on them.
 RobotSpec scara();
 RobotSpec arm_7r();

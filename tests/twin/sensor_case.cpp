@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "campaign_text.h"
+#include "hidden_effect.h"
 #include "random.h"
 #include "robot.h"
 
@@ -288,6 +289,86 @@ void write_tracker(const TrackerCase& spec, const std::filesystem::path& folder)
                          "{{payload: {{on: platform, at: [100, 0, 50]}}}}\nnoise: {{translation: "
                          "{:g} um}}\nreadings: readings.csv\n",
                          1e6 * spec.noise));
+}
+
+namespace {
+
+const Vector3 corners[] = {{0.1, 0.4, 0}, {0.1, -0.4, 0}, {-0.1, -0.4, 0}, {-0.1, 0.4, 0}};  // [m]
+
+struct Hung {
+  int cycle;
+  double left, right;  // [kg], half a metre from the axis
+};
+
+std::vector<Hung> weights_of_frame() {
+  std::vector<Hung> result;
+  for (int cycle = 1; cycle <= 4; ++cycle)
+    for (const double mass : {10, 20, 40, 60, 40, 20, 10})
+      result.push_back({cycle, cycle % 2 == 1 ? mass : 0, cycle % 2 == 0 ? mass : 0});
+  return result;
+}
+
+std::string frame_campaign(const FrameCase& spec) {
+  std::string gauges;
+  for (int i = 0; i < 4; ++i)
+    gauges += fmt::format(
+        "  dial_{}: {{kind: gauge, on: platform, at: [{:g}, {:g}, 0], direction: [0, 0, 1], noise: "
+        "{:g} um}}\n",
+        i + 1, 1e3 * corners[i].x(), 1e3 * corners[i].y(), 1e6 * spec.noise);
+  return "# Made by tests/twin, a simulator that shares no code with the product.\n"
+         "kinetostat: 1\ncampaign: frame in torsion\norigin: simulated\nrobot: robot.yaml\n"
+         "units: {length: mm, force: N, angle: deg}\ndisplacement: difference\n"
+         "datum_noise: 0\nweights:\n  left: {on: platform, at: [0, 500, 0]}\n"
+         "  right: {on: platform, at: [0, -500, 0]}\nsensors:\n" +
+         gauges + "readings: readings.csv\n";
+}
+
+}  // namespace
+
+void write_frame(const FrameCase& spec, const std::filesystem::path& folder) {
+  RobotSpec robot = frame();
+  const std::string owners = robot_file(robot, {1, 1});
+  robot.chains[0].items[0].stiffness *= spec.softer;
+  const Posture posture = posture_of(robot, Eigen::VectorXd::Zero(1));
+  Built built = build(robot, posture, {.factors = {}, .elements = 8});
+  if (spec.play > 0)
+    apply_to_structure({.name = "clearance", .at = "bolts", .size = spec.play}, robot, posture,
+                       built);
+  Structure& s = built.structure;
+  const Pose plate = s.pose_of(built.platform);
+  const auto on_plate = [&](const Vector3& at) {
+    return s.mark(built.platform.body, {plate.x + plate.R * at, plate.R});
+  };
+  const Mark left = on_plate({0, 0.5, 0}), right = on_plate({0, -0.5, 0});
+  std::vector<Mark> gauges;
+  for (const Vector3& corner : corners) gauges.push_back(on_plate(corner));
+  Random random(spec.seed);
+  std::string table =
+      "id,cycle,step,q,left [kg],right [kg],dial_1 [um],dial_2 [um],dial_3 [um],dial_4 [um]\n";
+  int id = 0;
+  const auto heights = [&](double mass_left, double mass_right) {
+    const auto weight = [](double mass) { return Vector3(0, 0, -9.80665 * mass); };
+    if (!s.settle({{left, weight(mass_left), Vector3::Zero()},
+                   {right, weight(mass_right), Vector3::Zero()}}))
+      throw std::runtime_error("the twin finds no equilibrium");
+    std::vector<double> result;
+    for (const Mark& gauge : gauges) result.push_back(s.pose_of(gauge).x.z());
+    return result;
+  };
+  const std::vector<double> zero = heights(0, 0);
+  for (const Hung& hung : weights_of_frame()) {
+    const std::vector<double> loaded = heights(hung.left, hung.right);
+    ++id;
+    table += fmt::format("w{0},{1},{0},0,{2:g},{3:g}", id, hung.cycle, hung.left, hung.right);
+    for (std::size_t i = 0; i < zero.size(); ++i)
+      table += fmt::format(",{:.6f}", 1e6 * (loaded[i] - zero[i] + spec.noise * random.normal()));
+    table += "\n";
+  }
+  std::filesystem::create_directories(folder);
+  write_text(folder / "robot.yaml", owners.substr(0, owners.find("uncertain:")) +
+                                        "uncertain:\n  - {stiffness: bolts, between: [0.3, 3]}\n");
+  write_text(folder / "readings.csv", table);
+  write_text(folder / "campaign.yaml", frame_campaign(spec));
 }
 
 }  // namespace twin

@@ -1,4 +1,4 @@
-// A robot on a foundation that yields, read by sensors elsewhere than at its tool point.
+// Robots and a frame that are read by sensors elsewhere than at a tool point.
 #pragma once
 
 #include <cstdint>
@@ -39,5 +39,16 @@ struct TrackerCase {
 };
 
 void write_tracker(const TrackerCase& spec, const std::filesystem::path& folder);
+
+/// A plate on a tube that is bolted to a wall: weights on one side, then on the other, twist it.
+/// Four dial gauges stand under its corners.
+struct FrameCase {
+  double softer = 0.9;  // stiffness of the bolted joint over what its owner believes
+  double play = 0;      // of that joint [rad]
+  double noise = 2e-6;  // of each gauge [m]
+  std::uint64_t seed = 1;
+};
+
+void write_frame(const FrameCase& spec, const std::filesystem::path& folder);
 
 }  // namespace twin

@@ -30,7 +30,8 @@ constexpr const char* usage =
     "on a "
     "foundation that yields, under weights or a cylinder\n"
     "       twin_cases --tracker NOISE FOLDER  an arm under a payload, an unknown target and "
-    "tracker\n";
+    "tracker\n"
+    "       twin_cases --frame NOISE PLAY FOLDER  four dial gauges under a frame in torsion\n";
 
 twin::Case case_named(const std::string& name) {
   for (const std::vector<twin::Case>& cases : {twin::suite(), twin::trial_suite(), twin::stories()})
@@ -86,6 +87,13 @@ int run(const std::vector<std::string>& words) {
     twin::TrackerCase spec;
     spec.noise *= std::stod(words[1]);
     twin::write_tracker(spec, words[2]);
+    return 0;
+  }
+  if (words.size() == 4 && words[0] == "--frame") {
+    twin::FrameCase spec;
+    spec.noise *= std::stod(words[1]);
+    spec.play = std::stod(words[2]);
+    twin::write_frame(spec, words[3]);
     return 0;
   }
   if (words.size() == 4 && words[0] == "--case") {
