@@ -95,21 +95,28 @@ class Posterior {
     }
   }
 
+  // Each part of it where it belongs.
   void add_discrepancy() {
-    const FreeFormEvidence& found = step_.free_form;
-    Hypothesis own{.family = unexplained,
-                   .place = "",
-                   .log_weight = rules_.exponent * (step_.log_evidence_without + found.log)};
-    if (!found.drive.empty()) {
+    std::vector<Hypothesis> parts;
+    for (const FreeFormEvidence::Part& part : step_.free_form.parts())
+      if (part.share > 0) parts.push_back(discrepancy(part));
+    hypotheses_.insert(hypotheses_.end(), parts.begin(), parts.end());
+  }
+
+  Hypothesis discrepancy(const FreeFormEvidence::Part& part) const {
+    const double log_weight =
+        rules_.exponent * (step_.log_evidence_without + step_.free_form.log) + std::log(part.share);
+    Hypothesis own{.family = unexplained, .place = "", .log_weight = log_weight};
+    if (!part.drive.empty()) {
       own.family = "load-deflection curve";
-      own.place = found.drive;
+      own.place = part.drive;
       for (const Hypothesis& h : hypotheses_)
-        if (h.family == own.family && ends_with_name(found.drive, h.place)) own.place = h.place;
+        if (h.family == own.family && ends_with_name(part.drive, h.place)) own.place = h.place;
     } else {
-      const bool is_memory = found.over == SmoothOver::earlier_loads;
-      if (found.over == SmoothOver::temperature)
+      const bool is_memory = part.over == SmoothOver::earlier_loads;
+      if (part.over == SmoothOver::temperature)
         own.family = to_string(vjm::EffectClass::temperature);
-      if (is_memory || found.over == SmoothOver::time)
+      if (is_memory || part.over == SmoothOver::time)
         own.family = to_string(vjm::EffectClass::time);
       for (const Hypothesis& h : hypotheses_)
         if (h.family == own.family && h.ranked &&
@@ -123,8 +130,8 @@ class Posterior {
       return h.family == own.family && h.place == own.place && h.ranked &&
              (!h.ranked->fit || h.ranked->fit->log_evidence > step_.log_evidence_without);
     });
-    if (!has_place) own = {.family = unexplained, .place = "", .log_weight = own.log_weight};
-    hypotheses_.push_back(own);
+    if (!has_place) own = {.family = unexplained, .place = "", .log_weight = log_weight};
+    return own;
   }
 
   void normalise() {

@@ -176,6 +176,10 @@ double log_evidence(const MatrixXd& root, const ResidualSpace& space, double exp
 
 double FreeFormEvidence::p_value() const { return std::min(1.0, std::exp(-log)); }
 
+std::vector<FreeFormEvidence::Part> FreeFormEvidence::parts() const {
+  return shared.empty() ? std::vector<Part>{{over, drive}} : shared;
+}
+
 FreeForm::FreeForm(const Campaign& campaign, const std::vector<Value>& values,
                    const FreeFormWays& ways) {
   for (const Value& value : values) reading_.push_back(static_cast<Index>(value.reading));
@@ -284,7 +288,13 @@ FreeFormEvidence FreeForm::evidence(const ResidualSpace& space, double exponent)
       result.over = process.over;
     }
   }
-  if (!logs.empty()) result.log = log_mean_exp(logs);
+  if (logs.empty()) return result;
+  result.log = log_mean_exp(logs);
+  std::map<std::pair<SmoothOver, std::string>, double> shares;
+  const double sum = result.log + std::log(static_cast<double>(logs.size()));
+  for (std::size_t i = 0; i < logs.size(); ++i)
+    shares[{processes_[i].over, processes_[i].drive}] += std::exp(logs[i] - sum);
+  for (const auto& [of, share] : shares) result.shared.push_back({of.first, of.second, share});
   return result;
 }
 

@@ -24,8 +24,17 @@ struct FreeFormEvidence {
   std::string depends_on;  // the most probable process: "posture, as a force on the platform does"
   std::string drive;       // whose law that is: "x.rho"; empty for other processes
   SmoothOver over = SmoothOver::other;  // what it changes with
+  /// Processes of one drive, or over the same, and which share of the evidence is theirs; none: all
+  /// of it is the most probable one's.
+  struct Part {
+    SmoothOver over = SmoothOver::other;
+    std::string drive = {};
+    double share = 1;
+  };
+  std::vector<Part> shared = {};
 
   double p_value() const;
+  std::vector<Part> parts() const;
 };
 
 /// Ways in which an unmodelled smooth error may act: changes of the whitened values, one row each.
