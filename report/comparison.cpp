@@ -8,6 +8,7 @@
 
 #include "kinetostat/calibration/campaign/datum.h"
 #include "kinetostat/calibration/campaign/pure_error.h"
+#include "kinetostat/calibration/regression/datum_noise.h"
 #include "kinetostat/calibration/sensors/weight.h"
 #include "kinetostat/io/csv.h"
 #include "kinetostat/io/text_file.h"
@@ -80,8 +81,9 @@ Finding finding(const std::string& model, const LackOfFitTest& test) {
 }
 
 // The key that says that unloaded readings are exact, where half of a reading's variance is taken
-// for them; else empty.
+// for them whatever the readings show; else empty.
 std::string exact_datum(const Campaign& campaign) {
+  if (campaign.readings.size() <= calibration::most_for_datums) return {};
   std::vector<Eigen::VectorXd> sigma;
   for (const Reading& reading : campaign.readings) sigma.push_back(reading.sigma);
   if (calibration::datums_of(campaign, sigma).empty()) return {};

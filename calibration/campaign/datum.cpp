@@ -115,4 +115,10 @@ void SharedNoise::restore(Eigen::Ref<MatrixXd> rows) const {
   }
 }
 
+double SharedNoise::log_determinant() const {
+  double sum = 0;
+  for (const Block& block : blocks_) sum += 2 * block.more.array().log1p().sum();
+  return sum;
+}
+
 }  // namespace kinetostat::calibration

@@ -11,7 +11,7 @@
 namespace kinetostat::calibration {
 
 /// Share of one reading's variance that a datum has where its noise is not stated: readings without
-/// load are often averaged, yet seldom by many.
+/// load are often averaged, yet seldom by many. Less where readings refute it (datum_noise.h).
 inline constexpr double usual_datum_variance = 0.5;
 
 /// The datums of differences whose unloaded state was read: one for each cycle (without cycles: for
@@ -38,6 +38,8 @@ class SharedNoise {
   void whiten(Eigen::Ref<Eigen::MatrixXd> rows) const;
   /// Multiplies by C^1/2, which takes that back.
   void restore(Eigen::Ref<Eigen::MatrixXd> rows) const;
+  /// ln det C.
+  double log_determinant() const;
 
  private:
   // Rows that share a datum; C^(-1/2) = I - U diag(less) U' and C^(1/2) = I + U diag(more) U'.

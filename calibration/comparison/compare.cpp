@@ -10,6 +10,7 @@
 #include "kinetostat/calibration/campaign/noise_estimate.h"
 #include "kinetostat/calibration/campaign/pure_error.h"
 #include "kinetostat/calibration/comparison/unit_error.h"
+#include "kinetostat/calibration/regression/datum_noise.h"
 #include "kinetostat/calibration/regression/undetermined.h"
 #include "kinetostat/calibration/regression/wrench_noise.h"
 #include "kinetostat/common/error.h"
@@ -312,7 +313,9 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
   if (has_others) part = only(campaign, {Role::fit});
   const Campaign& to_fit = has_others ? *part : campaign;
   std::vector<ReplicateGroup> groups = replicate_groups(to_fit);
-  Noise stated = noise_of(campaign, has_others ? replicate_groups(campaign) : groups);
+  Noise stated =
+      with_datums_seen(noise_of(campaign, has_others ? replicate_groups(campaign) : groups), robot,
+                       campaign, threads, progress);
   Evidence evidence{to_fit, groups_of(to_fit, std::move(groups)), {}, {}};
   // Whitened by what they share, one gross error would be in many readings.
   if (loss != Loss::squares) stated.datums.clear();

@@ -375,6 +375,14 @@ void require_choices(const PlanTask& task) {
       "there is nothing to choose from: no posture of the campaign can be reached");
 }
 
+// What is planned is counted from unloaded readings as exact as those before.
+Campaign with_datums_of(const Noise& noise, Campaign campaign) {
+  for (const Datum& datum : noise.datums)
+    for (Eigen::Index k = 0; k < datum.sigma.size(); ++k)
+      if (!(campaign.datum_noise[k] <= datum.sigma[k])) campaign.datum_noise[k] = datum.sigma[k];
+  return campaign;
+}
+
 }  // namespace
 
 Plan plan(const vjm::Robot& robot, const Campaign& campaign, const PlanQuestion& question,
@@ -387,7 +395,9 @@ Plan plan(const vjm::Robot& robot, const Campaign& campaign, const PlanQuestion&
          .cure =
              "Plan by a campaign that states loads, and set the displacements that they cause"});
   Noise noise = noise_of(campaign, replicate_groups(campaign));
-  PlanTask task{robot, campaign, options, threads, progress, {}, {}, {}, {}, {}};
+  if (noise.source != NoiseSource::unknown) noise = noise_of(robot, campaign, threads, progress);
+  const Campaign as_seen = with_datums_of(noise, campaign);
+  PlanTask task{robot, as_seen, options, threads, progress, {}, {}, {}, {}, {}};
   task.choices =
       plan_choices(robot, campaign, {.work_at = options.work_at, .joints = joints_in(question)},
                    options.measuring, threads, progress);
@@ -398,7 +408,6 @@ Plan plan(const vjm::Robot& robot, const Campaign& campaign, const PlanQuestion&
   plan.has_replicates = has_replicates(campaign);
   for (const std::string& choice : task.choices.left_out)
     plan.notes.push_back("Left out: " + choice);
-  if (noise.source != NoiseSource::unknown) noise = noise_of(robot, campaign, threads, progress);
   task.sigma = usual_noise(campaign, noise);
   task.components = components_of(task.sigma);
   if (noise.source == NoiseSource::unknown) {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "kinetostat/calibration/campaign/noise_estimate.h"
+#include "kinetostat/calibration/regression/datum_noise.h"
 #include "kinetostat/calibration/regression/session_frame.h"
 #include "kinetostat/calibration/regression/undetermined.h"
 
@@ -73,7 +74,8 @@ Noise with_wrench_noise(const Noise& noise, const Campaign& campaign, const Pred
 
 Noise noise_of(const vjm::Robot& robot, const Campaign& campaign, int threads,
                common::Progress& progress) {
-  const Noise stated = noise_of(campaign, replicate_groups(campaign));
+  const Noise stated = with_datums_seen(noise_of(campaign, replicate_groups(campaign)), robot,
+                                        campaign, threads, progress);
   if (campaign.wrench_covariance.empty()) return stated;
   std::vector<Parameter> parameters = uncertain_parameters(robot);
   const Predictor predictor(robot.without_effects(), robot.effects, campaign, threads, progress);

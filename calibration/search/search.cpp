@@ -175,6 +175,7 @@ SignatureTable Search::signature_table(const BaseFit& fit) const {
   SignatureTable table{.values = values_,
                        .residual = -fit.at.residual,
                        .by_fitted = fit.at.jacobian,
+                       .candidates = {},
                        .by_candidates = MatrixXd(fit.at.residual.size(), 0)};
   for (const ParameterEstimate& estimate : fit.parameters)
     table.fitted.push_back(estimate.parameter.name);

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "kinetostat/calibration/regression/datum_noise.h"
+
 namespace kinetostat::report {
 namespace {
 
@@ -13,15 +15,17 @@ using calibration::Comparison;
 using testing::HasSubstr;
 using testing::Not;
 
-// Two differences of one posture along x, counted from one unloaded reading.
+// Differences of one posture along x, counted from one unloaded reading; so many that their noise
+// is not sought.
 Campaign differences() {
   Campaign campaign;
   campaign.displacement = calibration::DisplacementKind::difference;
   campaign.noise_stated = true;
   campaign.sessions = {""};
   campaign.configurations.resize(1);
-  for (const double force : {100.0, 200.0}) {
+  for (std::size_t i = 0; i <= calibration::most_for_datums; ++i) {
     calibration::Reading reading;
+    const double force = i % 2 == 0 ? 100 : 200;
     reading.load.force.x() = force;
     reading.displacement.setConstant(std::numeric_limits<double>::quiet_NaN());
     reading.sigma = reading.displacement;
@@ -44,6 +48,9 @@ TEST(ComparisonText, NamesTheDatumWhereNoiseSeemsOverstated) {
   Campaign campaign = differences();
   EXPECT_THAT(finding_of(campaign, 60), HasSubstr("'datum_noise: {translation: 0 um}'"));
   EXPECT_THAT(finding_of(campaign, 100), Not(HasSubstr("datum_noise")));
+  Campaign shorter = campaign;
+  shorter.readings.pop_back();
+  EXPECT_THAT(finding_of(shorter, 60), Not(HasSubstr("datum_noise")));
   campaign.datum_noise.setZero();
   EXPECT_THAT(finding_of(campaign, 60), HasSubstr("overstated"));
   EXPECT_THAT(finding_of(campaign, 60), Not(HasSubstr("datum_noise")));
