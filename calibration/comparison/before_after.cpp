@@ -1,7 +1,7 @@
 #include "kinetostat/calibration/comparison/before_after.h"
 
 #include "kinetostat/calibration/campaign/noise_estimate.h"
-#include "kinetostat/calibration/regression/wrench_noise.h"
+#include "kinetostat/calibration/regression/campaign_noise.h"
 
 namespace kinetostat::calibration {
 namespace {

@@ -13,7 +13,7 @@
 #include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/calibration/campaign/noise_estimate.h"
 #include "kinetostat/calibration/design/plan_choice.h"
-#include "kinetostat/calibration/regression/wrench_noise.h"
+#include "kinetostat/calibration/regression/campaign_noise.h"
 #include "kinetostat/calibration/search/ranking.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/parallel.h"

@@ -6,7 +6,7 @@
 
 #include "kinetostat/calibration/campaign/noise_estimate.h"
 #include "kinetostat/calibration/diagnosis/diagnosis_result.h"
-#include "kinetostat/calibration/regression/wrench_noise.h"
+#include "kinetostat/calibration/regression/campaign_noise.h"
 
 namespace kinetostat::calibration {
 namespace {

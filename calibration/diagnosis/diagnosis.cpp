@@ -14,10 +14,10 @@
 #include "kinetostat/calibration/comparison/unit_error.h"
 #include "kinetostat/calibration/diagnosis/growth.h"
 #include "kinetostat/calibration/diagnosis/judgement.h"
+#include "kinetostat/calibration/regression/campaign_noise.h"
 #include "kinetostat/calibration/regression/evidence.h"
 #include "kinetostat/calibration/regression/joint_scales.h"
 #include "kinetostat/calibration/regression/undetermined.h"
-#include "kinetostat/calibration/regression/wrench_noise.h"
 #include "kinetostat/calibration/search/outliers.h"
 #include "kinetostat/common/error.h"
 

@@ -2,7 +2,7 @@
 // written down moves the robot elsewhere.
 #pragma once
 
-#include "kinetostat/calibration/campaign/noise_estimate.h"
+#include "kinetostat/calibration/campaign/noise.h"
 #include "kinetostat/calibration/regression/base_fit.h"
 
 namespace kinetostat::calibration {
@@ -16,10 +16,5 @@ namespace kinetostat::calibration {
 Noise with_wrench_noise(const Noise& noise, const Campaign& campaign, const Predictor& predictor,
                         const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
                         common::Progress& progress, const BaseFit* found = nullptr);
-
-/// The noise of a campaign, that of the wrenches through the compliance of the robot once what is
-/// uncertain has been fitted. Throws what fit_base() throws, when wrenches have noise.
-Noise noise_of(const vjm::Robot& robot, const Campaign& campaign, int threads,
-               common::Progress& progress);
 
 }  // namespace kinetostat::calibration

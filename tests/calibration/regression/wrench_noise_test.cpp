@@ -7,6 +7,7 @@
 
 #include "kinetostat/calibration/campaign/campaign_file.h"
 #include "kinetostat/calibration/campaign/noise_estimate.h"
+#include "kinetostat/calibration/regression/campaign_noise.h"
 #include "kinetostat/calibration/regression/simulate.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/spatial/rotation.h"

@@ -10,7 +10,7 @@
 #include "kinetostat/calibration/campaign/campaign_file.h"
 #include "kinetostat/calibration/campaign/noise_estimate.h"
 #include "kinetostat/calibration/diagnosis/diagnosis.h"
-#include "kinetostat/calibration/regression/wrench_noise.h"
+#include "kinetostat/calibration/regression/campaign_noise.h"
 #include "kinetostat/calibration/search/fit_record.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/report/diagnosis_file.h"
