@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/common/index.h"
+#include "kinetostat/fea/elasticity/element_mass.h"
 #include "kinetostat/fea/elasticity/groups.h"
 
 namespace kinetostat::fea {
@@ -100,7 +101,7 @@ Eigen::MatrixXd motion_of(const TetMesh& mesh, std::span<const int> element, con
   return motion;
 }
 
-// Adds element stiffnesses to some rows of the global matrix.
+// Adds element matrices to some rows of the global matrix.
 class Scatter {
  public:
   // `matrix` starts with the row `first_row`.
@@ -174,19 +175,44 @@ std::vector<int> elements_of_rows(const Groups& elements, const Part& rows) {
   return some;
 }
 
+// Which matrix of the elements is summed.
+enum class Integral { stiffness, mass };
+
+void add_stiffness(const TetMesh& mesh, std::size_t e, const Material& material, Scatter& scatter) {
+  if (mesh.curved)
+    scatter.add<10>(e, stiffness_curved_tet10(mesh.all_nodes(e), material));
+  else if (mesh.order == 2)
+    scatter.add<10>(e, stiffness_tet10(mesh.corners(e), material));
+  else
+    scatter.add<4>(e, stiffness_tet4(mesh.corners(e), material));
+}
+
+template <int Nodes>
+ElementStiffness<Nodes> in_each_direction(const Eigen::MatrixXd& mass) {
+  ElementStiffness<Nodes> all = ElementStiffness<Nodes>::Zero();
+  for (int j = 0; j < Nodes; ++j)
+    for (int i = 0; i < Nodes; ++i)
+      all.template block<3, 3>(3 * i, 3 * j).diagonal().setConstant(mass(i, j));
+  return all;
+}
+
+void add_mass(const TetMesh& mesh, std::size_t e, const Material& material, Scatter& scatter) {
+  if (!material.density()) return;
+  const Eigen::MatrixXd mass = *material.density() * shape_products(mesh, e);
+  if (mesh.order == 2)
+    scatter.add<10>(e, in_each_direction<10>(mass));
+  else
+    scatter.add<4>(e, in_each_direction<4>(mass));
+}
+
 void add_rows(const TetMesh& mesh, const std::vector<Material>& materials, const DofMap& unknowns,
-              const Groups& elements, const Part& rows, int first_row, BlockMatrix& matrix) {
+              Integral integral, const Groups& elements, const Part& rows, int first_row,
+              BlockMatrix& matrix) {
   Scatter scatter(mesh, unknowns, rows, first_row, matrix);
-  for (const int element : elements_of_rows(elements, rows)) {
-    const auto e = at(element);
-    const Material& material = materials[mesh.material_of(e)];
-    if (mesh.curved)
-      scatter.add<10>(e, stiffness_curved_tet10(mesh.all_nodes(e), material));
-    else if (mesh.order == 2)
-      scatter.add<10>(e, stiffness_tet10(mesh.corners(e), material));
-    else
-      scatter.add<4>(e, stiffness_tet4(mesh.corners(e), material));
-  }
+  const auto add = integral == Integral::mass ? add_mass : add_stiffness;
+  for (const int element : elements_of_rows(elements, rows))
+    add(mesh, at(element), materials[mesh.material_of(at(element))], scatter);
+  if (integral == Integral::mass) return;
   for (const GroundSpring& spring : unknowns.springs()) {
     const int block = unknowns.block_of(spring.node);
     scatter.add_block(block, block, spring.stiffness);
@@ -208,8 +234,8 @@ BlockPattern find_pattern(const TetMesh& mesh, const DofMap& unknowns, const Gro
 }
 
 BlockMatrix assemble_part(const TetMesh& mesh, const std::vector<Material>& materials,
-                          const DofMap& unknowns, const Part& part, common::ThreadPool& pool,
-                          common::Progress& progress) {
+                          const DofMap& unknowns, Integral integral, const Part& part,
+                          common::ThreadPool& pool, common::Progress& progress) {
   progress.report("assembly", 0);
   const Groups elements = elements_of_blocks(mesh, unknowns);
   BlockMatrix matrix{.pattern = find_pattern(mesh, unknowns, elements, part, pool)};
@@ -217,7 +243,8 @@ BlockMatrix assemble_part(const TetMesh& mesh, const std::vector<Material>& mate
   matrix.value.assign(9 * matrix.pattern.partner.size(), 0.0);
   pool.for_each(pieces(part), [&](int piece) {
     if (!progress.cancelled())
-      add_rows(mesh, materials, unknowns, elements, piece_of(part, piece), part.first, matrix);
+      add_rows(mesh, materials, unknowns, integral, elements, piece_of(part, piece), part.first,
+               matrix);
   });
   progress.report("assembly", 1);
   return matrix;
@@ -259,7 +286,15 @@ Eigen::Matrix3Xd DofMap::displacements(const TetMesh& mesh, const Eigen::VectorX
 
 BlockMatrix assemble(const TetMesh& mesh, const std::vector<Material>& materials,
                      const DofMap& unknowns, common::ThreadPool& pool, common::Progress& progress) {
-  return assemble_part(mesh, materials, unknowns, {0, unknowns.blocks(), false}, pool, progress);
+  return assemble_part(mesh, materials, unknowns, Integral::stiffness,
+                       {0, unknowns.blocks(), false}, pool, progress);
+}
+
+BlockMatrix assemble_mass(const TetMesh& mesh, const std::vector<Material>& materials,
+                          const DofMap& unknowns, common::ThreadPool& pool,
+                          common::Progress& progress) {
+  return assemble_part(mesh, materials, unknowns, Integral::mass, {0, unknowns.blocks(), false},
+                       pool, progress);
 }
 
 BlockPattern find_rows(const TetMesh& mesh, const DofMap& unknowns, int first, int end,
@@ -270,7 +305,8 @@ BlockPattern find_rows(const TetMesh& mesh, const DofMap& unknowns, int first, i
 BlockMatrix assemble_rows(const TetMesh& mesh, const std::vector<Material>& materials,
                           const DofMap& unknowns, int first, int end, common::ThreadPool& pool,
                           common::Progress& progress) {
-  return assemble_part(mesh, materials, unknowns, {first, end, true}, pool, progress);
+  return assemble_part(mesh, materials, unknowns, Integral::stiffness, {first, end, true}, pool,
+                       progress);
 }
 
 }  // namespace kinetostat::fea

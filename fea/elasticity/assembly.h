@@ -62,7 +62,13 @@ class DofMap {
 BlockMatrix assemble(const TetMesh& mesh, const std::vector<Material>& materials,
                      const DofMap& unknowns, common::ThreadPool& pool, common::Progress& progress);
 
-/// Whole rows of the same matrix, first to end - 1, with the blocks left of the diagonal: for a
+/// The mass of the free motions, T' M T with the consistent mass M of the elements
+/// (element_mass.h), in the pattern of the stiffness. Materials without a density have none.
+BlockMatrix assemble_mass(const TetMesh& mesh, const std::vector<Material>& materials,
+                          const DofMap& unknowns, common::ThreadPool& pool,
+                          common::Progress& progress);
+
+/// Whole rows of the stiffness, first to end - 1, with the blocks left of the diagonal: for a
 /// process that holds these alone. Row `first` is row 0 of the result's pattern, whose partners are
 /// in ascending order and numbers of the whole matrix.
 BlockMatrix assemble_rows(const TetMesh& mesh, const std::vector<Material>& materials,

@@ -45,7 +45,8 @@ DofMap unknowns_of(const TetMesh& mesh, const std::vector<Material>& materials,
   DofMap unknowns(mesh,
                   holding.held ? interfaces[*holding.held].geometry.nodes : std::vector<int>{},
                   holding.bodies);
-  if (!holding.held) unknowns.set_springs(isostatic_support(mesh, materials.front().young()));
+  if (!holding.held)
+    unknowns.set_springs(isostatic_support(mesh, unknowns, materials.front().young()));
   return unknowns;
 }
 
