@@ -11,6 +11,7 @@ int main(int argc, char** argv) {
   kinetostat::apps::add_mesh_check(program);
   kinetostat::apps::add_identify(program);
   kinetostat::apps::add_beam(program);
+  kinetostat::apps::add_modes(program);
   kinetostat::apps::add_import(program);
   kinetostat::apps::add_stiffness(program);
   kinetostat::apps::add_deflect(program);

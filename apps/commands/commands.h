@@ -9,6 +9,7 @@ void add_new(Program& program);
 void add_mesh_check(Program& program);
 void add_identify(Program& program);
 void add_beam(Program& program);
+void add_modes(Program& program);
 void add_import(Program& program);
 void add_stiffness(Program& program);
 void add_deflect(Program& program);

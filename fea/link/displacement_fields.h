@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kinetostat/fea/link/identify.h"
+#include "kinetostat/fea/link/modal_study.h"
 
 namespace kinetostat::fea {
 
@@ -10,5 +11,10 @@ namespace kinetostat::fea {
 /// zx) and von Mises' equivalent of them; the interfaces (1 fixed, 2 and up loaded); and as cell
 /// data the share of each element in the error.
 io::VtuGrid displacement_fields(const LinkResult& result);
+
+/// The mesh with the shape of every mode as point data "mode 1" .., scaled so that its largest
+/// displacement is a tenth of the diagonal of the link's bounding box, and the interfaces and the
+/// share in the error as above.
+io::VtuGrid mode_shapes(const ModalResult& result);
 
 }  // namespace kinetostat::fea

@@ -1,17 +1,13 @@
 #include "kinetostat/fea/link/identify.h"
 
 #include <chrono>
-#include <new>
 
 #include <fmt/format.h>
 
-#include "kinetostat/common/out_of_memory.h"
-#include "kinetostat/fea/interface/stiff_body.h"
+#include "kinetostat/fea/link/link_model.h"
 
 namespace kinetostat::fea {
 namespace {
-
-using common::InputError;
 
 // Collects the wall-clock time of each phase.
 class Stopwatch {
@@ -73,66 +69,6 @@ void add_warnings(const LinkSpec& spec, const SurfaceReport& report, LinkResult&
                                           result.quality.least_dihedral));
 }
 
-// Runs `work` on a mesh; its ways to fail are turned into messages for the user.
-template <class Work>
-auto solved(const LinkSpec& spec, const TetMesh& mesh, Work work) {
-  try {
-    return work();
-  } catch (const NoStiffBody& error) {
-    throw InputError(spec.file, error.what(), "Use another coupling for it");
-  } catch (const BeyondBuckling& error) {
-    throw InputError(spec.file, error.what(), "Use a smaller preload");
-  } catch (const SingularStiffness& error) {
-    throw InputError(spec.file, error.what(),
-                     "Is the body in one piece and the fixed interface a proper face of it?");
-  } catch (const MemoryLimit& error) {
-    throw common::OutOfMemory(
-        error.what(), "Use a larger element size, ask for less accuracy, or allow more (--memory)",
-        spec.file.string());
-  } catch (const PetscFailure& error) {
-    throw InputError(spec.file, error.what(), "Use another solver (--solver)");
-  } catch (const common::OutOfMemory&) {
-    throw;
-  } catch (const std::bad_alloc&) {
-    throw common::OutOfMemory(
-        fmt::format("{} nodes need more memory than there is", mesh.nodes.size()),
-        "Use a larger element size, or ask for less accuracy", spec.file.string());
-  }
-}
-
-// One mesh of the link, and its response.
-LinkModel model_on(const LinkSpec& spec, const LinkGeometry& geometry, SolidMesher& mesher,
-                   const TetrahedralizeOptions& meshing, const SolverOptions& solver,
-                   common::Progress& progress) {
-  LinkModel model{.mesh = fill(spec, geometry, mesher, meshing, progress),
-                  .materials = {spec.material}};
-  model.interfaces = interfaces_on(spec, model.mesh);
-  model.response = solved(spec, model.mesh, [&] {
-    return respond(model.mesh, model.materials, model.interfaces, solver, progress);
-  });
-  return model;
-}
-
-RefinedModel model_as_asked(const LinkSpec& spec, const LinkGeometry& geometry, SolidMesher& mesher,
-                            const IdentifyOptions& options, common::Progress& progress) {
-  TetrahedralizeOptions meshing = options.meshing;
-  if (spec.size || geometry.volume) {
-    meshing.edge_length = spec.size.value_or(0);
-    LinkModel model = model_on(spec, geometry, mesher, meshing, options.solver, progress);
-    progress.report("error estimate", 0);
-    Accuracy accuracy = accuracy_of(model, options.solver.threads);
-    return {.model = std::move(model), .accuracy = std::move(accuracy)};
-  }
-  const Solve solve = [&](const SizeField& sizes) {
-    meshing.sizes = sizes;
-    return model_on(spec, geometry, mesher, meshing, options.solver, progress);
-  };
-  RefinementOptions refinement = options.refinement;
-  refinement.accuracy = spec.accuracy;
-  refinement.threads = options.solver.threads;
-  return refine(solve, size_from_surface(geometry.imported.mesh), refinement, progress);
-}
-
 bool is_wanted(BracketWanted wanted, const TetMesh& mesh) {
   return wanted == BracketWanted::always ||
          (wanted == BracketWanted::when_cheap && 3 * mesh.nodes.size() <= cheap_bracket_unknowns);
@@ -176,16 +112,16 @@ void take(RefinedModel refined, LinkResult& result) {
 
 void add_bracket(const LinkSpec& spec, const IdentifyOptions& options, common::Progress& progress,
                  LinkResult& result) {
-  result.bracket = solved(spec, result.mesh, [&] {
-    return coupling_bracket(result.mesh, {spec.material}, result.interfaces, result.response,
-                            options.solver, progress);
+  explained(spec, result.mesh, [&] {
+    result.bracket = coupling_bracket(result.mesh, {spec.material}, result.interfaces,
+                                      result.response, options.solver, progress);
   });
 }
 
 void add_geometric_stiffness(const LinkSpec& spec, common::Progress& progress, LinkResult& result) {
-  result.geometric_stiffness = solved(spec, result.mesh, [&] {
-    return geometric_stiffness(result.mesh, {spec.material}, result.interfaces, result.response,
-                               *spec.preload, progress);
+  explained(spec, result.mesh, [&] {
+    result.geometric_stiffness = geometric_stiffness(
+        result.mesh, {spec.material}, result.interfaces, result.response, *spec.preload, progress);
   });
 }
 
@@ -196,7 +132,15 @@ LinkResult identify(const LinkSpec& spec, const LinkGeometry& geometry,
   Stopwatch watch(geometry.reading_seconds);
   LinkResult result = started(spec, geometry);
   SolidMesher mesher(geometry.imported.mesh, geometry.tags);
-  take(model_as_asked(spec, geometry, mesher, options, progress), result);
+  const Respond respond_on = [&](const LinkModel& model) {
+    return respond(model.mesh, model.materials, model.interfaces, options.solver, progress);
+  };
+  take(model_as_asked(spec, geometry, mesher, respond_on,
+                      {.meshing = options.meshing,
+                       .refinement = options.refinement,
+                       .threads = options.solver.threads},
+                      progress),
+       result);
   result.meshing = mesher.record();
   if (geometry.volume) result.element_size = result.quality.mean_edge;
   watch.lap("model");

@@ -234,6 +234,7 @@ LinkSpec read_link(const std::filesystem::path& file) {
   spec.mesh_name = mesh.at("file").text();
   spec.unit = unit;
   spec.mesh_origin = place(mesh);
+  spec.material_origin = place(top.at("material"));
   if (const auto body = mesh.find("body")) spec.body = body->text();
   spec.repair = read_repair(mesh, units);
   spec.interfaces = read_interfaces(top, units);

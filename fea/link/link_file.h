@@ -49,13 +49,14 @@ struct LinkSpec {
   explicit LinkSpec(const Material& of) : material(of) {}
 
   std::string name;
-  std::filesystem::path file;               // the link file
-  std::filesystem::path mesh_file;          // where it is
-  std::string mesh_name;                    // as the link file spells it
-  std::string unit;                         // of the mesh; empty when no file states it
-  std::string body;                         // the one of several that is meant; may be empty
-  RepairOptions repair;                     // without steps: none
-  common::InputError::Details mesh_origin;  // of the key `mesh`, for messages
+  std::filesystem::path file;                   // the link file
+  std::filesystem::path mesh_file;              // where it is
+  std::string mesh_name;                        // as the link file spells it
+  std::string unit;                             // of the mesh; empty when no file states it
+  std::string body;                             // the one of several that is meant; may be empty
+  RepairOptions repair;                         // without steps: none
+  common::InputError::Details mesh_origin;      // of the key `mesh`, for messages
+  common::InputError::Details material_origin;  // of the key `material`
   Material material;
   std::vector<InterfaceSpec> interfaces;  // two or more; the first is fixed, the others loaded
   /// Wrench [force; moment] on the loaded interface at its point [N; N m]; with one, the geometric

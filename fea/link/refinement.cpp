@@ -92,10 +92,11 @@ double growth_for(double share, const Accuracy& accuracy) {
 std::string percent(double fraction) { return fmt::format("{:.2g} %", 100 * fraction); }
 
 // Why the sequence is not good enough yet; empty when it is.
-std::string lacking(const Accuracy& accuracy, double asked) {
-  if (!(accuracy.bars.relative_error <= asked))
-    return fmt::format("the error bars reach {} of an entry, {} was asked for",
-                       percent(accuracy.bars.relative_error), percent(asked));
+std::string lacking(const Accuracy& accuracy, const RefinementOptions& options) {
+  const double reached = accuracy.bars.relative_error / options.power;
+  if (!(reached <= options.accuracy))
+    return fmt::format("the error bars reach {} of {}, {} was asked for", percent(reached),
+                       options.quantity, percent(options.accuracy));
   if (!accuracy.bars.agreement) return "there is no second mesh to confirm the error estimate";
   if (*accuracy.bars.agreement <= 0) return "the error did not fall from the mesh before";
   if (!accuracy.bars.estimates_are_comparable())
@@ -115,7 +116,7 @@ class Refinement {
     best.accuracy.asked = options_.accuracy;
     assess(best.model, options_.threads, best.accuracy);
     while (true) {
-      const std::string lack = lacking(best.accuracy, options_.accuracy);
+      const std::string lack = lacking(best.accuracy, options_);
       best.accuracy.converged = lack.empty();
       if (lack.empty()) return best;
       const std::string obstacle = step(best);
@@ -137,8 +138,9 @@ class Refinement {
                         static_cast<double>(last.unknowns);
     if (room < least_room)
       return fmt::format("{} unknowns are the limit (--unknowns)", options_.most_unknowns);
-    const double share = std::clamp(aim * options_.accuracy / best.accuracy.bars.relative_error,
-                                    least_share, most_share);
+    const double share =
+        std::clamp(aim * options_.power * options_.accuracy / best.accuracy.bars.relative_error,
+                   least_share, most_share);
     const bool is_last = room < last_growth && growth_for(share, best.accuracy) > room;
     const double least = std::min(is_last ? room : least_growth, room);
     try {

@@ -27,7 +27,11 @@ struct LinkModel {
 using Solve = std::function<LinkModel(const SizeField&)>;
 
 struct RefinementOptions {
-  double accuracy = 0.01;               // of every significant entry, error bar beside entry, > 0
+  double accuracy = 0.01;  // of every significant entry, or what it is a power of, error beside it
+  /// An entry goes with this power of what is asked for, up to its sign: 1 for the entry itself, 2
+  /// for frequencies, whose flexibility goes with their square.
+  int power = 1;
+  std::string quantity = "an entry";    // what is asked for, in words
   std::size_t most_meshes = 8;          // >= 1
   std::size_t most_unknowns = 3000000;  // no mesh beyond is started
   double time_limit = 0;                // [s] after which no further mesh is started; 0: none

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "kinetostat/fea/interface/reduced_stiffness.h"
+#include "kinetostat/fea/link/reduced_model.h"
 #include "kinetostat/report/links/accuracy.h"
 
 namespace kinetostat::report {
@@ -51,10 +52,14 @@ Json freedoms_json(const std::vector<CoupledInterface>& interfaces) {
 
 Json reduced_json(const LinkResult& result) {
   const Eigen::MatrixXd& raw = result.response.flexibility;
-  return {{"degrees_of_freedom", freedoms_json(result.interfaces)},
-          {"fixed", result.interfaces.front().name},
-          {"stiffness", rows(fea::reduced_stiffness(raw, result.interfaces))},
-          {"flexibility", rows(0.5 * (raw + raw.transpose()))}};
+  Json json{{"degrees_of_freedom", freedoms_json(result.interfaces)},
+            {"fixed", result.interfaces.front().name},
+            {"stiffness", rows(fea::reduced_stiffness(raw, result.interfaces))},
+            {"flexibility", rows(0.5 * (raw + raw.transpose()))}};
+  json["mass"] = result.mass ? rows(fea::guyan_mass(result.mesh, {result.material},
+                                                    result.interfaces, result.response))
+                             : Json();
+  return json;
 }
 
 Json bracket_json(const std::optional<fea::CouplingBracket>& bracket) {
