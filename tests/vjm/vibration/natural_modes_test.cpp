@@ -1,0 +1,197 @@
+#include "kinetostat/vjm/vibration/natural_modes.h"
+
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "kinetostat/io/text_file.h"
+#include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/chain/chain_builder.h"
+#include "kinetostat/vjm/io/robot_file.h"
+#include "kinetostat/vjm/manipulator/posture.h"
+#include "kinetostat/vjm/statics/stiffness.h"
+
+#include "support/temporary_folder.h"
+
+namespace kinetostat::vjm::natural_modes_test {
+namespace {
+
+using spatial::Pose;
+using spatial::Vector3;
+
+Pose along_x(double by) { return Pose::translation({by, 0, 0}); }
+
+NaturalModes modes_of(const Manipulator& manipulator, int count,
+                      const std::map<std::string, double>& joints = {}) {
+  return natural_modes(manipulator, posture_from_joints(manipulator, joints).posture, count);
+}
+
+double squared(const ManipulatorMode& mode) { return std::pow(2 * M_PI * mode.frequency, 2); }
+
+// Two rods without mass, particles at their ends, a spring at each joint: the double pendulum, with
+// its mass matrix written down by hand.
+TEST(NaturalModes, OfTwoLinksWithParticlesAreThoseOfTheDoublePendulum) {
+  const double l1 = 0.7, l2 = 0.5, m1 = 3, m2 = 2, k1 = 4e4, k2 = 1.5e4, bend = 0.8;
+  const Manipulator arm(
+      "arm", {ChainBuilder("arm", Pose(spatial::exp_rotation({0.3, -0.2, 0.5}), {1, 2, 3}))
+                  .actuator("q1", Motion::rz, k1)
+                  .offset(along_x(l1))
+                  .mass("elbow", m1, Vector3::Zero())
+                  .actuator("q2", Motion::rz, k2)
+                  .offset(along_x(l2))
+                  .mass("tip", m2, Vector3::Zero())
+                  .build()});
+  const double c = std::cos(bend);
+  Eigen::Matrix2d mass, stiffness;
+  mass << m1 * l1 * l1 + m2 * (l1 * l1 + l2 * l2 + 2 * l1 * l2 * c), m2 * (l2 * l2 + l1 * l2 * c),
+      m2 * (l2 * l2 + l1 * l2 * c), m2 * l2 * l2;
+  stiffness << k1, 0, 0, k2;
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::Matrix2d> exact(stiffness, mass);
+  const NaturalModes found = modes_of(arm, 5, {{"q2", bend}});
+  ASSERT_EQ(found.modes.size(), 2u);
+  EXPECT_EQ(found.mass, m1 + m2);
+  EXPECT_EQ(found.free_motions, 0);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double omega_squared = exact.eigenvalues()[static_cast<Eigen::Index>(i)];
+    EXPECT_NEAR(squared(found.modes[i]), omega_squared, 1e-7 * omega_squared);
+    // The energy is the springs', and of each what its joint turns by.
+    double sum = 0;
+    for (const SpringShare& share : found.modes[i].springs) sum += share.share;
+    EXPECT_NEAR(sum, 1, 1e-7);
+    const Eigen::Vector2d x = exact.eigenvectors().col(static_cast<Eigen::Index>(i));
+    const double first = k1 * x[0] * x[0] / omega_squared;
+    const SpringShare& largest = found.modes[i].springs.front();
+    EXPECT_NEAR(largest.share, largest.spring == "q1" ? first : 1 - first, 1e-6);
+  }
+}
+
+// In a robot file, as people give them.
+NaturalModes of_file(const std::string& chain, int count, int segment_multiple = 1,
+                     const std::string& links = "") {
+  const test::TemporaryFolder folder;
+  const auto file =
+      folder.file("robot.yaml",
+                  "kinetostat: 1\nname: robot\nunits: {length: m, force: N, angle: rad}\n"
+                  "materials: {steel: {E: 210 GPa, nu: 0.3, density: 7850 kg/m^3}}\n"
+                  "links:\n" +
+                      links + "chain_types:\n  arm:\n" + chain + "manipulator: {chain: arm}\n");
+  const Robot robot = read_robot(file, {.segment_multiple = segment_multiple});
+  return modes_of(robot.manipulator, count);
+}
+
+// A uniform rod on a hinge with a spring has m L^2 / 3.
+TEST(NaturalModes, OfARodOnAHingeHaveItsInertia) {
+  const NaturalModes found =
+      of_file("    - actuator: {name: q, axis: Rz, stiffness: 2e4 N m/rad}\n    - link: rod\n", 2,
+              1, "  rod: {rigid: [0.8, 0, 0], mass: {mass: 5 kg, center: [0.4, 0, 0]}}\n");
+  ASSERT_EQ(found.modes.size(), 1u);
+  const double exact = 2e4 / (5 * 0.8 * 0.8 / 3);
+  EXPECT_NEAR(squared(found.modes[0]), exact, 1e-7 * exact);
+}
+
+const std::string beam =
+    "  beam: {beam: {length: 1, section: {rectangle: {y: 0.03, z: 0.02}}, material: steel, "
+    "segments: "
+    "4}}\n";
+
+// A slender cantilever of beams: Euler's and Bernoulli's frequencies, nearer with more segments, as
+// the square of their length.
+TEST(NaturalModes, OfACantileverOfBeamsAreEulersAndBernoullis) {
+  const double c = std::sqrt(210e9 / 7850), thin = 0.02 / std::sqrt(12.0),
+               thick = 0.03 / std::sqrt(12.0);
+  const double exact[] = {1.8751 * 1.8751 * c * thin, 1.8751 * 1.8751 * c * thick,
+                          4.6941 * 4.6941 * c * thin};
+  double before = 1;
+  for (const int multiple : {1, 2, 4}) {
+    const NaturalModes found =
+        of_file("    - actuator: {name: q, axis: Rz}\n    - link: beam\n", 3, multiple, beam);
+    ASSERT_EQ(found.modes.size(), 3u);
+    for (std::size_t k = 0; k < 3; ++k)
+      EXPECT_NEAR(std::sqrt(squared(found.modes[k])), exact[k],
+                  (k == 2 ? 0.04 : 0.01) * exact[k] / (multiple * multiple) + 0.004 * exact[k]);
+    const double error = std::abs(std::sqrt(squared(found.modes[0])) / exact[0] - 1);
+    EXPECT_LT(error, before);
+    before = error + 1e-4;  // shear and the digits of the root
+  }
+}
+
+// Two springs side by side, and the mass on the platform that they share.
+TEST(NaturalModes, OfChainsSideBySideAreThoseOfBothSprings) {
+  const auto slide = [](const char* name, double stiffness, double mass) {
+    ChainBuilder chain(name);
+    chain.actuator(std::string("z") + name, Motion::tz, stiffness);
+    if (mass > 0) chain.mass("load", mass, Vector3(0.1, 0, 0));
+    return chain.build();
+  };
+  const Manipulator pair("pair", {slide("a", 3e5, 0), slide("b", 5e5, 4)});
+  const NaturalModes found = modes_of(pair, 3);
+  ASSERT_EQ(found.modes.size(), 1u);
+  EXPECT_NEAR(squared(found.modes[0]), 8e5 / 4, 1e-7 * 2e5);
+  EXPECT_NEAR(found.modes[0].platform[2], 1 / std::sqrt(4.0), 1e-9);
+  EXPECT_NEAR(found.modes[0].springs[0].share, 5.0 / 8, 1e-7);
+}
+
+TEST(NaturalModes, CountMotionsThatNothingResists) {
+  const Manipulator arm("arm", {ChainBuilder("arm")
+                                    .passive("p", Motion::rz)
+                                    .offset(along_x(0.5))
+                                    .actuator("q", Motion::rz, 1e4)
+                                    .offset(along_x(0.5))
+                                    .mass("tip", 2, Vector3(0, 0.1, 0))
+                                    .mass("elbow", 2, Vector3(-0.6, 0, 0))
+                                    .build()});
+  const NaturalModes found = modes_of(arm, 4);
+  EXPECT_EQ(found.free_motions, 1);
+  ASSERT_EQ(found.modes.size(), 1u);
+  EXPECT_GT(found.modes[0].frequency, 1);
+}
+
+TEST(NaturalModes, OfARobotWithoutMassAreNone) {
+  const Robot robot = read_robot(std::string(KINETOSTAT_SOURCE_DIR) + "/data/robots/six_axis.yaml");
+  EXPECT_TRUE(modes_of(robot.manipulator, 4).modes.empty());
+  EXPECT_EQ(modes_of(robot.manipulator, 4).mass, 0);
+}
+
+// A particle on the platform of a parallel robot, and nothing else with a mass: it moves by the
+// compliance that statics finds, in three modes.
+TEST(NaturalModes, OfAPayloadAreThoseOfThePlatformsCompliance) {
+  const std::filesystem::path file =
+      std::string(KINETOSTAT_SOURCE_DIR) + "/data/robots/orthoglide.yaml";
+  const Robot robot = parse_robot(
+      io::read_text(file) + "\neffects:\n  - {effect: payload, at: platform, mass: 12 kg}\n", file);
+  const Posture posture =
+      posture_at(robot.manipulator, {spatial::Matrix3::Identity(), {0.02, -0.01, 0.03}}).posture;
+  const auto statics = unloaded_stiffness(robot.without_effects(), posture).compliance;
+  ASSERT_TRUE(statics);
+  const spatial::Matrix3 compliance = statics->matrix().topLeftCorner<3, 3>();
+  const Eigen::SelfAdjointEigenSolver<spatial::Matrix3> exact(compliance);
+  const NaturalModes found = natural_modes(robot.manipulator, posture, 6);
+  EXPECT_NEAR(found.mass, 12, 1e-12);
+  ASSERT_EQ(found.modes.size(), 3u);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double omega_squared = 1 / (12 * exact.eigenvalues()[2 - static_cast<Eigen::Index>(k)]);
+    EXPECT_NEAR(squared(found.modes[k]), omega_squared, 1e-6 * omega_squared);
+  }
+}
+
+// With a modal mass of 1, twice the energy of all springs is the squared frequency.
+TEST(NaturalModes, OfAClosedLoopAgreeWithTheEnergyOfTheirSprings) {
+  const Robot robot =
+      read_robot(std::string(KINETOSTAT_SOURCE_DIR) + "/data/robots/heavy_arm.yaml");
+  const NaturalModes found = modes_of(robot.manipulator, 6);
+  ASSERT_EQ(found.modes.size(), 6u);
+  for (const ManipulatorMode& mode : found.modes) {
+    double energy = 0;
+    for (std::size_t c = 0; c < robot.manipulator.size(); ++c)
+      energy +=
+          mode.coordinates[c].dot(robot.manipulator.chains()[c].stiffness() * mode.coordinates[c]);
+    EXPECT_NEAR(energy, squared(mode), 1e-6 * energy);
+  }
+  for (std::size_t k = 1; k < 6; ++k)
+    EXPECT_LE(found.modes[k - 1].frequency, found.modes[k].frequency);
+}
+
+}  // namespace
+}  // namespace kinetostat::vjm::natural_modes_test

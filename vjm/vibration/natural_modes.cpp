@@ -1,0 +1,243 @@
+#include "kinetostat/vjm/vibration/natural_modes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Cholesky>
+
+#include "kinetostat/spatial/decomposition.h"
+#include "kinetostat/vjm/chain/kinematics.h"
+
+namespace kinetostat::vjm::vibration {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using spatial::Vector3;
+
+constexpr double dependent = 1e-10;  // of the agreement of chains
+constexpr double idle = 1e-13;       // neither mass nor stiffness, beside the largest
+constexpr double shift = 1e-9;       // of omega^2, beside the largest stiffness over mass
+constexpr double least_share = 1e-6;
+
+// Motion of a point [translation; rotation] that follows a body which moves by t at another.
+spatial::Matrix6 carried(const Vector3& arm) {
+  spatial::Matrix6 motion = spatial::Matrix6::Identity();
+  motion.topRows<3>() = spatial::rigid_motion(arm);
+  return motion;
+}
+
+// A point that moves with the first `joints` joints of a chain, and its mass.
+struct Particle {
+  Vector3 position;
+  Index joints = 0;
+  double mass = 0;
+};
+
+bool ends_with(const std::string& text, const char* ending) {
+  const std::string tail(ending);
+  return text.size() > tail.size() &&
+         text.compare(text.size() - tail.size(), tail.size(), tail) == 0;
+}
+
+// The two halves of a part of a link, as LinkModel::append_to names them.
+bool are_halves(const Chain& chain, const PointMass& first, const PointMass& second) {
+  return first.element == second.element && first.mass == second.mass &&
+         ends_with(chain.nodes()[first.node].name, ".mass1") &&
+         ends_with(chain.nodes()[second.node].name, ".mass2");
+}
+
+std::vector<Particle> particles_of(const Chain& chain, const ChainKinematics& kinematics) {
+  std::vector<Particle> particles;
+  for (const PointMass& mass : chain.masses())
+    particles.push_back({kinematics.nodes[mass.node], chain.nodes()[mass.node].joints, mass.mass});
+  const double nearer = std::sqrt(3.0) / 2;  // L / sqrt(12) beside L / 3
+  for (std::size_t k = 0; k + 1 < particles.size(); ++k) {
+    if (!are_halves(chain, chain.masses()[k], chain.masses()[k + 1])) continue;
+    const Vector3 center = (particles[k].position + particles[k + 1].position) / 2;
+    for (Particle* half : {&particles[k], &particles[k + 1]})
+      half->position = center + nearer * (half->position - center);
+  }
+  return particles;
+}
+
+// The equations in all coordinates of the chains, then the motions of the bodies; rotations are
+// multiplied by a length.
+class System {
+ public:
+  System(const Manipulator& manipulator, const Posture& posture)
+      : manipulator_(manipulator), posture_(posture), kinematics_(manipulator.size()) {
+    for (std::size_t c = 0; c < manipulator.size(); ++c) {
+      const Chain& chain = manipulator.chains()[c];
+      evaluate(chain, posture.coordinates_of(chain, c), kinematics_[c],
+               posture.body(manipulator.span(c).from));
+      first_.push_back(size_);
+      size_ += chain.size();
+      length_ = std::max(length_, kinematics_[c].reach);
+    }
+    bodies_ = size_;
+    size_ += 6 * static_cast<Index>(manipulator.body_count());
+    if (!(length_ > 0)) length_ = 1;
+  }
+
+  // An orthonormal basis of the motions on which all chains agree.
+  MatrixXd motions() const {
+    std::vector<Index> moving;
+    for (std::size_t c = 0; c < chains().size(); ++c)
+      for (const Index k : chains()[c].free_coordinates()) moving.push_back(first_[c] + k);
+    for (Index k = bodies_; k < size_; ++k) moving.push_back(k);
+    const MatrixXd conditions = agreement()(Eigen::all, moving);
+    const MatrixXd free = spatial::complement_of(conditions.transpose(), dependent);
+    MatrixXd basis = MatrixXd::Zero(size_, free.cols());
+    basis(moving, Eigen::all) = free;
+    return scale().cwiseInverse().asDiagonal() * basis;
+  }
+
+  MatrixXd stiffness() const {
+    MatrixXd stiffness = MatrixXd::Zero(size_, size_);
+    for (std::size_t c = 0; c < chains().size(); ++c)
+      stiffness.block(first_[c], first_[c], chains()[c].size(), chains()[c].size()) =
+          chains()[c].stiffness();
+    return stiffness;
+  }
+
+  MatrixXd mass() const {
+    MatrixXd mass = MatrixXd::Zero(size_, size_);
+    for (std::size_t c = 0; c < chains().size(); ++c)
+      for (const Particle& particle : particles_of(chains()[c], kinematics_[c])) {
+        const MatrixXd jacobian = jacobian_of(c, particle);
+        mass += particle.mass * jacobian.transpose() * jacobian;
+      }
+    return mass;
+  }
+
+  // The largest of the platform's six components is positive.
+  ManipulatorMode mode(double omega_squared, VectorXd motion) const {
+    Index largest = 0;
+    motion.segment<6>(bodies_).cwiseAbs().maxCoeff(&largest);
+    if (motion[bodies_ + largest] < 0) motion = -motion;
+    ManipulatorMode mode{.frequency = std::sqrt(omega_squared) / (2 * std::numbers::pi),
+                         .platform = motion.segment<6>(bodies_)};
+    for (std::size_t c = 0; c < chains().size(); ++c) {
+      mode.coordinates.emplace_back(motion.segment(first_[c], chains()[c].size()));
+      for (const Spring& spring : chains()[c].springs()) {
+        const VectorXd d = mode.coordinates[c].segment(spring.first, spring.stiffness.rows());
+        const double share = d.dot(spring.stiffness * d) / omega_squared;
+        if (share > least_share) mode.springs.push_back({c, spring.name, share});
+      }
+    }
+    std::stable_sort(mode.springs.begin(), mode.springs.end(),
+                     [](const SpringShare& a, const SpringShare& b) { return a.share > b.share; });
+    return mode;
+  }
+
+ private:
+  const std::vector<Chain>& chains() const { return manipulator_.chains(); }
+
+  // What a rotation is multiplied by, coordinate by coordinate; 1 for a translation.
+  VectorXd scale() const {
+    VectorXd scale = VectorXd::Ones(size_);
+    for (std::size_t c = 0; c < chains().size(); ++c)
+      for (Index k = 0; k < chains()[c].size(); ++k)
+        if (is_rotation(chains()[c].coordinates()[static_cast<std::size_t>(k)].motion))
+          scale[first_[c] + k] = length_;
+    for (Index k = bodies_; k < size_; k += 6) scale.segment<3>(k + 3).setConstant(length_);
+    return scale;
+  }
+
+  Index body(int number) const { return bodies_ + Index{6} * number; }
+  Vector3 place(int number) const { return posture_.body(number).position(); }
+
+  // The end of every chain moves as its last body; zero times the scaled motion.
+  MatrixXd agreement() const {
+    MatrixXd rows = MatrixXd::Zero(6 * static_cast<Index>(chains().size()), size_);
+    for (std::size_t c = 0; c < chains().size(); ++c) {
+      auto six = rows.middleRows<6>(6 * static_cast<Index>(c));
+      const auto [from, to] = manipulator_.span(c);
+      six.middleCols(first_[c], chains()[c].size()) = kinematics_[c].jacobian;
+      if (from != Span::base)
+        six.middleCols<6>(body(from)) = carried(kinematics_[c].end.position() - place(from));
+      six.middleCols<6>(body(to)) -= spatial::Matrix6::Identity();
+      six.bottomRows<3>() *= length_;
+    }
+    return rows * scale().cwiseInverse().asDiagonal();
+  }
+
+  // Of the velocity of a particle by those of all coordinates.
+  MatrixXd jacobian_of(std::size_t c, const Particle& particle) const {
+    MatrixXd jacobian = MatrixXd::Zero(3, size_);
+    const Vector3 from_end = particle.position - kinematics_[c].end.position();
+    for (Index j = 0; j < particle.joints; ++j) {
+      const Joint& joint = chains()[c].joints()[static_cast<std::size_t>(j)];
+      jacobian.col(first_[c] + joint.coordinate) +=
+          spatial::rigid_motion(from_end) * kinematics_[c].joint_twists.col(j);
+    }
+    if (const int from = manipulator_.span(c).from; from != Span::base)
+      jacobian.middleCols<6>(body(from)) = spatial::rigid_motion(particle.position - place(from));
+    return jacobian;
+  }
+
+  const Manipulator& manipulator_;
+  const Posture& posture_;
+  std::vector<ChainKinematics> kinematics_;
+  std::vector<Index> first_;  // coordinate of each chain
+  Index bodies_ = 0, size_ = 0;
+  double length_ = 0;
+};
+
+MatrixXd seen_by(const MatrixXd& matrix, const MatrixXd& motions) {
+  const MatrixXd seen = motions.transpose() * matrix * motions;
+  return 0.5 * (seen + seen.transpose());
+}
+
+// Without those that have neither mass nor stiffness.
+MatrixXd motions_with_energy(const System& system, const MatrixXd& stiffness,
+                             const MatrixXd& mass) {
+  const MatrixXd motions = system.motions();
+  const MatrixXd k = seen_by(stiffness, motions), m = seen_by(mass, motions);
+  const double largest_k = k.norm(), largest_m = m.norm();
+  const spatial::SymmetricEigen sum = spatial::symmetric_eigen(k / (largest_k > 0 ? largest_k : 1) +
+                                                               m / (largest_m > 0 ? largest_m : 1));
+  const Index none = (sum.values.array() <= idle).count();
+  return motions * sum.vectors.rightCols(sum.values.size() - none);
+}
+
+}  // namespace
+}  // namespace kinetostat::vjm::vibration
+
+namespace kinetostat::vjm {
+
+NaturalModes natural_modes(const Manipulator& manipulator, const Posture& posture, int count) {
+  using namespace vibration;
+  if (manipulator.has_errors()) return natural_modes(manipulator.without_errors(), posture, count);
+  NaturalModes result;
+  for (const Chain& chain : manipulator.chains())
+    for (const PointMass& mass : chain.masses()) result.mass += mass.mass;
+  const System system(manipulator, posture);
+  const MatrixXd stiffness = system.stiffness(), mass = system.mass();
+  const MatrixXd motions = motions_with_energy(system, stiffness, mass);
+  const MatrixXd k = seen_by(stiffness, motions), m = seen_by(mass, motions);
+  if (!(m.norm() > 0)) return result;
+  // (K + s M) y = (omega^2 + s) M y, with K + s M positive definite.
+  const double s = shift * (k.norm() > 0 ? k.norm() : 1) / m.norm();
+  const Eigen::LLT<MatrixXd> factor(k + s * m);
+  const MatrixXd half = factor.matrixL().solve(m);
+  const MatrixXd whole = factor.matrixL().solve(half.transpose());
+  const spatial::SymmetricEigen eigen = spatial::symmetric_eigen(0.5 * (whole + whole.transpose()));
+  for (Index i = eigen.values.size(); i-- > 0;) {
+    const double theta = eigen.values[i];
+    if (!(theta > idle * eigen.values.maxCoeff()) || std::ssize(result.modes) == count) break;
+    const double omega_squared = 1 / theta - s;
+    if (omega_squared < 10 * s) {
+      ++result.free_motions;
+      continue;
+    }
+    const VectorXd y = factor.matrixU().solve(eigen.vectors.col(i)) / std::sqrt(theta);
+    result.modes.push_back(system.mode(omega_squared, motions * y));
+  }
+  return result;
+}
+
+}  // namespace kinetostat::vjm

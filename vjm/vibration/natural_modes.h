@@ -1,0 +1,41 @@
+// How a manipulator vibrates about a posture, its drives holding their commands.
+#pragma once
+
+#include <vector>
+
+#include "kinetostat/vjm/manipulator/manipulator.h"
+#include "kinetostat/vjm/statics/spring_shares.h"
+
+namespace kinetostat::vjm {
+
+struct ManipulatorMode {
+  double frequency = 0;  // [Hz]
+  /// Displacement of the platform at its reference point, base axes [translation m; rotation rad],
+  /// its largest component positive, and of the coordinates of every chain [m or rad], for a modal
+  /// mass of 1 kg m^2: y' M y = 1.
+  spatial::Vector6 platform = spatial::Vector6::Zero();
+  std::vector<Eigen::VectorXd> coordinates = {};
+  std::vector<SpringShare> springs = {};  // of the energy of the springs, the largest first
+};
+
+struct NaturalModes {
+  std::vector<ManipulatorMode> modes;  // ascending
+  /// Motions that move a mass and that no spring resists: their frequency is 0, and they are not
+  /// among the modes.
+  int free_motions = 0;
+  double mass = 0;  // [kg] of all chains
+};
+
+/// The `count` lowest modes of K y = omega^2 M y, fewer where there are no more; springs relaxed
+/// and no load, as for unloaded_stiffness(). y are the coordinates that move and the motions of the
+/// bodies, as far as the chains agree on these. M is of the point masses of the chains; of those
+/// that stand for a link (LinkModel::append_to) it is
+///
+///     two halves at c -+ L / sqrt(12)
+///
+/// from its centre along the link, where they have the inertia of a uniform rod about its centre:
+/// statics asks for L / 3 instead. What a link has of inertia about its own axis is left out. The
+/// weight's and the preloads' geometric stiffness is left out, too.
+NaturalModes natural_modes(const Manipulator& manipulator, const Posture& posture, int count);
+
+}  // namespace kinetostat::vjm
