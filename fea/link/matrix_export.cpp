@@ -15,12 +15,13 @@ namespace {
 constexpr const char* motions[] = {"tx", "ty", "tz", "rx", "ry", "rz"};
 constexpr const char* loads[] = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
 
-// "tip.Fx" and so on, of all loaded interfaces.
-std::vector<std::string> names(const LinkResult& result, const char* const (&coordinates)[6]) {
+// "tip.Fx" and so on, of the interfaces from number `first` on.
+std::vector<std::string> names(const std::vector<CoupledInterface>& interfaces, std::size_t first,
+                               const char* const (&coordinates)[6]) {
   std::vector<std::string> list;
-  for (std::size_t i = 1; i < result.interfaces.size(); ++i)
+  for (std::size_t i = first; i < interfaces.size(); ++i)
     for (const char* coordinate : coordinates)
-      list.push_back(fmt::format("{}.{}", result.interfaces[i].name, coordinate));
+      list.push_back(fmt::format("{}.{}", interfaces[i].name, coordinate));
   return list;
 }
 
@@ -47,34 +48,57 @@ std::string quoted_list(std::vector<std::string> list) {
   return fmt::format("{{{}}}", fmt::join(list, ", "));
 }
 
+std::string points(const std::vector<CoupledInterface>& interfaces, std::size_t first) {
+  std::string text = "[";
+  for (std::size_t i = first; i < interfaces.size(); ++i) {
+    const Vector3& p = interfaces[i].point;
+    text += fmt::format("{}{} {} {}", i == first ? "" : "; ", p.x(), p.y(), p.z());
+  }
+  return text + "];\n";
+}
+
+std::string matrix(const char* name, const Eigen::MatrixXd& values) {
+  std::string text = fmt::format("{} = [\n", name);
+  for (Eigen::Index i = 0; i < values.rows(); ++i)
+    text += fmt::format("  {}\n", fmt::join(row(values, i), " "));
+  return text + "];\n";
+}
+
 }  // namespace
 
 std::string flexibility_csv(const LinkResult& result) {
   const Eigen::MatrixXd f = symmetric(result);
   std::string text = "motion";
-  for (const std::string& load : names(result, loads)) text += "," + io::csv_cell(load);
+  for (const std::string& load : names(result.interfaces, 1, loads))
+    text += "," + io::csv_cell(load);
   Eigen::Index i = 0;
-  for (const std::string& motion : names(result, motions))
+  for (const std::string& motion : names(result.interfaces, 1, motions))
     text += fmt::format("\n{},{}", io::csv_cell(motion), fmt::join(row(f, i++), ","));
   return text + "\n";
 }
 
 std::string flexibility_matlab(const LinkResult& result) {
   const Eigen::MatrixXd f = symmetric(result);
-  std::string text = fmt::format(
+  const std::string text = fmt::format(
       "% Flexibility of a link between its loaded interfaces, the fixed one at rest.\n"
       "% Columns: loads [N, N m]; rows: motions [m, rad]; mesh axes; points in m.\n"
       "name = {};\nmotions = {};\nloads = {};\n",
-      quoted(result.name), quoted_list(names(result, motions)), quoted_list(names(result, loads)));
-  text += "points = [";
-  for (std::size_t i = 1; i < result.interfaces.size(); ++i) {
-    const Vector3& p = result.interfaces[i].point;
-    text += fmt::format("{}{} {} {}", i == 1 ? "" : "; ", p.x(), p.y(), p.z());
-  }
-  text += "];\nflexibility = [\n";
-  for (Eigen::Index i = 0; i < f.rows(); ++i)
-    text += fmt::format("  {}\n", fmt::join(row(f, i), " "));
-  return text + "];\nstiffness = inv(flexibility);\n";
+      quoted(result.name), quoted_list(names(result.interfaces, 1, motions)),
+      quoted_list(names(result.interfaces, 1, loads)));
+  return text + "points = " + points(result.interfaces, 1) + matrix("flexibility", f) +
+         "stiffness = inv(flexibility);\n";
+}
+
+std::string reduced_matlab(const ModalResult& result, const ReducedModel& model) {
+  std::vector<std::string> freedoms = names(result.interfaces, 0, motions);
+  for (Eigen::Index k = model.interface_motions; k < model.mass.rows(); ++k)
+    freedoms.push_back(fmt::format("mode {}", k - model.interface_motions + 1));
+  return fmt::format(
+             "% Stiffness and mass of a free link, by Craig and Bampton's method: motions of its\n"
+             "% interfaces at their origins, then modes with these held. SI units, mesh axes.\n"
+             "name = {};\nfreedoms = {};\norigins = ",
+             quoted(result.name), quoted_list(freedoms)) +
+         points(result.interfaces, 0) + matrix("K", model.stiffness) + matrix("M", model.mass);
 }
 
 }  // namespace kinetostat::fea

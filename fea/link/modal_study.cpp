@@ -107,4 +107,21 @@ ModalResult modal_study(const LinkSpec& spec, const LinkGeometry& geometry,
   return result;
 }
 
+ReducedModel reduced_link(const LinkSpec& spec, const ModalResult& result,
+                          const ModalOptions& options, common::Progress& progress) {
+  const std::vector<Material> materials{result.material};
+  ReducedModel model;
+  explained(spec, result.mesh, [&] {
+    const LinkModes held =
+        result.support == Support::all_interfaces
+            ? result.shapes
+            : link_modes(result.mesh, materials, result.interfaces, Support::all_interfaces,
+                         options.modes, options.solver, progress);
+    model = craig_bampton(
+        result.mesh, materials, result.interfaces,
+        respond(result.mesh, materials, result.interfaces, options.solver, progress), held);
+  });
+  return model;
+}
+
 }  // namespace kinetostat::fea

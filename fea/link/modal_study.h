@@ -7,6 +7,7 @@
 
 #include "kinetostat/fea/link/link_geometry.h"
 #include "kinetostat/fea/link/modes.h"
+#include "kinetostat/fea/link/reduced_model.h"
 #include "kinetostat/fea/link/refinement.h"
 
 namespace kinetostat::fea {
@@ -54,5 +55,10 @@ struct ModalResult {
 /// the material has no density.
 ModalResult modal_study(const LinkSpec& spec, const LinkGeometry& geometry,
                         const ModalOptions& options, common::Progress& progress);
+
+/// Craig and Bampton's model of the link on the last mesh, with `options.modes` modes. Throws as
+/// modal_study() does.
+ReducedModel reduced_link(const LinkSpec& spec, const ModalResult& result,
+                          const ModalOptions& options, common::Progress& progress);
 
 }  // namespace kinetostat::fea
