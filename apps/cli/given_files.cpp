@@ -48,7 +48,7 @@ const std::vector<Wanted>& all_wanted() {
       {"adopt", {robot, {DocumentKind::diagnosis}}},
       {"identify", {{DocumentKind::link}}},
       {"beam", {{DocumentKind::link}}},
-      {"modes", {{DocumentKind::link}}},
+      {"modes", {{DocumentKind::link, DocumentKind::robot}}},
       {"mesh check", {{DocumentKind::mesh}}},
       {"import", {{DocumentKind::urdf}}},
       {"readings", {{DocumentKind::table, DocumentKind::campaign}, robot}},

@@ -93,6 +93,10 @@ vjm::NodeLoad read_node_load(const vjm::Robot& robot, const std::string& text) {
 
 void PostureRequest::add_options(OptionList& app) {
   app.add_option("ROBOT", robot_file, "Robot file (YAML)").required();
+  add_posture_options(app);
+}
+
+void PostureRequest::add_posture_options(OptionList& app) {
   Option at_option = app.add_option("--at", at,
                                     "Pose of the platform, x,y,z or x,y,z,rx,ry,rz (rotation "
                                     "vector), in the units of the file")

@@ -19,6 +19,8 @@ struct PostureRequest {
   std::string robot_file, at, joints;
 
   void add_options(OptionList& app);
+  /// --at and --joints alone.
+  void add_posture_options(OptionList& app);
   vjm::Robot read() const;
   /// Throws UsageError for a malformed option, common::NoConvergence for an unreachable pose.
   vjm::Posture posture(const vjm::Robot& robot) const;

@@ -1,13 +1,20 @@
-// kinetostat modes: natural frequencies of a link from its CAD mesh.
+// kinetostat modes: natural frequencies of a link from its CAD mesh, or of a robot in a posture.
 #include "kinetostat/report/links/modes.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 #include "kinetostat/apps/cli/command.h"
+#include "kinetostat/apps/cli/robot_request.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/fea/link/displacement_fields.h"
+#include "kinetostat/fea/link/matrix_export.h"
 #include "kinetostat/fea/link/modal_study.h"
 #include "kinetostat/io/cache.h"
+#include "kinetostat/io/document_kind.h"
+#include "kinetostat/io/text_file.h"
+#include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/screen/modes.h"
 #include "kinetostat/report/screen/wording.h"
 
@@ -15,7 +22,8 @@ namespace kinetostat::apps {
 namespace {
 
 struct ModesRequest {
-  std::string link, vtu;
+  PostureRequest robot;  // its file may be a link file
+  std::string vtu, reduced;
   bool free = false, held = false, no_cache = false;
   int modes = fea::ModalOptions{}.modes;
   std::uint64_t memory = 0;  // [bytes]; 0: a share of what is free
@@ -27,8 +35,8 @@ fea::Support support_of(const ModesRequest& request) {
   return request.held ? fea::Support::all_interfaces : fea::Support::first_interface;
 }
 
-io::Json find_modes(Run& run, const ModesRequest& request) {
-  const fea::LinkSpec spec = fea::read_link(request.link);
+// Computes, and writes what needs the whole model.
+fea::ModalResult study_link(Run& run, const ModesRequest& request, const fea::LinkSpec& spec) {
   const io::Cache cache = request.no_cache ? io::Cache() : io::Cache::of_user();
   fea::ModalOptions options{
       .support = support_of(request),
@@ -37,16 +45,79 @@ io::Json find_modes(Run& run, const ModesRequest& request) {
       .refinement = request.refinement};
   options.meshing.cache = &cache;
   const fea::LinkGeometry geometry = fea::read_geometry(spec, run.progress());
-  const fea::ModalResult result = fea::modal_study(spec, geometry, options, run.progress());
+  fea::ModalResult result = fea::modal_study(spec, geometry, options, run.progress());
+  if (!request.vtu.empty()) io::write_vtu(request.vtu, fea::mode_shapes(result));
+  if (!request.reduced.empty())
+    io::write_atomically(
+        request.reduced,
+        fea::reduced_matlab(result, fea::reduced_link(spec, result, options, run.progress())));
+  return result;
+}
+
+io::Json modes_of_link(Run& run, const ModesRequest& request) {
+  const std::string& file = request.robot.robot_file;
+  if (!request.robot.at.empty() || !request.robot.joints.empty())
+    throw UsageError(request.robot.at.empty() ? "--joints" : "--at", "a link has no posture",
+                     "Leave it out, or name a robot file");
+  const fea::LinkSpec spec = fea::read_link(file);
+  const fea::ModalResult result = study_link(run, request, spec);
   if (!result.accuracy.shortfall.empty())
     run.stop_short(spec.name + ": " + result.accuracy.shortfall);
-  if (!request.vtu.empty()) io::write_vtu(request.vtu, fea::mode_shapes(result));
   run.print(report::first_screen(result));
-  run.print("\n" + report::next_step("kinetostat identify " + report::quoted(request.link),
+  run.print("\n" + report::next_step("kinetostat identify " + report::quoted(file),
                                      "how stiff is it at rest?"));
   run.print_more("\n" + report::text(result));
   io::Json json = report::to_json(result);
   json["headline"] = report::headline(result);
+  return json;
+}
+
+vjm::NaturalModes modes_in_posture(const ModesRequest& request, const vjm::Robot& robot) {
+  return natural_modes(robot.manipulator, request.robot.posture(robot), request.modes);
+}
+
+// The largest change of a frequency with finer beams, beside it.
+std::optional<double> lumping_error(const ModesRequest& request, const vjm::NaturalModes& given) {
+  const vjm::NaturalModes finer =
+      modes_in_posture(request, vjm::read_robot(request.robot.robot_file, {.segment_multiple = 2}));
+  double most = 0;
+  for (std::size_t k = 0; k < std::min(given.modes.size(), finer.modes.size()); ++k)
+    most = std::max(most, std::abs(given.modes[k].frequency / finer.modes[k].frequency - 1));
+  return most;
+}
+
+// Options that are about links alone.
+void refuse_options_of_links(const ModesRequest& request) {
+  for (const auto& [given, name] : {std::pair{request.free, "--free"},
+                                    {request.held, "--held"},
+                                    {!request.vtu.empty(), "--vtu"},
+                                    {!request.reduced.empty(), "--reduced"}})
+    if (given)
+      throw UsageError(name, "this is about a link, and the file is a robot file",
+                       "Leave it out, or name a link file");
+}
+
+io::Json modes_of_robot(Run& run, const ModesRequest& request) {
+  refuse_options_of_links(request);
+  const vjm::Robot robot = request.robot.read();
+  const vjm::Posture posture = request.robot.posture(robot);
+  report::RobotModes modes{.found = modes_in_posture(request, robot)};
+  if (!(modes.found.mass > 0))
+    throw common::InputError(robot.file, "nothing in this robot has a mass",
+                             "Write 'mass: {mass: 12 kg, center: [0, 0, 100]}' in a link, or a "
+                             "'mass' between the elements of a chain");
+  if (robot.has_beams) modes.lumping_error = lumping_error(request, modes.found);
+  run.print(report::first_screen(robot, modes));
+  run.print_more("\n" + report::text(robot, posture));
+  io::Json json = report::inputs_and_posture(robot, posture);
+  json["headline"] = report::headline(robot, modes);
+  json.update(report::to_json(robot, modes));
+  return json;
+}
+
+io::Json find_modes(Run& run, const ModesRequest& request) {
+  const bool is_robot = io::document_kind(request.robot.robot_file) == io::DocumentKind::robot;
+  io::Json json = is_robot ? modes_of_robot(run, request) : modes_of_link(run, request);
   if (run.out()) io::write_json(*run.out(), json);
   return json;
 }
@@ -57,11 +128,15 @@ void add_modes(Program& program) {
   auto request = std::make_shared<ModesRequest>();
   OptionList app =
       program.add({.name = "modes",
-                   .summary = "Natural frequencies and modes of a link, by finite elements",
+                   .summary = "Natural frequencies and modes of a link, or of a robot in a posture",
                    .example = "kinetostat modes meshes/foot.yaml --free --vtu modes.vtu",
                    .out = "Write the frequencies to a JSON file"},
                   [request](Run& run) { return find_modes(run, *request); });
-  app.add_option("link", request->link, "Link file, with a density").required().type_name("LINK");
+  app.add_option("file", request->robot.robot_file,
+                 "Link file with a density, or robot file with masses")
+      .required()
+      .type_name("FILE");
+  request->robot.add_posture_options(app);
   app.add_option("--modes", request->modes, "How many, from the lowest on")
       .type_name("N")
       .between(1, 200)
@@ -72,6 +147,9 @@ void add_modes(Program& program) {
   app.add_flag("--held", request->held,
                "Clamped at all its interfaces: the fixed-interface modes of Craig and Bampton")
       .excludes("--free");
+  app.add_output("--reduced", request->reduced,
+                 "Write stiffness and mass of the free link, with as many modes held at its "
+                 "interfaces, as a MATLAB script");
   app.add_output("--vtu", request->vtu, "Write the shapes of the modes for ParaView");
   app.add_option("--time", request->refinement.time_limit,
                  "Start no finer mesh after so many seconds; the best result so far is given")

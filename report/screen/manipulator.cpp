@@ -39,21 +39,6 @@ double in_stiffness_unit(const vjm::Robot& robot, double si) {
   return si * length_of(robot) / force_of(robot);
 }
 
-// Springs of one name in several chains are one link or joint to people.
-std::vector<std::pair<std::string, double>> by_place(const vjm::Robot& robot,
-                                                     const std::vector<vjm::SpringShare>& shares) {
-  std::vector<std::pair<std::string, double>> places;
-  constexpr double worth_a_row = 0.005;
-  for (const vjm::SpringShare& s : shares) {
-    if (s.share < worth_a_row) continue;
-    const std::string name = robot.manipulator.chains()[s.chain].name() + "." + s.spring;
-    places.emplace_back(place_in_words(robot.manipulator, name), s.share);
-  }
-  std::stable_sort(places.begin(), places.end(),
-                   [](const auto& a, const auto& b) { return a.second > b.second; });
-  return places;
-}
-
 std::string shares_sentence(const std::vector<std::pair<std::string, double>>& places) {
   constexpr double worth_a_word = 0.1;
   std::vector<std::string> words;
@@ -147,6 +132,20 @@ SoftestDirection softest_direction(const spatial::Compliance6& compliance) {
   softest.direction.cwiseAbs().maxCoeff(&largest);
   if (softest.direction[largest] < 0) softest.direction = -softest.direction;
   return softest;
+}
+
+std::vector<std::pair<std::string, double>> by_place(const vjm::Robot& robot,
+                                                     const std::vector<vjm::SpringShare>& shares) {
+  std::vector<std::pair<std::string, double>> places;
+  constexpr double worth_a_row = 0.005;
+  for (const vjm::SpringShare& s : shares) {
+    if (s.share < worth_a_row) continue;
+    const std::string name = robot.manipulator.chains()[s.chain].name() + "." + s.spring;
+    places.emplace_back(place_in_words(robot.manipulator, name), s.share);
+  }
+  std::stable_sort(places.begin(), places.end(),
+                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  return places;
 }
 
 std::string direction_in_words(const Vector3& v) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "kinetostat/io/json.h"
@@ -20,6 +21,9 @@ struct SoftestDirection {
   int dimensions = 1;          // of the directions that are as soft: 3 where all are alike
 };
 SoftestDirection softest_direction(const spatial::Compliance6& compliance);
+/// "joint q2" or "link upper" with its share, the largest first; small ones are left out.
+std::vector<std::pair<std::string, double>> by_place(const vjm::Robot& robot,
+                                                     const std::vector<vjm::SpringShare>& shares);
 /// "z", "-z", "(0.5, 0, 0.87)"
 std::string direction_in_words(const spatial::Vector3& direction);
 

@@ -3,8 +3,10 @@
 #include <algorithm>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "kinetostat/report/links/modes.h"
+#include "kinetostat/report/screen/manipulator.h"
 #include "kinetostat/report/screen/wording.h"
 #include "kinetostat/report/text/text.h"
 
@@ -40,6 +42,24 @@ std::string accuracy_in_words(const ModalResult& result) {
                      percent(result.error()));
 }
 
+// Places with a tenth of the energy of the springs, three at most.
+std::vector<std::string> yielding(const vjm::Robot& robot, const vjm::ManipulatorMode& mode) {
+  std::vector<std::string> words;
+  for (const auto& [place, share] : by_place(robot, mode.springs))
+    if (words.size() < 3 && share >= 0.1)
+      words.push_back(fmt::format("{} {}", short_percent(share), place));
+  return words;
+}
+
+// Where the reference point goes; about which axis the platform turns where it stays.
+std::string motion_in_words(const vjm::ManipulatorMode& mode) {
+  const spatial::Vector3 moved = mode.platform.head<3>(), turned = mode.platform.tail<3>();
+  constexpr double in_place = 1e-3;  // [m/rad]
+  if (moved.norm() > in_place * turned.norm())
+    return "along " + direction_in_words(moved.normalized());
+  if (turned.norm() > 0) return "turns about " + direction_in_words(turned.normalized());
+  return "stays";
+}
 }  // namespace
 }  // namespace modes_screen
 
@@ -64,6 +84,51 @@ std::string first_screen(const fea::ModalResult& result) {
   for (std::size_t i = 0; i < std::min(result.warnings.size(), most_warnings); ++i)
     out += wrapped("warning: " + result.warnings[i], 0, 2);
   return out;
+}
+
+std::string headline(const vjm::Robot& robot, const RobotModes& modes) {
+  if (modes.found.modes.empty()) return "Nothing that has a mass is held by a spring.";
+  const vjm::ManipulatorMode& first = modes.found.modes.front();
+  const std::vector<std::string> places = modes_screen::yielding(robot, first);
+  return fmt::format("First natural frequency {} Hz{}.", number(first.frequency, 3),
+                     places.empty() ? "" : ": of what yields, " + listed(places));
+}
+
+std::string first_screen(const vjm::Robot& robot, const RobotModes& modes) {
+  using namespace modes_screen;
+  std::string out = wrapped(headline(robot, modes)) + "\n";
+  Table table({"mode", "Hz", "platform", "what yields"});
+  const std::size_t shown = std::min(modes.found.modes.size(), most_shown);
+  for (std::size_t k = 0; k < shown; ++k) {
+    const vjm::ManipulatorMode& mode = modes.found.modes[k];
+    table.add_row({std::to_string(k + 1), number(mode.frequency, 3), motion_in_words(mode),
+                   fmt::format("{}", fmt::join(yielding(robot, mode), ", "))});
+  }
+  out += table.text();
+  if (shown < modes.found.modes.size())
+    out += fmt::format("  {} more in the result (--json)\n", modes.found.modes.size() - shown);
+  out +=
+      fmt::format("\n{} kg; drives hold their commands, no load.\n", number(modes.found.mass, 4));
+  if (modes.found.free_motions > 0)
+    out += fmt::format("{} motion{} that nothing resists {} left out.\n", modes.found.free_motions,
+                       modes.found.free_motions == 1 ? "" : "s",
+                       modes.found.free_motions == 1 ? "is" : "are");
+  if (modes.lumping_error)
+    out += fmt::format("With beams in twice as many segments a frequency changes by up to {}.\n",
+                       percent(*modes.lumping_error));
+  return out;
+}
+
+io::Json to_json(const vjm::Robot& robot, const RobotModes& modes) {
+  io::Json list = io::Json::array();
+  for (const vjm::ManipulatorMode& mode : modes.found.modes)
+    list.push_back({{"frequency", mode.frequency},
+                    {"platform", std::vector<double>(mode.platform.begin(), mode.platform.end())},
+                    {"yields", to_json(robot, mode.springs)}});
+  return {{"modes", list},
+          {"mass", modes.found.mass},
+          {"free_motions", modes.found.free_motions},
+          {"lumping_error", modes.lumping_error ? io::Json(*modes.lumping_error) : io::Json()}};
 }
 
 }  // namespace kinetostat::report

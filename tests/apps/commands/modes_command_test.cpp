@@ -3,6 +3,8 @@
 #include <fstream>
 #include <sstream>
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -81,7 +83,78 @@ TEST_F(ModesCommand, NamesMistakesAndTheirCure) {
   EXPECT_EQ(both.code, 2);
   const test::Outcome robot = kinetostat("modes data/robots/six_axis.yaml");
   EXPECT_EQ(robot.code, 3);
-  EXPECT_THAT(robot.err, HasSubstr("robot file"));
+  EXPECT_THAT(robot.err, HasSubstr("nothing in this robot has a mass"));
+  EXPECT_EQ(kinetostat("modes data/robots/heavy_arm.yaml --free").code, 2);
+  EXPECT_EQ(kinetostat("modes rod.yaml --joints q1=0").code, 2);
+  EXPECT_EQ(kinetostat("modes data/urdf/none.urdf").code, 3);
+}
+
+TEST_F(ModesCommand, TakesARobotInAPosture) {
+  const test::Outcome outcome = kinetostat(
+      "modes data/robots/heavy_arm.yaml --joints q2=20,q3=-20 --modes 4 --json robot.json");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, testing::StartsWith("First natural frequency"));
+  const io::Json result = io::read_json(working_folder() / "robot.json");
+  ASSERT_EQ(result["modes"].size(), 4u);
+  EXPECT_GT(result["mass"].get<double>(), 450 + 160 + 60 + 150);  // and two beams
+  EXPECT_LT(result["lumping_error"].get<double>(), 0.1);
+  double energy = 0;
+  for (const io::Json& spring : result["modes"][0]["yields"])
+    energy += spring["share"].get<double>();
+  EXPECT_NEAR(energy, 1, 1e-5);
+  // A stretched arm is slower.
+  ASSERT_EQ(
+      kinetostat("modes data/robots/heavy_arm.yaml --joints q2=80,q3=-80 -q --json out.json").code,
+      0);
+  EXPECT_LT(io::read_json(working_folder() / "out.json")["modes"][0]["frequency"].get<double>(),
+            result["modes"][0]["frequency"].get<double>());
+}
+
+// The matrix "NAME = [ ... ];" of a script.
+Eigen::MatrixXd matrix_of(const std::string& script, const std::string& name) {
+  const std::size_t at = script.find("\n" + name + " = [\n") + name.size() + 6;
+  std::istringstream words(script.substr(at, script.find(']', at) - at));
+  std::vector<double> values;
+  for (double value = 0; words >> value;) values.push_back(value);
+  const auto size = static_cast<Eigen::Index>(std::lround(std::sqrt(double(values.size()))));
+  return Eigen::Map<const Eigen::MatrixXd>(values.data(), size, size);
+}
+
+double clamped_frequency(const Eigen::MatrixXd& stiffness, const Eigen::MatrixXd& mass) {
+  const Eigen::Index rest = stiffness.rows() - 6;
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> modes(
+      stiffness.bottomRightCorner(rest, rest), mass.bottomRightCorner(rest, rest));
+  return std::sqrt(modes.eigenvalues()[0]) / (2 * M_PI);
+}
+
+// What a simulator that reads the file finds: static answer, mass and frequencies of the link.
+TEST_F(ModesCommand, WritesAReducedModelThatAnswersAsTheLink) {
+  const double clamped =
+      result("--modes 12 --reduced reduced.m")["modes"][0]["frequency"].get<double>();
+  const std::string script = io::read_text(working_folder() / "reduced.m");
+  EXPECT_THAT(script, HasSubstr("'fixed.tx', "));
+  EXPECT_THAT(script, HasSubstr("'loaded.rz', 'mode 1', "));
+  EXPECT_THAT(script, HasSubstr("; 0.31 0 0];"));
+  const Eigen::MatrixXd stiffness = matrix_of(script, "K"), mass = matrix_of(script, "M");
+  ASSERT_EQ(stiffness.rows(), 24);
+  EXPECT_NEAR(clamped_frequency(stiffness, mass), clamped, 1e-4 * clamped);
+  // The frequencies with both ends held are those of the modes themselves.
+  const io::Json held = result("--held --modes 12");
+  for (Eigen::Index k = 0; k < 12; ++k) {
+    const double omega_squared =
+        held["modes"][static_cast<std::size_t>(k)]["omega_squared"].get<double>();
+    EXPECT_NEAR(stiffness(12 + k, 12 + k), omega_squared, 1e-6 * omega_squared) << k;
+  }
+  ASSERT_EQ(kinetostat("identify rod.yaml -q -o rod.json").code, 0);
+  const io::Json link = io::read_json(working_folder() / "rod.json");
+  const Eigen::MatrixXd loaded = stiffness.block(6, 6, 6, 6);
+  const Eigen::MatrixXd compliance = loaded.inverse();
+  for (Eigen::Index i = 0; i < 6; ++i)
+    EXPECT_NEAR(
+        compliance(i, i),
+        link["compliance"][static_cast<std::size_t>(i)][static_cast<std::size_t>(i)].get<double>(),
+        1e-6 * compliance(i, i));
+  EXPECT_NEAR(mass(0, 0) + mass(6, 6) + 2 * mass(0, 6), link["mass"].get<double>(), 1e-8);
 }
 
 // Rigid motions of the reduced mass have the mass of the link.
