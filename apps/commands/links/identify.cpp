@@ -9,7 +9,7 @@
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/cli/result_cache.h"
 #include "kinetostat/apps/commands/commands.h"
-#include "kinetostat/apps/commands/link_exports.h"
+#include "kinetostat/apps/commands/links/link_exports.h"
 #include "kinetostat/fea/link/displacement_fields.h"
 #include "kinetostat/report/links/link_picture.h"
 #include "kinetostat/report/links/link_result.h"

@@ -1,4 +1,4 @@
-#include "kinetostat/apps/commands/link_exports.h"
+#include "kinetostat/apps/commands/links/link_exports.h"
 
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/fea/link/calculix_deck.h"
