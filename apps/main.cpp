@@ -13,6 +13,7 @@ int main(int argc, char** argv) {
   kinetostat::apps::add_beam(program);
   kinetostat::apps::add_modes(program);
   kinetostat::apps::add_import(program);
+  kinetostat::apps::add_export(program);
   kinetostat::apps::add_stiffness(program);
   kinetostat::apps::add_deflect(program);
   kinetostat::apps::add_trace(program);

@@ -102,7 +102,8 @@ struct Group {
 const std::vector<Group>& groups() {
   static const std::vector<Group> all = {
       {"Links", {"mesh", "identify", "beam", "modes"}},
-      {"Robots", {"import", "stiffness", "deflect", "trace", "assemble", "map", "compensate"}},
+      {"Robots",
+       {"import", "export", "stiffness", "deflect", "trace", "assemble", "map", "compensate"}},
       {"Measurements",
        {"study", "readings", "measure", "compare", "calibrate", "diagnose", "adopt", "revert",
         "plan", "simulate", "effect", "studio"}},

@@ -30,6 +30,7 @@ const Kinds campaign = {DocumentKind::campaign};
 
 const std::vector<Wanted>& all_wanted() {
   static const std::vector<Wanted> all = {
+      {"export", {robot}},
       {"stiffness", {robot}},
       {"deflect", {robot}},
       {"trace", {robot}},

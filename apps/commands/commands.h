@@ -11,6 +11,7 @@ void add_identify(Program& program);
 void add_beam(Program& program);
 void add_modes(Program& program);
 void add_import(Program& program);
+void add_export(Program& program);
 void add_stiffness(Program& program);
 void add_deflect(Program& program);
 void add_trace(Program& program);

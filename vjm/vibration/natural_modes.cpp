@@ -7,7 +7,7 @@
 #include <Eigen/Cholesky>
 
 #include "kinetostat/spatial/decomposition.h"
-#include "kinetostat/vjm/chain/kinematics.h"
+#include "kinetostat/vjm/chain/particles.h"
 
 namespace kinetostat::vjm::vibration {
 namespace {
@@ -27,40 +27,6 @@ spatial::Matrix6 carried(const Vector3& arm) {
   spatial::Matrix6 motion = spatial::Matrix6::Identity();
   motion.topRows<3>() = spatial::rigid_motion(arm);
   return motion;
-}
-
-// A point that moves with the first `joints` joints of a chain, and its mass.
-struct Particle {
-  Vector3 position;
-  Index joints = 0;
-  double mass = 0;
-};
-
-bool ends_with(const std::string& text, const char* ending) {
-  const std::string tail(ending);
-  return text.size() > tail.size() &&
-         text.compare(text.size() - tail.size(), tail.size(), tail) == 0;
-}
-
-// The two halves of a part of a link, as LinkModel::append_to names them.
-bool are_halves(const Chain& chain, const PointMass& first, const PointMass& second) {
-  return first.element == second.element && first.mass == second.mass &&
-         ends_with(chain.nodes()[first.node].name, ".mass1") &&
-         ends_with(chain.nodes()[second.node].name, ".mass2");
-}
-
-std::vector<Particle> particles_of(const Chain& chain, const ChainKinematics& kinematics) {
-  std::vector<Particle> particles;
-  for (const PointMass& mass : chain.masses())
-    particles.push_back({kinematics.nodes[mass.node], chain.nodes()[mass.node].joints, mass.mass});
-  const double nearer = std::sqrt(3.0) / 2;  // L / sqrt(12) beside L / 3
-  for (std::size_t k = 0; k + 1 < particles.size(); ++k) {
-    if (!are_halves(chain, chain.masses()[k], chain.masses()[k + 1])) continue;
-    const Vector3 center = (particles[k].position + particles[k + 1].position) / 2;
-    for (Particle* half : {&particles[k], &particles[k + 1]})
-      half->position = center + nearer * (half->position - center);
-  }
-  return particles;
 }
 
 // The equations in all coordinates of the chains, then the motions of the bodies; rotations are

@@ -28,14 +28,9 @@ struct NaturalModes {
 
 /// The `count` lowest modes of K y = omega^2 M y, fewer where there are no more; springs relaxed
 /// and no load, as for unloaded_stiffness(). y are the coordinates that move and the motions of the
-/// bodies, as far as the chains agree on these. M is of the point masses of the chains; of those
-/// that stand for a link (LinkModel::append_to) it is
-///
-///     two halves at c -+ L / sqrt(12)
-///
-/// from its centre along the link, where they have the inertia of a uniform rod about its centre:
-/// statics asks for L / 3 instead. What a link has of inertia about its own axis is left out. The
-/// weight's and the preloads' geometric stiffness is left out, too.
+/// bodies, as far as the chains agree on these. M is of the masses of the chains, links as uniform
+/// rods (particles.h): what a link has of inertia about its own axis is left out. The weight's and
+/// the preloads' geometric stiffness is left out, too.
 NaturalModes natural_modes(const Manipulator& manipulator, const Posture& posture, int count);
 
 }  // namespace kinetostat::vjm
