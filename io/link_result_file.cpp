@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include <Eigen/Cholesky>
+
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/json.h"
 
@@ -26,6 +28,41 @@ void read_mass(const std::filesystem::path& file, const Json& json, IdentifiedLi
   link.center_of_mass = {c[0].get<double>(), c[1].get<double>(), c[2].get<double>()};
 }
 
+spatial::Matrix6 matrix_of(const std::filesystem::path& file, const Json& rows, const char* key) {
+  spatial::Matrix6 matrix;
+  for (std::size_t i = 0; i < 6; ++i)
+    for (std::size_t j = 0; j < 6; ++j) {
+      if (!rows.is_array() || rows.size() != 6 || !rows[i].is_array() || rows[i].size() != 6 ||
+          !rows[i][j].is_number())
+        fail_at(file, key, "six rows of six numbers are expected");
+      matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = rows[i][j].get<double>();
+    }
+  return 0.5 * (matrix + matrix.transpose());
+}
+
+void read_error(const std::filesystem::path& file, const Json& json, IdentifiedLink& link) {
+  const Json error = json.value("error", Json());
+  if (!error.is_object() || !error.contains("bar") || !error.contains("recovery")) return;
+  link.error = {matrix_of(file, error["bar"], "error.bar"),
+                matrix_of(file, error["recovery"], "error.recovery")};
+}
+
+void read_bracket(const std::filesystem::path& file, const Json& json, IdentifiedLink& link) {
+  const Json given = json.value("bracket", Json());
+  if (!given.is_object()) return;
+  const LinkBracket bracket{
+      matrix_of(file, given.value("rigid", Json()), "bracket.rigid"),
+      matrix_of(file, given.value("distributing", Json()), "bracket.distributing")};
+  if (Eigen::LLT<spatial::Matrix6>(bracket.rigid).info() != Eigen::Success)
+    fail_at(file, "bracket.rigid", "the matrix is not positive definite");
+  if (Eigen::LLT<spatial::Matrix6>(bracket.distributing).info() != Eigen::Success)
+    fail_at(file, "bracket.distributing", "the matrix is not positive definite");
+  for (int i = 0; i < 6; ++i)
+    if (bracket.rigid(i, i) > (1 + 1e-6) * bracket.distributing(i, i))
+      fail_at(file, "bracket", "the link yields more with rigid interfaces than without");
+  link.bracket = bracket;
+}
+
 std::string mesh_hash(const Json& json) {
   const Json inputs = json.value("inputs", Json());
   if (!inputs.is_object()) return {};
@@ -39,6 +76,8 @@ IdentifiedLink read_identified_link(const std::filesystem::path& file) {
   IdentifiedLink link{.compliance = read_compliance(file), .mass = {}};
   const Json json = read_json(file);
   read_mass(file, json, link);
+  read_error(file, json, link);
+  read_bracket(file, json, link);
   link.mesh_sha256 = mesh_hash(json);
   return link;
 }

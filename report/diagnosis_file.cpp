@@ -125,6 +125,10 @@ Json estimates_json(const vjm::Robot& robot,
   return list;
 }
 
+Json correlation_json(const calibration::EstimateCorrelation& correlation) {
+  return {{"of", correlation.names}, {"matrix", io::rows(correlation.matrix)}};
+}
+
 Json test_json(const std::optional<calibration::ChiSquareTest>& test) {
   if (!test) return {};
   return {{"chi_square", test->statistic},
@@ -255,6 +259,24 @@ RecordedEstimate estimate_of(const Json& json) {
   return estimate;
 }
 
+// None where an earlier version wrote the file.
+calibration::EstimateCorrelation correlation_of(const Json& fitted, const char* which) {
+  calibration::EstimateCorrelation correlation;
+  const Json json = fitted.value("correlations", Json::object()).value(which, Json());
+  if (json.is_null()) return correlation;
+  correlation.names = json.at("of").get<std::vector<std::string>>();
+  const auto rows = json.at("matrix").get<std::vector<std::vector<double>>>();
+  const auto count = static_cast<Eigen::Index>(correlation.names.size());
+  correlation.matrix = Eigen::MatrixXd::Identity(count, count);
+  if (rows.size() != correlation.names.size())
+    throw std::invalid_argument("a correlation matrix has not as many rows as names");
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    for (std::size_t j = 0; j < rows.size(); ++j)
+      correlation.matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+          rows[i].at(j);
+  return correlation;
+}
+
 std::string sha256_of_robot(const Json& json) {
   static const Json::json_pointer at("/inputs/robot/sha256");
   return json.contains(at) ? json.at(at).get<std::string>() : std::string();
@@ -281,6 +303,8 @@ DiagnosisRecord record_of(const Json& json, const std::filesystem::path& file) {
                          .waterfall = {},
                          .fitted_without = {},
                          .fitted_beside = {},
+                         .correlation_without = {},
+                         .correlation_beside = {},
                          .set_aside = json.value("set_aside", Json::array()).size(),
                          .steps = {}};
   for (const Json& entry : list_of(json, "found")) record.found.push_back(finding_of(entry));
@@ -294,6 +318,8 @@ DiagnosisRecord record_of(const Json& json, const std::filesystem::path& file) {
       record.fitted_without.push_back(estimate_of(e));
     for (const Json& e : list_of(fitted, "with_effects"))
       record.fitted_beside.push_back(estimate_of(e));
+    record.correlation_without = correlation_of(fitted, "without_effects");
+    record.correlation_beside = correlation_of(fitted, "with_effects");
   }
   for (const Json& step : list_of(json, "steps")) record.steps.push_back(step_of(step));
   return record;
@@ -327,7 +353,10 @@ Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, con
             {"waterfall", to_json(d.waterfall)},
             {"fitted",
              {{"without_effects", estimates_json(robot, d.fitted_without)},
-              {"with_effects", estimates_json(robot, d.fitted_beside)}}},
+              {"with_effects", estimates_json(robot, d.fitted_beside)},
+              {"correlations",
+               {{"without_effects", correlation_json(d.correlation_without)},
+                {"with_effects", correlation_json(d.correlation_beside)}}}}},
             {"held_out", d.held_out},
             {"correlated_noise", d.correlated_noise.empty() ? Json() : Json(d.correlated_noise)},
             {"far_values", d.far_values},

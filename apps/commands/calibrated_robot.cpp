@@ -1,5 +1,6 @@
 #include "kinetostat/apps/commands/calibrated_robot.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -86,12 +87,36 @@ AdoptedParameter parameter_of(const vjm::Robot& robot, const calibration::Parame
   return adopted;
 }
 
+// The name of an estimate as a source of uncertainty; empty for one without a standard deviation,
+// and for what only readings see.
+std::string source_of(const vjm::Robot& robot, const calibration::ParameterEstimate& e) {
+  if (e.hit != calibration::BoundHit::none || !(e.standard_error > 0)) return {};
+  if (!e.parameter.is_logarithm())
+    return robot.effects[e.parameter.effect].kind->acts_on_chains() ? e.parameter.name : "";
+  return vjm::fitted_source(
+      e.parameter.name,
+      std::count_if(robot.fitted.begin(), robot.fitted.end(),
+                    [&](const vjm::FittedStiffness& f) { return f.name == e.parameter.name; }));
+}
+
+calibration::EstimateCorrelation correlation_of(const vjm::Robot& robot,
+                                                const KinematicCalibration& c) {
+  calibration::EstimateCorrelation all{.names = {}, .matrix = c.correlation};
+  for (const CalibratedGeometry& g : c.geometry)
+    all.names.push_back(g.deviation > 0 ? c.effects[g.what.effect].name_of(g.what.component) : "");
+  for (const calibration::ParameterEstimate& e : c.others) all.names.push_back(source_of(robot, e));
+  std::vector<std::string> known = all.names;
+  std::erase(known, "");
+  return all.only(known);
+}
+
 Adoption adoption_of(const vjm::Robot& robot, const calibration::Campaign& campaign,
                      const KinematicCalibration& c) {
   Adoption adoption;
   add_geometry(robot, campaign, c, adoption);
   for (const calibration::ParameterEstimate& e : c.others)
     adoption.fitted.push_back(parameter_of(robot, e));
+  adoption.correlation = correlation_of(robot, c);
   return adoption;
 }
 

@@ -164,6 +164,37 @@ std::vector<AdoptedParameter> fitted_with(const DiagnosisRecord& diagnosis,
   return adopted;
 }
 
+// The names that what is adopted with a standard deviation has as a source of uncertainty.
+std::vector<std::string> sources_of(const Adoption& adoption, const vjm::EffectKinds& kinds) {
+  std::vector<std::string> names;
+  const auto add = [&](const std::string& effect, const std::string& at,
+                       const std::string& parameter, double deviation) {
+    if (deviation > 0 && vjm::effect_kind(effect, kinds)->acts_on_chains())
+      names.push_back(fmt::format("{} of {} at {}", parameter, effect, at));
+  };
+  for (const AdoptedEffect& e : adoption.effects)
+    for (const AdoptedValue& v : e.values) add(e.effect, e.at, v.name, v.deviation);
+  for (const AdoptedParameter& p : adoption.fitted)
+    if (!p.effect.empty())
+      add(p.effect, p.at, p.parameter, p.value.deviation);
+    else if (p.value.deviation > 0)
+      names.push_back(vjm::fitted_source(p.stiffness));
+  return names;
+}
+
+// By the names that they will have in the file: a stiffness may be fitted there already.
+void rename_fitted(const vjm::Robot& robot, const Adoption& adoption,
+                   calibration::EstimateCorrelation& correlation) {
+  for (const AdoptedParameter& p : adoption.fitted) {
+    const auto before =
+        std::count_if(robot.fitted.begin(), robot.fitted.end(),
+                      [&](const vjm::FittedStiffness& f) { return f.name == p.stiffness; });
+    if (!p.stiffness.empty())
+      std::replace(correlation.names.begin(), correlation.names.end(),
+                   vjm::fitted_source(p.stiffness), vjm::fitted_source(p.stiffness, before));
+  }
+}
+
 std::string name_of(const AdoptedParameter& p) {
   return p.effect.empty() ? p.stiffness
                           : fmt::format("{} of {} at {}", p.parameter, p.effect, p.at);
@@ -214,6 +245,17 @@ struct Chosen {
   Fall fall;
 };
 
+// Of what was fitted together, where all of it is adopted.
+void add_correlation(const DiagnosisRecord& diagnosis, const AdoptRequest& request,
+                     const vjm::Robot& robot, Chosen& chosen) {
+  if (chosen.found.size() < diagnosis.found.size() && !request.stiffnesses_only) return;
+  Adoption& adoption = chosen.adoption;
+  adoption.correlation =
+      (request.stiffnesses_only ? diagnosis.correlation_without : diagnosis.correlation_beside)
+          .only(sources_of(adoption, robot.kinds()));
+  rename_fitted(robot, adoption, adoption.correlation);
+}
+
 Chosen adoption_from(const DiagnosisRecord& diagnosis, const AdoptRequest& request) {
   Chosen chosen{.found = effects_to_adopt(diagnosis, request), .adoption = {}, .fall = {}};
   if (!request.force) require_same_robot(diagnosis, request.robot);
@@ -224,11 +266,13 @@ Chosen adoption_from(const DiagnosisRecord& diagnosis, const AdoptRequest& reque
     chosen.fall = {fall_with(chosen.found.front()).before, fall_with(chosen.found.back()).after};
     if (!request.force) require_adequate(diagnosis, chosen.found, chosen.fall);
   }
-  const spatial::UnitSystem units = vjm::read_robot(request.robot).units;
+  const vjm::Robot robot = vjm::read_robot(request.robot);
+  const spatial::UnitSystem& units = robot.units;
   try {
     for (const RecordedFinding& one : chosen.found)
       chosen.adoption.effects.push_back(effect_of(diagnosis, one, fall_with(one), units));
     chosen.adoption.fitted = fitted_with(diagnosis, request, chosen.found.size(), units);
+    add_correlation(diagnosis, request, robot, chosen);
   } catch (const std::invalid_argument& error) {  // a unit that is none
     throw common::InputError({.file = request.diagnosis,
                               .what = fmt::format("this is not a diagnosis: {}", error.what()),

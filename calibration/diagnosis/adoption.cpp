@@ -68,6 +68,26 @@ std::string block_of(const std::vector<AdoptedParameter>& fitted) {
   return text;
 }
 
+// "  - {of: fitted stiffness of q1, with: {fitted stiffness of q2: -0.4}}", each pair once.
+std::string block_of(const EstimateCorrelation& correlation) {
+  std::string text;
+  for (std::size_t i = 0; i < correlation.names.size(); ++i) {
+    std::vector<std::string> with;
+    for (std::size_t j = i + 1; j < correlation.names.size(); ++j) {
+      const double value =
+          correlation.matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+      constexpr double least = 5e-4;  // is written as zero
+      if (std::abs(value) >= least)
+        with.push_back(fmt::format("{}: {:.3f}", io::yaml_scalar(correlation.names[j]),
+                                   std::clamp(value, -1.0, 1.0)));
+    }
+    if (!with.empty())
+      text += fmt::format("  - {{of: {}, with: {{{}}}}}\n", io::yaml_scalar(correlation.names[i]),
+                          fmt::join(with, ", "));
+  }
+  return text;
+}
+
 // Where the line after the one at `at` starts.
 std::size_t next_line(const std::string& text, std::size_t at) {
   const std::size_t end = text.find('\n', at);
@@ -106,7 +126,7 @@ std::size_t end_of_block(const std::string& text, std::size_t heading) {
 struct Block {
   std::size_t begin = 0, end = 0;  // of its lines, the first and last included
   int number = 0;
-  std::string what;  // "effect" or "fitted"
+  std::string what;  // "effect", "fitted" or "correlations"
   bool has_heading = false;
 };
 
@@ -138,7 +158,9 @@ std::vector<Block> blocks_in(const std::string& text) {
   return blocks;
 }
 
-std::string key_of(const Block& block) { return block.what == "effect" ? "effects:" : "fitted:"; }
+std::string key_of(const Block& block) {
+  return block.what == "effect" ? "effects:" : block.what + ":";
+}
 
 std::string without(const std::string& text, const Block& block) {
   std::string before = text.substr(0, block.begin);
@@ -202,6 +224,8 @@ std::string adopted(const std::string& robot_file, const Adoption& adoption) {
     text = with_block(text, {.number = number, .what = "effect"}, block_of(adoption.effects));
   if (!adoption.fitted.empty())
     text = with_block(text, {.number = number, .what = "fitted"}, block_of(adoption.fitted));
+  if (const std::string lines = block_of(adoption.correlation); !lines.empty())
+    text = with_block(text, {.number = number, .what = "correlations"}, lines);
   return text;
 }
 

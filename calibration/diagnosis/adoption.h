@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "kinetostat/calibration/regression/correlation.h"
 #include "kinetostat/spatial/units.h"
 
 namespace kinetostat::calibration {
@@ -39,11 +40,13 @@ struct AdoptedParameter {
 struct Adoption {
   std::vector<AdoptedEffect> effects;
   std::vector<AdoptedParameter> fitted;
+  /// Of what has a standard deviation; written under `correlations:` with three digits.
+  EstimateCorrelation correlation = {};
 };
 
-/// The text of a robot file with the adoption added to `effects:` and `fitted:`, or at its end: all
-/// else stays as it is, byte for byte. Throws std::invalid_argument when one of these is written in
-/// one line with something in it.
+/// The text of a robot file with the adoption added to `effects:`, `fitted:` and `correlations:`,
+/// or at its end: all else stays as it is, byte for byte. Throws std::invalid_argument when one of
+/// these is written in one line with something in it.
 std::string adopted(const std::string& robot_file, const Adoption& adoption);
 
 /// The text without what the last adopted() added: byte for byte what it was before. Throws

@@ -210,6 +210,7 @@ Diagnosis of_baseline(const Baseline& base) {
       pure_error(base.campaign(), replicate_groups(base.campaign()), base.noise()), base.noise());
   d.weak = base.weak();
   d.fitted_without = base.fit().parameters;
+  d.correlation_without = correlation_of(base.fit());
   return d;
 }
 
@@ -291,6 +292,7 @@ void take_growth(const Search& search, Growth& growth, Diagnosis& d) {
     const auto own = d.fitted_without.size();
     d.fitted_beside.assign(model.fit.parameters.begin(),
                            model.fit.parameters.begin() + static_cast<std::ptrdiff_t>(own));
+    d.correlation_beside = correlation_of(model.fit);
   }
   take_values(fitted_values(model.fit, model.present), d.found);
   d.left = search.free_form().evidence({-model.fit.at.residual, model.fit.at.jacobian},

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "kinetostat/calibration/diagnosis/verdict.h"
+#include "kinetostat/calibration/regression/correlation.h"
 
 namespace kinetostat::calibration {
 
@@ -74,7 +75,8 @@ struct DiagnosisRecord {
   bool or_something_else = false;
   std::vector<RecordedStage> waterfall;
   std::vector<RecordedEstimate> fitted_without, fitted_beside;
-  std::size_t set_aside = 0;  // readings
+  EstimateCorrelation correlation_without, correlation_beside;  // empty where not recorded
+  std::size_t set_aside = 0;                                    // readings
   std::vector<RecordedStep> steps;
 
   /// Error of a stage of the waterfall; not_recorded where it has none of that name.

@@ -10,6 +10,7 @@
 #include "kinetostat/calibration/diagnosis/found_effect.h"
 #include "kinetostat/calibration/diagnosis/profile.h"
 #include "kinetostat/calibration/diagnosis/verdict.h"
+#include "kinetostat/calibration/regression/correlation.h"
 #include "kinetostat/calibration/search/diagnosis_step.h"
 #include "kinetostat/calibration/search/free_form.h"
 #include "kinetostat/calibration/search/signature_table.h"
@@ -63,6 +64,8 @@ struct Diagnosis {
   /// What the robot file declares uncertain, fitted to the readings without any effect added, and
   /// beside all that was found.
   std::vector<ParameterEstimate> fitted_without, fitted_beside;
+  /// Of these; `beside` with the values of what was found.
+  EstimateCorrelation correlation_without, correlation_beside;
   std::string held_out;  // what was left out together: "configurations"
   std::vector<Profile> profiles;
   std::optional<SignatureTable> signatures;  // of the first round, where asked for

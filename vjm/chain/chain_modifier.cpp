@@ -43,6 +43,18 @@ void ChainModifier::scale_spring(const std::string& spring, double factor) {
   throw std::invalid_argument(fmt::format("chain '{}' has no spring '{}'", chain_.name_, spring));
 }
 
+void ChainModifier::take_spring(const std::string& spring, const Chain& from) {
+  const auto named = [&](const Spring& s) { return s.name == spring; };
+  const auto own = std::find_if(chain_.springs_.begin(), chain_.springs_.end(), named);
+  const auto other = std::find_if(from.springs().begin(), from.springs().end(), named);
+  if (own == chain_.springs_.end() || other == from.springs().end())
+    throw std::invalid_argument(fmt::format("chain '{}' has no spring '{}'", chain_.name_, spring));
+  own->stiffness = other->stiffness;
+  own->series = other->series;
+  chain_.stiffness_.block(own->first, own->first, own->stiffness.rows(), own->stiffness.cols()) =
+      own->stiffness;
+}
+
 void ChainModifier::add_series_compliance(const std::string& joint, double compliance) {
   const Index k = chain_.index_of(joint);
   for (Spring& spring : chain_.springs_) {

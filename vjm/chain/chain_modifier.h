@@ -22,6 +22,9 @@ class ChainModifier {
   /// Multiplies a spring's stiffness; compliances in series with it stay what they are. Throws
   /// std::invalid_argument for an unknown spring, or a factor that is not positive.
   void scale_spring(const std::string& spring, double factor);
+  /// The stiffness that a spring of the name has in another chain. Throws std::invalid_argument for
+  /// an unknown spring.
+  void take_spring(const std::string& spring, const Chain& from);
   /// A compliance in series with the spring of a joint; several add up.
   void add_series_compliance(const std::string& joint, double compliance);
   /// A spring of this compliance right behind an element, in its axes, named `name`; a second one

@@ -11,7 +11,9 @@
 #include "kinetostat/io/link_result_file.h"
 #include "kinetostat/spatial/rotation.h"
 #include "kinetostat/vjm/chain/beam.h"
+#include "kinetostat/vjm/io/link_uncertainty.h"
 #include "kinetostat/vjm/io/sub_manipulator.h"
+#include "kinetostat/vjm/io/uncertain_number.h"
 
 namespace kinetostat::vjm {
 namespace {
@@ -26,22 +28,42 @@ using spatial::UnitSystem;
 using spatial::Vector3;
 namespace dimension = spatial::dimension;
 
+// "E of steel": a number under materials or links is one of the part that stands there.
+UncertaintySource source_of(const YamlNode& node, SourceKind kind) {
+  const std::string path = node.path();
+  const std::size_t first = path.find('.'), last = path.rfind('.');
+  const std::string part = path.substr(first + 1, path.find('.', first + 1) - first - 1);
+  return {.name = path.substr(last + 1) + " of " + part, .kind = kind};
+}
+
+// Reads numbers above zero of one kind, which may be uncertain.
+struct NumberReader {
+  const UnitSystem& units;
+  SourceList& sources;
+  SourceKind kind;
+
+  double operator()(const YamlNode& node, const spatial::Dimension& dimension) const {
+    return read_uncertain(node, dimension, units, source_of(node, kind), sources);
+  }
+};
+
 Material read_material(const YamlNode& node, const UnitSystem& units,
-                       const std::optional<YamlNode>& materials) {
+                       const std::optional<YamlNode>& materials, SourceList& sources) {
   if (node.is_scalar()) {
     if (!materials)
       node.fail(fmt::format("the material '{}' is not defined", node.text()),
                 "Add 'materials:' to this file, or write {E: 210 GPa, nu: 0.3} here");
     std::vector<std::string> names;
     for (const auto& [name, value] : materials->members()) names.push_back(name);
-    return read_material(materials->at(node.choice(names)), units, std::nullopt);
+    return read_material(materials->at(node.choice(names)), units, std::nullopt, sources);
   }
   node.allow_only({"E", "G", "nu", "density"});
   Material material;
-  material.young_modulus = node.at("E").positive(dimension::pressure, units);
+  const NumberReader read{units, sources, SourceKind::material};
+  material.young_modulus = read(node.at("E"), dimension::pressure);
   const auto [key, value] = node.one_of({"G", "nu"});
   if (key == "G") {
-    material.shear_modulus = value.positive(dimension::pressure, units);
+    material.shear_modulus = read(value, dimension::pressure);
   } else {
     const double nu = value.number();
     if (!(nu > -1 && nu < 0.5))
@@ -54,27 +76,27 @@ Material read_material(const YamlNode& node, const UnitSystem& units,
   return material;
 }
 
-Section read_general_section(const YamlNode& node, const UnitSystem& units) {
+Section read_general_section(const YamlNode& node, const NumberReader& read) {
   node.allow_only({"A", "Iy", "Iz", "J", "shear_y", "shear_z"});
   Section section;
-  section.area = node.at("A").positive(dimension::area, units);
-  section.second_moment_y = node.at("Iy").positive(dimension::second_moment, units);
-  section.second_moment_z = node.at("Iz").positive(dimension::second_moment, units);
-  section.torsion_constant = node.at("J").positive(dimension::second_moment, units);
+  section.area = read(node.at("A"), dimension::area);
+  section.second_moment_y = read(node.at("Iy"), dimension::second_moment);
+  section.second_moment_z = read(node.at("Iz"), dimension::second_moment);
+  section.torsion_constant = read(node.at("J"), dimension::second_moment);
   if (const auto shear = node.find("shear_y"))
-    section.shear_coefficient_y = shear->positive(dimension::none, units);
+    section.shear_coefficient_y = read(*shear, dimension::none);
   if (const auto shear = node.find("shear_z"))
-    section.shear_coefficient_z = shear->positive(dimension::none, units);
+    section.shear_coefficient_z = read(*shear, dimension::none);
   return section;
 }
 
-Section read_section(const YamlNode& node, const UnitSystem& units, double poisson_ratio) {
+Section read_section(const YamlNode& node, const NumberReader& read, double poisson_ratio) {
   const auto [kind, value] = node.one_of({"rectangle", "circle", "tube", "general"});
   node.allow_only({kind});
   const auto length = [&](const YamlNode& parent, const char* key) {
-    return parent.at(key).positive(dimension::length, units);
+    return read(parent.at(key), dimension::length);
   };
-  if (kind == "general") return read_general_section(value, units);
+  if (kind == "general") return read_general_section(value, read);
   if (kind == "rectangle") {
     value.allow_only({"y", "z"});
     return Section::rectangle(length(value, "y"), length(value, "z"), poisson_ratio);
@@ -110,8 +132,9 @@ LinkModel read_beam(const YamlNode& node, const UnitSystem& units,
   const double length = node.at("length").positive(dimension::length, units);
   const auto direction_given = node.find("direction");
   const Vector3 direction = direction_given ? direction_given->direction() : Vector3::UnitX();
-  const Material material = read_material(node.at("material"), units, materials);
-  const Section section = read_section(node.at("section"), units, material.poisson_ratio());
+  const Material material = read_material(node.at("material"), units, materials, *options.sources);
+  const Section section = read_section(
+      node.at("section"), {units, *options.sources, SourceKind::section}, material.poisson_ratio());
   const auto theory_given = node.find("theory");
   const BeamTheory theory =
       !theory_given || theory_given->choice({"euler-bernoulli", "timoshenko"}) == "timoshenko"
@@ -152,7 +175,8 @@ Compliance6 divided_by_copies(const Compliance6& compliance, const YamlNode& nod
                      compliance.frame());
 }
 
-LinkModel read_identified(const YamlNode& node, const YamlNode& value, const UnitSystem& units) {
+LinkModel read_identified(const YamlNode& node, const YamlNode& value, const UnitSystem& units,
+                          SourceList& sources) {
   node.allow_only({"compliance", "link_file", "start", "end_axes", "copies"});
   if (const auto source = node.find("link_file")) (void)source->existing_file();
   const std::filesystem::path file = value.existing_file();
@@ -161,8 +185,9 @@ LinkModel read_identified(const YamlNode& node, const YamlNode& value, const Uni
   if (const auto given = node.find("start")) start = io::read_pose(*given, units);
   Matrix3 end_axes = start.rotation();
   if (const auto given = node.find("end_axes")) end_axes = io::read_pose(*given, units).rotation();
-  const Pose end(end_axes, identified.compliance.frame().point);
-  const Compliance6 at_end = identified.compliance.in(Frame{end.position(), end.rotation()});
+  const Compliance6 compliance = uncertain_compliance(identified, file, sources);
+  const Pose end(end_axes, compliance.frame().point);
+  const Compliance6 at_end = compliance.in(Frame{end.position(), end.rotation()});
   LinkModel link{.parts = {{start.inverse() * end, divided_by_copies(at_end, node)}}, .file = file};
   const auto copies = node.find("copies");
   if (identified.mass)
@@ -236,7 +261,8 @@ LinkModel read_any_link(const YamlNode& node, const UnitSystem& units,
     return read_beam(value, units, materials, options);
   }
   if (kind == "manipulator") return read_sub_manipulator(node, units, options, read);
-  if (kind == "compliance" && value.is_scalar()) return read_identified(node, value, units);
+  if (kind == "compliance" && value.is_scalar())
+    return read_identified(node, value, units, *options.sources);
   return read_inline(node, value, kind, units);
 }
 

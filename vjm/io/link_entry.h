@@ -11,7 +11,7 @@ namespace kinetostat::vjm {
 
 /// Reads `{rigid: ...}`, `{beam: ...}`, `{compliance: file or 6x6, ...}`, `{stiffness: 6x6, ...}`
 /// or `{manipulator: file, ...}`. `materials` is the robot file's map of named materials, if it has
-/// one; `read` reads the robot file of a link that is a manipulator.
+/// one; `options.sources` is not null; `read` reads the robot file of a link that is a manipulator.
 LinkModel read_link(const io::YamlNode& node, const spatial::UnitSystem& units,
                     const std::optional<io::YamlNode>& materials, const LinkOptions& options,
                     const ReadManipulator& read);

@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "kinetostat/vjm/io/uncertainty_source.h"
 #include "kinetostat/vjm/manipulator/manipulator.h"
 
 namespace kinetostat::vjm {
@@ -13,6 +14,7 @@ namespace kinetostat::vjm {
 struct LinkOptions {
   int segment_multiple = 1;  // every beam in so many times the segments that the file gives it
   std::vector<std::filesystem::path> within = {};  // robot files of which this one is a part
+  SourceList* sources = nullptr;  // meets all uncertain numbers; none: one of the file's own
 };
 
 /// Reads the manipulator of a robot file. Throws common::InputError.

@@ -8,9 +8,11 @@
 #include <memory>
 #include <stdexcept>
 
+#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 #include "kinetostat/common/error.h"
+#include "kinetostat/common/spelling.h"
 #include "kinetostat/io/yaml.h"
 #include "kinetostat/spatial/rotation.h"
 #include "kinetostat/vjm/chain/chain_builder.h"
@@ -18,8 +20,15 @@
 #include "kinetostat/vjm/chain/stiffness_table.h"
 #include "kinetostat/vjm/io/effect_file.h"
 #include "kinetostat/vjm/io/link_entry.h"
+#include "kinetostat/vjm/io/uncertain_number.h"
 
 namespace kinetostat::vjm {
+
+struct RobotText {
+  io::YamlNode top;
+  LinkOptions options;
+};
+
 namespace {
 
 using io::YamlNode;
@@ -30,6 +39,7 @@ namespace dimension = spatial::dimension;
 // What the elements of a chain refer to.
 struct Parts {
   UnitSystem units;
+  SourceList& sources;
   std::map<std::string, LinkModel> links;
 };
 
@@ -43,13 +53,21 @@ spatial::Dimension coordinate_dimension(Motion motion) {
   return is_rotation(motion) ? dimension::angle : dimension::length;
 }
 
-double read_stiffness(const YamlNode& node, Motion motion, const UnitSystem& units) {
-  return node.positive(
-      is_rotation(motion) ? dimension::torsional_stiffness : dimension::linear_stiffness, units);
-}
+// Of a joint of a chain that is being built.
+struct StiffnessReader {
+  const Parts& parts;
+  Motion motion;
+  std::string joint, chain;
+
+  double operator()(const YamlNode& node) const {
+    return read_uncertain(
+        node, is_rotation(motion) ? dimension::torsional_stiffness : dimension::linear_stiffness,
+        parts.units, stiffness_source(node, joint, chain), parts.sources);
+  }
+};
 
 // `{at: [0, 200, 400], is: [80, 60, 45]}`: the stiffness at commands of the drive.
-StiffnessTable read_stiffness_table(const YamlNode& node, Motion motion, const UnitSystem& units) {
+StiffnessTable read_stiffness_table(const YamlNode& node, const StiffnessReader& read) {
   node.allow_only({"at", "is"});
   const std::vector<YamlNode> places = node.at("at").items(), values = node.at("is").items();
   if (places.size() != values.size() || places.size() < 2)
@@ -57,8 +75,8 @@ StiffnessTable read_stiffness_table(const YamlNode& node, Motion motion, const U
               "Give two or more places and one value each: {at: [0, 200], is: [80 N/um, 60 N/um]}");
   std::vector<double> commands, stiffness;
   for (std::size_t i = 0; i < places.size(); ++i) {
-    commands.push_back(places[i].quantity(coordinate_dimension(motion), units));
-    stiffness.push_back(read_stiffness(values[i], motion, units));
+    commands.push_back(places[i].quantity(coordinate_dimension(read.motion), read.parts.units));
+    stiffness.push_back(read(values[i]));
     if (i > 0 && !(commands[i - 1] < commands[i]))
       places[i].fail("the places do not ascend", "Write them from the least to the largest");
   }
@@ -67,25 +85,27 @@ StiffnessTable read_stiffness_table(const YamlNode& node, Motion motion, const U
 
 // A drive without a spring, with one, or with one that depends on its command.
 void add_drive(ChainBuilder& chain, const YamlNode& node, const std::string& name, Motion motion,
-               double home, const UnitSystem& units) {
+               double home, const Parts& parts) {
   const auto given = node.find("stiffness");
-  if (!given || !given->is_map()) {
+  const StiffnessReader read{parts, motion, name, chain.so_far().name()};
+  if (!given || !given->is_map() || is_uncertain(*given)) {
     std::optional<double> stiffness;
-    if (given) stiffness = read_stiffness(*given, motion, units);
+    if (given) stiffness = read(*given);
     chain.actuator(name, motion, stiffness, home);
     return;
   }
-  const StiffnessTable table = read_stiffness_table(*given, motion, units);
+  const StiffnessTable table = read_stiffness_table(*given, read);
   chain.actuator(name, motion, table.at(home), home);
   chain.law(name, std::make_shared<TabulatedStiffness>(table, home));
 }
 
-void add_actuator(ChainBuilder& chain, const YamlNode& node, const UnitSystem& units) {
+void add_actuator(ChainBuilder& chain, const YamlNode& node, const Parts& parts) {
+  const UnitSystem& units = parts.units;
   node.allow_only({"name", "axis", "stiffness", "home", "range"});
   const Motion motion = read_motion(node.at("axis"));
   const auto home = node.find("home");
   add_drive(chain, node, node.at("name").text(), motion,
-            home ? home->quantity(coordinate_dimension(motion), units) : 0, units);
+            home ? home->quantity(coordinate_dimension(motion), units) : 0, parts);
   if (const auto range = node.find("range")) {
     const std::vector<YamlNode> ends = range->items(2);
     const double least = ends[0].quantity(coordinate_dimension(motion), units),
@@ -98,20 +118,20 @@ void add_actuator(ChainBuilder& chain, const YamlNode& node, const UnitSystem& u
 }
 
 // `stops: {lower, upper, stiffness}`: contact springs beyond two values of the joint.
-void add_stops(ChainBuilder& chain, const YamlNode& node, const std::string& joint, Motion motion,
-               const UnitSystem& units) {
+void add_stops(ChainBuilder& chain, const YamlNode& node, const StiffnessReader& read) {
   node.allow_only({"lower", "upper", "stiffness"});
   const auto bound = [&](const char* key, double otherwise) {
     const auto given = node.find(key);
-    return given ? given->quantity(coordinate_dimension(motion), units) : otherwise;
+    return given ? given->quantity(coordinate_dimension(read.motion), read.parts.units) : otherwise;
   };
   const double infinity = std::numeric_limits<double>::infinity();
-  chain.law(joint, std::make_shared<StopLaw>(bound("lower", -infinity), bound("upper", infinity),
-                                             read_stiffness(node.at("stiffness"), motion, units)));
+  const double lower = bound("lower", -infinity), upper = bound("upper", infinity);
+  chain.law(read.joint, std::make_shared<StopLaw>(lower, upper, read(node.at("stiffness"))));
 }
 
 // A joint with one axis may have a spring; with several, each coordinate is "name.axis".
-void add_passive(ChainBuilder& chain, const YamlNode& node, const UnitSystem& units) {
+void add_passive(ChainBuilder& chain, const YamlNode& node, const Parts& parts) {
+  const UnitSystem& units = parts.units;
   node.allow_only({"name", "axis", "axes", "stiffness", "rest", "home", "stops"});
   const std::string name = node.at("name").text();
   const auto [key, value] = node.one_of({"axis", "axes"});
@@ -137,15 +157,16 @@ void add_passive(ChainBuilder& chain, const YamlNode& node, const UnitSystem& un
     return given ? given->quantity(coordinate_dimension(motion), units) : otherwise;
   };
   const double start = read("home", 0);
+  const StiffnessReader spring{parts, motion, name, chain.so_far().name()};
   const auto stops = node.find("stops");
   if (const auto stiffness = node.find("stiffness")) {
-    chain.passive(name, motion, read_stiffness(*stiffness, motion, units), read("rest", 0), start);
+    chain.passive(name, motion, spring(*stiffness), read("rest", 0), start);
   } else if (const auto rest = node.find("rest")) {
     rest->fail("a rest value means nothing without a stiffness", "Add 'stiffness:' or remove it");
   } else {
     chain.passive(name, motion, start);
   }
-  if (stops) add_stops(chain, *stops, name, motion, units);
+  if (stops) add_stops(chain, *stops, spring);
 }
 
 // A length per angle, as `factor`, or the other way round. "5 mm" may be meant per turn or per
@@ -252,8 +273,8 @@ std::string add_element(ChainBuilder& chain, const YamlNode& element, const Part
       element.one_of({"actuator", "passive", "coupled", "link", "offset", "tool", "mass", "node"});
   element.allow_only({kind});
   try {
-    if (kind == "actuator") add_actuator(chain, value, parts.units);
-    if (kind == "passive") add_passive(chain, value, parts.units);
+    if (kind == "actuator") add_actuator(chain, value, parts);
+    if (kind == "passive") add_passive(chain, value, parts);
     if (kind == "coupled") add_coupled(chain, value, parts.units);
     if (kind == "link") return links.emplace_back(add_link(chain, value, parts, links));
     if (kind == "mass") add_mass(chain, value, parts.units);
@@ -534,8 +555,22 @@ std::vector<UncertainValue> read_uncertain_values(const YamlNode& top,
   return result;
 }
 
+// `before`: how many factors on the same stiffness are in the list before it.
+void meet_factor(const YamlNode& item, std::ptrdiff_t before, SourceList& sources,
+                 FittedStiffness& fitted) {
+  const UncertaintySource source{.name = fitted_source(fitted.name, before),
+                                 .place = item.file().string() + ": " + item.path(),
+                                 .kind = SourceKind::fitted,
+                                 .spread = Spread::log_normal,
+                                 .value = fitted.factor,
+                                 .estimate = fitted.factor,
+                                 .deviation = fitted.deviation};
+  fitted.factor = sources.meet(source).value_or(fitted.factor);
+}
+
 // `{stiffness: q1, factor: 0.87}`, or `factor: {value: 0.87, sd: 0.004}`.
-std::vector<FittedStiffness> read_fitted(const YamlNode& top, const Manipulator& manipulator) {
+std::vector<FittedStiffness> read_fitted(const YamlNode& top, const Manipulator& manipulator,
+                                         SourceList& sources) {
   std::vector<FittedStiffness> result;
   for (const YamlNode& item : items_of(top, "fitted")) {
     if (item.has("effect")) continue;
@@ -550,6 +585,10 @@ std::vector<FittedStiffness> read_fitted(const YamlNode& top, const Manipulator&
     if (const auto sd = given.is_map() ? given.find("sd") : std::nullopt) {
       fitted.deviation = sd->number();
       if (!(fitted.deviation >= 0)) sd->fail("a standard deviation must not be negative");
+      const auto before =
+          std::count_if(result.begin(), result.end() - 1,
+                        [&](const FittedStiffness& other) { return other.name == fitted.name; });
+      if (fitted.deviation > 0) meet_factor(item, before, sources, fitted);
     }
   }
   return result;
@@ -566,13 +605,59 @@ void take_fitted_values(const YamlNode& top, const Manipulator& bare,
   }
 }
 
-Manipulator with_fitted(Manipulator manipulator, const std::vector<FittedStiffness>& fitted) {
+// With these springs as the file of a robot has them, without any factor.
+Manipulator with_springs_of(Manipulator manipulator, const std::vector<SpringParameter>& springs,
+                            const Robot& nominal) {
+  for (const SpringParameter& spring : springs) {
+    ChainModifier chain(manipulator.chains()[spring.chain]);
+    chain.take_spring(spring.spring, nominal.without_effects().chains()[spring.chain]);
+    chain.scale_spring(spring.spring, 1 / factor_on(spring, nominal.fitted));
+    manipulator = manipulator.with_chain(spring.chain, std::move(chain).chain());
+  }
+  return manipulator;
+}
+
+// The values of effects that have a standard deviation are sources, too.
+void meet_values(const std::filesystem::path& file, SourceList& sources,
+                 std::vector<Effect>& effects) {
+  for (std::size_t e = 0; e < effects.size(); ++e) {
+    Effect& effect = effects[e];
+    if (!effect.kind->acts_on_chains()) continue;
+    for (Eigen::Index k = 0; k < effect.values.size(); ++k) {
+      if (!(effect.deviations[k] > 0)) continue;
+      const EffectParameter& parameter = effect.kind->parameters[static_cast<std::size_t>(k)];
+      const UncertaintySource source{
+          .name = effect.name_of(k),
+          .place = fmt::format("{}: effects[{}].{}", file.string(), e, parameter.name),
+          .kind = SourceKind::effect,
+          .value = effect.values[k],
+          .estimate = effect.values[k],
+          .deviation = effect.deviations[k],
+          .lower = parameter.lower,
+          .upper = parameter.upper};
+      effect.values[k] = sources.meet(source).value_or(effect.values[k]);
+    }
+  }
+}
+
+// `nominal`: the robot of the file, when sources have other values than there. What readings have
+// determined is the product of a factor and the spring that the file leads to.
+Manipulator with_fitted(Manipulator manipulator, const std::vector<FittedStiffness>& fitted,
+                        const Robot* nominal) {
+  if (nominal != nullptr)
+    for (const FittedStiffness& f : nominal->fitted)
+      if (f.deviation > 0) manipulator = with_springs_of(manipulator, f.springs, *nominal);
   for (const FittedStiffness& f : fitted)
     manipulator = with_scaled(manipulator, {f.name, f.springs}, f.factor);
   return manipulator;
 }
 
 }  // namespace
+
+std::string fitted_source(const std::string& stiffness, std::ptrdiff_t before) {
+  const std::string name = "fitted stiffness of " + stiffness;
+  return before == 0 ? name : fmt::format("{}, {}", name, before + 1);
+}
 
 EffectKinds Robot::kinds() const {
   EffectKinds all = effect_kinds();
@@ -582,58 +667,131 @@ EffectKinds Robot::kinds() const {
 
 namespace {
 
-Robot robot_of(const YamlNode& top, const std::filesystem::path& file, const LinkOptions& options) {
-  io::check_format_version(top);
-  top.allow_only({"kinetostat", "name", "origin", "units", "gravity", "materials", "links",
-                  "chain_types", "manipulator", "uncertain", "fitted", "effects", "effect_kinds"});
-  Parts parts{.units = io::read_units(top.at("units")), .links = {}};
-  LinkOptions link_options = options;
-  std::error_code error;
-  link_options.within.push_back(std::filesystem::weakly_canonical(file, error));
-  if (error)
-    throw common::InputError(file, "is a pipe, and a robot file is read more than once",
-                             "Save it to a file and name that");
+std::size_t find_source(const YamlNode& node, const std::string& name,
+                        const std::vector<UncertaintySource>& sources) {
+  std::vector<std::string> names;
+  for (const UncertaintySource& source : sources) names.push_back(source.name);
+  const auto count = std::count(names.begin(), names.end(), name);
+  if (count > 1) node.fail(fmt::format("'{}' stands for several numbers of this file", name));
+  if (count == 0) {
+    const std::string near = common::nearest_spelling(name, names);
+    node.fail(fmt::format("'{}' is no uncertain number of this file", name),
+              near.empty() ? "Name two numbers with an 'sd' or a 'plus_minus', as 'stiffness' does "
+                             "in the budget of its result"
+                           : fmt::format("Did you mean '{}'?", near));
+  }
+  return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+// `{of: fitted stiffness of q1, with: {fitted stiffness of q2: -0.4}}`.
+void read_correlations_of(const YamlNode& item, const std::vector<UncertaintySource>& sources,
+                          Eigen::MatrixXd& correlation) {
+  item.allow_only({"of", "with"});
+  const YamlNode of = item.at("of");
+  const auto i = static_cast<Eigen::Index>(find_source(of, of.text(), sources));
+  for (const auto& [name, node] : item.at("with").members()) {
+    const auto j = static_cast<Eigen::Index>(find_source(node, name, sources));
+    const double value = node.number();
+    if (i == j) node.fail("a number is not correlated with itself");
+    if (!(std::abs(value) <= 1)) node.fail("a correlation is between -1 and 1");
+    correlation(i, j) = correlation(j, i) = value;
+  }
+}
+
+Eigen::MatrixXd read_correlations(const YamlNode& top,
+                                  const std::vector<UncertaintySource>& sources) {
+  const auto count = static_cast<Eigen::Index>(sources.size());
+  Eigen::MatrixXd correlation = Eigen::MatrixXd::Identity(count, count);
+  const auto list = top.find("correlations");
+  if (!list) return correlation;
+  for (const YamlNode& item : list->items()) read_correlations_of(item, sources, correlation);
+  const double rounding = 1e-3 * static_cast<double>(count);  // what three digits of each may do
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(correlation, Eigen::EigenvaluesOnly);
+  if (count > 0 && eigen.eigenvalues()[0] < -rounding)
+    list->fail(
+        "together these correlations are impossible: their matrix is not positive semidefinite");
+  return correlation;
+}
+
+// All links of the file, by name.
+struct Links {
+  std::map<std::string, LinkModel> models;
+  std::vector<std::filesystem::path> files;  // that they were read from
+  bool has_beams = false;
+};
+
+Links read_links(const YamlNode& top, const UnitSystem& units, const LinkOptions& options) {
   const ReadManipulator read_manipulator = [](const std::filesystem::path& part,
                                               const LinkOptions& part_options) {
     return read_robot(part, part_options).manipulator;
   };
-  std::vector<std::filesystem::path> link_files;
-  bool has_beams = false;
-  if (const auto links = top.find("links")) {
-    for (const auto& [name, value] : links->members()) {
-      const LinkModel link =
-          read_link(value, parts.units, top.find("materials"), link_options, read_manipulator);
-      has_beams |= value.find("beam").has_value();
-      if (link.file) link_files.push_back(*link.file);
-      parts.links.emplace(name, link);
-    }
+  Links result;
+  const auto links = top.find("links");
+  if (!links) return result;
+  for (const auto& [name, value] : links->members()) {
+    const LinkModel link =
+        read_link(value, units, top.find("materials"), options, read_manipulator);
+    result.has_beams |= value.find("beam").has_value();
+    if (link.file) result.files.push_back(*link.file);
+    result.models.emplace(name, link);
   }
+  return result;
+}
+
+// What stands in the file beside the chains, and changes them.
+void add_fitted_and_effects(const YamlNode& top, const Manipulator& bare, SourceList& sources,
+                            const Robot* nominal, Robot& robot) {
+  robot.fitted = read_fitted(top, bare, sources);
+  const Manipulator plain =
+      with_fitted(bare, robot.fitted, nominal).with_gravity(read_gravity(top));
+  robot.own_kinds = read_effect_kinds(top);
+  robot.effects = read_effects(top, robot.kinds(), plain, robot.units);
+  take_fitted_values(top, plain, robot.units, robot.effects);
+  meet_values(robot.file, sources, robot.effects);
+  robot.manipulator = with_effects(plain, robot.effects);
+  robot.uncertain = read_uncertain(top, plain, robot.fitted);
+  if (!robot.effects.empty()) robot.bare = plain;
+  robot.uncertain_values = read_uncertain_values(top, robot.effects);
+}
+
+LinkOptions options_within(const std::filesystem::path& file, LinkOptions options) {
+  std::error_code error;
+  options.within.push_back(std::filesystem::weakly_canonical(file, error));
+  if (error)
+    throw common::InputError(file, "is a pipe, and a robot file is read more than once",
+                             "Save it to a file and name that");
+  return options;
+}
+
+Robot robot_of(const YamlNode& top, const std::filesystem::path& file, const LinkOptions& options,
+               const Robot* nominal = nullptr) {
+  io::check_format_version(top);
+  top.allow_only({"kinetostat", "name", "origin", "units", "gravity", "materials", "links",
+                  "chain_types", "manipulator", "uncertain", "fitted", "correlations", "effects",
+                  "effect_kinds"});
+  SourceList own;
+  LinkOptions link_options = options_within(file, options);
+  if (link_options.sources == nullptr) link_options.sources = &own;
+  SourceList& sources = *link_options.sources;
+  Parts parts{.units = io::read_units(top.at("units")), .sources = sources, .links = {}};
+  Links links = read_links(top, parts.units, link_options);
+  parts.links = std::move(links.models);
   const std::string name = top.at("name").text();
   Assembly assembly = read_assembly(top, parts);
-  const spatial::Vector3 gravity = read_gravity(top);
   try {
     const Manipulator bare(name, std::move(assembly.chains), std::move(assembly.spans),
                            std::move(assembly.inner_bodies));
-    std::vector<FittedStiffness> fitted = read_fitted(top, bare);
-    const Manipulator plain = with_fitted(bare, fitted).with_gravity(gravity);
-    EffectKinds own_kinds = read_effect_kinds(top);
-    EffectKinds kinds = effect_kinds();
-    kinds.insert(kinds.end(), own_kinds.begin(), own_kinds.end());
-    std::vector<Effect> effects = read_effects(top, kinds, plain, parts.units);
-    take_fitted_values(top, plain, parts.units, effects);
-    Manipulator manipulator = with_effects(plain, effects);
     Robot robot{.file = file,
                 .name = name,
                 .units = parts.units,
-                .manipulator = std::move(manipulator),
-                .uncertain = read_uncertain(top, plain, fitted),
-                .link_files = link_files,
-                .has_beams = has_beams,
-                .effects = std::move(effects)};
-    if (!robot.effects.empty()) robot.bare = plain;
-    robot.uncertain_values = read_uncertain_values(top, robot.effects);
-    robot.fitted = std::move(fitted);
-    robot.own_kinds = std::move(own_kinds);
+                .manipulator = bare,
+                .uncertain = {},
+                .link_files = std::move(links.files),
+                .has_beams = links.has_beams};
+    add_fitted_and_effects(top, bare, sources, nominal, robot);
+    robot.sources = sources.sources();
+    robot.correlation = read_correlations(top, robot.sources);
+    robot.text = std::make_shared<const RobotText>(RobotText{top, options});
     return robot;
   } catch (const std::invalid_argument& fault) {
     top.at("manipulator").fail(fault.what());
@@ -649,6 +807,17 @@ Robot read_robot(const std::filesystem::path& file, const LinkOptions& options) 
 Robot parse_robot(const std::string& text, const std::filesystem::path& file,
                   const LinkOptions& options) {
   return robot_of(io::parse_yaml(text, file), file, options);
+}
+
+Robot with_values(const Robot& robot, const Eigen::VectorXd& values) {
+  if (values.size() != static_cast<Eigen::Index>(robot.sources.size()) || !robot.text)
+    throw std::invalid_argument("one value for each source of uncertainty is expected");
+  SourceList sources(robot.sources, values);
+  LinkOptions options = robot.text->options;
+  options.sources = &sources;
+  Robot other = robot_of(robot.text->top, robot.file, options, &robot);
+  other.text = {};
+  return other;
 }
 
 Manipulator with_scaled(const Manipulator& manipulator, const UncertainStiffness& parameter,

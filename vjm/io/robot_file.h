@@ -2,8 +2,10 @@
 // docs/reference/robot-file.md.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,6 +15,7 @@
 #include "kinetostat/vjm/effects/effect.h"
 #include "kinetostat/vjm/effects/sensitivity.h"
 #include "kinetostat/vjm/io/link_options.h"
+#include "kinetostat/vjm/io/uncertainty_source.h"
 #include "kinetostat/vjm/manipulator/manipulator.h"
 
 namespace kinetostat::vjm {
@@ -35,11 +38,17 @@ struct FittedStiffness {
   double deviation = std::numeric_limits<double>::quiet_NaN();  // NaN where not stated
 };
 
+/// The name that such a factor has as a source of uncertainty: "fitted stiffness of q1", with
+/// `before` others on the same stiffness before it "fitted stiffness of q1, 2".
+std::string fitted_source(const std::string& stiffness, std::ptrdiff_t before = 0);
+
 /// A value of an effect that its owner declares uncertain.
 struct UncertainValue {
   std::size_t effect = 0;  // in Robot::effects
   Eigen::Index value = 0;
 };
+
+struct RobotText;
 
 struct Robot {
   std::filesystem::path file;
@@ -52,8 +61,11 @@ struct Robot {
   std::vector<Effect> effects = {};               // as in the file
   std::optional<Manipulator> bare = {};           // without the effects, if there are any
   std::vector<UncertainValue> uncertain_values = {};
-  std::vector<FittedStiffness> fitted = {};  // as in the file
-  EffectKinds own_kinds = {};                // that the file describes beside the catalogue
+  std::vector<FittedStiffness> fitted = {};     // as in the file
+  EffectKinds own_kinds = {};                   // that the file describes beside the catalogue
+  std::vector<UncertaintySource> sources = {};  // of uncertainty, in the order of reading
+  Eigen::MatrixXd correlation = {};             // of the sources, square
+  std::shared_ptr<const RobotText> text = {};   // what it was read from
 
   /// The catalogue, then its own.
   EffectKinds kinds() const;
@@ -67,6 +79,12 @@ Robot read_robot(const std::filesystem::path& file, const LinkOptions& options =
 /// The same from the text that the file has, or will have.
 Robot parse_robot(const std::string& text, const std::filesystem::path& file,
                   const LinkOptions& options = {});
+
+/// The robot for other values of its sources, one each: of the same file, read again. Springs that
+/// readings have determined (`fitted` with a standard deviation) stay but for these factors,
+/// whatever the numbers that they were computed from. Throws common::InputError where the values do
+/// not go together, such as a tube of less outer than inner diameter.
+Robot with_values(const Robot& robot, const Eigen::VectorXd& values);
 
 /// The same manipulator with the springs of a parameter multiplied by `factor`.
 Manipulator with_scaled(const Manipulator& manipulator, const UncertainStiffness& parameter,

@@ -39,6 +39,17 @@ std::string with_first_readings(const std::string& folder, std::size_t count) {
   return "first_readings/";
 }
 
+// What readings have determined, with the correlations of the fit, is as certain as they made it.
+void expect_uncertain_results(const std::string& robot) {
+  EXPECT_THAT(io::read_text(working_folder() / robot), HasSubstr("\ncorrelations:\n"));
+  const Outcome outcome = kinetostat("stiffness " + robot + " -q --json adopted.stiffness.json");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const io::Json uncertainty = result("adopted.stiffness.json")["uncertainty"];
+  double sum = 0;
+  for (const io::Json& source : uncertainty["budget"]) sum += source["share"].get<double>();
+  EXPECT_NEAR(sum, 1, 1e-9);
+}
+
 class ShippedCampaign : public testing::TestWithParam<const char*> {};
 
 TEST_P(ShippedCampaign, AdoptedAsShown) {
@@ -58,6 +69,7 @@ TEST_P(ShippedCampaign, AdoptedAsShown) {
   const double shown = last_bar(result(name + ".json"));
   EXPECT_NEAR(result(name + ".after.json")["as_designed"]["error_over_noise"].get<double>(), shown,
               5e-4 * shown);
+  expect_uncertain_results(name + ".yaml");
   ASSERT_EQ(kinetostat(fmt::format("revert {}.yaml -q", name)).code, 0);
   EXPECT_EQ(io::read_text(working_folder() / (name + ".yaml")),
             io::read_text(working_folder() / (folder + "robot.yaml")));

@@ -90,6 +90,36 @@ TEST(Adoption, StiffnessesGoWithTheirEffectAndComeOutWithIt) {
   EXPECT_EQ(reverted(adopted(once, clearance)), once);
 }
 
+TEST(Adoption, WritesEachCorrelationOnceAndTakesItOutAgain) {
+  Adoption whole = clearance;
+  whole.correlation.names = {"fitted stiffness of q1", "fitted stiffness of q2",
+                             "gap of clearance at x.rho"};
+  whole.correlation.matrix = Eigen::Matrix3d::Identity();
+  whole.correlation.matrix(0, 1) = whole.correlation.matrix(1, 0) = -0.61849;
+  whole.correlation.matrix(1, 2) = whole.correlation.matrix(2, 1) = 0.25;
+  const std::string once = adopted(robot, whole);
+  EXPECT_THAT(once,
+              HasSubstr("  - {of: fitted stiffness of q1, with: {fitted stiffness of q2: -0.618}}\n"
+                        "  - {of: fitted stiffness of q2, with: {gap of clearance at x.rho: "
+                        "0.250}}\n"));
+  EXPECT_EQ(reverted(once), robot);
+  EXPECT_EQ(reverted(adopted(once, whole)), once);
+  Adoption independent = clearance;
+  independent.correlation = whole.correlation.only({"fitted stiffness of q1"});
+  EXPECT_EQ(adopted(robot, independent), adopted(robot, clearance));
+}
+
+TEST(Adoption, KeepsTheCorrelationsOfWhatIsAdopted) {
+  EstimateCorrelation all{.names = {"a", "b", "c"}, .matrix = {}};
+  all.matrix = Eigen::Matrix3d::Identity();
+  all.matrix(0, 2) = all.matrix(2, 0) = 0.5;
+  all.matrix(0, 1) = all.matrix(1, 0) = 0.1;
+  const EstimateCorrelation part = all.only({"c", "a", "unknown"});
+  EXPECT_EQ(part.names, (std::vector<std::string>{"a", "c"}));
+  EXPECT_EQ(part.matrix(0, 1), 0.5);
+  EXPECT_EQ(part.matrix(1, 1), 1);
+}
+
 TEST(Adoption, TakesOutWhatWasWrittenBeforeAdoptionsHadNumbers) {
   const std::string block =
       "  # >>> adopted effect\n  - {effect: preload, at: b}\n  # <<< adopted effect\n";
