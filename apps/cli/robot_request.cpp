@@ -183,6 +183,31 @@ vjm::Equilibrium LoadRequest::solve(const vjm::Robot& robot, const vjm::Posture&
                              spatial::displaced(posture.platform, displacement), {}, acting.nodes);
 }
 
+void UncertaintyRequest::add_options(OptionList& app) {
+  app.add_option("--draws", draws,
+                 "So many robots drawn from what its uncertain numbers may be, beside first order")
+      .type_name("N")
+      .between(2, 1000000)
+      .hide_default();
+  app.add_option("--seed", seed, "Of the draws, 1 unless given").hide_default();
+}
+
+std::optional<vjm::Uncertainty> UncertaintyRequest::of(const vjm::Robot& robot,
+                                                       const vjm::Computation& compute,
+                                                       Run& run) const {
+  if (robot.sources.empty()) {
+    if (draws > 0)
+      throw UsageError("--draws", "the robot file says of no number that it is uncertain",
+                       "Write some as {value: 2.0e4, sd: 5 %}");
+    return std::nullopt;
+  }
+  vjm::Uncertainty uncertainty{propagate(robot, compute, run.threads(), run.progress())};
+  if (draws > 0)
+    uncertainty.draws = vjm::draw(robot, compute, static_cast<std::size_t>(draws), seed,
+                                  run.threads(), run.progress());
+  return uncertainty;
+}
+
 vjm::SegmentCheck check_segments(const vjm::Robot& robot, const PostureRequest& posture,
                                  const LoadRequest& load, vjm::Equilibrium& found) {
   vjm::SegmentCheck check;

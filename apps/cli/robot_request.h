@@ -1,6 +1,7 @@
 // The options that give a robot, a posture, and a load or displacement to commands.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/equilibrium.h"
 #include "kinetostat/vjm/statics/segments.h"
+#include "kinetostat/vjm/uncertainty/draws.h"
 
 namespace kinetostat::apps {
 
@@ -43,12 +45,24 @@ struct LoadRequest {
   vjm::Equilibrium solve(const vjm::Robot& robot, const vjm::Posture& posture) const;
 };
 
+class Run;
+
+/// --draws and --seed: how far results are uncertain, where the robot file says that its numbers
+/// are.
+struct UncertaintyRequest {
+  int draws = 0;
+  std::uint64_t seed = 1;
+
+  void add_options(OptionList& app);
+  /// None for a robot without uncertain numbers; then --draws is a UsageError.
+  std::optional<vjm::Uncertainty> of(const vjm::Robot& robot, const vjm::Computation& compute,
+                                     Run& run) const;
+};
+
 /// Solves again with every beam in two and eight times the segments. `found` takes over the
 /// stability of the finer beams where that is less (vjm::take_stability()).
 vjm::SegmentCheck check_segments(const vjm::Robot& robot, const PostureRequest& posture,
                                  const LoadRequest& load, vjm::Equilibrium& found);
-
-class Run;
 
 /// An equilibrium that was not found, or that would not last, is only part of what was asked for.
 void stop_short_unless_stable(const LoadRequest& request, const vjm::Robot& robot,

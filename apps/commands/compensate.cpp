@@ -1,6 +1,7 @@
 // kinetostat compensate: commands along a path that take away the errors of a loaded, imperfect
 // robot.
 #include <algorithm>
+#include <limits>
 #include <memory>
 
 #include <fmt/format.h>
@@ -20,6 +21,7 @@ namespace {
 struct CompensateRequest {
   std::string robot_file, path, components;
   LoadRequest load;
+  UncertaintyRequest uncertainty;
 };
 
 std::optional<vjm::Components> read_components(const std::string& text) {
@@ -35,6 +37,23 @@ std::optional<vjm::Components> read_components(const std::string& text) {
   return components;
 }
 
+// Six numbers a pose: where a robot that is not quite the one of the file stands at the corrected
+// commands, beside the target; none at poses that were not compensated.
+Eigen::VectorXd errors_left(const vjm::Robot& robot, const vjm::PoseList& path,
+                            const std::vector<vjm::Compensation>& points) {
+  Eigen::VectorXd numbers = Eigen::VectorXd::Constant(static_cast<Eigen::Index>(6 * points.size()),
+                                                      std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (points[i].status != vjm::CompensationStatus::converged) continue;
+    const vjm::Equilibrium e =
+        equilibrium_under_load(robot.manipulator, points[i].corrected, path.poses[i].load);
+    if (e.status == vjm::EquilibriumStatus::converged)
+      numbers.segment<6>(static_cast<Eigen::Index>(6 * i)) =
+          spatial::pose_difference(path.poses[i].platform, e.platform);
+  }
+  return numbers;
+}
+
 io::Json compensate(const CompensateRequest& request, Run& run) {
   const vjm::Robot robot = vjm::read_robot(request.robot_file);
   const vjm::CompensationOptions options{.components = read_components(request.components)};
@@ -43,7 +62,11 @@ io::Json compensate(const CompensateRequest& request, Run& run) {
   common::parallel_for(points.size(), run.threads(), "poses", run.progress(), [&](std::size_t i) {
     points[i] = vjm::compensate(robot.manipulator, path.poses[i], options);
   });
-  const report::CompensatedPath result{robot, path, points};
+  const auto uncertainty = request.uncertainty.of(
+      robot,
+      [&](const vjm::Robot& other) { return std::optional(errors_left(other, path, points)); },
+      run);
+  const report::CompensatedPath result{robot, path, points, uncertainty};
   if (run.out()) io::write_atomically(*run.out(), report::csv(result));
   run.print(report::text(result));
   run.draw(report::picture(result));
@@ -76,6 +99,7 @@ void add_compensate(Program& program) {
                  "control, or the translations)")
       .type_name("NAMES");
   request->load.add_load_options(app);
+  request->uncertainty.add_options(app);
 }
 
 }  // namespace kinetostat::apps

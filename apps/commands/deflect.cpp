@@ -11,8 +11,10 @@
 #include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/manipulators/segment_check.h"
 #include "kinetostat/report/manipulators/skeleton.h"
+#include "kinetostat/report/manipulators/uncertainty.h"
 #include "kinetostat/report/screen/manipulator.h"
 #include "kinetostat/vjm/statics/fixed_point.h"
+#include "kinetostat/vjm/uncertainty/deflection_numbers.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -20,6 +22,7 @@ namespace {
 struct DeflectRequest {
   PostureRequest posture;
   LoadRequest load;
+  UncertaintyRequest uncertainty;
   std::string method = "newton";
   std::vector<std::string> links;
 };
@@ -75,6 +78,18 @@ io::Json load_picture(const DeflectRequest& request, const vjm::Robot& robot,
           {"force", io::to_json(equilibrium.wrench.force)}};
 }
 
+std::optional<vjm::Uncertainty> uncertainty_of(const DeflectRequest& request,
+                                               const vjm::Robot& robot, const vjm::Posture& posture,
+                                               const vjm::Equilibrium& equilibrium, Run& run) {
+  if (equilibrium.status != vjm::EquilibriumStatus::converged) return std::nullopt;
+  return request.uncertainty.of(
+      robot,
+      [&](const vjm::Robot& other) {
+        return deflection_numbers(request.load.solve(other, posture));
+      },
+      run);
+}
+
 io::Json deflect(const DeflectRequest& request, Run& run) {
   const vjm::Robot robot = request.posture.read();
   if (!request.load.given() && robot.manipulator.is_relaxed_when_unloaded())
@@ -86,7 +101,8 @@ io::Json deflect(const DeflectRequest& request, Run& run) {
   vjm::Equilibrium equilibrium = request.load.solve(robot, posture);
   const vjm::SegmentCheck segments =
       check_segments(robot, request.posture, request.load, equilibrium);
-  run.print(report::first_screen(robot, equilibrium) + report::text(robot, segments));
+  const auto uncertainty = uncertainty_of(request, robot, posture, equilibrium, run);
+  run.print(report::first_screen(robot, equilibrium, uncertainty) + report::text(robot, segments));
   run.print_more(fmt::format("\n{}\n", robot.name) + report::text(robot, posture) +
                  report::text(robot, equilibrium));
   io::Json picture = report::picture(robot.manipulator, posture, equilibrium);
@@ -94,8 +110,9 @@ io::Json deflect(const DeflectRequest& request, Run& run) {
   run.draw(std::move(picture));
   stop_short_unless_stable(request.load, robot, equilibrium, run);
   io::Json json = report::inputs_and_posture(robot, posture);
-  json["headline"] = report::headline(robot, equilibrium);
+  json["headline"] = report::headline(robot, equilibrium, uncertainty);
   json["equilibrium"] = report::to_json(robot, equilibrium);
+  if (uncertainty) json["uncertainty"] = report::deflection_json(*uncertainty);
   report::add_to(json, segments);
   if (!request.links.empty()) compare_deflections(request, robot, json, run);
   return json;
@@ -112,6 +129,7 @@ void add_deflect(Program& program) {
       [request](Run& run) { return deflect(*request, run); });
   request->posture.add_options(app);
   request->load.add_options(app);
+  request->uncertainty.add_options(app);
   add_links_option(app, request->links);
   app.add_option("--method", request->method,
                  "newton, or fixed-point: the papers' iteration (MMT11 eq. 10-11), for comparison")

@@ -10,7 +10,9 @@
 #include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/manipulators/segment_check.h"
 #include "kinetostat/report/manipulators/skeleton.h"
+#include "kinetostat/report/manipulators/uncertainty.h"
 #include "kinetostat/report/screen/manipulator.h"
+#include "kinetostat/vjm/uncertainty/stiffness_numbers.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -18,6 +20,7 @@ namespace {
 struct StiffnessRequest {
   PostureRequest posture;
   LoadRequest load;
+  UncertaintyRequest uncertainty;
   std::vector<std::string> links;
 };
 
@@ -38,21 +41,53 @@ void compare_stiffnesses(const StiffnessRequest& request, const vjm::Robot& robo
   json["link_models"] = report::to_json(figure, rows);
 }
 
+// The unloaded robot in a posture, its softest direction, and what is known of both.
+struct Unloaded {
+  vjm::UnloadedStiffness stiffness;
+  std::optional<spatial::Vector3> softest;  // none where a motion is free
+  std::vector<vjm::SpringShare> shares;
+  std::optional<vjm::Uncertainty> uncertainty;
+};
+
+Unloaded unloaded_robot(const StiffnessRequest& request, const vjm::Robot& robot,
+                        const vjm::Posture& posture, Run& run) {
+  Unloaded of{.stiffness = unloaded_stiffness(robot.manipulator, posture)};
+  if (!of.stiffness.compliance) return of;
+  const spatial::Vector3 softest = report::softest_direction(*of.stiffness.compliance).direction;
+  of.softest = softest;
+  of.shares = vjm::spring_shares(robot.manipulator, posture, softest);
+  of.uncertainty = request.uncertainty.of(
+      robot, [&](const vjm::Robot& other) { return stiffness_numbers(other, posture, softest); },
+      run);
+  return of;
+}
+
+io::Json uncertainty_json(const Unloaded& unloaded) {
+  using Numbers = vjm::StiffnessNumbers;
+  const vjm::Uncertainty& uncertainty = *unloaded.uncertainty;
+  io::Json json = report::settings_json(uncertainty);
+  json["direction"] = io::to_json(*unloaded.softest);
+  json["compliance_along"] = report::number_json(uncertainty, Numbers::along);
+  json["budget"] = report::budget_json(uncertainty, Numbers::along);
+  json["compliance"] = report::expanded_matrix(uncertainty, Numbers::compliance);
+  if (unloaded.stiffness.stiffness)
+    json["stiffness"] = report::expanded_matrix(uncertainty, Numbers::stiffness);
+  return json;
+}
+
 io::Json stiffness(const StiffnessRequest& request, Run& run) {
   const vjm::Robot robot = request.posture.read();
   const vjm::Posture posture = request.posture.posture(robot);
-  const vjm::UnloadedStiffness unloaded = unloaded_stiffness(robot.manipulator, posture);
-  std::vector<vjm::SpringShare> shares;
-  if (unloaded.compliance)
-    shares = vjm::spring_shares(robot.manipulator, posture,
-                                report::softest_direction(*unloaded.compliance).direction);
-  run.print(report::first_screen(robot, posture, unloaded, shares));
+  const Unloaded of = unloaded_robot(request, robot, posture, run);
+  const vjm::UnloadedStiffness& unloaded = of.stiffness;
+  run.print(report::first_screen(robot, posture, unloaded, of.shares, of.uncertainty));
   run.print_more(fmt::format("\n{}\n", robot.name) + report::text(robot, posture));
   run.print_more("Unloaded\n--------\n" + report::text(robot, unloaded));
   io::Json json = report::inputs_and_posture(robot, posture);
-  json["headline"] = report::headline(robot, unloaded, shares);
-  json["yields"] = report::to_json(robot, shares);
+  json["headline"] = report::headline(robot, unloaded, of.shares, of.uncertainty);
+  json["yields"] = report::to_json(robot, of.shares);
   json["unloaded"] = report::to_json(robot, unloaded);
+  if (of.uncertainty) json["uncertainty"] = uncertainty_json(of);
   run.draw(report::picture(robot.manipulator, posture));
   if (!request.links.empty()) compare_stiffnesses(request, robot, unloaded, json, run);
   if (!request.load.given() && robot.manipulator.is_relaxed_when_unloaded()) return json;
@@ -79,6 +114,7 @@ void add_stiffness(Program& program) {
       [request](Run& run) { return stiffness(*request, run); });
   request->posture.add_options(app);
   request->load.add_options(app);
+  request->uncertainty.add_options(app);
   add_links_option(app, request->links);
 }
 

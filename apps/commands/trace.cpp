@@ -1,6 +1,7 @@
 // kinetostat trace: force against deflection, past limit points and through bifurcations.
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -10,6 +11,8 @@
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/manipulators/path.h"
+#include "kinetostat/report/manipulators/uncertainty.h"
+#include "kinetostat/report/screen/manipulator.h"
 #include "kinetostat/report/screen/wording.h"
 #include "kinetostat/vjm/statics/segments.h"
 
@@ -19,6 +22,7 @@ namespace {
 struct TraceRequest {
   PostureRequest posture;
   LoadRequest load;
+  UncertaintyRequest uncertainty;
   vjm::PathOptions path;
   std::vector<int> segments{1, 2, 4};
   bool hold = false;
@@ -34,6 +38,48 @@ vjm::Path trace(const TraceRequest& request, const vjm::Robot& robot,
                 const vjm::PathOptions& options, Run& run) {
   return vjm::trace(robot.manipulator, request.posture.posture(robot), request.task(robot), options,
                     run.progress());
+}
+
+// Force and deflection at the first critical point of a path, else at its end; nothing where only
+// nodes are loaded, or where a path has such a point and another one, `like`, has none.
+std::optional<Eigen::VectorXd> numbers_of(const vjm::Path& path, const vjm::Path& like) {
+  if (path.status != vjm::EquilibriumStatus::converged ||
+      path.critical.empty() != like.critical.empty())
+    return std::nullopt;
+  const vjm::PathPoint& point =
+      path.critical.empty() ? path.branches[0].points.back() : path.critical[0].point;
+  if (!point.along) return std::nullopt;
+  return Eigen::Vector2d(point.along->force, point.along->deflection);
+}
+
+std::optional<vjm::Uncertainty> uncertainty_of(const TraceRequest& request, const vjm::Robot& robot,
+                                               const vjm::PathTask& task, const vjm::Path& path,
+                                               Run& run) {
+  vjm::PathOptions options = request.path;
+  options.branches = false;
+  options.until_critical = true;
+  const vjm::Posture posture = request.posture.posture(robot);
+  const auto numbers = [&](const vjm::Robot& other) {
+    common::Progress silent;
+    return numbers_of(vjm::trace(other.manipulator, posture, task, options, silent), path);
+  };
+  return numbers_of(path, path) ? request.uncertainty.of(robot, numbers, run) : std::nullopt;
+}
+
+// The force where the path becomes unstable, or where it ends; what leads there when it is given.
+void report_uncertainty(const TraceRequest& request, const vjm::Robot& robot,
+                        const vjm::PathTask& task, const vjm::Path& path, io::Json& json,
+                        Run& run) {
+  const auto uncertainty = uncertainty_of(request, robot, task, path, run);
+  if (!uncertainty) return;
+  const bool is_critical = !path.critical.empty();
+  const Eigen::Index shown = is_critical || task.platform_held ? 0 : 1;
+  run.print(report::path_budget(robot, task, *uncertainty, shown, is_critical));
+  json["uncertainty"] = report::settings_json(*uncertainty);
+  json["uncertainty"]["at"] = is_critical ? "first critical point" : "end of the path";
+  for (const auto& [name, number] : {std::pair("force", 0), std::pair("deflection", 1)})
+    json["uncertainty"][name] = report::number_json(*uncertainty, number);
+  json["uncertainty"]["budget"] = report::budget_json(*uncertainty, shown);
 }
 
 // The force at the first critical point, with every beam in so many times its segments.
@@ -121,6 +167,7 @@ io::Json trace(const TraceRequest& request, Run& run) {
   run.print(report::wrapped(report::headline(robot, task, path)) +
             report::wrapped(report::warning(robot, task, study)));
   run.print(report::wrapped_lines(report::text(robot, task, study)));
+  report_uncertainty(request, robot, task, path, json, run);
   run.print("\nevery critical point, branch and equilibrium: --verbose, or --html\n");
   run.print_more("\n" + fmt::format("{}\n", robot.name) +
                  report::text(robot, request.posture.posture(robot)) +
@@ -144,6 +191,7 @@ void add_trace(Program& program) {
       [request](Run& run) { return trace(*request, run); });
   request->posture.add_options(app);
   request->load.add_options(app);
+  request->uncertainty.add_options(app);
   app.add_flag("--hold", request->hold, "Hold the platform where it is, under loads at nodes");
   app.add_flag("--branches", request->path.branches, "Follow what leaves at bifurcations, too");
   app.add_option("--points", request->path.points, "Least number of points from 0 to 1")

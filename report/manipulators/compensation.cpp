@@ -10,6 +10,7 @@
 #include "kinetostat/io/csv.h"
 #include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/manipulators/pose.h"
+#include "kinetostat/report/manipulators/uncertainty.h"
 #include "kinetostat/report/text/text.h"
 
 namespace kinetostat::report {
@@ -38,10 +39,19 @@ bool has_converged(const Compensation& point) {
   return point.status == CompensationStatus::converged;
 }
 
+// Of the six components of what is left at a pose.
+Vector6 expanded(const vjm::Uncertainty& uncertainty, std::size_t pose) {
+  Vector6 result;
+  for (Eigen::Index i = 0; i < 6; ++i)
+    result[i] = uncertainty.first_order.expanded(6 * static_cast<Eigen::Index>(pose) + i);
+  return result;
+}
+
 // Columns and cells of the table, in the units of the robot file.
 class PathTable {
  public:
-  explicit PathTable(const vjm::Robot& robot) : robot_(robot) {
+  PathTable(const vjm::Robot& robot, const std::optional<vjm::Uncertainty>& uncertainty)
+      : robot_(robot), uncertainty_(uncertainty) {
     const spatial::UnitSystem& u = robot.units;
     units_ = {u.length, u.angle, u.force, fmt::format("{} {}", u.force, u.length)};
     for (std::size_t i = 0; i < 4; ++i) factors_[i] = spatial::parse_unit(units_[i]).factor;
@@ -60,6 +70,7 @@ class PathTable {
     six("command_", vjm::pose_columns, 0);
     add_actuator_headings(result);
     six("residual_", vjm::pose_columns, 0);
+    if (uncertainty_) six("uncertainty_", vjm::pose_columns, 0);
     return result;
   }
   void add_actuator_headings(std::vector<std::string>& result) const {
@@ -71,7 +82,9 @@ class PathTable {
     });
   }
 
-  std::vector<std::string> row(const vjm::TargetPose& target, const Compensation& point) const {
+  // `number`: of the pose.
+  std::vector<std::string> row(const vjm::TargetPose& target, const Compensation& point,
+                               std::size_t number) const {
     std::vector<std::string> cells;
     const bool known = point.status != CompensationStatus::unreachable &&
                        point.status != CompensationStatus::no_equilibrium;
@@ -91,6 +104,8 @@ class PathTable {
         cells.push_back(known ? cell(posture->coordinates[c][k] / factor) : "");
     });
     six(point.residual, 0, known);
+    if (uncertainty_)
+      six(expanded(*uncertainty_, number), 0, point.status == CompensationStatus::converged);
     return cells;
   }
 
@@ -111,6 +126,7 @@ class PathTable {
   }
 
   const vjm::Robot& robot_;
+  const std::optional<vjm::Uncertainty>& uncertainty_;
   std::array<std::string, 4> units_;
   std::array<double, 4> factors_{};
 };
@@ -151,6 +167,37 @@ std::string met_text(const Compensation& point) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
+// The largest of a half of what is left, by what is not known of the robot.
+double largest_uncertainty(const CompensatedPath& result, int half) {
+  double largest = 0;
+  for (std::size_t i = 0; i < result.points.size(); ++i)
+    if (has_converged(result.points[i]))
+      largest = std::max(largest, expanded(*result.uncertainty, i).segment<3>(3 * half).norm());
+  return largest;
+}
+
+std::string uncertainty_text(const CompensatedPath& result) {
+  const spatial::UnitSystem& units = result.robot.units;
+  return fmt::format(
+      "\nAs far as the numbers of the robot are known, the platform may be off by {} {} and {} {} "
+      "more (k = 2).\n",
+      number(largest_uncertainty(result, 0) / spatial::parse_unit(units.length).factor, 3),
+      units.length,
+      number(largest_uncertainty(result, 1) / spatial::parse_unit(units.angle).factor, 3),
+      units.angle);
+}
+
+Json uncertainty_json(const CompensatedPath& result) {
+  Json json = settings_json(*result.uncertainty);
+  json["largest_translation"] = largest_uncertainty(result, 0);
+  json["largest_rotation"] = largest_uncertainty(result, 1);
+  json["budget"] =
+      mean_budget_json(*result.uncertainty, 0, static_cast<Eigen::Index>(6 * result.points.size()));
+  for (std::size_t i = 0; i < result.points.size(); ++i)
+    json["expanded"].push_back(io::numbers(expanded(*result.uncertainty, i)));
+  return json;
+}
+
 Json point_json(const Compensation& point) {
   const auto six = [](const Vector6& v) { return Json(std::vector<double>(v.begin(), v.end())); };
   Json json{{"state", status_name(point.status)}};
@@ -182,7 +229,7 @@ std::string text(const CompensatedPath& result) {
   };
   add("translation", result.robot.units.length, 0);
   add("rotation", result.robot.units.angle, 1);
-  return out + table.text();
+  return out + table.text() + (result.uncertainty ? uncertainty_text(result) : "");
 }
 
 Json to_json(const CompensatedPath& result) {
@@ -190,15 +237,17 @@ Json to_json(const CompensatedPath& result) {
             {"error", sizes_json(result.points, &Compensation::error)},
             {"residual", sizes_json(result.points, &Compensation::residual)},
             {"points", Json::array()}};
+  if (result.uncertainty) json["uncertainty"] = uncertainty_json(result);
   for (const Compensation& point : result.points) json["points"].push_back(point_json(point));
   return json;
 }
 
 std::string csv(const CompensatedPath& result) {
-  const PathTable table(result.robot);
+  const PathTable table(result.robot, result.uncertainty);
   std::string out = fmt::format("{}\n", fmt::join(table.headings(), ","));
   for (std::size_t i = 0; i < result.points.size(); ++i)
-    out += fmt::format("{}\n", fmt::join(table.row(result.path.poses[i], result.points[i]), ","));
+    out +=
+        fmt::format("{}\n", fmt::join(table.row(result.path.poses[i], result.points[i], i), ","));
   return out;
 }
 

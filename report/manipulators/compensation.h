@@ -1,11 +1,13 @@
 // Commands along a path that take errors away, for people, spreadsheets and programs.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "kinetostat/io/json.h"
 #include "kinetostat/vjm/io/robot_file.h"
+#include "kinetostat/vjm/uncertainty/draws.h"
 #include "kinetostat/vjm/workspace/compensation.h"
 
 namespace kinetostat::report {
@@ -15,6 +17,9 @@ struct CompensatedPath {
   const vjm::Robot& robot;
   const vjm::PoseList& path;
   const std::vector<vjm::Compensation>& points;
+  /// Of six numbers a pose, [m; rad]: where a robot that is not quite the one of the file stands
+  /// beside the target.
+  std::optional<vjm::Uncertainty> uncertainty = {};
 };
 
 /// Largest and root mean square error of the platform, before and after, in the units of the robot

@@ -9,8 +9,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "kinetostat/report/screen/uncertainty.h"
 #include "kinetostat/report/screen/wording.h"
 #include "kinetostat/report/text/text.h"
+#include "kinetostat/vjm/uncertainty/deflection_numbers.h"
+#include "kinetostat/vjm/uncertainty/stiffness_numbers.h"
 
 namespace kinetostat::report {
 namespace {
@@ -70,6 +73,20 @@ std::string joints_in_words(const vjm::Robot& robot, const vjm::Posture& posture
   }
   if (names.empty() || names.size() > 8) return {};
   return fmt::format("({}) = ({})", fmt::join(names, ", "), fmt::join(values, ", "));
+}
+
+// "5170 N/mm +- 9 %", the file's value beside it where the estimate is another one.
+std::string stiffness_in_words(const vjm::Robot& robot, double compliance,
+                               const std::optional<vjm::Uncertainty>& uncertainty) {
+  const auto shown = [&](double c) {
+    return fmt::format("{} {}", figure(in_stiffness_unit(robot, 1 / c), 3), stiffness_unit(robot));
+  };
+  constexpr Eigen::Index along = vjm::StiffnessNumbers::along;
+  if (!uncertainty) return shown(compliance);
+  const std::string spread = spread_in_words(*uncertainty, along);
+  if (!is_off_estimate(*uncertainty, along)) return shown(compliance) + spread;
+  return fmt::format("{}{}, however the links are clamped; {} as their files have it",
+                     shown(uncertainty->first_order.estimate[along]), spread, shown(compliance));
 }
 
 // Rows of the translational stiffness, the springs that yield most beside them.
@@ -155,23 +172,26 @@ std::string direction_in_words(const Vector3& v) {
 }
 
 std::string headline(const vjm::Robot& robot, const vjm::UnloadedStiffness& stiffness,
-                     const std::vector<vjm::SpringShare>& shares) {
+                     const std::vector<vjm::SpringShare>& shares,
+                     const std::optional<vjm::Uncertainty>& uncertainty) {
   if (!stiffness.compliance) return free_sentence(stiffness);
   const SoftestDirection softest = softest_direction(*stiffness.compliance);
   if (!(softest.compliance > 0)) return "The platform does not yield to any force.";
   const std::string direction = direction_in_words(softest.direction);
-  return fmt::format("{}: {} {}.{}",
+  return fmt::format("{}: {}.{}{}",
                      softest.dimensions == 3   ? "Alike in all directions, as along " + direction
                      : softest.dimensions == 2 ? "Softest in a plane, as along " + direction
                                                : "Softest along " + direction,
-                     figure(in_stiffness_unit(robot, 1 / softest.compliance), 3),
-                     stiffness_unit(robot), shares_sentence(by_place(robot, shares)));
+                     stiffness_in_words(robot, softest.compliance, uncertainty),
+                     shares_sentence(by_place(robot, shares)),
+                     uncertainty ? blame_sentence(*uncertainty, vjm::StiffnessNumbers::along) : "");
 }
 
 std::string first_screen(const vjm::Robot& robot, const vjm::Posture& posture,
                          const vjm::UnloadedStiffness& stiffness,
-                         const std::vector<vjm::SpringShare>& shares) {
-  std::string text = wrapped(headline(robot, stiffness, shares)) + "\n";
+                         const std::vector<vjm::SpringShare>& shares,
+                         const std::optional<vjm::Uncertainty>& uncertainty) {
+  std::string text = wrapped(headline(robot, stiffness, shares, uncertainty)) + "\n";
   const std::string joints = joints_in_words(robot, posture);
   text += wrapped(fmt::format("platform at {} {}{}, base axes",
                               components(posture.platform.position() / length_of(robot), 5),
@@ -180,6 +200,10 @@ std::string first_screen(const vjm::Robot& robot, const vjm::Posture& posture,
   if (stiffness.compliance)
     text += stiffness_table(robot, stiffness, by_place(robot, shares)) +
             "  rotations, coupling and compliance: --verbose\n";
+  if (stiffness.compliance && uncertainty)
+    text +=
+        budget_text(*uncertainty, vjm::StiffnessNumbers::along,
+                    {"that stiffness", in_stiffness_unit(robot, 1), stiffness_unit(robot), true});
   return text;
 }
 
@@ -191,29 +215,61 @@ io::Json to_json(const vjm::Robot& robot, const std::vector<vjm::SpringShare>& s
   return list;
 }
 
+std::string spread(const std::optional<vjm::Uncertainty>& uncertainty, Eigen::Index number) {
+  return uncertainty ? spread_in_words(*uncertainty, number) : "";
+}
+
+// The number that an equilibrium is asked for: the force that holds a displacement, else that.
+Eigen::Index asked_for(const vjm::Uncertainty& uncertainty) {
+  return uncertainty.first_order.is_uncertain(vjm::DeflectionNumbers::moved)
+             ? vjm::DeflectionNumbers::moved
+             : vjm::DeflectionNumbers::force;
+}
+
 // "217 N along x", "35 N m about z", or what acts without either.
-std::string load_in_words(const vjm::Robot& robot, const vjm::Equilibrium& e) {
+std::string load_in_words(const vjm::Robot& robot, const vjm::Equilibrium& e,
+                          const std::optional<vjm::Uncertainty>& uncertainty) {
   const double force = e.wrench.force.norm(), moment = e.wrench.moment.norm();
   if (force > 0)
-    return fmt::format("{} {} along {}", figure(force / force_of(robot), 4), robot.units.force,
+    return fmt::format("{} {}{} along {}", figure(force / force_of(robot), 4), robot.units.force,
+                       spread(uncertainty, vjm::DeflectionNumbers::force),
                        direction_in_words(e.wrench.force / force));
   if (moment > 0)
-    return fmt::format("{} {} {} about {}",
+    return fmt::format("{} {} {}{} about {}",
                        figure(moment / (force_of(robot) * length_of(robot)), 4), robot.units.force,
-                       robot.units.length, direction_in_words(e.wrench.moment / moment));
+                       robot.units.length, spread(uncertainty, vjm::DeflectionNumbers::moment),
+                       direction_in_words(e.wrench.moment / moment));
   return robot.without_effects().gravity().isZero(0) ? "Without a wrench" : "By its weight";
 }
 
-std::string headline(const vjm::Robot& robot, const vjm::Equilibrium& e) {
+// "162 um +- 9 %", the file's value beside it where the estimate is another one.
+std::string distance_in_words(const vjm::Robot& robot, const vjm::Equilibrium& e,
+                              const std::optional<vjm::Uncertainty>& uncertainty) {
+  constexpr Eigen::Index moved = vjm::DeflectionNumbers::moved;
+  const auto shown = [&](double distance) {
+    return fmt::format("{} {}", number(distance / length_of(robot), 3), robot.units.length);
+  };
+  const std::string distance = shown(e.displacement.translation.norm());
+  if (!uncertainty || !is_off_estimate(*uncertainty, moved))
+    return distance + spread(uncertainty, moved);
+  return fmt::format("{}{}, however the links are clamped; {} as their files have it",
+                     shown(uncertainty->first_order.estimate[moved]), spread(uncertainty, moved),
+                     distance);
+}
+
+std::string headline(const vjm::Robot& robot, const vjm::Equilibrium& e,
+                     const std::optional<vjm::Uncertainty>& uncertainty) {
   if (e.status != vjm::EquilibriumStatus::converged)
     return fmt::format("No equilibrium: {} of the load was reached. {}", short_percent(e.reached),
                        e.reason);
   const Vector3 moved = e.displacement.translation / length_of(robot);
   const double turned = e.displacement.rotation.norm() / angle_of(robot);
-  return fmt::format("{}: the platform moves {} {} {} and turns {} {}. {}", load_in_words(robot, e),
-                     number(moved.norm(), 3), robot.units.length, components(moved, 3),
-                     number(turned, 3), robot.units.angle,
-                     e.free.stable() ? "Stable." : "It would not stay there: unstable.");
+  return fmt::format("{}: the platform moves {} {} and turns {} {}{}. {}{}",
+                     load_in_words(robot, e, uncertainty), distance_in_words(robot, e, uncertainty),
+                     components(moved, 3), number(turned, 3), robot.units.angle,
+                     spread(uncertainty, vjm::DeflectionNumbers::turned),
+                     e.free.stable() ? "Stable." : "It would not stay there: unstable.",
+                     uncertainty ? blame_sentence(*uncertainty, asked_for(*uncertainty)) : "");
 }
 
 namespace {
@@ -235,15 +291,43 @@ std::string stiffness_there(const vjm::Robot& robot, const vjm::Equilibrium& e) 
 
 }  // namespace
 
-std::string first_screen(const vjm::Robot& robot, const vjm::Equilibrium& e) {
-  std::string text = wrapped(headline(robot, e));
+std::string displacement_budget(const vjm::Robot& robot, const vjm::Uncertainty& uncertainty) {
+  const Eigen::Index number = asked_for(uncertainty);
+  return number == vjm::DeflectionNumbers::moved
+             ? budget_text(uncertainty, number,
+                           {"displacement", 1 / length_of(robot), robot.units.length})
+             : budget_text(uncertainty, number, {"force", 1 / force_of(robot), robot.units.force});
+}
+
+std::string first_screen(const vjm::Robot& robot, const vjm::Equilibrium& e,
+                         const std::optional<vjm::Uncertainty>& uncertainty) {
+  std::string text = wrapped(headline(robot, e, uncertainty));
   if (e.status != vjm::EquilibriumStatus::converged) return text;
   text += stiffness_there(robot, e);
   text += fmt::format(
       "  elastic energy {} J; wrench, tangent stiffness and what each chain carries: "
       "--verbose\n",
       number(e.energy, 3));
-  return text;
+  return uncertainty ? text + displacement_budget(robot, *uncertainty) : text;
+}
+
+std::string path_budget(const vjm::Robot& robot, const vjm::PathTask& task,
+                        const vjm::Uncertainty& uncertainty, Eigen::Index number,
+                        bool is_critical) {
+  const double length = length_of(robot), force = force_of(robot);
+  const std::string place =
+      is_critical ? " at the first critical point" : " at the end of the path";
+  if (number == 0)
+    return vjm::turns(task)
+               ? budget_text(uncertainty, 0,
+                             {"moment" + place, 1 / (force * length),
+                              robot.units.force + " " + robot.units.length})
+               : budget_text(uncertainty, 0, {"force" + place, 1 / force, robot.units.force});
+  return vjm::turns(task)
+             ? budget_text(uncertainty, 1,
+                           {"rotation" + place, 1 / angle_of(robot), robot.units.angle})
+             : budget_text(uncertainty, 1,
+                           {"displacement" + place, 1 / length, robot.units.length});
 }
 
 std::string headline(const vjm::Robot& robot, const vjm::Assembly& assembly) {
