@@ -1,6 +1,5 @@
 #include "kinetostat/apps/commands/calibrated_robot.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -93,10 +92,7 @@ std::string source_of(const vjm::Robot& robot, const calibration::ParameterEstim
   if (e.hit != calibration::BoundHit::none || !(e.standard_error > 0)) return {};
   if (!e.parameter.is_logarithm())
     return robot.effects[e.parameter.effect].kind->acts_on_chains() ? e.parameter.name : "";
-  return vjm::fitted_source(
-      e.parameter.name,
-      std::count_if(robot.fitted.begin(), robot.fitted.end(),
-                    [&](const vjm::FittedStiffness& f) { return f.name == e.parameter.name; }));
+  return vjm::fitted_source(e.parameter.name);
 }
 
 calibration::EstimateCorrelation correlation_of(const vjm::Robot& robot,
@@ -116,7 +112,7 @@ Adoption adoption_of(const vjm::Robot& robot, const calibration::Campaign& campa
   add_geometry(robot, campaign, c, adoption);
   for (const calibration::ParameterEstimate& e : c.others)
     adoption.fitted.push_back(parameter_of(robot, e));
-  adoption.correlation = correlation_of(robot, c);
+  add_correlation(robot, correlation_of(robot, c), adoption);
   return adoption;
 }
 

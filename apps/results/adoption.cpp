@@ -182,19 +182,6 @@ std::vector<std::string> sources_of(const Adoption& adoption, const vjm::EffectK
   return names;
 }
 
-// By the names that they will have in the file: a stiffness may be fitted there already.
-void rename_fitted(const vjm::Robot& robot, const Adoption& adoption,
-                   calibration::EstimateCorrelation& correlation) {
-  for (const AdoptedParameter& p : adoption.fitted) {
-    const auto before =
-        std::count_if(robot.fitted.begin(), robot.fitted.end(),
-                      [&](const vjm::FittedStiffness& f) { return f.name == p.stiffness; });
-    if (!p.stiffness.empty())
-      std::replace(correlation.names.begin(), correlation.names.end(),
-                   vjm::fitted_source(p.stiffness), vjm::fitted_source(p.stiffness, before));
-  }
-}
-
 std::string name_of(const AdoptedParameter& p) {
   return p.effect.empty() ? p.stiffness
                           : fmt::format("{} of {} at {}", p.parameter, p.effect, p.at);
@@ -246,14 +233,12 @@ struct Chosen {
 };
 
 // Of what was fitted together, where all of it is adopted.
-void add_correlation(const DiagnosisRecord& diagnosis, const AdoptRequest& request,
-                     const vjm::Robot& robot, Chosen& chosen) {
+void add_correlation_of(const DiagnosisRecord& diagnosis, const AdoptRequest& request,
+                        const vjm::Robot& robot, Chosen& chosen) {
   if (chosen.found.size() < diagnosis.found.size() && !request.stiffnesses_only) return;
-  Adoption& adoption = chosen.adoption;
-  adoption.correlation =
-      (request.stiffnesses_only ? diagnosis.correlation_without : diagnosis.correlation_beside)
-          .only(sources_of(adoption, robot.kinds()));
-  rename_fitted(robot, adoption, adoption.correlation);
+  const calibration::EstimateCorrelation& all =
+      request.stiffnesses_only ? diagnosis.correlation_without : diagnosis.correlation_beside;
+  add_correlation(robot, all.only(sources_of(chosen.adoption, robot.kinds())), chosen.adoption);
 }
 
 Chosen adoption_from(const DiagnosisRecord& diagnosis, const AdoptRequest& request) {
@@ -272,7 +257,7 @@ Chosen adoption_from(const DiagnosisRecord& diagnosis, const AdoptRequest& reque
     for (const RecordedFinding& one : chosen.found)
       chosen.adoption.effects.push_back(effect_of(diagnosis, one, fall_with(one), units));
     chosen.adoption.fitted = fitted_with(diagnosis, request, chosen.found.size(), units);
-    add_correlation(diagnosis, request, robot, chosen);
+    add_correlation_of(diagnosis, request, robot, chosen);
   } catch (const std::invalid_argument& error) {  // a unit that is none
     throw common::InputError({.file = request.diagnosis,
                               .what = fmt::format("this is not a diagnosis: {}", error.what()),

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -68,23 +69,37 @@ std::string block_of(const std::vector<AdoptedParameter>& fitted) {
   return text;
 }
 
-// "  - {of: fitted stiffness of q1, with: {fitted stiffness of q2: -0.4}}", each pair once.
-std::string block_of(const EstimateCorrelation& correlation) {
-  std::string text;
-  for (std::size_t i = 0; i < correlation.names.size(); ++i) {
-    std::vector<std::string> with;
-    for (std::size_t j = i + 1; j < correlation.names.size(); ++j) {
-      const double value =
-          correlation.matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
-      constexpr double least = 5e-4;  // is written as zero
-      if (std::abs(value) >= least)
-        with.push_back(fmt::format("{}: {:.3f}", io::yaml_scalar(correlation.names[j]),
-                                   std::clamp(value, -1.0, 1.0)));
-    }
-    if (!with.empty())
-      text += fmt::format("  - {{of: {}, with: {{{}}}}}\n", io::yaml_scalar(correlation.names[i]),
-                          fmt::join(with, ", "));
+bool is_superseded(const Adoption& adoption, const std::string& a, const std::string& b) {
+  return std::any_of(adoption.superseded.begin(), adoption.superseded.end(), [&](const auto& pair) {
+    return (pair[0] == a && pair[1] == b) || (pair[0] == b && pair[1] == a);
+  });
+}
+
+// What one name is correlated with, each pair at the first of its names.
+std::vector<std::string> correlated_with(const Adoption& adoption, std::size_t i) {
+  const auto& [names, matrix] = adoption.correlation;
+  constexpr double least = 5e-4;  // less is written as zero
+  std::vector<std::string> with;
+  for (std::size_t j = i + 1; j < names.size(); ++j) {
+    const double value =
+        std::clamp(matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)), -1.0, 1.0);
+    if (std::abs(value) >= least || is_superseded(adoption, names[i], names[j]))
+      with.push_back(fmt::format("{}: {:.3f}", io::yaml_scalar(names[j]), value));
   }
+  for (const auto& pair : adoption.superseded)
+    for (const auto& [own, other] : {std::pair(pair[0], pair[1]), std::pair(pair[1], pair[0])})
+      if (own == names[i] && std::find(names.begin(), names.end(), other) == names.end())
+        with.push_back(io::yaml_scalar(other) + ": 0");
+  return with;
+}
+
+// "  - {of: fitted stiffness of q1, with: {fitted stiffness of q2: -0.4}}"
+std::string correlations_block(const Adoption& adoption) {
+  std::string text;
+  for (std::size_t i = 0; i < adoption.correlation.names.size(); ++i)
+    if (const auto with = correlated_with(adoption, i); !with.empty())
+      text += fmt::format("  - {{of: {}, with: {{{}}}}}\n",
+                          io::yaml_scalar(adoption.correlation.names[i]), fmt::join(with, ", "));
   return text;
 }
 
@@ -215,6 +230,20 @@ AdoptedValue in_units_of(const spatial::UnitSystem& units, AdoptedValue v) {
   return v;
 }
 
+void add_correlation(const vjm::Robot& robot, EstimateCorrelation correlation, Adoption& adoption) {
+  adoption.correlation = std::move(correlation);
+  const std::vector<std::string>& names = adoption.correlation.names;
+  const auto is_new = [&](Eigen::Index i) {
+    const std::string& name = robot.sources[static_cast<std::size_t>(i)].name;
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  for (Eigen::Index i = 0; i < robot.correlation.rows(); ++i)
+    for (Eigen::Index j = i + 1; j < robot.correlation.cols(); ++j)
+      if (robot.correlation(i, j) != 0 && (is_new(i) || is_new(j)))
+        adoption.superseded.push_back({robot.sources[static_cast<std::size_t>(i)].name,
+                                       robot.sources[static_cast<std::size_t>(j)].name});
+}
+
 std::string adopted(const std::string& robot_file, const Adoption& adoption) {
   const std::vector<Block> earlier = blocks_in(robot_file);
   int number = static_cast<int>(earlier.size()) + 1;
@@ -224,7 +253,7 @@ std::string adopted(const std::string& robot_file, const Adoption& adoption) {
     text = with_block(text, {.number = number, .what = "effect"}, block_of(adoption.effects));
   if (!adoption.fitted.empty())
     text = with_block(text, {.number = number, .what = "fitted"}, block_of(adoption.fitted));
-  if (const std::string lines = block_of(adoption.correlation); !lines.empty())
+  if (const std::string lines = correlations_block(adoption); !lines.empty())
     text = with_block(text, {.number = number, .what = "correlations"}, lines);
   return text;
 }

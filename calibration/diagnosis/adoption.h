@@ -1,11 +1,13 @@
 // What a diagnosis found goes into the robot file, and can be taken out again.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
 #include "kinetostat/calibration/regression/correlation.h"
 #include "kinetostat/spatial/units.h"
+#include "kinetostat/vjm/io/robot_file.h"
 
 namespace kinetostat::calibration {
 
@@ -42,7 +44,13 @@ struct Adoption {
   std::vector<AdoptedParameter> fitted;
   /// Of what has a standard deviation; written under `correlations:` with three digits.
   EstimateCorrelation correlation = {};
+  /// Names of sources that the file has as correlated with one of these, now estimated anew: their
+  /// correlation becomes 0 unless it is given.
+  std::vector<std::array<std::string, 2>> superseded = {};
 };
+
+/// Takes the correlation in, and what it supersedes in the file of a robot.
+void add_correlation(const vjm::Robot& robot, EstimateCorrelation correlation, Adoption& adoption);
 
 /// The text of a robot file with the adoption added to `effects:`, `fitted:` and `correlations:`,
 /// or at its end: all else stays as it is, byte for byte. Throws std::invalid_argument when one of

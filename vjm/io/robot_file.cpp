@@ -555,17 +555,24 @@ std::vector<UncertainValue> read_uncertain_values(const YamlNode& top,
   return result;
 }
 
-// `before`: how many factors on the same stiffness are in the list before it.
-void meet_factor(const YamlNode& item, std::ptrdiff_t before, SourceList& sources,
-                 FittedStiffness& fitted) {
-  const UncertaintySource source{.name = fitted_source(fitted.name, before),
-                                 .place = item.file().string() + ": " + item.path(),
-                                 .kind = SourceKind::fitted,
-                                 .spread = Spread::log_normal,
-                                 .value = fitted.factor,
-                                 .estimate = fitted.factor,
-                                 .deviation = fitted.deviation};
-  fitted.factor = sources.meet(source).value_or(fitted.factor);
+// Of several factors on one stiffness the last with a standard deviation says what is known of all.
+void meet_factors(const std::filesystem::path& file, SourceList& sources,
+                  std::vector<FittedStiffness>& fitted) {
+  for (auto f = fitted.begin(); f != fitted.end(); ++f) {
+    const auto says_more = [&](const FittedStiffness& other) {
+      return other.name == f->name && other.deviation > 0;
+    };
+    if (!(f->deviation > 0) || std::any_of(f + 1, fitted.end(), says_more)) continue;
+    const std::string name = fitted_source(f->name);
+    const UncertaintySource source{.name = name,
+                                   .place = file.string() + ": " + name,
+                                   .kind = SourceKind::fitted,
+                                   .spread = Spread::log_normal,
+                                   .value = f->factor,
+                                   .estimate = f->factor,
+                                   .deviation = f->deviation};
+    f->factor = sources.meet(source).value_or(f->factor);
+  }
 }
 
 // `{stiffness: q1, factor: 0.87}`, or `factor: {value: 0.87, sd: 0.004}`.
@@ -585,12 +592,9 @@ std::vector<FittedStiffness> read_fitted(const YamlNode& top, const Manipulator&
     if (const auto sd = given.is_map() ? given.find("sd") : std::nullopt) {
       fitted.deviation = sd->number();
       if (!(fitted.deviation >= 0)) sd->fail("a standard deviation must not be negative");
-      const auto before =
-          std::count_if(result.begin(), result.end() - 1,
-                        [&](const FittedStiffness& other) { return other.name == fitted.name; });
-      if (fitted.deviation > 0) meet_factor(item, before, sources, fitted);
     }
   }
+  meet_factors(top.file(), sources, result);
   return result;
 }
 
@@ -654,9 +658,8 @@ Manipulator with_fitted(Manipulator manipulator, const std::vector<FittedStiffne
 
 }  // namespace
 
-std::string fitted_source(const std::string& stiffness, std::ptrdiff_t before) {
-  const std::string name = "fitted stiffness of " + stiffness;
-  return before == 0 ? name : fmt::format("{}, {}", name, before + 1);
+std::string fitted_source(const std::string& stiffness) {
+  return "fitted stiffness of " + stiffness;
 }
 
 EffectKinds Robot::kinds() const {

@@ -2,7 +2,6 @@
 // docs/reference/robot-file.md.
 #pragma once
 
-#include <cstddef>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -38,9 +37,8 @@ struct FittedStiffness {
   double deviation = std::numeric_limits<double>::quiet_NaN();  // NaN where not stated
 };
 
-/// The name that such a factor has as a source of uncertainty: "fitted stiffness of q1", with
-/// `before` others on the same stiffness before it "fitted stiffness of q1, 2".
-std::string fitted_source(const std::string& stiffness, std::ptrdiff_t before = 0);
+/// The name that such a factor has as a source of uncertainty: "fitted stiffness of q1".
+std::string fitted_source(const std::string& stiffness);
 
 /// A value of an effect that its owner declares uncertain.
 struct UncertainValue {
@@ -82,7 +80,8 @@ Robot parse_robot(const std::string& text, const std::filesystem::path& file,
 
 /// The robot for other values of its sources, one each: of the same file, read again. Springs that
 /// readings have determined (`fitted` with a standard deviation) stay but for these factors,
-/// whatever the numbers that they were computed from. Throws common::InputError where the values do
+/// whatever the numbers that they were computed from; of several factors on one stiffness for the
+/// last. Throws common::InputError where the values do
 /// not go together, such as a tube of less outer than inner diameter.
 Robot with_values(const Robot& robot, const Eigen::VectorXd& values);
 

@@ -109,6 +109,15 @@ TEST(Adoption, WritesEachCorrelationOnceAndTakesItOutAgain) {
   EXPECT_EQ(adopted(robot, independent), adopted(robot, clearance));
 }
 
+// What is estimated anew forgets what it was correlated with.
+TEST(Adoption, WritesZeroWhereACorrelationIsSuperseded) {
+  Adoption anew = clearance;
+  anew.correlation = {.names = {"a", "b"}, .matrix = Eigen::Matrix2d::Identity()};
+  anew.superseded = {{"b", "a"}, {"c", "b"}};
+  EXPECT_THAT(adopted(robot, anew), HasSubstr("  - {of: a, with: {b: 0.000}}\n"
+                                              "  - {of: b, with: {c: 0}}\n"));
+}
+
 TEST(Adoption, KeepsTheCorrelationsOfWhatIsAdopted) {
   EstimateCorrelation all{.names = {"a", "b", "c"}, .matrix = {}};
   all.matrix = Eigen::Matrix3d::Identity();

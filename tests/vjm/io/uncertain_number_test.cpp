@@ -209,6 +209,13 @@ TEST(UncertainNumber, OfASpringThatWasFittedCountsNoLonger) {
                                          spring(robot, "upper").stiffness, 1e-12));
   EXPECT_TRUE(test::matrix_near_relative(Eigen::MatrixXd(2 * spring(softer, "fore").stiffness),
                                          spring(robot, "fore").stiffness, 1e-12));
+  // Of two factors the last says what is known of both.
+  const Robot twice = robot_from(stated +
+                                 "fitted:\n  - {stiffness: q1, factor: {value: 0.9, sd: 0.1}}\n"
+                                 "  - {stiffness: q1, factor: {value: 0.5, sd: 0.01}}\n");
+  ASSERT_EQ(twice.sources.size(), 3u);
+  EXPECT_NEAR(stiffness(twice, "q1"), 9e3, 1e-8);
+  EXPECT_NEAR(stiffness(with(twice, "fitted stiffness of q1", 1.0), "q1"), 1.8e4, 1e-8);
   // A factor of which nothing is said leaves the uncertainty of the spring as it is.
   const Robot scaled = robot_from(stated + "fitted: [{stiffness: q1, factor: 0.9}]\n");
   EXPECT_NEAR(stiffness(with(scaled, "stiffness of q1", 3e4), "q1"), 2.7e4, 1e-8);

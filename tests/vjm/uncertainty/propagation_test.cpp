@@ -2,8 +2,10 @@
 
 #include <cmath>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "kinetostat/common/error.h"
 #include "kinetostat/vjm/chain/kinematics.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/equilibrium.h"
@@ -181,6 +183,21 @@ TEST(Propagation, SharesOfEveryShippedRobotAddUpToOne) {
     EXPECT_NEAR(p.shares(along).sum(), 1, 1e-12) << name;
     EXPECT_GE(p.shares(along).minCoeff(), 0) << name;
     EXPECT_GT(p.deviation(along), 0) << name;
+  }
+}
+
+TEST(Propagation, NamesTheSourceBesideWhichNothingStands) {
+  const Robot robot = two_slides("{value: 1000, sd: 50}", "{value: 3000, sd: 300}");
+  const Computation stiff_only = [](const Robot& r) {
+    const auto& springs = r.manipulator.chains()[0].springs();
+    return springs[1].stiffness(0, 0) < 3e6 * (1 - 1e-9) ? std::nullopt : series(r);
+  };
+  common::Progress progress;
+  try {
+    (void)propagate(robot, stiff_only, 1, progress);
+    FAIL() << "computed";
+  } catch (const common::NoConvergence& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("beside the estimate of the stiffness of b"));
   }
 }
 
