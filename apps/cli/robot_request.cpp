@@ -10,6 +10,7 @@
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/spelling.h"
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/uncertainty/deflection_numbers.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -201,11 +202,28 @@ std::optional<vjm::Uncertainty> UncertaintyRequest::of(const vjm::Robot& robot,
                        "Write some as {value: 2.0e4, sd: 5 %}");
     return std::nullopt;
   }
-  vjm::Uncertainty uncertainty{propagate(robot, compute, run.threads(), run.progress())};
-  if (draws > 0)
-    uncertainty.draws = vjm::draw(robot, compute, static_cast<std::size_t>(draws), seed,
-                                  run.threads(), run.progress());
-  return uncertainty;
+  try {
+    vjm::Uncertainty uncertainty{propagate(robot, compute, run.threads(), run.progress())};
+    if (draws > 0)
+      uncertainty.draws = vjm::draw(robot, compute, static_cast<std::size_t>(draws), seed,
+                                    run.threads(), run.progress());
+    return uncertainty;
+  } catch (const common::NoConvergence& error) {
+    run.warn(error.what());  // the result itself stands
+    return std::nullopt;
+  }
+}
+
+std::optional<vjm::Uncertainty> UncertaintyRequest::of(const vjm::Robot& robot,
+                                                       const vjm::Posture& posture,
+                                                       const LoadRequest& load,
+                                                       const vjm::Equilibrium& equilibrium,
+                                                       Run& run) const {
+  if (equilibrium.status != vjm::EquilibriumStatus::converged) return std::nullopt;
+  const auto numbers = [&](const vjm::Robot& other) {
+    return vjm::deflection_numbers(load.solve(other, posture));
+  };
+  return of(robot, numbers, run);
 }
 
 vjm::SegmentCheck check_segments(const vjm::Robot& robot, const PostureRequest& posture,

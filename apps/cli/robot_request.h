@@ -54,8 +54,13 @@ struct UncertaintyRequest {
   std::uint64_t seed = 1;
 
   void add_options(OptionList& app);
-  /// None for a robot without uncertain numbers; then --draws is a UsageError.
+  /// None for a robot without uncertain numbers; then --draws is a UsageError. None, with a
+  /// warning, where robots beside that of the file stand in no equilibrium.
   std::optional<vjm::Uncertainty> of(const vjm::Robot& robot, const vjm::Computation& compute,
+                                     Run& run) const;
+  /// Of deflection_numbers() of an equilibrium under `load`; none where it was not found.
+  std::optional<vjm::Uncertainty> of(const vjm::Robot& robot, const vjm::Posture& posture,
+                                     const LoadRequest& load, const vjm::Equilibrium& equilibrium,
                                      Run& run) const;
 };
 

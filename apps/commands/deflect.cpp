@@ -14,7 +14,6 @@
 #include "kinetostat/report/manipulators/uncertainty.h"
 #include "kinetostat/report/screen/manipulator.h"
 #include "kinetostat/vjm/statics/fixed_point.h"
-#include "kinetostat/vjm/uncertainty/deflection_numbers.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -78,18 +77,6 @@ io::Json load_picture(const DeflectRequest& request, const vjm::Robot& robot,
           {"force", io::to_json(equilibrium.wrench.force)}};
 }
 
-std::optional<vjm::Uncertainty> uncertainty_of(const DeflectRequest& request,
-                                               const vjm::Robot& robot, const vjm::Posture& posture,
-                                               const vjm::Equilibrium& equilibrium, Run& run) {
-  if (equilibrium.status != vjm::EquilibriumStatus::converged) return std::nullopt;
-  return request.uncertainty.of(
-      robot,
-      [&](const vjm::Robot& other) {
-        return deflection_numbers(request.load.solve(other, posture));
-      },
-      run);
-}
-
 io::Json deflect(const DeflectRequest& request, Run& run) {
   const vjm::Robot robot = request.posture.read();
   if (!request.load.given() && robot.manipulator.is_relaxed_when_unloaded())
@@ -101,7 +88,7 @@ io::Json deflect(const DeflectRequest& request, Run& run) {
   vjm::Equilibrium equilibrium = request.load.solve(robot, posture);
   const vjm::SegmentCheck segments =
       check_segments(robot, request.posture, request.load, equilibrium);
-  const auto uncertainty = uncertainty_of(request, robot, posture, equilibrium, run);
+  const auto uncertainty = request.uncertainty.of(robot, posture, request.load, equilibrium, run);
   run.print(report::first_screen(robot, equilibrium, uncertainty) + report::text(robot, segments));
   run.print_more(fmt::format("\n{}\n", robot.name) + report::text(robot, posture) +
                  report::text(robot, equilibrium));

@@ -62,19 +62,6 @@ Unloaded unloaded_robot(const StiffnessRequest& request, const vjm::Robot& robot
   return of;
 }
 
-io::Json uncertainty_json(const Unloaded& unloaded) {
-  using Numbers = vjm::StiffnessNumbers;
-  const vjm::Uncertainty& uncertainty = *unloaded.uncertainty;
-  io::Json json = report::settings_json(uncertainty);
-  json["direction"] = io::to_json(*unloaded.softest);
-  json["compliance_along"] = report::number_json(uncertainty, Numbers::along);
-  json["budget"] = report::budget_json(uncertainty, Numbers::along);
-  json["compliance"] = report::expanded_matrix(uncertainty, Numbers::compliance);
-  if (unloaded.stiffness.stiffness)
-    json["stiffness"] = report::expanded_matrix(uncertainty, Numbers::stiffness);
-  return json;
-}
-
 io::Json stiffness(const StiffnessRequest& request, Run& run) {
   const vjm::Robot robot = request.posture.read();
   const vjm::Posture posture = request.posture.posture(robot);
@@ -87,17 +74,20 @@ io::Json stiffness(const StiffnessRequest& request, Run& run) {
   json["headline"] = report::headline(robot, unloaded, of.shares, of.uncertainty);
   json["yields"] = report::to_json(robot, of.shares);
   json["unloaded"] = report::to_json(robot, unloaded);
-  if (of.uncertainty) json["uncertainty"] = uncertainty_json(of);
+  if (of.uncertainty) json["uncertainty"] = report::stiffness_json(*of.uncertainty, *of.softest);
   run.draw(report::picture(robot.manipulator, posture));
   if (!request.links.empty()) compare_stiffnesses(request, robot, unloaded, json, run);
   if (!request.load.given() && robot.manipulator.is_relaxed_when_unloaded()) return json;
 
   vjm::Equilibrium loaded = request.load.solve(robot, posture);
   const vjm::SegmentCheck segments = check_segments(robot, request.posture, request.load, loaded);
-  run.print("\n" + report::first_screen(robot, loaded) + report::text(robot, segments));
+  const auto uncertainty = request.uncertainty.of(robot, posture, request.load, loaded, run);
+  run.print("\n" + report::first_screen(robot, loaded, uncertainty) +
+            report::text(robot, segments));
   run.print_more("\nLoaded\n------\n" + report::text(robot, loaded));
   report::add_to(json, segments);
   json["loaded"] = report::to_json(robot, loaded);
+  if (uncertainty) json["loaded"]["uncertainty"] = report::deflection_json(*uncertainty);
   run.draw(report::picture(robot.manipulator, posture, loaded));
   stop_short_unless_stable(request.load, robot, loaded, run);
   return json;

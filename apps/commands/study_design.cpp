@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/apps/cli/robot_request.h"
 #include "kinetostat/apps/commands/link_models.h"
 #include "kinetostat/apps/commands/study.h"
 #include "kinetostat/common/error.h"
@@ -9,12 +10,14 @@
 #include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/manipulators/map.h"
 #include "kinetostat/report/manipulators/skeleton.h"
+#include "kinetostat/report/manipulators/uncertainty.h"
 #include "kinetostat/report/page.h"
 #include "kinetostat/report/screen/manipulator.h"
 #include "kinetostat/report/screen/study.h"
 #include "kinetostat/report/screen/wording.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/assembly.h"
+#include "kinetostat/vjm/uncertainty/stiffness_numbers.h"
 #include "kinetostat/vjm/workspace/neighbourhood.h"
 
 namespace kinetostat::apps {
@@ -37,6 +40,10 @@ class DesignStudy {
     if (!unloaded_.compliance) return;
     softest_ = report::softest_direction(*unloaded_.compliance);
     shares_ = vjm::spring_shares(robot_.manipulator, posture_, softest_.direction);
+    const auto numbers = [this](const vjm::Robot& other) {
+      return stiffness_numbers(other, posture_, softest_.direction);
+    };
+    uncertainty_ = UncertaintyRequest().of(robot_, numbers, run_);
   }
 
   io::Json all();
@@ -74,6 +81,7 @@ class DesignStudy {
   vjm::UnloadedStiffness unloaded_;
   report::SoftestDirection softest_{.direction = spatial::Vector3::UnitZ()};
   std::vector<vjm::SpringShare> shares_;
+  std::optional<vjm::Uncertainty> uncertainty_;
   io::Json map_, map_picture_, link_models_;
   std::string links_text_;
 };
@@ -87,7 +95,7 @@ std::vector<vjm::Manipulator> DesignStudy::finer() const {
 }
 
 Station DesignStudy::stiffness_station() const {
-  return {"stiffness", report::headline(robot_, unloaded_, {}),
+  return {"stiffness", report::headline(robot_, unloaded_, {}, uncertainty_),
           unloaded_.compliance ? Light::good : Light::bad};
 }
 
@@ -223,7 +231,7 @@ io::Json DesignStudy::all() {
   }
   stations.push_back(assembly_station());
   if (unloaded_.compliance && LinkModels::are_in(robot_.file)) stations.push_back(links_station());
-  const std::string headline = report::headline(robot_, unloaded_, shares_);
+  const std::string headline = report::headline(robot_, unloaded_, shares_, uncertainty_);
   io::Json list = io::Json::array();
   for (const Station& station : stations) list.push_back(report::to_json(station));
   io::Json json{{"headline", headline},
@@ -231,6 +239,7 @@ io::Json DesignStudy::all() {
                 {"design", robot_.name},
                 {"stations", list},
                 {"yields", report::to_json(robot_, shares_)}};
+  if (uncertainty_) json["uncertainty"] = report::stiffness_json(*uncertainty_, softest_.direction);
   if (!link_models_.is_null()) json["link_models"] = link_models_;
   if (map_.is_object()) io::write_json(folder_ / "map.json", map_);
   io::write_json(folder_ / "study.json", json);

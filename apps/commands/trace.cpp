@@ -79,6 +79,7 @@ void report_uncertainty(const TraceRequest& request, const vjm::Robot& robot,
   json["uncertainty"]["at"] = is_critical ? "first critical point" : "end of the path";
   for (const auto& [name, number] : {std::pair("force", 0), std::pair("deflection", 1)})
     json["uncertainty"][name] = report::number_json(*uncertainty, number);
+  json["uncertainty"]["of"] = shown == 0 ? "force" : "deflection";
   json["uncertainty"]["budget"] = report::budget_json(*uncertainty, shown);
 }
 

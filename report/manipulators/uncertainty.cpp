@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "kinetostat/vjm/uncertainty/deflection_numbers.h"
+#include "kinetostat/vjm/uncertainty/stiffness_numbers.h"
 
 namespace kinetostat::report {
 
@@ -24,14 +25,15 @@ Json number_json(const vjm::Uncertainty& uncertainty, Eigen::Index number) {
   return json;
 }
 
+namespace {
+
+// Expanded uncertainties of 36 numbers, as the rows of a 6x6.
 Json expanded_matrix(const vjm::Uncertainty& uncertainty, Eigen::Index first) {
   Eigen::Matrix<double, 6, 6> expanded;
   for (Eigen::Index k = 0; k < 36; ++k)
     expanded(k / 6, k % 6) = uncertainty.first_order.expanded(first + k);
   return io::rows(expanded);
 }
-
-namespace {
 
 // Sources, the one with the largest share first.
 std::vector<Eigen::Index> by_share(const Eigen::VectorXd& shares) {
@@ -77,6 +79,18 @@ Json settings_json(const vjm::Uncertainty& uncertainty) {
     json["draws"] = {{"count", uncertainty.draws->count},
                      {"seed", uncertainty.draws->seed},
                      {"failed", uncertainty.draws->failed()}};
+  return json;
+}
+
+Json stiffness_json(const vjm::Uncertainty& uncertainty, const spatial::Vector3& direction) {
+  using Numbers = vjm::StiffnessNumbers;
+  Json json = settings_json(uncertainty);
+  json["direction"] = io::to_json(direction);
+  json["compliance_along"] = number_json(uncertainty, Numbers::along);
+  json["budget"] = budget_json(uncertainty, Numbers::along);
+  json["compliance"] = expanded_matrix(uncertainty, Numbers::compliance);
+  if (!uncertainty.first_order.value.segment<36>(Numbers::stiffness).isZero(0))
+    json["stiffness"] = expanded_matrix(uncertainty, Numbers::stiffness);
   return json;
 }
 

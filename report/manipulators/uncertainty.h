@@ -9,8 +9,6 @@ namespace kinetostat::report {
 /// One of the numbers: `value` of the file's robot, `estimate`, `expanded_uncertainty` to first
 /// order; with draws their `mean`, `standard_deviation` and the `interval` that holds 95 % of them.
 io::Json number_json(const vjm::Uncertainty& uncertainty, Eigen::Index number);
-/// Expanded uncertainties of 36 numbers, as the rows of a 6x6.
-io::Json expanded_matrix(const vjm::Uncertainty& uncertainty, Eigen::Index first);
 /// What each source has in a number, the largest first: `source`, `kind`, its `estimate` and
 /// `standard_uncertainty` [SI], `part` of the number's standard uncertainty, `share` of its
 /// variance.
@@ -20,6 +18,9 @@ io::Json mean_budget_json(const vjm::Uncertainty& uncertainty, Eigen::Index firs
                           Eigen::Index count);
 /// `coverage_factor`, and of draws `count`, `seed` and how many `failed`.
 io::Json settings_json(const vjm::Uncertainty& uncertainty);
+/// Of stiffness_numbers() along `direction`: `compliance_along` with its `budget`, and expanded
+/// uncertainties of all entries of `compliance` and, unless it is rigid, `stiffness`.
+io::Json stiffness_json(const vjm::Uncertainty& uncertainty, const spatial::Vector3& direction);
 /// Of deflection_numbers(): `moved`, `turned`, `force` and `moment` with the budgets of those that
 /// are uncertain, and expanded uncertainties of `displacement` and `wrench`.
 io::Json deflection_json(const vjm::Uncertainty& uncertainty);

@@ -3,6 +3,7 @@ import { list, plain } from "./dom.js";
 import { axis, layout, scene } from "./look.js";
 import { largest, range } from "./numbers.js";
 import { headingOf, section, sourceOf } from "./section.js";
+import { budgetOf } from "./uncertainty.js";
 import { number, quantity, unitFor } from "./units.js";
 import { View } from "./view.js";
 
@@ -227,5 +228,6 @@ export function pathSection({ result, picture }) {
   add(pathFigure(result.path, picture?.path?.turns, view, sourceOf(result)), view);
   if (picture?.path?.lines)
     add(cursorFigure(result, picture.path.lines, view, sourceOf(result)), view);
+  node.append(budgetOf(result) ?? "");
   return node;
 }

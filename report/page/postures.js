@@ -4,6 +4,7 @@ import { axis, layout, scene } from "./look.js";
 import { ellipsoid, matrixFigure } from "./matrix.js";
 import { headingOf, norm, section, sourceOf } from "./section.js";
 import { extentOf, magnified, skeletonTraces } from "./skeleton.js";
+import { budgetOf } from "./uncertainty.js";
 import { number, quantity, unitFor } from "./units.js";
 import { View } from "./view.js";
 import { roundFactor } from "./workspace.js";
@@ -254,5 +255,6 @@ export function postureSection({ result, picture }) {
           view,
         );
   if (state?.chains?.length > 1) add(wrenchFigure(result, source), view);
+  node.append(budgetOf(result) ?? "");
   return node;
 }

@@ -5,6 +5,7 @@ import { Figure } from "./figure.js";
 import { worstComponent } from "./measurements.js";
 import { skeletonFigure } from "./postures.js";
 import { Readings } from "./readings.js";
+import { budgetOf } from "./uncertainty.js";
 import { number } from "./units.js";
 import { View } from "./view.js";
 import { stagesOfDiagnosis, waterfall } from "./waterfall.js";
@@ -151,6 +152,7 @@ function designSection(entry, rest) {
           result.yields.map((s) => [s.spring, `${number(100 * s.share)} %`]),
           "What yields along the softest direction",
         ),
+        budgetOf(result) ?? "",
         linkTable(result.link_models) ?? "",
       ),
     ),

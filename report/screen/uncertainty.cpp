@@ -63,16 +63,21 @@ std::string draws_line(const vjm::Draws& draws, Eigen::Index number, const Shown
   return text;
 }
 
-// "62 % is stiffness of q3 and 30 % E of steel"
+// "62 % is stiffness of q3 and 30 % E of steel". Shares of sources that make up for each other are
+// no parts of a whole: then only the names.
 std::string blamed(const vjm::Propagation& first, const Eigen::VectorXd& shares) {
   constexpr double worth_a_word = 0.1;
   constexpr std::size_t most_words = 3;
+  const bool is_whole = shares.minCoeff() > -0.5 * worth_a_word;
   std::vector<std::string> words;
-  for (const SourceShare& s : largest_shares(first, shares))
-    if (words.size() < most_words && s.share >= worth_a_word)
-      words.push_back(fmt::format("{} {}{}", short_percent(std::min(s.share, 1.0)),
-                                  words.empty() ? "is " : "", s.source->name));
-  return listed(words, "and");
+  for (const SourceShare& s : largest_shares(first, shares)) {
+    if (words.size() == most_words || s.share < worth_a_word) break;
+    words.push_back(!is_whole ? s.source->name
+                              : fmt::format("{} {}{}", short_percent(std::min(s.share, 1.0)),
+                                            words.empty() ? "is " : "", s.source->name));
+  }
+  if (words.empty() || is_whole) return listed(words, "and");
+  return "most is " + listed(words, "and") + ", which partly make up for others";
 }
 
 }  // namespace
@@ -124,7 +129,7 @@ std::string budget_text(const vjm::Uncertainty& uncertainty, Eigen::Index number
   if (uncertainty.draws) text += draws_line(*uncertainty.draws, number, shown);
   const std::vector<SourceShare> shares = largest_shares(first, first.shares(number));
   for (std::size_t i = 0; i < std::min(shares.size(), most_sources); ++i)
-    text += fmt::format("  {:<12} {:>7}  {}\n", bar(std::max(0.0, shares[i].share), 12),
+    text += fmt::format("  {:<12} {:>7}  {}\n", shares[i].share > 0 ? bar(shares[i].share, 12) : "",
                         short_percent(shares[i].share), named(*shares[i].source));
   if (shares.size() > most_sources)
     text +=

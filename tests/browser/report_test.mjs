@@ -361,6 +361,16 @@ async function manipulators(browser) {
   await browser.until(`document.getElementById("path-posture").figure.view.get("at")[1] === 20`);
 }
 
+async function uncertainty(browser) {
+  run("stiffness", "data/robots/gantry.yaml", "--html", "uncertain.html");
+  await look(browser, "uncertain.html");
+  await look(browser, "uncertain.html", phone);
+  const captions = await browser.evaluate(
+    `[...document.querySelectorAll("caption")].map((c) => c.textContent).join(" ")`,
+  );
+  assert.match(captions, /What the stiffness along the softest direction is uncertain by/);
+}
+
 async function link(browser) {
   run("identify", "meshes/block.yaml", "--no-cache", "--html", "link.html");
   const points = await look(browser, "link.html");
@@ -407,6 +417,7 @@ try {
   await diagnosis(browser);
   await study(browser);
   await manipulators(browser);
+  await uncertainty(browser);
   await paper(browser);
   await savedFiles(browser);
   await link(browser);
