@@ -31,6 +31,8 @@ std::string prior_unit(const vjm::EffectParameter& parameter) {
       return "over the stiffness of the joint's spring and what the readings load it with";
     case vjm::PriorUnit::per_joint_span:
       return "over the range of the joint's commands in the readings";
+    case vjm::PriorUnit::change_read:
+      return "times the largest change that is read";
     case vjm::PriorUnit::soft_compliance:
       return "times the compliance of the softest joint, at a lever of 0.3 m where the one shifts "
              "and the other turns";

@@ -119,17 +119,17 @@ StudioSession::StudioSession(vjm::Robot robot, calibration::Campaign campaign,
       training_(only(campaign_, {calibration::Role::fit})),
       folder_(std::move(folder)),
       threads_(threads) {
-  const calibration::Predictor nominal(robot_.without_effects(), robot_.effects, training_,
-                                       threads_, progress);
-  candidates_ = calibration::candidates(
-      robot_, {},
-      calibration::joint_scales(nominal, robot_.without_effects(), training_, progress));
   const calibration::Comparison comparison =
       calibration::compare(robot_, campaign_, threads_, progress);
   noise_ = comparison.noise;
   if (noise_.source == calibration::NoiseSource::unknown)
     throw common::InputError(campaign_.file, "nothing says how exact the readings are",
                              "State a 'noise', or repeat readings");
+  const calibration::Predictor nominal(robot_.without_effects(), robot_.effects, training_,
+                                       threads_, progress);
+  candidates_ = calibration::candidates(
+      robot_, {},
+      calibration::joint_scales(nominal, robot_.without_effects(), training_, noise_, progress));
   fitter_.emplace(robot_, training_, noise_, threads_, progress);
   models_[{}] = {{}, fitter_->fit({}, nullptr, progress)};
   Json effects = Json::array();

@@ -152,6 +152,53 @@ std::vector<Cycle> cycles_as_run(const Campaign& campaign) {
   return cycles;
 }
 
+std::vector<Cycle> all_cycles(const Campaign& campaign) {
+  std::vector<Cycle> result = cycles_as_run(campaign);
+  for (std::size_t i = 0; i < campaign.readings.size(); ++i)
+    if (campaign.readings[i].cycle.empty()) result.push_back({i});
+  return result;
+}
+
+namespace {
+
+// Those of a session as one where the history continues: in the order of time where all have one,
+// else of rows.
+std::vector<Cycle> runs_of(const Campaign& campaign) {
+  std::vector<Cycle> cycles = all_cycles(campaign);
+  if (!campaign.history_continues) return cycles;
+  const bool timed = std::all_of(campaign.readings.begin(), campaign.readings.end(),
+                                 [](const Reading& r) { return r.time.has_value(); });
+  const auto key = [&](const Cycle& cycle) {
+    const Reading& first = campaign.readings[cycle.front()];
+    return std::tuple(first.session, timed ? *first.time : 0.0,
+                      *std::min_element(cycle.begin(), cycle.end()));
+  };
+  std::sort(cycles.begin(), cycles.end(),
+            [&key](const Cycle& a, const Cycle& b) { return key(a) < key(b); });
+  std::vector<Cycle> result;
+  for (const Cycle& cycle : cycles) {
+    const bool goes_on = !result.empty() && campaign.readings[result.back().back()].session ==
+                                                campaign.readings[cycle.front()].session;
+    if (!goes_on) result.emplace_back();
+    result.back().insert(result.back().end(), cycle.begin(), cycle.end());
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<Cycle> histories_of(const Campaign& campaign) {
+  std::vector<Cycle> result;
+  for (const Cycle& cycle : runs_of(campaign))
+    for (std::size_t k = 0; k < cycle.size(); ++k) {
+      const bool same = k > 0 && campaign.readings[cycle[k]].configuration ==
+                                     campaign.readings[cycle[k - 1]].configuration;
+      if (!same) result.emplace_back();
+      result.back().push_back(cycle[k]);
+    }
+  return result;
+}
+
 std::vector<Cycle> load_cycles(const Campaign& campaign) {
   std::vector<Cycle> cycles = cycles_as_run(campaign);
   for (Cycle& cycle : cycles)

@@ -32,7 +32,12 @@ using Cycle = std::vector<std::size_t>;
 /// As they were run, masked readings included; empty when the table has no column `cycle`, or
 /// leaves it empty.
 std::vector<Cycle> cycles_as_run(const Campaign& campaign);
-/// The same without masked readings.
+/// The same, and each reading that belongs to no cycle by itself.
+std::vector<Cycle> all_cycles(const Campaign& campaign);
+/// Readings along which histories are carried: the same without a change of configuration inside;
+/// where the campaign says that the history continues, all cycles of a session in one.
+std::vector<Cycle> histories_of(const Campaign& campaign);
+/// The cycles as they were run, without masked readings.
 std::vector<Cycle> load_cycles(const Campaign& campaign);
 
 /// One entry a reading: what the table states, else whether its load is larger or smaller than the

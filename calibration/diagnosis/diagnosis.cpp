@@ -136,7 +136,7 @@ class Baseline {
       : noise_(noise),
         given_(only(whole, {Role::fit, Role::select})),
         all_(robot, given_, noise, threads, progress, options.journal),
-        scales_(joint_scales(all_.predictor(), robot.without_effects(), given_, progress)),
+        scales_(joint_scales(all_.predictor(), robot.without_effects(), given_, noise, progress)),
         tried_(candidates(robot, options.kinds, scales_)),
         whole_search_(all_, tried_, options, threads, progress),
         fit_(with_hint_of_unit_error(all_.predictor(), given_, progress,
@@ -158,7 +158,7 @@ class Baseline {
   Search& search() { return search_; }
   const Search& search_in_all() const { return whole_search_; }
   const BaseFit& fit() const { return fit_; }
-  const vjm::JointScales& scales() const { return scales_; }
+  const vjm::ReadingScales& scales() const { return scales_; }
   const std::vector<std::string>& set_aside() const { return set_aside_; }
   std::size_t far_values() const { return far_values_; }
 
@@ -190,7 +190,7 @@ class Baseline {
   const Noise& noise_;
   Campaign given_;
   CandidateFitter all_;
-  vjm::JointScales scales_;
+  vjm::ReadingScales scales_;
   std::vector<Candidate> tried_;
   Search whole_search_;
   BaseFit fit_;

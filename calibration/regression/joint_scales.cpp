@@ -5,6 +5,7 @@
 #include <map>
 
 #include "kinetostat/calibration/campaign/load_history.h"
+#include "kinetostat/calibration/regression/instrument_lag.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -126,19 +127,76 @@ void lift(const std::vector<vjm::JointScale*>& sort, double play) {
   }
 }
 
+double change_or_usual(const Campaign& campaign, const spatial::Dimension& dimension,
+                       double usual) {
+  const double change = measured_change(campaign, dimension);
+  return change > 0 ? change : usual;
+}
+
+// One row a reading in a cycle: how far it is from the mean of its configuration, in units of the
+// noise.
+Eigen::MatrixXd changes_in_cycles(const Campaign& campaign, const Noise& noise) {
+  std::map<std::size_t, std::vector<std::size_t>> by_configuration;
+  Index rows = 0;
+  for (const Cycle& cycle : load_cycles(campaign))
+    for (const std::size_t r : cycle) {
+      by_configuration[campaign.readings[r].configuration].push_back(r);
+      ++rows;
+    }
+  Eigen::MatrixXd changes = Eigen::MatrixXd::Zero(rows, campaign.size());
+  for (Index k = 0; k < campaign.size(); ++k) {
+    if (!may_lag(campaign, k)) continue;
+    Index row = 0;
+    for (const auto& [configuration, readings] : by_configuration) {
+      double sum = 0, count = 0;
+      for (const std::size_t r : readings)
+        if (campaign.readings[r].uses(k)) sum += campaign.readings[r].displacement[k], ++count;
+      for (const std::size_t r : readings) {
+        if (campaign.readings[r].uses(k))
+          changes(row, k) =
+              (campaign.readings[r].displacement[k] - sum / count) / noise.sigma[r][k];
+        ++row;
+      }
+    }
+  }
+  return changes;
+}
+
+// The play of an instrument differs from friction in a joint in that it does not follow where the
+// joint moves the target: readings must move along more than one line, and back.
+bool tell_lag(const Campaign& campaign, const Noise& noise) {
+  constexpr double least_share = 0.1;  // of the second direction
+  constexpr double seen = 3;           // times what noise alone makes of it
+  if (campaign.displacement != DisplacementKind::difference ||
+      campaign.session_frame == SessionFrame::estimated ||
+      !has_branch(campaign, LoadDirection::unloading))
+    return false;
+  const Eigen::MatrixXd changes = changes_in_cycles(campaign, noise);
+  if (changes.rows() < 3 || changes.cols() < 2) return false;
+  const Eigen::VectorXd sizes = changes.bdcSvd().singularValues();
+  return sizes[1] > least_share * sizes[0] &&
+         sizes[1] > seen * std::sqrt(static_cast<double>(changes.rows()));
+}
+
 }  // namespace
 
-vjm::JointScales joint_scales(const Predictor& nominal, const vjm::Manipulator& bare,
-                              const Campaign& campaign, common::Progress& progress) {
+vjm::ReadingScales joint_scales(const Predictor& nominal, const vjm::Manipulator& bare,
+                                const Campaign& campaign, const Noise& noise,
+                                common::Progress& progress) {
   const Predictions predictions = nominal.predict({}, {}, false, progress);
   if (predictions.failure) return {};
-  vjm::JointScales scales(bare.size());
+  vjm::ReadingScales scales;
+  scales.joints.resize(bare.size());
+  scales.shift = change_or_usual(campaign, spatial::dimension::length, scales.shift);
+  scales.turn = change_or_usual(campaign, spatial::dimension::angle, scales.turn);
+  scales.tell_lag = tell_lag(campaign, noise);
   std::vector<vjm::JointScale*> slides, turns;
   for (std::size_t c = 0; c < bare.size(); ++c) {
     const vjm::Chain& chain = bare.chains()[c];
-    scales[c].assign(static_cast<std::size_t>(chain.size()), {.load = 0, .travel = 0, .play = 0});
+    scales.joints[c].assign(static_cast<std::size_t>(chain.size()),
+                            {.load = 0, .travel = 0, .play = 0});
     for (Index k = 0; k < chain.size(); ++k) {
-      vjm::JointScale& scale = scales[c][static_cast<std::size_t>(k)];
+      vjm::JointScale& scale = scales.joints[c][static_cast<std::size_t>(k)];
       const vjm::Coordinate& coordinate = chain.coordinates()[static_cast<std::size_t>(k)];
       (vjm::is_rotation(coordinate.motion) ? turns : slides).push_back(&scale);
       add_commands(commands_of(nominal, campaign, c, k), scale);

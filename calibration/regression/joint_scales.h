@@ -1,6 +1,7 @@
-// What readings do to each joint of the model.
+// What readings do to each joint of the model, and what they can tell.
 #pragma once
 
+#include "kinetostat/calibration/campaign/noise.h"
 #include "kinetostat/calibration/regression/predict.h"
 
 namespace kinetostat::calibration {
@@ -12,7 +13,8 @@ namespace kinetostat::calibration {
 /// their own; a sort without any spring that is loaded has the usual scale. Where the nominal model
 /// has no equilibrium for some reading, all have that.
 /// `bare`: the manipulator of `nominal` without its effects; `campaign`: that of `nominal`.
-vjm::JointScales joint_scales(const Predictor& nominal, const vjm::Manipulator& bare,
-                              const Campaign& campaign, common::Progress& progress);
+vjm::ReadingScales joint_scales(const Predictor& nominal, const vjm::Manipulator& bare,
+                                const Campaign& campaign, const Noise& noise,
+                                common::Progress& progress);
 
 }  // namespace kinetostat::calibration

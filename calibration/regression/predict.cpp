@@ -14,6 +14,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/calibration/campaign/load_history.h"
+#include "kinetostat/calibration/regression/instrument_lag.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/faults.h"
 #include "kinetostat/common/parallel.h"
@@ -140,6 +141,7 @@ void Predictor::set_effects(std::vector<vjm::Effect> effects) {
   for (const vjm::Effect& effect : effects_) {
     varies_ |= effect.kind->varies;
     has_history_ |= effect.kind->history > 0;
+    lags_ |= effect.kind->lags_behind;
   }
   find_cases();
 }
@@ -199,51 +201,6 @@ void Predictor::refuse_blind_levels(common::Faults& faults) const {
 
 namespace {
 
-// Masked readings were taken, too. One without a cycle stands alone.
-std::vector<Cycle> cycles_of(const Campaign& campaign) {
-  std::vector<Cycle> result = cycles_as_run(campaign);
-  for (std::size_t i = 0; i < campaign.readings.size(); ++i)
-    if (campaign.readings[i].cycle.empty()) result.push_back({i});
-  return result;
-}
-
-// The same, those of a session as one where the history continues: in the order of time where all
-// have one, else of rows.
-std::vector<Cycle> runs_of(const Campaign& campaign) {
-  std::vector<Cycle> cycles = cycles_of(campaign);
-  if (!campaign.history_continues) return cycles;
-  const bool timed = std::all_of(campaign.readings.begin(), campaign.readings.end(),
-                                 [](const Reading& r) { return r.time.has_value(); });
-  const auto key = [&](const Cycle& cycle) {
-    const Reading& first = campaign.readings[cycle.front()];
-    return std::tuple(first.session, timed ? *first.time : 0.0,
-                      *std::min_element(cycle.begin(), cycle.end()));
-  };
-  std::sort(cycles.begin(), cycles.end(),
-            [&key](const Cycle& a, const Cycle& b) { return key(a) < key(b); });
-  std::vector<Cycle> result;
-  for (const Cycle& cycle : cycles) {
-    const bool goes_on = !result.empty() && campaign.readings[result.back().back()].session ==
-                                                campaign.readings[cycle.front()].session;
-    if (!goes_on) result.emplace_back();
-    result.back().insert(result.back().end(), cycle.begin(), cycle.end());
-  }
-  return result;
-}
-
-// The same without a change of configuration inside.
-std::vector<Cycle> stretches_of(const Campaign& campaign) {
-  std::vector<Cycle> result;
-  for (const Cycle& cycle : runs_of(campaign))
-    for (std::size_t k = 0; k < cycle.size(); ++k) {
-      const bool same = k > 0 && campaign.readings[cycle[k]].configuration ==
-                                     campaign.readings[cycle[k - 1]].configuration;
-      if (!same) result.emplace_back();
-      result.back().push_back(cycle[k]);
-    }
-  return result;
-}
-
 std::vector<vjm::Conditions> conditions_of(const Campaign& campaign) {
   std::map<std::size_t, double> start;  // of sessions
   for (const Reading& r : campaign.readings)
@@ -266,12 +223,12 @@ std::vector<vjm::Conditions> conditions_of(const Campaign& campaign) {
         result.back().covariates.emplace(c.name, value);
     }
   }
-  for (const Cycle& cycle : cycles_of(campaign)) {
+  for (const Cycle& cycle : all_cycles(campaign)) {
     double begin = campaign.readings[cycle.front()].cycle.empty() ? 0 : result[cycle.front()].time;
     for (const std::size_t i : cycle) begin = std::min(begin, result[i].time);
     for (const std::size_t i : cycle) result[i].time_in_cycle = result[i].time - begin;
   }
-  for (const Cycle& stretch : stretches_of(campaign))
+  for (const Cycle& stretch : histories_of(campaign))
     for (std::size_t k = 1; k < stretch.size(); ++k)
       result[stretch[k]].elapsed =
           std::max(0.0, result[stretch[k]].time - result[stretch[k - 1]].time);
@@ -356,7 +313,7 @@ std::span<const std::size_t> Predictor::readings_of(std::size_t c) const {
 }
 
 void Predictor::find_sequences(const std::vector<std::size_t>& case_of_reading) {
-  for (const Cycle& stretch : stretches_of(campaign_)) {
+  for (const Cycle& stretch : histories_of(campaign_)) {
     sequences_.emplace_back();
     for (const std::size_t reading : stretch) sequences_.back().push_back(case_of_reading[reading]);
   }
@@ -866,6 +823,7 @@ Predictions Predictor::predict(const Run& run, common::Progress& progress) const
           (!predictions.failure || r < predictions.failure->reading))
         predictions.failure = {r, reason};
   add_unloaded(unloaded, predictions);
+  if (lags_) add_lag(campaign_, run.model.effects(), run.parameters, predictions);
   return predictions;
 }
 

@@ -60,22 +60,22 @@ bool lifts_weight(const vjm::EffectSite& site, const vjm::Manipulator& bare) {
 
 // How many the readings have of a joint; enough where nothing is known of them.
 int commands_of(const vjm::EffectSite& site, const vjm::Manipulator& bare,
-                const vjm::JointScales& scales) {
-  if (scales.empty()) return std::numeric_limits<int>::max();
+                const vjm::ReadingScales& scales) {
+  if (scales.joints.empty()) return std::numeric_limits<int>::max();
   const Index k = bare.chains()[site.chain].index_of(site.element);
-  return scales[site.chain][static_cast<std::size_t>(k)].commands;
+  return scales.joints[site.chain][static_cast<std::size_t>(k)].commands;
 }
 
 std::optional<Candidate> candidate_at(const vjm::Robot& robot,
                                       const std::shared_ptr<const vjm::EffectKind>& kind,
-                                      const std::string& place, const vjm::JointScales& scales) {
+                                      const std::string& place, const vjm::ReadingScales& scales) {
   const vjm::Manipulator& bare = robot.without_effects();
   Candidate candidate;
   candidate.effect = {.kind = kind,
                       .at = place,
                       .sites = vjm::effect_sites(*kind, bare, place),
                       .values = VectorXd(static_cast<Index>(kind->parameters.size()))};
-  if (has(robot, candidate.effect)) return std::nullopt;
+  if (has(robot, candidate.effect) || (kind->lags_behind && !scales.tell_lag)) return std::nullopt;
   const bool is_asked_more = kind->balances_weight || kind->least_commands > 1;
   if (is_asked_more && std::none_of(candidate.effect.sites.begin(), candidate.effect.sites.end(),
                                     [&](const vjm::EffectSite& site) {
@@ -111,7 +111,7 @@ std::vector<std::string> names_of(const std::vector<Candidate>& candidates) {
 }
 
 std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std::string>& kinds,
-                                  const vjm::JointScales& scales) {
+                                  const vjm::ReadingScales& scales) {
   std::vector<Candidate> result;
   for (const auto& kind : robot.kinds()) {
     if (!kinds.empty() && std::find(kinds.begin(), kinds.end(), kind->name) == kinds.end())
@@ -138,7 +138,7 @@ std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std
 
 std::vector<KindWithoutPlace> kinds_without_place(const vjm::Robot& robot,
                                                   const std::vector<std::string>& kinds,
-                                                  const vjm::JointScales& scales) {
+                                                  const vjm::ReadingScales& scales) {
   const std::vector<Candidate> all = candidates(robot, kinds, scales);
   std::vector<KindWithoutPlace> result;
   for (const auto& kind : robot.kinds()) {
@@ -157,6 +157,9 @@ std::vector<KindWithoutPlace> kinds_without_place(const vjm::Robot& robot,
         : kind->least_commands > 1
             ? fmt::format("no joint with a spring is at {} or more commands in these readings",
                           kind->least_commands)
+        : kind->lags_behind
+            ? "the readings do not move along several lines and back, and so look the same with "
+              "friction in a joint"
         : kind->place == vjm::EffectPlace::mass
             ? "no link of the robot file yields or has a 'mass'"
             : fmt::format("the robot has no {} on which it could act", vjm::to_string(kind->place));

@@ -27,7 +27,7 @@ std::vector<std::string> names_of(const std::vector<Candidate>& candidates);
 /// `scales`: what the readings do to each joint, which usual sizes are counted in. What balances
 /// weight is looked for only at drives that the readings move.
 std::vector<Candidate> candidates(const vjm::Robot& robot, const std::vector<std::string>& kinds,
-                                  const vjm::JointScales& scales = {});
+                                  const vjm::ReadingScales& scales = {});
 
 /// A kind of effect that the robot has no place for, and why.
 struct KindWithoutPlace {
@@ -36,7 +36,7 @@ struct KindWithoutPlace {
 /// Of the kinds that candidates() tries; those that the robot has already do not count.
 std::vector<KindWithoutPlace> kinds_without_place(const vjm::Robot& robot,
                                                   const std::vector<std::string>& kinds,
-                                                  const vjm::JointScales& scales = {});
+                                                  const vjm::ReadingScales& scales = {});
 
 /// Those of the robot, then the added ones.
 std::vector<vjm::Effect> effects_with(const vjm::Robot& robot, const std::vector<Candidate>& added);

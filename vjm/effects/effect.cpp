@@ -43,6 +43,9 @@ void EffectKind::add_to(ReadingErrors&, const EffectInput&) const {}
 ReadingErrors EffectKind::tangent(Index, const EffectInput&) const {
   return ReadingErrors::tangent();
 }
+Lag EffectKind::lag(double, double, double) const {
+  throw std::logic_error(fmt::format("the effect '{}' lags behind nothing", name));
+}
 HistoryStep EffectKind::advance(const ChainState&, const std::string&, const EffectInput&) const {
   throw std::logic_error(fmt::format("the effect '{}' has no history", name));
 }
@@ -242,12 +245,12 @@ double softest(const Manipulator& manipulator, bool angular) {
 namespace {
 
 // The largest of its sites.
-JointScale scale_of(const Effect& effect, const Manipulator& bare, const JointScales& scales) {
-  if (scales.empty()) return {};
+JointScale scale_of(const Effect& effect, const Manipulator& bare, const ReadingScales& scales) {
+  if (scales.joints.empty()) return {};
   JointScale largest{.load = 0, .travel = 0, .play = 0};
   for (const EffectSite& site : effect.sites) {
     const Index k = bare.chains()[site.chain].index_of(site.element);
-    const JointScale& scale = scales[site.chain][static_cast<std::size_t>(k)];
+    const JointScale& scale = scales.joints[site.chain][static_cast<std::size_t>(k)];
     largest.load = std::max(largest.load, scale.load);
     largest.travel = std::max(largest.travel, scale.travel);
     largest.play = std::max(largest.play, scale.play);
@@ -259,11 +262,13 @@ JointScale scale_of(const Effect& effect, const Manipulator& bare, const JointSc
 }  // namespace
 
 double prior_deviation(const Effect& effect, Index value, const Manipulator& bare,
-                       const JointScales& scales) {
+                       const ReadingScales& scales) {
   const EffectParameter& parameter = effect.kind->parameters[static_cast<std::size_t>(value)];
   const double share = parameter.prior_sd;
   if (parameter.prior_unit == PriorUnit::soft_compliance)
     return share * softest(bare, parameter.linear.angle != 0);
+  if (parameter.prior_unit == PriorUnit::change_read)
+    return share * (parameter.linear.angle != 0 ? scales.turn : scales.shift);
   if (parameter.prior_unit == PriorUnit::absolute || effect.sites.empty()) return share;
   const Chain& chain = bare.chains()[effect.sites[0].chain];
   const Index k = chain.index_of(effect.sites[0].element);

@@ -55,6 +55,7 @@ enum class PriorUnit {
   cubic_stiffness,  // of a spring that its deflection by that load makes twice as stiff
   load_compliance,  // compliance over load: what such a load adds to the spring's
   per_joint_span,   // one over the range of its commands
+  change_read,      // the largest change that is read, of translations or of rotations
   soft_compliance   // the same of the softest joint of the manipulator, at a lever of 0.3 m where
                     // the one slides or shifts and the other turns
 };
@@ -67,8 +68,14 @@ struct JointScale {
   int commands = 2;      // how many there are, as far as they differ by a hundredth of their range
   double span = 1;       // range of its commands [m or rad]; 1 where it is not moved
 };
-/// One a chain and coordinate.
-using JointScales = std::vector<std::vector<JointScale>>;
+/// What readings do to a robot: usual values by default.
+struct ReadingScales {
+  std::vector<std::vector<JointScale>> joints;  // one a chain and coordinate; empty: usual ones
+  double shift = 1e-3, turn = 3e-3;             // the largest change that is read [m], [rad]
+  /// They move in several directions and back, so that an instrument which lags behind does not
+  /// look like a joint with friction.
+  bool tell_lag = true;
+};
 
 /// One number of an effect; SI inside.
 struct EffectParameter {
@@ -182,6 +189,16 @@ struct HistoryStep {
   HistoryStep(Eigen::VectorXd state, Eigen::Index coordinates, Eigen::Index inputs);
 };
 
+/// By how much an instrument shows more than there is [m or rad], and the state that it carries to
+/// the next reading, with derivatives by what it reads (`moved`), by the state before and by the
+/// value.
+struct Lag {
+  double shown = 0, state = 0;
+  double shown_by_moved = 0, state_by_moved = 0;
+  double shown_by_state = 0, state_by_state = 0;
+  double shown_by_value = 0, state_by_value = 0;
+};
+
 /// A kind of effect: one file in vjm/effects/, listed in effect_kinds(). Does nothing by default.
 /// Immutable; parts of one kind at different places know nothing of each other.
 class EffectKind {
@@ -207,6 +224,10 @@ class EffectKind {
   /// Commands of its joint in which it must be seen: with fewer its law is any change between them.
   int least_commands = 1;
 
+  /// The instrument lags behind what it looks at: all that it does is lag(), of each number that is
+  /// read by itself, along a cycle. Its values are one an axis: x, y, z, rx, ry, rz.
+  bool lags_behind = false;
+
   /// All that it does is a force on its joint that depends on this one alone: on its coordinate,
   /// its command and those of others, its spring, and the input. So do its derivatives and history.
   bool acts_on_joint_alone = false;
@@ -223,6 +244,9 @@ class EffectKind {
   /// Adds to how readings are taken, and the tangent of that with respect to one value.
   virtual void add_to(ReadingErrors& errors, const EffectInput& input) const;
   virtual ReadingErrors tangent(Eigen::Index value, const EffectInput& input) const;
+  /// Where lags_behind: `moved` since the reading before in the cycle [m or rad], the state after
+  /// that reading (0 at the start), and the value for the number that is read.
+  virtual Lag lag(double moved, double state, double value) const;
   /// Carries the history over an equilibrium. Required where history > 0.
   virtual HistoryStep advance(const ChainState& state, const std::string& element,
                               const EffectInput& input) const;
@@ -274,7 +298,7 @@ std::vector<std::string> effect_places(const EffectKind& kind, const Manipulator
 /// Prior standard deviation of a value [SI], where the manipulator has the effect. `scales`: what
 /// readings do to each joint; a usual load and travel where there are none.
 double prior_deviation(const Effect& effect, Eigen::Index value, const Manipulator& bare,
-                       const JointScales& scales = {});
+                       const ReadingScales& scales = {});
 /// Whether the unit of an effect's parameters there is that of a joint that turns.
 bool turns(const Effect& effect, const Manipulator& manipulator);
 

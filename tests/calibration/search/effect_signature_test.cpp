@@ -148,7 +148,7 @@ const std::set<std::string>& expected(const std::string& kind) {
   static const std::set<std::string> temperature = {"temperature"};
   static const std::set<std::string> time = {"time in the session"};
   static const std::set<std::string> history = {"loop", "branch", "return to zero"};
-  if (kind == "friction" || kind == "load_friction") return history;
+  if (kind == "friction" || kind == "load_friction" || kind == "gauge_play") return history;
   if (kind == "creep") return history;
   if (kind == "thermal_expansion") return temperature;
   if (kind == "session_drift") return time;
@@ -245,7 +245,7 @@ TEST_P(EffectSignature, IsSeenWhereItIsAndGoneWithTheEffect) {
   }
   // What a joint under constant weight does with time, and what a joint that hardly moves at some
   // postures does, shows there first; the loop comes right behind.
-  const bool history = effect.kind->history > 0;
+  const bool history = effect.kind->history > 0 || effect.kind->lags_behind;
   const auto end = found.begin() + std::min<std::ptrdiff_t>(history ? 2 : 1, std::ssize(found));
   EXPECT_TRUE(std::any_of(
       found.begin(), end,

@@ -10,8 +10,6 @@ namespace kinetostat::vjm::effects {
 namespace friction_kind {
 namespace {
 
-// Share of the presliding length over which sticking passes into slipping.
-constexpr double rounding = 0.05;
 // What is shorter is taken to be as long [m or rad]: no instrument sees the difference.
 constexpr double least_presliding = 1e-9;
 
@@ -21,28 +19,6 @@ enum History {
   travel
 };  // of the bristles over the presliding length; the joint's [m, rad]
 constexpr Eigen::Index before = settled + 1;  // where the history stands among the inputs
-
-// A saturation: u up to 1 - w in magnitude, 1 from 1 + w on, between them its slope falls as
-// 1 - 3 t^2 + 2 t^3. Its value, slope, integral, and the integral of that.
-struct Saturation {
-  double value, slope, integral, second_integral;
-
-  explicit Saturation(double u) {
-    constexpr double w = rounding;
-    const double size = std::abs(u), t = std::clamp((size - (1 - w)) / (2 * w), 0.0, 1.0);
-    const double inside = std::min(size, 1 + w);
-    const double lost = 2 * w * t * t * t * (1 - t / 2);
-    value = std::copysign(inside - lost, u);
-    slope = 1 - t * t * (3 - 2 * t);
-    const double bent =
-        inside * inside / 2 - 4 * w * w * (std::pow(t, 4) / 4 - std::pow(t, 5) / 10);
-    const double outside = size - inside;  // where it slips, and s = 1
-    integral = bent + outside;
-    const double bent_twice =
-        std::pow(inside, 3) / 6 - 8 * w * w * w * (std::pow(t, 5) / 20 - std::pow(t, 6) / 60);
-    second_integral = std::copysign(bent_twice + outside * bent + outside * outside / 2, u);
-  }
-};
 
 // The weight of a cycle's posture is put on without friction, and friction starts from there.
 bool settles(const EffectInput& input) {

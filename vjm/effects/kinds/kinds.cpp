@@ -68,7 +68,8 @@ const EffectKinds& effect_kinds() {
                                     effects::sensor_frame(),
                                     effects::sensor_scale(),
                                     effects::target_lever_arm(),
-                                    effects::session_drift()};
+                                    effects::session_drift(),
+                                    effects::gauge_play()};
   return kinds;
 }
 

@@ -40,6 +40,7 @@ Kind sensor_frame();
 Kind target_lever_arm();
 Kind sensor_scale();
 Kind session_drift();
+Kind gauge_play();
 
 namespace compliance {
 inline constexpr spatial::Dimension linear{.mass = -1, .time = 2};
@@ -70,6 +71,15 @@ struct DeadZone {
   double value = 0, slope = 0, by_gap = 0, by_width = 0, integral = 0;
 
   DeadZone(double d, double gap, double width);
+};
+
+/// A saturation: u up to 1 - w in magnitude, 1 from 1 + w on, w its rounding; between them its
+/// slope falls as 1 - 3 t^2 + 2 t^3. Its value, slope, integral, and the integral of that.
+struct Saturation {
+  static constexpr double rounding = 0.05;
+  double value, slope, integral, second_integral;
+
+  explicit Saturation(double u);
 };
 
 }  // namespace kinetostat::vjm::effects
