@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/calibration/search/outliers.h"
 #include "kinetostat/report/base_fit.h"
 #include "kinetostat/report/effect.h"
@@ -25,6 +26,19 @@ using io::Json;
 
 constexpr std::size_t shown_candidates = 12, most_places = 6;
 
+// The name of a session or cycle that an effect is of; empty for other values.
+std::string named_readings(const calibration::Campaign& campaign, vjm::NamesReadings names,
+                           double value) {
+  const auto number = static_cast<std::size_t>(value);
+  if (names == vjm::NamesReadings::session && number - 1 < campaign.sessions.size())
+    return fmt::format("session = {} ('{}')", number, campaign.sessions[number - 1]);
+  if (names != vjm::NamesReadings::cycle) return {};
+  const std::vector<calibration::Cycle> cycles = calibration::cycles_as_run(campaign);
+  if (number - 1 >= cycles.size()) return {};
+  return fmt::format("cycle = {} ('{}')", number,
+                     campaign.readings[cycles[number - 1].front()].cycle);
+}
+
 // "gap = 0.052 +- 0.003 mm"
 std::string values_text(const vjm::Robot& robot, const calibration::Campaign& campaign,
                         const Candidate& candidate, const Eigen::VectorXd& values,
@@ -34,6 +48,11 @@ std::string values_text(const vjm::Robot& robot, const calibration::Campaign& ca
   std::vector<std::string> texts;
   for (std::size_t k = 0; k < kind.parameters.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
+    if (std::string named = named_readings(campaign, kind.parameters[k].names_readings, values[i]);
+        !named.empty()) {
+      texts.push_back(std::move(named));
+      continue;
+    }
     const std::string unit = unit_for_people(campaign, kind.parameters[k], angular);
     const double factor = unit.empty() ? 1 : spatial::parse_unit(unit).factor;
     const std::vector<double>& usual =

@@ -24,6 +24,24 @@ constexpr double unknown_width = 1e4;
 // others.
 constexpr double least_weight = 0.05;
 
+bool names_readings(const vjm::Effect& effect, Index value) {
+  return effect.kind->parameters[static_cast<std::size_t>(value)].names_readings !=
+         vjm::NamesReadings::no;
+}
+
+// What is of readings that were taken is of no planned one.
+void name_no_readings(PlanModel& model) {
+  for (vjm::Effect& effect : model.effects)
+    for (Index v = 0; v < effect.values.size(); ++v)
+      if (names_readings(effect, v)) effect.values[v] = 0;
+  for (std::size_t p = 0; p < model.parameters.size(); ++p) {
+    const Parameter& parameter = model.parameters[p];
+    if (!parameter.is_logarithm() &&
+        names_readings(model.effects[parameter.effect], parameter.value))
+      model.values[static_cast<Index>(p)] = 0;
+  }
+}
+
 PlanModel model_of(const vjm::Robot& robot, const std::vector<Candidate>& added,
                    const BaseFit& fit) {
   PlanModel model;
@@ -31,6 +49,7 @@ PlanModel model_of(const vjm::Robot& robot, const std::vector<Candidate>& added,
   for (const ParameterEstimate& estimate : fit.parameters)
     model.parameters.push_back(estimate.parameter);
   model.values = values_of(fit);
+  name_no_readings(model);
   const Index n = model.values.size();
   model.root = root_of(fit.covariance.topLeftCorner(n, n));
   return model;

@@ -15,8 +15,10 @@ bool Diagnosis::is_left_open() const {
 }
 
 bool Diagnosis::predicts_no_better() const {
-  return std::any_of(found.begin(), found.end(),
-                     [](const FoundEffect& f) { return !(f.log_score_gain > 0); });
+  // What is of some readings only says nothing of others.
+  return std::any_of(found.begin(), found.end(), [](const FoundEffect& f) {
+    return !(f.log_score_gain > 0) && !f.candidate.effect.kind->offsets_readings;
+  });
 }
 
 std::vector<UnseenKind> unseen_kinds(const Diagnosis& diagnosis) {

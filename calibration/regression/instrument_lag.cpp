@@ -1,7 +1,6 @@
 #include "kinetostat/calibration/regression/instrument_lag.h"
 
 #include <cmath>
-#include <optional>
 #include <utility>
 
 #include "kinetostat/calibration/campaign/load_history.h"
@@ -53,15 +52,6 @@ class Follower {
   Number there_, state_;
 };
 
-std::optional<Index> column_of(const std::vector<vjm::ModelParameter>& parameters,
-                               std::size_t effect, Index value) {
-  for (std::size_t p = 0; p < parameters.size(); ++p)
-    if (parameters[p].springs.empty() && parameters[p].effect == effect &&
-        parameters[p].value == value)
-      return static_cast<Index>(p);
-  return std::nullopt;
-}
-
 void follow(const Campaign& campaign, const Cycle& history, Index component, Follower follower,
             Predictions& predictions) {
   bool is_first = campaign.displacement == DisplacementKind::absolute;
@@ -81,6 +71,15 @@ void follow(const Campaign& campaign, const Cycle& history, Index component, Fol
 }
 
 }  // namespace
+
+std::optional<Index> column_of(const std::vector<vjm::ModelParameter>& parameters,
+                               std::size_t effect, Index value) {
+  for (std::size_t p = 0; p < parameters.size(); ++p)
+    if (parameters[p].springs.empty() && parameters[p].effect == effect &&
+        parameters[p].value == value)
+      return static_cast<Index>(p);
+  return std::nullopt;
+}
 
 bool may_lag(const Campaign& campaign, Index component) {
   const SensorKind kind = campaign.sensors[campaign.component(component).sensor].kind;

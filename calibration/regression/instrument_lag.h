@@ -1,6 +1,7 @@
 // What instruments show that lag behind what they look at.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "kinetostat/calibration/campaign/campaign.h"
@@ -12,6 +13,10 @@ namespace kinetostat::calibration {
 /// Whether an instrument may lag behind a component: translations, rotations and distances that are
 /// read, none that is set, and no tilt, joint, force or torque.
 bool may_lag(const Campaign& campaign, Eigen::Index component);
+
+/// Which of the parameters is that value of an effect.
+std::optional<Eigen::Index> column_of(const std::vector<vjm::ModelParameter>& parameters,
+                                      std::size_t effect, Eigen::Index value);
 
 /// Adds to predictions of what there is what effects that lag behind show more, along each history
 /// of the campaign (histories_of), with derivatives by `parameters` and by the wrench where the

@@ -6,6 +6,7 @@
 
 #include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/calibration/regression/instrument_lag.h"
+#include "kinetostat/calibration/regression/reading_offsets.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -178,6 +179,12 @@ bool tell_lag(const Campaign& campaign, const Noise& noise) {
          sizes[1] > seen * std::sqrt(static_cast<double>(changes.rows()));
 }
 
+vjm::Effect usual_offset(const std::string& name) {
+  vjm::Effect effect{.kind = vjm::effect_kind(name), .at = "sensor", .sites = {}, .values = {}};
+  effect.values.setZero(std::ssize(effect.kind->parameters));
+  return effect;
+}
+
 }  // namespace
 
 vjm::ReadingScales joint_scales(const Predictor& nominal, const vjm::Manipulator& bare,
@@ -190,6 +197,8 @@ vjm::ReadingScales joint_scales(const Predictor& nominal, const vjm::Manipulator
   scales.shift = change_or_usual(campaign, spatial::dimension::length, scales.shift);
   scales.turn = change_or_usual(campaign, spatial::dimension::angle, scales.turn);
   scales.tell_lag = tell_lag(campaign, noise);
+  scales.slips = placements(usual_offset("target_slip"), campaign).size();
+  scales.cycles = placements(usual_offset("cycle_offset"), campaign).size();
   std::vector<vjm::JointScale*> slides, turns;
   for (std::size_t c = 0; c < bare.size(); ++c) {
     const vjm::Chain& chain = bare.chains()[c];

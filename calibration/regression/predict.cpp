@@ -15,6 +15,7 @@
 
 #include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/calibration/regression/instrument_lag.h"
+#include "kinetostat/calibration/regression/reading_offsets.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/faults.h"
 #include "kinetostat/common/parallel.h"
@@ -141,7 +142,7 @@ void Predictor::set_effects(std::vector<vjm::Effect> effects) {
   for (const vjm::Effect& effect : effects_) {
     varies_ |= effect.kind->varies;
     has_history_ |= effect.kind->history > 0;
-    lags_ |= effect.kind->lags_behind;
+    on_numbers_ |= effect.kind->acts_on_numbers();
   }
   find_cases();
 }
@@ -823,7 +824,10 @@ Predictions Predictor::predict(const Run& run, common::Progress& progress) const
           (!predictions.failure || r < predictions.failure->reading))
         predictions.failure = {r, reason};
   add_unloaded(unloaded, predictions);
-  if (lags_) add_lag(campaign_, run.model.effects(), run.parameters, predictions);
+  if (on_numbers_) {
+    add_lag(campaign_, run.model.effects(), run.parameters, predictions);
+    add_offsets(campaign_, run.model.effects(), run.parameters, predictions);
+  }
   return predictions;
 }
 

@@ -161,7 +161,7 @@ class Predictor {
   std::vector<vjm::Effect> effects_;
   const Campaign& campaign_;
   int threads_;
-  bool varies_ = false, has_history_ = false, lags_ = false;
+  bool varies_ = false, has_history_ = false, on_numbers_ = false;
   std::shared_ptr<const std::vector<vjm::PostureResult>> postures_;  // one a configuration
   std::vector<vjm::Conditions> conditions_;  // the distinct ones; the neutral one first
   std::vector<Reference> references_;

@@ -66,6 +66,12 @@ int commands_of(const vjm::EffectSite& site, const vjm::Manipulator& bare,
   return scales.joints[site.chain][static_cast<std::size_t>(k)].commands;
 }
 
+// In how many ways an effect may be of some readings only.
+std::size_t readings_named(const vjm::EffectKind& kind, const vjm::ReadingScales& scales) {
+  const bool of_cycles = kind.parameters.back().names_readings == vjm::NamesReadings::cycle;
+  return of_cycles ? scales.cycles : scales.slips;
+}
+
 std::optional<Candidate> candidate_at(const vjm::Robot& robot,
                                       const std::shared_ptr<const vjm::EffectKind>& kind,
                                       const std::string& place, const vjm::ReadingScales& scales) {
@@ -91,10 +97,12 @@ std::optional<Candidate> candidate_at(const vjm::Robot& robot,
     const double deviation = vjm::prior_deviation(candidate.effect, i, bare, scales);
     candidate.deviations.push_back(deviation);
     if (!(deviation > 0) || !std::isfinite(deviation)) return std::nullopt;
-    if (k == 0 || parameter.required)
+    if (is_size(*kind, k) || parameter.required)
       candidate.effect.values[i] = within(parameter, parameter.none + deviation);
     candidate.designs *= std::max<std::size_t>(1, usual_values(candidate.effect, i, bare).size());
   }
+  if (kind->offsets_readings) candidate.designs = readings_named(*kind, scales);
+  if (candidate.designs == 0) return std::nullopt;
   return candidate;
 }
 
@@ -157,6 +165,10 @@ std::vector<KindWithoutPlace> kinds_without_place(const vjm::Robot& robot,
         : kind->least_commands > 1
             ? fmt::format("no joint with a spring is at {} or more commands in these readings",
                           kind->least_commands)
+        : kind->offsets_readings
+            ? std::string(kind->parameters.back().names_readings == vjm::NamesReadings::cycle
+                              ? "there are no three load cycles of three readings each"
+                              : "no session has six readings or more that all have a time")
         : kind->lags_behind
             ? "the readings do not move along several lines and back, and so look the same with "
               "friction in a joint"
@@ -193,14 +205,17 @@ std::vector<vjm::Effect> effects_with(const vjm::Robot& robot,
   return effects;
 }
 
+bool is_size(const vjm::EffectKind& kind, std::size_t value) {
+  return value == 0 || (kind.acts_on_numbers() && !kind.parameters[value].is_shape);
+}
+
 Candidate at_size(const Candidate& candidate, double leading, double others) {
   Candidate result = candidate;
   const auto& parameters = candidate.effect.kind->parameters;
   for (std::size_t k = 0; k < parameters.size(); ++k)
-    if (k == 0 || parameters[k].required)
-      result.effect.values[static_cast<Index>(k)] =
-          within(parameters[k],
-                 parameters[k].none + (k == 0 ? leading : others) * candidate.deviations[k]);
+    if (const bool leads = is_size(*candidate.effect.kind, k); leads || parameters[k].required)
+      result.effect.values[static_cast<Index>(k)] = within(
+          parameters[k], parameters[k].none + (leads ? leading : others) * candidate.deviations[k]);
   return result;
 }
 

@@ -13,7 +13,8 @@ namespace kinetostat::calibration {
 /// An effect of the catalogue (or of the user) at a place where the robot has none of its kind yet.
 struct Candidate {
   /// Usual values: one prior standard deviation from where there is no effect, within the physical
-  /// range, for the leading value and those that must be given; the others where there is none.
+  /// range, for values that say how large it is and those that must be given; the others where
+  /// there is none.
   vjm::Effect effect;
   std::vector<double> deviations;  // prior standard deviations of its values [SI]
   std::size_t designs = 1;         // in how many ways values that design fixes may be fixed
@@ -48,8 +49,12 @@ struct FittedValues {
 /// Of each of the added effects: their values are the last parameters of the fit.
 std::vector<FittedValues> fitted_values(const BaseFit& fit, const std::vector<Candidate>& added);
 
-/// The candidate with its leading value at `leading` times its usual distance from nothing, and
-/// what else must be given at `others` times.
+/// Whether a value says how large the effect is: the leading one; of effects on numbers that are
+/// read one an axis, since nobody knows which are.
+bool is_size(const vjm::EffectKind& kind, std::size_t value);
+
+/// The candidate with its leading value (all that say how large it is) at `leading` times its usual
+/// distance from nothing, and what else must be given at `others` times.
 Candidate at_size(const Candidate& candidate, double leading, double others);
 
 /// Sizes (leading, others) at which the shape of a signature is looked at: gaps, breakaway forces

@@ -13,6 +13,7 @@
 #include "kinetostat/calibration/regression/evidence.h"
 #include "kinetostat/calibration/regression/undetermined.h"
 #include "kinetostat/calibration/search/fit_record.h"
+#include "kinetostat/calibration/search/placement.h"
 #include "kinetostat/calibration/search/usual_values.h"
 #include "kinetostat/common/error.h"
 
@@ -388,6 +389,17 @@ CandidateFitter::Signatures CandidateFitter::computed_signatures(const Candidate
                                                                  const FittedModel& beside,
                                                                  common::Progress& progress) const {
   Signatures signatures;
+  if (candidate.effect.kind->offsets_readings) {
+    if (auto placed = best_placement(candidate, campaign_, noise_, beside.fit())) {
+      const Index count = placed->columns.cols();
+      signatures.all.push_back(
+          {.columns = std::move(placed->columns), .growth = Eigen::RowVectorXd::Ones(count)});
+      signatures.starts.push_back(std::move(placed->candidate));
+    } else {
+      signatures.failure = "there are no readings that it could be of";
+    }
+    return signatures;
+  }
   for (const Candidate& design : designs_of(candidate, robot_.without_effects())) {
     std::vector<Candidate> added = beside.present();
     added.push_back(design);

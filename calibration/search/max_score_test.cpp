@@ -24,10 +24,14 @@ Eigen::MatrixXd noise_of(std::size_t first, std::size_t count, Eigen::Index valu
 
 }  // namespace
 
-MaxScoreTest max_score_test(const LargestScore& largest, const ResidualSpace& space, double level,
-                            int draws, std::uint64_t seed, int threads) {
+namespace {
+
+// `observed`: the largest one of the campaign, and where.
+MaxScoreTest test_against_noise(const std::pair<double, std::size_t>& observed,
+                                const LargestScore& largest, const ResidualSpace& space,
+                                double level, int draws, std::uint64_t seed, int threads) {
   MaxScoreTest result{.draws = draws};
-  std::tie(result.largest, result.where) = largest(space.residual()).front();
+  std::tie(result.largest, result.where) = observed;
   std::vector<double> simulated(static_cast<std::size_t>(draws));
   common::Progress silent;
   const std::size_t blocks = (simulated.size() + at_once - 1) / at_once;
@@ -48,9 +52,18 @@ MaxScoreTest max_score_test(const LargestScore& largest, const ResidualSpace& sp
   return result;
 }
 
+}  // namespace
+
+MaxScoreTest max_score_test(const LargestScore& largest, const ResidualSpace& space, double level,
+                            int draws, std::uint64_t seed, int threads) {
+  return test_against_noise(largest(space.residual()).front(), largest, space, level, draws, seed,
+                            threads);
+}
+
 MaxScoreTest max_score_test(const Screen& screen, const ResidualSpace& space, double level,
                             int draws, std::uint64_t seed, int threads) {
-  return max_score_test(
+  return test_against_noise(
+      screen.largest_of_chosen(space.residual()),
       [&](const Eigen::MatrixXd& residuals) { return screen.largest_significance(residuals); },
       space, level, draws, seed, threads);
 }

@@ -53,7 +53,8 @@ std::vector<Scored> most_explaining(const VectorXd& left, const MatrixXd& known,
 }  // namespace
 
 std::vector<std::size_t> outliers(const VectorXd& residual, const MatrixXd& fitted,
-                                  std::size_t effects, const EffectColumns& effect) {
+                                  std::size_t effects, const EffectColumns& effect,
+                                  const std::vector<double>& handicaps) {
   const double choice = std::log(static_cast<double>(std::max<std::size_t>(1, effects)));
   const double of_column = std::log(static_cast<double>(std::max<Index>(2, residual.size()))) / 2;
   MatrixXd present(residual.size(), 0);
@@ -66,8 +67,9 @@ std::vector<std::size_t> outliers(const VectorXd& residual, const MatrixXd& fitt
          most_explaining(now.left, beside(fitted, present), effects, effect)) {
       RobustResidual with =
           robust_residual(residual, fitted, beside(present, effect(scored.effect)), bend, rounds);
+      const double handicap = handicaps.empty() ? 0 : handicaps[scored.effect];
       const double cost =
-          cost_of(with.left) + choice + of_column * static_cast<double>(scored.rank);
+          cost_of(with.left) + choice + handicap + of_column * static_cast<double>(scored.rank);
       if (cost >= least) continue;
       least = cost;
       best = scored.effect;

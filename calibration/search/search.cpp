@@ -42,13 +42,17 @@ std::string why_unobservable(const Candidate& candidate, double longest,
   return "no reading depends on it";
 }
 
-// With its leading value so many times as far from nothing, within its range.
+// With the values that say how large it is so many times as far from nothing, within their range.
 Candidate resized(Candidate start, double size) {
-  const vjm::EffectParameter& leading = start.effect.kind->parameters.front();
-  const bool one_sided = leading.lower >= leading.none;
-  const double value = leading.none + std::clamp(size, one_sided ? 0.002 : -20.0, 20.0) *
-                                          (start.effect.values[0] - leading.none);
-  start.effect.values[0] = std::clamp(value, leading.lower, leading.upper);
+  const auto& parameters = start.effect.kind->parameters;
+  const bool one_sided = parameters.front().lower >= parameters.front().none;
+  const double factor = std::clamp(size, one_sided ? 0.002 : -20.0, 20.0);
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    if (!is_size(*start.effect.kind, k)) continue;
+    const vjm::EffectParameter& p = parameters[k];
+    double& value = start.effect.values[static_cast<Index>(k)];
+    value = std::clamp(p.none + factor * (value - p.none), p.lower, p.upper);
+  }
   return start;
 }
 
@@ -83,6 +87,12 @@ std::vector<std::size_t> most_significant(const DiagnosisStep& step) {
   return order;
 }
 
+// Logarithm of how many readings it was chosen from to be of.
+double handicap_of(const Candidate& candidate) {
+  return candidate.effect.kind->offsets_readings ? std::log(static_cast<double>(candidate.designs))
+                                                 : 0;
+}
+
 // Why a candidate is not tried beside others; empty: it is.
 std::string why_not_beside(const std::vector<Candidate>& present, const Candidate& candidate) {
   const vjm::EffectClass same = candidate.effect.kind->effect_class;
@@ -114,6 +124,7 @@ void Search::screen(const std::vector<Candidate>& present, const BaseFit& fit) {
     std::vector<Signature> own = std::exchange(candidate_signatures_[c].all, {});
     for (std::size_t s = 0; s < own.size(); ++s) {
       signatures_.push_back(std::move(own[s]));
+      signatures_.back().handicap = handicap_of(candidates_[c]);
       owner_.emplace_back(c, s);
     }
   }
@@ -167,8 +178,10 @@ std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
       if (owner_[i].first == c) columns = beside(columns, signatures_[i].of_usual_size());
     return of_each(std::move(columns));
   };
+  std::vector<double> handicaps;
+  for (const Candidate& candidate : candidates_) handicaps.push_back(handicap_of(candidate));
   return calibration::outliers(-of_each(fit.at.residual), of_each(fit.at.jacobian),
-                               candidates_.size(), effect);
+                               candidates_.size(), effect, handicaps);
 }
 
 SignatureTable Search::signature_table(const BaseFit& fit) const {
@@ -365,7 +378,8 @@ std::vector<std::vector<Candidate>> Search::masked_pairs(const BaseFit& fit) con
   std::vector<std::size_t> members;  // of each candidate the first signature that can be seen
   for (std::size_t i = 0; i < signatures_.size(); ++i) {
     const bool is_first = members.empty() || owner_[members.back()].first != owner_[i].first;
-    if (is_first && screen.span(i).cols() > 0) members.push_back(i);
+    // A pair is tested as it is, not as one of many.
+    if (is_first && screen.span(i).cols() > 0 && signatures_[i].handicap == 0) members.push_back(i);
   }
   if (members.size() < 2) return {};
   const PairScreen pairs(screen, members);

@@ -49,6 +49,7 @@ Screen::Screen(const ResidualSpace& space, const std::vector<Signature>& signatu
   first_.push_back(0);
   for (const Signature& signature : signatures) {
     const MatrixXd left = space.left_of(signature.columns);
+    handicap_.push_back(signature.handicap);
     detectability_.push_back(left.cols() == 0 ? 0 : left.col(0).norm());
     // Rounding of the part that the fit produces is no signature either.
     const MatrixXd span = span_of(left, std::max(least_visible, 1e-7 * signature.columns.norm()));
@@ -61,7 +62,8 @@ Screen::Screen(const ResidualSpace& space, const std::vector<Signature>& signatu
 Score Screen::score(std::size_t i, const VectorXd& residual) const {
   return {.detectability = detectability_[i],
           .dimension = size_of(i),
-          .explained = (span(i).transpose() * residual).squaredNorm()};
+          .explained = (span(i).transpose() * residual).squaredNorm(),
+          .handicap = handicap_[i]};
 }
 
 double Screen::significance(const Score& score, const VectorXd& residual) const {
@@ -75,7 +77,8 @@ double Screen::significance(const Score& score, double total) const {
   const double noise = std::max(1.0, (total - score.explained) / rest);
   const double f = score.explained / k / noise;
   if (!(f > 0)) return 0;
-  return -std::log(std::max(chance_of_larger_f(f, k, rest), 1e-300));
+  return std::max(0.0,
+                  -std::log(std::max(chance_of_larger_f(f, k, rest), 1e-300)) - score.handicap);
 }
 
 std::vector<std::pair<double, std::size_t>> Screen::largest_significance(
@@ -101,6 +104,14 @@ std::pair<double, std::size_t> Screen::most_significant(const VectorXd& along, d
         this->significance(Score{.dimension = dimension, .explained = most.first}, total);
     if (significance > largest.first) largest = {significance, most.second};
   }
+  return largest;
+}
+
+std::pair<double, std::size_t> Screen::largest_of_chosen(const VectorXd& residual) const {
+  std::pair<double, std::size_t> largest{0, 0};
+  for (std::size_t i = 0; i < size(); ++i)
+    if (const double own = significance(score(i, residual), residual); own > largest.first)
+      largest = {own, i};
   return largest;
 }
 

@@ -50,6 +50,9 @@ struct Signature {
   Eigen::MatrixXd columns;
   /// Factor by which each column was lengthened, to be visible in the readings; empty: 1.
   Eigen::RowVectorXd growth = {};
+  /// Logarithm of how many it was chosen from as the one that explains most: taken off its
+  /// significance (Bonferroni).
+  double handicap = 0;
 
   Eigen::MatrixXd of_usual_size() const {
     return growth.size() == 0 ? columns : columns * growth.cwiseInverse().asDiagonal();
@@ -61,6 +64,7 @@ struct Score {
   double detectability = 0;    // d' = |N s|, in standard deviations
   Eigen::Index dimension = 0;  // of the space that it spans there; 0: nothing can be seen
   double explained = 0;        // sum of squares of the residual in that space
+  double handicap = 0;         // of its signature
 };
 
 /// Signatures prepared for many residuals: orthonormal columns U_i that span N S_i.
@@ -83,7 +87,10 @@ class Screen {
   ///
   /// The noise is estimated from the rest where the rest is larger than the stated noise.
   double significance(const Score& score, const Eigen::VectorXd& residual) const;
-  /// The largest significance and whose it is, of every column of residuals.
+  /// The largest significance and whose it is, of the residual by which signatures were chosen that
+  /// have a handicap.
+  std::pair<double, std::size_t> largest_of_chosen(const Eigen::VectorXd& residual) const;
+  /// The same of every column of residuals that have chosen nothing: without handicaps.
   std::vector<std::pair<double, std::size_t>> largest_significance(
       const Eigen::MatrixXd& residuals) const;
   /// Largest cosine between two spans, the largest singular value of U_i' U_j: 1 when some
@@ -98,7 +105,7 @@ class Screen {
   Eigen::Index dimension_;
   Eigen::MatrixXd basis_;            // all spans side by side
   std::vector<Eigen::Index> first_;  // column of each, and where the last one ends
-  std::vector<double> detectability_;
+  std::vector<double> detectability_, handicap_;
 };
 
 }  // namespace kinetostat::calibration

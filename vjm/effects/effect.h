@@ -60,6 +60,16 @@ enum class PriorUnit {
                     // the one slides or shifts and the other turns
 };
 
+/// What a value says of the readings that an effect is of: a search takes those that a campaign
+/// has.
+enum class NamesReadings { no, session, time, cycle };
+
+/// Which reading of a campaign: session and cycle, counted from 1 (0: of no cycle), and the time
+/// since the first reading of the session [s].
+struct ReadingMoment {
+  double session = 0, cycle = 0, time = 0;
+};
+
 /// How far a joint is loaded and deflected: what sizes of effects there are counted in.
 struct JointScale {
   double load = 500;     // [N or N m]
@@ -75,6 +85,8 @@ struct ReadingScales {
   /// They move in several directions and back, so that an instrument which lags behind does not
   /// look like a joint with friction.
   bool tell_lag = true;
+  /// Between how many readings a target may have slipped; how many cycles may be off.
+  std::size_t slips = 1, cycles = 1;
 };
 
 /// One number of an effect; SI inside.
@@ -94,6 +106,7 @@ struct EffectParameter {
   /// Where design fixes it: the values that it usually has [SI]. A search for what is missing tries
   /// each, and fits none.
   std::vector<double> usual_linear = {}, usual_angular = {};
+  NamesReadings names_readings = NamesReadings::no;
 };
 
 /// Inputs of an effect.
@@ -227,6 +240,9 @@ class EffectKind {
   /// The instrument lags behind what it looks at: all that it does is lag(), of each number that is
   /// read by itself, along a cycle. Its values are one an axis: x, y, z, rx, ry, rz.
   bool lags_behind = false;
+  /// All that it does is to add its first six values to what is read along x, y, z, rx, ry, rz in
+  /// those readings that are off.
+  bool offsets_readings = false;
 
   /// All that it does is a force on its joint that depends on this one alone: on its coordinate,
   /// its command and those of others, its spring, and the input. So do its derivatives and history.
@@ -247,10 +263,14 @@ class EffectKind {
   /// Where lags_behind: `moved` since the reading before in the cycle [m or rad], the state after
   /// that reading (0 at the start), and the value for the number that is read.
   virtual Lag lag(double moved, double state, double value) const;
+  /// Where offsets_readings.
+  virtual bool is_off(const ReadingMoment& reading, const Eigen::VectorXd& values) const;
   /// Carries the history over an equilibrium. Required where history > 0.
   virtual HistoryStep advance(const ChainState& state, const std::string& element,
                               const EffectInput& input) const;
 
+  /// It acts on numbers that are read: equilibria know nothing of it.
+  bool acts_on_numbers() const { return lags_behind || offsets_readings; }
   bool acts_on_chains() const { return place != EffectPlace::load && place != EffectPlace::sensor; }
 };
 

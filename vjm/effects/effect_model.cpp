@@ -78,7 +78,7 @@ EffectModel::EffectModel(Manipulator bare, std::vector<Effect> effects,
     const EffectKind& kind = *effects_[e].kind;
     varies_ |= kind.varies || kind.history > 0;
     has_history_ |= kind.history > 0;
-    reads_ |= !kind.acts_on_chains() && !kind.lags_behind;
+    reads_ |= !kind.acts_on_chains() && !kind.acts_on_numbers();
     for (const EffectSite& site : effects_[e].sites)
       if (kind.history > 0) with_history.insert(site.chain);
     if (!kind.acts_on_chains() || is_fixed(effects_[e])) continue;

@@ -6,6 +6,7 @@
 #include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
+#include "kinetostat/calibration/regression/reading_offsets.h"
 #include "kinetostat/calibration/search/candidate_fitter.h"
 
 #include "calibration/synthetic.h"
@@ -69,7 +70,8 @@ class Signatures {
     for (const vjm::Effect& effect : bench.effects) places.insert(effect.at);
     for (const Candidate& candidate : candidates(robot_, {}))
       if (places.contains(candidate.effect.at))
-        spans_[candidate.effect.kind->name].push_back(span_of_candidate(candidate.effect));
+        for (const vjm::Effect& effect : somewhere(candidate.effect))
+          spans_[effect.kind->name].push_back(span_of_candidate(effect));
   }
 
   VectorXd signature(const vjm::Effect& effect) const { return predicted({effect}) - plain_; }
@@ -103,6 +105,16 @@ class Signatures {
     return result;
   }
 
+  // Of readings here and there, where it is of some only.
+  std::vector<vjm::Effect> somewhere(const vjm::Effect& effect) const {
+    if (!effect.kind->offsets_readings) return {effect};
+    std::vector<vjm::Effect> some;
+    const std::vector<vjm::Effect> all = placements(effect, campaign_);
+    const std::size_t every = 1 + all.size() / 6;
+    for (std::size_t i = every / 2; i < all.size(); i += every) some.push_back(all[i]);
+    return some;
+  }
+
   // Of its usual size, and of each value that may be left out by itself.
   MatrixXd span_of_candidate(const vjm::Effect& effect) const {
     std::vector<VectorXd> columns = {signature(effect)};
@@ -110,8 +122,8 @@ class Signatures {
       const vjm::EffectParameter& p = effect.kind->parameters[static_cast<std::size_t>(k)];
       if (p.required) continue;
       vjm::Effect alone = effect;
-      alone.values[k] = std::clamp(p.none + vjm::prior_deviation(effect, k, robot_.manipulator),
-                                   p.lower, p.upper);
+      alone.values[k] = std::clamp(
+          effect.values[k] + vjm::prior_deviation(effect, k, robot_.manipulator), p.lower, p.upper);
       try {
         columns.push_back(signature(alone) - columns[0]);
       } catch (const std::invalid_argument&) {

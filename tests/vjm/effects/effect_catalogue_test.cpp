@@ -154,7 +154,7 @@ std::vector<std::pair<int, std::size_t>> every_effect() {
   std::vector<std::pair<int, std::size_t>> all;
   for (const int bench : {0, 1, 2, 3})
     for (std::size_t e = 0; e < bench_number(bench).effects.size(); ++e)
-      if (!bench_number(bench).effects[e].kind->lags_behind) all.emplace_back(bench, e);
+      if (!bench_number(bench).effects[e].kind->acts_on_numbers()) all.emplace_back(bench, e);
   return all;
 }
 

@@ -69,7 +69,9 @@ const EffectKinds& effect_kinds() {
                                     effects::sensor_scale(),
                                     effects::target_lever_arm(),
                                     effects::session_drift(),
-                                    effects::gauge_play()};
+                                    effects::gauge_play(),
+                                    effects::target_slip(),
+                                    effects::cycle_offset()};
   return kinds;
 }
 

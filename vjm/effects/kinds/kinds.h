@@ -41,6 +41,8 @@ Kind target_lever_arm();
 Kind sensor_scale();
 Kind session_drift();
 Kind gauge_play();
+Kind target_slip();
+Kind cycle_offset();
 
 namespace compliance {
 inline constexpr spatial::Dimension linear{.mass = -1, .time = 2};
