@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 
+#include "kinetostat/calibration/regression/reading_offsets.h"
 #include "kinetostat/report/diagnosis.h"
 #include "kinetostat/report/effect.h"
 #include "kinetostat/report/screen/bars.h"
@@ -104,6 +106,24 @@ std::string size_in_words(const vjm::Robot& robot, const calibration::Campaign& 
   return listed(words, "and");
 }
 
+// " from reading 'r50' of session 'pm' on", where it is of some readings only.
+std::string readings_in_words(const calibration::Campaign& campaign, const vjm::Effect& effect) {
+  if (!effect.kind->offsets_readings) return {};
+  const std::vector<vjm::ReadingMoment> moments = calibration::moments_of(campaign);
+  std::optional<std::size_t> first;
+  for (std::size_t r = 0; r < moments.size(); ++r)
+    if (effect.kind->is_off(moments[r], effect.values) &&
+        (!first || moments[r].time < moments[*first].time))
+      first = r;
+  if (!first) return {};
+  const calibration::Reading& reading = campaign.readings[*first];
+  const std::string& session = campaign.sessions[reading.session];
+  const std::string of = session.empty() ? "" : fmt::format(" of session '{}'", session);
+  const bool is_cycle = effect.kind->parameters.back().names_readings == vjm::NamesReadings::cycle;
+  return is_cycle ? fmt::format(" in cycle '{}'{}", reading.cycle, of)
+                  : fmt::format(" from reading '{}'{} on", reading.id, of);
+}
+
 std::string found_in_words(const vjm::Robot& robot, const calibration::Campaign& campaign,
                            const FoundEffect& found) {
   const Decision& decision = found.decision;
@@ -112,7 +132,7 @@ std::string found_in_words(const vjm::Robot& robot, const calibration::Campaign&
     return fmt::format("{}: {}", effect_in_words(bare(robot), effect.kind->name, effect.at),
                        size_in_words(robot, campaign, found));
   const Answer& first = decision.answers.front();
-  std::string size = size_in_words(robot, campaign, found);
+  std::string size = size_in_words(robot, campaign, found) + readings_in_words(campaign, effect);
   const bool by_law = !first.laws.empty() && first.laws.front().share >= decisive_law;
   if (!by_law && !size.empty()) {
     std::string law = effect.kind->name;

@@ -1,7 +1,8 @@
 // A target that slips once, and a cycle whose zero was taken wrong: found, and which readings.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "kinetostat/calibration/campaign/load_history.h"
+#include "kinetostat/report/screen/diagnosis.h"
 
 #include "calibration/laboratory.h"
 
@@ -79,7 +80,8 @@ INSTANTIATE_TEST_SUITE_P(Seeds, OffsetReadings, testing::Values(1, 2, 3));
 // In the second session, from its 14th reading on, in the midst of a cycle.
 TEST_P(OffsetReadings, AreThoseAfterATargetHasSlipped) {
   Bench bench(GetParam());
-  const Diagnosis d = bench.diagnose(off_by(bench.pushed(), 50, 72, 15e-6, -9e-6), {});
+  const Campaign campaign = off_by(bench.pushed(), 50, 72, 15e-6, -9e-6);
+  const Diagnosis d = bench.diagnose(campaign, {});
   EXPECT_EQ(d.verdict, Verdict::identified);
   const FoundEffect* slip = found(d, "target_slip");
   ASSERT_NE(slip, nullptr);
@@ -90,11 +92,14 @@ TEST_P(OffsetReadings, AreThoseAfterATargetHasSlipped) {
   EXPECT_NEAR(values[0], 15e-6, 4 * slip->deviations[0]);
   EXPECT_NEAR(values[1], -9e-6, 4 * slip->deviations[1]);
   EXPECT_LT(slip->deviations[0], 2e-6);
+  EXPECT_THAT(report::headline(bench.robot(), campaign, d),
+              testing::ContainsRegex("from reading 'r[45].' of session 'pm' on"));
 }
 
 TEST_P(OffsetReadings, AreThoseOfOneCycle) {
   Bench bench(GetParam());
-  const Diagnosis d = bench.diagnose(off_by(bench.pushed(), 18, 27, -14e-6, 10e-6), {});
+  const Campaign campaign = off_by(bench.pushed(), 18, 27, -14e-6, 10e-6);
+  const Diagnosis d = bench.diagnose(campaign, {});
   EXPECT_EQ(d.verdict, Verdict::identified) << said(d);
   const FoundEffect* cycle = found(d, "cycle_offset");
   ASSERT_NE(cycle, nullptr);
@@ -102,6 +107,8 @@ TEST_P(OffsetReadings, AreThoseOfOneCycle) {
   EXPECT_EQ(cycle->candidate.effect.values[6], 3);
   EXPECT_NEAR(cycle->candidate.effect.values[0], -14e-6, 4 * cycle->deviations[0]);
   EXPECT_TRUE(d.set_aside.empty());
+  EXPECT_THAT(report::headline(bench.robot(), campaign, d),
+              testing::HasSubstr("in cycle 'c3' of session 'am'"));
 }
 
 TEST_P(OffsetReadings, AreNoneWhereAJointHasFrictionOrPlay) {
