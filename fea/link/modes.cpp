@@ -65,12 +65,12 @@ struct Freedoms {
 
 // The unknowns of the six rigid motions [translation; rotation] at a point.
 MatrixXd rigid_motions(const TetMesh& mesh, const DofMap& unknowns, const Vector3& point) {
-  MatrixXd motions(3 * unknowns.blocks(), 6);
+  MatrixXd motions(Index{3} * unknowns.blocks(), 6);
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
     if (const int block = unknowns.block_of(static_cast<int>(n)); block >= 0)
-      motions.middleRows<3>(3 * block) = spatial::rigid_motion(mesh.nodes[n] - point);
+      motions.middleRows<3>(Index{3} * block) = spatial::rigid_motion(mesh.nodes[n] - point);
   for (std::size_t b = 0; b < unknowns.bodies().size(); ++b) {
-    auto rows = motions.middleRows<6>(3 * unknowns.body_block(b));
+    auto rows = motions.middleRows<6>(Index{3} * unknowns.body_block(b));
     rows.setIdentity();
     rows.topRows<3>() = spatial::rigid_motion(unknowns.bodies()[b].point - point);
   }
@@ -81,9 +81,9 @@ MatrixXd rigid_motions(const TetMesh& mesh, const DofMap& unknowns, const Vector
 MatrixXd mean_motion(const TetMesh& mesh, const DofMap& unknowns,
                      const CoupledInterface& interface) {
   const AverageMotion average(mesh, interface.geometry, interface.point);
-  MatrixXd columns = MatrixXd::Zero(3 * unknowns.blocks(), 6);
+  MatrixXd columns = MatrixXd::Zero(Index{3} * unknowns.blocks(), 6);
   for (std::size_t n = 0; n < average.nodes().size(); ++n)
-    columns.middleRows<3>(3 * unknowns.block_of(average.nodes()[n])) =
+    columns.middleRows<3>(Index{3} * unknowns.block_of(average.nodes()[n])) =
         average.nodal_forces().middleRows<3>(3 * static_cast<Index>(n));
   return columns;
 }
@@ -149,7 +149,7 @@ class SupportedFlexibility {
 
   void hold(const TetMesh& mesh, const DofMap& unknowns,
             const std::vector<const CoupledInterface*>& held) {
-    held_.resize(3 * unknowns.blocks(), 6 * static_cast<Index>(held.size()));
+    held_.resize(Index{3} * unknowns.blocks(), 6 * static_cast<Index>(held.size()));
     for (std::size_t i = 0; i < held.size(); ++i)
       held_.middleCols<6>(6 * static_cast<Index>(i)) = mean_motion(mesh, unknowns, *held[i]);
     if (held.empty()) return;
