@@ -185,10 +185,13 @@ vjm::Equilibrium LoadRequest::solve(const vjm::Robot& robot, const vjm::Posture&
 }
 
 void UncertaintyRequest::add_options(OptionList& app) {
+  Option exact = app.add_flag("--no-uncertainty", none,
+                              "Take all numbers of the robot file as exact, which is quicker");
   app.add_option("--draws", draws,
                  "So many robots drawn from what its uncertain numbers may be, beside first order")
       .type_name("N")
       .between(2, 1000000)
+      .excludes(exact)
       .hide_default();
   app.add_option("--seed", seed, "Of the draws, 1 unless given").hide_default();
 }
@@ -196,6 +199,7 @@ void UncertaintyRequest::add_options(OptionList& app) {
 std::optional<vjm::Uncertainty> UncertaintyRequest::of(const vjm::Robot& robot,
                                                        const vjm::Computation& compute,
                                                        Run& run) const {
+  if (none) return std::nullopt;
   if (robot.sources.empty()) {
     if (draws > 0)
       throw UsageError("--draws", "the robot file says of no number that it is uncertain",

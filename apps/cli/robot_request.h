@@ -47,15 +47,17 @@ struct LoadRequest {
 
 class Run;
 
-/// --draws and --seed: how far results are uncertain, where the robot file says that its numbers
-/// are.
+/// --draws, --seed and --no-uncertainty: how far results are uncertain, where the robot file says
+/// that its numbers are.
 struct UncertaintyRequest {
   int draws = 0;
   std::uint64_t seed = 1;
+  bool none = false;
 
   void add_options(OptionList& app);
-  /// None for a robot without uncertain numbers; then --draws is a UsageError. None, with a
-  /// warning, where robots beside that of the file stand in no equilibrium.
+  /// None where none is wanted, and for a robot without uncertain numbers; then --draws is a
+  /// UsageError. None, with a warning, where robots beside that of the file stand in no
+  /// equilibrium.
   std::optional<vjm::Uncertainty> of(const vjm::Robot& robot, const vjm::Computation& compute,
                                      Run& run) const;
   /// Of deflection_numbers() of an equilibrium under `load`; none where it was not found.

@@ -44,9 +44,9 @@ void compare_stiffnesses(const StiffnessRequest& request, const vjm::Robot& robo
 // The unloaded robot in a posture, its softest direction, and what is known of both.
 struct Unloaded {
   vjm::UnloadedStiffness stiffness;
-  std::optional<spatial::Vector3> softest;  // none where a motion is free
-  std::vector<vjm::SpringShare> shares;
-  std::optional<vjm::Uncertainty> uncertainty;
+  std::optional<spatial::Vector3> softest = {};  // none where a motion is free
+  std::vector<vjm::SpringShare> shares = {};
+  std::optional<vjm::Uncertainty> uncertainty = {};
 };
 
 Unloaded unloaded_robot(const StiffnessRequest& request, const vjm::Robot& robot,

@@ -33,7 +33,7 @@ UncertaintySource source_of(const YamlNode& node, SourceKind kind) {
   const std::string path = node.path();
   const std::size_t first = path.find('.'), last = path.rfind('.');
   const std::string part = path.substr(first + 1, path.find('.', first + 1) - first - 1);
-  return {.name = path.substr(last + 1) + " of " + part, .kind = kind};
+  return {.name = path.substr(last + 1) + " of " + part, .place = {}, .kind = kind};
 }
 
 // Reads numbers above zero of one kind, which may be uncertain.

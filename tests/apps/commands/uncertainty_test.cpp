@@ -74,6 +74,8 @@ TEST(Uncertainty, WhereTheFileSaysNothingThereIsNone) {
     EXPECT_FALSE(json.contains("uncertainty")) << command;
     EXPECT_FALSE(json["options"].contains("draws")) << command;
   }
+  EXPECT_FALSE(
+      result_of("stiffness data/robots/gantry.yaml --no-uncertainty").contains("uncertainty"));
   const Outcome outcome = kinetostat("stiffness data/robots/six_axis.yaml --draws 100");
   EXPECT_EQ(outcome.code, 2);
   EXPECT_THAT(outcome.err, AllOf(HasSubstr("--draws"), HasSubstr("{value: 2.0e4, sd: 5 %}")));
