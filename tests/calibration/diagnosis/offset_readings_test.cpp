@@ -1,4 +1,5 @@
 // A target that slips once, and a cycle whose zero was taken wrong: found, and which readings.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
