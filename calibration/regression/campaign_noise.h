@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kinetostat/calibration/campaign/noise_estimate.h"
+#include "kinetostat/common/progress.h"
 #include "kinetostat/vjm/io/robot_file.h"
 
 namespace kinetostat::calibration {

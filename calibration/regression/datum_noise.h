@@ -2,7 +2,9 @@
 // themselves show it.
 #pragma once
 
+#include "kinetostat/calibration/campaign/campaign.h"
 #include "kinetostat/calibration/campaign/noise.h"
+#include "kinetostat/common/progress.h"
 #include "kinetostat/vjm/io/robot_file.h"
 
 namespace kinetostat::calibration {

@@ -187,6 +187,7 @@ std::vector<std::size_t> Search::outliers(const BaseFit& fit) const {
 SignatureTable Search::signature_table(const BaseFit& fit) const {
   SignatureTable table{.values = values_,
                        .residual = -fit.at.residual,
+                       .fitted = {},
                        .by_fitted = fit.at.jacobian,
                        .candidates = {},
                        .by_candidates = MatrixXd(fit.at.residual.size(), 0)};

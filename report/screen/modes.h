@@ -5,6 +5,7 @@
 #include <string>
 
 #include "kinetostat/fea/link/modal_study.h"
+#include "kinetostat/io/json.h"
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/vibration/natural_modes.h"
 

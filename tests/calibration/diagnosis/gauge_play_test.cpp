@@ -1,6 +1,7 @@
 // A gauge that lags behind and a joint with friction both make loops: which of them it is.
 #include <algorithm>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "kinetostat/calibration/campaign/load_history.h"
