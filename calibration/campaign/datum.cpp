@@ -58,6 +58,17 @@ std::vector<Datum> datums_of(const Campaign& campaign, const std::vector<VectorX
   return datums;
 }
 
+void whiten_singly(const Noise& noise, const std::vector<Value>& values,
+                   Eigen::Ref<MatrixXd> rows) {
+  for (std::size_t first = 0, next = 0; first < values.size(); first = next) {
+    const std::size_t reading = values[first].reading;
+    std::vector<Index> used;
+    for (next = first; next < values.size() && values[next].reading == reading;)
+      used.push_back(values[next++].component);
+    noise.whiten(reading, used, rows.middleRows(static_cast<Index>(first), std::ssize(used)));
+  }
+}
+
 SharedNoise::SharedNoise(const Noise& noise, const std::vector<Value>& values) {
   std::map<std::size_t, std::vector<Index>> rows_of;
   for (std::size_t v = 0; v < values.size() && !noise.datums.empty(); ++v)
@@ -75,18 +86,12 @@ SharedNoise::SharedNoise(const Noise& noise, const std::vector<Value>& values) {
 void SharedNoise::add(const Datum& datum, const Noise& noise, const std::vector<Value>& values,
                       std::vector<Index> rows) {
   MatrixXd z = MatrixXd::Zero(static_cast<Index>(rows.size()), datum.sigma.size());
-  for (std::size_t first = 0, next = 0; first < rows.size(); first = next) {
-    const std::size_t reading = values[static_cast<std::size_t>(rows[first])].reading;
-    std::vector<Index> used;
-    for (next = first; next < rows.size(); ++next) {
-      const Value& value = values[static_cast<std::size_t>(rows[next])];
-      if (value.reading != reading) break;
-      z(static_cast<Index>(next), value.component) = datum.sigma[value.component];
-      used.push_back(value.component);
-    }
-    noise.whiten(reading, used,
-                 z.middleRows(static_cast<Index>(first), static_cast<Index>(used.size())));
+  std::vector<Value> own;
+  for (const Index row : rows) {
+    own.push_back(values[static_cast<std::size_t>(row)]);
+    z(std::ssize(own) - 1, own.back().component) = datum.sigma[own.back().component];
   }
+  whiten_singly(noise, own, z);
   const spatial::SymmetricEigen eigen = spatial::symmetric_eigen(z.transpose() * z);
   std::vector<Index> kept;
   for (Index k = 0; k < eigen.values.size(); ++k)

@@ -20,6 +20,11 @@ inline constexpr double usual_datum_variance = 0.5;
 /// else usual_datum_variance of the best reading's. `sigma`: of each reading and component.
 std::vector<Datum> datums_of(const Campaign& campaign, const std::vector<Eigen::VectorXd>& sigma);
 
+/// Whitens rows, which stand for `values`, reading by reading (Noise::whiten). Values of a reading
+/// follow each other.
+void whiten_singly(const Noise& noise, const std::vector<Value>& values,
+                   Eigen::Ref<Eigen::MatrixXd> rows);
+
 /// What readings share by their datums, after each was whitened by itself (Noise::whiten): the
 /// covariance is then
 ///

@@ -76,16 +76,6 @@ MatrixXd drifts(const Campaign& campaign, const std::vector<Value>& values) {
   return result;
 }
 
-// Of readings one by one, in units of their noise.
-void whiten_singly(const Noise& noise, const Campaign& campaign, MatrixXd& rows) {
-  Index first = 0;
-  for (std::size_t i = 0; i < campaign.readings.size(); ++i) {
-    const std::vector<Index> used = components_in_use(campaign.readings[i]);
-    noise.whiten(i, used, rows.middleRows(first, std::ssize(used)));
-    first += std::ssize(used);
-  }
-}
-
 // The residual, then all that is fitted, in columns of unit length.
 MatrixXd residual_and_fitted(const Reference& reference, const Campaign& campaign,
                              const std::vector<Value>& values) {
@@ -93,7 +83,7 @@ MatrixXd residual_and_fitted(const Reference& reference, const Campaign& campaig
   MatrixXd known(at.residual.size(), 1 + at.jacobian.cols()), trends = drifts(campaign, values);
   known << at.residual, at.jacobian;
   SharedNoise(reference.noise, values).restore(known);
-  whiten_singly(reference.noise, campaign, trends);
+  whiten_singly(reference.noise, values, trends);
   MatrixXd all(known.rows(), known.cols() + trends.cols());
   all << known, trends;
   for (Index c = 1; c < all.cols(); ++c) all.col(c).stableNormalize();

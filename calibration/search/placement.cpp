@@ -30,7 +30,7 @@ class OffsetSignatures {
         const Index axis = campaign.component(values_[v].component).axis;
         of_all_(static_cast<Index>(v), axis) = candidate.deviations[static_cast<std::size_t>(axis)];
       }
-    whiten_readings(noise);
+    whiten_singly(noise, values_, of_all_);
   }
 
   MatrixXd columns(const vjm::Effect& effect) const {
@@ -48,17 +48,6 @@ class OffsetSignatures {
   }
 
  private:
-  void whiten_readings(const Noise& noise) {
-    for (std::size_t first = 0, next = 0; first < values_.size(); first = next) {
-      std::vector<Index> used;
-      for (next = first; next < values_.size() && values_[next].reading == values_[first].reading;)
-        used.push_back(values_[next++].component);
-      MatrixXd rows = of_all_.middleRows(static_cast<Index>(first), std::ssize(used));
-      noise.whiten(values_[first].reading, used, rows);
-      of_all_.middleRows(static_cast<Index>(first), std::ssize(used)) = rows;
-    }
-  }
-
   std::vector<Value> values_;
   std::vector<vjm::ReadingMoment> moments_;
   SharedNoise shared_;
