@@ -572,10 +572,11 @@ void hold_undetermined_frames(Problem& problem, const VectorXd& start,
   constexpr double alike = 1e-6;
   const Unknowns& unknowns = problem.unknowns();
   if (!unknowns.has_poses()) return;
-  const std::optional<Linearisation> there = problem.at(start, 0);
+  std::optional<Linearisation> there = problem.at(start, 0);
   if (!there) return;  // which the fit says better
   const Index first = unknowns.frame_at(0);
-  const MatrixXd signatures = there->jacobian.rightCols(unknowns.size() - first);
+  const MatrixXd signatures = condensed(there->jacobian.rightCols(unknowns.size() - first));
+  there.reset();
   const VectorXd least =
       (alike * signatures.colwise().norm()).cwiseMax(sensitivity_rounding * problem.scale());
   for (const Index k : made_up_by_those_before(signatures, least))
@@ -687,7 +688,7 @@ class Estimates {
 
 // Solves the problem and says what is known of it.
 BaseFit fitted(Problem& problem, const Noise& noise, const BaseFitOptions& options) {
-  const LeastSquaresResult result = solve(problem, options);
+  LeastSquaresResult result = solve(problem, options);
   const std::vector<Index> free = result.free();
   BaseFit fit;
   fit.estimated = static_cast<Index>(free.size());
@@ -696,9 +697,6 @@ BaseFit fitted(Problem& problem, const Noise& noise, const BaseFitOptions& optio
   fit.iterations = result.iterations;
   fit.loss = options.loss;
   fit.weights.assign(result.weights.begin(), result.weights.begin() + fit.values);
-  fit.at = {result.at.residual.head(fit.values), result.at.jacobian.topRows(fit.values)};
-  for (Index k = problem.unknowns().frame_at(0); k < problem.unknowns().size(); ++k)
-    if (result.hit[static_cast<std::size_t>(k)] != BoundHit::none) fit.at.jacobian.col(k).setZero();
   const double variance = variance_of(result, options.loss, noise.source != NoiseSource::unknown,
                                       fit.degrees_of_freedom());
   fit.covariance = variance * inverse_normal_matrix(result.at.jacobian, free);
@@ -708,6 +706,13 @@ BaseFit fitted(Problem& problem, const Noise& noise, const BaseFitOptions& optio
   Estimates(problem.unknowns(), result, fit.covariance).add_to(fit);
   std::tie(fit.predicted, fit.work) = problem.take_predicted(result.x);
   fit.model = problem.take_nearest();
+  fit.at = std::move(result.at);
+  if (problem.priors() > 0) {
+    fit.at.residual.conservativeResize(fit.values);
+    fit.at.jacobian.conservativeResize(fit.values, Eigen::NoChange);
+  }
+  for (Index k = problem.unknowns().frame_at(0); k < problem.unknowns().size(); ++k)
+    if (result.hit[static_cast<std::size_t>(k)] != BoundHit::none) fit.at.jacobian.col(k).setZero();
   return fit;
 }
 

@@ -48,9 +48,30 @@ VectorXd weights_of(Loss loss, const VectorXd& residual) {
   return residual.unaryExpr([loss](double r) { return weight_of(loss, r); });
 }
 
+// Rows that are brought to a triangle at once.
+constexpr Index block_rows = 8192;
+
+// The rows that fill(first, count) gives; of more than a block only their triangle.
+template <typename Fill>
+MatrixXd condensed_rows(Index rows, Index columns, const Fill& fill) {
+  MatrixXd work(std::min(rows, block_rows + columns), columns);
+  Index kept = 0;
+  for (Index first = 0, count = 0; first < rows; first += count) {
+    count = std::min(work.rows() - kept, rows - first);
+    work.middleRows(kept, count) = fill(first, count);
+    kept += count;
+    if (kept == rows) return work;
+    Eigen::Ref<MatrixXd> filled = work.topRows(kept);
+    const Eigen::HouseholderQR<Eigen::Ref<MatrixXd>> in_place(filled);
+    kept = std::min(kept, columns);
+    work.topRows(kept).triangularView<Eigen::StrictlyLower>().setZero();
+  }
+  return work.topRows(kept);
+}
+
 // The linear problem of one step: least |r + J s|^2 + damping |D s|^2 for s in a box.
 struct StepProblem {
-  MatrixXd jacobian;  // rows weighted
+  MatrixXd jacobian;  // rows weighted, or their triangle
   VectorXd residual;
   VectorXd lengths;  // D
   VectorXd lower, upper;
@@ -137,13 +158,13 @@ class Solver {
 
   LeastSquaresResult run() {
     const VectorXd start = result_.x;
-    result_.status = iterate(options_.first_damping);
-    if (result_.status == LeastSquaresStatus::no_start) return result_;
+    iterate(options_.first_damping);
+    if (result_.status == LeastSquaresStatus::no_start) return std::move(result_);
     if (has_lost_an_unknown() && options_.first_damping < careful_damping) try_again(start);
     result_.weights = weights_of(options_.loss, result_.at.residual);
     settle_on_bounds(start);
     find_hits();
-    return result_;
+    return std::move(result_);
   }
 
  private:
@@ -160,7 +181,7 @@ class Solver {
     const LeastSquaresResult first = result_;
     result_.x = start;
     lengths_ = longest_lengths_ = {};
-    result_.status = iterate(careful_damping);
+    iterate(careful_damping);
     if (!(result_.cost < first.cost)) {
       const int iterations = result_.iterations;
       result_ = first;
@@ -168,11 +189,17 @@ class Solver {
     }
   }
 
-  LeastSquaresStatus iterate(double first_damping) {
+  void iterate(double first_damping) {
     std::optional<Linearisation> first = evaluate(result_.x);
-    if (!first) return LeastSquaresStatus::no_start;
+    result_.status = LeastSquaresStatus::no_start;
+    if (!first) return;
     accept(result_.x, std::move(*first));
-    if (result_.x.size() == 0) return LeastSquaresStatus::converged;
+    result_.status = LeastSquaresStatus::converged;
+    if (result_.x.size() > 0) result_.status = iterate_from_there(first_damping);
+    if (is_tall() && result_.at.jacobian.size() == 0) result_.at = *residuals_(result_.x);
+  }
+
+  LeastSquaresStatus iterate_from_there(double first_damping) {
     scale_ = options_.scale > 0 ? options_.scale : result_.at.residual.norm();
     double damping = first_damping, growth = 2;
     while (result_.iterations < options_.max_iterations) {
@@ -187,7 +214,7 @@ class Solver {
                               (problem.residual + problem.jacobian * step).squaredNorm();
       // Where rounding of the cost hides the progress only the length of the steps tells.
       if (promised <= cost_rounding * result_.cost) return polish();
-      std::optional<Linearisation> next = evaluate(candidate);
+      std::optional<Linearisation> next = evaluate_beside(candidate);
       const double cost = next ? total_cost(options_.loss, next->residual) : infinity;
       if (cost < result_.cost) {
         const double ratio = (result_.cost - cost) / promised;
@@ -212,7 +239,7 @@ class Solver {
       const double change = (problem.jacobian * step).norm();
       if (change <= options_.tolerance * scale_ || change > 0.9 * previous) break;
       const VectorXd candidate = (result_.x + step).cwiseMax(lower_).cwiseMin(upper_);
-      std::optional<Linearisation> next = evaluate(candidate);
+      std::optional<Linearisation> next = evaluate_beside(candidate);
       if (!next || total_cost(options_.loss, next->residual) > result_.cost + slack()) break;
       accept(candidate, std::move(*next));
       previous = change;
@@ -230,17 +257,37 @@ class Solver {
     return at;
   }
 
+  // Derivatives of many rows are not kept beside those of the next place: steps need their
+  // triangle.
+  bool is_tall() const { return result_.at.residual.size() > block_rows; }
+  std::optional<Linearisation> evaluate_beside(const VectorXd& x) {
+    if (is_tall()) result_.at.jacobian.resize(0, 0);
+    return evaluate(x);
+  }
+
   void accept(const VectorXd& x, Linearisation at) {
     result_.x = x;
     result_.at = std::move(at);
     result_.cost = total_cost(options_.loss, result_.at.residual);
+    find_rows();
+  }
+
+  // [W J, W r], W of the roots of the weights.
+  void find_rows() {
+    const VectorXd roots = weights_of(options_.loss, result_.at.residual).cwiseSqrt();
+    const auto& [residual, jacobian] = result_.at;
+    const Index n = jacobian.cols();
+    rows_ = condensed_rows(residual.size(), n + 1, [&](Index first, Index count) {
+      MatrixXd block(count, n + 1);
+      block << jacobian.middleRows(first, count), residual.segment(first, count);
+      return MatrixXd(roots.segment(first, count).asDiagonal() * block);
+    });
   }
 
   StepProblem step_problem() {
-    const VectorXd roots = weights_of(options_.loss, result_.at.residual).cwiseSqrt();
     StepProblem problem;
-    problem.jacobian = roots.asDiagonal() * result_.at.jacobian;
-    problem.residual = roots.cwiseProduct(result_.at.residual);
+    problem.jacobian = rows_.leftCols(result_.x.size());
+    problem.residual = rows_.rightCols<1>();
     // The longest so far (Moré 1978): an unknown that has lost its influence on the way is still
     // restrained.
     const VectorXd now = problem.jacobian.colwise().norm();
@@ -280,6 +327,7 @@ class Solver {
   const LeastSquaresOptions& options_;
   VectorXd lower_, upper_, longest_;
   double scale_ = 0;
+  MatrixXd rows_;             // of the last accepted place, weighted, its residual last
   VectorXd lengths_;          // by which steps are damped
   VectorXd longest_lengths_;  // of the columns, ever
   LeastSquaresResult result_;
@@ -292,7 +340,7 @@ struct Scaled {
 };
 
 Scaled scaled(const MatrixXd& jacobian, const std::vector<Index>& free) {
-  Scaled result{jacobian(Eigen::all, free), {}};
+  Scaled result{condensed(jacobian)(Eigen::all, free), {}};
   result.lengths = result.matrix.colwise().norm();
   for (double& length : result.lengths)
     if (!(length > 0)) length = 1;
@@ -348,6 +396,11 @@ std::vector<Index> LeastSquaresResult::free() const {
 LeastSquaresResult minimise(const ResidualFunction& residuals, const VectorXd& start,
                             const LeastSquaresOptions& options) {
   return Solver(residuals, start, options).run();
+}
+
+MatrixXd condensed(const Eigen::Ref<const MatrixXd>& matrix) {
+  return condensed_rows(matrix.rows(), matrix.cols(),
+                        [&](Index first, Index count) { return matrix.middleRows(first, count); });
 }
 
 MatrixXd inverse_normal_matrix(const MatrixXd& jacobian, const std::vector<Index>& free) {

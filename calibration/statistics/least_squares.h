@@ -79,6 +79,10 @@ struct LeastSquaresResult {
 LeastSquaresResult minimise(const ResidualFunction& residuals, const Eigen::VectorXd& start,
                             const LeastSquaresOptions& options = {});
 
+/// A itself, or of more than 8192 rows the triangle R with R'R = A'A: the same lengths of columns
+/// and angles between them, and no room.
+Eigen::MatrixXd condensed(const Eigen::Ref<const Eigen::MatrixXd>& matrix);
+
 /// Inverse of J'J over the free unknowns, zero in rows and columns of held ones; columns are scaled
 /// first, so that units do not matter. Requires full rank.
 Eigen::MatrixXd inverse_normal_matrix(const Eigen::MatrixXd& jacobian,

@@ -121,6 +121,39 @@ TEST(LeastSquares, RobustLossesBoundTheInfluenceOfOutliers) {
   }
 }
 
+// Rows that are repeated are the same problem with another noise, however many they are: those of
+// many rows are solved by their triangle.
+TEST(LeastSquares, OfManyRowsHasTheSolutionOfTheFew) {
+  constexpr Index few = 60, times = 400;
+  Random random{std::mt19937(5), {}};
+  const VectorXd at = random.matrix(few, 1), read = (0.7 * at).array().exp() + 1;
+  const VectorXd noisy = read + 0.1 * random.matrix(few, 1);
+  const auto decay = [&](Index repeats) {
+    return [=](const VectorXd& x) {
+      Linearisation one{(x[0] * at).array().exp() + x[1] - noisy.array(), MatrixXd(few, 2)};
+      one.jacobian << at.array() * (x[0] * at).array().exp(), VectorXd::Ones(few);
+      return Linearisation{one.residual.replicate(repeats, 1), one.jacobian.replicate(repeats, 1)};
+    };
+  };
+  for (const Loss loss : {Loss::squares, Loss::huber}) {
+    const LeastSquaresOptions options{.upper = VectorXd::Constant(2, 0.9), .loss = loss};
+    const LeastSquaresResult short_one = minimise(decay(1), VectorXd::Zero(2), options);
+    const LeastSquaresResult tall = minimise(decay(times), VectorXd::Zero(2), options);
+    EXPECT_EQ(tall.status, LeastSquaresStatus::converged);
+    EXPECT_LT((tall.x - short_one.x).norm(), 1e-9);
+    EXPECT_EQ(tall.hit, short_one.hit);
+    EXPECT_EQ(tall.hit[1], BoundHit::upper);
+    EXPECT_EQ(tall.at.jacobian.rows(), few * times);
+    EXPECT_NEAR(tall.cost, times * short_one.cost, 1e-9 * tall.cost);
+  }
+  const MatrixXd a = decay(1)(VectorXd::Zero(2)).jacobian, tall = a.replicate(times, 1);
+  EXPECT_LE(condensed(tall).rows(), 8192 + 2);
+  EXPECT_LT((condensed(tall).transpose() * condensed(tall) - times * a.transpose() * a).norm(),
+            1e-9 * times * a.squaredNorm());
+  EXPECT_LT((times * inverse_normal_matrix(tall, {0, 1}) - inverse_normal_matrix(a, {0, 1})).norm(),
+            1e-10 * inverse_normal_matrix(a, {0, 1}).norm());
+}
+
 TEST(Loss, WeightIsTheDerivativeOfTheCost) {
   for (const Loss loss : {Loss::squares, Loss::huber, Loss::cauchy})
     for (const double r : {0.0, 0.3, 1.3, 1.4, -5.0, 40.0}) {
