@@ -33,6 +33,14 @@ std::string prior_unit(const vjm::EffectParameter& parameter) {
       return "over the range of the joint's commands in the readings";
     case vjm::PriorUnit::change_read:
       return "times the largest change that is read";
+    case vjm::PriorUnit::stated_force:
+      return "times the largest force that is stated";
+    case vjm::PriorUnit::stated_moment:
+      return "times the largest moment that is stated";
+    case vjm::PriorUnit::per_force_squared:
+      return "over the square of the largest force that is stated";
+    case vjm::PriorUnit::per_moment_squared:
+      return "over the square of the largest moment that is stated";
     case vjm::PriorUnit::soft_compliance:
       return "times the compliance of the softest joint, at a lever of 0.3 m where the one shifts "
              "and the other turns";

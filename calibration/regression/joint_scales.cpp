@@ -185,6 +185,20 @@ vjm::Effect usual_offset(const std::string& name) {
   return effect;
 }
 
+// The largest force and moment that are stated; of what never is, the other at a usual lever.
+void find_loads(const Campaign& campaign, vjm::ReadingScales& scales) {
+  constexpr double lever = 0.3;  // m
+  double force = 0, moment = 0;
+  for (const Reading& reading : campaign.readings) {
+    if (!is_used(reading)) continue;
+    force = std::max(force, reading.load.force.norm());
+    moment = std::max(moment, reading.load.moment.norm());
+  }
+  if (force == 0 && moment == 0) return;
+  scales.force = force > 0 ? force : moment / lever;
+  scales.moment = moment > 0 ? moment : force * lever;
+}
+
 }  // namespace
 
 vjm::ReadingScales joint_scales(const Predictor& nominal, const vjm::Manipulator& bare,
@@ -196,6 +210,7 @@ vjm::ReadingScales joint_scales(const Predictor& nominal, const vjm::Manipulator
   scales.joints.resize(bare.size());
   scales.shift = change_or_usual(campaign, spatial::dimension::length, scales.shift);
   scales.turn = change_or_usual(campaign, spatial::dimension::angle, scales.turn);
+  find_loads(campaign, scales);
   scales.tell_lag = tell_lag(campaign, noise);
   scales.slips = placements(usual_offset("target_slip"), campaign).size();
   scales.cycles = placements(usual_offset("cycle_offset"), campaign).size();

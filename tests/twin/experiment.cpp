@@ -182,11 +182,11 @@ class Run {
     if (row.starts) start(row);
     reach(row);
     const Pose now = built_.structure.pose_of(built_.platform);
-    const Pose shown = seen(world_.effects, now, row.time);
+    const Pose shown = seen(world_.effects, now, row);
     const Pose loaded_from = plan_.absolute ? unloaded_ : zero_;
     const auto column = static_cast<Eigen::Index>(i);
     out_.read.col(column) =
-        difference(plan_.absolute ? Pose{} : seen(world_.effects, zero_, zero_time_), shown);
+        difference(plan_.absolute ? Pose{} : seen(world_.effects, zero_, zero_row_), shown);
     out_.elastic.col(column) = difference(loaded_from, now);
     out_.positions[i] = now.x;
     if (!with_derivatives_) return;
@@ -215,7 +215,7 @@ class Run {
     if (!built_.structure.settle({})) throw std::runtime_error("the twin finds no equilibrium");
     built_.structure.accept(0);
     zero_ = unloaded_ = built_.structure.pose_of(built_.platform);
-    zero_time_ = row.time;
+    zero_row_ = row;
     if (with_derivatives_ && !plan_.absolute)
       zero_by_springs_ = built_.structure.sensitivity(built_.platform, springs());
     force_ = applied_ = Vector3::Zero();
@@ -263,7 +263,8 @@ class Run {
   Built built_;
   std::vector<Vector6> rests_;
   Pose zero_, unloaded_;
-  double zero_time_ = 0, time_ = 0;
+  Row zero_row_;
+  double time_ = 0;
   Vector3 force_ = Vector3::Zero(), applied_ = Vector3::Zero();
   Eigen::MatrixXd zero_by_springs_;
 };

@@ -95,6 +95,9 @@ double usual_size(const RobotSpec& robot, const HiddenEffect& effect) {
       {"thermal_expansion", 1e-5},
       {"geometric_error", 1e-4},
       {"wrench_gain", 0.05},
+      {"cell_zero", robot.name.starts_with("six") ? 10. : 3.},
+      {"cell_end", 1e-6},
+      {"target_slip", 2e-5},
       {"wrench_misalignment", 0.02},
       {"application_point", 0.01},
       {"target_lever_arm", 0.01},
@@ -118,9 +121,10 @@ std::vector<std::vector<HiddenEffect>> looks_of(const RobotSpec& robot,
                                                 const HiddenEffect& effect) {
   // Values in which the readings are linear add up; laws have several curves.
   static const std::map<std::string, int> axes{
-      {"wrench_misalignment", 3}, {"application_point", 3},   {"target_lever_arm", 3},
-      {"sensor_frame", 3},        {"session_drift", 3},       {"geometric_error", 6},
-      {"base_compliance", 2},     {"platform_compliance", 2}, {"bearing_compliance", 2}};
+      {"wrench_misalignment", 3}, {"cell_zero", 3},         {"target_slip", 3},
+      {"application_point", 3},   {"target_lever_arm", 3},  {"sensor_frame", 3},
+      {"session_drift", 3},       {"geometric_error", 6},   {"base_compliance", 2},
+      {"platform_compliance", 2}, {"bearing_compliance", 2}};
   static const std::set<std::string> two_phases{"eccentricity", "gravity_compensator"};
   static const std::map<std::string, int> curves{{"friction", 3},
                                                  {"piecewise_stiffness", 3},
@@ -304,12 +308,22 @@ void apply_conditions(const std::vector<HiddenEffect>& effects, const std::vecto
   }
 }
 
+// By which a load cell's amplifier that nears its end, a hyperbolic tangent, reads too little.
+double stretched(double force, double curvature) {
+  const double x = force * std::sqrt(3 * curvature);
+  if (!(x < 1)) throw std::invalid_argument("the load cell is at its end");
+  return x > 1e-9 ? std::atanh(x) / x : 1;
+}
+
 DeadLoad actual_load(const std::vector<HiddenEffect>& effects, const Row& row,
                      const Mark& platform) {
   DeadLoad load{platform, row.force, Vector3::Zero()};
   if (row.weighed) return load;
   for (const HiddenEffect& effect : effects) {
     if (effect.name == "wrench_gain") load.force *= 1 + effect.size;
+    if (effect.name == "cell_zero" && row.force.norm() > 0)
+      load.force += effect.size * direction_of(effect);
+    if (effect.name == "cell_end") load.force *= stretched(row.force.norm(), effect.size);
     if (effect.name == "wrench_misalignment")
       load.force = rotation_of(effect.size * direction_of(effect)) * load.force;
     if (effect.name == "application_point")
@@ -318,15 +332,20 @@ DeadLoad actual_load(const std::vector<HiddenEffect>& effects, const Row& row,
   return load;
 }
 
-Pose seen(const std::vector<HiddenEffect>& effects, const Pose& platform, double seconds) {
+// A nest that is knocked on the way, and set right for the next session.
+constexpr double slip_time = 9000;  // [s]
+
+Pose seen(const std::vector<HiddenEffect>& effects, const Pose& platform, const Row& row) {
   Pose pose = platform;
   for (const HiddenEffect& effect : effects) {
     if (effect.name == "target_lever_arm")
       pose.x = pose * Vector3(effect.size * direction_of(effect));
     if (effect.name == "sensor_frame")
       pose = Pose{Vector3::Zero(), rotation_of(effect.size * direction_of(effect))} * pose;
+    if (effect.name == "target_slip" && row.session == "monday" && row.time > slip_time)
+      pose.x = pose * Vector3(effect.size * direction_of(effect));
     if (effect.name == "position_scale") pose.x *= 1 + effect.size;
-    if (effect.name == "session_drift") pose.x += effect.size * seconds * direction_of(effect);
+    if (effect.name == "session_drift") pose.x += effect.size * row.time * direction_of(effect);
   }
   return pose;
 }

@@ -50,7 +50,7 @@ void apply_conditions(const std::vector<HiddenEffect>& effects, const std::vecto
 /// The load that really acts.
 DeadLoad actual_load(const std::vector<HiddenEffect>& effects, const Row& row,
                      const Mark& platform);
-/// The pose that the instrument shows for one of the platform, `seconds` after its session started.
-Pose seen(const std::vector<HiddenEffect>& effects, const Pose& platform, double seconds);
+/// The pose that the instrument shows for one of the platform when a row is read.
+Pose seen(const std::vector<HiddenEffect>& effects, const Pose& platform, const Row& row);
 
 }  // namespace twin

@@ -88,6 +88,18 @@ const std::vector<Trial>& trials() {
   return all;
 }
 
+/// What a load cell and a target do, which came later.
+const std::vector<Trial>& instruments() {
+  static const std::vector<Trial> all{
+      {"scara", "push", {{"cell_zero", "load"}, {"cell_end", "load"}}, {}},
+      {"arm_7r", "push", {{"cell_end", "load"}, {"cell_zero", "load"}}, {}},
+      {"gantry", "push", {{"cell_zero", "load"}, {"cell_end", "load"}}, {}},
+      {"scara", "poses", {{"target_slip", "sensor"}}, {}},
+      {"arm_7r", "poses", {{"target_slip", "sensor"}}, {}},
+      {"gantry", "poses", {{"target_slip", "sensor"}}, {}}};
+  return all;
+}
+
 /// Effects that act together in one robot.
 struct Together {
   std::string robot, plan;
@@ -136,13 +148,16 @@ std::vector<Case> trial_suite() {
     c.held_back = held_back;
     cases.push_back(std::move(c));
   };
-  for (const Trial& trial : trials()) {
+  const auto add_singles = [&](const Trial& trial) {
     for (std::size_t i = 0; i < trial.effects.size(); ++i)
       for (const double d : {8., 25.}) {
         held_back = (i % 2 == 0) == (d > 10);
         add("single", trial, fmt::format("{}_d{:g}", trial.effects[i].name, d),
             {{trial.effects[i], d}});
       }
+  };
+  for (const Trial& trial : trials()) {
+    add_singles(trial);
     for (const bool second : {false, true}) {
       held_back = second;
       add("clean", trial, second ? "b" : "a", {});
@@ -167,6 +182,7 @@ std::vector<Case> trial_suite() {
   for (const Trial& trial : trials())
     if (seen.emplace(trial.robot, trial.plan).second)
       for (const char* which : {"c", "d", "e"}) add("clean", trial, which, {});
+  for (const Trial& trial : instruments()) add_singles(trial);
   return cases;
 }
 

@@ -262,14 +262,37 @@ JointScale scale_of(const Effect& effect, const Manipulator& bare, const Reading
 
 }  // namespace
 
+namespace {
+
+// Of those that no place gives.
+std::optional<double> prior_deviation_of_readings(const EffectParameter& parameter,
+                                                  const ReadingScales& scales) {
+  const double share = parameter.prior_sd;
+  switch (parameter.prior_unit) {
+    case PriorUnit::change_read:
+      return share * (parameter.linear.angle != 0 ? scales.turn : scales.shift);
+    case PriorUnit::stated_force:
+      return share * scales.force;
+    case PriorUnit::stated_moment:
+      return share * scales.moment;
+    case PriorUnit::per_force_squared:
+      return share / (scales.force * scales.force);
+    case PriorUnit::per_moment_squared:
+      return share / (scales.moment * scales.moment);
+    default:
+      return std::nullopt;
+  }
+}
+
+}  // namespace
+
 double prior_deviation(const Effect& effect, Index value, const Manipulator& bare,
                        const ReadingScales& scales) {
   const EffectParameter& parameter = effect.kind->parameters[static_cast<std::size_t>(value)];
   const double share = parameter.prior_sd;
   if (parameter.prior_unit == PriorUnit::soft_compliance)
     return share * softest(bare, parameter.linear.angle != 0);
-  if (parameter.prior_unit == PriorUnit::change_read)
-    return share * (parameter.linear.angle != 0 ? scales.turn : scales.shift);
+  if (const auto known = prior_deviation_of_readings(parameter, scales)) return *known;
   if (parameter.prior_unit == PriorUnit::absolute || effect.sites.empty()) return share;
   const Chain& chain = bare.chains()[effect.sites[0].chain];
   const Index k = chain.index_of(effect.sites[0].element);

@@ -47,17 +47,21 @@ bool has_one_law(EffectClass effect_class);
 
 /// What a prior width is counted in.
 enum class PriorUnit {
-  absolute,         // SI
-  stiffness,        // of the joint's spring, or
-  compliance,       // one over that
-  joint_load,       // the load that the joint bears
-  joint_play,       // the motion of it that would show as much as the readings do
-  cubic_stiffness,  // of a spring that its deflection by that load makes twice as stiff
-  load_compliance,  // compliance over load: what such a load adds to the spring's
-  per_joint_span,   // one over the range of its commands
-  change_read,      // the largest change that is read, of translations or of rotations
-  soft_compliance   // the same of the softest joint of the manipulator, at a lever of 0.3 m where
-                    // the one slides or shifts and the other turns
+  absolute,           // SI
+  stiffness,          // of the joint's spring, or
+  compliance,         // one over that
+  joint_load,         // the load that the joint bears
+  joint_play,         // the motion of it that would show as much as the readings do
+  cubic_stiffness,    // of a spring that its deflection by that load makes twice as stiff
+  load_compliance,    // compliance over load: what such a load adds to the spring's
+  per_joint_span,     // one over the range of its commands
+  change_read,        // the largest change that is read, of translations or of rotations
+  stated_force,       // the largest force that is stated, and the largest moment; of what is not
+  stated_moment,      // stated, the other at 0.3 m
+  per_force_squared,  // one over the square of those
+  per_moment_squared,
+  soft_compliance  // the same of the softest joint of the manipulator, at a lever of 0.3 m where
+                   // the one slides or shifts and the other turns
 };
 
 /// What a value says of the readings that an effect is of: a search takes those that a campaign
@@ -82,6 +86,7 @@ struct JointScale {
 struct ReadingScales {
   std::vector<std::vector<JointScale>> joints;  // one a chain and coordinate; empty: usual ones
   double shift = 1e-3, turn = 3e-3;             // the largest change that is read [m], [rad]
+  double force = 500, moment = 150;             // the largest load that is stated [N], [N m]
   /// They move in several directions and back, so that an instrument which lags behind does not
   /// look like a joint with friction.
   bool tell_lag = true;

@@ -18,6 +18,8 @@ ReadingErrors ReadingErrors::tangent() {
 ReadingErrors& ReadingErrors::operator+=(const ReadingErrors& tangent) {
   wrench_gain += tangent.wrench_gain;
   wrench_rotation += tangent.wrench_rotation;
+  wrench_zero += tangent.wrench_zero;
+  wrench_curvature += tangent.wrench_curvature;
   wrench_point += tangent.wrench_point;
   sensor += tangent.sensor;
   sensor_scale += tangent.sensor_scale;
@@ -26,16 +28,29 @@ ReadingErrors& ReadingErrors::operator+=(const ReadingErrors& tangent) {
 }
 
 bool ReadingErrors::is_none() const {
+  return reads_load() && sensor.isZero(0) && sensor_scale == 0 && target.isZero(0);
+}
+
+bool ReadingErrors::reads_load() const {
   return wrench_gain == 1 && wrench_rotation.isZero(0) && wrench_point.isZero(0) &&
-         sensor.isZero(0) && sensor_scale == 0 && target.isZero(0);
+         wrench_zero.isZero(0) && wrench_curvature.isZero(0);
+}
+
+Vector6 ReadingErrors::from_cell(const Load& stated, const ReadingErrors& of) {
+  Vector6 result;
+  result << of.wrench_curvature[0] * stated.force.squaredNorm() * stated.force,
+      of.wrench_curvature[1] * stated.moment.squaredNorm() * stated.moment;
+  const bool is_loaded = !stated.force.isZero(0) || !stated.moment.isZero(0);
+  return is_loaded ? Vector6(result + of.wrench_zero) : result;
 }
 
 Load ReadingErrors::actual(const Load& stated) const {
-  if (wrench_gain == 1 && wrench_rotation.isZero(0) && wrench_point.isZero(0)) return stated;
+  if (reads_load()) return stated;
   const Matrix3 turn = wrench_gain * spatial::exp_rotation(wrench_rotation);
+  const Vector6 more = from_cell(stated, *this);
   Load load = stated;
-  load.force = turn * stated.force;
-  load.moment = turn * stated.moment;
+  load.force = turn * (stated.force + more.head<3>());
+  load.moment = turn * (stated.moment + more.tail<3>());
   load.point_on_platform += wrench_point;
   return load;
 }
@@ -44,13 +59,15 @@ Vector6 ReadingErrors::wrench_derivative(const Load& stated, const Pose& platfor
                                          const ReadingErrors& tangent) const {
   const Matrix3 turn = spatial::exp_rotation(wrench_rotation);
   const Vector3 rate = spatial::left_jacobian(wrench_rotation) * tangent.wrench_rotation;
-  const auto change = [&](const Vector3& v) -> Vector3 {
-    return tangent.wrench_gain * (turn * v) + wrench_gain * rate.cross(turn * v);
+  const auto change = [&](const Vector3& v, const Vector3& by) -> Vector3 {
+    return tangent.wrench_gain * (turn * v) + wrench_gain * rate.cross(turn * v) +
+           wrench_gain * (turn * by);
   };
   const Load load = actual(stated);
-  const Vector3 force = change(stated.force);
+  const Vector6 more = from_cell(stated, *this), by = from_cell(stated, tangent);
+  const Vector3 force = change(stated.force + more.head<3>(), by.head<3>());
   Vector6 wrench;
-  wrench << force, change(stated.moment) +
+  wrench << force, change(stated.moment + more.tail<3>(), by.tail<3>()) +
                        (platform.rotation() * tangent.wrench_point).cross(load.force) +
                        (platform.rotation() * load.point_on_platform).cross(force);
   return wrench;

@@ -11,7 +11,12 @@ namespace kinetostat::vjm {
 struct ReadingErrors {
   double wrench_gain = 1;                                       // actual wrench over the stated one
   spatial::Vector3 wrench_rotation = spatial::Vector3::Zero();  // of its axes [rad], base axes
-  spatial::Vector3 wrench_point = spatial::Vector3::Zero();     // from the stated one, platform [m]
+  /// What a load cell does not read: [force [N]; moment [N m]], base axes, about the stated point,
+  /// wherever it reads a load at all; and by how much more than in proportion the load grows that
+  /// acts, per square of the force [1/N^2] and of the moment [1/(N m)^2] that are read.
+  spatial::Vector6 wrench_zero = spatial::Vector6::Zero();
+  Eigen::Vector2d wrench_curvature = Eigen::Vector2d::Zero();
+  spatial::Vector3 wrench_point = spatial::Vector3::Zero();  // from the stated one, platform [m]
   spatial::Vector6 sensor = spatial::Vector6::Zero();  // displacement of all that is read [m; rad]
   double sensor_scale = 0;  // of positions, less one: from the origin of the base
   spatial::Vector3 target = spatial::Vector3::Zero();  // what is read on the platform, its axes [m]
@@ -36,6 +41,11 @@ struct ReadingErrors {
                                    const spatial::Vector6& motion) const;
   spatial::Vector6 observed_derivative(const spatial::Pose& platform,
                                        const ReadingErrors& tangent) const;
+
+ private:
+  bool reads_load() const;  // as it acts
+  /// What acts more than is stated, of a load cell [force; moment].
+  static spatial::Vector6 from_cell(const Load& stated, const ReadingErrors& of);
 };
 
 }  // namespace kinetostat::vjm

@@ -64,6 +64,8 @@ const EffectKinds& effect_kinds() {
                                     effects::payload(),
                                     effects::wrench_gain(),
                                     effects::wrench_misalignment(),
+                                    effects::wrench_zero(),
+                                    effects::wrench_saturation(),
                                     effects::application_point(),
                                     effects::sensor_frame(),
                                     effects::sensor_scale(),

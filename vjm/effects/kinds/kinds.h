@@ -35,6 +35,8 @@ Kind self_weight();
 Kind payload();
 Kind wrench_gain();
 Kind wrench_misalignment();
+Kind wrench_zero();
+Kind wrench_saturation();
 Kind application_point();
 Kind sensor_frame();
 Kind target_lever_arm();

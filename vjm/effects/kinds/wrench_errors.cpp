@@ -35,28 +35,34 @@ class WrenchGain : public EffectKind {
   }
 };
 
-// Three numbers that are added to one vector of ReadingErrors.
+// Numbers that are added to one vector of ReadingErrors.
+template <class Vector>
 class VectorError : public EffectKind {
  public:
-  explicit VectorError(spatial::Vector3 ReadingErrors::*member) : member_(member) {}
+  explicit VectorError(Vector ReadingErrors::*member) : member_(member) {}
 
   void add_to(ReadingErrors& errors, const EffectInput& input) const override {
     errors.*member_ += input.values;
   }
   ReadingErrors tangent(Eigen::Index value, const EffectInput&) const override {
     ReadingErrors tangent = ReadingErrors::tangent();
-    tangent.*member_ = spatial::Vector3::Unit(value);
+    tangent.*member_ = Vector::Unit(value);
     return tangent;
   }
 
  private:
-  spatial::Vector3 ReadingErrors::*member_;
+  Vector ReadingErrors::*member_;
 };
+
+template <class Vector>
+auto vector_error(Vector ReadingErrors::*member) {
+  return std::make_shared<VectorError<Vector>>(member);
+}
 
 }  // namespace
 
 Kind wrench_misalignment() {
-  auto kind = std::make_shared<VectorError>(&ReadingErrors::wrench_rotation);
+  auto kind = vector_error(&ReadingErrors::wrench_rotation);
   kind->name = "wrench_misalignment";
   kind->effect_class = EffectClass::load;
   kind->summary = "the wrench that acts is turned against the one stated";
@@ -70,8 +76,56 @@ Kind wrench_misalignment() {
   return kind;
 }
 
+Kind wrench_zero() {
+  auto kind = vector_error(&ReadingErrors::wrench_zero);
+  kind->name = "wrench_zero";
+  kind->effect_class = EffectClass::load;
+  kind->summary = "the load cell does not read zero when it bears nothing";
+  kind->law = "F = F read + [fx, fy, fz], M = M read + [mx, my, mz], base axes, under any load";
+  kind->source = "zero error of a force transducer: ISO 376";
+  kind->signature =
+      "a displacement that comes with the first load and is the same under all, whatever their "
+      "size and sign";
+  kind->confuser =
+      "preload or payload, which act in the state without load as well; wrench_gain, "
+      "under loads of one size and sign";
+  kind->place = EffectPlace::load;
+  const auto add = [&](const char* name, const spatial::Dimension& dimension, PriorUnit unit) {
+    kind->parameters.push_back(optional_parameter(name, dimension, 1e6, 0.02));
+    kind->parameters.back().prior_unit = unit;
+  };
+  for (const char* name : {"fx", "fy", "fz"})
+    add(name, spatial::dimension::force, PriorUnit::stated_force);
+  for (const char* name : {"mx", "my", "mz"})
+    add(name, spatial::dimension::moment, PriorUnit::stated_moment);
+  return kind;
+}
+
+Kind wrench_saturation() {
+  auto kind = vector_error(&ReadingErrors::wrench_curvature);
+  kind->name = "wrench_saturation";
+  kind->effect_class = EffectClass::load;
+  kind->summary = "the load cell reads less and less of a load that grows: it nears its end";
+  kind->law = "F = F read (1 + force |F read|^2), M = M read (1 + moment |M read|^2)";
+  kind->source =
+      "interpolation of a force transducer by a cubic: ISO 376; first term of any odd "
+      "characteristic that bends";
+  kind->signature =
+      "displacements grow more than in proportion to the load that is read, all alike";
+  kind->confuser = "clearance and hardening with a negative sign, of the one joint that bends";
+  kind->place = EffectPlace::load;
+  const auto add = [&](const char* name, const spatial::Dimension& dimension, PriorUnit unit) {
+    kind->parameters.push_back(optional_parameter(name, dimension, 1e6, 0.05));
+    kind->parameters.back().lower = 0;
+    kind->parameters.back().prior_unit = unit;
+  };
+  add("force", {.length = -2, .mass = -2, .time = 4}, PriorUnit::per_force_squared);
+  add("moment", {.length = -4, .mass = -2, .time = 4}, PriorUnit::per_moment_squared);
+  return kind;
+}
+
 Kind application_point() {
-  auto kind = std::make_shared<VectorError>(&ReadingErrors::wrench_point);
+  auto kind = vector_error(&ReadingErrors::wrench_point);
   kind->name = "application_point";
   kind->effect_class = EffectClass::load;
   kind->summary = "the wrench acts beside the point that is stated";
@@ -87,7 +141,7 @@ Kind application_point() {
 }
 
 Kind target_lever_arm() {
-  auto kind = std::make_shared<VectorError>(&ReadingErrors::target);
+  auto kind = vector_error(&ReadingErrors::target);
   kind->name = "target_lever_arm";
   kind->effect_class = EffectClass::instrument;
   kind->moves_like = EffectClass::geometry;  // of the end
