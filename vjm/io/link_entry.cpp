@@ -12,6 +12,7 @@
 #include "kinetostat/spatial/rotation.h"
 #include "kinetostat/vjm/chain/beam.h"
 #include "kinetostat/vjm/io/link_uncertainty.h"
+#include "kinetostat/vjm/io/machine_element_entry.h"
 #include "kinetostat/vjm/io/sub_manipulator.h"
 #include "kinetostat/vjm/io/uncertain_number.h"
 
@@ -28,25 +29,6 @@ using spatial::UnitSystem;
 using spatial::Vector3;
 namespace dimension = spatial::dimension;
 
-// "E of steel": a number under materials or links is one of the part that stands there.
-UncertaintySource source_of(const YamlNode& node, SourceKind kind) {
-  const std::string path = node.path();
-  const std::size_t first = path.find('.'), last = path.rfind('.');
-  const std::string part = path.substr(first + 1, path.find('.', first + 1) - first - 1);
-  return {.name = path.substr(last + 1) + " of " + part, .place = {}, .kind = kind};
-}
-
-// Reads numbers above zero of one kind, which may be uncertain.
-struct NumberReader {
-  const UnitSystem& units;
-  SourceList& sources;
-  SourceKind kind;
-
-  double operator()(const YamlNode& node, const spatial::Dimension& dimension) const {
-    return read_uncertain(node, dimension, units, source_of(node, kind), sources);
-  }
-};
-
 Material read_material(const YamlNode& node, const UnitSystem& units,
                        const std::optional<YamlNode>& materials, SourceList& sources) {
   if (node.is_scalar()) {
@@ -59,7 +41,7 @@ Material read_material(const YamlNode& node, const UnitSystem& units,
   }
   node.allow_only({"E", "G", "nu", "density"});
   Material material;
-  const NumberReader read{units, sources, SourceKind::material};
+  const PartNumbers read{units, sources, SourceKind::material};
   material.young_modulus = read(node.at("E"), dimension::pressure);
   const auto [key, value] = node.one_of({"G", "nu"});
   if (key == "G") {
@@ -76,7 +58,7 @@ Material read_material(const YamlNode& node, const UnitSystem& units,
   return material;
 }
 
-Section read_general_section(const YamlNode& node, const NumberReader& read) {
+Section read_general_section(const YamlNode& node, const PartNumbers& read) {
   node.allow_only({"A", "Iy", "Iz", "J", "shear_y", "shear_z"});
   Section section;
   section.area = read(node.at("A"), dimension::area);
@@ -90,7 +72,7 @@ Section read_general_section(const YamlNode& node, const NumberReader& read) {
   return section;
 }
 
-Section read_section(const YamlNode& node, const NumberReader& read, double poisson_ratio) {
+Section read_section(const YamlNode& node, const PartNumbers& read, double poisson_ratio) {
   const auto [kind, value] = node.one_of({"rectangle", "circle", "tube", "general"});
   node.allow_only({kind});
   const auto length = [&](const YamlNode& parent, const char* key) {
@@ -249,7 +231,7 @@ LinkModel read_any_link(const YamlNode& node, const UnitSystem& units,
                         const std::optional<YamlNode>& materials, const LinkOptions& options,
                         const ReadManipulator& read) {
   const auto [kind, value] =
-      node.one_of({"rigid", "beam", "compliance", "stiffness", "manipulator"});
+      node.one_of({"rigid", "beam", "compliance", "stiffness", "bearing", "guide", "manipulator"});
   if (kind == "rigid") {
     node.allow_only({"rigid", "mass"});
     LinkModel link{.parts = {{io::read_pose(value, units), std::nullopt}}};
@@ -259,6 +241,14 @@ LinkModel read_any_link(const YamlNode& node, const UnitSystem& units,
   if (kind == "beam") {
     node.allow_only({"beam"});
     return read_beam(value, units, materials, options);
+  }
+  if (kind == "bearing" || kind == "guide") {
+    node.allow_only({kind, "mass"});
+    const Matrix6 stiffness = kind == "bearing" ? read_bearing(value, units, *options.sources)
+                                                : read_guide(value, units, *options.sources);
+    LinkModel link{.parts = {stiffness_part({}, stiffness, value)}};
+    link.mass = read_mass(node, units);
+    return link;
   }
   if (kind == "manipulator") return read_sub_manipulator(node, units, options, read);
   if (kind == "compliance" && value.is_scalar())

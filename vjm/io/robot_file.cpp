@@ -20,6 +20,7 @@
 #include "kinetostat/vjm/chain/stiffness_table.h"
 #include "kinetostat/vjm/io/effect_file.h"
 #include "kinetostat/vjm/io/link_entry.h"
+#include "kinetostat/vjm/io/machine_element_entry.h"
 #include "kinetostat/vjm/io/uncertain_number.h"
 
 namespace kinetostat::vjm {
@@ -83,6 +84,15 @@ StiffnessTable read_stiffness_table(const YamlNode& node, const StiffnessReader&
   return {std::move(commands), stiffness};
 }
 
+// `{ball_screw: {...}}`: of a drive that slides.
+StiffnessTable read_screw(const YamlNode& node, const StiffnessReader& read) {
+  node.allow_only({"ball_screw"});
+  if (is_rotation(read.motion))
+    node.fail("a ball screw has a stiffness along its axis, and this joint turns",
+              "Write it as 'axis: Tx, Ty or Tz', or state 'stiffness' in N m/rad");
+  return read_ball_screw(node.at("ball_screw"), read.parts.units, read.joint, read.parts.sources);
+}
+
 // A drive without a spring, with one, or with one that depends on its command.
 void add_drive(ChainBuilder& chain, const YamlNode& node, const std::string& name, Motion motion,
                double home, const Parts& parts) {
@@ -94,7 +104,8 @@ void add_drive(ChainBuilder& chain, const YamlNode& node, const std::string& nam
     chain.actuator(name, motion, stiffness, home);
     return;
   }
-  const StiffnessTable table = read_stiffness_table(*given, read);
+  const StiffnessTable table =
+      given->has("ball_screw") ? read_screw(*given, read) : read_stiffness_table(*given, read);
   chain.actuator(name, motion, table.at(home), home);
   chain.law(name, std::make_shared<TabulatedStiffness>(table, home));
 }

@@ -16,7 +16,20 @@ double read_spread(const io::YamlNode& node, const spatial::Dimension& dimension
   return spread;
 }
 
+// "E of steel".
+UncertaintySource source_of(const io::YamlNode& node, SourceKind kind) {
+  const std::string path = node.path();
+  const std::size_t first = path.find('.'), last = path.rfind('.');
+  const std::string part = path.substr(first + 1, path.find('.', first + 1) - first - 1);
+  return {.name = path.substr(last + 1) + " of " + part, .place = {}, .kind = kind};
+}
+
 }  // namespace
+
+double PartNumbers::operator()(const io::YamlNode& node,
+                               const spatial::Dimension& dimension) const {
+  return read_uncertain(node, dimension, units, source_of(node, kind), sources);
+}
 
 bool is_uncertain(const io::YamlNode& node) {
   return node.is_map() && (node.has("value") || node.has("sd") || node.has("plus_minus"));

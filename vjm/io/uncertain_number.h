@@ -21,6 +21,16 @@ double read_uncertain(const io::YamlNode& node, const spatial::Dimension& dimens
 UncertaintySource stiffness_source(const io::YamlNode& node, const std::string& joint,
                                    const std::string& chain);
 
+/// Reads numbers of a part that stands under `links` or `materials`, as read_uncertain() does: each
+/// is one of that part, "E of steel".
+struct PartNumbers {
+  const spatial::UnitSystem& units;
+  SourceList& sources;
+  SourceKind kind;
+
+  double operator()(const io::YamlNode& node, const spatial::Dimension& dimension) const;
+};
+
 /// Whether a map states a number with its uncertainty, and is not of another kind.
 bool is_uncertain(const io::YamlNode& node);
 

@@ -15,6 +15,8 @@ std::string to_string(SourceKind kind) {
       return "material";
     case SourceKind::section:
       return "section";
+    case SourceKind::element:
+      return "machine element";
     case SourceKind::mesh:
       return "mesh";
     case SourceKind::clamping:
