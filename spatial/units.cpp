@@ -34,6 +34,7 @@ const NamedUnit named_units[] = {
     {"N", {1, dimension::force}, true},
     {"Pa", {1, dimension::pressure}, true},
     {"J", {1, dimension::moment}, true},
+    {"Hz", {1, {.time = -1}}, true},
     {"bar", {1e5, dimension::pressure}, true},
     {"t", {1e3, dimension::mass}, false},
     {"l", {1e-3, {.length = 3}}, true},

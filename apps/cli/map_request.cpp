@@ -37,6 +37,7 @@ constexpr IndexWord index_words[] = {
     {"condition", MapIndex::Kind::condition, Argument::length},
     {"deflection", MapIndex::Kind::deflection, Argument::none},
     {"rotation", MapIndex::Kind::rotation, Argument::none},
+    {"first-frequency", MapIndex::Kind::first_frequency, Argument::none},
     {"critical-force", MapIndex::Kind::critical_force, Argument::direction},
 };
 
@@ -61,6 +62,7 @@ std::string unit_of(const spatial::Dimension& dimension, const spatial::UnitSyst
   if (dimension == d::length) return units.length;
   if (dimension == d::angle) return units.angle;
   if (dimension == d::force) return units.force;
+  if (dimension == spatial::Dimension{.time = -1}) return "Hz";
   return "";
 }
 
@@ -110,6 +112,12 @@ bool has_wrench(const vjm::TargetPose& pose) {
   return !pose.load.force.isZero(0) || !pose.load.moment.isZero(0);
 }
 
+bool has_mass(const vjm::Robot& robot) {
+  for (const vjm::Chain& chain : robot.manipulator.chains())
+    if (!chain.masses().empty()) return true;
+  return false;
+}
+
 // How far critical forces are sought [N].
 double read_up_to(const std::string& text, const spatial::UnitSystem& units,
                   const vjm::PoseList& list) {
@@ -145,7 +153,7 @@ void MapRequest::add_options(OptionList& app) {
   app.add_option("--index", indices,
                  "stiffness=DX,DY,DZ, rotational-stiffness=DX,DY,DZ, weakest-translation, "
                  "weakest-rotation, weakest=LENGTH, condition=LENGTH, deflection, rotation, "
-                 "critical-force=DX,DY,DZ; may be repeated")
+                 "first-frequency, critical-force=DX,DY,DZ; may be repeated")
       .type_name("INDEX")
       .required()
       .one_at_a_time();
@@ -171,12 +179,17 @@ std::vector<NamedIndex> MapRequest::read_indices(const vjm::Robot& robot,
     if (index.index.kind == MapIndex::Kind::critical_force)
       index.index.up_to = read_up_to(up_to, robot.units, list);
   const bool loaded = is_loaded(robot, list);
-  for (const NamedIndex& index : named)
+  for (const NamedIndex& index : named) {
+    if (index.index.kind == MapIndex::Kind::first_frequency && !has_mass(robot))
+      throw UsageError("--index",
+                       fmt::format("'{}' needs masses, and this robot has none", index.name),
+                       "Give its links a 'density' or a 'mass' in the robot file");
     if (!loaded && (index.index.kind == MapIndex::Kind::deflection ||
                     index.index.kind == MapIndex::Kind::rotation))
       throw UsageError("--index",
                        fmt::format("'{}' is zero: there is no load and no weight", index.name),
                        "Give --wrench Fx,Fy,Fz[,Mx,My,Mz], or loads in the path file");
+  }
   return named;
 }
 

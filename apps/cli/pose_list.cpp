@@ -31,26 +31,26 @@ spatial::Pose pose_of(const spatial::Vector6& coordinates) {
 }
 
 // "-70:120:20" or "0".
-std::vector<double> read_axis(const std::string& name, const std::string& text,
-                              const spatial::UnitSystem& units) {
+std::vector<double> read_axis(const std::string& option, const std::string& name,
+                              const std::string& text, const spatial::UnitSystem& units) {
   const spatial::Dimension what = name.size() == 1 ? dimension::length : dimension::angle;
   const std::vector<std::string> parts = split(text, ':');
-  if (parts.size() == 1) return {quantity("--grid", text, what, units)};
+  if (parts.size() == 1) return {quantity(option, text, what, units)};
   if (parts.size() != 3)
-    throw UsageError("--grid", fmt::format("'{}={}' is not from:to:points", name, text),
+    throw UsageError(option, fmt::format("'{}={}' is not from:to:points", name, text),
                      fmt::format("Write {}=-50:50:11, or {}=10 for one value", name, name));
-  const double from = quantity("--grid", parts[0], what, units);
-  const double to = quantity("--grid", parts[1], what, units);
-  const double count = quantity("--grid", parts[2], dimension::none, units);
+  const double from = quantity(option, parts[0], what, units);
+  const double to = quantity(option, parts[1], what, units);
+  const double count = quantity(option, parts[2], dimension::none, units);
   if (!(count >= 2 && count <= most_poses) || count != std::floor(count))
-    throw UsageError("--grid", fmt::format("'{}' is not a number of points from 2", parts[2]));
+    throw UsageError(option, fmt::format("'{}' is not a number of points from 2", parts[2]));
   std::vector<double> values(static_cast<std::size_t>(count));
   for (std::size_t i = 0; i < values.size(); ++i)
     values[i] = from + (to - from) * static_cast<double>(i) / (count - 1);
   return values;
 }
 
-std::array<std::vector<double>, 6> read_axes(const std::string& grid,
+std::array<std::vector<double>, 6> read_axes(const std::string& option, const std::string& grid,
                                              const spatial::UnitSystem& units) {
   std::array<std::vector<double>, 6> axes;
   for (const std::string& part : split(grid)) {
@@ -58,12 +58,12 @@ std::array<std::vector<double>, 6> read_axes(const std::string& grid,
     const std::string name = part.substr(0, equals);
     const auto* const at = std::find(pose_columns.begin(), pose_columns.end(), name);
     if (equals == std::string::npos || at == pose_columns.end())
-      throw UsageError("--grid",
+      throw UsageError(option,
                        fmt::format("'{}' does not start with x=, y=, z=, rx=, ry= or rz=", part),
-                       "Write --grid x=-50:50:11,y=-50:50:11,z=0");
+                       fmt::format("Write {} x=-50:50:11,y=-50:50:11,z=0", option));
     std::vector<double>& axis = axes[static_cast<std::size_t>(at - pose_columns.begin())];
-    if (!axis.empty()) throw UsageError("--grid", fmt::format("'{}' is given twice", name));
-    axis = read_axis(name, part.substr(equals + 1), units);
+    if (!axis.empty()) throw UsageError(option, fmt::format("'{}' is given twice", name));
+    axis = read_axis(option, name, part.substr(equals + 1), units);
   }
   for (std::vector<double>& axis : axes)
     if (axis.empty()) axis = {0};
@@ -139,8 +139,9 @@ std::vector<Column> read_columns(const io::CsvTable& table, const spatial::UnitS
 
 }  // namespace
 
-vjm::PoseList read_grid(const std::string& grid, const vjm::Robot& robot, const vjm::Load& load) {
-  const std::array<std::vector<double>, 6> axes = read_axes(grid, robot.units);
+vjm::PoseList read_grid(const std::string& grid, const vjm::Robot& robot, const vjm::Load& load,
+                        const std::string& option) {
+  const std::array<std::vector<double>, 6> axes = read_axes(option, grid, robot.units);
   vjm::PoseList list;
   double count = 1;
   for (std::size_t i = 0; i < 6; ++i) {
@@ -148,7 +149,7 @@ vjm::PoseList read_grid(const std::string& grid, const vjm::Robot& robot, const 
     count *= static_cast<double>(axes[i].size());
   }
   if (count > most_poses)
-    throw UsageError("--grid", fmt::format("it has {:.3g} poses, more than {}", count, most_poses));
+    throw UsageError(option, fmt::format("it has {:.3g} poses, more than {}", count, most_poses));
   list.poses.reserve(static_cast<std::size_t>(count));
   for (std::size_t n = 0; n < static_cast<std::size_t>(count); ++n) {
     spatial::Vector6 coordinates;

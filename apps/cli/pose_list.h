@@ -9,8 +9,9 @@
 namespace kinetostat::apps {
 
 /// "x=-70:120:20,y=0,z=0:100:5": from, to and number of points, or one value; coordinates that are
-/// not named are 0. Throws UsageError.
-vjm::PoseList read_grid(const std::string& grid, const vjm::Robot& robot, const vjm::Load& load);
+/// not named are 0. Throws UsageError for the option that it comes from.
+vjm::PoseList read_grid(const std::string& grid, const vjm::Robot& robot, const vjm::Load& load,
+                        const std::string& option = "--grid");
 
 /// A CSV file with columns x, y, z, rx, ry, rz (rotation vector) and, for loads of each pose, fx,
 /// fy, fz, mx, my, mz; those left out are 0. Columns are in the units of the robot file, or in one

@@ -1,17 +1,22 @@
 // kinetostat map: indices of stiffness over a grid or along a path.
 #include "kinetostat/report/manipulators/map.h"
 
+#include <cmath>
 #include <functional>
 #include <memory>
+#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/cli/map_request.h"
+#include "kinetostat/apps/cli/option_values.h"
+#include "kinetostat/apps/cli/pose_list.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/apps/commands/link_models.h"
 #include "kinetostat/io/text_file.h"
+#include "kinetostat/report/manipulators/path_choice.h"
 #include "kinetostat/report/manipulators/uncertainty.h"
 #include "kinetostat/report/screen/uncertainty.h"
 #include "kinetostat/report/screen/wording.h"
@@ -19,12 +24,96 @@
 namespace kinetostat::apps {
 namespace {
 
+// What the work leaves free along a path.
+struct FreeMotionRequest {
+  std::string turn, range, change, place;
+
+  bool is_asked_for() const { return !turn.empty() || !place.empty(); }
+};
+
 struct GridRequest {
   MapRequest map;
   UncertaintyRequest uncertainty;
+  FreeMotionRequest free;
   std::string vtu, checkpoint;
   std::vector<std::string> links;
 };
+
+spatial::Vector3 axis_of(const std::string& text, const spatial::UnitSystem& units) {
+  if (text.size() == 1 && std::string("xyz").find(text) != std::string::npos)
+    return spatial::Vector3::Unit(text[0] - 'x');
+  const spatial::Vector3 axis = three_values("--turn", text, spatial::dimension::none, units);
+  if (axis.isZero(0)) throw UsageError("--turn", fmt::format("'{}' has no length", text));
+  return axis.normalized();
+}
+
+std::optional<vjm::FreeTurn> read_turn(const FreeMotionRequest& request,
+                                       const spatial::UnitSystem& units) {
+  if (request.turn.empty()) return std::nullopt;
+  const auto angle = [&](const char* option, const std::string& text) {
+    return quantity(option, text, spatial::dimension::angle, units);
+  };
+  vjm::FreeTurn turn{.axis = axis_of(request.turn, units),
+                     .from = -std::numbers::pi,
+                     .to = std::numbers::pi,
+                     .steps = 73};
+  if (!request.range.empty()) {
+    const std::vector<std::string> parts = split(request.range, ':');
+    if (parts.size() != 3)
+      throw UsageError("--turn-range", fmt::format("'{}' is no range", request.range),
+                       "Write from, to and the number of values: -90:90:37");
+    turn.from = angle("--turn-range", parts[0]);
+    turn.to = angle("--turn-range", parts[1]);
+    const double steps = quantity("--turn-range", parts[2], spatial::dimension::none, units);
+    if (!(turn.from < turn.to) || !(steps >= 2 && steps <= 3601) || steps != std::floor(steps))
+      throw UsageError("--turn-range", fmt::format("'{}' is no range", request.range),
+                       "Write the least angle first, and 2 to 3601 values: -90:90:37");
+    turn.steps = static_cast<int>(steps);
+  }
+  if (!request.change.empty()) {
+    turn.largest_change = angle("--turn-change", request.change);
+    if (!(turn.largest_change > 0))
+      throw UsageError("--turn-change", "a change from pose to pose is above zero");
+  }
+  return turn;
+}
+
+// Where the base may stand, in the axes of the path.
+std::vector<spatial::Pose> read_places(const FreeMotionRequest& request, const vjm::Robot& robot) {
+  std::vector<spatial::Pose> places;
+  if (request.place.empty()) return {spatial::Pose()};
+  for (const vjm::TargetPose& place : read_grid(request.place, robot, {}, "--place").poses)
+    places.push_back(place.platform);
+  const spatial::Vector3 weight = robot.manipulator.gravity();
+  for (const spatial::Pose& place : places)
+    if (!(place.rotation() * weight).isApprox(weight, 1e-9) && !weight.isZero(0))
+      throw UsageError("--place", "the base of a robot with weight stays upright",
+                       "Turn it about the vertical only, or leave the turns out");
+  return places;
+}
+
+// The poses of the path with what is free chosen for the first index, and its values as given.
+struct Chosen {
+  vjm::PathChoice path;
+  std::vector<vjm::MapPoint> given;
+  spatial::Pose place;
+};
+
+Chosen choose(const GridRequest& request, const vjm::Robot& robot, const report::NamedIndex& index,
+              vjm::PoseList& list, Run& run) {
+  if (request.map.path.empty())
+    throw UsageError("--turn", "what is chosen is chosen along a path", "Give --path FILE");
+  const std::vector<spatial::Pose> places = read_places(request.free, robot);
+  Chosen chosen;
+  chosen.given =
+      workspace_map(robot.manipulator, list.poses, {index.index}, run.threads(), run.progress());
+  chosen.path =
+      best_path(robot.manipulator, list.poses, index.index, read_turn(request.free, robot.units),
+                places, run.threads(), run.progress());
+  chosen.place = places[chosen.path.placement];
+  list.poses = chosen.path.poses;
+  return chosen;
+}
 
 // With the beams in two and in four times the segments.
 std::vector<vjm::Manipulator> finer_models(const vjm::Robot& robot) {
@@ -134,14 +223,41 @@ void add_uncertainties(const GridRequest& request, const vjm::Robot& robot,
             "\n");
 }
 
+// Beside every pose how far it was turned, and what the first index was as given.
+io::Json add_choice(const Chosen& chosen, const vjm::Robot& robot,
+                    std::vector<report::NamedIndex>& indices, std::vector<vjm::MapPoint>& points,
+                    Run& run) {
+  const report::NamedIndex first = indices.front();
+  const auto add = [&](report::NamedIndex column, const std::function<double(std::size_t)>& of) {
+    indices.push_back(std::move(column));
+    for (std::size_t i = 0; i < points.size(); ++i) points[i].values.push_back(of(i));
+  };
+  report::NamedIndex given = first;
+  given.name += " as given";
+  add(std::move(given), [&](std::size_t i) { return chosen.given[i].values.front(); });
+  if (!chosen.path.turns.empty())
+    add({.name = "turn",
+         .index = {},
+         .unit = robot.units.angle,
+         .factor = spatial::parse_unit(robot.units.angle).factor},
+        [&](std::size_t i) { return chosen.path.turns[i]; });
+  const report::PathChoiceText said{robot, first, chosen.given, chosen.path, chosen.place};
+  run.print(report::wrapped(report::sentence(said)) + "\n");
+  return report::to_json(said);
+}
+
 io::Json map(const GridRequest& request, Run& run) {
   const vjm::Robot robot = vjm::read_robot(request.map.robot_file);
-  const vjm::PoseList list = request.map.read_poses(robot);
+  vjm::PoseList list = request.map.read_poses(robot);
   std::vector<report::NamedIndex> indices = request.map.read_indices(robot, list);
+  std::optional<Chosen> chosen;
+  if (request.free.is_asked_for()) chosen = choose(request, robot, indices.front(), list, run);
   std::vector<vjm::MapPoint> points = map_points(request, robot, list, indices, run);
   io::Json link_models, uncertainty;
   add_uncertainties(request, robot, list, indices, points, uncertainty, run);
   if (!request.links.empty()) compare_maps(request, list, indices, points, link_models, run);
+  io::Json choice;
+  if (chosen) choice = add_choice(*chosen, robot, indices, points, run);
   const report::Map result{robot, list, indices, points};
   if (run.out()) io::write_atomically(*run.out(), report::csv(result));
   if (!request.vtu.empty()) io::write_vtu(request.vtu, report::vtu(result));
@@ -149,6 +265,7 @@ io::Json map(const GridRequest& request, Run& run) {
   run.print(report::text(result));
   io::Json json = report::to_json(result);
   if (!uncertainty.is_null()) json["uncertainty"] = std::move(uncertainty);
+  if (!choice.is_null()) json["choice"] = std::move(choice);
   if (!link_models.is_null()) json["link_models"] = std::move(link_models);
   return json;
 }
@@ -167,6 +284,22 @@ void add_map(Program& program) {
   request->map.add_options(app);
   request->uncertainty.add_options(app);
   add_links_option(app, request->links);
+  const auto turn = app.add_option("--turn", request->free.turn,
+                                   "Choose at each pose of the path how far the platform is turned "
+                                   "about this axis of its own, z or 0,0,1: for the best worst "
+                                   "value of the first index")
+                        .type_name("AXIS");
+  app.add_option("--turn-range", request->free.range,
+                 "Turns that are tried, FROM:TO:POINTS; -180:180:73 deg unless given")
+      .type_name("RANGE")
+      .needs(turn);
+  app.add_option("--turn-change", request->free.change, "Largest turn from one pose to the next")
+      .type_name("ANGLE")
+      .needs(turn);
+  app.add_option("--place", request->free.place,
+                 "Choose likewise where the base stands, as against the path: "
+                 "x=FROM:TO:POINTS,y=...,z=...,rz=...")
+      .type_name("GRID");
   app.add_output("--vtu", request->vtu, "Write the map for ParaView");
   app.add_option("--checkpoint", request->checkpoint,
                  "Where an interrupted map goes on from, when not beside --out")

@@ -13,6 +13,7 @@
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/equilibrium.h"
 #include "kinetostat/vjm/statics/stiffness.h"
+#include "kinetostat/vjm/vibration/natural_modes.h"
 #include "kinetostat/vjm/workspace/map_checkpoint.h"
 
 namespace kinetostat::vjm {
@@ -132,8 +133,9 @@ double value_of(const MapIndex& index, const Flexibility& flexibility, const Vec
       return deflection.head<3>().norm();
     case MapIndex::Kind::rotation:
       return deflection.tail<3>().norm();
+    case MapIndex::Kind::first_frequency:
     case MapIndex::Kind::critical_force:
-      break;  // critical_force() below
+      break;  // below
   }
   return not_a_number;
 }
@@ -186,6 +188,14 @@ bool is_unloaded(const Load& load) {
   return load.force.isZero(0) && load.moment.isZero(0) && load.nodes.empty() && load.joints.empty();
 }
 
+// Nothing where a mass is free to move; infinite where none moves.
+double first_frequency(const Manipulator& manipulator, const Posture& posture) {
+  const NaturalModes found = natural_modes(manipulator, posture, 1);
+  if (found.free_motions > 0) return 0;
+  return found.modes.empty() ? std::numeric_limits<double>::infinity()
+                             : found.modes.front().frequency;
+}
+
 void refuse_critical_force_beside_a_wrench(const Load& load, const std::vector<MapIndex>& indices) {
   if (load.force.isZero(0) && load.moment.isZero(0)) return;
   for (const MapIndex& index : indices)
@@ -233,6 +243,8 @@ spatial::Dimension dimension_of(MapIndex::Kind kind) {
       return dimension::length;
     case MapIndex::Kind::rotation:
       return dimension::angle;
+    case MapIndex::Kind::first_frequency:
+      return {.time = -1};
     case MapIndex::Kind::critical_force:
       return dimension::force;
     default:
@@ -276,10 +288,14 @@ MapPoint map_point(const Manipulator& manipulator, const TargetPose& target,
     deflection = loaded.displacement.coordinates();
   }
   point.state = flexibility.has_free_motion() ? MapState::free_motion : MapState::reached;
-  for (std::size_t i = 0; i < indices.size(); ++i)
-    point.values[i] = indices[i].kind == MapIndex::Kind::critical_force
-                          ? critical_force(manipulator, target, posture.posture, indices[i], finer)
-                          : value_of(indices[i], flexibility, deflection);
+  const auto value = [&](const MapIndex& index) {
+    if (index.kind == MapIndex::Kind::critical_force)
+      return critical_force(manipulator, target, posture.posture, index, finer);
+    if (index.kind == MapIndex::Kind::first_frequency)
+      return first_frequency(manipulator, posture.posture);
+    return value_of(index, flexibility, deflection);
+  };
+  std::transform(indices.begin(), indices.end(), point.values.begin(), value);
   return point;
 }
 

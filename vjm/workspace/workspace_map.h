@@ -25,6 +25,7 @@ struct MapIndex {
     condition,            // largest over smallest eigenvalue, scaled likewise
     deflection,           // of the reference point under load and weight [m]
     rotation,             // of the platform under load and weight [rad]
+    first_frequency,      // of the natural modes of the relaxed posture [Hz]
     critical_force,       // dead force along `direction` at which the platform gives way [N]
   };
   Kind kind = Kind::weakest_translation;

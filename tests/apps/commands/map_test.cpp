@@ -1,6 +1,7 @@
 // kinetostat map as its users meet it.
 #include <string>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -35,6 +36,47 @@ TEST(MapCommand, TableAndGridAreTheSameBytesForAnyNumberOfThreads) {
   EXPECT_THAT(io::read_text(working_folder() / "map1.vtu"),
               HasSubstr("NumberOfPoints=\"24\" NumberOfCells=\"6\""));
   EXPECT_FALSE(std::filesystem::exists(working_folder() / "map1.csv.part"));
+}
+
+// The poses that are written, read again as a path, have the values that were promised.
+TEST(MapCommand, WritesThePathWithTheTurnsThatItChose) {
+  const std::string robot = "map data/robots/six_axis.yaml --index stiffness=1,0,0 ";
+  const Outcome outcome =
+      kinetostat(robot +
+                 "--path data/paths/six_axis_seam.csv --turn x --turn-change 15 "
+                 "--threads 2 -o turned.csv --json turned.json");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("times as large"));
+  const io::Json choice = io::read_json(working_folder() / "turned.json").at("choice");
+  EXPECT_GT(choice.at("worst"), choice.at("worst_as_given"));
+  EXPECT_EQ(choice.at("turns").size(), 11u);
+  const io::CsvTable table = io::read_csv(working_folder() / "turned.csv");
+  std::string poses = "x,y,z,rx,ry,rz\n";
+  for (std::size_t i = 0; i < table.rows(); ++i)
+    for (std::size_t k = 0; k < 6; ++k)
+      poses += fmt::format("{:.12g}{}", table.number(i, k), k < 5 ? ',' : '\n');
+  io::write_atomically(working_folder() / "again.csv", poses);
+  ASSERT_EQ(kinetostat(robot + "--path again.csv --json again.json").code, 0);
+  const io::Json again = io::read_json(working_folder() / "again.json");
+  EXPECT_NEAR(again.at("indices").at(0).at("smallest").get<double>(),
+              choice.at("worst").get<double>(), 1e-6 * choice.at("worst").get<double>());
+}
+
+TEST(MapCommand, SaysWhatAFreeMotionNeeds) {
+  const std::string robot = "map data/robots/six_axis.yaml --index stiffness=1,0,0 ";
+  const std::string path = "--path data/paths/six_axis_seam.csv ";
+  for (const auto& [options, says] :
+       {std::pair(std::string("--grid x=1000,z=900 --turn x"), "Give --path"),
+        std::pair(path + "--turn 0,0,0", "has no length"),
+        std::pair(path + "--turn x --turn-range 10:5:3", "least angle first"),
+        std::pair(path + "--turn x --turn-change 0", "above zero"),
+        std::pair(path + "--place w=1", "--place")}) {
+    const Outcome outcome = kinetostat(robot + options);
+    EXPECT_EQ(outcome.code, 2) << options;
+    EXPECT_THAT(outcome.err, HasSubstr(says)) << options;
+  }
+  EXPECT_THAT(kinetostat("map data/robots/six_axis.yaml --index first-frequency --grid x=1000").err,
+              HasSubstr("needs masses"));
 }
 
 TEST(MapCommand, ItsTableAgreesWithTheStiffnessCommand) {

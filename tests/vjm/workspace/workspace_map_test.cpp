@@ -51,6 +51,22 @@ TEST(WorkspaceMap, SpringsInSeriesHaveTheirClosedForm) {
   EXPECT_NEAR(point.values[3], 300 / 1e6, 1e-12);
 }
 
+// A mass on a spring, sqrt(k/m); free where nothing holds it, none where there is none.
+TEST(WorkspaceMap, FirstFrequencyIsThatOfTheMassOnItsSpring) {
+  const auto on_a_slide = [](double mass, bool held) {
+    ChainBuilder chain("slide");
+    if (held)
+      chain.actuator("x", Motion::tx, 4e6);
+    else
+      chain.passive("x", Motion::tx);
+    if (mass > 0) chain.mass("load", mass, Vector3(0, 0, 0));
+    return map_point({"slide", {chain.build()}}, {}, {{.kind = Kind::first_frequency}}).values[0];
+  };
+  EXPECT_NEAR(on_a_slide(100, true), 200 / (2 * std::acos(-1.)), 1e-9);
+  EXPECT_EQ(on_a_slide(100, false), 0);
+  EXPECT_TRUE(std::isinf(on_a_slide(0, true)));
+}
+
 // Spherical end joint: turning meets no resistance, forces through its centre do.
 TEST(WorkspaceMap, FreeMotionSpoilsOnlyTheIndicesThatItMoves) {
   ChainBuilder chain("slides with a ball");
