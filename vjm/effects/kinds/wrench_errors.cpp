@@ -87,8 +87,9 @@ Kind wrench_zero() {
       "a displacement that comes with the first load and is the same under all, whatever their "
       "size and sign";
   kind->confuser =
-      "preload or payload, which act in the state without load as well; wrench_gain, "
-      "under loads of one size and sign";
+      "target_slip and session_drift, in which it comes and stays as well; wrench_gain, under "
+      "loads "
+      "of one size and sign";
   kind->place = EffectPlace::load;
   const auto add = [&](const char* name, const spatial::Dimension& dimension, PriorUnit unit) {
     kind->parameters.push_back(optional_parameter(name, dimension, 1e6, 0.02));
@@ -112,7 +113,8 @@ Kind wrench_saturation() {
       "characteristic that bends";
   kind->signature =
       "displacements grow more than in proportion to the load that is read, all alike";
-  kind->confuser = "clearance and hardening with a negative sign, of the one joint that bends";
+  kind->confuser =
+      "wrench_gain, under loads of nearly one size; clearance of the joint that bends most";
   kind->place = EffectPlace::load;
   const auto add = [&](const char* name, const spatial::Dimension& dimension, PriorUnit unit) {
     kind->parameters.push_back(optional_parameter(name, dimension, 1e6, 0.05));
