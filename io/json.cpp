@@ -164,9 +164,10 @@ void require_two_interfaces(const std::filesystem::path& file, const Json& json)
       {.file = file,
        .key = "interfaces",
        .what = "a link with " + std::to_string(interfaces.size()) + " interfaces (" + names +
-               ") is not a spring between two ends, which is all that a robot file takes",
-       .cure = "For each pair that a chain runs through, identify the link with a link file that "
-               "names just that pair, as 'fixed' and 'loaded'"});
+               ") is not a spring between two ends, which is all that a link of a chain is",
+       .cure =
+           "Make it an elastic body of the manipulator, 'bodies: [{name: ..., elastic: FILE}]', "
+           "between whose interfaces chains run"});
 }
 
 }  // namespace

@@ -5,21 +5,23 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "kinetostat/spatial/stiffness.h"
 
 namespace kinetostat::io {
 
-/// What `identify` knows of the error of its mesh; rows and columns of the compliance.
+/// What `identify` knows of the error of its mesh; rows and columns of the flexibility, of one
+/// loaded interface the compliance.
 struct LinkErrorBars {
-  spatial::Matrix6 bar;       // half widths
-  spatial::Matrix6 recovery;  // signed estimate of exact minus computed
+  Eigen::MatrixXd bar;       // half widths
+  Eigen::MatrixXd recovery;  // signed estimate of exact minus computed
 };
 
-/// The compliance with all interfaces rigid, and with all of them distributing: any clamping is
+/// The flexibility with all interfaces rigid, and with all of them distributing: any clamping is
 /// between.
 struct LinkBracket {
-  spatial::Matrix6 rigid, distributing;
+  Eigen::MatrixXd rigid, distributing;
 };
 
 /// A link between two interfaces, mesh axes; the fixed interface does not move.
@@ -36,5 +38,27 @@ struct IdentifiedLink {
 /// zero or has no centre, when error bars are no 6x6 of numbers, and when a bound of the bracket is
 /// not positive definite or the rigid one yields more.
 IdentifiedLink read_identified_link(const std::filesystem::path& file);
+
+/// A free link between n interfaces, two or more, mesh axes. Six coordinates [translation;
+/// rotation] an interface at its point.
+struct ReducedLink {
+  std::vector<std::string> interfaces;
+  std::vector<spatial::Vector3> points;  // [m]
+  Eigen::MatrixXd stiffness;             // 6n square: wrenches by motions [N, m, rad]
+  Eigen::MatrixXd inertia = {};          // the same by accelerations; empty without a density
+  std::size_t fixed = 0;                 // the interface that the flexibility holds
+  Eigen::MatrixXd flexibility = {};      // 6(n - 1) square, of the others; empty where not stated
+  std::optional<LinkErrorBars> error = {};
+  std::optional<LinkBracket> bracket = {};
+};
+
+/// The `reduced` of a link result. Throws InputError naming the key when one is missing or
+/// malformed, when coordinates or units are others than `identify` writes, and when the stiffness
+/// is not symmetric to 1e-6, not positive semi-definite, resists one of the six rigid motions, or
+/// does not resist a motion beside those.
+ReducedLink read_reduced_link(const std::filesystem::path& file);
+
+/// Stiffness of the free link between all its interfaces from its flexibility with `fixed` held.
+Eigen::MatrixXd free_stiffness(const ReducedLink& link, const Eigen::MatrixXd& flexibility);
 
 }  // namespace kinetostat::io

@@ -25,6 +25,7 @@ struct Place {
 std::vector<Place> places_of(const vjm::Manipulator& bare) {
   std::vector<Place> places;
   for (std::size_t c = 0; c < bare.size(); ++c) {
+    if (bare.is_within_elastic_body(c)) continue;
     places.push_back({c, "base", GeometryGroup::base});
     for (const vjm::Coordinate& joint : bare.chains()[c].coordinates())
       if (joint.role != vjm::Role::elastic)

@@ -94,15 +94,20 @@ ChainBuilder& ChainBuilder::coupled(const std::string& name, Motion motion, doub
 
 ChainBuilder& ChainBuilder::link(const std::string& name, const spatial::Pose& offset_to_end,
                                  const spatial::Compliance6& compliance) {
-  offset(offset_to_end);
   const Eigen::Index first = chain_.size();
+  elastic(name, offset_to_end);
+  chain_.add_spring(name, first, compliance.inverse().matrix());
+  return *this;
+}
+
+ChainBuilder& ChainBuilder::elastic(const std::string& name, const spatial::Pose& offset_to_end) {
+  offset(offset_to_end);
   for (const Motion motion : all_motions) {
     const Eigen::Index k =
         chain_.add_coordinate({name + "." + to_string(motion), Role::elastic, motion, 0});
     chain_.add_joint(motion, k, 1);
     chain_.free_.push_back(k);
   }
-  chain_.add_spring(name, first, compliance.inverse().matrix());
   return *this;
 }
 

@@ -52,6 +52,9 @@ class ChainBuilder {
   ChainBuilder& link(const std::string& name, const spatial::Pose& offset,
                      const spatial::Compliance6& compliance);
 
+  /// The same virtual joint without a spring: what holds it is in no chain (ElasticBody).
+  ChainBuilder& elastic(const std::string& name, const spatial::Pose& offset);
+
   /// A geometric error: an offset that the built chain has and the nominal one has not. Postures
   /// are found for the nominal chain (without_errors()).
   ChainBuilder& error(const spatial::Pose& pose);

@@ -21,7 +21,7 @@ Vector6 Scale::twist() const {
 Vector6 Scale::wrench() const { return twist().cwiseInverse() / stiffness; }
 
 ChainEquations::ChainEquations(const Chain& chain, VectorXd commands, const Scale& scale,
-                               bool origin_moves, const ChainKinematics& kinematics)
+                               bool origin_moves, const ChainKinematics& kinematics, double weight)
     : chain_(chain),
       commands_(std::move(commands)),
       rest_(chain.rest_for(commands_)),
@@ -31,7 +31,7 @@ ChainEquations::ChainEquations(const Chain& chain, VectorXd commands, const Scal
   unit_.resize(size());
   for (Index k = 0; k < size(); ++k) {
     const auto c = static_cast<std::size_t>(free[static_cast<std::size_t>(k)]);
-    unit_[k] = is_rotation(chain.coordinates()[c].motion) ? scale.length : 1.0;
+    unit_[k] = weight * (is_rotation(chain.coordinates()[c].motion) ? scale.length : 1.0);
   }
   for (const Index coordinate : redundant_passive(chain, kinematics))
     redundant_.push_back(std::find(free.begin(), free.end(), coordinate) - free.begin());

@@ -33,8 +33,11 @@ class ChainEquations {
   /// Redundant passive coordinates are found at a posture, at which `kinematics` are, and not
   /// moved: else the matrix is singular where the chain is balanced and nearly so elsewhere, and
   /// Newton's method goes astray along motions that mean nothing.
+  ///
+  /// `weight`: a further scale of the coordinates, the root of how much stiffer than
+  /// Scale::stiffness is what holds them, where that is in no spring of the chain.
   ChainEquations(const Chain& chain, Eigen::VectorXd commands, const Scale& scale,
-                 bool origin_moves, const ChainKinematics& kinematics);
+                 bool origin_moves, const ChainKinematics& kinematics, double weight = 1);
 
   const Chain& chain() const { return chain_; }
   const Scale& scale() const { return scale_; }
@@ -42,7 +45,8 @@ class ChainEquations {
   const Eigen::VectorXd& rest() const { return rest_; }
   bool origin_moves() const { return origin_moves_; }
 
-  /// Coordinates of the chain that are free to move, and the length [m] or 1 that scales each.
+  /// Coordinates of the chain that are free to move, and what scales each: a length [m] or 1, times
+  /// the weight.
   const std::vector<Eigen::Index>& free() const { return chain_.free_coordinates(); }
   const Eigen::VectorXd& unit() const { return unit_; }
   Eigen::Index size() const { return static_cast<Eigen::Index>(free().size()); }

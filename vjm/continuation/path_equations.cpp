@@ -251,6 +251,13 @@ Vector6 PathEquations::platform_wrench_rate(const SystemVector& rate) const {
   return sum;
 }
 
+double PathEquations::work_of_weight(const ElasticBody& body, const SystemState& state,
+                                     const Load& load) const {
+  return vjm::work_of_weight(body, EquilibriumSystem::pose(body.origin, state),
+                             EquilibriumSystem::deflections(body, state),
+                             load.gravity * manipulator_.gravity());
+}
+
 std::optional<double> PathEquations::potential(const Equilibrium& equilibrium,
                                                const Load& load) const {
   if (!task_.platform_held && !load.moment.isZero(0)) return std::nullopt;
@@ -280,6 +287,9 @@ std::optional<double> PathEquations::potential(const Equilibrium& equilibrium,
         work += joint.force * (equilibrium.chains[c].coordinates[joint.coordinate] -
                                posture_.coordinates[c][joint.coordinate]);
   }
+  const SystemState state = state_of(equilibrium), relaxed = system_.relaxed_state();
+  for (const ElasticBody& body : manipulator_.elastic_bodies())
+    work += work_of_weight(body, state, load) - work_of_weight(body, relaxed, load);
   return equilibrium.energy - work;
 }
 

@@ -75,6 +75,7 @@ class PathEquations {
   std::vector<double> law_tangents(const PathState& at) const;
   std::optional<Along> along(const Equilibrium& equilibrium, const Eigen::VectorXd* tangent) const;
   spatial::Vector6 platform_wrench_rate(const SystemVector& rate) const;
+  double work_of_weight(const ElasticBody& body, const SystemState& state, const Load& load) const;
   /// Elastic energy less the work of dead forces since the posture [J]; none when a moment acts,
   /// which has no potential.
   std::optional<double> potential(const Equilibrium& equilibrium, const Load& load) const;

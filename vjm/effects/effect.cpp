@@ -185,11 +185,14 @@ std::vector<std::string> effect_places(const EffectKind& kind, const Manipulator
   const auto add = [&names](const std::string& name) {
     if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
   };
-  for (const Chain& chain : manipulator.chains())
+  for (std::size_t c = 0; c < manipulator.size(); ++c) {
+    if (manipulator.is_within_elastic_body(c)) continue;
+    const Chain& chain = manipulator.chains()[c];
     for (const std::string& element : elements_of(kind.place, chain)) {
       add(chain.name() + "." + element);
       add(element);
     }
+  }
   return names;
 }
 
@@ -197,6 +200,7 @@ std::vector<EffectSite> effect_sites(const EffectKind& kind, const Manipulator& 
                                      const std::string& name) {
   std::vector<EffectSite> sites;
   for (std::size_t c = 0; c < manipulator.size() && !is_of_robot(kind.place); ++c) {
+    if (manipulator.is_within_elastic_body(c)) continue;
     const Chain& chain = manipulator.chains()[c];
     for (const std::string& element : elements_of(kind.place, chain))
       if (name == element || name == chain.name() + "." + element) sites.push_back({c, element});
@@ -207,6 +211,10 @@ std::vector<EffectSite> effect_sites(const EffectKind& kind, const Manipulator& 
     if (kind.place != EffectPlace::platform) return {};
     return {{*chain_to_platform(manipulator), {}}};
   }
+  for (const ElasticBody& body : manipulator.elastic_bodies())
+    if (body.name == name)
+      throw std::invalid_argument(fmt::format(
+          "'{}' is an elastic body, and effects act on joints and links of chains", name));
   if (known.empty())
     throw std::invalid_argument(fmt::format("the robot has no {} on which '{}' could act",
                                             to_string(kind.place), kind.name));

@@ -8,8 +8,8 @@
 namespace kinetostat::vjm {
 namespace {
 
-using spatial::Matrix6;
-using spatial::Vector6;
+using Eigen::Index;
+using Eigen::MatrixXd;
 
 // "foot" of foot.link.json.
 std::string link_name(const std::filesystem::path& file) {
@@ -17,38 +17,38 @@ std::string link_name(const std::filesystem::path& file) {
   return name.substr(0, name.find('.'));
 }
 
-Matrix6 without_negative_eigenvalues(const Matrix6& m) {
-  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(0.5 * (m + m.transpose()));
+MatrixXd without_negative_eigenvalues(const MatrixXd& m) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(0.5 * (m + m.transpose()));
   return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).asDiagonal() *
          eigen.eigenvectors().transpose();
 }
 
 // The part of D that leaves nine tenths of it below the compliance: what bends least stays so.
-double largest_share(const Matrix6& compliance, const Matrix6& error) {
+double largest_share(const MatrixXd& compliance, const MatrixXd& error) {
   constexpr double most = 0.9;
-  const Eigen::LLT<Matrix6> factor(compliance);
-  const Matrix6 half = factor.matrixL().solve(error);
-  const Matrix6 relative = factor.matrixL().solve(Matrix6(half.transpose()));
-  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(
-      Matrix6(0.5 * (relative + relative.transpose())), Eigen::EigenvaluesOnly);
-  const double largest = eigen.eigenvalues()[5];
+  const Eigen::LLT<MatrixXd> factor(compliance);
+  const MatrixXd half = factor.matrixL().solve(error);
+  const MatrixXd relative = factor.matrixL().solve(half.transpose());
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(
+      MatrixXd(0.5 * (relative + relative.transpose())), Eigen::EigenvaluesOnly);
+  const double largest = eigen.eigenvalues().maxCoeff();
   return largest > most ? most / largest : 1;
 }
 
 // How alike the errors of two load cases are. One that the recovery does not see stands alone.
-Matrix6 correlation(const Matrix6& recovery) {
-  const Matrix6 error = without_negative_eigenvalues(recovery);
-  Matrix6 alike = Matrix6::Identity();
-  for (int i = 0; i < 6; ++i)
-    for (int j = 0; j < 6; ++j) {
+MatrixXd correlation(const MatrixXd& recovery) {
+  const MatrixXd error = without_negative_eigenvalues(recovery);
+  MatrixXd alike = MatrixXd::Identity(error.rows(), error.cols());
+  for (Index i = 0; i < error.rows(); ++i)
+    for (Index j = 0; j < error.cols(); ++j) {
       const double size = std::sqrt(error(i, i) * error(j, j));
       if (i != j && size > 0) alike(i, j) = error(i, j) / size;
     }
   return alike;
 }
 
-Matrix6 mesh_error(const io::LinkErrorBars& bars) {
-  const Vector6 size = bars.bar.diagonal().cwiseMax(0).cwiseSqrt();
+MatrixXd mesh_error(const io::LinkErrorBars& bars) {
+  const Eigen::VectorXd size = bars.bar.diagonal().cwiseMax(0).cwiseSqrt();
   return size.asDiagonal() * correlation(bars.recovery) * size.asDiagonal();
 }
 
@@ -63,21 +63,37 @@ UncertaintySource between(const std::string& what, const std::filesystem::path& 
           .deviation = (upper - lower) / std::sqrt(12.0)};
 }
 
+// The flexibility for values of the two sources; none while they are being listed.
+std::optional<MatrixXd> other_flexibility(const MatrixXd& nominal,
+                                          const std::optional<io::LinkBracket>& bracket,
+                                          const std::optional<io::LinkErrorBars>& bars,
+                                          const std::filesystem::path& file, SourceList& sources) {
+  std::optional<MatrixXd> flexibility;
+  if (bracket)
+    if (const auto t = sources.meet(between("clamping", file, SourceKind::clamping, 0, 1)))
+      flexibility = (1 - *t) * bracket->rigid + *t * bracket->distributing;
+  if (bars && bars->bar.diagonal().maxCoeff() > 0)
+    if (const auto m = sources.meet(between("mesh", file, SourceKind::mesh, -1, 1))) {
+      if (!flexibility) flexibility = nominal;
+      const MatrixXd error = mesh_error(*bars);
+      *flexibility += *m * largest_share(*flexibility, error) * error;
+    }
+  return flexibility;
+}
+
 }  // namespace
 
 spatial::Compliance6 uncertain_compliance(const io::IdentifiedLink& link,
                                           const std::filesystem::path& file, SourceList& sources) {
-  Matrix6 compliance = link.compliance.matrix();
-  if (link.bracket) {
-    const auto t = sources.meet(between("clamping", file, SourceKind::clamping, 0, 1));
-    if (t) compliance = (1 - *t) * link.bracket->rigid + *t * link.bracket->distributing;
-  }
-  if (link.error && link.error->bar.diagonal().maxCoeff() > 0) {
-    const auto m = sources.meet(between("mesh", file, SourceKind::mesh, -1, 1));
-    const Matrix6 error = mesh_error(*link.error);
-    if (m) compliance += *m * largest_share(compliance, error) * error;
-  }
-  return spatial::Compliance6(compliance, link.compliance.frame());
+  const auto other =
+      other_flexibility(link.compliance.matrix(), link.bracket, link.error, file, sources);
+  return other ? spatial::Compliance6(*other, link.compliance.frame()) : link.compliance;
+}
+
+Eigen::MatrixXd uncertain_stiffness(const io::ReducedLink& link, const std::filesystem::path& file,
+                                    SourceList& sources) {
+  const auto other = other_flexibility(link.flexibility, link.bracket, link.error, file, sources);
+  return other ? io::free_stiffness(link, *other) : link.stiffness;
 }
 
 }  // namespace kinetostat::vjm

@@ -20,4 +20,9 @@ namespace kinetostat::vjm {
 spatial::Compliance6 uncertain_compliance(const io::IdentifiedLink& link,
                                           const std::filesystem::path& file, SourceList& sources);
 
+/// The same of a link between any number of interfaces, of its flexibility: then the stiffness
+/// between all of them.
+Eigen::MatrixXd uncertain_stiffness(const io::ReducedLink& link, const std::filesystem::path& file,
+                                    SourceList& sources);
+
 }  // namespace kinetostat::vjm

@@ -19,6 +19,7 @@
 #include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/chain/stiffness_table.h"
 #include "kinetostat/vjm/io/effect_file.h"
+#include "kinetostat/vjm/io/elastic_body_entry.h"
 #include "kinetostat/vjm/io/link_entry.h"
 #include "kinetostat/vjm/io/machine_element_entry.h"
 #include "kinetostat/vjm/io/uncertain_number.h"
@@ -402,26 +403,18 @@ Pose attachment(const YamlNode& node, const Pose& base, const UnitSystem& units)
 struct Assembly {
   std::vector<Chain> chains;
   std::vector<Span> spans;
-  std::vector<std::string> inner_bodies;
+  FileBodies bodies;
+  std::vector<ElasticBody> elastic_bodies;
 };
-
-int read_body(const YamlNode& item, const char* key, int otherwise,
-              const std::vector<std::string>& inner_bodies) {
-  const auto given = item.find(key);
-  if (!given) return otherwise;
-  std::vector<std::string> known{"base", "platform"};
-  known.insert(known.end(), inner_bodies.begin(), inner_bodies.end());
-  const std::string name = given->choice(known);
-  return static_cast<int>(std::find(known.begin(), known.end(), name) - known.begin()) - 1;
-}
 
 // One chain, or as many turned copies as its pattern asks for.
 void add_chain(const YamlNode& top, const YamlNode& item, const Parts& parts, Assembly& assembly) {
   item.allow_only(
       {"name", "type", "base", "platform", "platform_point", "from", "to", "errors", "pattern"});
   const YamlNode elements = chain_type(top, item.at("type"));
-  const Span span{read_body(item, "from", Span::base, assembly.inner_bodies),
-                  read_body(item, "to", Span::platform, assembly.inner_bodies)};
+  const BodyPlace from = place_of(item, "from", {Span::base}, assembly.bodies),
+                  to = place_of(item, "to", {Span::platform}, assembly.bodies);
+  const Span span{from.body, to.body};
   const Pose base = pose_or_identity(item, "base", parts.units);
   const Pose end = attachment(item, base, parts.units);
   const std::vector<ChainError> errors = read_errors(item, parts.units);
@@ -433,9 +426,10 @@ void add_chain(const YamlNode& top, const YamlNode& item, const Parts& parts, As
   for (std::size_t i = 0; i < copies.names.size(); ++i) {
     const Pose turn =
         Pose::rotation(spatial::exp_rotation(static_cast<double>(i) * copies.angle * copies.axis));
-    ChainBuilder chain(read_chain(elements, copies.names[i], turn * base, errors, parts));
+    ChainBuilder chain(
+        read_chain(elements, copies.names[i], turn * from.axes * base, errors, parts));
     // The platform turns with the base: its axes are the base's when it is at rest.
-    chain.attach((turn * end).inverse());
+    chain.attach((turn * to.axes * end).inverse());
     assembly.chains.push_back(chain.build());
     assembly.spans.push_back(span);
   }
@@ -458,10 +452,10 @@ Assembly read_assembly(const YamlNode& top, const Parts& parts) {
   for (const char* single : {"base", "errors"})
     if (const auto given = node.find(single))
       given->fail(fmt::format("with several chains each has its own {}", single));
-  if (const auto bodies = node.find("bodies"))
-    for (const YamlNode& body : bodies->items()) assembly.inner_bodies.push_back(body.text());
+  assembly.bodies = read_bodies(node.find("bodies"), parts.units, parts.sources);
   for (const YamlNode& item : value.items()) add_chain(top, item, parts, assembly);
   if (assembly.chains.empty()) value.fail("at least one chain is expected");
+  assembly.elastic_bodies = add_elastic_bodies(assembly.bodies, assembly.chains, assembly.spans);
   return assembly;
 }
 
@@ -492,6 +486,11 @@ UncertainStiffness find_springs(const Manipulator& manipulator, const YamlNode& 
         }
     }
   }
+  for (const ElasticBody& body : manipulator.elastic_bodies())
+    if (body.name == result.name)
+      node.fail(
+          fmt::format("'{}' is an elastic body, whose stiffness is taken as it is", body.name),
+          "Name a joint or a link of a chain");
   if (result.springs.empty()) node.choice(known);
   return result;
 }
@@ -793,8 +792,10 @@ Robot robot_of(const YamlNode& top, const std::filesystem::path& file, const Lin
   const std::string name = top.at("name").text();
   Assembly assembly = read_assembly(top, parts);
   try {
-    const Manipulator bare(name, std::move(assembly.chains), std::move(assembly.spans),
-                           std::move(assembly.inner_bodies));
+    const Manipulator bare = Manipulator(name, std::move(assembly.chains),
+                                         std::move(assembly.spans), assembly.bodies.inner)
+                                 .with_elastic_bodies(std::move(assembly.elastic_bodies));
+    for (const ElasticBodyEntry& body : assembly.bodies.elastic) links.files.push_back(body.file);
     Robot robot{.file = file,
                 .name = name,
                 .units = parts.units,

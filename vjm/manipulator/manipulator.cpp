@@ -62,7 +62,32 @@ Manipulator Manipulator::with_chain(std::size_t index, Chain chain) const {
   return copy;
 }
 
+Manipulator Manipulator::with_elastic_bodies(std::vector<ElasticBody> bodies) const {
+  for (const ElasticBody& body : bodies) {
+    const auto size = static_cast<Eigen::Index>(6 * body.chains.size());
+    if (body.stiffness.rows() != size || body.stiffness.cols() != size ||
+        body.interfaces.size() < 2 || (body.mass > 0 && body.moment.cols() != size))
+      throw std::invalid_argument(fmt::format("the matrices of '{}' have another size", body.name));
+    for (const std::size_t c : body.chains)
+      if (chains_.at(c).size() != 6 || !chains_[c].springs().empty())
+        throw std::invalid_argument(fmt::format(
+            "the chain '{}' within an elastic body is not one elastic joint", chains_[c].name()));
+  }
+  Manipulator copy = *this;
+  copy.elastic_bodies_ = std::move(bodies);
+  return copy;
+}
+
+bool Manipulator::is_within_elastic_body(std::size_t chain) const {
+  for (const ElasticBody& body : elastic_bodies_)
+    for (const std::size_t c : body.chains)
+      if (c == chain) return true;
+  return false;
+}
+
 bool Manipulator::is_relaxed_when_unloaded() const {
+  for (const ElasticBody& body : elastic_bodies_)
+    if (body.has_weight(gravity_)) return false;
   for (const Chain& chain : chains_) {
     if (!chain.masses().empty() && !gravity_.isZero(0)) return false;
     if (chain.has_errors() || !chain.laws().empty() || !chain.transmission_errors().empty())

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "kinetostat/vjm/chain/chain.h"
+#include "kinetostat/vjm/manipulator/elastic_body.h"
 
 namespace kinetostat::vjm {
 
@@ -21,7 +22,7 @@ struct Span {
 /// point) of the manipulator; further bodies are inner ones (the crosspiece of a parallelogram). A
 /// chain runs from the frame of its first body to the frame of its last: one that ends elsewhere on
 /// a body is extended by a rigid link (IROS11 section IV), so that stiffness and wrenches simply
-/// add.
+/// add. An elastic body is a group of chains between the bodies that its interfaces move with.
 class Manipulator {
  public:
   /// All chains run from the base to the platform: a serial arm, or a parallel robot. Throws
@@ -38,8 +39,15 @@ class Manipulator {
   const Span& span(std::size_t chain) const { return spans_[chain]; }
   std::size_t body_count() const { return body_names_.size(); }
   const std::vector<std::string>& body_names() const { return body_names_; }  // "platform", ...
-  /// Every chain runs from base to platform.
-  bool is_parallel() const { return body_count() == 1; }
+  /// Every chain runs from base to platform, by itself.
+  bool is_parallel() const { return body_count() == 1 && elastic_bodies_.empty(); }
+
+  const std::vector<ElasticBody>& elastic_bodies() const { return elastic_bodies_; }
+  /// With these. Throws std::invalid_argument when a chain of one is not six coordinates without
+  /// springs, or a matrix has another size than those.
+  Manipulator with_elastic_bodies(std::vector<ElasticBody> bodies) const;
+  /// Whether a chain is the way from one interface of an elastic body to another.
+  bool is_within_elastic_body(std::size_t chain) const;
 
   /// Acceleration of gravity [m/s^2], base axes; it acts on the masses of the chains.
   const spatial::Vector3& gravity() const { return gravity_; }
@@ -63,12 +71,14 @@ class Manipulator {
         chains_(std::move(chains)),
         spans_(like.spans_),
         body_names_(like.body_names_),
+        elastic_bodies_(like.elastic_bodies_),
         gravity_(like.gravity_) {}
 
   std::string name_;
   std::vector<Chain> chains_;
   std::vector<Span> spans_;
   std::vector<std::string> body_names_;
+  std::vector<ElasticBody> elastic_bodies_;
   spatial::Vector3 gravity_ = spatial::Vector3::Zero();
 };
 

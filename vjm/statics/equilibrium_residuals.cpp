@@ -58,9 +58,7 @@ void EquilibriumResiduals::move_to(const SystemState& state) {
 }
 
 const spatial::Pose& EquilibriumResiduals::origin_of(std::size_t chain) const {
-  static const spatial::Pose base;
-  const int from = system_->manipulator().span(chain).from;
-  return from == Span::base ? base : state_.bodies[static_cast<std::size_t>(from)];
+  return EquilibriumSystem::pose(system_->manipulator().span(chain).from, state_);
 }
 
 SystemVector EquilibriumResiduals::newton_right_hand_side(bool platform_held) const {
@@ -83,14 +81,44 @@ void EquilibriumResiduals::newton_right_hand_side(bool platform_held, SystemVect
     right.coordinates[c] = -chains_[c].unbalanced();
     for (const Index k : chains_[c].held()) right.coordinates[c][k] = 0;
   }
+  add_elastic_bodies(right);
   const Vector6 force = scale.wrench();
   for (Index b = 0; b < right.bodies.size(); b += 6)
     right.bodies.segment<6>(b).array() *= force.array();
   if (platform_held) right.bodies.head<6>().setZero();
 }
 
+ElasticForces EquilibriumResiduals::forces(const ElasticBody& body) const {
+  return elastic_forces(body, EquilibriumSystem::pose(body.origin, state_),
+                        EquilibriumSystem::deflections(body, state_),
+                        load_.gravity * system_->manipulator().gravity());
+}
+
+ElasticTangent EquilibriumResiduals::tangent(const ElasticBody& body) const {
+  return elastic_tangent(body, EquilibriumSystem::pose(body.origin, state_),
+                         EquilibriumSystem::deflections(body, state_),
+                         load_.gravity * system_->manipulator().gravity());
+}
+
+// Bodies not scaled yet.
+void EquilibriumResiduals::add_elastic_bodies(SystemVector& right) const {
+  for (const ElasticBody& body : system_->manipulator().elastic_bodies()) {
+    const ElasticForces acting = forces(body);
+    for (std::size_t i = 0; i < body.chains.size(); ++i) {
+      const ChainEquations& chain = system_->chains()[body.chains[i]];
+      right.coordinates[body.chains[i]] -=
+          acting.on_deflections.segment<6>(static_cast<Index>(6 * i))
+              .cwiseQuotient(chain.unit() * system_->scale().stiffness);
+    }
+    if (body.origin != Span::base)
+      right.bodies.segment<6>(system_->row_of(body.origin, false)) += acting.on_origin;
+  }
+}
+
 Vector6 EquilibriumResiduals::platform_wrench() const {
   Vector6 sum = Vector6::Zero();
+  for (const ElasticBody& body : system_->manipulator().elastic_bodies())
+    if (body.origin == Span::platform) sum -= forces(body).on_origin;
   for (std::size_t c = 0; c < chains_.size(); ++c) {
     const Span& span = system_->manipulator().span(c);
     if (span.to == Span::platform) sum += state_.wrenches[c];

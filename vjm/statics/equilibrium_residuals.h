@@ -27,10 +27,14 @@ class EquilibriumResiduals {
   void newton_right_hand_side(bool platform_held, SystemVector& right) const;
   /// Wrench on the platform that the chains hold in equilibrium with, unscaled, base axes.
   spatial::Vector6 platform_wrench() const;
+  /// Of an elastic body of the manipulator, with the share of gravity that acts.
+  ElasticForces forces(const ElasticBody& body) const;
+  ElasticTangent tangent(const ElasticBody& body) const;
   /// Derivative of the load on the platform with respect to its displacement, scaled.
   spatial::Matrix6 load_matrix() const;
 
  private:
+  void add_elastic_bodies(SystemVector& right) const;
   const spatial::Pose& origin_of(std::size_t chain) const;
 
   const EquilibriumSystem* system_;

@@ -53,15 +53,12 @@ void describe_chains(const EquilibriumResiduals& at, const EquilibriumTangent& t
     equilibrium.energy += at.chains()[c].energy();
     equilibrium.chains.push_back(std::move(chain));
   }
+  for (const ElasticBody& body : at.system().manipulator().elastic_bodies())
+    equilibrium.energy += at.forces(body).energy;
 }
 
-void describe_tangent(const EquilibriumResiduals& at, const ChainwiseFactor& factor,
-                      Equilibrium& equilibrium) {
-  for (std::size_t c = 0; c < at.chains().size(); ++c) {
-    equilibrium.chains[c].stiffness =
-        spatial::Stiffness6(factor.chain_stiffness(c), {at.chains()[c].end().position()});
-    equilibrium.chains[c].motion = factor.chain_motion(c);
-  }
+template <class Factor>
+void take_stiffness(const Factor& factor, Equilibrium& equilibrium) {
   equilibrium.stiffness =
       spatial::Stiffness6(factor.platform_stiffness(), {equilibrium.platform.position()});
   try {
@@ -71,8 +68,22 @@ void describe_tangent(const EquilibriumResiduals& at, const ChainwiseFactor& fac
   }
 }
 
-void describe_tangent(const EquilibriumResiduals& /*at*/, const WholeFactor& factor,
+void describe_tangent(const EquilibriumResiduals& at, const ChainwiseFactor& factor,
                       Equilibrium& equilibrium) {
+  for (std::size_t c = 0; c < at.chains().size(); ++c) {
+    equilibrium.chains[c].stiffness =
+        spatial::Stiffness6(factor.chain_stiffness(c), {at.chains()[c].end().position()});
+    equilibrium.chains[c].motion = factor.chain_motion(c);
+  }
+  take_stiffness(factor, equilibrium);
+}
+
+void describe_tangent(const EquilibriumResiduals& at, const WholeFactor& factor,
+                      Equilibrium& equilibrium) {
+  if (!at.system().has_rigid_directions()) {
+    take_stiffness(factor, equilibrium);
+    return;
+  }
   const auto [compliance, consistent] = factor.platform_compliance();
   if (consistent)
     equilibrium.compliance = spatial::Compliance6(compliance, {equilibrium.platform.position()});
@@ -97,10 +108,10 @@ Equilibrium describe(const EquilibriumSystem& system, const SystemState& state, 
   equilibrium.displacement = spatial::Twist::from_coordinates(
       spatial::pose_difference(system.posture().platform, equilibrium.platform), frame);
   equilibrium.wrench = spatial::Wrench::from_coordinates(at.platform_wrench(), frame);
-  if (system.has_rigid_directions()) {
-    describe_with<WholeFactor>(at, equilibrium);
-  } else {
+  if (system.is_chainwise()) {
     describe_with<ChainwiseFactor>(at, equilibrium);
+  } else {
+    describe_with<WholeFactor>(at, equilibrium);
   }
   return equilibrium;
 }

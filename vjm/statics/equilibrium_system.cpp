@@ -35,6 +35,20 @@ std::vector<ChainKinematics> kinematics_of(const Manipulator& manipulator, const
   return all;
 }
 
+// The root of how much stiffer an elastic body is than the springs of the chains; 1 for all others.
+std::vector<double> weights_of(const Manipulator& manipulator, const Scale& scale) {
+  std::vector<double> weights(manipulator.size(), 1.0);
+  for (const ElasticBody& body : manipulator.elastic_bodies()) {
+    double largest = 0;
+    for (Index k = 0; k < body.stiffness.rows(); ++k)
+      largest =
+          std::max(largest, body.stiffness(k, k) / (k % 6 < 3 ? 1 : std::pow(scale.length, 2)));
+    for (const std::size_t c : body.chains)
+      weights[c] = std::sqrt(std::max(1.0, largest / scale.stiffness));
+  }
+  return weights;
+}
+
 Scale scale_of(const Manipulator& manipulator, const std::vector<ChainKinematics>& kinematics) {
   double reach = 0;
   for (const ChainKinematics& chain : kinematics) reach = std::max(reach, chain.reach);
@@ -55,11 +69,12 @@ EquilibriumSystem::EquilibriumSystem(const Manipulator& manipulator, const Postu
     : manipulator_(manipulator), posture_(posture) {
   const std::vector<ChainKinematics> kinematics = kinematics_of(manipulator, posture);
   scale_ = scale_of(manipulator, kinematics);
+  const std::vector<double> weights = weights_of(manipulator, scale_);
   chains_.reserve(manipulator.size());
   for (std::size_t c = 0; c < manipulator.size(); ++c) {
     const Chain& chain = manipulator.chains()[c];
     chains_.emplace_back(chain, posture.commands(chain, c), scale_,
-                         manipulator.span(c).from != Span::base, kinematics[c]);
+                         manipulator.span(c).from != Span::base, kinematics[c], weights[c]);
     rigid_ |= chains_.back().is_rigid();
   }
 }
@@ -171,6 +186,18 @@ bool EquilibriumSystem::kinks(const SystemState& from, SystemState& to) const {
   for (std::size_t c = 0; c < chains_.size(); ++c)
     any |= chains_[c].kinks(from.coordinates[c], to.coordinates[c]);
   return any;
+}
+
+VectorXd EquilibriumSystem::deflections(const ElasticBody& body, const SystemState& state) {
+  VectorXd all(body.stiffness.rows());
+  for (std::size_t i = 0; i < body.chains.size(); ++i)
+    all.segment<6>(static_cast<Index>(6 * i)) = state.coordinates[body.chains[i]].head<6>();
+  return all;
+}
+
+const spatial::Pose& EquilibriumSystem::pose(int body, const SystemState& state) {
+  static const spatial::Pose base;
+  return body == Span::base ? base : state.bodies[static_cast<std::size_t>(body)];
 }
 
 double EquilibriumSystem::wrench_norm(const SystemState& state) const {

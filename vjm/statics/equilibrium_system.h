@@ -7,6 +7,7 @@
 //     end_i(t_from, x_i) = t_to,   balance of each chain (chain_equations.h),
 //     sum of F_i that end on b - sum of wrenches of chains that start on b = W_b(t_b)
 //
+// An elastic body adds -K d, and its weight, to the balances of the chains that lead through it.
 // (MMT11 eq. 5, NONPERF eq. 21; for one platform and chains from the base the papers' case).
 //
 // EquilibriumSystem is what does not change with the state; EquilibriumResiduals is the system at a
@@ -44,6 +45,9 @@ class EquilibriumSystem {
   const std::vector<ChainEquations>& chains() const { return chains_; }
   /// True when some chain has directions in which neither a spring nor a passive joint gives way.
   bool has_rigid_directions() const { return rigid_; }
+  /// True when chains can be eliminated one by one: each has a stiffness, and no elastic body
+  /// couples several.
+  bool is_chainwise() const { return !rigid_ && manipulator_.elastic_bodies().empty(); }
   /// The posture, with no load. Geometric errors and preloads leave residuals in it.
   SystemState relaxed_state() const;
 
@@ -65,6 +69,11 @@ class EquilibriumSystem {
   /// Whether a law bends between two states; the step to `to` is made shorter as CoordinateLaw has
   /// it.
   bool kinks(const SystemState& from, SystemState& to) const;
+  /// Deflections of an elastic body in a state.
+  static Eigen::VectorXd deflections(const ElasticBody& body, const SystemState& state);
+  /// The body that a body of the manipulator, or the base, is in a state.
+  static const spatial::Pose& pose(int body, const SystemState& state);
+
   /// Size of the wrenches between chains and bodies in a state, scaled.
   double wrench_norm(const SystemState& state) const;
 

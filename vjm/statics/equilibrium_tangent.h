@@ -36,8 +36,27 @@ class EquilibriumTangent {
   Matrix6X motions_without_energy() const;
 
  private:
+  // Of an elastic body, scaled.
+  struct OfElasticBody {
+    Eigen::MatrixXd stiffness;
+    Eigen::Matrix3Xd by_turn;  // transposed
+    spatial::Matrix3 moment;
+  };
+  // Where its rows are: of its chains' coordinates, and of the turn of its origin's body (negative
+  // when that does not move).
+  struct Places {
+    std::vector<Eigen::Index> coordinates;
+    Eigen::Index turn = -1;
+  };
+  void find_elastic_bodies(const EquilibriumResiduals& at);
+  void add_elastic_bodies(bool platform_held, Eigen::MatrixXd& matrix) const;
+  void add_elastic_energy(Eigen::MatrixXd& hessian) const;
+  Places places_of(const ElasticBody& body, const std::vector<Eigen::Index>& first,
+                   bool platform_held) const;
+
   const EquilibriumSystem* system_;
   std::vector<ChainTangent> chains_;
+  std::vector<OfElasticBody> elastic_bodies_;
   spatial::Matrix6 load_matrix_;
 };
 

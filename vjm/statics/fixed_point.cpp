@@ -84,6 +84,7 @@ void refuse_what_the_papers_do_not_treat(const Manipulator& manipulator, const L
   const auto refuse = [](const char* what) {
     throw std::invalid_argument(fmt::format("the fixed-point iteration does not treat {}", what));
   };
+  if (!manipulator.elastic_bodies().empty()) refuse("elastic bodies");
   if (!manipulator.is_parallel()) refuse("bodies between base and platform");
   if (!load.nodes.empty()) refuse("loads at nodes");
   if (!load.joints.empty()) refuse("loads in joints");

@@ -50,13 +50,25 @@ WholeFactor::PlatformCompliance WholeFactor::platform_compliance() const {
   return compliance;
 }
 
+// The platform's rows with all other unknowns eliminated.
+spatial::Matrix6 WholeFactor::platform_stiffness() const {
+  assert(!held_);
+  const Scale& scale = tangent_.system().scale();
+  const Index rest = matrix_.rows() - 6;
+  RobustFactor followers;
+  followers.compute(matrix_.bottomRightCorner(rest, rest));
+  spatial::Matrix6 scaled = matrix_.topLeftCorner<6, 6>() + tangent_.load_matrix();
+  scaled -= matrix_.topRightCorner(6, rest) * followers.solve(matrix_.bottomLeftCorner(rest, 6));
+  return scale.wrench().cwiseInverse().asDiagonal() * scaled * scale.twist().asDiagonal();
+}
+
 namespace {
 
 std::variant<ChainwiseFactor, SerialFactor, WholeFactor> factor_of(const EquilibriumResiduals& at,
                                                                    bool held) {
   const EquilibriumSystem& system = at.system();
   if (SerialFactor::can_factorise(system, held)) return SerialFactor(at);
-  if (system.has_rigid_directions()) return WholeFactor(at, held);
+  if (!system.is_chainwise()) return WholeFactor(at, held);
   return ChainwiseFactor(at, held);
 }
 

@@ -8,8 +8,8 @@
 
 namespace kinetostat::vjm {
 
-/// All unknowns at once: for chains with rigid directions too. Allocates and uses scratch memory as
-/// ChainwiseFactor does.
+/// All unknowns at once: for chains with rigid directions and for elastic bodies too. Allocates and
+/// uses scratch memory as ChainwiseFactor does.
 class WholeFactor {
  public:
   WholeFactor(const EquilibriumResiduals& at, bool platform_held);
@@ -27,6 +27,8 @@ class WholeFactor {
     bool consistent = true;
   };
   PlatformCompliance platform_compliance() const;
+  /// As ChainwiseFactor::platform_stiffness(). No chain may have rigid directions.
+  spatial::Matrix6 platform_stiffness() const;
 
  private:
   void factorise();

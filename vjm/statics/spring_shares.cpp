@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "kinetostat/vjm/statics/equilibrium.h"
+#include "kinetostat/vjm/statics/equilibrium_state.h"
 #include "kinetostat/vjm/statics/stiffness.h"
 
 namespace kinetostat::vjm {
@@ -20,6 +21,11 @@ double small_force(const UnloadedStiffness& unloaded, const spatial::Vector3& di
 }
 
 }  // namespace
+
+std::string name_of(const Manipulator& manipulator, const SpringShare& share) {
+  if (manipulator.is_within_elastic_body(share.chain)) return share.spring;
+  return manipulator.chains()[share.chain].name() + "." + share.spring;
+}
 
 std::vector<SpringShare> spring_shares(const Manipulator& manipulator, const Posture& posture,
                                        const spatial::Vector3& direction) {
@@ -40,6 +46,13 @@ std::vector<SpringShare> spring_shares(const Manipulator& manipulator, const Pos
       shares.push_back({c, spring.name, d.dot(spring.stiffness * d)});
       sum += shares.back().share;
     }
+  }
+  const SystemState deflected = state_of(after), relaxed = state_of(before);
+  for (const ElasticBody& body : manipulator.elastic_bodies()) {
+    const Eigen::VectorXd d = EquilibriumSystem::deflections(body, deflected) -
+                              EquilibriumSystem::deflections(body, relaxed);
+    shares.push_back({body.chains[0], body.name, d.dot(body.stiffness * d)});
+    sum += shares.back().share;
   }
   if (!(sum > 0)) return {};
   for (SpringShare& share : shares) share.share /= sum;

@@ -10,10 +10,13 @@
 namespace kinetostat::vjm {
 
 struct SpringShare {
-  std::size_t chain = 0;
-  std::string spring;  // a joint, or a link
+  std::size_t chain = 0;  // of an elastic body the first
+  std::string spring;     // a joint, a link, or an elastic body
   double share = 0;
 };
+
+/// "x.leg" of a spring in chain x, "frame" of an elastic body.
+std::string name_of(const Manipulator& manipulator, const SpringShare& share);
 
 /// Let the platform yield by c f under a small force f along a unit vector n at its reference point
 /// (base axes), and the deflections of spring k change by d_k with it. Then by Castigliano

@@ -55,16 +55,18 @@ Matrix6 spring_compliance(const Chain& chain, const ChainKinematics& kinematics,
   return compliance;
 }
 
-// Stiffness and compliance of a manipulator with rigid chains or inner bodies, whose chains do not
-// simply add up: through the whole system of equations.
+// Stiffness and compliance of a manipulator with rigid chains, inner or elastic bodies, whose
+// chains do not simply add up: through the whole system of equations.
 void add_from_equations(const Manipulator& manipulator, const Posture& posture,
                         const spatial::Frame& frame, UnloadedStiffness& result) {
   const auto symmetric = [](const Matrix6& m) { return Matrix6(0.5 * (m + m.transpose())); };
   const EquilibriumSystem system(manipulator, posture);
   const EquilibriumResiduals relaxed(system, system.relaxed_state(), {.gravity = 0});
   if (!system.has_rigid_directions()) {
-    const ChainwiseFactor factor(relaxed, false);
-    result.stiffness = Stiffness6(symmetric(factor.platform_stiffness()), frame);
+    const Matrix6 stiffness = system.is_chainwise()
+                                  ? ChainwiseFactor(relaxed, false).platform_stiffness()
+                                  : WholeFactor(relaxed, false).platform_stiffness();
+    result.stiffness = Stiffness6(symmetric(stiffness), frame);
     result.free = free_motions(*result.stiffness, result.length);
     if (result.free.rank == 6) result.compliance = result.stiffness->inverse();
     return;

@@ -66,6 +66,10 @@ class System {
     for (std::size_t c = 0; c < chains().size(); ++c)
       stiffness.block(first_[c], first_[c], chains()[c].size(), chains()[c].size()) =
           chains()[c].stiffness();
+    for (const ElasticBody& body : manipulator_.elastic_bodies()) {
+      const std::vector<Index> places = places_of(body);
+      stiffness(places, places) += body.stiffness;
+    }
     return stiffness;
   }
 
@@ -76,6 +80,11 @@ class System {
         const MatrixXd jacobian = jacobian_of(c, particle);
         mass += particle.mass * jacobian.transpose() * jacobian;
       }
+    for (const ElasticBody& elastic : manipulator_.elastic_bodies()) {
+      if (elastic.inertia.size() == 0) continue;
+      const MatrixXd jacobian = jacobian_of(elastic);
+      mass += jacobian.transpose() * elastic.inertia * jacobian;
+    }
     return mass;
   }
 
@@ -94,6 +103,11 @@ class System {
         if (share > least_share) mode.springs.push_back({c, spring.name, share});
       }
     }
+    for (const ElasticBody& body : manipulator_.elastic_bodies()) {
+      const VectorXd d = motion(places_of(body));
+      const double share = d.dot(body.stiffness * d) / omega_squared;
+      if (share > least_share) mode.springs.push_back({body.chains[0], body.name, share});
+    }
     std::stable_sort(mode.springs.begin(), mode.springs.end(),
                      [](const SpringShare& a, const SpringShare& b) { return a.share > b.share; });
     return mode;
@@ -111,6 +125,31 @@ class System {
           scale[first_[c] + k] = length_;
     for (Index k = bodies_; k < size_; k += 6) scale.segment<3>(k + 3).setConstant(length_);
     return scale;
+  }
+
+  // Of the deflections of an elastic body.
+  std::vector<Index> places_of(const ElasticBody& body) const {
+    std::vector<Index> places;
+    for (const std::size_t c : body.chains)
+      for (Index k = 0; k < 6; ++k) places.push_back(first_[c] + k);
+    return places;
+  }
+
+  // Of the velocities of its interfaces, in its axes, by those of all coordinates.
+  MatrixXd jacobian_of(const ElasticBody& elastic) const {
+    const spatial::Pose axes = posture_.body(elastic.origin) * elastic.frame;
+    const spatial::Matrix3 turn = axes.rotation().transpose();
+    MatrixXd jacobian = MatrixXd::Zero(elastic.inertia.rows(), size_);
+    Index row = 0;
+    for (const ElasticBody::Interface& interface : elastic.interfaces) {
+      if (interface.body != Span::base) {
+        const spatial::Matrix6 motion = carried(axes * interface.point - place(interface.body));
+        jacobian.block<3, 6>(row, body(interface.body)) = turn * motion.topRows<3>();
+        jacobian.block<3, 6>(row + 3, body(interface.body)) = turn * motion.bottomRows<3>();
+      }
+      row += 6;
+    }
+    return jacobian;
   }
 
   Index body(int number) const { return bodies_ + Index{6} * number; }
@@ -181,6 +220,7 @@ NaturalModes natural_modes(const Manipulator& manipulator, const Posture& postur
   NaturalModes result;
   for (const Chain& chain : manipulator.chains())
     for (const PointMass& mass : chain.masses()) result.mass += mass.mass;
+  for (const ElasticBody& body : manipulator.elastic_bodies()) result.mass += body.mass;
   const System system(manipulator, posture);
   const MatrixXd stiffness = system.stiffness(), mass = system.mass();
   const MatrixXd motions = motions_with_energy(system, stiffness, mass);

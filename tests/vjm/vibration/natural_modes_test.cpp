@@ -14,6 +14,7 @@
 #include "kinetostat/vjm/statics/stiffness.h"
 
 #include "support/temporary_folder.h"
+#include "vjm/elastic_sample.h"
 
 namespace kinetostat::vjm::natural_modes_test {
 namespace {
@@ -191,6 +192,42 @@ TEST(NaturalModes, OfAClosedLoopAgreeWithTheEnergyOfTheirSprings) {
   }
   for (std::size_t k = 1; k < 6; ++k)
     EXPECT_LE(found.modes[k - 1].frequency, found.modes[k].frequency);
+}
+
+// A body on one interface, with a rod that has no mass: the modes of its own two matrices.
+TEST(NaturalModes, OfAnElasticBodyAreThoseOfItsStiffnessAndMass) {
+  const samples::BodyBetweenPoints body({"foot", "left", "right"},
+                                        {{0, 0, 0}, {0.2, 0.1, 0.3}, {-0.2, 0.05, 0.3}}, 21);
+  const Robot robot = samples::robot_with_body(R"(kinetostat: 1
+name: bracket
+units: {length: m, force: N, angle: rad}
+links:
+  rod: {stiffness: [[9.0e5, 0, 0, 0, 0, 0], [0, 8.0e5, 0, 0, 0, 0], [0, 0, 7.0e5, 0, 0, 0],
+    [0, 0, 0, 6.0e3, 0, 0], [0, 0, 0, 0, 5.0e3, 0], [0, 0, 0, 0, 0, 4.0e3]], end: [0, 0, 0.1]}
+chain_types: {rod: [{link: rod}]}
+manipulator:
+  bodies: [{name: b, elastic: body.json, interfaces: {foot: base}, pose: {point: [1, 2, 3], rpy: [0.3, -0.5, 0.7]}}]
+  chains: [{name: r, type: rod, from: b.left, base: [0.2, 0.1, 0.3]}]
+)",
+                                               body.json());
+  const NaturalModes found = modes_of(robot.manipulator, 4);
+  const Eigen::MatrixXd stiffness = body.stiffness.bottomRightCorner<12, 12>(),
+                        mass = body.inertia.bottomRightCorner<12, 12>();
+  // Motions without a mass make the problem one of 1/omega^2.
+  const Eigen::LLT<Eigen::MatrixXd> factor(stiffness);
+  const Eigen::MatrixXd half = factor.matrixL().solve(mass);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> exact(
+      factor.matrixL().solve(half.transpose()));
+  ASSERT_EQ(found.modes.size(), 4u);
+  double total = 0;
+  for (const auto& [m, place] : body.particles) total += m;
+  EXPECT_NEAR(found.mass, total, 1e-10 * total);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const double omega_squared = 1 / exact.eigenvalues()[11 - static_cast<Eigen::Index>(i)];
+    EXPECT_NEAR(squared(found.modes[i]), omega_squared, 1e-6 * omega_squared);
+    ASSERT_EQ(found.modes[i].springs.size(), 1u);
+    EXPECT_EQ(name_of(robot.manipulator, found.modes[i].springs[0]), "b");
+  }
 }
 
 }  // namespace
