@@ -303,6 +303,9 @@ std::vector<std::string> remarks(const vjm::Robot& robot, const calibration::Cam
     result.push_back(
         "The robot file declares nothing 'uncertain', so nothing is fitted: a stiffness that is a "
         "little off may be taken for an effect.");
+  for (const vjm::ElasticBody& body : robot.manipulator.elastic_bodies())
+    result.push_back(fmt::format(
+        "The elastic body '{}' is taken as it is: no effect is looked for on it.", body.name));
   if (!d.correlated_noise.empty())
     result.push_back(fmt::format("The noise is not independent, which is taken into account: {}.",
                                  d.correlated_noise));

@@ -105,8 +105,7 @@ Station DesignStudy::yields_station() const {
     if (words.size() < 4 && s.share >= 0.05)
       words.push_back(
           report::short_percent(s.share) + " " +
-          report::place_in_words(robot_.manipulator,
-                                 robot_.manipulator.chains()[s.chain].name() + "." + s.spring));
+          report::place_in_words(robot_.manipulator, vjm::name_of(robot_.manipulator, s)));
   if (words.empty()) return {"yields", "nothing yields to a force there", Light::open};
   return {"yields", "along that direction " + report::listed(words, "and"), Light::good};
 }

@@ -173,6 +173,7 @@ std::string text(const Robot& robot, const vjm::Posture& posture) {
                   robot.units.angle);
   for (std::size_t c = 0; c < robot.manipulator.size(); ++c) {
     const Chain& chain = robot.manipulator.chains()[c];
+    if (robot.manipulator.is_within_elastic_body(c)) continue;
     out += fmt::format("  chain {}: {}\n", chain.name(),
                        fmt::join(joint_values(robot, chain, posture.coordinates[c]), ", "));
   }
@@ -200,6 +201,7 @@ namespace {
 std::string ranks_of_chains(const Robot& robot, const UnloadedStiffness& s) {
   std::string out;
   for (std::size_t c = 0; c < s.per_chain.size(); ++c) {
+    if (robot.manipulator.is_within_elastic_body(c)) continue;
     out += fmt::format("  chain {} alone: ", robot.manipulator.chains()[c].name());
     out += s.per_chain[c] ? fmt::format("rank {}\n", s.free_per_chain[c].rank)
                           : "rigid in some direction\n";

@@ -157,8 +157,7 @@ std::vector<std::pair<std::string, double>> by_place(const vjm::Robot& robot,
   constexpr double worth_a_row = 0.005;
   for (const vjm::SpringShare& s : shares) {
     if (s.share < worth_a_row) continue;
-    const std::string name = robot.manipulator.chains()[s.chain].name() + "." + s.spring;
-    places.emplace_back(place_in_words(robot.manipulator, name), s.share);
+    places.emplace_back(place_in_words(robot.manipulator, name_of(robot.manipulator, s)), s.share);
   }
   std::stable_sort(places.begin(), places.end(),
                    [](const auto& a, const auto& b) { return a.second > b.second; });
@@ -210,8 +209,7 @@ std::string first_screen(const vjm::Robot& robot, const vjm::Posture& posture,
 io::Json to_json(const vjm::Robot& robot, const std::vector<vjm::SpringShare>& shares) {
   io::Json list = io::Json::array();
   for (const vjm::SpringShare& s : shares)
-    list.push_back({{"spring", robot.manipulator.chains()[s.chain].name() + "." + s.spring},
-                    {"share", s.share}});
+    list.push_back({{"spring", name_of(robot.manipulator, s)}, {"share", s.share}});
   return list;
 }
 

@@ -186,6 +186,8 @@ std::string minutes(double minutes) {
 
 std::string place_in_words(const vjm::Manipulator& manipulator, const std::string& at) {
   if (is_no_element(at)) return at;
+  for (const vjm::ElasticBody& body : manipulator.elastic_bodies())
+    if (body.name == at) return "elastic body " + at;
   const auto [chain, element] = parts_of(manipulator, at);
   const bool is_one = manipulator.chains().size() == 1;
   if (element == "base" || element == "end")
