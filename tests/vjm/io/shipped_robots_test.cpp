@@ -6,8 +6,10 @@
 
 #include <gtest/gtest.h>
 
+#include "kinetostat/io/json.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/chain/kinematics.h"
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/io/urdf.h"
 #include "kinetostat/vjm/manipulator/posture.h"
@@ -121,6 +123,49 @@ TEST(TranslationalPuu, WithRigidLegsIsThatOfItsThreeDrives) {
   const Matrix3 expected = three_drives(8e7, {-0.22, 0, -drop}, Vector3::UnitZ());
   EXPECT_TRUE(test::matrix_near_relative(Matrix3(result.compliance->matrix().topLeftCorner<3, 3>()),
                                          Matrix3(expected.inverse()), 1e-8));
+}
+
+// One linear structure: the flexibility of the frame on its feet, and the legs of the robot on a
+// rigid base between its guides and the platform.
+TEST(OrthoglideOnAFrame, IsTheFrameBehindTheLegsToFirstOrder) {
+  const Robot rigid = read_robot(robots / "orthoglide_fea.yaml");
+  const Robot framed = read_robot(robots / "orthoglide_frame.yaml");
+  const io::Json link = io::read_json(robots.parent_path() / "links" / "corner_frame.link.json");
+  const io::Json &rows = link["reduced"]["flexibility"],
+                 &freedoms = link["reduced"]["degrees_of_freedom"];
+  Eigen::MatrixXd flexibility(18, 18);
+  for (std::size_t i = 0; i < 18; ++i)
+    for (std::size_t j = 0; j < 18; ++j)
+      flexibility(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = rows[i][j];
+  const Pose pose = Pose::translation({0.05, -0.03, 0.02});
+  const Posture posture = posture_at(rigid.manipulator, pose).posture;
+  Eigen::MatrixXd whole = Eigen::MatrixXd::Zero(24, 24);
+  whole.topLeftCorner<18, 18>() = flexibility.inverse();
+  ChainKinematics kinematics;
+  for (std::size_t c = 0; c < 3; ++c) {
+    evaluate(rigid.manipulator.chains()[c], posture.coordinates[c], kinematics);
+    const io::Json& p = freedoms[6 * (c + 1)]["point"];
+    Eigen::MatrixXd apart = Eigen::MatrixXd::Zero(6, 24);
+    auto interface = apart.middleCols<6>(static_cast<Eigen::Index>(6 * c));
+    interface = -Matrix6::Identity();
+    interface.topRightCorner<3, 3>() = spatial::skew(
+        pose.position() - Vector3(p[0].get<double>(), p[1].get<double>(), p[2].get<double>()));
+    apart.rightCols<6>().setIdentity();
+    whole += apart.transpose() *
+             unloaded_stiffness(rigid.manipulator.chains()[c], kinematics).value().matrix() * apart;
+  }
+  const Matrix6 expected = whole.inverse().bottomRightCorner<6, 6>();
+  const Matrix6 found =
+      unloaded_stiffness(framed.manipulator, posture_at(framed.manipulator, pose).posture)
+          .compliance.value()
+          .matrix();
+  EXPECT_LT((found - expected).norm(), 1e-8 * expected.norm());
+  EXPECT_NEAR(framed.manipulator.elastic_bodies().at(0).mass, link["mass"].get<double>(),
+              1e-6 * 138);
+  const Vector3 center(link["center_of_mass"][0].get<double>(),
+                       link["center_of_mass"][1].get<double>(),
+                       link["center_of_mass"][2].get<double>());
+  EXPECT_LT((framed.manipulator.elastic_bodies()[0].center - center).norm(), 1e-6);
 }
 
 // Torque of the shoulder by hand, from where the masses and pivots stand in equilibrium.
