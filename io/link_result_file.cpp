@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -122,6 +123,9 @@ void read_freedom(const std::filesystem::path& file, const Json& row, std::size_
     fail_at(file, of_reduced, "the units m, rad, N and N m are expected");
   const auto name = row["interface"].get<std::string>();
   if (k > 0 && name == link.interfaces.back()) return;
+  if (name.empty() ||
+      std::any_of(name.begin(), name.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }))
+    fail_at(file, of_reduced, "the name of an interface is one line of text");
   const Json p = row.value("point", Json());
   if (k > 0 || std::count(link.interfaces.begin(), link.interfaces.end(), name) > 0)
     fail_at(file, of_reduced, fmt::format("the six rows of '{}' must follow each other", name));

@@ -172,6 +172,9 @@ TEST_F(BrokenMatrix, OfAnotherSizeOrUnit) {
   json_ = body_.json();
   reduced()["degrees_of_freedom"][1]["motion"] = "tz";
   EXPECT_THAT(message(), HasSubstr("row 2 must be the motion 'ty'"));
+  json_ = body_.json();
+  reduced()["degrees_of_freedom"][0]["interface"] = "\x1b[31m";
+  EXPECT_THAT(message(), HasSubstr("one line of text"));
   json_ = io::Json{{"link", "bar"}};
   EXPECT_THAT(message(), HasSubstr("no stiffness between all interfaces"));
 }

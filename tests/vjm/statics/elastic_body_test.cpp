@@ -265,6 +265,39 @@ TEST(ElasticBody, TendsToTheRigidOne) {
   }
 }
 
+// The same body with its interfaces in another order stands on another one. Where deflections are
+// small that changes nothing.
+TEST(ElasticBody, MayStandOnAnyInterface) {
+  const BodyBetweenPoints first = plate();
+  BodyBetweenPoints other = plate();
+  const std::vector<std::size_t> order{2, 0, 3, 1};
+  for (std::size_t i = 0; i < 4; ++i) {
+    other.names[i] = first.names[order[i]];
+    other.points[i] = first.points[order[i]];
+    for (std::size_t j = 0; j < 4; ++j)
+      other.stiffness.block<6, 6>(static_cast<Eigen::Index>(6 * i),
+                                  static_cast<Eigen::Index>(6 * j)) =
+          first.stiffness.block<6, 6>(static_cast<Eigen::Index>(6 * order[i]),
+                                      static_cast<Eigen::Index>(6 * order[j]));
+  }
+  const Manipulator a = robot_with_body(plate_robot, first.json()).manipulator,
+                    b = robot_with_body(plate_robot, other.json()).manipulator;
+  EXPECT_NE(a.elastic_bodies()[0].interfaces[0].name, b.elastic_bodies()[0].interfaces[0].name);
+  EXPECT_LT(apart(unloaded_stiffness(b, posture_of(b)).compliance.value().matrix(),
+                  unloaded_stiffness(a, posture_of(a)).compliance.value().matrix()),
+            1e-10);
+  const auto difference = [&](double share) {
+    const Load load = heavy.scaled(share);
+    return (loaded(b, load).displacement.coordinates() - loaded(a, load).displacement.coordinates())
+               .norm() /
+           loaded(a, load).displacement.coordinates().norm();
+  };
+  const double whole = difference(1), tenth = difference(0.1);
+  EXPECT_GT(whole, 1e-9);
+  EXPECT_LT(whole, 1e-2);
+  EXPECT_NEAR(tenth, 0.1 * whole, 0.03 * whole);
+}
+
 // Turned and moved as a whole, with its load, a robot does the same.
 TEST(ElasticBody, IsObjective) {
   samples::RandomChains random(77);
