@@ -14,6 +14,7 @@
 #include "kinetostat/calibration/regression/joint_scales.h"
 #include "kinetostat/calibration/search/diagnosis_step.h"
 #include "kinetostat/common/error.h"
+#include "kinetostat/common/parallel.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/comparison.h"
 #include "kinetostat/report/effect.h"
@@ -205,32 +206,34 @@ std::vector<std::string> StudioSession::names_in(const Json& request) const {
 }
 
 // From the usual size of the added effect and from the sizes that its signatures were looked at
-// with.
+// with, a thread each: whoever looks on waits for the slowest.
 StudioSession::Model StudioSession::with(const Model& before, const Candidate& added,
                                          common::Progress& progress) const {
   std::vector<Candidate> starts =
       fitter_->signatures_of(added, before.effects, before.fit, progress).starts;
   starts.push_back(added);
-  std::optional<BaseFit> best;
-  std::string reason;
-  std::vector<Candidate> effects = before.effects;
-  effects.push_back(added);
-  for (std::size_t k = 0; k < starts.size(); ++k) {
-    progress.report("fits", static_cast<double>(k) / static_cast<double>(starts.size()));
-    effects.back() = starts[k];
+  std::vector<std::optional<BaseFit>> fits(starts.size());
+  std::vector<std::string> reasons(starts.size());
+  common::parallel_for(starts.size(), threads_, "fits", progress, [&](std::size_t k) {
+    std::vector<Candidate> effects = before.effects;
+    effects.push_back(starts[k]);
     try {
-      BaseFit found = fitter_->fit(effects, &before.fit, progress);
-      if (!best || found.squared_error < best->squared_error) best = std::move(found);
+      common::SilentPart silent(progress);
+      fits[k] = fitter_->fit_on_one_thread(effects, before.fit, silent);
     } catch (const common::Cancelled&) {
       throw;
     } catch (const std::runtime_error& error) {
-      reason = error.what();
+      reasons[k] = error.what();
     }
-  }
-  if (!best) throw common::InputError(added.name(), "cannot be fitted: " + reason);
-  effects.back() = added;
-  take_values(*best, effects);
-  return {std::move(effects), std::move(*best)};
+  });
+  const auto best = std::min_element(fits.begin(), fits.end(), [](const auto& a, const auto& b) {
+    return a && (!b || a->squared_error < b->squared_error);
+  });
+  if (!*best) throw common::InputError(added.name(), "cannot be fitted: " + reasons.back());
+  std::vector<Candidate> effects = before.effects;
+  effects.push_back(added);
+  take_values(**best, effects);
+  return {std::move(effects), std::move(**best)};
 }
 
 const StudioSession::Model& StudioSession::model(const std::vector<std::string>& names,
