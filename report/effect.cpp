@@ -4,16 +4,7 @@
 #include <fmt/ranges.h>
 
 namespace kinetostat::report {
-namespace {
 
-std::string units_of(const vjm::EffectParameter& parameter) {
-  const std::string linear = spatial::to_string(parameter.linear);
-  const std::string angular = spatial::to_string(parameter.angular);
-  return linear == angular ? linear
-                           : fmt::format("{}, or {} where the joint turns", linear, angular);
-}
-
-// What a prior width is counted in.
 std::string prior_unit(const vjm::EffectParameter& parameter) {
   switch (parameter.prior_unit) {
     case vjm::PriorUnit::stiffness:
@@ -49,35 +40,9 @@ std::string prior_unit(const vjm::EffectParameter& parameter) {
   }
 }
 
-std::string parameter_text(const vjm::EffectParameter& p, bool leading) {
-  const std::string given = !p.required ? fmt::format("{:g} unless given", p.none)
-                            : leading   ? fmt::format("{:g} is no effect", p.none)
-                                        : std::string("to be given");
-  const std::string prior = p.prior_unit == vjm::PriorUnit::absolute ? "" : " " + prior_unit(p);
-  return fmt::format("  {} [{}]: {:g} to {:g}, {}; prior +- {:g}{}\n", p.name, units_of(p), p.lower,
-                     p.upper, given, p.prior_sd, prior);
-}
-
-}  // namespace
-
 std::string unit_of(const vjm::EffectParameter& parameter, bool angular) {
   const spatial::Dimension& dimension = angular ? parameter.angular : parameter.linear;
   return dimension == spatial::dimension::none ? "" : spatial::to_string(dimension);
-}
-
-std::string line(const vjm::EffectKind& kind) {
-  return fmt::format("{:<20} {:<10} {}\n", kind.name, vjm::to_string(kind.place), kind.summary);
-}
-
-std::string text(const vjm::EffectKind& kind) {
-  std::string text = fmt::format(
-      "{}: {}\n\n  acts on    {}\n  law        {}\n  source     {}\n  signature  {}\n"
-      "  confounder {}\n\n",
-      kind.name, kind.summary, vjm::to_string(kind.place), kind.law, kind.source, kind.signature,
-      kind.confuser);
-  for (const vjm::EffectParameter& p : kind.parameters)
-    text += parameter_text(p, &p == &kind.parameters.front());
-  return text;
 }
 
 std::string places_text(const vjm::EffectKind& kind, const vjm::Robot& robot) {

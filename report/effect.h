@@ -8,13 +8,10 @@
 
 namespace kinetostat::report {
 
-/// One line: name, what it acts on, what it is.
-std::string line(const vjm::EffectKind& kind);
-/// All that is known of it: law, source, signature, nearest confounder, and its parameters with
-/// units, physical ranges and prior widths. docs/theory/effects.md shows the same text.
-std::string text(const vjm::EffectKind& kind);
 /// Unit in SI of a parameter ("N m/rad"); empty where it has none. `angular`: it acts on a turn.
 std::string unit_of(const vjm::EffectParameter& parameter, bool angular);
+/// What the width of its prior is counted in: "times the stiffness of the joint's spring", "SI".
+std::string prior_unit(const vjm::EffectParameter& parameter);
 /// Where it can act in a robot; a sentence.
 std::string places_text(const vjm::EffectKind& kind, const vjm::Robot& robot);
 

@@ -13,6 +13,7 @@
 #include "kinetostat/common/parallel.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/manipulators/compensation.h"
+#include "kinetostat/report/screen/wording.h"
 #include "kinetostat/vjm/workspace/compensation.h"
 
 namespace kinetostat::apps {
@@ -68,7 +69,7 @@ io::Json compensate(const CompensateRequest& request, Run& run) {
       run);
   const report::CompensatedPath result{robot, path, points, uncertainty};
   if (run.out()) io::write_atomically(*run.out(), report::csv(result));
-  run.print(report::text(result));
+  run.print(report::wrapped(report::headline(result)) + "\n" + report::text(result));
   run.draw(report::picture(result));
   for (std::size_t i = 0; i < points.size(); ++i)
     if (points[i].status != vjm::CompensationStatus::converged) {

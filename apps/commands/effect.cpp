@@ -8,6 +8,7 @@
 
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/commands/commands.h"
+#include "kinetostat/report/screen/effect.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -28,8 +29,10 @@ vjm::EffectKinds kinds_of(const std::optional<vjm::Robot>& robot) {
 io::Json list_effects(const EffectRequest& request, Run& run) {
   const std::optional<vjm::Robot> robot = request.robot();
   io::Json kinds = io::Json::array();
+  run.print(report::first_screen(kinds_of(robot)));
+  run.print_more("\n");
   for (const auto& kind : kinds_of(robot)) {
-    run.print(report::line(*kind));
+    run.print_more(report::line(*kind));
     kinds.push_back(report::to_json(*kind));
     if (robot) kinds.back()["places"] = vjm::effect_places(*kind, robot->without_effects());
   }

@@ -262,7 +262,7 @@ io::Json map(const GridRequest& request, Run& run) {
   if (run.out()) io::write_atomically(*run.out(), report::csv(result));
   if (!request.vtu.empty()) io::write_vtu(request.vtu, report::vtu(result));
   if (run.wants_page()) run.draw(report::picture(result));
-  run.print(report::text(result));
+  run.print(report::wrapped(report::headline(result)) + "\n" + report::text(result));
   io::Json json = report::to_json(result);
   if (!uncertainty.is_null()) json["uncertainty"] = std::move(uncertainty);
   if (!choice.is_null()) json["choice"] = std::move(choice);

@@ -1,4 +1,6 @@
 // kinetostat readings: how a table of readings is understood, and a campaign file for it.
+#include "kinetostat/report/screen/readings.h"
+
 #include <algorithm>
 #include <memory>
 
@@ -119,6 +121,7 @@ io::Json show_readings(const ReadingsOptions& request, Run& run) {
   const std::optional<vjm::Robot> robot = read_robot(request);
   const ReadingsOverview overview = look(request, robot);
   run.print(report::readings_text(overview));
+  run.print_more("\nEvery column\n" + report::table_text(overview));
   if (!robot) run.print("No robot file is given: columns of joints are not looked for.\n");
   if (!overview.mistakes.empty()) {
     refuse(overview, run);

@@ -198,6 +198,11 @@ Json uncertainty_json(const CompensatedPath& result) {
   return json;
 }
 
+// What is left of an error, in units of `factor`; nothing where it is rounding.
+std::string left(double after, double before, double factor) {
+  return after < 1e-9 * before ? "0" : number(after / factor);
+}
+
 Json point_json(const Compensation& point) {
   const auto six = [](const Vector6& v) { return Json(std::vector<double>(v.begin(), v.end())); };
   Json json{{"state", status_name(point.status)}};
@@ -212,6 +217,19 @@ Json point_json(const Compensation& point) {
 
 }  // namespace
 
+std::string headline(const CompensatedPath& result) {
+  const std::vector<Compensation>& points = result.points;
+  if (std::none_of(points.begin(), points.end(), has_converged))
+    return fmt::format("None of {} poses can be compensated.", points.size());
+  const std::string& unit = result.robot.units.length;
+  const double factor = spatial::parse_unit(unit).factor;
+  const ErrorSize before = size_of(points, &Compensation::error, 0);
+  const ErrorSize after = size_of(points, &Compensation::residual, 0);
+  return fmt::format(
+      "With the corrected targets the platform is off by {} {} at most, instead of {}.",
+      left(after.largest, before.largest, factor), unit, number(before.largest / factor, 3));
+}
+
 std::string text(const CompensatedPath& result) {
   const std::vector<Compensation>& points = result.points;
   const auto first = std::find_if(points.begin(), points.end(), has_converged);
@@ -225,7 +243,8 @@ std::string text(const CompensatedPath& result) {
     const ErrorSize before = size_of(points, &Compensation::error, half);
     const ErrorSize after = size_of(points, &Compensation::residual, half);
     table.add_row({name, unit, number(before.largest / factor), number(before.rms / factor),
-                   number(after.largest / factor), number(after.rms / factor)});
+                   left(after.largest, before.largest, factor),
+                   left(after.rms, before.largest, factor)});
   };
   add("translation", result.robot.units.length, 0);
   add("rotation", result.robot.units.angle, 1);
@@ -234,6 +253,7 @@ std::string text(const CompensatedPath& result) {
 
 Json to_json(const CompensatedPath& result) {
   Json json{{"inputs", provenance(result.robot)},
+            {"headline", headline(result)},
             {"error", sizes_json(result.points, &Compensation::error)},
             {"residual", sizes_json(result.points, &Compensation::residual)},
             {"points", Json::array()}};

@@ -24,6 +24,8 @@ struct CompensatedPath {
 
 /// Largest and root mean square error of the platform, before and after, in the units of the robot
 /// file.
+/// How far the platform is off, with and without the corrected targets.
+std::string headline(const CompensatedPath& result);
 std::string text(const CompensatedPath& result);
 /// The same and every pose, in SI units.
 io::Json to_json(const CompensatedPath& result);

@@ -140,6 +140,20 @@ void add_cells(const vjm::PoseList& list, io::VtuGrid& grid) {
 
 }  // namespace
 
+std::string headline(const Map& map) {
+  if (map.indices.empty()) return fmt::format("{} poses.", map.points.size());
+  const NamedIndex& index = map.indices.front();
+  const vjm::MapRange range = range_of(map.points, 0);
+  if (range.count == 0)
+    return fmt::format("No value of {} at any of {} poses.", index.name, map.points.size());
+  const auto shown = [&](double v) { return number(v / index.factor, 4); };
+  return fmt::format(
+      "{} {} to {}{}{}, {} in the mean, over {} of {} poses; least at ({}) {}.", index.name,
+      shown(range.smallest), shown(range.largest), index.unit.empty() ? "" : " ", index.unit,
+      shown(range.mean), range.count, map.points.size(),
+      place_text(map.robot, map.list.poses[range.smallest_at].platform), map.robot.units.length);
+}
+
 std::string text(const Map& map) {
   std::string out = fmt::format("{}: {} poses", map.robot.name, map.points.size());
   for (const MapState state : all_states)
@@ -152,6 +166,7 @@ std::string text(const Map& map) {
 
 Json to_json(const Map& map) {
   Json json{{"inputs", provenance(map.robot)},
+            {"headline", headline(map)},
             {"poses", map.points.size()},
             {"states", Json::object()},
             {"indices", Json::array()}};

@@ -28,6 +28,8 @@ struct Map {
   const std::vector<vjm::MapPoint>& points;
 };
 
+/// Of the first index: where it is smallest, its mean and its largest value, over how many poses.
+std::string headline(const Map& map);
 /// How many poses are in which state, and the range of every index in its unit.
 std::string text(const Map& map);
 /// The same, in SI units.

@@ -1,4 +1,4 @@
-#include "kinetostat/report/effect.h"
+#include "kinetostat/report/screen/effect.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

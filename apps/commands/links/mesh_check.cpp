@@ -100,7 +100,9 @@ io::Json check_surface(Run& run, const MeshOptions& options, const MeshRequest& 
                 repair.steps.empty() ? "Repair it in the program it came from, or with '--repair "
                                        "weld,orient,fill,unite,drop,wrap', then check again"
                                      : "Repair it in the program it came from, then check again"});
-  return report::to_json(check, repair, request.shown.density);
+  io::Json json{{"headline", report::headline(check, request.shown)}};
+  json.update(report::to_json(check, repair, request.shown.density));
+  return json;
 }
 
 io::Json check_volume(Run& run, const MeshOptions& options, const MeshRequest& request) {

@@ -85,18 +85,47 @@ TEST(OneScreenOfRobots, EveryOtherCommand) {
         "weakest-translation --index stiffness=1,1,1",
         "compensate data/robots/orthoglide_errors.yaml --path data/paths/orthoglide_milling.csv",
         "mesh check meshes/foot.stl --unit mm", "identify meshes/block.yaml",
+        "modes meshes/block.yaml", "modes data/robots/heavy_arm.yaml",
+        "stiffness data/robots/gantry.yaml", "deflect data/robots/gantry.yaml --wrench 0,0,-200",
+        "export data/robots/six_axis.yaml -o six_axis.xml",
+        "import data/urdf/six_axis.urdf --tip flange -o imported.yaml",
+        "report data/links/foot.link.json -o l.html",
         "beam meshes/foot.yaml --fea data/links/foot.link.json", "effect list"}) {
     const Outcome outcome = kinetostat(command);
     EXPECT_EQ(outcome.code, 0) << command << outcome.err;
-    if (command != "effect list") expect_one_screen(command, outcome.out);
+    if (!outcome.out.empty()) expect_one_screen(command, outcome.out);
   }
 }
 
+// Every effect, and every table of readings that is shipped with a campaign file.
+TEST(OneScreenOfReadings, AndOfEffects) {
+  const Outcome list = kinetostat("effect list --json list.json");
+  for (const io::Json& kind : io::read_json(working_folder() / "list.json")["effects"]) {
+    const std::string command = "effect show " + kind["name"].get<std::string>();
+    expect_one_screen(command, kinetostat(command).out);
+  }
+  std::size_t tables = 0;
+  for (const auto& entry :
+       std::filesystem::recursive_directory_iterator(working_folder() / measurements)) {
+    if (entry.path().extension() != ".yaml" || entry.path().filename() == "robot.yaml") continue;
+    const std::string command =
+        "readings " + entry.path().lexically_relative(working_folder()).string();
+    const Outcome outcome = kinetostat(command);
+    EXPECT_EQ(outcome.code, 0) << command << outcome.err;
+    expect_one_screen(command, outcome.out);
+    ++tables;
+  }
+  EXPECT_GE(tables, 10u);
+}
+
 TEST(OneScreenOfHelp, IsNoWiderThanATerminal) {
-  for (const char* command :
-       {"", "study", "compare", "calibrate", "diagnose", "plan", "adopt", "stiffness", "identify",
-        "map", "simulate", "trace", "compensate", "beam"})
-    for (const std::string& line : lines_of(kinetostat(std::string(command) + " --help").out))
+  std::vector<std::string> commands{""};
+  for (const std::string& line : lines_of(kinetostat("--help").out))
+    if (line.starts_with("  ") && line[2] != ' ')
+      commands.push_back(line.substr(2, line.find("  ", 2) - 2));
+  EXPECT_GT(commands.size(), 30u);
+  for (const std::string& command : commands)
+    for (const std::string& line : lines_of(kinetostat(command + " --help").out))
       EXPECT_LE(line.size(), 80u) << command << ": " << line;
 }
 
