@@ -98,12 +98,13 @@ std::string exact_datum(const Campaign& campaign) {
                      translation && rotation ? ", " : "", rotation ? "rotation: 0 urad" : "");
 }
 
-Finding finding(const Campaign& campaign, const std::string& model, const ChiSquareTest& test) {
+Finding finding(const Campaign& campaign, const std::string& model, const Assessment& assessment) {
+  const ChiSquareTest& test = *assessment.chi_square;
   std::string sentence = fmt::format(
       "{} {}: its error is {} times the stated noise (chi-square {} against {}, {} %, "
       "{} degrees of freedom, {}).",
       model, test.p_value < test.level ? "fails" : "is consistent with the stated noise",
-      number(std::sqrt(test.reduced()), 3), number(test.statistic, 4), number(test.critical, 4),
+      number(assessment.error_over_noise(), 3), number(test.statistic, 4), number(test.critical, 4),
       number(100 * test.level, 3), test.degrees_of_freedom, probability(test.p_value));
   if (test.lower_p_value < test.level / 2) {
     sentence += " That is less than the stated noise allows: it seems overstated.";
@@ -615,8 +616,8 @@ std::vector<std::string> findings(const Campaign& campaign, const Comparison& co
   add_noise_check(comparison, all);
   for (const Named& model : models(comparison)) {
     if (const auto& test = model.assessment->lack_of_fit) all.push_back(finding(model.name, *test));
-    if (const auto& test = model.assessment->chi_square)
-      all.push_back(finding(campaign, model.name, *test));
+    if (model.assessment->chi_square)
+      all.push_back(finding(campaign, model.name, *model.assessment));
   }
   add_patterns(campaign, models(comparison).back(), all);
   add_axes(campaign, models(comparison).back(), all);

@@ -162,8 +162,10 @@ Json configurations(const vjm::Robot& robot, const Campaign& campaign) {
 }
 
 std::vector<ReadingsModel> readings_models(const calibration::Comparison& comparison) {
-  std::vector<ReadingsModel> models{{"nominal", comparison.nominal.residual}};
-  if (comparison.fitted) models.push_back({"fitted", comparison.fitted->residual});
+  std::vector<ReadingsModel> models{
+      {"nominal", comparison.nominal.residual, comparison.nominal.whitened}};
+  if (comparison.fitted)
+    models.push_back({"fitted", comparison.fitted->residual, comparison.fitted->whitened});
   return models;
 }
 
@@ -179,6 +181,8 @@ Json readings_picture(const vjm::Robot& robot, const Campaign& campaign,
             {"noise", noise_word(noise.source)},
             {"poses", configurations(robot, campaign)},
             {"sessions", campaign.sessions},
+            {"file", campaign.readings_file.filename().string()},
+            {"line", column(campaign, [](const Reading& r) { return r.line; })},
             {"id", column(campaign, [](const Reading& r) { return Json(r.id); })},
             {"pose", column(campaign, [](const Reading& r) { return r.configuration; })},
             {"session", column(campaign, [](const Reading& r) { return r.session; })},
@@ -191,9 +195,12 @@ Json readings_picture(const vjm::Robot& robot, const Campaign& campaign,
   if (noise.source != calibration::NoiseSource::unknown)
     json["sigma"] = by_component(campaign, components, noise.sigma);
   json["models"] = Json::array();
-  for (const ReadingsModel& model : models)
+  for (const ReadingsModel& model : models) {
     json["models"].push_back(
         {{"name", model.name}, {"residual", by_component(campaign, components, model.residual)}});
+    if (noise.source != calibration::NoiseSource::unknown && !model.whitened.empty())
+      json["models"].back()["whitened"] = by_component(campaign, components, model.whitened);
+  }
   return json;
 }
 

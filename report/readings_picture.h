@@ -14,6 +14,8 @@ namespace kinetostat::report {
 struct ReadingsModel {
   std::string name;
   std::vector<Eigen::VectorXd> residual;
+  /// In units of the noise, what readings share taken out; may be empty.
+  std::vector<Eigen::VectorXd> whitened = {};
 };
 
 /// "nominal", and "fitted" when there is a fit.

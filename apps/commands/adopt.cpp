@@ -18,7 +18,9 @@ namespace kinetostat::apps {
 namespace {
 
 io::Json adopt(const AdoptRequest& request, const std::filesystem::path& out, Run& run) {
+  const std::string before = io::read_text(request.robot);
   const Adopted adopted = write_adopted(request, out);
+  run.draw({{"before", before}, {"after", adopted.text}});
   run.print(report::first_screen(
       vjm::read_robot(request.robot), adopted.summary,
       report::next_step(fmt::format("kinetostat compare {} CAMPAIGN", report::quoted(out)),

@@ -14,6 +14,7 @@
 #include "kinetostat/report/manipulators/uncertainty.h"
 #include "kinetostat/report/screen/manipulator.h"
 #include "kinetostat/vjm/statics/fixed_point.h"
+#include "kinetostat/vjm/statics/spring_shares.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -77,6 +78,17 @@ io::Json load_picture(const DeflectRequest& request, const vjm::Robot& robot,
           {"force", io::to_json(equilibrium.wrench.force)}};
 }
 
+// Which joints and links yield along the force.
+void add_yields(const vjm::Robot& robot, const vjm::Posture& posture, const spatial::Vector3& force,
+                io::Json& json) {
+  if (force.isZero()) return;
+  const spatial::Vector3 along = force.normalized();
+  const auto shares = vjm::spring_shares(robot.manipulator, posture, along);
+  if (shares.empty()) return;
+  json["yields"] = report::to_json(robot, shares);
+  json["yields_along"] = "the force, " + report::direction_in_words(along);
+}
+
 io::Json deflect(const DeflectRequest& request, Run& run) {
   const vjm::Robot robot = request.posture.read();
   if (!request.load.given() && robot.manipulator.is_relaxed_when_unloaded())
@@ -98,6 +110,7 @@ io::Json deflect(const DeflectRequest& request, Run& run) {
   stop_short_unless_stable(request.load, robot, equilibrium, run);
   io::Json json = report::inputs_and_posture(robot, posture);
   json["headline"] = report::headline(robot, equilibrium, uncertainty);
+  add_yields(robot, posture, equilibrium.wrench.force, json);
   json["equilibrium"] = report::to_json(robot, equilibrium);
   if (uncertainty) json["uncertainty"] = report::deflection_json(*uncertainty);
   report::add_to(json, segments);

@@ -98,10 +98,17 @@ io::Json tell(const Story& story, const std::filesystem::path& folder, Run& run)
     const bool is_robot = io::document_kind(file) == io::DocumentKind::robot;
     io::Json study = is_robot ? study_design(file, out, run)
                               : study_readings({.files = {file.string()}}, out, false, run);
+    io::Json shown{{"command", "study"}};
+    shown.update(study);
+    run.add_to_page({.result = std::move(shown), .picture = run.picture(), .text = {}});
     studies.push_back({{"file", name.string()}, {"study", std::move(study)}});
   }
   run.print("\n" + report::wrapped(story.source));
-  return {{"story", story.name}, {"source", story.source}, {"studies", studies}};
+  run.draw({});
+  return {{"headline", story.about},
+          {"story", story.name},
+          {"source", story.source},
+          {"studies", studies}};
 }
 
 io::Json demo(const DemoRequest& request, Run& run) {

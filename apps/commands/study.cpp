@@ -321,11 +321,11 @@ Step Study::plan() {
     const calibration::Plan plan =
         calibration::plan(robot_, campaign_, question, options, run_.threads(), run_.progress());
     step.result.update(report::to_json(question, options, plan));
+    step.result["work_list"] = report::to_json(report::work_list(robot_, plan));
     if (!plan.blocks.empty()) {
       io::write_atomically(files_.file(table_name), report::plan_table(robot_, plan));
       step.result["wrote"] = table_name;
     }
-    step.result["work_list"] = report::to_json(report::work_list(robot_, plan));
     step.text = report::first_screen(robot_, question, options, plan, "");
     step.headline = report::headline(robot_, question, options, plan);
     step.stations = {report::next_station(robot_, question, plan)};
@@ -416,6 +416,7 @@ io::Json Study::all() {
   io::Json json = summary(stations);
   io::write_json(files_.file("study.json"), json);
   write_page(stations);
+  run_.draw(diagnose_.picture);
   print(stations);
   if (compare_.result.contains("refit_failure") && compare_.result["refit_failure"].is_string())
     run_.leave_unidentified(compare_.result["refit_failure"].get<std::string>());

@@ -208,6 +208,7 @@ void DesignStudy::write_page(const std::string& headline, const io::Json& study)
     picture["robot"]["load"] = {{"at", io::to_json(bent.platform.position())},
                                 {"force", io::to_json(load.force)}};
   }
+  run_.draw(picture);
   std::vector<report::PageResult> results{
       {.result = study, .picture = std::move(picture), .text = {}},
       {.result = std::move(stiffness),

@@ -43,6 +43,7 @@ io::Json plan_result(const vjm::Robot& robot, const calibration::Campaign& campa
                 {"readings_so_far", io::sha256(io::read_text(campaign.readings_file))}};
   add_robot_replaced(robot, campaign, json);
   json.update(report::to_json(question, options, plan));
+  json["work_list"] = report::to_json(report::work_list(robot, plan));
   return json;
 }
 
