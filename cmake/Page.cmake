@@ -41,7 +41,8 @@ function(kinetostat_page variable)
     endif()
   endif()
   file(GLOB parts CONFIGURE_DEPENDS ${source}/*.js ${source}/*.css ${source}/*.html ${source}/*.mjs
-    ${source}/studio/*.js ${source}/studio/*.css)
+    ${source}/sections/*.js ${source}/studio/*.js ${source}/studio/*.css
+    ${PROJECT_SOURCE_DIR}/docs/reference/glossary.md)
   add_custom_command(OUTPUT ${page}
     COMMAND ${NODE} ${source}/bundle.mjs ${plotly} ${page}
     DEPENDS ${parts} ${plotly} COMMENT "Bundling the page" VERBATIM)

@@ -15,7 +15,6 @@ export function beamSection({ result }) {
     "section",
     {},
     element("h2", {}, `Beam or finite elements: ${result.link}`),
-    result.verdict ? element("p", { class: "verdict" }, result.verdict) : null,
     charts,
   );
   const add = (spec) => charts.append(new Figure(spec, new View({})).node);
@@ -28,13 +27,13 @@ export function beamSection({ result }) {
       n: 36,
       source,
       height: 380,
-      least: 480,
+      least: 300,
       say: `Error of each significant entry of the compliance [%]; the worst is ${number(100 * c.worst_error, 2)} %. Blank: not significant.`,
       numbers: () => ({
         columns: ["row", ...motions],
         rows: c.errors.map((row, i) => [motions[i], ...row]),
       }),
-      draw: (look) => ({
+      draw: (look, narrow) => ({
         data: [
           {
             type: "heatmap",
@@ -44,7 +43,8 @@ export function beamSection({ result }) {
             zmin: -most,
             zmax: most,
             colorscale: diverging(look),
-            textfont: onColours(look),
+            textfont: { ...onColours(look), ...(narrow ? { size: 9 } : {}) },
+            showscale: !narrow,
             xgap: 2,
             ygap: 2,
             text: shown.map((row) => row.map((v) => (v === null ? "" : `${number(v, 2)} %`))),

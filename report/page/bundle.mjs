@@ -27,6 +27,13 @@ function joined(name, done = new Set()) {
   return `${before}// ---- ${name}\n${own}\n`;
 }
 
+/** Rows of the tables of the glossary, for the page to link its terms to. */
+const glossary = readFileSync(join(folder, "../../docs/reference/glossary.md"), "utf8")
+  .split("\n")
+  .filter((line) => line.startsWith("| ") && !line.startsWith("| term "))
+  .map((line) => line.split("|").slice(1, 4).map((cell) => cell.trim().replace(/\[([^\]]*)\]\([^)]*\)/g, "$1").replace(/[*`]/g, "")))
+  .map(([term, meaning, source]) => ({ term, meaning, source }));
+
 const [plotly, out] = process.argv.slice(2);
 const script = joined("main.js");
 if (/<\/script|<!--/i.test(script)) throw new Error("the script would end its own element");
@@ -37,6 +44,7 @@ const parts = {
     .map((name) => readFileSync(join(folder, name), "utf8"))
     .join(""),
   "@SCRIPT@": script,
+  "@GLOSSARY@": JSON.stringify(glossary).replaceAll("<", "\\u003c"),
   "@PLOTLY@": deflateSync(readFileSync(plotly), { level: 9 }).toString("base64"),
 };
 let page = readFileSync(join(folder, "page.html"), "utf8");

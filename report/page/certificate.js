@@ -45,6 +45,38 @@ export function certificateTable(readings) {
   );
 }
 
+/** The readings that a model explains least, each with its line in the file and its expanded uncertainty. */
+export function worstReadings(readings, model, most = 10) {
+  if (!readings.sigma) return null;
+  const rows = readings.components
+    .flatMap((component) =>
+      readings.used(component).map((i) => ({ component, i, size: Math.abs(readings.whitened(model, component, i)) })),
+    )
+    .sort((a, b) => b.size - a.size)
+    .slice(0, most)
+    .map(({ component, i, size }) => {
+      const error = readings.residual(model, component, i);
+      const spread = 2 * readings.sigmaAt(component, i);
+      const { factor, unit } = unitFor(kindOf(component), Math.max(Math.abs(error), spread));
+      const line = readings.line?.[i];
+      return [
+        String(readings.id[i]),
+        line ? `${readings.file ?? "line"}:${line}` : "-",
+        component,
+        number(error / factor),
+        number(spread / factor),
+        unit,
+        number(size),
+        readings.poseName(readings.pose[i]).replace(/^posture /, ""),
+      ];
+    });
+  return table(
+    ["reading", "in the file", "component", "error", "U (k = 2)", "unit", "times the noise", "posture"],
+    rows,
+    `The ${rows.length} readings that the ${readings.models[model].name} model explains least; U: expanded uncertainty of the reading`,
+  );
+}
+
 /** Share of errors below a size, for every model and for the noise alone. */
 export function errorShares(readings, view, source) {
   const component = () => view.get("component");

@@ -104,7 +104,7 @@ export function confusion({ candidates, cosines }, round, source) {
     paper: 160 + 15 * candidates.length,
     say: "Cosine between the signatures of two effects in these readings, beside the fitted parameters: at 1 no amount of such readings distinguishes them; at 0 each is observable by itself.",
     numbers: () => ({
-      columns: ["", ...candidates],
+      columns: ["effect", ...candidates],
       rows: candidates.map((name, i) => [name, ...cosines[i]]),
     }),
     draw(look) {

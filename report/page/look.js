@@ -66,6 +66,7 @@ export function scene(look, unit, more = {}) {
     zerolinecolor: look.line,
     backgroundcolor: look.paper,
     showbackground: false,
+    nticks: 5,
   });
   return {
     xaxis: one("x"),

@@ -1,16 +1,21 @@
 // Opens the results of this page and shows the sections that they have something for.
 import { beamSection, isBeam } from "./beams.js";
-import { compensationSection, isCompensation } from "./compensation.js";
-import { element } from "./dom.js";
-import { redrawAll } from "./figure.js";
+import { adoptionSection, isAdoption } from "./sections/changes.js";
+import { compensationSection, isCompensation } from "./sections/compensation.js";
+import { choice, element } from "./dom.js";
+import { forgetFigures, redrawAll } from "./figure.js";
+import { glossaryOfPage, linkTerms } from "./glossary.js";
 import { isLink, linkSection } from "./links.js";
-import { isMap, mapSection } from "./maps.js";
+import { isMap, mapSection } from "./sections/maps.js";
 import { campaigns, isMeasurement, measurementSection } from "./measurements.js";
+import { isModes, modesSection } from "./sections/modes.js";
 import { isPath, pathSection } from "./paths.js";
 import { isPlan, planSection } from "./plans.js";
 import { isPosture, postureSection } from "./postures.js";
 import { startStudio } from "./studio/app.js";
 import { isStudy, studySection } from "./study.js";
+import { chooseUnits, unitChoice, unitChoices } from "./units.js";
+import { inPrint } from "./words.js";
 
 const kinds = [
   [isLink, linkSection],
@@ -20,6 +25,8 @@ const kinds = [
   [isMap, mapSection],
   [isCompensation, compensationSection],
   [isPlan, planSection],
+  [isModes, modesSection],
+  [isAdoption, adoptionSection],
 ];
 
 // One result that is not as expected does not take the others with it.
@@ -46,24 +53,45 @@ function textSection({ result, text }) {
   );
 }
 
-/** What is about campaigns first, then the rest as it came. */
-function sections(given) {
-  const study = given.find(isStudy);
-  if (study) {
-    const rest = sections(given.filter((entry) => entry !== study && !isStudy(entry)));
-    return [guarded((entry) => studySection(entry, rest), study)];
+/** What a command says first: of a beam its verdict, of old files and of links the first sentence of their text. */
+export function headlineOf({ result, text }) {
+  const said = result.headline ?? (isBeam({ result }) && result.verdict ? `${result.link}: ${result.verdict}` : null);
+  if (said) return inPrint(said);
+  const [first] = (text ?? "").split(/\.\n|\n\n/);
+  return first.includes(" ") ? inPrint(first.replaceAll("\n", " ").replace(/\.?$/, ".")) : "";
+}
+
+/** The section opens with what the command says first, where that is not the heading of the page. */
+function led(node, entry, isOnly) {
+  const words = isOnly || isStudy(entry) ? "" : headlineOf(entry);
+  if (words) node.querySelector("h2")?.after(element("p", { class: "lead" }, words));
+  return node;
+}
+
+/** What is about campaigns first, then the rest as it came. `isOnly`: its headline is that of the page. */
+function sections(given, isOnly) {
+  const studies = given.filter(isStudy);
+  if (studies.length) {
+    // A story consists of its studies.
+    const rest = sections(given.filter((entry) => !isStudy(entry) && entry.result.command !== "demo"), false);
+    return studies.map((study, k) =>
+      guarded((entry) => studySection(entry, k ? [] : rest, studies.length > 1 ? k + 1 : 0), study),
+    );
   }
+  const shown = (show, entry) => guarded((e) => led(show(e), e, isOnly), entry);
   const others = given
     .filter((entry) => !isMeasurement(entry))
     .flatMap((entry) => {
       const known = kinds.filter(([is]) => is(entry));
-      return known.length ? known.map(([, show]) => guarded(show, entry)) : [textSection(entry)];
+      return known.length ? known.map(([, show]) => shown(show, entry)) : [shown(textSection, entry)];
     });
   const diagnosedFirst = (a, b) => Boolean(b.diagnosis) - Boolean(a.diagnosis);
-  return [
-    ...campaigns(given).sort(diagnosedFirst).map((one) => guarded(measurementSection, one)),
-    ...others,
-  ];
+  const measured = campaigns(given)
+    .sort(diagnosedFirst)
+    .map((one) =>
+      guarded(() => led(measurementSection(one), { result: one.diagnosis ?? one.comparison }, isOnly), one),
+    );
+  return [...measured, ...others];
 }
 
 async function inflated(id) {
@@ -117,7 +145,7 @@ function origins(entries) {
   );
 }
 
-function buttons() {
+function buttons(redo) {
   const dark = () =>
     document.documentElement.dataset.theme
       ? document.documentElement.dataset.theme === "dark"
@@ -129,18 +157,50 @@ function buttons() {
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redrawAll);
   return element(
     "div",
-    {},
+    { class: "page-tools" },
+    choice("Units", unitChoices, unitChoice(), (units) => {
+      chooseUnits(units);
+      redo();
+    }),
     element("button", { type: "button", onclick: turn }, "Light or dark"),
-    " ",
     element("button", { type: "button", onclick: () => print() }, "Print"),
   );
+}
+
+/** The sections anew, where the reader is: texts and charts have units, which may have been chosen. */
+function fill(page, entries, isOnly) {
+  const open = [...page.querySelectorAll("details")].map((node) => node.open);
+  const at = scrollY;
+  forgetFigures(page);
+  page.replaceChildren(...sections(entries, isOnly), origins(entries));
+  page.append(linkTerms(page, glossaryOfPage()) ?? "");
+  [...page.querySelectorAll("details")].forEach((node, k) => {
+    if (open[k]) node.open = true;
+  });
+  scrollTo(0, at);
+}
+
+/** What the command, or the only result, says first is the heading, unless the page was given one. */
+function takeHeading([entry, ...others]) {
+  const heading = document.querySelector("h1");
+  const { command, link } = entry?.result ?? {};
+  const given = heading.textContent;
+  const isOfCommand = given.startsWith(`${command}: `) || command === "demo";
+  const isNameless = others.length === 0 && (/^kinetostat\b/.test(given) || given === link);
+  const headline = entry && (isOfCommand || isNameless) ? headlineOf(entry) : "";
+  if (headline) heading.textContent = headline;
+  return Boolean(headline);
 }
 
 async function start() {
   const entries = JSON.parse(await inflated("results"));
   const page = document.getElementById("page");
-  document.getElementById("top").append(buttons());
-  if (entries[0]?.result.command === "studio") {
+  const isStudio = entries[0]?.result.command === "studio";
+  unitChoice();
+  let isOnly = false;
+  const redo = () => (isStudio ? location.reload() : fill(page, entries, isOnly));
+  document.getElementById("top").append(buttons(redo));
+  if (isStudio) {
     document.body.classList.add("studio");
     let charts = null;
     await startStudio(page, () => (charts ??= inflated("plotly").then(runInPage)));
@@ -148,7 +208,8 @@ async function start() {
     return;
   }
   await inflated("plotly").then(runInPage);
-  page.replaceChildren(...sections(entries), origins(entries));
+  isOnly = takeHeading(entries);
+  fill(page, entries, isOnly);
   page.dataset.ready = "yes";
 }
 

@@ -42,7 +42,7 @@ export function matrixFigure(what, { matrix, bars, title, id, say = "" }, source
     source,
     height: 420,
     paper: 350,
-    least: 480,
+    least: 300,
     say: `${say}Numbers: ${unitText}. Colours: each entry over the root of its diagonal entries, from -1 to 1.`,
     numbers: () => ({
       columns: ["row", "column", "value [SI]", ...(bars ? ["error bar"] : [])],
@@ -50,7 +50,7 @@ export function matrixFigure(what, { matrix, bars, title, id, say = "" }, source
         row.map((v, j) => [names[0][i], names[1][j], v, ...(bars ? [bars[i][j]] : [])]),
       ),
     }),
-    draw: (look) => ({
+    draw: (look, narrow) => ({
       data: [
         {
           type: "heatmap",
@@ -64,14 +64,15 @@ export function matrixFigure(what, { matrix, bars, title, id, say = "" }, source
           ygap: 2,
           text: matrix.map((row, i) => row.map((_, j) => shown(i, j))),
           texttemplate: "%{text}",
-          textfont: onColours(look),
+          textfont: { ...onColours(look), ...(narrow ? { size: 9 } : {}) },
           hovertemplate: "%{y}, %{x}: %{text}<extra></extra>",
+          showscale: !narrow,
           colorbar: { thickness: 10, tickvals: [-1, 0, 1] },
         },
       ],
       layout: layout(look, {
         showlegend: false,
-        margin: { l: 40, r: 10, t: 30, b: 30 },
+        margin: { l: narrow ? 26 : 40, r: narrow ? 2 : 10, t: 30, b: 30 },
         xaxis: axis(look, "", { side: "top", type: "category" }),
         yaxis: axis(look, "", { autorange: "reversed", type: "category" }),
       }),

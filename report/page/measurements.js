@@ -1,6 +1,6 @@
 // The section of one campaign: findings of a comparison and a diagnosis, most important first.
 import { againstLoad, extraDeflection, jointCurve } from "./against_load.js";
-import { certificateTable, errorShares } from "./certificate.js";
+import { certificateTable, errorShares, worstReadings } from "./certificate.js";
 import { choice, element, list } from "./dom.js";
 import { confusion, ranking } from "./effects.js";
 import { Figure } from "./figure.js";
@@ -198,9 +198,19 @@ export function worstComponent(readings) {
   return [...readings.components].sort((a, b) => size(b) - size(a))[0];
 }
 
+/** Five sentences; the rest behind a line. */
 function findings(comparison) {
   if (!comparison) return null;
-  return element("div", {}, element("h3", {}, "Findings, worst first"), list(comparison.findings));
+  const [first, rest] = [comparison.findings.slice(0, 5), comparison.findings.slice(5)];
+  return element(
+    "div",
+    {},
+    element("h3", {}, "Findings, worst first"),
+    list(first),
+    rest.length
+      ? element("details", {}, element("summary", {}, `${rest.length} more`), list(rest))
+      : null,
+  );
 }
 
 /** The note on data that JSON of a diagnosis leaves out, and where to get them. */
@@ -243,7 +253,15 @@ export function measurementSection({ name, diagnosis, comparison, both, columns,
   if (curve) for (const spec of [jointCurve, extraDeflection]) add(first, spec(curve, source), view);
   if (readings) {
     add(first, errorShares(readings, view, source), view);
-    first.append(certificateTable(readings), findings(comparison) ?? "");
+    first.append(
+      element(
+        "div",
+        {},
+        certificateTable(readings),
+        worstReadings(readings, readings.models.length - 1) ?? "",
+      ),
+      findings(comparison) ?? "",
+    );
     section.append(...tools(readings, view));
     const all = charts();
     if (readings.loads.length) add(all, againstLoad(readings, view, source), view);

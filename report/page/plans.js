@@ -147,12 +147,34 @@ function sharpenedFigure(sharpened, source) {
   };
 }
 
+/** A line for each step, as people take them, with a box to tick on paper. */
+export function workTable(list) {
+  if (!list?.length) return null;
+  const node = table(
+    ["#", "load", "how", "where", "times", "readings", "min", "for", "done"],
+    list.map((step, k) => [
+      String(k + 1),
+      step.load,
+      step.how,
+      step.posture,
+      step.times,
+      step.readings,
+      number(step.minutes),
+      step.for,
+      "☐",
+    ]),
+    "Readings to take next",
+  );
+  node.classList.add("work");
+  return node;
+}
+
 export function planSection({ result }) {
   const source = `Source: ${result.inputs?.name ?? "plan"}.`;
   const charts = element("div", { class: "charts" });
   const add = (spec) => charts.append(new Figure(spec, new View({})).node);
   const said = [
-    `${result.cycles.length} load cycles, ${result.readings} readings, ${number(result.minutes)} of ${number(result.minutes_allowed)} minutes.`,
+    `${result.cycles.length} load cycles, ${result.readings} readings, ${number(result.minutes, 4)} of ${number(result.minutes_allowed, 4)} minutes.`,
     ...(result.notes ?? []),
   ];
   if (result.asks_for_weights) said.push("Known weights would show what the load cell cannot.");
@@ -174,12 +196,13 @@ export function planSection({ result }) {
     {},
     element("h2", {}, `What to measure next: ${result.inputs?.name ?? ""}`),
     list(said),
+    workTable(result.work_list) ?? "",
     charts,
     rows.length
       ? table(
           ["cycle", "posture", "direction", "pattern", "readings", "minutes", "why"],
           rows,
-          "The batch",
+          "Every load cycle of the batch",
         )
       : null,
   );

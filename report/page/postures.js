@@ -1,4 +1,5 @@
 // Sections of stiffness, deflect and assemble: a posture before and after, its matrices, what the chains carry.
+import { bars } from "./bars.js";
 import { list, plain, slider } from "./dom.js";
 import { axis, layout, scene } from "./look.js";
 import { ellipsoid, matrixFigure } from "./matrix.js";
@@ -206,6 +207,33 @@ function wrenchFigure(result, source) {
   };
 }
 
+/** Which joints and links yield: `result.yields`. */
+export function sharesFigure(result, source) {
+  const rows = result.yields.filter((one) => one.share >= 0.005);
+  const along = result.yields_along ?? "the softest direction";
+  return {
+    id: `yields-${result.command}`,
+    title: "What yields",
+    n: rows.length,
+    source,
+    height: 110 + 32 * rows.length,
+    say: `Share of each joint and link in how far the platform yields along ${along}.`,
+    numbers: () => ({
+      columns: ["joint or link", "share"],
+      rows: result.yields.map((one) => [one.spring, one.share]),
+    }),
+    draw: (look) =>
+      bars(look, {
+        names: rows.map((one) => plain(one.spring)),
+        values: rows.map((one) => 100 * one.share),
+        colours: look.fitted,
+        text: rows.map((one) => `${number(100 * one.share, 2)} %`),
+        hover: rows.map((one) => `${plain(one.spring)}: ${number(100 * one.share)} %`),
+        x: { title: "share [%]", rangemode: "tozero" },
+      }),
+  };
+}
+
 export const isPosture = ({ result }) =>
   result.posture !== undefined && (result.unloaded || result.equilibrium || result.assembly);
 
@@ -226,16 +254,15 @@ export function postureSection({ result, picture }) {
     sentences.unshift(
       `The platform moves ${quantity(norm(state.displacement.translation), "length")} and turns ${quantity(norm(state.displacement.rotation), "angle")}; elastic energy ${number(state.energy)} J.`,
     );
-  const { node, add } = section(headingOf(result), list(sentences));
+  const { node, add } = section(headingOf(result), ...(sentences.length ? [list(sentences)] : []));
   const view = new View({});
   const source = sourceOf(result);
-  if (picture?.skeletons)
-    add(
-      skeletonFigure(result, picture.skeletons, view, source, {
-        load: picture.load,
-      }),
-      view,
-    );
+  const yields = result.yields?.length ? sharesFigure(result, source) : null;
+  if (picture?.skeletons) {
+    const robot = skeletonFigure(result, picture.skeletons, view, source, { load: picture.load });
+    add(yields ? { ...robot, wide: false, height: 460 } : robot, view);
+  }
+  if (yields) add(yields, view);
   for (const [word, matrices] of [
     ["unloaded", result.unloaded],
     ["loaded", state],

@@ -44,8 +44,10 @@ export class Readings {
   residual(model, component, i) {
     return this.models[model].residual[component][i];
   }
-  /** In units of the noise, or [m or rad] where it is not known. */
+  /** In units of the noise, what readings share taken out where the result has it so; [m or rad] where it is not known. */
   whitened(model, component, i) {
+    const known = this.sigma && this.models[model].whitened?.[component];
+    if (known) return known[i];
     const value = this.residual(model, component, i);
     return this.sigma ? value / this.sigma[component][i] : value;
   }
@@ -123,10 +125,16 @@ export function columnsFromResult(comparison, poses = comparison.configurations)
     label: last ? `posture ${k + 1}` : "",
     position: [0, 0, 0],
   }));
-  const models = [{ name: "nominal", residual: component("residual") }];
+  const models = [{ name: "nominal", residual: component("residual"), whitened: component("whitened") }];
   if (comparison.refitted)
-    models.push({ name: "fitted", residual: component("refitted_residual") });
+    models.push({
+      name: "fitted",
+      residual: component("refitted_residual"),
+      whitened: component("refitted_whitened"),
+    });
   return {
+    file: comparison.campaign?.readings?.file,
+    line: rows.map((row) => row.line ?? null),
     noise: comparison.noise,
     sessions,
     models,

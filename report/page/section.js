@@ -9,7 +9,7 @@ export const norm = (v) => Math.hypot(...v);
 
 export function section(name, ...about) {
   const charts = element("div", { class: "charts" });
-  const node = element("section", {}, element("h2", {}, name), ...about, charts);
+  const node = element("section", {}, element("h2", {}, name), ...about.filter(Boolean), charts);
   return { node, add: (spec, view) => charts.append(new Figure(spec, view).node) };
 }
 

@@ -3,18 +3,17 @@ import { againstLoad, extraDeflection, jointCurve } from "./against_load.js";
 import { element, table } from "./dom.js";
 import { Figure } from "./figure.js";
 import { worstComponent } from "./measurements.js";
-import { skeletonFigure } from "./postures.js";
+import { sharesFigure, skeletonFigure } from "./postures.js";
+import { workTable } from "./plans.js";
 import { Readings } from "./readings.js";
 import { budgetOf } from "./uncertainty.js";
 import { number } from "./units.js";
 import { View } from "./view.js";
 import { stagesOfDiagnosis, waterfall } from "./waterfall.js";
+import { inPrint } from "./words.js";
 
 export const isStudy = ({ result }) =>
   result.command === "study" && Array.isArray(result.stations);
-
-/** Signs of a terminal as a page has them. */
-const inPrint = (text) => String(text ?? "").replaceAll(" +- ", " ± ");
 
 const places = {
   readings: "study-readings",
@@ -26,14 +25,17 @@ const places = {
   links: "study-links",
 };
 
-function stations(list) {
+/** Names of one of several studies on a page are its own. */
+const idIn = (number, id) => (number ? `${id}-${number}` : id);
+
+function stations(list, number) {
   return element(
     "nav",
-    { class: "stations", "aria-label": "Stations of this study" },
+    { class: "stations", "aria-label": number ? `Stations of study ${number}` : "Stations of this study" },
     ...list.map((station, k) =>
       element(
         "a",
-        { href: `#${places[station.name] ?? "study-rest"}`, class: station.light },
+        { href: `#${idIn(number, places[station.name] ?? "study-rest")}`, class: station.light },
         element("b", {}, `${k + 1} ${station.name}`),
         element("span", {}, inPrint(station.sentence)),
       ),
@@ -68,6 +70,9 @@ function bentRobot({ result, picture }, source) {
   return new Figure({ ...spec, title: "The robot under load", wide: false, height: 420 }, view).node;
 }
 
+/** The joint's curve, the robot beside it, then the rest. */
+const besideRobot = ([first, ...others], robot) => [first ?? null, robot, ...others];
+
 function excludedTable(excluded) {
   if (!excluded?.length) return null;
   return table(
@@ -77,36 +82,18 @@ function excludedTable(excluded) {
   );
 }
 
-function workTable(list) {
-  if (!list?.length) return null;
-  const node = table(
-    ["#", "load", "how", "where", "times", "readings", "min", "for"],
-    list.map((step, k) => [
-      String(k + 1),
-      step.load,
-      step.how,
-      step.posture,
-      step.times,
-      step.readings,
-      number(step.minutes),
-      step.for,
-    ]),
-    "Readings to take next",
-  );
-  node.classList.add("work");
-  return node;
-}
-
-const restOf = (rest) =>
-  element(
-    "details",
-    { class: "rest", id: "study-rest" },
-    element("summary", {}, "Every chart, test and table of all steps"),
-    ...rest,
-  );
+const restOf = (rest, number) =>
+  rest.length
+    ? element(
+        "details",
+        { class: "rest", id: idIn(number, "study-rest") },
+        element("summary", {}, "Every chart, test and table of all steps"),
+        ...rest,
+      )
+    : null;
 
 /** The robot with its links by several models; the last is what the others are compared to. */
-function linkTable(models) {
+function linkTable(models, number) {
   if (!models) return null;
   const percent = (share) => `${share < 0 ? "" : "+"}${number(100 * share, 3)} %`;
   const last = models.rows.at(-1);
@@ -127,19 +114,19 @@ function linkTable(models) {
     ]),
     "The robot with its links as beams and by finite elements",
   );
-  node.id = "study-links";
+  node.id = idIn(number, "study-links");
   return node;
 }
 
 /** Of a robot without readings. */
-function designSection(entry, rest) {
+function designSection(entry, rest, number) {
   const { result } = entry;
   const robot = bentRobot(entry, `Source: ${result.inputs.robot.file}.`);
   return element(
     "section",
-    { class: "study" },
-    stations(result.stations),
-    element("h2", {}, result.design),
+    { class: "study", id: idIn(number, "study-next") },
+    number ? element("h2", {}, inPrint(result.headline)) : element("h2", {}, result.design),
+    stations(result.stations, number),
     element(
       "div",
       { class: "charts" },
@@ -147,23 +134,20 @@ function designSection(entry, rest) {
       element(
         "div",
         {},
-        table(
-          ["spring", "share"],
-          result.yields.map((s) => [s.spring, `${number(100 * s.share)} %`]),
-          "What yields along the softest direction",
-        ),
+        new Figure(sharesFigure(result, `Source: ${result.inputs.robot.file}.`)).node,
         budgetOf(result) ?? "",
-        linkTable(result.link_models) ?? "",
+        linkTable(result.link_models, number) ?? "",
       ),
     ),
-    restOf(rest),
+    restOf(rest, number) ?? "",
   );
 }
 
-/** `rest`: the sections of all steps. */
-export function studySection(entry, rest) {
+/** `rest`: the sections of all steps. `number`: which of several on the page, from 1; 0 where it is alone. */
+export function studySection(entry, rest, number = 0) {
   const { result } = entry;
-  if (result.design) return designSection(entry, rest);
+  const heading = (id, words) => element(number ? "h3" : "h2", { id: idIn(number, id) }, words);
+  if (result.design) return designSection(entry, rest, number);
   const source = `Source: ${result.campaign_name}.`;
   const charts = (...nodes) =>
     element("div", { class: "charts" }, ...nodes.filter((node) => node !== null));
@@ -187,23 +171,24 @@ export function studySection(entry, rest) {
   return element(
     "section",
     { class: "study" },
-    element("p", { class: "say", id: "study-readings" }, `${result.campaign_name}: ${result.about}`),
-    stations(result.stations),
-    element("h2", { id: "study-missing" }, found ? "What is missing" : "Readings and model"),
-    charts(...physicalPictures(entry, source), bentRobot(entry, source)),
-    element("h2", { id: "study-error" }, "The error"),
+    number ? element("h2", {}, inPrint(result.headline)) : "",
+    element("p", { class: "say", id: idIn(number, "study-readings") }, `${result.campaign_name}: ${result.about}`),
+    stations(result.stations, number),
+    heading("study-missing", found ? "What is missing" : "Readings and model"),
+    charts(...besideRobot(physicalPictures(entry, source), bentRobot(entry, source))),
+    heading("study-error", "The error"),
     element("p", {}, inPrint(result.compared)),
     charts(errors, beside),
-    element("h2", { id: "study-next" }, "What to read next"),
+    heading("study-next", "What to read next"),
     element("p", {}, inPrint(result.planned)),
     workTable(result.work_list) ?? "",
-    element("h2", { id: "study-files" }, "Files"),
+    heading("study-files", "Files"),
     element("p", {}, inPrint(result.adopted)),
     table(
       ["file", "what it is"],
       result.files.map((f) => [f.file, f.what]),
       "Files beside this page",
     ),
-    restOf(rest),
+    restOf(rest, number) ?? "",
   );
 }

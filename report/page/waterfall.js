@@ -91,6 +91,10 @@ export function waterfall({ stages, what, unit, factor }, source, count) {
         ? "The error falls"
         : "The error does not fall";
   const confirmed = stages.filter((s) => Number.isFinite(s.confirmed));
+  // By more than rounding: a stage that makes the error larger does not look like one that helps.
+  const rises = stages.map(
+    (s, k) => k > 0 && s !== floor && s.whitened > 1.001 * stages[k - 1].whitened,
+  );
   const rows = () =>
     stages.map((s) => [
       s.name,
@@ -106,7 +110,7 @@ export function waterfall({ stages, what, unit, factor }, source, count) {
     source,
     height: 360,
     tall: 420,
-    say: `rms error on ${what}, ${unit}: ${number(first / factor)} (${stages[0].name})${last === stages[0] ? "" : `, ${number(last.whitened / factor)} (${last.name})`}. Whiskers: 95 %.${confirmed.length ? " Diamonds: readings kept to confirm." : ""}`,
+    say: `rms error on ${what}, ${unit}: ${number(first / factor)} (${stages[0].name})${last === stages[0] ? "" : `, ${number(last.whitened / factor)} (${last.name})`}. Whiskers: 95 %.${rises.includes(true) ? " Orange: larger than before." : ""}${confirmed.length ? " Diamonds: readings kept to confirm." : ""}`,
     numbers: () => ({
       columns: ["stage", `rms error [${unit}]`, "95 % from", "to", "kept to confirm"],
       rows: rows(),
@@ -115,11 +119,13 @@ export function waterfall({ stages, what, unit, factor }, source, count) {
       const colour = (s, k) =>
         s === floor
           ? look.noise
-          : k === 0
-            ? look.nominal
-            : /^(\+|with|after|as adopted)/.test(s.name)
-              ? look.final
-              : look.fitted;
+          : rises[k]
+            ? look.held
+            : k === 0
+              ? look.nominal
+              : /^(\+|with|after|as adopted)/.test(s.name)
+                ? look.final
+                : look.fitted;
       const drops = stages.slice(1).map((s, k) => ({
         type: "line",
         x0: k + 0.4,

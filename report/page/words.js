@@ -1,5 +1,12 @@
 // Words for people, where JSON has kept older ones.
 
+/** Signs of a terminal as a page has them. */
+export const inPrint = (text) =>
+  String(text ?? "")
+    .replaceAll(" +- ", " ± ")
+    .replace(/(\d) u(m|rad)\b/g, "$1 µ$2")
+    .replace(/\b([mu]?m)\^([23])/g, (_, unit, power) => unit + { 2: "²", 3: "³" }[power]);
+
 /** A verdict as `diagnose` writes it. */
 export const verdictInWords = (kind) =>
   kind === "these data cannot tell" ? "inconclusive" : kind;

@@ -14,7 +14,9 @@ import {
 } from "../../report/page/numbers.js";
 import { Readings, columnsFromResult } from "../../report/page/readings.js";
 import { oddEven } from "../../report/page/odd_even.js";
-import { number, quantity, statedWithError, unitFor } from "../../report/page/units.js";
+import { firstTerm } from "../../report/page/glossary.js";
+import { lineChanges, shownChanges } from "../../report/page/sections/lines.js";
+import { asChosen, chooseUnits, number, quantity, statedWithError, unitFor } from "../../report/page/units.js";
 import { worthInWords } from "../../report/page/studio/cards.js";
 import { effectsAt, otherPlaces, sliderRange } from "../../report/page/studio/effects_panel.js";
 import { largestMove, screenAxes } from "../../report/page/studio/robot_view.js";
@@ -38,6 +40,38 @@ assert.equal(number(100), "100");
 assert.equal(number(null), "-");
 assert.equal(roundFactor(734), 500);
 assert.equal(roundFactor(0.0021), 0.002);
+
+// Units that were chosen: an inch is 25.4 mm, a pound-force 4.4482216152605 N, both by definition.
+chooseUnits("inch");
+assert.equal(quantity(0.0254, "length"), "1 in");
+assert.equal(quantity(1e-6, "length"), "39.4 µin");
+near(unitFor("stiffness", 1e6).factor, 175.12683524647, 1e-9);
+assert.deepEqual(asChosen([25.4, null], "mm"), { values: [1, null], unit: "in" });
+chooseUnits("µm");
+assert.equal(quantity(1.5e-3, "length"), "1500 µm");
+assert.equal(quantity(0.8, "length"), "800 mm");
+assert.deepEqual(asChosen([953], "N/mm"), { values: [0.953], unit: "N/µm" });
+chooseUnits("");
+assert.deepEqual(asChosen([953], "N/mm"), { values: [953], unit: "N/mm" });
+
+// Terms as they are written, not parts of words.
+const rows = [{ term: "backlash" }, { term: "signature" }];
+assert.equal(firstTerm("Signatures of clearances", rows).row.term, "signature");
+assert.equal(firstTerm("two clearances", rows).length, "clearances".length);
+assert.equal(firstTerm("biased_clearance, unsignatured", rows), null);
+
+// What was taken out and put in, whatever stays beside it.
+const changes = lineChanges("a\nb\nc\nd", "a\nx\nc\nd\ne");
+assert.deepEqual(changes, [[" ", "a"], ["-", "b"], ["+", "x"], [" ", "c"], [" ", "d"], ["+", "e"]]);
+assert.deepEqual(shownChanges(lineChanges("1\n2\n3\n4\n5", "1\n2\n3\n4\n6"), 1), ["  4", "- 5", "+ 6"]);
+// Either text follows from the other and the changes.
+const letters = stream(7);
+for (let k = 0; k < 50; ++k) {
+  const [a, b] = [0, 1].map(() => Array.from({ length: 12 }, () => "abc"[Math.floor(3 * letters())]).join("\n"));
+  const both = lineChanges(a, b);
+  assert.equal(both.filter(([sign]) => sign !== "+").map(([, line]) => line).join("\n"), a);
+  assert.equal(both.filter(([sign]) => sign !== "-").map(([, line]) => line).join("\n"), b);
+}
 
 // Statistics with known answers.
 assert.equal(rms([3, -4]), Math.sqrt(12.5));

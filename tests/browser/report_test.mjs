@@ -4,9 +4,8 @@
 //   node report_test.mjs KINETOSTAT
 import assert from "node:assert/strict";
 import { readFileSync, statSync, writeFileSync } from "node:fs";
-import { accessibilityFaults } from "./accessibility.mjs";
 import { Browser, requireParts } from "./browser.mjs";
-import { layoutFaults } from "./layout.mjs";
+import { lookAt } from "./look_at.mjs";
 import { Workshop, slide } from "./workshop.mjs";
 
 const program = process.argv[2];
@@ -74,32 +73,7 @@ function writeCampaign() {
   return lines.length - 1;
 }
 
-const figures = `Object.fromEntries([...document.querySelectorAll("figure")].map((f) => [f.id, Number(f.dataset.points)]))`;
-/** A chart is drawn in the frame in which it comes near. */
-const scrollThrough = `(async () => {
-  const frame = () => new Promise((next) => requestAnimationFrame(next));
-  for (let y = 0; y < document.documentElement.scrollHeight; y += 600) { scrollTo(0, y); await frame(); await frame(); }
-})()`;
-
-/** Opens a page and looks at all of it. Every chart must be drawn, and nothing may go wrong. */
-async function look(browser, name, how) {
-  browser.problems = [];
-  await browser.open(shop.address(name), how);
-  await browser.evaluate(`for (const d of document.querySelectorAll("details.rest")) d.open = true`);
-  await browser.evaluate(scrollThrough);
-  await browser.until(`[...document.querySelectorAll("figure")].every((f) => f.dataset.points)`);
-  const points = await browser.evaluate(figures);
-  assert.deepEqual(browser.problems, [], `${name}: errors in the console`);
-  const outside = browser.requests.filter((address) => !/^(file|data|blob):/.test(address));
-  assert.deepEqual(outside, [], `${name}: asks a network`);
-  for (const [id, count] of Object.entries(points))
-    assert.ok(count > 0, `${name}: chart ${id} has no points`);
-  assert.deepEqual(await accessibilityFaults(browser), [], name);
-  await browser.evaluate(`for (const d of document.querySelectorAll("details")) d.open = true`);
-  await browser.evaluate(scrollThrough);
-  assert.deepEqual(await layoutFaults(browser), [], `${name}: ${JSON.stringify(how ?? {})}`);
-  return points;
-}
+const look = (browser, name, how) => lookAt(browser, shop.address(name), how);
 
 const phone = { width: 390, height: 800 };
 

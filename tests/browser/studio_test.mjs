@@ -3,12 +3,13 @@
 //   node studio_test.mjs KINETOSTAT
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
-import { readFileSync, symlinkSync, unlinkSync, writeFileSync } from "node:fs";
+import { existsSync, readFileSync, symlinkSync, unlinkSync, writeFileSync } from "node:fs";
+import { basename } from "node:path";
 import http from "node:http";
 import net from "node:net";
 import { axeFaults } from "./accessibility.mjs";
 import { Browser, requireParts } from "./browser.mjs";
-import { Workshop, slide } from "./workshop.mjs";
+import { Workshop, slide, xlsx } from "./workshop.mjs";
 
 const program = process.argv[2];
 requireParts(program, "studio");
@@ -321,6 +322,54 @@ async function looks(browser, what) {
   await browser.send("Emulation.setDeviceMetricsOverride", { width: 1400, height: 900, deviceScaleFactor: 1, mobile: false });
 }
 
+/** Files let fall onto the page, as a file manager does it. */
+async function letFall(browser, files) {
+  const given = files.map((file) => [basename(file), readFileSync(file).toString("base64")]);
+  const inZone = await browser.evaluate(`(() => {
+    const transfer = new DataTransfer();
+    for (const [name, bytes] of ${JSON.stringify(given)})
+      transfer.items.add(new File([Uint8Array.from(atob(bytes), (letter) => letter.charCodeAt(0))], name));
+    const zone = document.querySelector(".drop");
+    const happens = (type) => zone.dispatchEvent(new DragEvent(type, { bubbles: true, cancelable: true, dataTransfer: transfer }));
+    // Whoever does not prevent it would open the file instead of the page.
+    return ["dragenter", "dragover", "drop"].map(happens);
+  })()`);
+  assert.deepEqual(inZone.slice(1), [false, false], "a file that is dropped replaces the page");
+}
+
+/** The table of the campaign as a workbook, its units in the names of its columns. */
+function writeWorkbook() {
+  const units = { fz: "fz [N]", dz: "dz [mm]" };
+  const rows = readFileSync(shop.path("campaign/readings.csv"), "utf8")
+    .split("\n")
+    .filter((line) => line && !line.startsWith("#"))
+    .map((line) => line.split(","));
+  const heads = rows[0].map((name) => units[name] ?? (/^[fd][xyz]$/.test(name) ? `${name} [${name[0] === "f" ? "N" : "mm"}]` : name));
+  writeFileSync(shop.path("readings.xlsx"), xlsx([heads, ...rows.slice(1)]));
+}
+
+/** "Stop" ends a job; what was found so far is not lost, and nothing is claimed. */
+async function stopped(browser, address) {
+  await browser.evaluate(`(async () => {
+    document.getElementById("studio-diagnose").click();
+    const job = document.getElementById("studio-job");
+    for (let k = 0; k < 2000 && !/^Diagnosing/.test(job.textContent); ++k) await new Promise((next) => setTimeout(next, 2));
+    document.getElementById("studio-stop").click();
+  })()`);
+  await browser.until(`${wait} && (${headline}).length > 0`, 300);
+  assert.equal(await browser.evaluate(headline), "Stopped.");
+  assert.equal((await post(address, "state")).answer.notes.verdict ?? null, null);
+}
+
+/** What a download button saves, as bytes. */
+async function downloaded(browser, file) {
+  await browser.send("Page.setDownloadBehavior", { behavior: "allow", downloadPath: shop.path("downloads") });
+  await browser.evaluate(`[...document.querySelectorAll(".outcome button")].find((b) => b.textContent === "Download ${file}").click()`);
+  const saved = shop.path(`downloads/${file}`);
+  for (let k = 0; k < 200 && !existsSync(saved); ++k) await new Promise((next) => setTimeout(next, 50));
+  return readFileSync(saved, "utf8");
+}
+
 /** A table is dropped, understood, used; the effect is tried, diagnosed, compared, adopted; a reload in the middle loses nothing. */
 async function session() {
   const { studio, address } = await start("--folder", "work");
@@ -329,11 +378,7 @@ async function session() {
   try {
     await browser.open(address.href);
     await looks(browser, "start page");
-    // As a person drops files: the page reads them itself.
-    const files = [shop.path("robot.yaml"), shop.path("campaign/readings.csv")];
-    const { root } = await browser.send("DOM.getDocument");
-    const { nodeId } = await browser.send("DOM.querySelector", { nodeId: root.nodeId, selector: "#start-files" });
-    await browser.send("DOM.setFileInputFiles", { files, nodeId });
+    await letFall(browser, [shop.path("robot.yaml"), shop.path("campaign/readings.csv")]);
     await browser.until("document.getElementById('start-use')");
     await looks(browser, "columns");
     // One column taken out of use by hand, and taken back.
@@ -353,6 +398,12 @@ async function session() {
     await browser.until("!document.getElementById('start-use').disabled");
     await browser.until("window.late");
     await new Promise((resolve) => setTimeout(resolve, 200));
+    assert.ok(!(await browser.evaluate("document.getElementById('start-use').disabled")));
+    // A workbook with units in its heads is understood as the same table, and nothing is asked of it.
+    writeWorkbook();
+    await letFall(browser, [shop.path("readings.xlsx")]);
+    await browser.until("document.getElementById('start-columns').textContent.includes('readings.xlsx')");
+    assert.equal(await browser.evaluate(understood), before);
     assert.ok(!(await browser.evaluate("document.getElementById('start-use').disabled")));
     await browser.evaluate("document.getElementById('start-noise').value = '2 um'");
     await browser.evaluate(click("#start-use"));
@@ -385,6 +436,7 @@ async function session() {
     await browser.evaluate(click('[data-model="fitted"] button'));
     await browser.until(`${wait} && document.querySelector('.card.chosen').dataset.model === 'fitted'`);
     await browser.evaluate("(() => { const s = document.getElementById('studio-place'); s.value = 'arm.drive'; s.dispatchEvent(new Event('change')); })()");
+    await stopped(browser, address);
     // Diagnose; reload while it works.
     await browser.evaluate(click("#studio-diagnose"));
     await browser.until("document.body.classList.contains('busy')");
@@ -394,13 +446,14 @@ async function session() {
     // Two models compared.
     for (const model of ["fitted", "clearance at arm.drive"])
       await browser.evaluate(click(`[aria-label="Compare ${model}"]`));
-    await browser.until("document.querySelector('.tried table')");
+    await browser.until("document.querySelector('#studio-compared table')");
     await looks(browser, "verdict");
     // Adopted, and compared again as it is written.
     await browser.evaluate(`document.querySelector('[aria-label="Show clearance at arm.drive"]')?.click()`);
     await browser.until(`${wait} && document.querySelector('.card.chosen').dataset.model === 'clearance at arm.drive'`);
     await browser.evaluate(click("#studio-adopt"));
     await browser.until(`${wait} && document.getElementById('studio-adopted')`);
+    assert.equal(await downloaded(browser, "calibrated.yaml"), readFileSync(shop.path("work/calibrated.yaml"), "utf8"));
     await browser.evaluate(click("#studio-plan"));
     await browser.until(`${wait} && [...document.querySelectorAll('.outcome h2')].some((h) => h.textContent === 'Readings to take next')`, 300);
     await looks(browser, "plan");

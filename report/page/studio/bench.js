@@ -1,15 +1,16 @@
 // The workbench: tried models on the left, the robot in the middle, what can act at a place on the right.
-import { choice, download, element, table } from "../dom.js";
+import { choice, download, element } from "../dom.js";
 import { forgetFigures } from "../figure.js";
 import { measurementSection } from "../measurements.js";
+import { workTable } from "../plans.js";
 import { number } from "../units.js";
+import { inPrint } from "../words.js";
 import { cardList, comparisonTable } from "./cards.js";
 import { effectList, effectsAt, otherPlaces, sliders } from "./effects_panel.js";
 import { RobotView } from "./robot_view.js";
 import { ask, follow, question, work } from "./server.js";
 
 const movesRead = ["dx", "dy", "dz"];
-const printed = (text) => text.replaceAll(" +- ", " ± ");
 
 /** What a model misses, an arrow a reading at its posture: [{at, by}]. */
 function missed(columns, residual) {
@@ -155,7 +156,7 @@ export class Bench {
     this.notes = (await ask("state")).notes;
   }
   say(text) {
-    this.headline.textContent = printed(text);
+    this.headline.textContent = inPrint(text);
   }
 
   take({ card, model }) {
@@ -231,7 +232,6 @@ export class Bench {
   drawAll() {
     const model = this.model();
     const models = this.models();
-    const two = models.filter((m) => this.ticked.has(m.title));
     refill(
       this.left,
       element("h2", {}, "Tried models"),
@@ -245,9 +245,7 @@ export class Bench {
           this.drawAll();
         },
       }),
-      two.length === 2
-        ? comparisonTable(...two)
-        : element("p", { class: "say" }, "Tick two models to compare them."),
+      element("p", { class: "say" }, "Tick two models to compare them."),
     );
     this.say(
       `Model ${model.title.replaceAll("_", " ")}: error ${number(model.card.error)} times the noise, ${model.card.degrees_of_freedom} degrees of freedom.`,
@@ -261,23 +259,19 @@ export class Bench {
   drawOutcome() {
     const { verdict, plan, adopted } = this.notes;
     const parts = [];
+    const two = this.models().filter((m) => this.ticked.has(m.title));
+    if (two.length === 2) parts.push(element("div", { id: "studio-compared" }, comparisonTable(...two)));
     if (verdict) {
-      parts.push(element("h2", {}, "Verdict"), element("p", { id: "studio-verdict" }, printed(verdict.headline)));
+      parts.push(element("h2", {}, "Verdict"), element("p", { id: "studio-verdict" }, inPrint(verdict.headline)));
       if (verdict.excluded.length)
         parts.push(element("p", { class: "say" }, `Not it: ${verdict.excluded.map((e) => `${e.effect} (${e.odds})`).join(", ")}.`));
       if (verdict.not_observable.length)
         parts.push(element("p", { class: "say" }, `Not observable in these readings: ${verdict.not_observable.join(", ")}.`));
     }
     if (plan) {
-      parts.push(element("h2", {}, "Readings to take next"), element("p", {}, printed(plan.headline)));
-      if (plan.work_list.length)
-        parts.push(
-          table(
-            ["#", "load", "how", "where", "times", "min", "for"],
-            plan.work_list.map((s, k) => [String(k + 1), s.load, s.how, s.posture, s.times, number(s.minutes), s.for]),
-            "Readings to take next",
-          ),
-        );
+      parts.push(element("h2", {}, "Readings to take next"), element("p", {}, inPrint(plan.headline)));
+      const work = workTable(plan.work_list);
+      if (work) parts.push(work);
       if (plan.text) parts.push(this.downloadButton(plan.file, plan.text));
     }
     if (adopted)

@@ -19,6 +19,15 @@ const valuesInWords = ({ values, range, missing }) =>
     .filter(Boolean)
     .join("; ");
 
+const lacksUnit = ({ what }) => what.endsWith("has no unit");
+/** All columns whose unit nobody stated, in one sentence. */
+function withoutUnit(mistakes) {
+  const names = mistakes.filter(lacksUnit).map(({ key }) => key);
+  if (!names.length) return [];
+  const words = `${names.length} column${names.length > 1 ? "s have" : " has"} no unit: ${names.join(", ")}. State it above, for all at once or in the line of a column.`;
+  return [element("p", { class: "mistake" }, words)];
+}
+
 export class StartPage {
   /** open(what): opens a demo or files. */
   constructor(state, open) {
@@ -202,7 +211,7 @@ export class StartPage {
       element("h2", {}, `${readings}: ${rows} readings`),
       element(
         "div",
-        { class: "scroll", tabindex: "0", role: "region", "aria-label": "How each column is understood" },
+        { class: "scroll columns", tabindex: "0", role: "group", "aria-label": "How each column is understood" },
         element(
           "table",
           {},
@@ -213,7 +222,8 @@ export class StartPage {
       ),
       this.tableOptions(),
       ...notes.map((note) => element("p", { class: "say" }, note)),
-      ...mistakes.map((m) => element("p", { class: "mistake" }, `${m.line ? `Line ${m.line}: ` : ""}${m.key ? `${m.key}: ` : ""}${m.what}${m.cure ? `. ${m.cure}.` : ""}`)),
+      ...withoutUnit(mistakes),
+      ...mistakes.filter((m) => !lacksUnit(m)).map((m) => element("p", { class: "mistake" }, `${m.line ? `Line ${m.line}: ` : ""}${m.key ? `${m.key}: ` : ""}${m.what}${m.cure ? `. ${m.cure}.` : ""}`)),
       element("p", {}, element("label", {}, "Noise of a translation, where readings are not repeated ", this.noise)),
       element(
         "button",
@@ -243,6 +253,7 @@ export class StartPage {
       units("length", ["um", "mm", "m"]),
       units("force", ["N", "kN"]),
       units("angle", ["deg", "rad"]),
+      units("time", ["s", "min", "h"]),
       choice("Displacements are", [["", "differences from the unloaded state"], ["absolute", "poses in the base frame"]], this.asked.displacement ?? "", (d) =>
         set({ displacement: d || undefined }),
       ),

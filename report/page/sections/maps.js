@@ -1,10 +1,10 @@
 // Section of map: slices of the workspace, and all of it.
-import { choice, element, list, plain } from "./dom.js";
-import { axis, layout, scene } from "./look.js";
-import { range } from "./numbers.js";
-import { headingOf, section, sourceOf } from "./section.js";
-import { number } from "./units.js";
-import { View } from "./view.js";
+import { choice, element, list, plain, table } from "../dom.js";
+import { axis, layout, scene } from "../look.js";
+import { range } from "../numbers.js";
+import { headingOf, section, sourceOf } from "../section.js";
+import { asChosen, number } from "../units.js";
+import { View } from "../view.js";
 
 export const isMap = ({ result }) => Array.isArray(result.indices) && result.poses !== undefined;
 
@@ -13,6 +13,9 @@ class PoseMap {
   constructor(picture, view) {
     Object.assign(this, picture);
     this.view = view;
+    const { values, unit } = asChosen(this.positions, this.length);
+    Object.assign(this, { positions: values, length: unit });
+    this.indices = this.indices.map((index) => ({ ...index, ...asChosen(index.values, index.unit) }));
     this.axes = [0, 1, 2].map((k) =>
       [...new Set(this.positions.map((p) => p[k]))].sort((a, b) => a - b),
     );
@@ -178,6 +181,24 @@ function mapTools(map) {
   );
 }
 
+/** Of each index where it is smallest and largest, and its mean over the map. */
+function extremes(map) {
+  const rows = map.indices.flatMap((index) => {
+    const known = index.values.flatMap((value, k) => (value === null ? [] : [[value, k]]));
+    if (!known.length) return [];
+    const [low, high] = range(known.map(([value]) => value));
+    const at = (wanted) => {
+      const [, k] = known.find(([value]) => value === wanted);
+      return `${map.positions[k].map((x) => number(x)).join(", ")} ${map.length}`;
+    };
+    const mean = known.reduce((total, [value]) => total + value, 0) / known.length;
+    return [[index.name, number(low), at(low), number(mean), number(high), at(high), index.unit]];
+  });
+  if (!rows.length) return null;
+  const columns = ["index", "smallest", "at", "mean", "largest", "at ", "unit"];
+  return table(columns, rows, "Smallest, mean and largest over the poses with a value");
+}
+
 export function mapSection({ result, picture }) {
   const counts = Object.entries(result.states)
     .filter(([, count]) => count > 0)
@@ -186,7 +207,7 @@ export function mapSection({ result, picture }) {
   if (!picture?.map) return section(headingOf(result), said).node;
   const view = new View({ index: 0, slice: 0 });
   const map = new PoseMap(picture.map, view);
-  const { node, add } = section(headingOf(result), said, mapTools(map));
+  const { node, add } = section(headingOf(result), said, extremes(map), mapTools(map));
   const source = sourceOf(result);
   if (map.isGrid && map.varying.length >= 2) add(sliceFigure(map, source), view);
   add(spaceFigure(map, source), view);

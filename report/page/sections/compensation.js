@@ -1,9 +1,9 @@
 // Section of compensate: the error along the path, before and after.
-import { list } from "./dom.js";
-import { axis, layout } from "./look.js";
-import { largest } from "./numbers.js";
-import { headingOf, left, norm, section, sourceOf } from "./section.js";
-import { quantity, unitFor } from "./units.js";
+import { list } from "../dom.js";
+import { axis, layout } from "../look.js";
+import { largest } from "../numbers.js";
+import { headingOf, left, norm, section, sourceOf } from "../section.js";
+import { quantity, unitFor } from "../units.js";
 
 export const isCompensation = ({ result }) =>
   result.command === "compensate" && Array.isArray(result.points);

@@ -1,0 +1,102 @@
+// The page of every command: its heading is what the command says first, in text and JSON; nothing is cut off, too wide or hard to
+// reach, by axe-core's rules, too; terms lead to the glossary, and lengths follow the units that were chosen.
+//
+//   node pages_test.mjs KINETOSTAT
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { axeFaults } from "./accessibility.mjs";
+import { Browser, requireParts } from "./browser.mjs";
+import { lookAt } from "./look_at.mjs";
+import { Workshop } from "./workshop.mjs";
+import { inPrint } from "../../report/page/words.js";
+
+const program = process.argv[2];
+requireParts(program, "report");
+const shop = new Workshop(program);
+for (const name of ["data", "meshes"]) shop.link(name);
+
+const arm = "data/measurements/arm_hysteresis";
+const pages = {
+  identify: ["identify", "meshes/block.yaml", "--no-cache"],
+  beam: ["beam", "meshes/foot.yaml", "--fea", "data/links/foot.link.json"],
+  mesh: ["mesh", "check", "meshes/foot.stl", "--unit", "mm"],
+  modes: ["modes", "meshes/block.yaml"],
+  robot_modes: ["modes", "data/robots/heavy_arm.yaml"],
+  stiffness: ["stiffness", "data/robots/six_axis.yaml"],
+  uncertain: ["deflect", "data/robots/gantry.yaml", "--wrench=0,0,-200"],
+  map: ["map", "data/robots/orthoglide.yaml", "--grid", "x=-60:60:3,y=-60:60:3,z=0", "--index", "weakest-translation"],
+  compensate: ["compensate", "data/robots/orthoglide_errors.yaml", "--path", "data/paths/orthoglide_milling.csv"],
+  assemble: ["assemble", "data/robots/orthoglide_errors.yaml", "--at", "0,0,0"],
+  readings: ["readings", `${arm}/campaign.yaml`],
+  check: ["measure", "check", `${arm}/campaign.yaml`],
+  compare: ["compare", `${arm}/campaign.yaml`],
+  diagnose: ["diagnose", `${arm}/campaign.yaml`, "-o", "diagnosis.json"],
+  plan: ["plan", `${arm}/campaign.yaml`],
+  adopt: ["adopt", `${arm}/robot.yaml`, "diagnosis.json", "-o", "calibrated.yaml"],
+};
+const squeezed = (text) => text.replace(/\s+/g, " ").trim();
+
+async function page(browser, name, words) {
+  const text = squeezed(shop.run(...words, "--html", `${name}.html`, "--json", `${name}.json`));
+  await lookAt(browser, shop.address(`${name}.html`));
+  assert.deepEqual(await axeFaults(browser), [], name);
+  const heading = await browser.evaluate("document.querySelector('h1').textContent");
+  const said = JSON.parse(readFileSync(shop.path(`${name}.json`), "utf8"));
+  const headline = said.headline ?? (name === "beam" ? `${said.link}: ${said.verdict}` : undefined);
+  if (headline) {
+    assert.equal(heading, inPrint(headline), name);
+    assert.ok(text.includes(squeezed(headline).replace(/\.$/, "")), `${name}: ${text} has no ${headline}`);
+  }
+  assert.ok(heading.length > 20 && inPrint(text).startsWith(heading.replace(/\.$/, "").slice(0, 60)), `${name}: ${heading}`);
+  await lookAt(browser, shop.address(`${name}.html`), { width: 390, height: 800, dark: true });
+  assert.deepEqual(await axeFaults(browser), [], name);
+}
+
+/** Each term is linked once, to a line that is there and says more. */
+async function terms(browser) {
+  await browser.open(shop.address("compare.html"));
+  const links = await browser.evaluate(
+    `[...document.querySelectorAll("a.term")].map((a) => [a.textContent, a.title, document.querySelector(a.hash)?.nextSibling.textContent ?? ""])`,
+  );
+  assert.ok(links.length >= 4, `${links.length} terms`);
+  for (const [word, meaning, line] of links) assert.ok(meaning && line.startsWith(meaning), word);
+  const glossary = readFileSync(new URL("../../docs/reference/glossary.md", import.meta.url), "utf8");
+  for (const [word, meaning] of links) assert.ok(glossary.includes(meaning), word);
+}
+
+/** The largest reading of dx of the parity chart in mm, as it is shown. */
+const shownLength = `(() => { const f = document.getElementById("parity"); f.scrollIntoView(); f.figure.sight(true); return [Math.max(...f.figure.plot.data[0].y.filter((v) => v !== null).map(Math.abs)), f.figure.plot.layout.yaxis.title.text]; })()`;
+
+async function units(browser) {
+  await browser.open(shop.address("compare.html"));
+  const choose = (units) =>
+    browser.evaluate(
+      `(() => { const s = document.querySelector(".page-tools select"); s.value = ${JSON.stringify(units)}; s.dispatchEvent(new Event("change")); })()`,
+    );
+  const shown = {};
+  for (const units of ["mm", "µm", "inch"]) {
+    await choose(units);
+    shown[units] = await browser.evaluate(shownLength);
+  }
+  const near = (a, b) => assert.ok(Math.abs(a / b - 1) < 1e-9, `${a} is not ${b}`);
+  near(shown["µm"][0], 1000 * shown.mm[0]);
+  near(shown.mm[0], 25.4 * shown.inch[0]);
+  for (const [unit, [, title]] of Object.entries({ mm: shown.mm, "µm": shown["µm"], in: shown.inch }))
+    assert.ok(title.includes(`[${unit}]`), `${title} is not in ${unit}`);
+  // It is kept for the next page.
+  await browser.open(shop.address("stiffness.html"));
+  assert.equal(await browser.evaluate("document.querySelector('.page-tools select').value"), "inch");
+  assert.match(await browser.evaluate("document.getElementById('unloaded-stiffness-stiffness').textContent"), /lbf\/in/);
+  await choose("");
+  assert.deepEqual(browser.problems, []);
+}
+
+const browser = new Browser();
+try {
+  for (const [name, words] of Object.entries(pages)) await page(browser, name, words);
+  await terms(browser);
+  await units(browser);
+} finally {
+  await browser.close();
+  shop.remove();
+}
