@@ -422,6 +422,7 @@ std::string UnitSystem::unit_for(const Dimension& d) const {
   if (d == dimension::mass) return mass;
   if (d == dimension::temperature) return temperature;
   if (d == dimension::density) return fmt::format("{}/({})^3", mass, length);
+  if (d == dimension::inertia) return fmt::format("{}*({})^2", mass, length);
   if (d.temperature != 0) throw std::invalid_argument("no default unit for " + to_string(d));
   // Mass is carried by the force unit: kg = N s^2/m. Compound units are per radian.
   std::string text = "1";

@@ -32,6 +32,7 @@ inline constexpr Dimension force{.length = 1, .mass = 1, .time = -2};
 inline constexpr Dimension moment{.length = 2, .mass = 1, .time = -2};
 inline constexpr Dimension pressure{.length = -1, .mass = 1, .time = -2};
 inline constexpr Dimension density{.length = -3, .mass = 1};
+inline constexpr Dimension inertia{.length = 2, .mass = 1};
 inline constexpr Dimension linear_stiffness{.mass = 1, .time = -2};
 inline constexpr Dimension torsional_stiffness{.length = 2, .mass = 1, .time = -2, .angle = -1};
 }  // namespace dimension

@@ -162,11 +162,12 @@ void Chain::add_node_at_end(const std::string& name, const spatial::Vector3& pos
 }
 
 void Chain::add_mass_at_end(const std::string& name, double mass, const spatial::Vector3& position,
-                            const std::string& element) {
+                            const std::string& element, const spatial::Matrix3& inertia) {
   if (!(mass >= 0) || !std::isfinite(mass))
     throw std::invalid_argument(fmt::format("the mass of '{}' must not be negative", name));
   add_node_at_end(name, position);
-  masses_.push_back({nodes_.size() - 1, mass, element});
+  const spatial::Matrix3 axes = tail_.rotation();
+  masses_.push_back({nodes_.size() - 1, mass, element, axes * inertia * axes.transpose()});
 }
 
 }  // namespace kinetostat::vjm

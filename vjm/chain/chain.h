@@ -50,6 +50,10 @@ struct PointMass {
   std::size_t node = 0;
   double mass = 0;
   std::string element = {};
+  /// [kg m^2] in the axes of the frame that the joints of the node lead to: of a mass that stands
+  /// alone about its node, of a half of a part of a link half that of the part about the middle
+  /// between both halves. Zero: none is given.
+  spatial::Matrix3 inertia = spatial::Matrix3::Zero();
 };
 
 /// One elementary joint in the product of transformations: `before`, then `motion` by
@@ -131,7 +135,8 @@ class Chain {
   /// Throws when the name of the node or mass is taken, or the mass negative.
   void add_node_at_end(const std::string& name, const spatial::Vector3& position);
   void add_mass_at_end(const std::string& name, double mass, const spatial::Vector3& position,
-                       const std::string& element);
+                       const std::string& element,
+                       const spatial::Matrix3& inertia = spatial::Matrix3::Zero());
 
   std::string name_;
   spatial::Pose base_;

@@ -39,8 +39,9 @@ ChainBuilder& ChainBuilder::attach(const spatial::Pose& to_reference) {
 }
 
 ChainBuilder& ChainBuilder::mass(const std::string& name, double mass,
-                                 const spatial::Vector3& position, const std::string& element) {
-  chain_.add_mass_at_end(name, mass, position, element.empty() ? name : element);
+                                 const spatial::Vector3& position, const std::string& element,
+                                 const spatial::Matrix3& inertia) {
+  chain_.add_mass_at_end(name, mass, position, element.empty() ? name : element, inertia);
   return *this;
 }
 

@@ -64,9 +64,11 @@ class ChainBuilder {
   ChainBuilder& node(const std::string& name,
                      const spatial::Vector3& position = spatial::Vector3::Zero());
   /// A mass here, at a position in the current frame. `element`: the link that it is a part of;
-  /// empty: it stands alone, under its own name.
+  /// empty: it stands alone, under its own name. `inertia` [kg m^2] as PointMass::inertia, in the
+  /// axes of the current frame.
   ChainBuilder& mass(const std::string& name, double mass, const spatial::Vector3& position,
-                     const std::string& element = {});
+                     const std::string& element = {},
+                     const spatial::Matrix3& inertia = spatial::Matrix3::Zero());
   /// The chain ends here; `to_reference` leads on to the reference point of the body that it ends
   /// on. Errors and displacements of the "end" are those of the chain, in front of that.
   ChainBuilder& attach(const spatial::Pose& to_reference);

@@ -11,6 +11,7 @@
 #include "kinetostat/io/link_result_file.h"
 #include "kinetostat/spatial/rotation.h"
 #include "kinetostat/vjm/chain/beam.h"
+#include "kinetostat/vjm/chain/particles.h"
 #include "kinetostat/vjm/io/link_uncertainty.h"
 #include "kinetostat/vjm/io/machine_element_entry.h"
 #include "kinetostat/vjm/io/sub_manipulator.h"
@@ -142,13 +143,15 @@ LinkModel read_beam(const YamlNode& node, const UnitSystem& units,
   return link;
 }
 
-// `mass: {mass: 12 kg, center: [x, y, z]}` of a rigid or inline link.
+// `mass: {mass: 12 kg, center: [x, y, z], inertia: [...]}` of a rigid, inline or identified link.
 std::optional<LinkMass> read_mass(const YamlNode& node, const UnitSystem& units) {
   const auto given = node.find("mass");
   if (!given) return std::nullopt;
-  given->allow_only({"mass", "center"});
-  return LinkMass{given->at("mass").positive(dimension::mass, units),
-                  given->at("center").vector3(dimension::length, units)};
+  given->allow_only({"mass", "center", "inertia"});
+  LinkMass mass{given->at("mass").positive(dimension::mass, units),
+                given->at("center").vector3(dimension::length, units)};
+  if (const auto inertia = given->find("inertia")) mass.inertia = read_inertia(*inertia, units);
+  return mass;
 }
 
 Compliance6 divided_by_copies(const Compliance6& compliance, const YamlNode& node) {
@@ -159,7 +162,7 @@ Compliance6 divided_by_copies(const Compliance6& compliance, const YamlNode& nod
 
 LinkModel read_identified(const YamlNode& node, const YamlNode& value, const UnitSystem& units,
                           SourceList& sources) {
-  node.allow_only({"compliance", "link_file", "start", "end_axes", "copies"});
+  node.allow_only({"compliance", "link_file", "start", "end_axes", "copies", "mass"});
   if (const auto source = node.find("link_file")) (void)source->existing_file();
   const std::filesystem::path file = value.existing_file();
   const io::IdentifiedLink identified = io::read_identified_link(file);
@@ -175,6 +178,7 @@ LinkModel read_identified(const YamlNode& node, const YamlNode& value, const Uni
   if (identified.mass)
     link.mass = LinkMass{*identified.mass * (copies ? copies->integer(1, 1000) : 1),
                          start.inverse() * identified.center_of_mass};
+  if (const auto given = read_mass(node, units)) link.mass = given;
   return link;
 }
 
@@ -257,6 +261,21 @@ LinkModel read_any_link(const YamlNode& node, const UnitSystem& units,
 }
 
 }  // namespace
+
+Matrix3 read_inertia(const YamlNode& node, const UnitSystem& units) {
+  const std::vector<YamlNode> items = node.items(6);
+  spatial::Vector6 i;
+  for (std::size_t k = 0; k < 6; ++k)
+    i[static_cast<Eigen::Index>(k)] = items[k].quantity(dimension::inertia, units);
+  Matrix3 inertia;
+  inertia << i[0], i[1], i[2], i[1], i[3], i[4], i[2], i[4], i[5];
+  if (inertia.isZero(0) || !is_possible_inertia(inertia))
+    node.fail(
+        "no body has this inertia: of its principal moments one is larger than the sum of "
+        "the others, or negative",
+        "Write [ixx, ixy, ixz, iyy, iyz, izz] about the centre of mass");
+  return inertia;
+}
 
 LinkModel read_link(const YamlNode& node, const UnitSystem& units,
                     const std::optional<YamlNode>& materials, const LinkOptions& options,

@@ -16,4 +16,7 @@ LinkModel read_link(const io::YamlNode& node, const spatial::UnitSystem& units,
                     const std::optional<io::YamlNode>& materials, const LinkOptions& options,
                     const ReadManipulator& read);
 
+/// `[ixx, ixy, ixz, iyy, iyz, izz]` of a body about its centre of mass [kg m^2].
+spatial::Matrix3 read_inertia(const io::YamlNode& node, const spatial::UnitSystem& units);
+
 }  // namespace kinetostat::vjm

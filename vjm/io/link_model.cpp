@@ -34,7 +34,10 @@ void LinkModel::append_to(ChainBuilder& chain, const std::string& name) const {
     const double share = mass ? 0.5 * mass->mass / static_cast<double>(parts.size()) : 0;
     const Vector3 center = mass ? mass->center : Vector3::Zero();
     const Vector3 third = offset.position() / 3;
-    if (share > 0) chain.mass(part_name + ".mass1", share, center - third, name);
+    const spatial::Matrix3 half =
+        mass ? spatial::Matrix3(0.5 * mass->inertia / static_cast<double>(parts.size()))
+             : spatial::Matrix3(spatial::Matrix3::Zero());
+    if (share > 0) chain.mass(part_name + ".mass1", share, center - third, name, half);
     if (parts[i].compliance) {
       chain.link(part_name, offset, *parts[i].compliance);
     } else {
@@ -42,7 +45,8 @@ void LinkModel::append_to(ChainBuilder& chain, const std::string& name) const {
     }
     append_free_motions(parts[i], chain, part_name);
     if (share > 0)
-      chain.mass(part_name + ".mass2", share, offset.inverse() * Vector3(center + third), name);
+      chain.mass(part_name + ".mass2", share, offset.inverse() * Vector3(center + third), name,
+                 offset.rotation().transpose() * half * offset.rotation());
   }
 }
 

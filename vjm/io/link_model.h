@@ -24,6 +24,9 @@ struct LinkPart {
 struct LinkMass {
   double mass = 0;                                     // [kg] of all parts together
   spatial::Vector3 center = spatial::Vector3::Zero();  // [m] of each part, in its start frame
+  /// [kg m^2] of all parts, each about its centre, in the axes of its start frame; zero: that of a
+  /// uniform rod.
+  spatial::Matrix3 inertia = spatial::Matrix3::Zero();
 };
 
 /// A link: one part, or as many as it has segments.

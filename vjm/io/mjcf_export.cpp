@@ -121,7 +121,7 @@ class Writer {
   }
 
   void add_masses() {
-    const std::vector<Particle> particles = particles_of(chain_, kinematics_);
+    const std::vector<Particle> particles = particles_of(chain_, x_, kinematics_);
     for (const Particle& particle : particles) {
       Body& body = body_behind(particle.joints);
       body.mass += particle.mass;
@@ -133,7 +133,8 @@ class Writer {
       Body& body = body_behind(particle.joints);
       const Vector3 arm = body.frame.inverse() * particle.position - body.center;
       body.inertia +=
-          particle.mass * (arm.squaredNorm() * Matrix3::Identity() - arm * arm.transpose());
+          particle.mass * (arm.squaredNorm() * Matrix3::Identity() - arm * arm.transpose()) +
+          body.frame.rotation().transpose() * particle.inertia * body.frame.rotation();
     }
   }
 

@@ -263,11 +263,12 @@ std::string add_link(ChainBuilder& chain, const YamlNode& node, const Parts& par
 }
 
 void add_mass(ChainBuilder& chain, const YamlNode& node, const UnitSystem& units) {
-  node.allow_only({"name", "mass", "at"});
-  const auto at = node.find("at");
+  node.allow_only({"name", "mass", "at", "inertia"});
+  const auto at = node.find("at"), inertia = node.find("inertia");
   chain.mass(
       node.at("name").text(), node.at("mass").positive(dimension::mass, units),
-      at ? at->vector3(dimension::length, units) : spatial::Vector3(spatial::Vector3::Zero()));
+      at ? at->vector3(dimension::length, units) : spatial::Vector3(spatial::Vector3::Zero()), {},
+      inertia ? read_inertia(*inertia, units) : spatial::Matrix3(spatial::Matrix3::Zero()));
 }
 
 void add_node(ChainBuilder& chain, const YamlNode& node, const UnitSystem& units) {

@@ -76,9 +76,14 @@ class System {
   MatrixXd mass() const {
     MatrixXd mass = MatrixXd::Zero(size_, size_);
     for (std::size_t c = 0; c < chains().size(); ++c)
-      for (const Particle& particle : particles_of(chains()[c], kinematics_[c])) {
+      for (const Particle& particle :
+           particles_of(chains()[c], posture_.coordinates_of(chains()[c], c), kinematics_[c],
+                        posture_.body(manipulator_.span(c).from))) {
         const MatrixXd jacobian = jacobian_of(c, particle);
-        mass += particle.mass * jacobian.transpose() * jacobian;
+        mass += particle.mass * jacobian.topRows<3>().transpose() * jacobian.topRows<3>();
+        if (!particle.inertia.isZero(0))
+          mass +=
+              jacobian.bottomRows<3>().transpose() * particle.inertia * jacobian.bottomRows<3>();
       }
     for (const ElasticBody& elastic : manipulator_.elastic_bodies()) {
       if (elastic.inertia.size() == 0) continue;
@@ -87,6 +92,9 @@ class System {
     }
     return mass;
   }
+
+  // The rows of the platform.
+  MatrixXd platform_of(const MatrixXd& motions) const { return motions.middleRows<6>(bodies_); }
 
   // The largest of the platform's six components is positive.
   ManipulatorMode mode(double omega_squared, VectorXd motion) const {
@@ -170,17 +178,17 @@ class System {
     return rows * scale().cwiseInverse().asDiagonal();
   }
 
-  // Of the velocity of a particle by those of all coordinates.
+  // Of the velocity of a particle and its angular velocity by the velocities of all coordinates.
   MatrixXd jacobian_of(std::size_t c, const Particle& particle) const {
-    MatrixXd jacobian = MatrixXd::Zero(3, size_);
+    MatrixXd jacobian = MatrixXd::Zero(6, size_);
     const Vector3 from_end = particle.position - kinematics_[c].end.position();
     for (Index j = 0; j < particle.joints; ++j) {
       const Joint& joint = chains()[c].joints()[static_cast<std::size_t>(j)];
       jacobian.col(first_[c] + joint.coordinate) +=
-          spatial::rigid_motion(from_end) * kinematics_[c].joint_twists.col(j);
+          carried(from_end) * kinematics_[c].joint_twists.col(j);
     }
     if (const int from = manipulator_.span(c).from; from != Span::base)
-      jacobian.middleCols<6>(body(from)) = spatial::rigid_motion(particle.position - place(from));
+      jacobian.middleCols<6>(body(from)) = carried(particle.position - place(from));
     return jacobian;
   }
 
@@ -244,6 +252,15 @@ NaturalModes natural_modes(const Manipulator& manipulator, const Posture& postur
     result.modes.push_back(system.mode(omega_squared, motions * y));
   }
   return result;
+}
+
+SmallMotions small_motions(const Manipulator& manipulator, const Posture& posture) {
+  using namespace vibration;
+  if (manipulator.has_errors()) return small_motions(manipulator.without_errors(), posture);
+  const System system(manipulator, posture);
+  const MatrixXd stiffness = system.stiffness(), mass = system.mass();
+  const MatrixXd motions = motions_with_energy(system, stiffness, mass);
+  return {seen_by(stiffness, motions), seen_by(mass, motions), system.platform_of(motions)};
 }
 
 }  // namespace kinetostat::vjm

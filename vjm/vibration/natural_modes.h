@@ -28,9 +28,19 @@ struct NaturalModes {
 
 /// The `count` lowest modes of K y = omega^2 M y, fewer where there are no more; springs relaxed
 /// and no load, as for unloaded_stiffness(). y are the coordinates that move and the motions of the
-/// bodies, as far as the chains agree on these. M is of the masses of the chains, links as uniform
-/// rods (particles.h): what a link has of inertia about its own axis is left out. The weight's and
-/// the preloads' geometric stiffness is left out, too.
+/// bodies, as far as the chains agree on these. M is of the masses of the chains, links with the
+/// inertia that is given or as uniform rods (particles.h): what these have about their own axis is
+/// left out. The weight's and the preloads' geometric stiffness is left out, too.
 NaturalModes natural_modes(const Manipulator& manipulator, const Posture& posture, int count);
+
+/// The equations that these are the modes of, K y + M y'' = J' F for a wrench F = [force; moment]
+/// on the platform at its reference point, base axes; J y is its displacement. y are coordinates in
+/// which all motions are independent and the chains agree; what has neither mass nor stiffness is
+/// left out.
+struct SmallMotions {
+  Eigen::MatrixXd stiffness, mass;
+  Eigen::Matrix<double, 6, Eigen::Dynamic> platform;
+};
+SmallMotions small_motions(const Manipulator& manipulator, const Posture& posture);
 
 }  // namespace kinetostat::vjm

@@ -92,6 +92,72 @@ TEST(NaturalModes, OfARodOnAHingeHaveItsInertia) {
   EXPECT_NEAR(squared(found.modes[0]), exact, 1e-7 * exact);
 }
 
+// Steiner: about the hinge a body has its own inertia about that axis and m r^2, however it is
+// turned.
+TEST(NaturalModes, OfABodyOnAHingeHaveTheInertiaThatItsFileGives) {
+  const NaturalModes found = of_file(
+      "    - actuator: {name: q, axis: Rz, stiffness: 2e4 N m/rad}\n"
+      "    - offset: {rpy: [0.4, -0.7, 0.2]}\n    - link: body\n",
+      2, 1,
+      "  body: {rigid: [0.8, 0, 0.1], mass: {mass: 5 kg, center: [0.4, 0.1, 0.2], inertia: [0.3, "
+      "0.02, -0.03, 0.4, 0.01, 0.5]}}\n");
+  ASSERT_EQ(found.modes.size(), 1u);
+  const spatial::Matrix3 turn = spatial::rotation_from_rpy({0.4, -0.7, 0.2});
+  spatial::Matrix3 own;
+  own << 0.3, 0.02, -0.03, 0.02, 0.4, 0.01, -0.03, 0.01, 0.5;
+  const Vector3 center = turn * Vector3(0.4, 0.1, 0.2);
+  const double about = (turn * own * turn.transpose())(2, 2) + 5 * center.head<2>().squaredNorm();
+  EXPECT_NEAR(squared(found.modes[0]), 2e4 / about, 1e-7 * 2e4 / about);
+}
+
+// All of the tensor counts where the body hangs on springs of all six directions, and as much in a
+// `mass` element.
+TEST(NaturalModes, OfABodyOnSixSpringsAreThoseOfItsSixMotions) {
+  const std::string springs =
+      "    - link: soft\n    - offset: {point: [0.1, -0.2, 0.3], rpy: [1, 2, 3]}\n";
+  const std::string soft =
+      "  soft: {stiffness: [[2e6, 0, 0, 0, 0, 0], [0, 3e6, 0, 0, 0, 0], [0, 0, 4e6, 0, 0, 0], [0, "
+      "0, 0, 5e4, 0, 0], [0, 0, 0, 0, 6e4, 0], [0, 0, 0, 0, 0, 7e4]]}\n";
+  const std::string own = "inertia: [0.3, 0.02, -0.03, 0.4, 0.01, 0.5]";
+  const NaturalModes as_link = of_file(
+      springs + "    - link: body\n", 6, 1,
+      soft + "  body: {rigid: [0.5, 0, 0], mass: {mass: 5, center: [0.3, 0.1, 0], " + own + "}}\n");
+  const NaturalModes as_mass = of_file(
+      springs + "    - mass: {name: m, mass: 5, at: [0.3, 0.1, 0], " + own + "}\n", 6, 1, soft);
+  spatial::Matrix3 tensor;
+  tensor << 0.3, 0.02, -0.03, 0.02, 0.4, 0.01, -0.03, 0.01, 0.5;
+  const Pose frame(spatial::rotation_from_rpy({1, 2, 3}), {0.1, -0.2, 0.3});
+  spatial::Matrix6 mass = spatial::Matrix6::Zero(), stiffness = spatial::Matrix6::Zero();
+  Eigen::Matrix<double, 3, 6> center = spatial::rigid_motion(frame * Vector3(0.3, 0.1, 0));
+  mass = 5 * center.transpose() * center;
+  mass.bottomRightCorner<3, 3>() += frame.rotation() * tensor * frame.rotation().transpose();
+  stiffness.diagonal() << 2e6, 3e6, 4e6, 5e4, 6e4, 7e4;
+  const Eigen::GeneralizedSelfAdjointEigenSolver<spatial::Matrix6> exact(stiffness, mass);
+  ASSERT_EQ(as_link.modes.size(), 6u);
+  ASSERT_EQ(as_mass.modes.size(), 6u);
+  for (std::size_t k = 0; k < 6; ++k) {
+    const double value = exact.eigenvalues()[static_cast<Eigen::Index>(k)];
+    EXPECT_NEAR(squared(as_link.modes[k]), value, 1e-7 * value);
+    EXPECT_NEAR(squared(as_mass.modes[k]), value, 1e-7 * value);
+  }
+}
+
+// The inertia of a uniform rod, stated, changes nothing, in a flexible link either.
+TEST(NaturalModes, OfARodAreTheSameWhenItsInertiaIsStated) {
+  const std::string compliance =
+      "compliance: [[1e-7, 0, 0, 0, 0, 0], [0, 2e-6, 0, 0, 0, 0], [0, 0, 3e-6, 0, 0, 0], [0, 0, 0, "
+      "4e-6, 0, 0], [0, 0, 0, 0, 5e-6, 0], [0, 0, 0, 0, 0, 6e-6]], end: [0.6, 0, 0]";
+  const auto of_rod = [&](const std::string& inertia) {
+    return of_file(
+        "    - actuator: {name: q, axis: Rz, stiffness: 2e4 N m/rad}\n    - link: rod\n", 6, 1,
+        "  rod: {" + compliance + ", mass: {mass: 4, center: [0.3, 0, 0]" + inertia + "}}\n");
+  };
+  const NaturalModes bare = of_rod(""), stated = of_rod(", inertia: [0, 0, 0, 0.12, 0, 0.12]");
+  ASSERT_EQ(bare.modes.size(), stated.modes.size());
+  for (std::size_t k = 0; k < bare.modes.size(); ++k)
+    EXPECT_NEAR(squared(stated.modes[k]), squared(bare.modes[k]), 1e-7 * squared(bare.modes[k]));
+}
+
 const std::string beam =
     "  beam: {beam: {length: 1, section: {rectangle: {y: 0.03, z: 0.02}}, material: steel, "
     "segments: "
