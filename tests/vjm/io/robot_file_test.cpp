@@ -253,6 +253,33 @@ TEST_F(RobotFile, TheMassOfAnIdentifiedLinkNeedsACentre) {
   EXPECT_EQ(refusal(-1, middle), "mass");
 }
 
+// Of a link that the robot file gives a mass it is that, in the file's units, kg mm^2 here.
+TEST_F(RobotFile, AnIdentifiedLinkMayHaveAMassAndInertiaOfTheRobotFile) {
+  io::Json link = io::to_json(beam_compliance(0.4, Section::circle(0.03, 0.3),
+                                              {210e9, 210e9 / 2.6, {}}, BeamTheory::timoshenko));
+  link["mass"] = 1;
+  link["center_of_mass"] = {0.2, 0.0, 0.0};
+  io::write_json(folder_ / "upper.link.json", link);
+  const auto with = [](const std::string& mass) {
+    return replaced(good,
+                    "{beam: {length: 400, section: {circle: {diameter: 30}}, material: steel}}",
+                    "{compliance: upper.link.json, mass: " + mass + "}");
+  };
+  const Robot robot =
+      read(with("{mass: 3 kg, center: [100, 0, 0], inertia: [1000, 0, 0, 2e3, 0, 0.0015 kg m^2]}"));
+  const std::vector<PointMass>& masses = robot.manipulator.chains()[0].masses();
+  ASSERT_EQ(masses.size(), 2u);
+  EXPECT_DOUBLE_EQ(masses[0].mass + masses[1].mass, 3);
+  const spatial::Matrix3 inertia = masses[0].inertia + masses[1].inertia;
+  EXPECT_LT((inertia.diagonal() - spatial::Vector3(0.001, 0.002, 0.0015)).norm(), 1e-15);
+  EXPECT_THAT(error_of(with("{mass: 3 kg, center: [0, 0, 0], inertia: [1, 0, 0, 1, 0, 3]}")),
+              HasSubstr("no body has this inertia"));
+  EXPECT_THAT(error_of(with("{mass: 3 kg, center: [0, 0, 0], inertia: [1, 0, 0, -1, 0, 1]}")),
+              HasSubstr("no body has this inertia"));
+  EXPECT_THAT(error_of(with("{mass: 3 kg, center: [0, 0, 0], inertia: [1, 0, 0]}")),
+              HasSubstr("links.upper.mass.inertia"));
+}
+
 TEST_F(RobotFile, UnitsOfTheFileDoNotMatter) {
   const Robot mm = read(good);
   std::string metres =
