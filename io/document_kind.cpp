@@ -41,11 +41,19 @@ DocumentKind kind_of_yaml(std::string_view text) {
   const auto has_key = [text](std::string_view key) {
     return text.starts_with(key) || contains(text, "\n" + std::string(key));
   };
+  if (has_key("dh:")) return DocumentKind::description;
   if (has_key("link:")) return DocumentKind::link;
   if (has_key("campaign:")) return DocumentKind::campaign;
   if (has_key("manipulator:") || has_key("chain_types:") || has_key("name:"))
     return DocumentKind::robot;
   return DocumentKind::unknown;
+}
+
+bool is_description(std::string_view bytes, const std::string& kind) {
+  if (contains(kind, "robot description")) return true;
+  const bool names_robot =
+      contains(bytes, "<robot") || contains(bytes, "<sdf") || contains(bytes, "<mujoco");
+  return names_robot && (kind == "XML" || bytes.starts_with("<!--"));
 }
 
 DocumentKind kind_of(std::string_view bytes, const std::string& extension) {
@@ -56,8 +64,7 @@ DocumentKind kind_of(std::string_view bytes, const std::string& extension) {
   if (contains(kind, "mesh") || contains(kind, "CAD model")) return DocumentKind::mesh;
   if (std::find(of_meshes.begin(), of_meshes.end(), extension) != of_meshes.end())
     return DocumentKind::mesh;
-  if (contains(bytes, "<robot") && (kind == "XML" || contains(kind, "URDF")))
-    return DocumentKind::urdf;
+  if (is_description(bytes, kind)) return DocumentKind::description;
   if (kind == "UTF-16 text") return DocumentKind::table;
   if (!kind.empty()) return DocumentKind::unknown;
   const std::size_t first = bytes.find_first_not_of(" \t\r\n\xef\xbb\xbf");
@@ -87,8 +94,8 @@ const char* words_for(DocumentKind kind) {
   switch (kind) {
     case DocumentKind::mesh:
       return "a mesh";
-    case DocumentKind::urdf:
-      return "a robot description (URDF)";
+    case DocumentKind::description:
+      return "a robot description (URDF, SDF, MJCF or a Denavit-Hartenberg table)";
     case DocumentKind::table:
       return "a table (CSV)";
     case DocumentKind::robot:

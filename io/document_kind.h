@@ -8,7 +8,7 @@ namespace kinetostat::io {
 enum class DocumentKind {
   unknown,
   mesh,         // of a surface or volume, CAD model
-  urdf,         // robot description
+  description,  // of a robot by another program: URDF, SDF, MJCF, Denavit-Hartenberg table
   table,        // CSV, or a spreadsheet
   robot,        // robot file
   campaign,     // campaign file

@@ -56,6 +56,8 @@ constexpr std::array signatures{
     Signature{"version https://git-lfs"sv, "the note that Git LFS leaves in place of a file"},
     Signature{"<?xml"sv, "XML"},
     Signature{"<robot"sv, "a robot description (URDF)"},
+    Signature{"<sdf"sv, "a robot description (SDF)"},
+    Signature{"<mujoco"sv, "a robot description (MJCF)"},
     Signature{"<!DOCTYPE"sv, "an HTML page"},
     Signature{"<!doctype"sv, "an HTML page"},
     Signature{"<html"sv, "an HTML page"}};

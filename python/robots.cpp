@@ -15,7 +15,8 @@
 #include "kinetostat/python/bindings.h"
 #include "kinetostat/report/screen/manipulator.h"
 #include "kinetostat/spatial/rotation.h"
-#include "kinetostat/vjm/io/urdf.h"
+#include "kinetostat/vjm/exchange/description_file.h"
+#include "kinetostat/vjm/exchange/robot_import.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/equilibrium.h"
 #include "kinetostat/vjm/statics/stiffness.h"
@@ -53,9 +54,10 @@ Eigen::Matrix4d transform(const spatial::Pose& pose) {
 
 RobotValue from_urdf(const Path& file, const std::variant<double, std::vector<double>>& stiffness,
                      const std::string& base, const std::string& tip) {
-  const vjm::UrdfModel model = vjm::read_urdf(file);
-  const vjm::UrdfChain chain = vjm::find_chain(model, base, tip);
-  const std::size_t drives = vjm::import_robot(model, chain).drives.size();
+  const vjm::RobotDescription model = vjm::read_robot_description(file);
+  const vjm::DescribedChain chain = vjm::find_chain(model, base, tip);
+  const std::vector<vjm::DescribedJoint> joints = vjm::import_robot(model, chain).drives;
+  const std::size_t drives = joints.size();
   const auto* each = std::get_if<std::vector<double>>(&stiffness);
   const std::vector<double> all =
       each != nullptr ? *each : std::vector<double>(drives, std::get<double>(stiffness));
@@ -66,7 +68,9 @@ RobotValue from_urdf(const Path& file, const std::variant<double, std::vector<do
                     all.size(), drives));
   for (const double k : all)
     if (!(k > 0)) throw py::value_error(fmt::format("a joint stiffness of {} is not positive", k));
-  const std::string text = vjm::import_robot(model, chain, all).text;
+  vjm::ImportOptions options;
+  for (std::size_t d = 0; d < drives; ++d) options.stiffness[joints[d].name] = all[d];
+  const std::string text = vjm::import_robot(model, chain, options).text;
   return {vjm::parse_robot(text, file), text};
 }
 

@@ -51,7 +51,7 @@ const std::vector<Wanted>& all_wanted() {
       {"beam", {{DocumentKind::link}}},
       {"modes", {{DocumentKind::link, DocumentKind::robot}}},
       {"mesh check", {{DocumentKind::mesh}}},
-      {"import", {{DocumentKind::urdf}}},
+      {"import", {{DocumentKind::description}}},
       {"readings", {{DocumentKind::table, DocumentKind::campaign}, robot}},
   };
   return all;
@@ -65,7 +65,7 @@ std::string command_for(DocumentKind kind, const std::string& file) {
           "'kinetostat mesh check {} --unit mm' looks at it; 'kinetostat identify' "
           "finds its stiffness from a link file that names it",
           file);
-    case DocumentKind::urdf:
+    case DocumentKind::description:
       return fmt::format("'kinetostat import {} -o robot.yaml' makes a robot file of it", file);
     case DocumentKind::table:
       return fmt::format(

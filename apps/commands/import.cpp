@@ -1,4 +1,5 @@
-// kinetostat import: a robot described in URDF, as a robot file to be completed.
+// kinetostat import: a robot that another program describes, as a robot file.
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -7,50 +8,171 @@
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/cli/option_values.h"
 #include "kinetostat/apps/commands/commands.h"
+#include "kinetostat/apps/commands/mesh_links.h"
+#include "kinetostat/common/spelling.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/manipulators/imported_robot.h"
-#include "kinetostat/vjm/io/urdf.h"
+#include "kinetostat/report/screen/wording.h"
+#include "kinetostat/vjm/exchange/description_file.h"
+#include "kinetostat/vjm/exchange/robot_import.h"
 
 namespace kinetostat::apps {
 namespace {
 
+namespace dimension = spatial::dimension;
+using vjm::DescribedJoint;
+
 struct ImportRequest {
-  std::string urdf, base, tip, stiffness;
+  std::string file, base, tip, stiffness, wind_up, material, accuracy = "5 %";
+  std::vector<std::string> packages;
+  bool identify = false, no_cache = false;
 };
 
 constexpr char stiffness_option[] = "--joint-stiffness";
+constexpr char effort_option[] = "--joint-stiffness-by-effort";
+constexpr char material_option[] = "--material";
 
-double stiffness_of(const vjm::UrdfJoint& drive, const std::string& text) {
-  const double value = quantity(stiffness_option, text,
-                                vjm::turns(drive) ? spatial::dimension::torsional_stiffness
-                                                  : spatial::dimension::linear_stiffness,
-                                {});
+double stiffness_of(const DescribedJoint& drive, const std::string& text) {
+  const double value =
+      quantity(stiffness_option, text,
+               turns(drive) ? dimension::torsional_stiffness : dimension::linear_stiffness, {});
   if (!(value > 0) || !std::isfinite(value))
     throw UsageError(stiffness_option, fmt::format("'{}' is no stiffness of {}", text, drive.name),
                      "Give a positive one, for example '5e4 N m/rad'");
   return value;
 }
 
-// One for all drives, or one for each.
-std::vector<double> stiffnesses_of(const std::vector<vjm::UrdfJoint>& drives,
-                                   const std::string& text) {
+const DescribedJoint& drive_named(const std::vector<DescribedJoint>& drives,
+                                  const std::string& name) {
+  std::vector<std::string> names;
+  for (const DescribedJoint& drive : drives) {
+    if (drive.name == name) return drive;
+    names.push_back(drive.name);
+  }
+  const std::string near = common::nearest_spelling(name, names);
+  throw UsageError(stiffness_option, fmt::format("there is no drive '{}'", name),
+                   near.empty() ? "" : fmt::format("Did you mean '{}'?", near));
+}
+
+// One for all drives, one for each, or NAME=VALUE for some.
+void read_stiffness(const std::vector<DescribedJoint>& drives, const std::string& text,
+                    std::map<std::string, double>& result) {
   const std::vector<std::string> parts = split(text);
-  if (parts.size() != 1 && parts.size() != drives.size())
+  const bool by_name = text.find('=') != std::string::npos;
+  if (!by_name && parts.size() != 1 && parts.size() != drives.size())
     throw UsageError(stiffness_option,
                      fmt::format("has {} values for {} drives", parts.size(), drives.size()),
-                     "Give one for all, or one for each from base to tip");
-  std::vector<double> result;
-  for (std::size_t d = 0; d < drives.size(); ++d)
-    result.push_back(stiffness_of(drives[d], parts[parts.size() == 1 ? 0 : d]));
-  return result;
+                     "Give one for all, one for each from base to tip, or NAME=VALUE");
+  for (std::size_t d = 0; !by_name && d < drives.size(); ++d)
+    result[drives[d].name] = stiffness_of(drives[d], parts[parts.size() == 1 ? 0 : d]);
+  for (std::size_t p = 0; by_name && p < parts.size(); ++p) {
+    const std::size_t sign = parts[p].find('=');
+    if (sign == std::string::npos)
+      throw UsageError(stiffness_option, fmt::format("'{}' is not NAME=VALUE", parts[p]));
+    const DescribedJoint& drive = drive_named(drives, parts[p].substr(0, sign));
+    result[drive.name] = stiffness_of(drive, parts[p].substr(sign + 1));
+  }
+}
+
+// What similar drives yield under their largest effort: the angle of those that turn, the way of
+// those that slide.
+struct WindUp {
+  double angle = 0, way = 0;
+};
+
+WindUp read_wind_up(const std::string& text) {
+  WindUp wind_up;
+  for (const std::string& part : split(text)) {
+    double& value = part.ends_with('m') && !part.ends_with("rad") ? wind_up.way : wind_up.angle;
+    value = quantity(effort_option, part,
+                     &value == &wind_up.way ? dimension::length : dimension::angle, {});
+    if (!(value > 0)) throw UsageError(effort_option, fmt::format("'{}' is not above 0", part));
+  }
+  return wind_up;
+}
+
+void add_by_effort(const std::vector<DescribedJoint>& drives, const std::string& text,
+                   std::map<std::string, double>& result) {
+  const WindUp wind_up = read_wind_up(text);
+  bool any = false;
+  for (const DescribedJoint& drive : drives) {
+    const double yields = turns(drive) ? wind_up.angle : wind_up.way;
+    if (!(drive.effort.value_or(0) > 0) || !(yields > 0)) continue;
+    result[drive.name] = *drive.effort / yields;
+    any = true;
+  }
+  if (!any)
+    throw UsageError(effort_option, "the description gives no drive a limit of its effort",
+                     fmt::format("Use {}", stiffness_option));
+}
+
+Packages read_packages(const std::vector<std::string>& texts) {
+  Packages packages;
+  for (const std::string& text : texts) {
+    const std::size_t sign = text.find('=');
+    if (sign == std::string::npos || sign == 0 || sign + 1 == text.size())
+      throw UsageError("--package", fmt::format("'{}' is not NAME=FOLDER", text),
+                       "Write --package ur_description=/opt/ur_description");
+    packages.emplace_back(text.substr(0, sign), text.substr(sign + 1));
+  }
+  return packages;
+}
+
+// As link files have it: a name for a usual one.
+std::string material_of(const std::string& text) {
+  if (text == "steel") return "{E: 210 GPa, nu: 0.3, density: 7850 kg/m^3}";
+  if (text == "aluminium") return "{E: 70 GPa, nu: 0.33, density: 2700 kg/m^3}";
+  if (text == "cast-iron") return "{E: 110 GPa, nu: 0.26, density: 7200 kg/m^3}";
+  if (text.starts_with('{')) return text;
+  throw UsageError(material_option, fmt::format("'{}' is no material that is known", text),
+                   "Give steel, aluminium, cast-iron, or '{E: 70 GPa, nu: 0.33}'");
+}
+
+vjm::ImportOptions stiffnesses(const ImportRequest& request,
+                               const std::vector<DescribedJoint>& drives) {
+  vjm::ImportOptions options;
+  if (!request.wind_up.empty()) {
+    add_by_effort(drives, request.wind_up, options.stiffness);
+    options.notes.push_back(fmt::format(
+        "Stiffness of drives by effort: the limit of the effort over {}. Similar drives (all "
+        "lengths in one ratio) of one material bear a torque as d^3 and wind up by the same angle "
+        "under it. An estimate: replace it by what the data sheet says.",
+        request.wind_up));
+  }
+  if (!request.stiffness.empty()) read_stiffness(drives, request.stiffness, options.stiffness);
+  return options;
+}
+
+void check_request(const ImportRequest& request, const Run& run) {
+  if (!request.identify) return;
+  if (!run.out())
+    throw UsageError("--identify", "the links go into a folder beside the robot file",
+                     "Name that with -o robot.yaml");
+  if (request.material.empty())
+    throw UsageError("--identify", "a mesh does not say what it is made of",
+                     "Add --material aluminium");
 }
 
 io::Json import(const ImportRequest& request, Run& run) {
-  const vjm::UrdfModel model = vjm::read_urdf(request.urdf);
-  const vjm::UrdfChain chain = vjm::find_chain(model, request.base, request.tip);
+  check_request(request, run);
+  const Packages packages = read_packages(request.packages);
+  const vjm::RobotDescription model = vjm::read_robot_description(request.file);
+  const vjm::DescribedChain chain = vjm::find_chain(model, request.base, request.tip);
   vjm::ImportedRobot robot = vjm::import_robot(model, chain);
-  if (!request.stiffness.empty())
-    robot = vjm::import_robot(model, chain, stiffnesses_of(robot.drives, request.stiffness));
+  vjm::ImportOptions options = stiffnesses(request, robot.drives);
+  MeshLinks links;
+  if (request.identify) {
+    links = identify_bodies(model, robot.bodies,
+                            {.packages = packages,
+                             .material = material_of(request.material),
+                             .accuracy = request.accuracy,
+                             .robot_file = *run.out(),
+                             .no_cache = request.no_cache},
+                            run);
+    options.links = links.links;
+    options.reasons = links.reasons;
+  }
+  robot = vjm::import_robot(model, chain, options);
   if (run.out()) {
     io::write_atomically(*run.out(), robot.text);
     run.print(fmt::format("{}: '{}' to '{}', {} joints, written to {}\n", model.name, chain.base,
@@ -58,8 +180,31 @@ io::Json import(const ImportRequest& request, Run& run) {
   } else {
     run.print(robot.text + "\n");
   }
-  run.print(report::text(robot));
-  return report::to_json(model, chain, robot);
+  for (const std::string& words : links.words) run.print(report::wrapped(words + ".", 2, 4));
+  run.print(report::text(model, robot));
+  io::Json json = report::to_json(model, chain, robot);
+  json["identified"] = links.words;
+  return json;
+}
+
+void add_identify_options(OptionList& app, ImportRequest& request) {
+  app.add_option("--package", request.packages,
+                 "Where the package NAME of mesh files (package://NAME/...) is; a folder of that "
+                 "name above the description is found without")
+      .type_name("NAME=FOLDER")
+      .hide_default()
+      .one_at_a_time();
+  app.add_flag("--identify", request.identify,
+               "Find the compliance of links from their meshes, held and loaded about the axes of "
+               "their joints");
+  app.add_option(material_option, request.material,
+                 "Of links that are identified: steel, aluminium, cast-iron, or as in link files "
+                 "'{E: 70 GPa, nu: 0.33, density: 2700 kg/m^3}'")
+      .type_name("MATERIAL");
+  app.add_option("--accuracy", request.accuracy, "Of links that are identified")
+      .type_name("PERCENT")
+      .show_default();
+  app.add_flag("--no-cache", request.no_cache, "Make the volume meshes anew, and do not keep them");
 }
 
 }  // namespace
@@ -68,20 +213,31 @@ void add_import(Program& program) {
   const auto request = std::make_shared<ImportRequest>();
   OptionList app =
       program.add({.name = "import",
-                   .summary = "A robot file from a URDF, with a list of what is missing",
-                   .example = "kinetostat import data/urdf/six_axis.urdf --tip flange",
+                   .summary = "A robot file from URDF, SDF, MJCF or a Denavit-Hartenberg table",
+                   .example = "kinetostat import data/urdf/six_axis.urdf --tip flange "
+                              "--joint-stiffness 5e4 -o arm.yaml",
                    .out = "Write the robot file (YAML)"},
                   [request](Run& run) { return import(*request, run); });
-  app.add_option("URDF", request->urdf, "URDF file (expanded, no xacro)").required();
+  app.add_option("FILE", request->file,
+                 "URDF (expanded, no xacro), SDF, MJCF, or a table of Denavit and Hartenberg's "
+                 "parameters (YAML, CSV)")
+      .required();
   app.add_option("--base", request->base, "Link that does not move (default: the root)")
       .type_name("LINK");
   app.add_option("--tip", request->tip,
                  "Link that carries the tool (default: the only one without children)")
       .type_name("LINK");
-  app.add_option(stiffness_option, request->stiffness,
-                 "Stiffness of the drives, one for all or one for each from base to tip, separated "
-                 "by commas: '5e4 N m/rad' (default: to be added by hand)")
+  app.add_option(
+         stiffness_option, request->stiffness,
+         "Stiffness of the drives, one for all, one for each from base to tip or NAME=VALUE "
+         "for some, separated by commas: '5e4 N m/rad' (default: as the description has "
+         "it, else to be added by hand)")
       .type_name("STIFFNESS");
+  app.add_option(effort_option, request->wind_up,
+                 "Stiffness of the other drives from the limit of their effort: what they yield "
+                 "under it, '5 mrad', and of those that slide '0.1 mm'")
+      .type_name("YIELD");
+  add_identify_options(app, *request);
 }
 
 }  // namespace kinetostat::apps

@@ -35,6 +35,19 @@ fea::Support support_of(const ModesRequest& request) {
   return request.held ? fea::Support::all_interfaces : fea::Support::first_interface;
 }
 
+// By the extension of the file.
+auto writer_of(const ModesRequest& request)
+    -> std::string (*)(const fea::ModalResult&, const fea::ReducedModel&) {
+  const std::string extension = std::filesystem::path(request.reduced).extension().string();
+  if (extension == ".m") return fea::reduced_matlab;
+  if (extension == ".mat") return fea::reduced_mat;
+  if (extension == ".py") return fea::reduced_exudyn;
+  if (extension == ".inp") return fea::reduced_deck;
+  throw UsageError("--reduced", "'" + extension + "' does not say the format",
+                   "End it with .m or .mat (MATLAB, Simscape), .py (EXUDYN) or .inp (CalculiX, "
+                   "Abaqus)");
+}
+
 // Computes, and writes what needs the whole model.
 fea::ModalResult study_link(Run& run, const ModesRequest& request, const fea::LinkSpec& spec) {
   const io::Cache cache = request.no_cache ? io::Cache() : io::Cache::of_user();
@@ -50,12 +63,13 @@ fea::ModalResult study_link(Run& run, const ModesRequest& request, const fea::Li
   if (!request.reduced.empty())
     io::write_atomically(
         request.reduced,
-        fea::reduced_matlab(result, fea::reduced_link(spec, result, options, run.progress())));
+        writer_of(request)(result, fea::reduced_link(spec, result, options, run.progress())));
   return result;
 }
 
 io::Json modes_of_link(Run& run, const ModesRequest& request) {
   const std::string& file = request.robot.robot_file;
+  if (!request.reduced.empty()) (void)writer_of(request);
   if (!request.robot.at.empty() || !request.robot.joints.empty())
     throw UsageError(request.robot.at.empty() ? "--joints" : "--at", "a link has no posture",
                      "Leave it out, or name a robot file");
@@ -149,7 +163,8 @@ void add_modes(Program& program) {
       .excludes("--free");
   app.add_output("--reduced", request->reduced,
                  "Write stiffness and mass of the free link, with as many modes held at its "
-                 "interfaces, as a MATLAB script");
+                 "interfaces: .m or .mat (MATLAB, Simscape), .py (EXUDYN), .inp (CalculiX, "
+                 "Abaqus)");
   app.add_output("--vtu", request->vtu, "Write the shapes of the modes for ParaView");
   app.add_option("--time", request->refinement.time_limit,
                  "Start no finer mesh after so many seconds; the best result so far is given")

@@ -1,4 +1,4 @@
-// The reduced matrix of a link as text for other programs.
+// The reduced matrices of a link for other programs.
 #pragma once
 
 #include <string>
@@ -19,5 +19,22 @@ std::string flexibility_matlab(const LinkResult& result);
 /// `model` of the link as such a script, SI units: `name`, `freedoms` ("fixed.tx" .. "mode 1" ..),
 /// `origins` of the interfaces, `K`, `M`.
 std::string reduced_matlab(const ModalResult& result, const ReducedModel& model);
+
+// The same in other formats.
+
+/// A MAT-file (level 4: MATLAB and GNU Octave load it, scipy reads it) with K, M and `origins` of
+/// the interfaces, a row each, as Simscape's Reduced Order Flexible Solid takes them.
+std::string reduced_mat(const ModalResult& result, const ReducedModel& model);
+
+/// A Python script with these as NumPy arrays, and a function that adds the link to a system of
+/// EXUDYN as a generic body (ObjectGenericODE2): small motions about where it stands.
+std::string reduced_exudyn(const ModalResult& result, const ReducedModel& model);
+
+/// A part of a deck for CalculiX and Abaqus, to be included: a node for the translation and one for
+/// the rotation (as displacements) of each interface, one for three modes. Neither program but
+/// Abaqus reads matrices of elements, so that they are given as springs and masses of the modes of
+/// the free link, whose displacements equations tie to those of the nodes: exact in linear steps.
+/// M must be positive definite.
+std::string reduced_deck(const ModalResult& result, const ReducedModel& model);
 
 }  // namespace kinetostat::fea

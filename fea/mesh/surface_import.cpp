@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include <assimp/Importer.hpp>
+#include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
@@ -202,8 +203,14 @@ bool decode(const std::string& bytes, Soup& soup) {
 // Throws with a reason.
 std::string triangle_soup(const std::string& bytes, const std::string& kind) {
   Assimp::Importer importer;
+  unsigned steps = aiProcess_Triangulate;
+  if (kind == "dae") {
+    // The nodes of the file place its meshes and give the unit; its axes stay, as in ROS.
+    importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+    steps |= aiProcess_PreTransformVertices;
+  }
   const aiScene* scene =
-      importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate, kind.c_str());
+      importer.ReadFileFromMemory(bytes.data(), bytes.size(), steps, kind.c_str());
   if (scene == nullptr) throw std::runtime_error(importer.GetErrorString());
   const std::vector<std::string> names = mesh_names(*scene);
   Soup soup;
@@ -300,12 +307,13 @@ SurfaceMesh import_triangles(const std::filesystem::path& file, std::string byte
         fmt::format("If you trust it, run 'gmsh -2 {0}.geo -o {0}.stl' and name the STL "
                     "file",
                     file.stem().string()));
-  if (!is_step(kind) && kind != "stl" && kind != "obj" && kind != "ply" && kind != "msh")
+  if (!is_step(kind) && kind != "stl" && kind != "obj" && kind != "ply" && kind != "dae" &&
+      kind != "msh")
     throw InputError(file,
                      kind.empty()
                          ? "a file without an extension does not say its format"
                          : fmt::format("'.{}' is not a surface format that is read here", kind),
-                     "Export the link as STL, OBJ, PLY or STEP");
+                     "Export the link as STL, OBJ, PLY, DAE or STEP");
   if (bytes.empty()) throw InputError(file, "the file is empty", "Export the mesh again");
   refuse_placeholder(file, bytes);
   if (is_step(kind)) return import_step(file, bytes);
@@ -351,7 +359,9 @@ void check_coordinates(const std::filesystem::path& file, const SurfaceMesh& mes
 }  // namespace
 
 std::string unit_of_format(const std::filesystem::path& file) {
-  return is_step(lower_extension(file)) ? "mm" : "";
+  const std::string kind = lower_extension(file);
+  if (kind == "dae") return "m";
+  return is_step(kind) ? "mm" : "";
 }
 
 ImportedSurface read_surface(const std::filesystem::path& file, const std::string& unit) {

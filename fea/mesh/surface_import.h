@@ -15,10 +15,11 @@ struct ImportedSurface {
 };
 
 /// The unit in which lengths of this kind of file come, "" where the file does not know it: STEP is
-/// converted to mm.
+/// converted to mm, COLLADA (DAE) to m.
 std::string unit_of_format(const std::filesystem::path& file);
 
-/// Reads STL (binary or ASCII), OBJ, PLY, the triangles of a Gmsh file or, when the program gmsh is
+/// Reads STL (binary or ASCII), OBJ, PLY, DAE (its nodes applied, its axes as they are), the
+/// triangles of a Gmsh file or, when the program gmsh is
 /// installed, STEP (`unit` then does not matter), whose lengths are in `unit` ("mm"). Throws
 /// InputError when the file is missing, truncated, empty, of another kind or not finite;
 /// MissingUnit when `unit` is empty, with the bounding box in mm, m and inch to choose by.

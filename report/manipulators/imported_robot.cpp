@@ -5,19 +5,25 @@
 
 namespace kinetostat::report {
 
-std::string text(const vjm::ImportedRobot& robot) {
+std::string text(const vjm::RobotDescription& model, const vjm::ImportedRobot& robot) {
   Table table({"where", "what"});
   for (const vjm::MissingStiffness& item : robot.missing) table.add_row({item.key, item.what});
-  return "URDF knows no stiffness. Missing in the robot file:\n" + table.text();
+  std::string remarks;
+  for (const std::string& remark : model.remarks) remarks += remark + "\n";
+  if (robot.missing.empty()) return remarks + "Nothing is missing in the robot file.\n";
+  return remarks + "Missing in the robot file, for " + model.format + " does not say it:\n" +
+         table.text();
 }
 
-io::Json to_json(const vjm::UrdfModel& model, const vjm::UrdfChain& chain,
+io::Json to_json(const vjm::RobotDescription& model, const vjm::DescribedChain& chain,
                  const vjm::ImportedRobot& robot) {
   io::Json missing = io::Json::array();
   for (const vjm::MissingStiffness& item : robot.missing)
     missing.push_back({{"where", item.key}, {"what", item.what}});
   return {{"inputs",
-           {{"urdf", model.file.string()}, {"sha256", io::sha256(io::read_text(model.file))}}},
+           {{"file", model.file.string()},
+            {"format", model.format},
+            {"sha256", io::sha256(io::read_text(model.file))}}},
           {"base", chain.base},
           {"tip", chain.tip},
           {"robot_file", robot.text},

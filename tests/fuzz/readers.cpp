@@ -26,8 +26,10 @@
 #include "kinetostat/report/page.h"
 #include "kinetostat/report/plan.h"
 #include "kinetostat/vjm/effects/kinds/expression.h"
+#include "kinetostat/vjm/exchange/description_file.h"
+#include "kinetostat/vjm/exchange/robot_import.h"
+#include "kinetostat/vjm/exchange/urdf_import.h"
 #include "kinetostat/vjm/io/robot_file.h"
-#include "kinetostat/vjm/io/urdf.h"
 #include "kinetostat/vjm/workspace/map_checkpoint.h"
 
 #include "support/zip_writer.h"
@@ -325,11 +327,28 @@ Reader urdf_reader(const path& folder) {
           .sound = texts(source / "data/urdf", ".urdf"),
           .read = [file = folder / "any.urdf"](const std::string& bytes) {
             put(file, bytes);
-            const vjm::UrdfModel model = vjm::read_urdf(file);
+            const vjm::RobotDescription model = vjm::read_urdf(file);
             const vjm::ImportedRobot robot =
                 vjm::import_robot(model, vjm::find_chain(model, "", "flange"));
             try {
               (void)io::parse_yaml(robot.text, "imported.yaml");
+            } catch (const InputError& error) {
+              throw Wrong(std::string("an imported robot that is no YAML: ") + error.what());
+            }
+          }};
+}
+
+// The other descriptions of robots, each by its extension.
+Reader description_reader(const path& folder, const std::string& extension) {
+  return {.name = "description" + extension,
+          .sound = texts(source / "data/urdf", extension),
+          .read = [file = folder / ("any" + extension)](const std::string& bytes) {
+            put(file, bytes);
+            const vjm::RobotDescription robot = vjm::read_robot_description(file);
+            const vjm::ImportedRobot made =
+                vjm::import_robot(robot, vjm::find_chain(robot, "", ""));
+            try {
+              (void)io::parse_yaml(made.text, "imported.yaml");
             } catch (const InputError& error) {
               throw Wrong(std::string("an imported robot that is no YAML: ") + error.what());
             }
@@ -405,6 +424,9 @@ std::vector<Reader> all_readers(const path& folder) {
                           cache_reader(folder),
                           record_reader(),
                           urdf_reader(folder),
+                          description_reader(folder, ".sdf"),
+                          description_reader(folder, ".xml"),
+                          description_reader(folder, ".yaml"),
                           unit_reader(),
                           quantity_reader(),
                           expression_reader()};

@@ -1,6 +1,10 @@
 // kinetostat import as its users meet it.
+#include <array>
+#include <cmath>
+#include <filesystem>
 #include <string>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,6 +19,7 @@ namespace {
 using test::kinetostat;
 using test::Outcome;
 using test::working_folder;
+using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -62,6 +67,121 @@ TEST(ImportCommand, TakesTheStiffnessOfDrives) {
   EXPECT_THAT(few.err, HasSubstr("2 values for 6 drives"));
   EXPECT_EQ(kinetostat(import + "--joint-stiffness 0").code, 2);
   EXPECT_EQ(kinetostat(import + "--joint-stiffness 5e4N/m").code, 2);
+}
+
+// By name for some, by effort for the others: what a drive bears at its limit over what it yields.
+TEST(ImportCommand, TakesTheStiffnessOfSomeDrivesByNameAndOfOthersByEffort) {
+  const std::string import = "import data/urdf/six_axis.urdf --tip flange -o effort.yaml ";
+  const Outcome outcome =
+      kinetostat(import + "--joint-stiffness joint_3=7e4 --joint-stiffness-by-effort '5 mrad'");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const std::string text = io::read_text(working_folder() / "effort.yaml");
+  EXPECT_THAT(text, HasSubstr("# Stiffness of drives by effort"));
+  EXPECT_THAT(text, ContainsRegex("name: joint_1, .*stiffness: 60000 N m/rad"));  // 300 N m
+  EXPECT_THAT(text, ContainsRegex("name: joint_3, .*stiffness: 70000 N m/rad"));
+  EXPECT_EQ(kinetostat("stiffness effort.yaml").code, 0);
+  const Outcome misspelt = kinetostat(import + "--joint-stiffness joint_9=7e4");
+  EXPECT_EQ(misspelt.code, 2);
+  EXPECT_THAT(misspelt.err, HasSubstr("there is no drive 'joint_9'"));
+  EXPECT_EQ(kinetostat(import + "--joint-stiffness-by-effort 0").code, 2);
+}
+
+// A bar from 0 to `length` along x, in the unit of the file.
+std::string bar_stl(double length, double y, double z) {
+  std::string text = "solid bar\n";
+  const auto corner = [&](int i) {
+    return fmt::format("vertex {} {} {}\n", i & 1 ? length : 0.0, i & 2 ? y / 2 : -y / 2,
+                       i & 4 ? z / 2 : -z / 2);
+  };
+  const int sides[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                           {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+  for (const auto& s : sides)
+    for (const auto& t : {std::array{s[0], s[1], s[2]}, std::array{s[0], s[2], s[3]}}) {
+      text += "facet normal 0 0 0\nouter loop\n";
+      for (const int i : t) text += corner(i);
+      text += "endloop\nendfacet\n";
+    }
+  return text + "endsolid bar\n";
+}
+
+// Two bars in a row, joints about their axis: one mesh in metres, one in millimetres along another
+// axis; a third link whose mesh is nowhere.
+void write_robot_of_bars(const std::filesystem::path& folder) {
+  std::filesystem::create_directories(folder / "parts" / "meshes");
+  io::write_atomically(folder / "parts" / "meshes" / "upper.stl", bar_stl(0.3, 0.04, 0.06));
+  io::write_atomically(folder / "parts" / "meshes" / "fore.stl", bar_stl(300, 40, 60));
+  io::write_atomically(
+      folder / "bars.urdf",
+      "<robot name='bars'><link name='base'/><link name='upper'><inertial><origin xyz='.15 0 0'/>"
+      "<mass value='1.9'/><inertia ixx='.001' ixy='0' ixz='0' iyy='.015' iyz='0' izz='.0145'/>"
+      "</inertial><visual><geometry><mesh filename='package://bar_parts/meshes/upper.stl'/>"
+      "</geometry></visual></link><link name='fore'><visual><origin xyz='0 0 0' rpy='0 0 "
+      "-1.5707963267948966'/><geometry><mesh filename='package://bar_parts/meshes/fore.stl' "
+      "scale='.001 .001 .001'/></geometry></visual></link><link name='hand'><visual><geometry>"
+      "<mesh filename='package://other/hand.stl'/></geometry></visual></link><joint name='one' "
+      "type='continuous'><parent link='base'/><child link='upper'/><axis xyz='1 0 0'/></joint>"
+      "<joint name='two' type='continuous'><parent link='upper'/><child link='fore'/><origin "
+      "xyz='.3 0 0' rpy='0 0 1.5707963267948966'/><axis xyz='0 -1 0'/></joint><joint name='three' "
+      "type='continuous'><parent link='fore'/><child link='hand'/><origin xyz='0 -.3 0'/><axis "
+      "xyz='0 1 0'/></joint></robot>");
+}
+
+// Where the tool goes along an axis per newton: the difference of two loads, for the weight is in
+// the file.
+double yields(const std::string& axis, std::size_t number) {
+  const auto moved = [&](const std::string& sign) {
+    std::string wrench = "0,0,0";
+    wrench.replace(2 * number, 1, sign + "100");
+    EXPECT_EQ(kinetostat("deflect bars.yaml --wrench=" + wrench + " --json bars.json").code, 0)
+        << axis;
+    const io::Json found = io::read_json(working_folder() / "bars.json");
+    return found.at("equilibrium").at("displacement").at("translation").at(number).get<double>();
+  };
+  return (moved("") - moved("-")) / 200;
+}
+
+// From URDF and meshes to a map in two commands. The compliance is that of the bars as one
+// cantilever.
+TEST(ImportCommand, IdentifiesLinksFromTheirMeshes) {
+  write_robot_of_bars(working_folder());
+  const Outcome outcome = kinetostat(
+      "import bars.urdf --package bar_parts=parts --identify --material aluminium --accuracy '2 %' "
+      "--joint-stiffness 5e4 -o bars.yaml");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("upper: held at the flat face of 24 cm^2"));
+  EXPECT_THAT(outcome.out, HasSubstr("links.hand"));
+  EXPECT_THAT(outcome.out, HasSubstr("its package is not known"));
+  EXPECT_THAT(outcome.out, Not(HasSubstr("links.fore")));
+  const Outcome map = kinetostat("map bars.yaml --grid x=0.6,y=0,z=0 --index weakest-translation");
+  EXPECT_EQ(map.code, 0) << map.err;
+  const double e = 70e9, g = e / 2.66, length = 0.6, area = 0.04 * 0.06;
+  const auto cantilever = [&](double moment) {
+    return length * length * length / (3 * e * moment) + 1.2 * length / (g * area);
+  };
+  const double y = yields("y", 1), z = yields("z", 2);
+  EXPECT_NEAR(y, cantilever(0.06 * std::pow(0.04, 3) / 12), 0.03 * y);
+  EXPECT_NEAR(z, cantilever(0.04 * std::pow(0.06, 3) / 12), 0.03 * z);
+  EXPECT_EQ(kinetostat("modes bars.yaml").code, 0);  // masses and inertia are kept
+}
+
+TEST(ImportCommand, RefusesToIdentifyWithoutMaterialOrPlace) {
+  write_robot_of_bars(working_folder());
+  const Outcome bare = kinetostat("import bars.urdf --identify -o none.yaml");
+  EXPECT_EQ(bare.code, 2);
+  EXPECT_THAT(bare.err, HasSubstr("--material aluminium"));
+  EXPECT_EQ(kinetostat("import bars.urdf --identify --material steel").code, 2);
+  EXPECT_EQ(kinetostat("import bars.urdf --identify --material wood -o none.yaml").code, 2);
+  EXPECT_EQ(kinetostat("import bars.urdf --package parts -o none.yaml").code, 2);
+}
+
+TEST(ImportCommand, ReadsOtherFormats) {
+  for (const std::string file : {"data/urdf/scara.sdf", "data/urdf/arm.xml", "data/urdf/dh.yaml"}) {
+    const Outcome outcome = kinetostat("import " + file + " --joint-stiffness 5e4 -o other.yaml");
+    EXPECT_EQ(outcome.code, 0) << file << outcome.err;
+    EXPECT_EQ(kinetostat("stiffness other.yaml").code, 0) << file;
+  }
+  const Outcome robot = kinetostat("import data/robots/six_axis.yaml");
+  EXPECT_EQ(robot.code, 3);
 }
 
 TEST(ImportCommand, MistakesAreNamedWithTheirPlace) {

@@ -211,9 +211,10 @@ INSTANTIATE_TEST_SUITE_P(
                   "kinetostat stiffness data/robots/bench.yaml"},
         Misplaced{"LinkResultAsLink", "identify data/links/foot.link.json",
                   "the result of a link, not a link file", "names it under 'links'"},
-        Misplaced{"UrdfAsRobot", "stiffness data/urdf/six_axis.urdf",
-                  "a robot description (URDF), not a robot file",
-                  "kinetostat import data/urdf/six_axis.urdf"},
+        Misplaced{
+            "UrdfAsRobot", "stiffness data/urdf/six_axis.urdf",
+            "a robot description (URDF, SDF, MJCF or a Denavit-Hartenberg table), not a robot file",
+            "kinetostat import data/urdf/six_axis.urdf"},
         Misplaced{"RobotAsMesh", "mesh check data/robots/bench.yaml --unit mm",
                   "a robot file, not a mesh", "kinetostat stiffness"},
         Misplaced{"RobotAsDiagnosis", "adopt data/robots/bench.yaml data/robots/bench.yaml",

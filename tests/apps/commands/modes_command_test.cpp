@@ -1,8 +1,12 @@
 // Natural frequencies of a link, as its user asks for them.
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <sstream>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <gmock/gmock.h>
@@ -12,6 +16,7 @@
 #include "kinetostat/io/text_file.h"
 
 #include "apps/run_program.h"
+#include "support/program.h"
 
 namespace kinetostat::modes_command_test {
 namespace {
@@ -155,6 +160,105 @@ TEST_F(ModesCommand, WritesAReducedModelThatAnswersAsTheLink) {
         link["compliance"][static_cast<std::size_t>(i)][static_cast<std::size_t>(i)].get<double>(),
         1e-6 * compliance(i, i));
   EXPECT_NEAR(mass(0, 0) + mass(6, 6) + 2 * mass(0, 6), link["mass"].get<double>(), 1e-8);
+}
+
+// The same matrices in the other formats: as MAT-file of level 4, as NumPy arrays.
+TEST_F(ModesCommand, WritesTheReducedModelInOtherFormats) {
+  result("--modes 20 --reduced reduced.m");
+  const Eigen::MatrixXd k = matrix_of(io::read_text(working_folder() / "reduced.m"), "K");
+  ASSERT_EQ(k.rows(), 32);
+  result("--modes 20 --reduced reduced.mat");
+  const std::string bytes = io::read_text(working_folder() / "reduced.mat");
+  std::int32_t header[5];  // type, rows, columns, imaginary, length of the name
+  std::memcpy(header, bytes.data(), sizeof header);
+  EXPECT_EQ(std::vector<std::int32_t>(header, header + 5),
+            (std::vector<std::int32_t>{0, 32, 32, 0, 2}));
+  EXPECT_STREQ(bytes.c_str() + 20, "K");
+  Eigen::MatrixXd read(32, 32);
+  std::memcpy(read.data(), bytes.data() + 22, sizeof(double) * 32 * 32);
+  EXPECT_LT((read - k).norm(), 1e-14 * k.norm());
+  EXPECT_EQ(bytes.size(), 2 * (22 + 8 * 32 * 32) + 28 + 8 * 2 * 3u);
+  result("--modes 20 --reduced reduced.py");
+  std::string script = io::read_text(working_folder() / "reduced.py");
+  EXPECT_THAT(script, HasSubstr("\"loaded.rz\",\n    \"mode 1\","));
+  std::istringstream row(script.substr(script.find("\nK = np.array([\n    [") + 21));
+  for (Eigen::Index j = 0; j < 32; ++j) {
+    double value = 0;
+    char comma = 0;
+    row >> value >> comma;
+    EXPECT_NEAR(value, k(0, j), 1e-14 * k.norm());
+  }
+  EXPECT_EQ(kinetostat("modes rod.yaml --reduced reduced.txt").code, 2);
+}
+
+// Of the output of CalculiX: what stands after a heading, line by line.
+std::vector<std::vector<double>> table_after(const std::string& text, const std::string& heading,
+                                             std::size_t count) {
+  std::istringstream lines(text.substr(std::min(text.find(heading), text.size())));
+  std::vector<std::vector<double>> rows;
+  std::string line;
+  std::getline(lines, line);
+  while (rows.size() < count && std::getline(lines, line)) {
+    std::istringstream words(line);
+    std::vector<double> row;
+    for (double value = 0; words >> value;) row.push_back(value);
+    if (row.size() > 1) rows.push_back(row);
+  }
+  return rows;
+}
+
+constexpr char calculix_steps[] = R"(*INCLUDE, INPUT=reduced.inp
+*BOUNDARY
+N_fixed_translation, 1, 3
+N_fixed_rotation, 1, 3
+*STEP
+*STATIC
+*CLOAD
+N_loaded_translation, 2, 100.
+N_loaded_rotation, 2, 3.
+*NODE PRINT, NSET=N_loaded_translation
+U
+*NODE PRINT, NSET=N_loaded_rotation
+U
+*END STEP
+*STEP
+*FREQUENCY
+6
+*END STEP
+)";
+
+// Springs and masses of modes, solved by an independent program: displacements and frequencies of
+// the clamped link are those of K and M.
+TEST_F(ModesCommand, WritesAReducedModelThatCalculixSolves) {
+  ASSERT_TRUE(test::is_installed("ccx"));
+  result("--modes 24 --reduced reduced.m");
+  result("--modes 24 --reduced reduced.inp");
+  io::write_atomically(working_folder() / "steps.inp", calculix_steps);
+  const std::string call = "cd '" + working_folder().string() + "' && ccx steps > steps.log 2>&1";
+  ASSERT_EQ(std::system(call.c_str()), 0) << io::read_text(working_folder() / "steps.log");
+  const std::string found = io::read_text(working_folder() / "steps.dat");
+  const std::string script = io::read_text(working_folder() / "reduced.m");
+  const Eigen::MatrixXd k = matrix_of(script, "K").bottomRightCorner(30, 30),
+                        m = matrix_of(script, "M").bottomRightCorner(30, 30);
+  Eigen::VectorXd load = Eigen::VectorXd::Zero(30);
+  load[1] = 100;
+  load[4] = 3;
+  const Eigen::VectorXd moved = k.ldlt().solve(load);
+  const auto translation = table_after(found, "for set N_LOADED_TRANSLATION", 1);
+  const auto rotation = table_after(found, "for set N_LOADED_ROTATION", 1);
+  ASSERT_EQ(translation.size() + rotation.size(), 2u) << found;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    EXPECT_NEAR(translation[0].at(i + 1), moved[at], 1e-6 * moved.head<3>().norm());
+    EXPECT_NEAR(rotation[0].at(i + 1), moved[3 + at], 1e-6 * moved.segment<3>(3).norm());
+  }
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> modes(k, m);
+  const auto frequencies = table_after(found, "E I G E N V A L U E   O U T P U T", 6);
+  ASSERT_EQ(frequencies.size(), 6u);
+  for (std::size_t i = 0; i < 6; ++i) {
+    const double exact = std::sqrt(modes.eigenvalues()[static_cast<Eigen::Index>(i)]) / (2 * M_PI);
+    EXPECT_NEAR(frequencies[i].at(3), exact, 1e-6 * exact);
+  }
 }
 
 // Rigid motions of the reduced mass have the mass of the link.

@@ -83,8 +83,8 @@ TEST(ReadSurface, SaysWhatLiesInPlaceOfAMesh) {
                                                   "<COLLADA/>"),
                          "mm"),
               HasSubstr("starts with '<?xml version=\"1.0\"?>', not with 'solid'"));
-  EXPECT_THAT(message_of(folder.file("c.dae", "<COLLADA/>"), "mm"),
-              HasSubstr("'.dae' is not a surface format"));
+  EXPECT_THAT(message_of(folder.file("c.x3d", "<X3D/>"), "mm"),
+              HasSubstr("'.x3d' is not a surface format"));
 }
 
 TEST(ReadSurface, ReadsObjAndPly) {
@@ -97,6 +97,31 @@ TEST(ReadSurface, ReadsObjAndPly) {
       "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
       "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
   EXPECT_EQ(read_surface(ply, "m").mesh.triangles.size(), 1u);
+}
+
+// A tetrahedron in centimetres, twice as large and moved by its node, with z up.
+TEST(ReadSurface, ReadsColladaInItsOwnUnitWithItsNodes) {
+  const TemporaryFolder folder;
+  const std::string source =
+      "<?xml version=\"1.0\"?>\n<COLLADA xmlns=\"http://www.collada.org/2005/11/COLLADASchema\" "
+      "version=\"1.4.1\"><asset><unit meter=\"0.01\" name=\"centimeter\"/><up_axis>Z_UP</up_axis>"
+      "</asset><library_geometries><geometry id=\"g\"><mesh><source id=\"p\"><float_array "
+      "id=\"pa\" count=\"12\">0 0 0 1 0 0 0 1 0 0 0 1</float_array><technique_common><accessor "
+      "source=\"#pa\" count=\"4\" stride=\"3\"><param name=\"X\" type=\"float\"/><param name=\"Y\" "
+      "type=\"float\"/><param name=\"Z\" type=\"float\"/></accessor></technique_common></source>"
+      "<vertices id=\"v\"><input semantic=\"POSITION\" source=\"#p\"/></vertices><triangles "
+      "count=\"4\"><input semantic=\"VERTEX\" source=\"#v\" offset=\"0\"/><p>0 2 1 0 1 3 0 3 2 1 2 "
+      "3</p></triangles></mesh></geometry></"
+      "library_geometries><library_visual_scenes><visual_scene "
+      "id=\"s\"><node id=\"n\"><matrix>2 0 0 10 0 2 0 20 0 0 2 30 0 0 0 "
+      "1</matrix><instance_geometry "
+      "url=\"#g\"/></node></visual_scene></library_visual_scenes><scene><instance_visual_scene "
+      "url=\"#s\"/></scene></COLLADA>\n";
+  const SurfaceMesh mesh = read_surface(folder.file("part.dae", source), "").mesh;
+  EXPECT_EQ(mesh.points.size(), 4u);
+  const Box extent = bounding_box(mesh.points);
+  EXPECT_LT((extent.min() - Vector3(0.1, 0.2, 0.3)).norm(), 1e-7);
+  EXPECT_LT((extent.max() - Vector3(0.12, 0.22, 0.32)).norm(), 1e-7);
 }
 
 TEST(ReadSurface, AMissingUnitIsRefusedWithTheSizesToChooseBy) {
@@ -122,7 +147,7 @@ TEST(ReadSurface, RefusesFilesThatAreCutShortOrNoMeshAtAll) {
               HasSubstr("no facets"));
   EXPECT_THAT(message_of(folder.file("6.stl", std::string(5000, 'x')), "mm"), HasSubstr("STL"));
   EXPECT_THAT(message_of(folder.file("7.dwg", "AC1032"), "mm"),
-              HasSubstr("Export the link as STL, OBJ, PLY or STEP"));
+              HasSubstr("Export the link as STL, OBJ, PLY, DAE or STEP"));
   EXPECT_THAT(message_of(folder.path() / "absent.stl", "mm"), HasSubstr("absent.stl"));
 }
 

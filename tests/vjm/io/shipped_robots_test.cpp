@@ -10,8 +10,9 @@
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/spatial/rotation.h"
 #include "kinetostat/vjm/chain/kinematics.h"
+#include "kinetostat/vjm/exchange/robot_import.h"
+#include "kinetostat/vjm/exchange/urdf_import.h"
 #include "kinetostat/vjm/io/robot_file.h"
-#include "kinetostat/vjm/io/urdf.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 #include "kinetostat/vjm/statics/equilibrium.h"
 #include "kinetostat/vjm/statics/stiffness.h"
@@ -201,7 +202,7 @@ TEST(HeavyArm, WeightOfTheBeamsIsTheirVolumeTimesDensity) {
 }
 
 TEST(SixAxisFromUrdf, ShippedRobotFileIsTheImportWithItsStiffnessFilledIn) {
-  const UrdfModel model = read_urdf(robots.parent_path() / "urdf" / "six_axis.urdf");
+  const RobotDescription model = read_urdf(robots.parent_path() / "urdf" / "six_axis.urdf");
   const test::TemporaryFolder folder;
   std::ofstream(folder.path() / "arm.yaml")
       << import_robot(model, find_chain(model, "", "flange")).text;

@@ -1,5 +1,3 @@
-#include "kinetostat/vjm/io/urdf.h"
-
 #include <fstream>
 #include <map>
 
@@ -9,6 +7,8 @@
 #include "kinetostat/common/error.h"
 #include "kinetostat/spatial/rotation.h"
 #include "kinetostat/vjm/chain/kinematics.h"
+#include "kinetostat/vjm/exchange/robot_import.h"
+#include "kinetostat/vjm/exchange/urdf_import.h"
 #include "kinetostat/vjm/io/robot_file.h"
 #include "kinetostat/vjm/manipulator/posture.h"
 
@@ -26,19 +26,19 @@ class Urdf : public testing::Test {
  protected:
   test::TemporaryFolder folder;
 
-  UrdfModel read(const std::string& text) const {
+  RobotDescription read(const std::string& text) const {
     const auto file = folder.path() / "robot.urdf";
     std::ofstream(file) << text;
     return read_urdf(file);
   }
-  Robot imported(const UrdfModel& model, const UrdfChain& chain) const {
+  Robot imported(const RobotDescription& model, const DescribedChain& chain) const {
     const auto file = folder.path() / "robot.yaml";
     std::ofstream(file) << import_robot(model, chain).text;
     return read_robot(file);
   }
   void expect_refused(const std::string& text, const std::string& message) const {
     try {
-      const UrdfModel model = read(text);
+      const RobotDescription model = read(text);
       import_robot(model, find_chain(model, "", ""));
       ADD_FAILURE() << "accepted: " << text;
     } catch (const common::InputError& error) {
@@ -60,21 +60,21 @@ struct Motion6 {
 };
 
 // Direct kinematics as URDF defines it: origin, then rotation about the axis in the child frame.
-Motion6 moved(const UrdfModel& model, const UrdfChain& chain, test::Random& random) {
+Motion6 moved(const RobotDescription& model, const DescribedChain& chain, test::Random& random) {
   Motion6 motion;
   for (const std::size_t number : chain.joints) {
-    const UrdfJoint& joint = model.joints[number];
+    const DescribedJoint& joint = model.joints[number];
     motion.tip = motion.tip * joint.origin;
-    if (joint.type != UrdfJointType::fixed) {
+    if (joint.type != JointType::fixed) {
       double q = random.uniform(-1, 1);
       if (joint.mimics.empty()) motion.joints[joint.name] = q;
       if (!joint.mimics.empty())
         q = joint.mimic_factor * motion.joints.at(joint.mimics) + joint.mimic_offset;
-      motion.tip = motion.tip * (joint.type == UrdfJointType::prismatic
+      motion.tip = motion.tip * (joint.type == JointType::prismatic
                                      ? Pose::translation(q * joint.axis)
                                      : Pose::rotation(spatial::exp_rotation(q * joint.axis)));
     }
-    for (const UrdfLink& link : model.links)
+    for (const DescribedLink& link : model.links)
       if (link.name == joint.child && link.inertia)
         motion.centers[link.name] = motion.tip * link.inertia->center;
   }
@@ -82,9 +82,9 @@ Motion6 moved(const UrdfModel& model, const UrdfChain& chain, test::Random& rand
 }
 
 TEST_F(Urdf, ImportedArmMovesAsTheUrdfSays) {
-  const UrdfModel model =
+  const RobotDescription model =
       read_urdf(std::string(KINETOSTAT_SOURCE_DIR) + "/data/urdf/six_axis.urdf");
-  const UrdfChain chain = find_chain(model, "", "flange");
+  const DescribedChain chain = find_chain(model, "", "flange");
   const Robot robot = imported(model, chain);
   test::Random random(5);
   for (int i = 0; i < 20; ++i) {
@@ -96,9 +96,9 @@ TEST_F(Urdf, ImportedArmMovesAsTheUrdfSays) {
 }
 
 TEST_F(Urdf, MassesAndTheirCentresArriveWithWhatIsFixedToThem) {
-  const UrdfModel model =
+  const RobotDescription model =
       read_urdf(std::string(KINETOSTAT_SOURCE_DIR) + "/data/urdf/six_axis.urdf");
-  const UrdfChain chain = find_chain(model, "", "flange");
+  const DescribedChain chain = find_chain(model, "", "flange");
   const Robot robot = imported(model, chain);
   test::Random random(8);
   const Motion6 motion = moved(model, chain, random);
@@ -114,7 +114,7 @@ TEST_F(Urdf, MassesAndTheirCentresArriveWithWhatIsFixedToThem) {
   }
   double expected_mass = 0;
   Vector3 expected = Vector3::Zero();
-  for (const UrdfLink& link : model.links)
+  for (const DescribedLink& link : model.links)
     if (motion.centers.contains(link.name)) {
       expected_mass += link.inertia->mass;
       expected += link.inertia->mass * motion.centers.at(link.name);
@@ -131,7 +131,7 @@ TEST_F(Urdf, FixedLinksOfTheChainLendTheirMassToTheLinkBefore) {
       "<joint name='j' type='revolute'><parent link='a'/><child link='b'/></joint>"
       "<joint name='f' type='fixed'><parent link='b'/><child link='c'/><origin xyz='0 2 0' "
       "rpy='0 0 1'/></joint></robot>";
-  const UrdfModel model = read(text);
+  const RobotDescription model = read(text);
   const Robot robot = imported(model, find_chain(model, "", ""));
   double mass = 0;
   Vector3 moment = Vector3::Zero();
@@ -155,8 +155,8 @@ TEST_F(Urdf, SlidesMimicJointsAndObliqueAxes) {
       "-1'/></joint>"
       "<joint name='same' type='revolute'><parent link='c'/><child link='d'/><axis xyz='1 2 3'/>"
       "<mimic joint='turn' multiplier='-2' offset='.4'/></joint></robot>";
-  const UrdfModel model = read(text);
-  const UrdfChain chain = find_chain(model, "", "");
+  const RobotDescription model = read(text);
+  const DescribedChain chain = find_chain(model, "", "");
   const Robot robot = imported(model, chain);
   EXPECT_EQ(robot.manipulator.chains()[0].coordinates()[0].home, 1.5);
   test::Random random(2);
@@ -178,8 +178,8 @@ TEST_F(Urdf, AMimicMayTurnWhatSlides) {
       "1'/><limit lower='0' upper='2'/></joint>"
       "<joint name='wheel' type='revolute'><parent link='d'/><child link='e'/><axis xyz='1 2 3'/>"
       "<mimic joint='slide' multiplier='4'/></joint></robot>";
-  const UrdfModel model = read(text);
-  const UrdfChain chain = find_chain(model, "", "");
+  const RobotDescription model = read(text);
+  const DescribedChain chain = find_chain(model, "", "");
   const Robot robot = imported(model, chain);
   test::Random random(3);
   const Motion6 motion = moved(model, chain, random);
@@ -196,7 +196,7 @@ TEST_F(Urdf, AMimicMayFollowAJointOfASideBranch) {
       ".3'/><axis xyz='0 1 0'/><mimic joint='crank' multiplier='2' offset='-.1'/></joint>"
       "<joint name='two' type='continuous'><parent link='b'/><child link='c'/><origin xyz='.4 0 "
       "0'/><axis xyz='0 1 0'/><mimic joint='one' multiplier='-.25' offset='.3'/></joint></robot>";
-  const UrdfModel model = read(text);
+  const RobotDescription model = read(text);
   const Robot robot = imported(model, find_chain(model, "a", "c"));
   const double q1 = 0.7, q2 = -q1 / 4 + 0.3;
   const PostureResult result = posture_from_joints(robot.manipulator, {{"one", q1}});
@@ -207,7 +207,7 @@ TEST_F(Urdf, AMimicMayFollowAJointOfASideBranch) {
 }
 
 TEST_F(Urdf, WhatIsMissingIsListed) {
-  const UrdfModel model = read(two_links("revolute"));
+  const RobotDescription model = read(two_links("revolute"));
   const ImportedRobot robot = import_robot(model, find_chain(model, "", ""));
   ASSERT_EQ(robot.missing.size(), 2u);
   EXPECT_EQ(robot.missing[0].key, "actuator j");
@@ -215,7 +215,7 @@ TEST_F(Urdf, WhatIsMissingIsListed) {
 }
 
 TEST_F(Urdf, NamesCannotBreakTheRobotFile) {
-  const UrdfModel model = read(
+  const RobotDescription model = read(
       "<robot name='a &quot;b&quot; \\'><link name='x: [y'/><link "
       "name='#z&#10;w'><visual><geometry>"
       "<mesh filename='a&#10;b: c'/></geometry></visual></link><joint name='}{' type='revolute'>"
@@ -252,9 +252,10 @@ TEST_F(Urdf, LoopsAndBranchesAreRefusedWithTheirLinks) {
       "link='a'/><child link='b'/></joint><joint name='k' type='fixed'><parent link='b'/><child "
       "link='a'/></joint></robot>";
   expect_refused(loop, "form a loop");
-  const UrdfModel model = read(loop);
+  const RobotDescription model = read(loop);
   EXPECT_EQ(find_chain(model, "a", "b").joints.size(), 1u);
-  const UrdfModel arm = read_urdf(std::string(KINETOSTAT_SOURCE_DIR) + "/data/urdf/six_axis.urdf");
+  const RobotDescription arm =
+      read_urdf(std::string(KINETOSTAT_SOURCE_DIR) + "/data/urdf/six_axis.urdf");
   EXPECT_THROW(find_chain(arm, "", ""), common::InputError);
   EXPECT_THROW(find_chain(arm, "wrist_1", "forearm"), common::InputError);
   EXPECT_THROW(find_chain(arm, "wrist_9", ""), common::InputError);

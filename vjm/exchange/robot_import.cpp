@@ -1,4 +1,5 @@
-// From a URDF chain to the text of a robot file.
+#include "kinetostat/vjm/exchange/robot_import.h"
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -10,9 +11,9 @@
 #include "kinetostat/common/printable.h"
 #include "kinetostat/io/yaml.h"
 #include "kinetostat/spatial/rotation.h"
-#include "kinetostat/vjm/io/urdf.h"
+#include "kinetostat/vjm/chain/particles.h"
 
-namespace kinetostat::vjm {
+namespace kinetostat::vjm::robot_import {
 namespace {
 
 using spatial::Matrix3;
@@ -53,27 +54,45 @@ JointFrame frame_of(const Vector3& axis) {
   return {z_along, 'z'};
 }
 
-// All links that move together, as one link of the robot file.
-struct Body {
-  std::string name;
-  Pose end = {};  // frame before the next joint, in the frame behind the last
+// Mass, its moment and its inertia about the origin of the start frame.
+struct MassSum {
   double mass = 0;
-  Vector3 moment = Vector3::Zero();  // mass times centre
-  std::vector<std::string> meshes = {}, comments = {};
+  Vector3 moment = Vector3::Zero();
+  Matrix3 inertia = Matrix3::Zero();
+  bool has_tensor = false;
+
+  static Matrix3 steiner(double mass, const Vector3& arm) {
+    return mass * (arm.squaredNorm() * Matrix3::Identity() - arm * arm.transpose());
+  }
+  void add(const DescribedInertia& part, const Pose& place) {
+    const Vector3 center = place * part.center;
+    mass += part.mass;
+    moment += part.mass * center;
+    inertia +=
+        place.rotation() * part.tensor * place.rotation().transpose() + steiner(part.mass, center);
+    has_tensor = has_tensor || !part.tensor.isZero(0);
+  }
 };
+
+std::string lines_with_indent(const std::string& lines, const std::string& indent) {
+  std::string out;
+  for (std::size_t at = 0, end; (end = lines.find('\n', at)) != std::string::npos; at = end + 1)
+    out += indent + lines.substr(at, end + 1 - at);
+  return out;
+}
 
 class Importer {
  public:
-  Importer(const UrdfModel& model, const UrdfChain& chain, const std::vector<double>& stiffness)
-      : model_(model), chain_(chain), stiffness_(stiffness) {}
+  Importer(const RobotDescription& model, const DescribedChain& chain, const ImportOptions& options)
+      : model_(model), chain_(chain), options_(options) {}
 
   ImportedRobot run() {
     body_.name = chain_.base;
     add_link(chain_.base, false);
     for (const std::size_t number : chain_.joints) {
-      const UrdfJoint& joint = model_.joints[number];
+      const DescribedJoint& joint = model_.joints[number];
       place_ = place_ * joint.origin;
-      if (joint.type == UrdfJointType::fixed) {
+      if (joint.type == JointType::fixed) {
         add_link(joint.child, moving_);
         continue;
       }
@@ -83,7 +102,7 @@ class Importer {
     if (!moving_)
       throw common::InputError(model_.file, fmt::format("no joint moves between '{}' and '{}'",
                                                         chain_.base, chain_.tip));
-    finish_body(Pose());
+    finish_body(Pose(), std::nullopt);
     result_.text = text();
     return result_;
   }
@@ -92,24 +111,23 @@ class Importer {
   // What is fixed to the base carries nothing.
   void add_link(const std::string& name, bool moves) {
     const auto link = std::find_if(model_.links.begin(), model_.links.end(),
-                                   [&](const UrdfLink& l) { return l.name == name; });
+                                   [&](const DescribedLink& l) { return l.name == name; });
     if (!moves) return;
-    body_.meshes.insert(body_.meshes.end(), link->meshes.begin(), link->meshes.end());
-    if (!link->inertia) return;
-    const UrdfInertia& inertia = *link->inertia;
-    body_.mass += inertia.mass;
-    body_.moment += inertia.mass * (place_ * inertia.center);
-    if (inertia.moments == std::array<double, 6>{}) return;
-    body_.comments.push_back(
-        fmt::format("inertia of {} about its centre, ixx ixy ixz iyy iyz izz [kg m^2]: {} (statics "
-                    "does not need it)",
-                    name, fmt::join(inertia.moments, " ")));
+    if (is_between(body_.name) && !is_between(name)) body_.name = name;
+    for (DescribedMesh mesh : link->meshes) {
+      mesh.pose = place_ * mesh.pose;
+      body_.meshes.push_back(std::move(mesh));
+    }
+    if (link->inertia) masses_.add(*link->inertia, place_);
   }
 
-  void add_joint(const UrdfJoint& joint) {
+  // A frame that a reader has put before a link: "child@joint".
+  static bool is_between(const std::string& name) { return name.find('@') != std::string::npos; }
+
+  void add_joint(const DescribedJoint& joint) {
     const JointFrame frame = frame_of(joint.axis);
     const Pose turned = Pose::rotation(frame.rotation);
-    finish_body(turned);
+    finish_body(turned, (place_ * turned).rotation().col(frame.letter - 'x'));
     const std::string axis = std::string(turns(joint) ? "R" : "T") + frame.letter;
     const Followed followed = followed_by(joint);
     const auto driven = driven_.find(followed.leader);
@@ -123,11 +141,12 @@ class Importer {
     }
     // From here on places are taken in the joint's turned frame.
     place_ = turned.inverse();
-    body_ = {.name = joint.child};
+    body_ = {.name = joint.child, .start_axis = Vector3::Unit(frame.letter - 'x')};
+    masses_ = {};
     moving_ = true;
   }
 
-  void add_actuator(const UrdfJoint& joint, const std::string& axis) {
+  void add_actuator(const DescribedJoint& joint, const std::string& axis) {
     double home = 0;
     std::string range;
     if (joint.limits) {
@@ -137,10 +156,11 @@ class Importer {
     }
     const std::string name = io::yaml_scalar(joint.name);
     const char* unit = turns(joint) ? "N m/rad" : "N/m";
-    const std::size_t drive = result_.drives.size();
-    const std::string spring = drive < stiffness_.size()
-                                   ? fmt::format(", stiffness: {:.15g} {}", stiffness_[drive], unit)
-                                   : "";
+    const auto given = options_.stiffness.find(joint.name);
+    const std::optional<double> stiffness =
+        given != options_.stiffness.end() ? std::optional(given->second) : joint.stiffness;
+    const std::string spring =
+        stiffness ? fmt::format(", stiffness: {:.15g} {}", *stiffness, unit) : "";
     elements_ += fmt::format("    - actuator: {{name: {}, axis: {}{}{}{}}}\n", name, axis,
                              home == 0 ? "" : fmt::format(", home: {:.6g}", home), range, spring);
     result_.drives.push_back(joint);
@@ -157,12 +177,13 @@ class Importer {
     std::string leader;
     double factor = 1, offset = 0;
   };
-  Followed followed_by(const UrdfJoint& joint) const {
+  Followed followed_by(const DescribedJoint& joint) const {
     Followed result{.leader = joint.name};
-    const UrdfJoint* now = &joint;
+    const DescribedJoint* now = &joint;
     for (std::size_t steps = 0; !now->mimics.empty(); ++steps) {
-      const auto next = std::find_if(model_.joints.begin(), model_.joints.end(),
-                                     [&](const UrdfJoint& j) { return j.name == now->mimics; });
+      const auto next =
+          std::find_if(model_.joints.begin(), model_.joints.end(),
+                       [&](const DescribedJoint& j) { return j.name == now->mimics; });
       if (next == model_.joints.end() || steps > model_.joints.size())
         throw common::InputError(
             {.file = model_.file,
@@ -183,7 +204,7 @@ class Importer {
   // The joint of the chain that is driven for a leader: itself, or, where that is on a side branch
   // or comes later, the first that follows it.
   struct Driven {
-    const UrdfJoint* joint = nullptr;
+    const DescribedJoint* joint = nullptr;
     double factor = 1, offset = 0;
   };
 
@@ -195,7 +216,7 @@ class Importer {
     elements_ += fmt::format("    - offset: {}\n", pose_text(shift));
   }
 
-  void add_mimic(const UrdfJoint& joint, const std::string& axis, const Followed& followed,
+  void add_mimic(const DescribedJoint& joint, const std::string& axis, const Followed& followed,
                  const Driven& driven) {
     const double factor = followed.factor / driven.factor;
     add_offset(axis, followed.offset - factor * driven.offset, turns(joint));
@@ -207,66 +228,114 @@ class Importer {
                              common::printable(joint.name));
   }
 
-  // Ends the body before the next joint, whose frame is `turned` in that of the URDF joint.
-  void finish_body(const Pose& turned) {
-    const Pose end = place_ * turned;
+  // Ends the body before the next joint, whose frame is `turned` in that of the described joint and
+  // whose axis, if there is one, is `axis` in the start frame.
+  void finish_body(const Pose& turned, const std::optional<Vector3>& axis) {
+    body_.end = place_ * turned;
     if (!moving_) {
-      base_ = end;
+      base_ = body_.end;
       return;
     }
+    body_.end_axis = axis;
+    body_.mass = masses_.mass;
     const std::string name = io::yaml_scalar(body_.name);
-    for (const std::string& mesh : body_.meshes)
-      links_ += common::printable(fmt::format("  # mesh of {}: {}", body_.name, mesh)) + "\n";
-    for (const std::string& comment : body_.comments)
-      links_ += common::printable("  # " + comment) + "\n";
-    links_ += fmt::format("  {}:   # MISSING: its compliance, rigid until then\n", name);
-    links_ += fmt::format("    rigid: {}\n", pose_text(end));
-    if (body_.mass > 0)
-      links_ += fmt::format("    mass: {{mass: {:.15g} kg, center: {}}}\n", body_.mass,
-                            vector_text(body_.moment / body_.mass));
+    for (const DescribedMesh& mesh : body_.meshes)
+      links_ += common::printable(fmt::format("  # mesh of {}: {}", body_.name, mesh.file)) + "\n";
+    const auto given = options_.links.find(body_.name);
+    if (given != options_.links.end()) {
+      links_ += fmt::format("  {}:\n{}", name, lines_with_indent(given->second, "    "));
+    } else {
+      links_ += fmt::format("  {}:   # MISSING: its compliance, rigid until then\n", name);
+      links_ += fmt::format("    rigid: {}\n", pose_text(body_.end));
+      say_missing();
+    }
+    add_mass();
     elements_ += fmt::format("    - link: {}\n", name);
+    result_.bodies.push_back(body_);
+  }
+
+  void say_missing() {
+    const auto reason = options_.reasons.find(body_.name);
     result_.missing.push_back(
         {fmt::format("links.{}", body_.name),
-         body_.meshes.empty()
+         reason != options_.reasons.end() ? "compliance: rigid, for " + reason->second
+         : body_.meshes.empty()
              ? "compliance: a beam or a link file of 'kinetostat identify'"
-             : fmt::format("compliance: 'kinetostat identify' on {}", body_.meshes.front())});
+             : fmt::format("compliance: 'kinetostat identify' on {}", body_.meshes.front().file)});
+  }
+
+  void add_mass() {
+    if (!(masses_.mass > 0)) return;
+    const Vector3 center = masses_.moment / masses_.mass;
+    const Matrix3 i = masses_.inertia - MassSum::steiner(masses_.mass, center);
+    const bool possible = is_possible_inertia(i);
+    if (masses_.has_tensor && !possible)
+      links_ += "    # its inertia is left out: no body can have what the file says\n";
+    const double none = 1e-15 * i.norm();
+    const std::string inertia =
+        masses_.has_tensor && possible
+            ? fmt::format(", inertia: [{:.15g}, {:.15g}, {:.15g}, {:.15g}, {:.15g}, {:.15g}]",
+                          i(0, 0), rounded(i(0, 1), none), rounded(i(0, 2), none), i(1, 1),
+                          rounded(i(1, 2), none), i(2, 2))
+            : "";
+    links_ += fmt::format("    mass: {{mass: {:.15g} kg, center: {}{}}}\n", masses_.mass,
+                          vector_text(center), inertia);
+  }
+
+  std::string notes() const {
+    std::string lines;
+    for (const std::string& note : options_.notes) lines += "# " + common::printable(note) + "\n";
+    for (const std::string& remark : model_.remarks)
+      lines += "# " + common::printable(remark) + "\n";
+    return lines;
+  }
+
+  std::string gravity() const {
+    const double g = model_.gravity.norm();
+    if (!(g > 0)) return "";
+    const std::string acceleration =
+        std::abs(g - 9.80665) < 1e-12 ? "" : fmt::format(", acceleration: {:.15g} m/s^2", g);
+    return fmt::format("gravity: {{direction: {}{}}}   # as {} has it, axes of the root\n",
+                       vector_text(model_.gravity / g), acceleration, model_.format);
   }
 
   std::string text() const {
     std::string out = fmt::format(
         "# Imported from {} ('{}' to '{}') by 'kinetostat import'.\n"
-        "# URDF knows no stiffness: what has to be added is marked MISSING.\n"
+        "# What {} does not know and has to be added is marked MISSING.\n{}"
         "kinetostat: 1\n"
         "name: {}\n"
-        "units: {{length: m, force: N, angle: rad}}\n"
-        "gravity: {{direction: [0, 0, -1]}}   # URDF's convention: z of the root is up\n\n",
+        "units: {{length: m, force: N, angle: rad}}\n{}\n",
         common::printable(model_.file.filename().string()), common::printable(chain_.base),
-        common::printable(chain_.tip), io::yaml_scalar(model_.name));
+        common::printable(chain_.tip), model_.format, notes(), io::yaml_scalar(model_.name),
+        gravity());
     out +=
         fmt::format("links:\n{}\nchain_types:\n  arm:\n{}\nmanipulator: {{chain: arm, base: {}}}\n",
                     links_, elements_, pose_text(base_));
     return out;
   }
 
-  const UrdfModel& model_;
-  const UrdfChain& chain_;
-  const std::vector<double>& stiffness_;
+  const RobotDescription& model_;
+  const DescribedChain& chain_;
+  const ImportOptions& options_;
   ImportedRobot result_;
-  Body body_;
+  ImportedBody body_;
+  MassSum masses_;
   bool moving_ = false;
-  Pose place_;  // frame of the current URDF link, in the frame behind the last joint
+  Pose place_;  // frame of the current described link, in the frame behind the last joint
   Pose base_;
   std::map<std::string, Driven> driven_;  // by leaders
   std::string links_, elements_;
 };
 
 }  // namespace
+}  // namespace kinetostat::vjm::robot_import
 
-bool turns(const UrdfJoint& joint) { return joint.type != UrdfJointType::prismatic; }
+namespace kinetostat::vjm {
 
-ImportedRobot import_robot(const UrdfModel& model, const UrdfChain& chain,
-                           const std::vector<double>& stiffness) {
-  return Importer(model, chain, stiffness).run();
+ImportedRobot import_robot(const RobotDescription& robot, const DescribedChain& chain,
+                           const ImportOptions& options) {
+  return robot_import::Importer(robot, chain, options).run();
 }
 
 }  // namespace kinetostat::vjm

@@ -1,0 +1,44 @@
+// Links of an imported robot from the meshes that its description names.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "kinetostat/apps/cli/command.h"
+#include "kinetostat/vjm/exchange/robot_import.h"
+
+namespace kinetostat::apps {
+
+/// Where packages are that meshes are named in (package://NAME/...).
+using Packages = std::vector<std::pair<std::string, std::filesystem::path>>;
+
+/// The file of a mesh, or of the folder of the package that is named above the description. Empty
+/// where no package of the name is known.
+std::filesystem::path mesh_file(const std::string& name, const std::filesystem::path& description,
+                                const Packages& packages);
+
+struct MeshLinkRequest {
+  Packages packages;
+  std::string material;              // as link files have it: "{E: 70 GPa, nu: 0.33}"
+  std::string accuracy;              // "5 %"
+  std::filesystem::path robot_file;  // of the import; the links go beside it
+  bool no_cache = false;
+};
+
+struct MeshLinks {
+  std::map<std::string, std::string> links, reasons;  // as ImportOptions has them
+  std::vector<std::string> words;                     // what was found, a sentence for each body
+};
+
+/// For every body of the robot: its mesh in the frame behind the joint before it (STL), a link file
+/// that holds it about the axis of that joint and loads it about that of the next, or near the tip,
+/// and what identify makes of that, in the folder STEM_links beside the robot file. A body whose
+/// meshes cannot be found, bound no solid or have no face about an axis gets the reason instead.
+MeshLinks identify_bodies(const vjm::RobotDescription& robot,
+                          const std::vector<vjm::ImportedBody>& bodies,
+                          const MeshLinkRequest& request, Run& run);
+
+}  // namespace kinetostat::apps

@@ -1,0 +1,218 @@
+// Descriptions of robots in formats other than URDF, by kinematics written down by hand.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kinetostat/common/error.h"
+#include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/exchange/description_file.h"
+#include "kinetostat/vjm/exchange/robot_import.h"
+#include "kinetostat/vjm/io/robot_file.h"
+#include "kinetostat/vjm/manipulator/posture.h"
+
+#include "support/temporary_folder.h"
+
+namespace kinetostat::vjm::description_test {
+namespace {
+
+using spatial::Pose;
+using spatial::Vector3;
+using testing::HasSubstr;
+
+Pose turn(const Vector3& axis, double angle, const Vector3& at = Vector3::Zero()) {
+  return Pose::translation(at) * Pose::rotation(spatial::exp_rotation(angle * axis.normalized()));
+}
+Pose shift(double x, double y, double z) { return Pose::translation({x, y, z}); }
+
+class Description : public testing::Test {
+ protected:
+  test::TemporaryFolder folder;
+
+  RobotDescription read(const std::string& name, const std::string& text) const {
+    return read_robot_description(folder.file(name, text));
+  }
+  Robot imported(const RobotDescription& robot, const std::string& base = "",
+                 const std::string& tip = "") const {
+    return parse_robot(import_robot(robot, find_chain(robot, base, tip)).text,
+                       folder.path() / "robot.yaml");
+  }
+  void expect_tip(const Robot& robot, const std::map<std::string, double>& joints,
+                  const Pose& exact) const {
+    const PostureResult result = posture_from_joints(robot.manipulator, joints);
+    ASSERT_TRUE(result.reached) << result.reason;
+    EXPECT_LT(spatial::pose_difference(result.posture.platform, exact).norm(), 1e-12);
+  }
+  void expect_refused(const std::string& name, const std::string& text,
+                      const std::string& message) const {
+    try {
+      const RobotDescription robot = read(name, text);
+      import_robot(robot, find_chain(robot, "", ""));
+      ADD_FAILURE() << "accepted: " << text;
+    } catch (const common::InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(message));
+    }
+  }
+};
+
+// Degrees, classes of defaults, orientations in four ways, a joint beside the origin of its body,
+// two joints of one body, a reference value, a frame between, a site as tool.
+TEST_F(Description, OfMjcf) {
+  const RobotDescription robot = read("arm.xml", R"(<mujoco model="arm">
+  <compiler angle="degree" meshdir="assets"/>
+  <option gravity="0 0 -9.5"/>
+  <default>
+    <default class="arm"><joint axis="0 1 0" range="-90 90"/>
+      <default class="slide"><joint type="slide" axis="0 0 1" range="-0.2 0.3" stiffness="2e6"/></default>
+    </default>
+  </default>
+  <asset><mesh name="cover" file="cover.stl" scale="0.001 0.001 0.001"/></asset>
+  <worldbody>
+    <body name="column" pos="0.1 0.2 0.3" euler="90 0 30" childclass="arm">
+      <inertial pos="0.01 0 0" quat="1 1 0 0" mass="4" diaginertia="0.1 0.2 0.25"/>
+      <joint name="a" pos="0.05 0 0.1"/>
+      <joint name="b" axis="1 0 0" ref="10"/>
+      <geom type="mesh" mesh="cover" pos="0 0 0.2"/>
+      <frame pos="0 0 0.5" axisangle="0 0 1 45">
+        <body name="sled" xyaxes="0 1 0 -1 0 0">
+          <inertial pos="0 0 0" mass="2" fullinertia="0.1 0.1 0.1 0.01 0 0"/>
+          <joint name="c" class="slide"/>
+          <site name="tool" pos="0 0 0.4" zaxis="1 0 0"/>
+        </body>
+      </frame>
+    </body>
+  </worldbody>
+  <actuator><motor joint="a" gear="100" forcerange="-2 2"/></actuator>
+</mujoco>
+)");
+  EXPECT_EQ(robot.format, "MJCF");
+  const ImportedRobot text = import_robot(robot, find_chain(robot, "", "tool"));
+  ASSERT_EQ(text.drives.size(), 3u);
+  EXPECT_EQ(text.drives[0].effort, 200);
+  EXPECT_EQ(text.drives[2].stiffness, 2e6);
+  EXPECT_NEAR((*text.drives[0].limits)[1], M_PI / 2, 1e-15);
+  ASSERT_EQ(text.bodies.size(), 3u);
+  EXPECT_EQ(text.bodies[1].meshes.at(0).file, "assets/cover.stl");
+  const Robot again = imported(robot, "", "tool");
+  EXPECT_NEAR(again.manipulator.gravity().z(), -9.5, 1e-12);
+  const double a = 0.3, b = -0.4, c = 0.12, deg = M_PI / 180;
+  // eulerseq xyz: about the axes that turn along.
+  const Pose column =
+      shift(0.1, 0.2, 0.3) * turn(Vector3::UnitX(), 90 * deg) * turn(Vector3::UnitZ(), 30 * deg);
+  const Pose joints = turn(Vector3::UnitY(), a, {0.05, 0, 0.1}) * shift(-0.05, 0, -0.1) *
+                      turn(Vector3::UnitX(), b - 10 * deg);
+  const Pose sled = shift(0, 0, 0.5) * turn(Vector3::UnitZ(), 45 * deg) *
+                    turn(Vector3::UnitZ(), 90 * deg) * shift(0, 0, c);
+  expect_tip(again, {{"a", a}, {"b", b}, {"c", c}},
+             column * joints * sled * shift(0, 0, 0.4) * turn(Vector3::UnitY(), 90 * deg));
+}
+
+TEST_F(Description, OfMjcfTakesInertiaIntoTheFramesOfLinks) {
+  const RobotDescription robot = read("one.xml", R"(<mujoco><worldbody><body name="one">
+      <inertial pos="0.01 0 0" quat="1 1 0 0" mass="4" diaginertia="0.1 0.2 0.25"/>
+      <joint name="a"/></body></worldbody></mujoco>)");
+  const DescribedInertia& inertia = *robot.links.back().inertia;
+  // A quarter turn about x exchanges y and z.
+  EXPECT_LT((inertia.tensor - Vector3(0.1, 0.25, 0.2).asDiagonal().toDenseMatrix()).norm(), 1e-15);
+}
+
+// Poses in other frames, an axis in the model's, a joint beside the frame of its child, a mimic.
+TEST_F(Description, OfSdf) {
+  const RobotDescription robot = read("arm.sdf", R"(<?xml version="1.0"?>
+<sdf version="1.9"><world name="w"><gravity>0 0 -9.7</gravity><model name="arm">
+  <frame name="corner" attached_to="base"><pose>0.1 0 0.2 0 0 0.5</pose></frame>
+  <link name="base"><pose>0 0 1 0 0 0</pose></link>
+  <link name="upper"><pose relative_to="corner">0 0 0.3 0.2 0 0</pose>
+    <inertial><pose>0.1 0 0 0 0 1.5707963267948966</pose><mass>5</mass>
+      <inertia><ixx>0.1</ixx><ixy>0</ixy><ixz>0</ixz><iyy>0.2</iyy><iyz>0</iyz><izz>0.25</izz></inertia>
+    </inertial></link>
+  <link name="fore"><pose relative_to="upper">0.5 0 0 0 0.3 0</pose></link>
+  <joint name="fixed" type="fixed"><parent>world</parent><child>base</child></joint>
+  <joint name="a" type="revolute"><pose>0 0.05 -0.1 0 0 0</pose><parent>base</parent><child>upper</child>
+    <axis><xyz expressed_in="__model__">0 0 1</xyz><limit><lower>-1</lower><upper>2</upper><effort>150</effort></limit>
+      <dynamics><spring_stiffness>3e4</spring_stiffness></dynamics></axis></joint>
+  <joint name="b" type="prismatic"><parent>upper</parent><child>fore</child>
+    <axis><xyz>0 1 0</xyz><mimic joint="a"><multiplier>0.1</multiplier><offset>0.02</offset><reference>0.3</reference></mimic></axis></joint>
+</model></world></sdf>)");
+  EXPECT_EQ(robot.format, "SDF");
+  const Robot again = imported(robot);
+  EXPECT_NEAR(again.manipulator.gravity().z(), -9.7, 1e-12);
+  const Pose base = shift(0, 0, 1);
+  const Pose upper = base * shift(0.1, 0, 0.2) * turn(Vector3::UnitZ(), 0.5) * shift(0, 0, 0.3) *
+                     turn(Vector3::UnitX(), 0.2);
+  const Vector3 anchor = upper * Vector3(0, 0.05, -0.1);
+  const double a = 0.7, b = 0.1 * (a - 0.3) + 0.02;
+  const Pose exact = turn(Vector3::UnitZ(), a, anchor) * Pose::translation(-anchor) * upper *
+                     shift(0.5, 0, 0) * turn(Vector3::UnitY(), 0.3) * shift(0, b, 0);
+  expect_tip(again, {{"a", a}}, exact);
+  const auto upper_link = std::find_if(robot.links.begin(), robot.links.end(),
+                                       [](const DescribedLink& l) { return l.name == "upper"; });
+  EXPECT_LT(
+      (upper_link->inertia->tensor - Vector3(0.2, 0.1, 0.25).asDiagonal().toDenseMatrix()).norm(),
+      1e-15);
+}
+
+// Both conventions, as their books multiply them.
+TEST_F(Description, OfDenavitAndHartenberg) {
+  const std::string joints =
+      "joints:\n  - {theta: 10, d: 400, a: 25, alpha: -90, range: [-170, 170], effort: 200 N m}\n"
+      "  - {name: slide, type: prismatic, theta: 30, d: 100, a: 315, alpha: 20}\n"
+      "  - {theta: -40, d: 50, a: 35, alpha: 70, stiffness: 2.0e4 N m/rad}\n";
+  const std::string head =
+      "kinetostat: 1\nname: table\nunits: {length: mm, force: N, angle: deg}\n";
+  const double deg = M_PI / 180, q1 = 0.3, q2 = 0.07, q3 = -0.6;
+  const double theta[] = {10 * deg + q1, 30 * deg, -40 * deg + q3}, d[] = {0.4, 0.1 + q2, 0.05},
+               a[] = {0.025, 0.315, 0.035}, alpha[] = {-90 * deg, 20 * deg, 70 * deg};
+  Pose standard, modified;
+  for (int i = 0; i < 3; ++i) {
+    const Pose z = turn(Vector3::UnitZ(), theta[i]) * shift(0, 0, d[i]),
+               x = shift(a[i], 0, 0) * turn(Vector3::UnitX(), alpha[i]);
+    standard = standard * z * x;
+    modified = modified * x * z;
+  }
+  const std::map<std::string, double> at{{"q1", q1}, {"slide", q2}, {"q3", q3}};
+  const RobotDescription one = read("a.yaml", head + "dh: standard\n" + joints);
+  expect_tip(imported(one), at, standard);
+  EXPECT_EQ(one.joints[0].effort, 200);
+  EXPECT_EQ(one.joints[2].stiffness, 2e4);
+  expect_tip(imported(read("b.yaml", head + "dh: modified\n" + joints)), at, modified);
+  const auto table = [&](const std::string& convention) {
+    return read("t.csv",
+                "name,type,theta [deg],d [mm],a [mm],alpha [deg],convention\n"
+                "q1,revolute,10,400,25,-90," +
+                    convention + "\nslide,prismatic,30,100,315,20," + convention +
+                    "\nq3,,-40,50,35,70," + convention + "\n");
+  };
+  expect_tip(imported(table("standard")), at, standard);
+  expect_tip(imported(table("modified")), at, modified);
+}
+
+TEST_F(Description, NamesMistakesWithTheirPlace) {
+  expect_refused("a.xml", "<mujoco>\n<worldbody>\n<body><freejoint/></body></worldbody></mujoco>",
+                 "a.xml:3: <freejoint>");
+  expect_refused("a.xml",
+                 "<mujoco><worldbody><body><joint type='ball'/></body></worldbody></mujoco>",
+                 "a ball joint");
+  expect_refused("a.xml", "<mujoco><include file='b.xml'/></mujoco>",
+                 "included files are not read");
+  expect_refused("a.sdf", "<sdf><model name='m'><joint name='j' type='screw'/></model></sdf>",
+                 "a screw joint is not read");
+  expect_refused(
+      "a.sdf",
+      "<sdf><model name='m'><link name='a'><pose relative_to='b'/></link><joint name='j' "
+      "type='fixed'><parent>world</parent><child>a</child></joint></model></sdf>",
+      "there is no frame 'b'");
+  expect_refused("a.sdf",
+                 "<sdf><model name='m'><frame name='f'><pose relative_to='g'/></frame><frame "
+                 "name='g'><pose relative_to='f'/></frame><link name='a'><pose "
+                 "relative_to='f'/></link><joint name='j' type='fixed'><parent>world</parent>"
+                 "<child>a</child></joint></model></sdf>",
+                 "refers to itself");
+  expect_refused("a.sdf", "<sdf><model name='m'><include/></model></sdf>", "nested models");
+  expect_refused("a.yaml", "kinetostat: 1\nname: x\n", "no table of Denavit and Hartenberg");
+  expect_refused("a.csv", "theta,d,a,alpha\n0,0,0,0\n", "does not say which convention");
+  expect_refused("a.csv", "thetta,d,a,alpha,convention\n0,0,0,0,standard\n",
+                 "Did you mean 'theta'?");
+  expect_refused("a.csv", "theta,d,a,alpha,convention\n0 deg,1,0 mm,0 deg,standard\n", "a.csv:2");
+}
+
+}  // namespace
+}  // namespace kinetostat::vjm::description_test

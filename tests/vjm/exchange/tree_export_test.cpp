@@ -1,0 +1,220 @@
+// What readers of the formats make of an exported robot (tree_reader.h): frames, springs, inertia.
+#include "kinetostat/vjm/exchange/tree_export.h"
+
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "kinetostat/common/error.h"
+#include "kinetostat/io/text_file.h"
+#include "kinetostat/vjm/exchange/description_file.h"
+#include "kinetostat/vjm/exchange/matlab_export.h"
+#include "kinetostat/vjm/exchange/robot_import.h"
+#include "kinetostat/vjm/manipulator/posture.h"
+#include "kinetostat/vjm/statics/stiffness.h"
+#include "kinetostat/vjm/vibration/natural_modes.h"
+
+#include "support/random.h"
+#include "support/temporary_folder.h"
+#include "vjm/exchange/tree_reader.h"
+
+namespace kinetostat::vjm::tree_export_test {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using test::ReadTree;
+using testing::Contains;
+using testing::HasSubstr;
+
+// Joints of both kinds in frames turned anyhow, masses with full tensors, a passive spring that is
+// not at rest.
+Robot robot_of_all_kinds() {
+  return parse_robot(
+      "kinetostat: 1\nname: all \"kinds\" <1> -- \\ a\nunits: {length: m, force: N, angle: rad}\n"
+      "gravity: {direction: [0.1, -0.2, -1]}\nlinks:\n"
+      "  a: {rigid: {point: [0.3, 0.1, 0.2], rpy: [0.4, -0.5, 0.6]}, mass: {mass: 12, center: "
+      "[0.1, 0.05, 0.1], inertia: [0.3, 0.02, -0.03, 0.4, 0.01, 0.5]}}\n"
+      "  b: {rigid: {point: [0, 0.4, 0], rpy: [0, 1.5707963267948966, 0.3]}, mass: {mass: 7, "
+      "center: [0, 0.2, 0]}}\n"
+      "  c: {rigid: [0.2, 0, 0.3], mass: {mass: 3, center: [0.1, 0, 0.2], inertia: [0.03, 0, 0, "
+      "0.04, 0, 0.05]}}\n"
+      "chain_types:\n  arm:\n    - actuator: {name: q1, axis: Rz, stiffness: 3e4}\n    - link: a\n"
+      "    - actuator: {name: q 2, axis: Tx, stiffness: 5e6}\n    - link: b\n"
+      "    - passive: {name: p, axis: Ry, stiffness: 2e4, rest: 0.3, home: 0.3}\n    - link: c\n"
+      "    - actuator: {name: held, axis: Rx}\n    - mass: {name: m, mass: 2, at: [0.1, 0.1, 0]}\n"
+      "    - actuator: {name: q3, axis: Rx, stiffness: 1e4}\n    - link: c\n"
+      "    - tool: {point: [0, 0, 0.1], rpy: [0.1, 0.2, 0.3]}\n"
+      "manipulator: {chain: arm, base: {point: [1, 2, 3], rpy: [-0.3, 0.2, 0.1]}}\n",
+      "all.yaml");
+}
+
+// All springs are relaxed in it, so that it is what files without a posture hold.
+Posture posture_of(const Robot& robot) {
+  return posture_from_joints(robot.manipulator,
+                             {{"q1", 0.4}, {"q 2", 0.15}, {"p", 0.3}, {"held", -0.2}, {"q3", -0.8}})
+      .posture;
+}
+
+struct Format {
+  const char* name;
+  std::string (*write)(const BodyTree& tree);
+  ReadTree (*read)(const std::string& text);
+  bool has_gravity;
+};
+
+class TreeExport : public testing::TestWithParam<Format> {
+ protected:
+  const Robot robot = robot_of_all_kinds();
+  const Posture posture = posture_of(robot);
+
+  ReadTree read(const TreeOptions& options = {}) const {
+    return GetParam().read(GetParam().write(body_tree(robot, posture, options)));
+  }
+};
+
+TEST_P(TreeExport, HasTheToolWhereTheRobotHasItAndItsGravity) {
+  const ReadTree tree = read();
+  ASSERT_EQ(tree.bodies.size(), 4u);
+  EXPECT_LT((tree.tool.translation() - posture.platform.position()).norm(), 1e-12);
+  EXPECT_LT((tree.tool.rotation() - posture.platform.rotation()).norm(), 1e-12);
+  if (GetParam().has_gravity) {
+    EXPECT_LT((tree.gravity - robot.manipulator.gravity()).norm(), 1e-12);
+  }
+}
+
+TEST_P(TreeExport, GivesTheStaticAnswerOfTheRobot) {
+  const spatial::Matrix6 exact =
+      unloaded_stiffness(robot.manipulator, posture).compliance->matrix();
+  EXPECT_LT((read().compliance() - exact).norm(), 1e-9 * exact.norm());
+}
+
+TEST_P(TreeExport, GivesTheFrequenciesOfTheRobot) {
+  const ReadTree tree = read();
+  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> modes(tree.stiffness(), tree.mass());
+  const NaturalModes exact = natural_modes(robot.manipulator, posture, 6);
+  double mass = 0;
+  for (const test::ReadBody& body : tree.bodies) mass += body.mass;
+  EXPECT_NEAR(mass, exact.mass, 1e-6);
+  ASSERT_EQ(exact.modes.size(), 4u);
+  for (std::size_t k = 0; k < 4; ++k)
+    EXPECT_NEAR(std::sqrt(modes.eigenvalues()[static_cast<Index>(k)]) / (2 * M_PI),
+                exact.modes[k].frequency, 1e-6 * exact.modes[k].frequency);
+}
+
+// Every spring has its damper: of a joint alone, 2 ratio sqrt(k m) with the inertia it moves.
+TEST_P(TreeExport, HasDampersOfTheRatioThatIsAskedFor) {
+  const ReadTree tree = read({.damping_ratio = 0.02});
+  const MatrixXd mass = tree.mass();
+  for (std::size_t b = 0; b < tree.bodies.size(); ++b) {
+    const auto i = static_cast<Index>(b);
+    EXPECT_NEAR(tree.bodies[b].damping, 0.04 * std::sqrt(tree.bodies[b].stiffness * mass(i, i)),
+                1e-6 * tree.bodies[b].damping);
+  }
+  for (const test::ReadBody& body : read().bodies) EXPECT_EQ(body.damping, 0);
+}
+
+TEST_P(TreeExport, SaysInTheFileWhatItDoesNotHold) {
+  const Robot bent = parse_robot(
+      "kinetostat: 1\nname: arm\nunits: {length: m, force: N, angle: rad}\n"
+      "materials: {steel: {E: 210 GPa, nu: 0.3, density: 7850 kg/m^3}}\n"
+      "links:\n  upper--arm: {beam: {length: 1, section: {circle: {diameter: 0.05}}, material: "
+      "steel}}\n"
+      "chain_types:\n  arm:\n    - actuator: {name: q1, axis: Rz, stiffness: 1e5}\n"
+      "    - link: upper--arm\n    - actuator: {name: q2, axis: Tz}\nmanipulator: {chain: arm}\n",
+      "arm.yaml");
+  const BodyTree tree = body_tree(bent, posture_from_joints(bent.manipulator, {}).posture);
+  EXPECT_THAT(tree.lost, Contains(HasSubstr("link upper--arm is rigid")));
+  const std::string text = GetParam().write(tree);
+  EXPECT_THAT(text, HasSubstr("not in this file: link upper"));
+  EXPECT_EQ(GetParam().read(text).bodies.size(), 1u);  // q2 holds its command
+}
+
+INSTANTIATE_TEST_SUITE_P(All, TreeExport,
+                         testing::Values(Format{"mjcf", mjcf, test::read_mjcf_text, true},
+                                         Format{"urdf", urdf, test::read_urdf_text, false},
+                                         Format{"sdf", sdf, test::read_sdf_text, true},
+                                         Format{"modelica", modelica, test::read_modelica_text,
+                                                true}),
+                         [](const auto& format) { return std::string(format.param.name); });
+
+TEST(BodyTree, RefusesWhatIsNoSerialRobot) {
+  const Robot robot = read_robot(std::string(KINETOSTAT_SOURCE_DIR) + "/data/robots/delta.yaml");
+  EXPECT_THROW(body_tree(robot, posture_from_joints(robot.manipulator, {}).posture),
+               std::invalid_argument);
+}
+
+TEST(BodyTree, RollPitchAndYawGiveTheRotationBackAtTheirPolesToo) {
+  test::Random random(3);
+  for (int i = 0; i < 200; ++i) {
+    const double up = M_PI / 2 - (i % 4 == 0 ? 0 : std::pow(10, -i / 10.0));
+    const spatial::Matrix3 rotation = spatial::rotation_from_rpy(
+        {random.uniform(-3, 3), i % 2 == 0 ? up : -up, random.uniform(-3, 3)});
+    EXPECT_LT((spatial::rotation_from_rpy(roll_pitch_yaw(rotation)) - rotation).norm(), 1e-14);
+  }
+}
+
+// The files read by the program's own readers: the same robot again, links and gravity too.
+TEST(TreeExport, ComesBackThroughTheImport) {
+  const Robot robot = robot_of_all_kinds();
+  const Posture posture = posture_of(robot);
+  const BodyTree tree = body_tree(robot, posture);
+  const test::TemporaryFolder folder;
+  const spatial::Matrix6 exact =
+      unloaded_stiffness(robot.manipulator, posture).compliance->matrix();
+  for (const auto& [name, text] :
+       {std::pair{"a.urdf", urdf(tree)}, {"a.sdf", sdf(tree)}, {"a.xml", mjcf(tree)}}) {
+    const RobotDescription read = read_robot_description(folder.file(name, text));
+    const std::string base = read.format == "URDF" ? "base" : "world";
+    const ImportedRobot imported = import_robot(read, find_chain(read, base, "tool"));
+    const Robot again = parse_robot(imported.text, folder.path() / "again.yaml");
+    const Posture there =
+        posture_from_joints(again.manipulator,
+                            {{"q1", 0.4}, {"q 2", 0.15}, {"p", 0.3}, {"q3", -0.8}})
+            .posture;
+    const NaturalModes before = natural_modes(robot.manipulator, posture, 4),
+                       behind = natural_modes(again.manipulator, there, 4);
+    ASSERT_EQ(behind.modes.size(), 4u) << name;
+    for (std::size_t k = 0; k < 4; ++k)
+      EXPECT_NEAR(behind.modes[k].frequency, before.modes[k].frequency,
+                  1e-6 * before.modes[k].frequency)
+          << name;
+    EXPECT_LT((unloaded_stiffness(again.manipulator, there).compliance->matrix() - exact).norm(),
+              1e-9 * exact.norm())
+        << name;
+  }
+}
+
+// Of closed chains with elastic links, too: K, M and J give compliance and frequencies.
+TEST(MatlabExport, GivesComplianceAndFrequenciesOfAnyRobot) {
+  const Robot arm = robot_of_all_kinds();
+  const std::string text =
+      io::read_text(std::string(KINETOSTAT_SOURCE_DIR) + "/data/robots/heavy_arm.yaml");
+  const Robot heavy =
+      parse_robot(text, std::string(KINETOSTAT_SOURCE_DIR) + "/data/robots/heavy_arm.yaml");
+  for (const auto& [robot, posture] :
+       {std::pair{&arm, posture_of(arm)},
+        std::pair{&heavy, posture_from_joints(heavy.manipulator, {}).posture}}) {
+    const std::string script = matlab(*robot, posture, 0.01);
+    const MatrixXd k = test::read_matrix(script, "K"), m = test::read_matrix(script, "M"),
+                   d = test::read_matrix(script, "D"), j = test::read_matrix(script, "J");
+    const spatial::Matrix6 exact =
+        unloaded_stiffness(robot->manipulator, posture).compliance->matrix();
+    EXPECT_LT((j * k.ldlt().solve(j.transpose()) - exact).norm(), 1e-6 * exact.norm());
+    const NaturalModes modes = natural_modes(robot->manipulator, posture, 6);
+    // M x = theta K x has no trouble with motions without mass.
+    const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> found(m, k);
+    for (std::size_t i = 0; i < modes.modes.size(); ++i) {
+      const Index at = m.rows() - 1 - static_cast<Index>(i);
+      const double omega = 1 / std::sqrt(found.eigenvalues()[at]);
+      EXPECT_NEAR(omega / (2 * M_PI), modes.modes[i].frequency, 1e-6 * modes.modes[i].frequency);
+      const Eigen::VectorXd x = found.eigenvectors().col(at);
+      EXPECT_NEAR(x.dot(d * x), 2 * 0.01 * omega * x.dot(m * x), 1e-5 * omega * x.dot(m * x));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kinetostat::vjm::tree_export_test

@@ -1,0 +1,232 @@
+#include "kinetostat/vjm/exchange/body_tree.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <set>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "kinetostat/common/printable.h"
+#include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/chain/particles.h"
+
+namespace kinetostat::vjm::body_tree_of {
+namespace {
+
+using Eigen::Index;
+using spatial::Matrix3;
+using spatial::Pose;
+using spatial::Vector3;
+
+// A body of the tree, with its place in the chain.
+struct Place {
+  Index joint = -1;  // number of the elementary joint that moves it; -1: the ground
+  Index from = 0;    // it has the frames behind `from` joints and more
+  Pose frame;        // in the base, all coordinates as in the posture
+};
+
+Matrix3 steiner(double mass, const Vector3& arm) {
+  return mass * (arm.squaredNorm() * Matrix3::Identity() - arm * arm.transpose());
+}
+
+class Builder {
+ public:
+  Builder(const Robot& robot, const Posture& posture, const TreeOptions& options)
+      : robot_(robot),
+        options_(options),
+        chain_(robot.manipulator.chains().front()),
+        x_(posture.coordinates_of(chain_, 0)),
+        rest_(posture.rest(chain_, 0)) {
+    evaluate(chain_, x_, kinematics_);
+  }
+
+  BodyTree run() && {
+    tree_.name = robot_.name;
+    tree_.gravity = robot_.manipulator.gravity();
+    find_bodies();
+    add_masses();
+    if (options_.damping_ratio > 0) add_dampers();
+    tree_.tool = places_.back().frame.inverse() * kinematics_.end;
+    say_what_is_lost();
+    return std::move(tree_);
+  }
+
+ private:
+  const Coordinate& coordinate(const Joint& joint) const {
+    return chain_.coordinates()[static_cast<std::size_t>(joint.coordinate)];
+  }
+  bool has_spring(Index coordinate) const { return chain_.stiffness()(coordinate, coordinate) > 0; }
+  // A link's spring and a drive that holds its command do not move here.
+  bool moves(const Joint& joint) const {
+    const Role role = coordinate(joint).role;
+    return role == Role::passive || (role == Role::actuated && has_spring(joint.coordinate));
+  }
+
+  void find_bodies() {
+    std::set<Index> moving;
+    places_.emplace_back();
+    for (Index j = 0; j < std::ssize(chain_.joints()); ++j) {
+      const Joint& joint = chain_.joints()[static_cast<std::size_t>(j)];
+      if (!moves(joint)) continue;
+      if (!moving.insert(joint.coordinate).second)
+        throw std::invalid_argument(
+            fmt::format("joints that share the coordinate '{}' cannot be written as a tree of "
+                        "bodies",
+                        coordinate(joint).name));
+      places_.push_back({.joint = j, .from = j + 1, .frame = frame_behind(chain_, x_, j + 1)});
+      tree_.bodies.push_back(body_of(joint));
+    }
+  }
+
+  // The last place is that of the joint. A coordinate that a factor multiplies has a spring of
+  // 1 / factor^2 of the joint.
+  TreeBody body_of(const Joint& joint) const {
+    Eigen::VectorXd x = x_;
+    x[joint.coordinate] = 0;
+    const Pose& before = places_[places_.size() - 2].frame;
+    TreeBody body{.name = coordinate(joint).name,
+                  .turns = is_rotation(joint.motion),
+                  .axis = axis_index(joint.motion),
+                  .origin = before.inverse() * frame_behind(chain_, x, places_.back().from),
+                  .value = joint.factor * x_[joint.coordinate]};
+    if (has_spring(joint.coordinate)) {
+      body.stiffness =
+          chain_.stiffness()(joint.coordinate, joint.coordinate) / (joint.factor * joint.factor);
+      body.rest = joint.factor * rest_[joint.coordinate];
+    }
+    return body;
+  }
+
+  // Number of the body, -1 for the ground.
+  Index body_behind(Index joints) const {
+    const auto next = std::find_if(places_.begin(), places_.end(),
+                                   [joints](const Place& b) { return b.from > joints; });
+    return std::distance(places_.begin(), next) - 2;
+  }
+
+  void add_masses() {
+    const std::vector<Particle> particles = particles_of(chain_, x_, kinematics_);
+    for (const Particle& particle : particles) {
+      const Index b = body_behind(particle.joints);
+      if (b < 0) continue;
+      TreeBody& body = tree_.bodies[static_cast<std::size_t>(b)];
+      body.mass += particle.mass;
+      body.center += particle.mass * (frame(b).inverse() * particle.position);
+    }
+    for (TreeBody& body : tree_.bodies)
+      if (body.mass > 0) body.center /= body.mass;
+    for (const Particle& particle : particles) {
+      const Index b = body_behind(particle.joints);
+      if (b < 0) continue;
+      TreeBody& body = tree_.bodies[static_cast<std::size_t>(b)];
+      const Matrix3& axes = frame(b).rotation();
+      body.inertia += steiner(particle.mass, frame(b).inverse() * particle.position - body.center) +
+                      axes.transpose() * particle.inertia * axes;
+    }
+  }
+  const Pose& frame(Index body) const { return places_[static_cast<std::size_t>(body) + 1].frame; }
+
+  // With the inertia that each joint alone moves.
+  void add_dampers() {
+    for (std::size_t j = 0; j < tree_.bodies.size(); ++j) {
+      TreeBody& body = tree_.bodies[j];
+      if (!body.stiffness) continue;
+      const Pose& own = frame(static_cast<Index>(j));
+      const Vector3 axis = own.rotation().col(body.axis);
+      double moved = 0;
+      for (std::size_t b = j; b < tree_.bodies.size(); ++b) {
+        const TreeBody& carried = tree_.bodies[b];
+        const Pose& at = frame(static_cast<Index>(b));
+        moved += body.turns
+                     ? carried.mass * axis.cross(at * carried.center - own.position()).squaredNorm()
+                     : carried.mass;
+        const Vector3 turn = at.rotation().transpose() * axis;
+        if (body.turns) moved += turn.dot(carried.inertia * turn);
+      }
+      body.damping = 2 * options_.damping_ratio * std::sqrt(*body.stiffness * moved);
+    }
+  }
+
+  void say_what_is_lost() {
+    std::set<std::string> links;
+    for (const Spring& spring : chain_.springs())
+      if (chain_.coordinates()[static_cast<std::size_t>(spring.first)].role == Role::elastic)
+        links.insert(spring.name);
+    for (const std::string& link : links)
+      tree_.lost.push_back(fmt::format("link {} is rigid: joints have no springs of six directions",
+                                       common::printable(link)));
+    for (const Effect& effect : robot_.effects)
+      tree_.lost.push_back(
+          fmt::format("effect {}: its law, as far as it is more than a linear "
+                      "spring, a mass or a shifted frame",
+                      effect.kind->name));
+    tree_.lost.emplace_back(
+        options_.damping_ratio > 0
+            ? "friction: the robot file has none; the damping is what was asked for"
+            : "damping and friction: the robot file has none");
+  }
+
+  const Robot& robot_;
+  const TreeOptions& options_;
+  const Chain& chain_;
+  Eigen::VectorXd x_, rest_;
+  ChainKinematics kinematics_;
+  std::vector<Place> places_;  // the ground, then one for each body
+  BodyTree tree_;
+};
+
+}  // namespace
+}  // namespace kinetostat::vjm::body_tree_of
+
+namespace kinetostat::vjm {
+
+BodyTree body_tree(const Robot& robot, const Posture& posture, const TreeOptions& options) {
+  const Manipulator& manipulator = robot.manipulator;
+  if (manipulator.size() != 1 || !manipulator.is_parallel())
+    throw std::invalid_argument("only a robot of one chain is a tree of bodies");
+  return body_tree_of::Builder(robot, posture, options).run();
+}
+
+std::string xml_escaped(const std::string& text) {
+  std::string out;
+  for (const char c : common::printable(text)) {
+    if (c == '&')
+      out += "&amp;";
+    else if (c == '<')
+      out += "&lt;";
+    else if (c == '"')
+      out += "&quot;";
+    else
+      out += c;
+  }
+  return out;
+}
+
+std::string xml_words(const spatial::Vector3& v) {
+  return fmt::format("{} {} {}", v.x() + 0.0, v.y() + 0.0, v.z() + 0.0);
+}
+
+spatial::Vector3 roll_pitch_yaw(const spatial::Matrix3& r) {
+  // Near straight up and down roll and yaw turn about one axis: whatever the roll, the yaw is what
+  // is left of the rotation without it.
+  const double roll = std::hypot(r(2, 1), r(2, 2)) > 0 ? std::atan2(r(2, 1), r(2, 2)) : 0;
+  const spatial::Matrix3 m = r * spatial::exp_rotation({-roll, 0, 0});
+  return {roll, std::atan2(-m(2, 0), m(2, 2)), std::atan2(-m(0, 1), m(1, 1))};
+}
+
+std::string lost_comment(const std::vector<std::string>& lost, const std::string& start,
+                         const std::string& end) {
+  std::string text;
+  for (std::string what : lost) {
+    // A comment of XML ends at the first "--".
+    if (!end.empty())
+      for (std::size_t at = 0; (at = what.find("--", at)) != std::string::npos; ++at)
+        what.insert(at + 1, 1, ' ');
+    text += start + "not in this file: " + what + end + "\n";
+  }
+  return text;
+}
+
+}  // namespace kinetostat::vjm

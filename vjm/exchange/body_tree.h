@@ -1,0 +1,61 @@
+// A serial robot in a posture as simulators of rigid bodies take it: bodies with joints.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kinetostat/vjm/io/robot_file.h"
+
+namespace kinetostat::vjm {
+
+/// What moves together from one joint to the next. SI units; the frame of a body is behind its
+/// joint.
+struct TreeBody {
+  std::string name;   // of its joint
+  bool turns = true;  // its joint; else it slides
+  int axis = 2;       // about or along x, y or z of its frame: 0, 1, 2
+  spatial::Pose
+      origin;        // its frame where its joint stands at zero, in the frame of the body before
+  double value = 0;  // of the joint in the posture [m or rad]
+  std::optional<double> stiffness = {};                 // of its spring [N/m or N m/rad]
+  double rest = 0;                                      // where the spring is relaxed [m or rad]
+  double damping = 0;                                   // [N s/m or N m s/rad]
+  double mass = 0;                                      // [kg]
+  spatial::Vector3 center = spatial::Vector3::Zero();   // [m] in its frame
+  spatial::Matrix3 inertia = spatial::Matrix3::Zero();  // [kg m^2] about the centre, its axes
+};
+
+struct BodyTree {
+  std::string name;
+  spatial::Vector3 gravity = spatial::Vector3::Zero();  // [m/s^2] base axes
+  std::vector<TreeBody> bodies;   // from the base on; the first is on the base
+  spatial::Pose tool;             // in the frame of the last body
+  std::vector<std::string> lost;  // what no tree of bodies can hold, in words
+};
+
+struct TreeOptions {
+  /// A damper beside every spring, so that the joint alone, all others held in the posture, has
+  /// this ratio to critical damping: 2 ratio sqrt(k m).
+  double damping_ratio = 0;
+};
+
+/// A body for every joint that moves, with the masses behind it (particles.h); links are rigid;
+/// drives without a spring are fixed at their command. Throws std::invalid_argument for a robot of
+/// several chains, and for joints that share a coordinate.
+BodyTree body_tree(const Robot& robot, const Posture& posture, const TreeOptions& options = {});
+
+/// A text in an attribute or as content of XML.
+std::string xml_escaped(const std::string& text);
+
+/// Three numbers with blanks between, without the sign of a zero.
+std::string xml_words(const spatial::Vector3& v);
+
+/// Roll, pitch and yaw of a rotation [rad]: the inverse of spatial::rotation_from_rpy().
+spatial::Vector3 roll_pitch_yaw(const spatial::Matrix3& rotation);
+
+/// Comment lines, each after `start`, that say what the file does not hold.
+std::string lost_comment(const std::vector<std::string>& lost, const std::string& start,
+                         const std::string& end = "");
+
+}  // namespace kinetostat::vjm

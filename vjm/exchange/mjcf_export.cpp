@@ -1,0 +1,83 @@
+#include <algorithm>
+#include <iterator>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include "kinetostat/vjm/exchange/tree_export.h"
+
+namespace kinetostat::vjm::mjcf_export {
+namespace {
+
+using spatial::Matrix3;
+using spatial::Pose;
+using spatial::Vector3;
+
+// Of the inertia, so that there is some about every axis; and the least that a body has.
+constexpr double little = 1e-9;
+
+class Writer {
+ public:
+  explicit Writer(const BodyTree& tree) : tree_(tree) {}
+
+  std::string run() && {
+    add("<mujoco model=\"{}\">\n", xml_escaped(tree_.name));
+    text_ += lost_comment(tree_.lost, "  <!-- ", " -->");
+    add("  <compiler angle=\"radian\" autolimits=\"true\"/>\n");
+    add("  <option gravity=\"{}\"/>\n  <worldbody>\n", xml_words(tree_.gravity));
+    for (std::size_t b = 0; b < tree_.bodies.size(); ++b) open_body(b);
+    add("{}<site name=\"tool\" {}/>\n", indent(tree_.bodies.size()), place(tree_.tool));
+    for (std::size_t b = tree_.bodies.size(); b-- > 0;) add("{}</body>\n", indent(b));
+    add("  </worldbody>\n  <keyframe>\n    <key name=\"posture\" qpos=\"");
+    for (std::size_t b = 0; b < tree_.bodies.size(); ++b)
+      add("{}{}", b == 0 ? "" : " ", tree_.bodies[b].value);
+    add("\"/>\n  </keyframe>\n</mujoco>\n");
+    return std::move(text_);
+  }
+
+ private:
+  template <class... Arguments>
+  void add(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+    fmt::format_to(std::back_inserter(text_), format, std::forward<Arguments>(arguments)...);
+  }
+  static std::string indent(std::size_t depth) { return std::string(2 * depth + 4, ' '); }
+
+  static std::string place(const Pose& pose) {
+    const Eigen::Quaterniond q(pose.rotation());
+    return fmt::format("pos=\"{}\" quat=\"{} {} {} {}\"", xml_words(pose.position()), q.w() + 0.0,
+                       q.x() + 0.0, q.y() + 0.0, q.z() + 0.0);
+  }
+
+  void open_body(std::size_t b) {
+    const TreeBody& body = tree_.bodies[b];
+    const std::string name = xml_escaped(body.name);
+    add("{}<body name=\"{}\" {}>\n", indent(b), name, place(body.origin));
+    const Matrix3 inertia =
+        body.inertia + std::max(little * body.inertia.trace(), little) * Matrix3::Identity();
+    add("{}  <inertial pos=\"{}\" mass=\"{}\" fullinertia=\"{} {} {} {} {} {}\"/>\n", indent(b),
+        xml_words(body.center), std::max(body.mass, little), inertia(0, 0), inertia(1, 1),
+        inertia(2, 2), inertia(0, 1), inertia(0, 2), inertia(1, 2));
+    add("{}  <joint name=\"{}\" type=\"{}\" axis=\"{}\"{}/>\n", indent(b), name,
+        body.turns ? "hinge" : "slide", xml_words(Vector3::Unit(body.axis)), spring(body));
+  }
+
+  static std::string spring(const TreeBody& body) {
+    if (!body.stiffness) return {};
+    std::string text =
+        fmt::format(" stiffness=\"{}\" springref=\"{}\"", *body.stiffness, body.rest);
+    if (body.damping > 0) text += fmt::format(" damping=\"{}\"", body.damping);
+    return text;
+  }
+
+  const BodyTree& tree_;
+  std::string text_;
+};
+
+}  // namespace
+}  // namespace kinetostat::vjm::mjcf_export
+
+namespace kinetostat::vjm {
+
+std::string mjcf(const BodyTree& tree) { return mjcf_export::Writer(tree).run(); }
+
+}  // namespace kinetostat::vjm

@@ -1,0 +1,379 @@
+#include "kinetostat/vjm/exchange/mjcf_import.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <tinyxml2.h>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "kinetostat/common/error.h"
+#include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/exchange/xml_file.h"
+
+namespace kinetostat::vjm::mjcf_import {
+namespace {
+
+using spatial::Matrix3;
+using spatial::Pose;
+using spatial::Vector3;
+using Element = XmlFile::Element;
+
+// A class of defaults: its <default> element, and the class that it is in.
+struct DefaultClass {
+  const Element* element = nullptr;
+  std::string parent;
+};
+
+class Reader {
+ public:
+  explicit Reader(const std::filesystem::path& file)
+      : xml_(file), top_(xml_.root("mujoco", "MJCF")) {}
+
+  RobotDescription read() {
+    description_.file = xml_.file();
+    description_.format = "MJCF";
+    description_.name = xml_.text_or(top_, "model", xml_.file().stem().string());
+    read_settings();
+    for (const Element* e : XmlFile::children(top_, "default")) add_class(*e, "");
+    for (const Element* asset : XmlFile::children(top_, "asset"))
+      for (const Element* e : XmlFile::children(*asset, "mesh")) add_mesh(*e);
+    description_.links.push_back({.name = "world"});
+    for (const Element* world : XmlFile::children(top_, "worldbody"))
+      add_content(*world, {"world", Pose(), "main"});
+    read_couplings();
+    read_efforts();
+    check_names(description_);
+    say_what_lacks();
+    return std::move(description_);
+  }
+
+ private:
+  // Where the content of an element goes.
+  struct Place {
+    std::string link;
+    Pose pose;           // of the element's frame in the link
+    std::string active;  // class of defaults
+  };
+
+  void read_settings() {
+    if (const Element* include = XmlFile::child(top_, "include"))
+      xml_.fail(*include, "included files are not read",
+                "Give the included file, or one that MuJoCo has saved (mj_saveLastXML)");
+    for (const Element* compiler : XmlFile::children(top_, "compiler")) {
+      degrees_ = xml_.text_or(*compiler, "angle", degrees_ ? "degree" : "radian") != "radian";
+      sequence_ = xml_.text_or(*compiler, "eulerseq", sequence_);
+      mesh_folder_ =
+          xml_.text_or(*compiler, "meshdir", xml_.text_or(*compiler, "assetdir", mesh_folder_));
+      auto_limits_ = xml_.text_or(*compiler, "autolimits", "true") != "false";
+    }
+    description_.gravity = {0, 0, -9.81};  // MuJoCo's default
+    if (const Element* option = XmlFile::child(top_, "option");
+        option && xml_.has(*option, "gravity"))
+      description_.gravity = xml_.vector(*option, "gravity");
+  }
+
+  double angle(double value) const { return degrees_ ? value * std::numbers::pi / 180 : value; }
+
+  void add_class(const Element& element, const std::string& parent) {
+    const std::string name = xml_.text_or(element, "class", "main");
+    classes_[name] = {&element, parent};
+    for (const Element* e : XmlFile::children(element, "default")) add_class(*e, name);
+  }
+
+  // The element itself, or that of its kind in the nearest class that has the attribute.
+  const Element* holder(const Element& element, const char* attribute,
+                        const std::string& active) const {
+    if (xml_.has(element, attribute)) return &element;
+    std::string name = xml_.text_or(element, "class", active);
+    for (int depth = 0; !name.empty() && depth < 100; ++depth) {
+      const auto found = classes_.find(name);
+      if (found == classes_.end()) return nullptr;
+      const Element* e = XmlFile::child(*found->second.element, element.Name());
+      if (e != nullptr && xml_.has(*e, attribute)) return e;
+      name = found->second.parent;
+    }
+    return nullptr;
+  }
+  std::string word(const Element& element, const char* attribute, const std::string& active,
+                   const std::string& otherwise) const {
+    const Element* e = holder(element, attribute, active);
+    return e == nullptr ? otherwise : xml_.text(*e, attribute);
+  }
+  Vector3 vector(const Element& element, const char* attribute, const std::string& active,
+                 const Vector3& otherwise) const {
+    const Element* e = holder(element, attribute, active);
+    return e == nullptr ? otherwise : xml_.vector(*e, attribute);
+  }
+  double number(const Element& element, const char* attribute, const std::string& active,
+                double otherwise) const {
+    const Element* e = holder(element, attribute, active);
+    return e == nullptr ? otherwise : xml_.number(*e, attribute);
+  }
+
+  Matrix3 euler(const Element& element, const Vector3& angles) const {
+    Matrix3 rotation = Matrix3::Identity();
+    if (sequence_.size() != 3 || sequence_.find_first_not_of("xyzXYZ") != std::string::npos)
+      xml_.fail(element, fmt::format("eulerseq '{}' is not three of x, y, z", sequence_));
+    for (int k = 0; k < 3; ++k) {
+      const char letter = sequence_[static_cast<std::size_t>(k)];
+      const bool fixed = letter < 'a';
+      const Matrix3 turn =
+          spatial::exp_rotation(angle(angles[k]) * Vector3::Unit(letter - (fixed ? 'X' : 'x')));
+      rotation = fixed ? Matrix3(turn * rotation) : Matrix3(rotation * turn);
+    }
+    return rotation;
+  }
+
+  Matrix3 rotation(const Element& e, const std::string& active) const {
+    if (const Element* h = holder(e, "quat", active)) {
+      const std::vector<double> q = xml_.numbers(*h, "quat", 4);
+      const Eigen::Quaterniond quaternion(q[0], q[1], q[2], q[3]);
+      if (!(quaternion.norm() > 1e-9)) xml_.fail(*h, "the quaternion has no length");
+      return quaternion.normalized().toRotationMatrix();
+    }
+    if (const Element* h = holder(e, "axisangle", active)) {
+      const std::vector<double> a = xml_.numbers(*h, "axisangle", 4);
+      const Vector3 axis(a[0], a[1], a[2]);
+      if (!(axis.norm() > 1e-9)) xml_.fail(*h, "the axis has no length");
+      return spatial::exp_rotation(angle(a[3]) * axis.normalized());
+    }
+    if (const Element* h = holder(e, "euler", active)) return euler(*h, xml_.vector(*h, "euler"));
+    if (const Element* h = holder(e, "xyaxes", active)) {
+      const std::vector<double> a = xml_.numbers(*h, "xyaxes", 6);
+      const Vector3 x(a[0], a[1], a[2]), y(a[3], a[4], a[5]);
+      if (!(x.cross(y).norm() > 1e-9)) xml_.fail(*h, "the axes are parallel or have no length");
+      return spatial::rotation_from_axes(x, y);
+    }
+    if (const Element* h = holder(e, "zaxis", active))
+      return Eigen::Quaterniond::FromTwoVectors(Vector3::UnitZ(), xml_.direction(*h, "zaxis"))
+          .toRotationMatrix();
+    return Matrix3::Identity();
+  }
+  Pose pose_of(const Element& e, const std::string& active) const {
+    return {rotation(e, active), vector(e, "pos", active, Vector3::Zero())};
+  }
+
+  void add_mesh(const Element& element) {
+    const std::string file = word(element, "file", "main", "");
+    if (file.empty()) return;  // vertices in the XML itself
+    const std::string name =
+        xml_.text_or(element, "name", std::filesystem::path(file).stem().string());
+    meshes_[name] = {.file = (std::filesystem::path(mesh_folder_) / file).string(),
+                     .scale = vector(element, "scale", "main", Vector3::Ones())};
+  }
+
+  DescribedLink& link(const std::string& name) {
+    return *std::find_if(description_.links.begin(), description_.links.end(),
+                         [&name](const DescribedLink& other) { return other.name == name; });
+  }
+
+  // Children of a body, of <worldbody> or of a <frame>.
+  void add_content(const Element& parent, const Place& place) {
+    for (const Element* e = parent.FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+      const std::string kind = e->Name();
+      const Place inner{place.link, place.pose * Pose(), word(*e, "childclass", "", place.active)};
+      if (kind == "body") add_body(*e, inner);
+      if (kind == "frame")
+        add_content(*e, {place.link, place.pose * pose_of(*e, ""), inner.active});
+      if (kind == "inertial") link(place.link).inertia = read_inertia(*e, place.pose);
+      if (kind == "geom") add_geom(*e, place);
+      if (kind == "site") add_site(*e, place);
+      if (kind == "freejoint" || kind == "composite" || kind == "flexcomp" || kind == "include" ||
+          kind == "attach" || kind == "replicate")
+        xml_.fail(*e, fmt::format("<{}> cannot be part of a stiffness model", kind),
+                  "Cut it out, or give the model as MuJoCo saves it");
+    }
+  }
+
+  void add_body(const Element& element, const Place& parent) {
+    const std::string name =
+        xml_.text_or(element, "name", fmt::format("body_{}", description_.links.size()));
+    Pose origin = parent.pose * pose_of(element, "");
+    std::string at = parent.link;
+    // Joints turn about their places one after the other.
+    for (const Element* e : XmlFile::children(element, "joint")) {
+      DescribedJoint joint = read_joint(*e, parent.active);
+      const Pose place = Pose::translation(vector(*e, "pos", parent.active, Vector3::Zero()));
+      joint.parent = at;
+      joint.origin = origin * place * at_reference(*e, joint, parent.active);
+      at = joint.child = fmt::format("{}@{}", name, joint.name);
+      description_.links.push_back({.name = at, .line = element.GetLineNum()});
+      description_.joints.push_back(std::move(joint));
+      origin = place.inverse();
+    }
+    add_fixed(name, at, origin, element);
+    add_content(element, {name, Pose(), parent.active});
+  }
+
+  // The body behind its joints: the last link between where that has the same frame.
+  void add_fixed(const std::string& name, const std::string& at, const Pose& origin,
+                 const Element& element) {
+    const bool same = !XmlFile::children(element, "joint").empty() &&
+                      origin.position().norm() == 0 && origin.rotation().isIdentity(0);
+    if (same) {
+      description_.links.back().name = name;
+      description_.joints.back().child = name;
+      return;
+    }
+    description_.links.push_back({.name = name, .line = element.GetLineNum()});
+    description_.joints.push_back({.name = name + "@fixed",
+                                   .line = element.GetLineNum(),
+                                   .parent = at,
+                                   .child = name,
+                                   .origin = origin});
+  }
+
+  DescribedJoint read_joint(const Element& e, const std::string& active) {
+    const std::string type = word(e, "type", active, "hinge");
+    if (type != "hinge" && type != "slide")
+      xml_.fail(e, fmt::format("a {} joint cannot be part of a stiffness model", type),
+                "Cut it out, or replace it by joints with one axis each");
+    DescribedJoint joint{
+        .name = xml_.text_or(e, "name", fmt::format("joint_{}", description_.joints.size() + 1)),
+        .line = e.GetLineNum(),
+        .type = type == "slide" ? JointType::prismatic : JointType::continuous};
+    const Element* axis = holder(e, "axis", active);
+    joint.axis = axis == nullptr ? Vector3::UnitZ() : xml_.direction(*axis, "axis");
+    read_range(e, active, joint);
+    if (const double k = number(e, "stiffness", active, 0); k > 0) joint.stiffness = k;
+    if (const Element* h = holder(e, "actuatorfrcrange", active))
+      joint.effort = xml_.numbers(*h, "actuatorfrcrange", 2)[1];
+    return joint;
+  }
+
+  void read_range(const Element& e, const std::string& active, DescribedJoint& joint) const {
+    const Element* range = holder(e, "range", active);
+    const std::string limited = word(e, "limited", active, auto_limits_ ? "auto" : "false");
+    if (range == nullptr || limited == "false") return;
+    std::vector<double> ends = xml_.numbers(*range, "range", 2);
+    if (ends[0] > ends[1]) xml_.fail(*range, "the range has its upper end first");
+    if (ends[0] == ends[1]) return;
+    if (joint.type == JointType::prismatic) {
+      joint.limits = {ends[0], ends[1]};
+    } else {
+      joint.type = JointType::revolute;
+      joint.limits = {angle(ends[0]), angle(ends[1])};
+    }
+  }
+
+  // The frame of the joint where it stands at zero, in that where it stands at `ref`.
+  Pose at_reference(const Element& e, const DescribedJoint& joint,
+                    const std::string& active) const {
+    const double ref = number(e, "ref", active, 0);
+    if (joint.type == JointType::prismatic) return Pose::translation(-ref * joint.axis);
+    return Pose::rotation(spatial::exp_rotation(-angle(ref) * joint.axis));
+  }
+
+  DescribedInertia read_inertia(const Element& e, const Pose& place) const {
+    const Pose pose = place * pose_of(e, "");
+    DescribedInertia inertia{.mass = xml_.number(e, "mass"), .center = pose.position()};
+    if (inertia.mass < 0) xml_.fail(e, "a mass cannot be negative");
+    Matrix3 tensor = Matrix3::Zero();
+    if (xml_.has(e, "fullinertia")) {
+      const std::vector<double> i = xml_.numbers(e, "fullinertia", 6);
+      tensor << i[0], i[3], i[4], i[3], i[1], i[5], i[4], i[5], i[2];
+    } else if (xml_.has(e, "diaginertia")) {
+      tensor = xml_.vector(e, "diaginertia").asDiagonal();
+    }
+    inertia.tensor = pose.rotation() * tensor * pose.rotation().transpose();
+    return inertia;
+  }
+
+  void add_geom(const Element& e, const Place& place) {
+    const std::string name = word(e, "mesh", place.active, "");
+    solids_[place.link] = true;
+    if (name.empty()) return;
+    const auto found = meshes_.find(name);
+    if (found == meshes_.end()) return;
+    DescribedMesh mesh = found->second;
+    mesh.pose = place.pose * pose_of(e, place.active);
+    link(place.link).meshes.push_back(std::move(mesh));
+  }
+
+  void add_site(const Element& e, const Place& place) {
+    const std::string name = xml_.text_or(e, "name", "");
+    if (name.empty()) return;
+    const bool taken = std::any_of(description_.links.begin(), description_.links.end(),
+                                   [&](const DescribedLink& l) { return l.name == name; });
+    const std::string unique = taken ? name + "@site" : name;
+    description_.links.push_back({.name = unique, .line = e.GetLineNum(), .is_mark = true});
+    description_.joints.push_back({.name = unique + "@fixed",
+                                   .line = e.GetLineNum(),
+                                   .parent = place.link,
+                                   .child = unique,
+                                   .origin = place.pose * pose_of(e, place.active)});
+  }
+
+  DescribedJoint* joint(const std::string& name) {
+    const auto found = std::find_if(description_.joints.begin(), description_.joints.end(),
+                                    [&](const DescribedJoint& j) { return j.name == name; });
+    return found == description_.joints.end() ? nullptr : &*found;
+  }
+
+  void read_couplings() {
+    for (const Element* equality : XmlFile::children(top_, "equality"))
+      for (const Element* e : XmlFile::children(*equality, "joint")) {
+        DescribedJoint* follower = joint(xml_.text(*e, "joint1"));
+        const std::string leader = xml_.text_or(*e, "joint2", "");
+        if (follower == nullptr || joint(leader) == nullptr) continue;
+        std::vector<double> c{0, 1, 0, 0, 0};
+        if (xml_.has(*e, "polycoef")) c = xml_.numbers(*e, "polycoef");
+        c.resize(5);
+        if (c[2] != 0 || c[3] != 0 || c[4] != 0)
+          description_.remarks.push_back(fmt::format(
+              "{} follows {} by a curve: its linear part is taken", follower->name, leader));
+        follower->mimics = leader;
+        follower->mimic_offset = c[0];
+        follower->mimic_factor = c[1];
+      }
+  }
+
+  // The largest force of the actuator of a joint.
+  void read_efforts() {
+    for (const Element* actuators : XmlFile::children(top_, "actuator"))
+      for (const Element* e = actuators->FirstChildElement(); e != nullptr;
+           e = e->NextSiblingElement()) {
+        DescribedJoint* driven = joint(xml_.text_or(*e, "joint", ""));
+        const Element* range = holder(*e, "forcerange", "main");
+        if (driven == nullptr || driven->effort || range == nullptr) continue;
+        const Element* gear = holder(*e, "gear", "main");
+        const double ratio = gear == nullptr ? 1 : xml_.numbers(*gear, "gear").at(0);
+        driven->effort = std::abs(ratio * xml_.numbers(*range, "forcerange", 2)[1]);
+      }
+  }
+
+  void say_what_lacks() {
+    std::vector<std::string> names;
+    for (const auto& [name, is_solid] : solids_)
+      if (name != "world" && !link(name).inertia) names.push_back(name);
+    if (!names.empty())
+      description_.remarks.push_back(
+          fmt::format("bodies without <inertial> have no mass here, MuJoCo computes it from their "
+                      "geoms: {}",
+                      fmt::join(names, ", ")));
+  }
+
+  XmlFile xml_;
+  const Element& top_;
+  RobotDescription description_;
+  bool degrees_ = true, auto_limits_ = true;
+  std::string sequence_ = "xyz", mesh_folder_;
+  std::map<std::string, DefaultClass> classes_;
+  std::map<std::string, DescribedMesh> meshes_;
+  std::map<std::string, bool> solids_;  // links with geoms
+};
+
+}  // namespace
+}  // namespace kinetostat::vjm::mjcf_import
+
+namespace kinetostat::vjm {
+
+RobotDescription read_mjcf(const std::filesystem::path& file) {
+  return mjcf_import::Reader(file).read();
+}
+
+}  // namespace kinetostat::vjm

@@ -1,0 +1,17 @@
+// Robots described in MJCF, the format of MuJoCo.
+#pragma once
+
+#include "kinetostat/vjm/exchange/robot_description.h"
+
+namespace kinetostat::vjm {
+
+/// The tree of bodies of a MuJoCo model (https://mujoco.readthedocs.io, XML reference), with its
+/// default classes; the root is the link "world", sites are links that carry nothing. A joint
+/// beside the origin of its body, or one of several of a body, leads to a link "body@joint"
+/// between. Equality constraints of two joints become mimic joints, as far as they are linear.
+/// Throws common::InputError with file and line when the file is not XML or not MJCF, and for ball
+/// and free joints, includes and composites. Masses that MuJoCo would compute from geoms are left
+/// out, with a remark.
+RobotDescription read_mjcf(const std::filesystem::path& file);
+
+}  // namespace kinetostat::vjm

@@ -1,0 +1,127 @@
+#include <cctype>
+#include <iterator>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "kinetostat/common/printable.h"
+#include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/exchange/tree_export.h"
+
+namespace kinetostat::vjm::modelica_export {
+namespace {
+
+using spatial::Pose;
+using spatial::Vector3;
+
+constexpr const char* lost[] = {"limits of joints"};
+
+// Letters, digits and underscores, a letter first.
+std::string identifier(const std::string& name) {
+  std::string out;
+  for (const char c : name) out += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
+  if (out.empty() || std::isalpha(static_cast<unsigned char>(out[0])) == 0) out = "m_" + out;
+  return out;
+}
+
+std::string vector(const Vector3& v) {
+  return fmt::format("{{{}, {}, {}}}", v.x() + 0.0, v.y() + 0.0, v.z() + 0.0);
+}
+
+class Writer {
+ public:
+  explicit Writer(const BodyTree& tree) : tree_(tree) {}
+
+  std::string run() && {
+    const std::string model = identifier(tree_.name);
+    add("model {} \"{}, from kinetostat\"\n", model, quoted(tree_.name));
+    text_ += lost_comment({std::begin(lost), std::end(lost)}, "  // ");
+    text_ += lost_comment(tree_.lost, "  // ");
+    add_world();
+    std::string at = "world.frame_b";
+    for (std::size_t b = 0; b < tree_.bodies.size(); ++b) at = add_body(tree_.bodies[b], b + 1, at);
+    add_frame("tool", tree_.tool);
+    connect(at, "tool.frame_a");
+    add("equation\n{}end {};\n", equations_, model);
+    return std::move(text_);
+  }
+
+ private:
+  template <class... Arguments>
+  void add(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+    fmt::format_to(std::back_inserter(text_), format, std::forward<Arguments>(arguments)...);
+  }
+  void connect(const std::string& a, const std::string& b) {
+    equations_ += fmt::format("  connect({}, {});\n", a, b);
+  }
+  static std::string quoted(const std::string& text) {
+    std::string out;
+    for (const char c : common::printable(text)) {
+      if (c == '"' || c == '\\') out += '\\';
+      out += c;
+    }
+    return out;
+  }
+
+  void add_world() {
+    const double g = tree_.gravity.norm();
+    const Vector3 down = g > 0 ? Vector3(tree_.gravity / g) : Vector3(-Vector3::UnitZ());
+    add("  inner Modelica.Mechanics.MultiBody.World world(g = {}, n = {});\n", g, vector(down));
+  }
+
+  // Turned about one axis: `angle` is in degrees.
+  void add_frame(const std::string& name, const Pose& pose) {
+    const Vector3 turn = spatial::log_rotation(pose.rotation());
+    const double angle = turn.norm();
+    const Vector3 axis = angle > 0 ? Vector3(turn / angle) : Vector3(Vector3::UnitX());
+    add("  Modelica.Mechanics.MultiBody.Parts.FixedRotation {}(r = {}, n = {}, angle = {},\n"
+        "    rotationType = Modelica.Mechanics.MultiBody.Types.RotationTypes.RotationAxis);\n",
+        name, vector(pose.position()), vector(axis), angle * 180 / std::numbers::pi);
+  }
+
+  // Returns the connector behind it.
+  std::string add_body(const TreeBody& body, std::size_t number, const std::string& at) {
+    const std::string name = fmt::format("{}_{}", identifier(body.name), number);
+    add_frame("to_" + name, body.origin);
+    connect(at, fmt::format("to_{}.frame_a", name));
+    const char* coordinate = body.turns ? "phi" : "s";
+    add("  Modelica.Mechanics.MultiBody.Joints.{} {}(useAxisFlange = true, n = {},\n"
+        "    {}(start = {}, fixed = true), {}(start = 0, fixed = true));\n",
+        body.turns ? "Revolute" : "Prismatic", name, vector(Vector3::Unit(body.axis)), coordinate,
+        body.value, body.turns ? "w" : "v");
+    connect(fmt::format("to_{}.frame_b", name), name + ".frame_a");
+    add_spring(body, name);
+    if (body.mass > 0) add_mass(body, name);
+    return name + ".frame_b";
+  }
+
+  void add_spring(const TreeBody& body, const std::string& name) {
+    if (!body.stiffness) return;
+    add("  Modelica.Mechanics.{}.Components.SpringDamper spring_{}(c = {}, d = {}, {} = {});\n",
+        body.turns ? "Rotational" : "Translational", name, *body.stiffness, body.damping,
+        body.turns ? "phi_rel0" : "s_rel0", body.rest);
+    connect(fmt::format("spring_{}.flange_a", name), name + ".support");
+    connect(fmt::format("spring_{}.flange_b", name), name + ".axis");
+  }
+
+  void add_mass(const TreeBody& body, const std::string& name) {
+    const auto& i = body.inertia;
+    add("  Modelica.Mechanics.MultiBody.Parts.Body body_{}(m = {}, r_CM = {}, I_11 = {}, I_22 = "
+        "{},\n"
+        "    I_33 = {}, I_21 = {}, I_31 = {}, I_32 = {});\n",
+        name, body.mass, vector(body.center), i(0, 0), i(1, 1), i(2, 2), i(1, 0), i(2, 0), i(2, 1));
+    connect(name + ".frame_b", fmt::format("body_{}.frame_a", name));
+  }
+
+  const BodyTree& tree_;
+  std::string text_, equations_;
+};
+
+}  // namespace
+}  // namespace kinetostat::vjm::modelica_export
+
+namespace kinetostat::vjm {
+
+std::string modelica(const BodyTree& tree) { return modelica_export::Writer(tree).run(); }
+
+}  // namespace kinetostat::vjm

@@ -1,0 +1,79 @@
+// Robots as other programs describe them, as far as a stiffness model needs that: a tree of links
+// and joints, whatever the format.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kinetostat/spatial/pose.h"
+
+namespace kinetostat::vjm {
+
+struct DescribedInertia {
+  double mass = 0;                                     // [kg]
+  spatial::Vector3 center = spatial::Vector3::Zero();  // [m], link frame
+  spatial::Matrix3 tensor =
+      spatial::Matrix3::Zero();  // [kg m^2] about the centre, axes of the link
+};
+
+struct DescribedMesh {
+  std::string file;                                   // as written
+  spatial::Pose pose = {};                            // of the mesh in the link
+  spatial::Vector3 scale = spatial::Vector3::Ones();  // of its coordinates, to metres
+};
+
+struct DescribedLink {
+  std::string name;
+  int line = 0;
+  std::optional<DescribedInertia> inertia = {};
+  std::vector<DescribedMesh> meshes = {};  // visual first, as written
+  bool is_mark = false;                    // a frame that carries nothing, as a site of MJCF
+};
+
+enum class JointType { fixed, revolute, continuous, prismatic };
+
+struct DescribedJoint {
+  std::string name;
+  int line = 0;
+  JointType type = JointType::fixed;
+  std::string parent = {}, child = {};                // names of links
+  spatial::Pose origin = {};                          // of the child in the parent, at zero
+  spatial::Vector3 axis = spatial::Vector3::UnitX();  // unit vector, child frame
+  std::optional<std::array<double, 2>> limits = {};   // [m or rad]
+  std::string mimics = {};                            // name of a joint, or empty
+  double mimic_factor = 1, mimic_offset = 0;
+  std::optional<double> effort = {};     // largest [N or N m]
+  std::optional<double> stiffness = {};  // of a spring of the joint [N/m or N m/rad]
+};
+
+bool turns(const DescribedJoint& joint);
+
+struct RobotDescription {
+  std::filesystem::path file;
+  std::string format;  // "URDF"
+  std::string name;
+  std::vector<DescribedLink> links = {};
+  std::vector<DescribedJoint> joints = {};
+  spatial::Vector3 gravity{0, 0, -9.80665};  // [m/s^2], axes of the root
+  std::vector<std::string> remarks = {};     // what the file says and this does not hold, in words
+};
+
+/// Throws common::InputError where names are used twice, a joint names a link that is not there, or
+/// a link is the child of two joints.
+void check_names(const RobotDescription& robot);
+
+/// The chain between two links; fixed joints are part of it.
+struct DescribedChain {
+  std::string base, tip;
+  std::vector<std::size_t> joints;  // numbers in the description, from base to tip
+};
+
+/// `base` empty: the root. `tip` empty: the only link without children. Throws common::InputError
+/// when there are several candidates (they are listed), or no way from base to tip.
+DescribedChain find_chain(const RobotDescription& robot, const std::string& base,
+                          const std::string& tip);
+
+}  // namespace kinetostat::vjm

@@ -1,0 +1,92 @@
+#include <iterator>
+
+#include <fmt/format.h>
+
+#include "kinetostat/vjm/exchange/tree_export.h"
+
+namespace kinetostat::vjm::sdf_export {
+namespace {
+
+using spatial::Pose;
+using spatial::Vector3;
+
+constexpr const char* lost[] = {"the posture, but as spring_reference", "limits of joints"};
+
+class Writer {
+ public:
+  explicit Writer(const BodyTree& tree) : tree_(tree) {}
+
+  std::string run() && {
+    add("<?xml version=\"1.0\"?>\n<sdf version=\"1.9\">\n");
+    text_ += lost_comment({std::begin(lost), std::end(lost)}, "  <!-- ", " -->");
+    text_ += lost_comment(tree_.lost, "  <!-- ", " -->");
+    add("  <world name=\"world_of_robot\">\n    <gravity>{}</gravity>\n", xml_words(tree_.gravity));
+    add("    <model name=\"{}\">\n      <link name=\"base\"/>\n", xml_escaped(tree_.name));
+    add("      <joint name=\"base_joint\" type=\"fixed\">\n        <parent>world</parent>\n"
+        "        <child>base</child>\n      </joint>\n");
+    std::string parent = "base";
+    for (const TreeBody& body : tree_.bodies) {
+      const std::string link = xml_escaped(body.name) + "_link";
+      add_link(body, link);
+      add_joint(body, parent, link);
+      parent = link;
+    }
+    add("      <frame name=\"tool\" attached_to=\"{}\">\n{}      </frame>\n", parent,
+        pose(tree_.tool, parent));
+    add("    </model>\n  </world>\n</sdf>\n");
+    return std::move(text_);
+  }
+
+ private:
+  template <class... Arguments>
+  void add(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+    fmt::format_to(std::back_inserter(text_), format, std::forward<Arguments>(arguments)...);
+  }
+
+  static std::string pose(const Pose& pose, const std::string& in) {
+    return fmt::format("        <pose relative_to=\"{}\">{} {}</pose>\n", in,
+                       xml_words(pose.position()), xml_words(roll_pitch_yaw(pose.rotation())));
+  }
+
+  void add_link(const TreeBody& body, const std::string& link) {
+    add("      <link name=\"{}\">\n        <pose relative_to=\"{}\"/>\n", link,
+        xml_escaped(body.name));
+    if (body.mass > 0) {
+      const auto& i = body.inertia;
+      add("        <inertial>\n          <pose>{} 0 0 0</pose>\n          <mass>{}</mass>\n",
+          xml_words(body.center), body.mass);
+      add("          <inertia><ixx>{}</ixx><ixy>{}</ixy><ixz>{}</ixz><iyy>{}</iyy><iyz>{}</iyz>"
+          "<izz>{}</izz></inertia>\n        </inertial>\n",
+          i(0, 0), i(0, 1), i(0, 2), i(1, 1), i(1, 2), i(2, 2));
+    }
+    add("      </link>\n");
+  }
+
+  void add_joint(const TreeBody& body, const std::string& parent, const std::string& link) {
+    add("      <joint name=\"{}\" type=\"{}\">\n{}", xml_escaped(body.name),
+        body.turns ? "continuous" : "prismatic", pose(body.origin, parent));
+    add("        <parent>{}</parent>\n        <child>{}</child>\n        <axis>\n"
+        "          <xyz>{}</xyz>\n",
+        parent, link, xml_words(Vector3::Unit(body.axis)));
+    if (body.stiffness) {
+      add("          <dynamics>\n            <spring_reference>{}</spring_reference>\n"
+          "            <spring_stiffness>{}</spring_stiffness>\n",
+          body.rest, *body.stiffness);
+      if (body.damping > 0) add("            <damping>{}</damping>\n", body.damping);
+      add("          </dynamics>\n");
+    }
+    add("        </axis>\n      </joint>\n");
+  }
+
+  const BodyTree& tree_;
+  std::string text_;
+};
+
+}  // namespace
+}  // namespace kinetostat::vjm::sdf_export
+
+namespace kinetostat::vjm {
+
+std::string sdf(const BodyTree& tree) { return sdf_export::Writer(tree).run(); }
+
+}  // namespace kinetostat::vjm

@@ -1,0 +1,92 @@
+#include <iterator>
+
+#include <fmt/format.h>
+
+#include "kinetostat/vjm/exchange/tree_export.h"
+
+namespace kinetostat::vjm::urdf_export {
+namespace {
+
+using spatial::Pose;
+using spatial::Vector3;
+
+constexpr const char* lost[] = {
+    "the springs of joints, but for readers that know Gazebo's extension",
+    "gravity, and the posture that the springs are relaxed in, but as springReference",
+    "limits of joints"};
+
+class Writer {
+ public:
+  explicit Writer(const BodyTree& tree) : tree_(tree) {}
+
+  std::string run() && {
+    add("<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n", xml_escaped(tree_.name));
+    text_ += lost_comment({std::begin(lost), std::end(lost)}, "  <!-- ", " -->");
+    text_ += lost_comment(tree_.lost, "  <!-- ", " -->");
+    add("  <link name=\"base\"/>\n");
+    std::string parent = "base";
+    for (const TreeBody& body : tree_.bodies) {
+      const std::string link = xml_escaped(body.name) + "_link";
+      add_link(body, link);
+      add_joint(body, parent, link);
+      parent = link;
+    }
+    add("  <link name=\"tool\"/>\n  <joint name=\"tool_joint\" type=\"fixed\">\n{}",
+        origin(tree_.tool));
+    add("    <parent link=\"{}\"/>\n    <child link=\"tool\"/>\n  </joint>\n</robot>\n", parent);
+    return std::move(text_);
+  }
+
+ private:
+  template <class... Arguments>
+  void add(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+    fmt::format_to(std::back_inserter(text_), format, std::forward<Arguments>(arguments)...);
+  }
+
+  static std::string origin(const Pose& pose) {
+    return fmt::format("    <origin xyz=\"{}\" rpy=\"{}\"/>\n", xml_words(pose.position()),
+                       xml_words(roll_pitch_yaw(pose.rotation())));
+  }
+
+  void add_link(const TreeBody& body, const std::string& link) {
+    if (!(body.mass > 0)) {
+      add("  <link name=\"{}\"/>\n", link);
+      return;
+    }
+    const auto& i = body.inertia;
+    add("  <link name=\"{}\">\n    <inertial>\n      <origin xyz=\"{}\"/>\n", link,
+        xml_words(body.center));
+    add("      <mass value=\"{}\"/>\n      <inertia ixx=\"{}\" ixy=\"{}\" ixz=\"{}\" iyy=\"{}\" "
+        "iyz=\"{}\" izz=\"{}\"/>\n    </inertial>\n  </link>\n",
+        body.mass, i(0, 0), i(0, 1), i(0, 2), i(1, 1), i(1, 2), i(2, 2));
+  }
+
+  // A prismatic joint must have limits: none that matter.
+  void add_joint(const TreeBody& body, const std::string& parent, const std::string& link) {
+    const std::string name = xml_escaped(body.name);
+    add("  <joint name=\"{}\" type=\"{}\">\n{}    <parent link=\"{}\"/>\n    <child "
+        "link=\"{}\"/>\n",
+        name, body.turns ? "continuous" : "prismatic", origin(body.origin), parent, link);
+    add("    <axis xyz=\"{}\"/>\n", xml_words(Vector3::Unit(body.axis)));
+    if (!body.turns)
+      add("    <limit lower=\"-1000\" upper=\"1000\" effort=\"1e9\" velocity=\"1e9\"/>\n");
+    if (body.damping > 0) add("    <dynamics damping=\"{}\" friction=\"0\"/>\n", body.damping);
+    add("  </joint>\n");
+    if (body.stiffness)
+      add("  <gazebo reference=\"{}\">\n    <springStiffness>{}</springStiffness>\n"
+          "    <springReference>{}</springReference>\n  </gazebo>\n",
+          name, *body.stiffness, body.rest);
+  }
+
+  const BodyTree& tree_;
+  std::string text_;
+};
+
+}  // namespace
+}  // namespace kinetostat::vjm::urdf_export
+
+namespace kinetostat::vjm {
+
+std::string urdf(const BodyTree& tree) { return urdf_export::Writer(tree).run(); }
+
+}  // namespace kinetostat::vjm

@@ -1,0 +1,156 @@
+#include "kinetostat/vjm/exchange/urdf_import.h"
+
+#include <algorithm>
+#include <tinyxml2.h>
+
+#include <fmt/format.h>
+
+#include "kinetostat/common/spelling.h"
+#include "kinetostat/spatial/rotation.h"
+#include "kinetostat/vjm/exchange/xml_file.h"
+
+namespace kinetostat::vjm::urdf_import {
+namespace {
+
+using spatial::Matrix3;
+using spatial::Pose;
+using spatial::Vector3;
+using Element = XmlFile::Element;
+
+class Reader {
+ public:
+  explicit Reader(const std::filesystem::path& file) : xml_(file) {}
+
+  RobotDescription read() {
+    const Element& robot = xml_.root("robot", "URDF");
+    refuse_xacro(robot);
+    RobotDescription description{
+        .file = xml_.file(), .format = "URDF", .name = xml_.text(robot, "name")};
+    for (const Element* e : XmlFile::children(robot, "link"))
+      description.links.push_back(read_link(*e));
+    for (const Element* e : XmlFile::children(robot, "joint"))
+      description.joints.push_back(read_joint(*e));
+    for (const Element* e : XmlFile::children(robot, "gazebo")) read_spring(*e, description);
+    check_names(description);
+    return description;
+  }
+
+ private:
+  void refuse_xacro(const Element& robot) const {
+    for (const Element* e = robot.FirstChildElement(); e != nullptr; e = e->NextSiblingElement())
+      if (std::string_view(e->Name()).starts_with("xacro:"))
+        xml_.fail(*e, "this is a xacro file with macros in it",
+                  "Expand it first: xacro robot.xacro > robot.urdf");
+  }
+
+  Pose read_origin(const Element& parent) const {
+    const Element* origin = XmlFile::child(parent, "origin");
+    return {spatial::rotation_from_rpy(xml_.vector_or(origin, "rpy", Vector3::Zero())),
+            xml_.vector_or(origin, "xyz", Vector3::Zero())};
+  }
+
+  DescribedInertia read_inertia(const Element& element) const {
+    DescribedInertia inertia;
+    const Element* mass = XmlFile::child(element, "mass");
+    if (mass == nullptr) xml_.fail(element, "there is no <mass>");
+    inertia.mass = xml_.number(*mass, "value");
+    if (inertia.mass < 0) xml_.fail(*mass, "a mass cannot be negative");
+    const Pose origin = read_origin(element);
+    inertia.center = origin.position();
+    if (const Element* moments = XmlFile::child(element, "inertia")) {
+      const auto of = [&](const char* name) { return xml_.number_or(*moments, name, 0); };
+      Matrix3 tensor;
+      tensor << of("ixx"), of("ixy"), of("ixz"), of("ixy"), of("iyy"), of("iyz"), of("ixz"),
+          of("iyz"), of("izz");
+      inertia.tensor = origin.rotation() * tensor * origin.rotation().transpose();
+    }
+    return inertia;
+  }
+
+  DescribedLink read_link(const Element& element) const {
+    DescribedLink link{.name = xml_.text(element, "name"), .line = element.GetLineNum()};
+    if (const Element* inertial = XmlFile::child(element, "inertial"))
+      link.inertia = read_inertia(*inertial);
+    for (const char* kind : {"visual", "collision"})
+      for (const Element* e : XmlFile::children(element, kind)) {
+        const Element* geometry = XmlFile::child(*e, "geometry");
+        const Element* mesh = geometry == nullptr ? nullptr : XmlFile::child(*geometry, "mesh");
+        if (mesh == nullptr) continue;
+        const std::string file = xml_.text(*mesh, "filename");
+        if (std::none_of(link.meshes.begin(), link.meshes.end(),
+                         [&file](const DescribedMesh& m) { return m.file == file; }))
+          link.meshes.push_back(
+              {file, read_origin(*e), xml_.vector_or(mesh, "scale", Vector3::Ones())});
+      }
+    return link;
+  }
+
+  JointType read_type(const Element& element) const {
+    const std::string type = xml_.text(element, "type");
+    if (type == "fixed") return JointType::fixed;
+    if (type == "revolute") return JointType::revolute;
+    if (type == "continuous") return JointType::continuous;
+    if (type == "prismatic") return JointType::prismatic;
+    if (type == "floating" || type == "planar")
+      xml_.fail(element, fmt::format("a {} joint cannot be part of a stiffness model", type),
+                "Cut it out, or replace it by joints with one axis each");
+    const std::string near =
+        common::nearest_spelling(type, {"fixed", "revolute", "continuous", "prismatic"});
+    xml_.fail(element, fmt::format("the joint type '{}' is not known", type),
+              near.empty() ? "" : fmt::format("Did you mean '{}'?", near));
+  }
+
+  std::string linked(const Element& joint, const char* end) const {
+    const Element* element = XmlFile::child(joint, end);
+    if (element == nullptr) xml_.fail(joint, fmt::format("there is no <{}>", end));
+    return xml_.text(*element, "link");
+  }
+
+  DescribedJoint read_joint(const Element& element) const {
+    DescribedJoint joint{.name = xml_.text(element, "name"),
+                         .line = element.GetLineNum(),
+                         .type = read_type(element),
+                         .parent = linked(element, "parent"),
+                         .child = linked(element, "child")};
+    joint.origin = read_origin(element);
+    if (joint.type == JointType::fixed) return joint;
+    if (const Element* axis = XmlFile::child(element, "axis"); axis && xml_.has(*axis, "xyz"))
+      joint.axis = xml_.direction(*axis, "xyz");
+    if (const Element* limit = XmlFile::child(element, "limit")) read_limits(*limit, joint);
+    if (const Element* mimic = XmlFile::child(element, "mimic")) {
+      joint.mimics = xml_.text(*mimic, "joint");
+      joint.mimic_factor = xml_.number_or(*mimic, "multiplier", 1);
+      joint.mimic_offset = xml_.number_or(*mimic, "offset", 0);
+    }
+    return joint;
+  }
+
+  void read_limits(const Element& limit, DescribedJoint& joint) const {
+    if (xml_.has(limit, "effort")) joint.effort = xml_.number(limit, "effort");
+    if (joint.type == JointType::continuous) return;
+    joint.limits = {xml_.number_or(limit, "lower", 0), xml_.number_or(limit, "upper", 0)};
+    if ((*joint.limits)[0] > (*joint.limits)[1]) xml_.fail(limit, "lower is above upper");
+  }
+
+  // <gazebo reference="joint"><springStiffness>, as sdformat's reader of URDF takes it.
+  void read_spring(const Element& element, RobotDescription& description) const {
+    const Element* stiffness = XmlFile::child(element, "springStiffness");
+    if (stiffness == nullptr) return;
+    const std::string name = xml_.text_or(element, "reference", "");
+    for (DescribedJoint& joint : description.joints)
+      if (joint.name == name) joint.stiffness = xml_.number(*stiffness, nullptr);
+  }
+
+  XmlFile xml_;
+};
+
+}  // namespace
+}  // namespace kinetostat::vjm::urdf_import
+
+namespace kinetostat::vjm {
+
+RobotDescription read_urdf(const std::filesystem::path& file) {
+  return urdf_import::Reader(file).read();
+}
+
+}  // namespace kinetostat::vjm

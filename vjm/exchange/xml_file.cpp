@@ -1,0 +1,146 @@
+#include "kinetostat/vjm/exchange/xml_file.h"
+
+#include <charconv>
+#include <cmath>
+#include <tinyxml2.h>
+
+#include <fmt/format.h>
+
+#include "kinetostat/common/error.h"
+#include "kinetostat/io/largest_number.h"
+#include "kinetostat/io/text_file.h"
+
+namespace kinetostat::vjm {
+namespace {
+
+bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
+
+// Whether a text is finite numbers with blanks between.
+bool read_numbers(const std::string& text, std::vector<double>& values) {
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  while (true) {
+    while (at != end && is_blank(*at)) ++at;
+    if (at == end) return true;
+    if (*at == '+') ++at;
+    double value = 0;
+    const auto [after, error] = std::from_chars(at, end, value);
+    if (error != std::errc() || !(std::abs(value) <= io::largest_number)) return false;
+    if (after != end && !is_blank(*after)) return false;
+    values.push_back(value);
+    at = after;
+  }
+}
+
+}  // namespace
+
+XmlFile::XmlFile(std::filesystem::path file)
+    : file_(std::move(file)), document_(std::make_unique<tinyxml2::XMLDocument>()) {
+  const std::string text = io::read_text(file_);
+  if (document_->Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
+    throw common::InputError({.file = file_,
+                              .line = document_->ErrorLineNum(),
+                              .what = fmt::format("this is not XML ({})", document_->ErrorName())});
+}
+
+XmlFile::~XmlFile() = default;
+
+std::string XmlFile::root_name() const {
+  const Element* root = document_->RootElement();
+  return root == nullptr ? "" : root->Name();
+}
+
+const XmlFile::Element& XmlFile::root(const char* name, const char* format) const {
+  const Element* root = document_->FirstChildElement(name);
+  if (root == nullptr)
+    throw common::InputError(file_, fmt::format("there is no <{}> element", name),
+                             fmt::format("Give a {} file", format));
+  return *root;
+}
+
+void XmlFile::fail(const Element& element, const std::string& what, const std::string& cure) const {
+  throw common::InputError({.file = file_,
+                            .line = element.GetLineNum(),
+                            .key = fmt::format("<{}>", element.Name()),
+                            .what = what,
+                            .cure = cure});
+}
+
+std::vector<const XmlFile::Element*> XmlFile::children(const Element& parent, const char* name) {
+  std::vector<const Element*> result;
+  for (const Element* e = parent.FirstChildElement(name); e != nullptr;
+       e = e->NextSiblingElement(name))
+    result.push_back(e);
+  return result;
+}
+
+const XmlFile::Element* XmlFile::child(const Element& parent, const char* name) {
+  return parent.FirstChildElement(name);
+}
+
+std::string XmlFile::text(const Element& element, const char* attribute) const {
+  const char* value = element.Attribute(attribute);
+  if (value == nullptr || *value == '\0')
+    fail(element, fmt::format("the attribute '{}' is missing", attribute));
+  return value;
+}
+
+std::string XmlFile::text_or(const Element& element, const char* attribute,
+                             const std::string& otherwise) const {
+  return has(element, attribute) ? text(element, attribute) : otherwise;
+}
+
+bool XmlFile::has(const Element& element, const char* attribute) const {
+  return element.Attribute(attribute) != nullptr;
+}
+
+std::string XmlFile::raw(const Element& element, const char* attribute) const {
+  if (attribute != nullptr) return text(element, attribute);
+  const char* inside = element.GetText();
+  return inside == nullptr ? "" : inside;
+}
+
+std::vector<double> XmlFile::numbers(const Element& element, const char* attribute) const {
+  std::vector<double> values;
+  const std::string text = raw(element, attribute);
+  if (!read_numbers(text, values))
+    fail(element, fmt::format("\"{}\" is not finite numbers with blanks between", text));
+  return values;
+}
+
+std::vector<double> XmlFile::numbers(const Element& element, const char* attribute,
+                                     std::size_t count) const {
+  std::vector<double> values;
+  const std::string text = raw(element, attribute);
+  if (!read_numbers(text, values) || values.size() != count)
+    fail(element, fmt::format("{}\"{}\" is not {} finite number{}",
+                              attribute == nullptr ? "" : fmt::format("{}=", attribute), text,
+                              count, count == 1 ? "" : "s"));
+  return values;
+}
+
+double XmlFile::number(const Element& element, const char* attribute) const {
+  return numbers(element, attribute, 1)[0];
+}
+
+double XmlFile::number_or(const Element& element, const char* attribute, double otherwise) const {
+  return has(element, attribute) ? number(element, attribute) : otherwise;
+}
+
+spatial::Vector3 XmlFile::vector(const Element& element, const char* attribute) const {
+  const std::vector<double> v = numbers(element, attribute, 3);
+  return {v[0], v[1], v[2]};
+}
+
+spatial::Vector3 XmlFile::vector_or(const Element* element, const char* attribute,
+                                    const spatial::Vector3& otherwise) const {
+  return element == nullptr || !has(*element, attribute) ? otherwise : vector(*element, attribute);
+}
+
+spatial::Vector3 XmlFile::direction(const Element& element, const char* attribute) const {
+  const spatial::Vector3 given = vector(element, attribute);
+  if (!(given.norm() > 1e-9)) fail(element, "the axis has no length");
+  return given.normalized();
+}
+
+}  // namespace kinetostat::vjm

@@ -1,0 +1,70 @@
+// XML files of robots: elements and attributes with their places for messages.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "kinetostat/spatial/linear_algebra.h"
+
+namespace tinyxml2 {
+class XMLDocument;
+class XMLElement;
+}  // namespace tinyxml2
+
+namespace kinetostat::vjm {
+
+/// All accessors throw common::InputError with file and line.
+class XmlFile {
+ public:
+  using Element = tinyxml2::XMLElement;
+
+  /// Throws when the file is missing or not XML.
+  explicit XmlFile(std::filesystem::path file);
+  ~XmlFile();
+  XmlFile(const XmlFile&) = delete;
+  XmlFile& operator=(const XmlFile&) = delete;
+
+  const std::filesystem::path& file() const { return file_; }
+  /// Of the outermost element; empty where there is none.
+  std::string root_name() const;
+  /// The outermost element of this name.
+  const Element& root(const char* name, const char* format) const;
+
+  [[noreturn]] void fail(const Element& element, const std::string& what,
+                         const std::string& cure = {}) const;
+
+  /// Children of a name, in the order of the file.
+  static std::vector<const Element*> children(const Element& parent, const char* name);
+  /// nullptr where there is none.
+  static const Element* child(const Element& parent, const char* name);
+
+  /// An attribute that must be there and not empty.
+  std::string text(const Element& element, const char* attribute) const;
+  std::string text_or(const Element& element, const char* attribute,
+                      const std::string& otherwise) const;
+  bool has(const Element& element, const char* attribute) const;
+
+  /// Finite numbers, with blanks between. `attribute` nullptr: in the text of the element.
+  std::vector<double> numbers(const Element& element, const char* attribute) const;
+  /// Exactly so many.
+  std::vector<double> numbers(const Element& element, const char* attribute,
+                              std::size_t count) const;
+  double number(const Element& element, const char* attribute) const;
+  double number_or(const Element& element, const char* attribute, double otherwise) const;
+  spatial::Vector3 vector(const Element& element, const char* attribute) const;
+  spatial::Vector3 vector_or(const Element* element, const char* attribute,
+                             const spatial::Vector3& otherwise) const;
+  /// A unit vector.
+  spatial::Vector3 direction(const Element& element, const char* attribute) const;
+
+ private:
+  std::string raw(const Element& element, const char* attribute) const;
+
+  std::filesystem::path file_;
+  std::unique_ptr<tinyxml2::XMLDocument> document_;
+};
+
+}  // namespace kinetostat::vjm
