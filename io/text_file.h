@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace kinetostat::io {
@@ -30,6 +31,17 @@ class Outputs {
   ~Outputs();
   Outputs(const Outputs&) = delete;
   Outputs& operator=(const Outputs&) = delete;
+};
+
+/// What files are read as while this lives, in place of what they hold, whatever they are called:
+/// values that are set for one run. One at a time.
+class ReadAs {
+ public:
+  using Content = std::pair<std::filesystem::path, std::string>;
+  explicit ReadAs(std::vector<Content> files);
+  ~ReadAs();
+  ReadAs(const ReadAs&) = delete;
+  ReadAs& operator=(const ReadAs&) = delete;
 };
 
 /// Throws what Outputs throws for a file that cannot be written.

@@ -107,7 +107,7 @@ const std::vector<Group>& groups() {
       {"Measurements",
        {"study", "readings", "measure", "compare", "calibrate", "diagnose", "adopt", "revert",
         "plan", "simulate", "effect", "studio"}},
-      {"Files and pages", {"new", "report", "demo"}}};
+      {"Files and pages", {"new", "report", "sweep", "join", "demo"}}};
   return all;
 }
 
@@ -147,6 +147,19 @@ std::vector<std::filesystem::path> outputs_of(const OptionList& options) {
     named_by.push_back(name);
   }
   return files;
+}
+
+// KEY=VALUE of --set.
+std::vector<Setting> settings_of(const std::vector<std::string>& texts) {
+  std::vector<Setting> settings;
+  for (const std::string& text : texts) {
+    const std::size_t sign = text.find('=');
+    if (sign == std::string::npos || sign == 0)
+      throw UsageError("--set", fmt::format("'{}' is not KEY=VALUE", text),
+                       "Write --set links.upper.beam.length='300 mm'");
+    settings.emplace_back(text.substr(0, sign), text.substr(sign + 1));
+  }
+  return settings;
 }
 
 std::string page_sentence(const char* sort) {
@@ -243,6 +256,16 @@ void Program::add_common_options(const Command& command) {
     options.add_option(out, options_.out, what).type_name("DIR").group(OptionList::common_group);
   else
     add(out, options_.out, what.empty() ? "Write the report to a file as well" : what);
+  if (takes_set(command.info.name))
+    options
+        .add_option(
+            "--set", changes_,
+            "Another value in the robot, link or campaign file for this run, by its keys: "
+            "links.upper.beam.length='300 mm', chain_types.arm.q1.stiffness=2e5; any number "
+            "of times")
+        .type_name("KEY=VALUE")
+        .hide_default()
+        .one_at_a_time();
   options.add_option("--threads", options_.threads, "Threads to use; all processors unless given")
       .group(OptionList::common_group)
       .type_name("N")
@@ -421,6 +444,7 @@ void Program::run_action(const Command& command) {
   const auto start = std::chrono::steady_clock::now();
   refuse_misplaced_files(command.info.name, command.options().positionals());
   const io::Outputs outputs(outputs_of(command.options()));
+  const io::ReadAs changed(changed_files(command.options().positionals(), settings_of(changes_)));
   if (command.info.out_is_folder && !options_.out.empty())
     io::require_writable(std::filesystem::path(options_.out) / "file");
   if (!options_.html.empty()) report::require_pages();

@@ -196,6 +196,7 @@ class Program {
   Streams streams_;
   CommonOptions options_;
   std::string shell_, manual_folder_;
+  std::vector<std::string> changes_;  // --set
   std::vector<std::unique_ptr<Command>> commands_;
   std::unique_ptr<CLI::App> app_;
 };

@@ -8,6 +8,9 @@
 #include <fmt/format.h>
 
 #include "kinetostat/io/document_kind.h"
+#include "kinetostat/io/text_file.h"
+#include "kinetostat/io/yaml.h"
+#include "kinetostat/io/yaml_change.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -109,7 +112,58 @@ std::string words_for(const Kinds& kinds) {
   return words;
 }
 
+using File = std::pair<std::filesystem::path, std::string>;  // and its text
+
+bool is_written_by_people(DocumentKind kind) {
+  return kind == DocumentKind::robot || kind == DocumentKind::campaign ||
+         kind == DocumentKind::link;
+}
+
+// The files that may be changed, with the robot file that a campaign names.
+std::vector<File> readable(const std::vector<std::string>& files) {
+  std::vector<File> result;
+  for (const std::string& file : files) {
+    const DocumentKind kind = io::document_kind(file);
+    if (!is_written_by_people(kind)) continue;
+    result.emplace_back(file, io::read_text(file));
+    if (kind != DocumentKind::campaign) continue;
+    const io::YamlNode top = io::parse_yaml(result.back().second, file);
+    const auto its_robot = top.find("robot");
+    if (!its_robot || !its_robot->is_scalar()) continue;
+    const std::filesystem::path named = its_robot->existing_file();
+    result.emplace_back(named, io::read_text(named));
+  }
+  return result;
+}
+
 }  // namespace
+
+bool takes_set(const std::string& command) {
+  for (const Wanted& wanted : all_wanted())
+    for (const Kinds& place : wanted.places)
+      if (command == wanted.command &&
+          std::any_of(place.begin(), place.end(), is_written_by_people))
+        return true;
+  return false;
+}
+
+std::vector<File> changed_files(const std::vector<std::string>& files,
+                                const std::vector<Setting>& settings) {
+  std::vector<File> all;
+  if (settings.empty()) return all;
+  all = readable(files);
+  if (all.empty())
+    throw common::InputError(files.empty() ? "" : files[0],
+                             "no value can be set in it: it is no robot, link or campaign file");
+  for (const auto& [key, value] : settings) {
+    auto file = std::find_if(all.begin(), all.end(), [&key = key](const File& f) {
+      return io::has_first_key(f.second, key);
+    });
+    if (file == all.end()) file = all.begin();
+    file->second = io::with_value(file->second, file->first, key, value);
+  }
+  return all;
+}
 
 void refuse_misplaced_files(const std::string& command, const std::vector<std::string>& files) {
   const auto found = std::find_if(all_wanted().begin(), all_wanted().end(),
