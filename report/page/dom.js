@@ -16,7 +16,9 @@ export function list(sentences, attributes = {}) {
 }
 
 export function table(columns, rows, caption) {
-  const isNumber = (value) => typeof value === "number" || /^[-+]?[\d.]/.test(value);
+  // Not what goes on in words, or is several numbers.
+  const isNumber = (value) =>
+    typeof value === "number" || (/^[-+]?[\d.]/.test(value) && !/, | along |% \S/.test(value));
   const cell = (value) =>
     element("td", { class: isNumber(value) ? "number" : undefined }, String(value));
   const heading = (name, k) =>

@@ -192,7 +192,8 @@ function extremes(map) {
       return `${map.positions[k].map((x) => number(x)).join(", ")} ${map.length}`;
     };
     const mean = known.reduce((total, [value]) => total + value, 0) / known.length;
-    return [[index.name, number(low), at(low), number(mean), number(high), at(high), index.unit]];
+    const four = (value) => number(value, 4);
+    return [[index.name, four(low), at(low), four(mean), four(high), at(high), index.unit]];
   });
   if (!rows.length) return null;
   const columns = ["index", "smallest", "at", "mean", "largest", "at ", "unit"];
