@@ -201,12 +201,17 @@ class BodyStudy {
     return fea::identify(spec, geometry, options, run_.progress());
   }
 
+  // To a hundredth.
+  static double off_in_mm(const JointInterface& face) {
+    return std::round(1e5 * std::abs(face.off)) / 100;
+  }
+
   void describe(const fea::LinkResult& result, const JointInterface& held,
                 const JointInterface& loaded, std::size_t bodies) {
     words_ = fmt::format(
-        "{}: held at the {}, {:.3g} mm from its joint's frame, loaded at the {}, "
-        "{:.3g} mm from that of the next",
-        body_.name, held.words, 1e3 * std::abs(held.off), loaded.words, 1e3 * std::abs(loaded.off));
+        "{}: held at the {}, {} mm from its joint's frame, loaded at the {}, {} mm from {}",
+        body_.name, held.words, off_in_mm(held), loaded.words, off_in_mm(loaded),
+        body_.end_axis ? "that of the next" : "the tip");
     if (bodies > 1) words_ += fmt::format("; the largest of {} bodies in the mesh", bodies);
     if (!result.accuracy.shortfall.empty()) words_ += "; " + result.accuracy.shortfall;
     if (result.mass && body_.mass > 0 && *result.mass > 1.5 * body_.mass)
