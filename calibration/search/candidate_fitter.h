@@ -98,6 +98,7 @@ class CandidateFitter {
   /// Predictor of the robot as its file has it.
   const Predictor& predictor() const { return predictor_; }
   const Campaign& campaign() const { return campaign_; }
+  const vjm::Manipulator& bare() const { return robot_.without_effects(); }
   bool has_gravity() const { return !robot_.manipulator.gravity().isZero(0); }
   const Noise& noise() const { return noise_; }
   /// Uncertain parameters that stay at their nominal values, because these readings do not

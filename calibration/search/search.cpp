@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
@@ -11,6 +12,7 @@
 #include "kinetostat/calibration/regression/evidence.h"
 #include "kinetostat/calibration/search/outliers.h"
 #include "kinetostat/calibration/search/pair_screen.h"
+#include "kinetostat/calibration/search/usual_values.h"
 #include "kinetostat/calibration/statistics/goodness_of_fit.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/thread_pool.h"
@@ -457,6 +459,45 @@ BaseFit Search::best_fit(const std::vector<Candidate>& present, const BaseFit& f
   return best;
 }
 
+namespace {
+
+// Of the columns of an effect's signature, its values in their order: those that can only grow.
+std::vector<bool> one_sided_columns(const Candidate& candidate, const vjm::Manipulator& bare) {
+  std::vector<bool> result;
+  const auto& parameters = candidate.effect.kind->parameters;
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const auto value = static_cast<Index>(k);
+    if (k > 0 && !usual_values(candidate.effect, value, bare).empty()) continue;
+    result.push_back(!parameters[k].is_shape && parameters[k].lower >= parameters[k].none);
+  }
+  return result;
+}
+
+// What is left of a signature beside the columns of another effect: one of one sign is not
+// confounded with its own opposite.
+double left_beside(const MatrixXd& columns, const std::vector<bool>& one_sided,
+                   const VectorXd& signature) {
+  std::vector<Index> used;
+  for (Index k = 0; k < columns.cols(); ++k)
+    if (columns.col(k).norm() > least_visible) used.push_back(k);
+  while (!used.empty()) {
+    const MatrixXd some = columns(Eigen::all, used);
+    const VectorXd share = spatial::shortest_least_squares_solution(some, signature, 1e-9);
+    std::optional<std::size_t> worst;  // that is most beyond its sign
+    double most = 0;
+    for (std::size_t k = 0; k < used.size(); ++k) {
+      const auto at = static_cast<Index>(k);
+      const double beyond = -share[at] * some.col(at).norm();
+      if (one_sided[static_cast<std::size_t>(used[k])] && beyond > most) most = beyond, worst = k;
+    }
+    if (!worst) return (signature - some * share).norm();
+    used.erase(used.begin() + static_cast<std::ptrdiff_t>(*worst));
+  }
+  return signature.norm();
+}
+
+}  // namespace
+
 // Candidates without a fit that do what the best does just as well, as far as their signatures
 // tell.
 void Search::find_confounded(const BaseFit& without, const BaseFit& best,
@@ -466,13 +507,8 @@ void Search::find_confounded(const BaseFit& without, const BaseFit& best,
   for (std::size_t i = 0; i < signatures_.size(); ++i) {
     RankedCandidate& ranked = step.ranking[owner_[i].first];
     if (ranked.fit || ranked.not_fitted.empty()) continue;
-    const MatrixXd columns = space.left_of(signatures_[i].columns);
-    const MatrixXd span = span_of(columns, least_visible);
-    const double left = (signature - span * (span.transpose() * signature)).norm();
-    // An effect of one sign is not confounded with its own opposite.
-    const vjm::EffectParameter& leading = ranked.candidate.effect.kind->parameters.front();
-    const bool one_sided = leading.lower >= leading.none;
-    if (one_sided && spatial::least_squares_solution(columns, signature)(0, 0) < 0) continue;
+    const double left = left_beside(space.left_of(signatures_[i].columns),
+                                    one_sided_columns(ranked.candidate, fitter_.bare()), signature);
     ranked.confounded |= left < discriminable_from;
   }
 }
