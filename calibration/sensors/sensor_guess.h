@@ -12,10 +12,10 @@ namespace kinetostat::calibration {
 
 /// What a column may read, as a campaign file would say it.
 struct SensorGuess {
-  std::string name;   // of the sensor: "tilt" of "tilt_x"
-  std::string kind;   // "gauge", "tilt", "distance", "joint", "torque"
-  char axis = 0;      // 'x' of "tilt_x", 0: not said
-  std::string joint;  // that is read, empty for other kinds
+  std::string name = {};   // of the sensor: "tilt" of "tilt_x"
+  std::string kind;        // "gauge", "tilt", "distance", "joint", "torque"
+  char axis = 0;           // 'x' of "tilt_x", 0: not said
+  std::string joint = {};  // that is read, empty for other kinds
 };
 
 /// The word "dial", "gauge", "tilt", "level", "ballbar", "encoder", "torque" and the like beside

@@ -133,6 +133,7 @@ class Sweep {
   std::string line_of(std::size_t r, common::Progress& progress) const {
     common::ChildCall call{.program = fs::read_symlink("/proc/self/exe"),
                            .arguments = plan_.command,
+                           .input = {},
                            .time_limit = 1e9};
     for (std::size_t k = 0; k < plan_.keys.size(); ++k) {
       call.arguments.emplace_back("--set");

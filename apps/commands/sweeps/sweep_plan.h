@@ -14,12 +14,12 @@ namespace kinetostat::apps {
 struct SweepPlan {
   std::filesystem::path file;
   std::string name;
-  std::vector<std::string> command;  // words of it, without the program
-  std::vector<std::string> keys;     // that are varied
+  std::vector<std::string> command;    // words of it, without the program
+  std::vector<std::string> keys = {};  // that are varied
   /// Names of columns, and paths in the JSON of the command: "unloaded.stiffness.0.0".
-  std::vector<std::pair<std::string, std::string>> results;
-  std::vector<std::vector<std::string>> runs;  // a value for each key, as --set takes it
-  std::string meaning;                         // of the file, and of those that its command names
+  std::vector<std::pair<std::string, std::string>> results = {};
+  std::vector<std::vector<std::string>> runs = {};  // a value for each key, as --set takes it
+  std::string meaning = {};  // of the file, and of those that its command names
 };
 
 /// Throws common::InputError with file, line and key.

@@ -268,8 +268,10 @@ TEST(KinematicCalibration, PredictsPosesThatItHasNotSeenToTheNoise) {
   EXPECT_NEAR(c.after().held_out->whitened, 1.05, 0.08);
   EXPECT_GT(c.before().held_out->whitened, 20);
   EXPECT_NEAR(c.residual_ratio, 1, 0.1);
-  for (const CalibratedGeometry& g : c.geometry)
-    if (g.what.phrase() == "the offset of q4") EXPECT_NEAR(g.value, 2e-3, 4 * g.deviation);
+  for (const CalibratedGeometry& g : c.geometry) {
+    if (g.what.phrase() != "the offset of q4") continue;
+    EXPECT_NEAR(g.value, 2e-3, 4 * g.deviation);
+  }
 }
 
 TEST(KinematicCalibration, LeavesASoundRobotAlone) {
