@@ -17,7 +17,7 @@ struct JointAxis {
 };
 
 /// A face of the link that the joint may hold.
-struct JointInterface {
+struct JointInterface {     // NOLINT(bugprone-exception-escape): strings move without throwing
   Selector selector;        // a cylinder or a plane; it picks just these facets
   std::vector<int> facets;  // ascending
   double area = 0;          // [m^2]

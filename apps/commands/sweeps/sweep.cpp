@@ -204,7 +204,7 @@ Part read_part_of_table(const fs::path& file) {
   std::size_t at = 0;
   const auto next = [&] {
     const std::size_t end = std::min(text.find('\n', at), text.size());
-    const std::string line = text.substr(at, end - at) + "\n";
+    std::string line = text.substr(at, end - at) + "\n";
     at = end + 1;
     return line;
   };
