@@ -89,7 +89,11 @@ std::pair<std::vector<std::size_t>, std::array<double, 2>> best_way(Scores score
                                                                     const Neighbours& turns) {
   const Ways by_worst(scores, turns, worst_of_both);
   const double worst = by_worst.best();
-  if (worst == lost) return {by_worst.way(), {worst, worst}};
+  if (worst == lost) {  // some pose is: as few as can be, the others as good as can be
+    constexpr double as_bad = -1e6;
+    const Ways by_sum(scores.cwiseMax(as_bad), turns, sum_of_both);
+    return {by_sum.way(), {worst, by_sum.best()}};
+  }
   const double enough = worst - 1e-12 * std::abs(worst);
   scores = (scores.array() < enough).select(lost, scores);
   const Ways by_sum(scores, turns, sum_of_both);

@@ -39,7 +39,8 @@ TargetPose seen_from(const TargetPose& pose, const spatial::Pose& base);
 /// them those with the best mean logarithm. All values on the grids are tried: by dynamic
 /// programming along the path, first of the worst value, then of the sum, so that no better path
 /// on the grid exists. Poses that are not reached, or beyond the range of a drive, count as worst
-/// of all. Throws std::invalid_argument without a placement; common::Cancelled.
+/// of all; where there is no way without, it has as few of them as can be. Throws
+/// std::invalid_argument without a placement; common::Cancelled.
 PathChoice best_path(const Manipulator& manipulator, const std::vector<TargetPose>& targets,
                      const MapIndex& index, const std::optional<FreeTurn>& turn,
                      const std::vector<spatial::Pose>& placements, int threads,

@@ -129,6 +129,17 @@ TEST(PathChoice, MovesNothingOfTheWork) {
   EXPECT_LT((base.rotation() * seen.load.force - pose.load.force).norm(), 1e-15);
 }
 
+// What can be reached is turned all the same.
+TEST(PathChoice, MakesTheBestOfAPathThatIsNotReachedThroughout) {
+  const std::vector<TargetPose> path{
+      {Pose()}, {Pose(spatial::exp_rotation({1, 0, 0}), Vector3::Zero())}, {Pose()}};
+  const FreeTurn turn{.from = -quarter, .to = quarter, .steps = 19};
+  const PathChoice choice = best(slides_on_a_wrist(), path, along_x, turn);
+  EXPECT_TRUE(std::isnan(choice.worst));
+  for (const std::size_t reached : {0, 2})
+    EXPECT_NEAR(std::abs(choice.turns[reached]), quarter, 1e-12);
+}
+
 // Out of reach whatever is done.
 TEST(PathChoice, SaysWhereNothingHelps) {
   ChainBuilder chain("slide");
