@@ -13,6 +13,7 @@
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/manipulators/pose.h"
+#include "kinetostat/vjm/vibration/natural_modes.h"
 
 namespace kinetostat::apps {
 namespace {
@@ -112,12 +113,6 @@ bool has_wrench(const vjm::TargetPose& pose) {
   return !pose.load.force.isZero(0) || !pose.load.moment.isZero(0);
 }
 
-bool has_mass(const vjm::Robot& robot) {
-  for (const vjm::Chain& chain : robot.manipulator.chains())
-    if (!chain.masses().empty()) return true;
-  return false;
-}
-
 // How far critical forces are sought [N].
 double read_up_to(const std::string& text, const spatial::UnitSystem& units,
                   const vjm::PoseList& list) {
@@ -180,7 +175,8 @@ std::vector<NamedIndex> MapRequest::read_indices(const vjm::Robot& robot,
       index.index.up_to = read_up_to(up_to, robot.units, list);
   const bool loaded = is_loaded(robot, list);
   for (const NamedIndex& index : named) {
-    if (index.index.kind == MapIndex::Kind::first_frequency && !has_mass(robot))
+    if (index.index.kind == MapIndex::Kind::first_frequency &&
+        !(vjm::mass_of(robot.manipulator) > 0))
       throw UsageError("--index",
                        fmt::format("'{}' needs masses, and this robot has none", index.name),
                        "Give its links a 'density' or a 'mass' in the robot file");

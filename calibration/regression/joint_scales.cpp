@@ -13,6 +13,8 @@ namespace {
 
 using Eigen::Index;
 
+constexpr double usual_lever = 0.3;  // [m] that is usual
+
 // Least and largest deflection of a coordinate in each configuration.
 struct Range {
   double least = 0, most = 0;
@@ -77,12 +79,11 @@ double measured_change(const Campaign& campaign, const spatial::Dimension& dimen
 // What a joint would move that is alone behind all that was measured; where it turns and only
 // translations were measured, or the reverse, at a usual lever.
 double play_of(const Campaign& campaign, bool turns) {
-  constexpr double lever = 0.3;  // m
   const auto &same_kind = turns ? spatial::dimension::angle : spatial::dimension::length,
              &other_kind = turns ? spatial::dimension::length : spatial::dimension::angle;
   if (const double same = measured_change(campaign, same_kind); same > 0) return same;
   const double other = measured_change(campaign, other_kind);
-  return turns ? other / lever : other * lever;
+  return turns ? other / usual_lever : other * usual_lever;
 }
 
 // Of a joint [m or rad], in the order of their size.
@@ -187,7 +188,6 @@ vjm::Effect usual_offset(const std::string& name) {
 
 // The largest force and moment that are stated; of what never is, the other at a usual lever.
 void find_loads(const Campaign& campaign, vjm::ReadingScales& scales) {
-  constexpr double lever = 0.3;  // m
   double force = 0, moment = 0;
   for (const Reading& reading : campaign.readings) {
     if (!is_used(reading)) continue;
@@ -195,8 +195,8 @@ void find_loads(const Campaign& campaign, vjm::ReadingScales& scales) {
     moment = std::max(moment, reading.load.moment.norm());
   }
   if (force == 0 && moment == 0) return;
-  scales.force = force > 0 ? force : moment / lever;
-  scales.moment = moment > 0 ? moment : force * lever;
+  scales.force = force > 0 ? force : moment / usual_lever;
+  scales.moment = moment > 0 ? moment : force * usual_lever;
 }
 
 }  // namespace

@@ -44,10 +44,14 @@ std::string why_unobservable(const Candidate& candidate, double longest,
   return "no reading depends on it";
 }
 
+bool can_only_grow(const vjm::EffectParameter& parameter) {
+  return parameter.lower >= parameter.none;
+}
+
 // With the values that say how large it is so many times as far from nothing, within their range.
 Candidate resized(Candidate start, double size) {
   const auto& parameters = start.effect.kind->parameters;
-  const bool one_sided = parameters.front().lower >= parameters.front().none;
+  const bool one_sided = can_only_grow(parameters.front());
   const double factor = std::clamp(size, one_sided ? 0.002 : -20.0, 20.0);
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     if (!is_size(*start.effect.kind, k)) continue;
@@ -468,7 +472,7 @@ std::vector<bool> one_sided_columns(const Candidate& candidate, const vjm::Manip
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const auto value = static_cast<Index>(k);
     if (k > 0 && !usual_values(candidate.effect, value, bare).empty()) continue;
-    result.push_back(!parameters[k].is_shape && parameters[k].lower >= parameters[k].none);
+    result.push_back(!parameters[k].is_shape && can_only_grow(parameters[k]));
   }
   return result;
 }

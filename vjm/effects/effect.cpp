@@ -268,10 +268,6 @@ JointScale scale_of(const Effect& effect, const Manipulator& bare, const Reading
   return largest;
 }
 
-}  // namespace
-
-namespace {
-
 // Of those that no place gives.
 std::optional<double> prior_deviation_of_readings(const EffectParameter& parameter,
                                                   const ReadingScales& scales) {

@@ -222,13 +222,19 @@ MatrixXd motions_with_energy(const System& system, const MatrixXd& stiffness,
 
 namespace kinetostat::vjm {
 
+double mass_of(const Manipulator& manipulator) {
+  double mass = 0;
+  for (const Chain& chain : manipulator.chains())
+    for (const PointMass& point : chain.masses()) mass += point.mass;
+  for (const ElasticBody& body : manipulator.elastic_bodies()) mass += body.mass;
+  return mass;
+}
+
 NaturalModes natural_modes(const Manipulator& manipulator, const Posture& posture, int count) {
   using namespace vibration;
   if (manipulator.has_errors()) return natural_modes(manipulator.without_errors(), posture, count);
   NaturalModes result;
-  for (const Chain& chain : manipulator.chains())
-    for (const PointMass& mass : chain.masses()) result.mass += mass.mass;
-  for (const ElasticBody& body : manipulator.elastic_bodies()) result.mass += body.mass;
+  result.mass = mass_of(manipulator);
   const System system(manipulator, posture);
   const MatrixXd stiffness = system.stiffness(), mass = system.mass();
   const MatrixXd motions = motions_with_energy(system, stiffness, mass);

@@ -26,6 +26,9 @@ struct NaturalModes {
   double mass = 0;  // [kg] of all chains
 };
 
+/// Of all chains and elastic bodies [kg].
+double mass_of(const Manipulator& manipulator);
+
 /// The `count` lowest modes of K y = omega^2 M y, fewer where there are no more; springs relaxed
 /// and no load, as for unloaded_stiffness(). y are the coordinates that move and the motions of the
 /// bodies, as far as the chains agree on these. M is of the masses of the chains, links with the

@@ -6,21 +6,13 @@
 
 #include "kinetostat/calibration/campaign/load_history.h"
 
-#include "calibration/laboratory.h"
+#include "calibration/two_links.h"
 
 namespace kinetostat::calibration::gauge_play_test {
 namespace {
 
 using test::Laboratory;
-
-const char* const two_links =
-    "kinetostat: 1\nname: two links\nunits: {length: mm, force: N, angle: rad}\n"
-    "chain_types:\n  arm:\n"
-    "    - actuator: {name: q1, axis: Rz, stiffness: 8.0e4 N m/rad}\n"
-    "    - tool: [500, 0, 0]\n"
-    "    - actuator: {name: q2, axis: Rz, stiffness: 3.0e4 N m/rad}\n"
-    "    - tool: [400, 0, 0]\n"
-    "manipulator: {chain: arm}\nuncertain:\n  - {stiffness: q1}\n  - {stiffness: q2}\n";
+using Bench = test::TwoLinks;
 
 // Pushed and pulled along x and y at some postures.
 std::string pushes(const std::vector<std::pair<double, double>>& postures) {
@@ -39,15 +31,6 @@ std::string pushes(const std::vector<std::pair<double, double>>& postures) {
 
 const std::vector<std::pair<double, double>> three_postures = {
     {0.2, 1.2}, {-0.6, 0.7}, {0.9, -1.4}};
-
-class Bench : public Laboratory {
- public:
-  explicit Bench(unsigned seed) : Laboratory(two_links) {
-    options().components = {true, true, false, false, false, false};
-    options().translation_noise = 2e-6;
-    options().seed = seed;
-  }
-};
 
 // The readings of a gauge with play: by the sharp play operator, not by the product's model.
 Campaign through_play(Campaign campaign, Eigen::Index component, double gap) {

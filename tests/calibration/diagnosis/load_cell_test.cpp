@@ -4,22 +4,13 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "calibration/laboratory.h"
+#include "calibration/two_links.h"
 
 namespace kinetostat::calibration::load_cell_test {
 namespace {
 
 using spatial::Vector3;
-using test::Laboratory;
-
-const char* const two_links =
-    "kinetostat: 1\nname: two links\nunits: {length: mm, force: N, angle: rad}\n"
-    "chain_types:\n  arm:\n"
-    "    - actuator: {name: q1, axis: Rz, stiffness: 8.0e4 N m/rad}\n"
-    "    - tool: [500, 0, 0]\n"
-    "    - actuator: {name: q2, axis: Rz, stiffness: 3.0e4 N m/rad}\n"
-    "    - tool: [400, 0, 0]\n"
-    "manipulator: {chain: arm}\nuncertain:\n  - {stiffness: q1}\n  - {stiffness: q2}\n";
+using Bench = test::TwoLinks;
 
 // Pushed and pulled along x and y at three postures.
 std::string pushes() {
@@ -35,15 +26,6 @@ std::string pushes() {
     }
   return csv;
 }
-
-class Bench : public Laboratory {
- public:
-  explicit Bench(unsigned seed) : Laboratory(two_links) {
-    options().components = {true, true, false, false, false, false};
-    options().translation_noise = 2e-6;
-    options().seed = seed;
-  }
-};
 
 // What a load cell says of the forces that acted, by a law of this test.
 template <class Law>

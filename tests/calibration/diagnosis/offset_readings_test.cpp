@@ -5,28 +5,14 @@
 
 #include "kinetostat/report/screen/diagnosis.h"
 
-#include "calibration/laboratory.h"
+#include "calibration/two_links.h"
 
 namespace kinetostat::calibration::offset_readings_test {
 namespace {
 
-using test::Laboratory;
-
-class Bench : public Laboratory {
+class Bench : public test::TwoLinks {
  public:
-  explicit Bench(unsigned seed)
-      : Laboratory(
-            "kinetostat: 1\nname: two links\nunits: {length: mm, force: N, angle: rad}\n"
-            "chain_types:\n  arm:\n"
-            "    - actuator: {name: q1, axis: Rz, stiffness: 8.0e4 N m/rad}\n"
-            "    - tool: [500, 0, 0]\n"
-            "    - actuator: {name: q2, axis: Rz, stiffness: 3.0e4 N m/rad}\n"
-            "    - tool: [400, 0, 0]\n"
-            "manipulator: {chain: arm}\nuncertain:\n  - {stiffness: q1}\n  - {stiffness: q2}\n") {
-    options().components = {true, true, false, false, false, false};
-    options().translation_noise = 2e-6;
-    options().seed = seed;
-  }
+  using TwoLinks::TwoLinks;
 
   /// Two sessions of four cycles at three postures in turn, a reading a minute.
   Campaign pushed() {

@@ -59,6 +59,14 @@ auto vector_error(Vector ReadingErrors::*member) {
   return std::make_shared<VectorError<Vector>>(member);
 }
 
+// Its prior is a share of what the campaign states.
+EffectParameter load_parameter(const char* name, const spatial::Dimension& dimension, double share,
+                               PriorUnit unit) {
+  EffectParameter parameter = optional_parameter(name, dimension, 1e6, share);
+  parameter.prior_unit = unit;
+  return parameter;
+}
+
 }  // namespace
 
 Kind wrench_misalignment() {
@@ -88,17 +96,14 @@ Kind wrench_zero() {
       "size and sign";
   kind->confuser =
       "target_slip and session_drift, in which it comes and stays as well; wrench_gain, under "
-      "loads "
-      "of one size and sign";
+      "loads of one size and sign";
   kind->place = EffectPlace::load;
-  const auto add = [&](const char* name, const spatial::Dimension& dimension, PriorUnit unit) {
-    kind->parameters.push_back(optional_parameter(name, dimension, 1e6, 0.02));
-    kind->parameters.back().prior_unit = unit;
-  };
   for (const char* name : {"fx", "fy", "fz"})
-    add(name, spatial::dimension::force, PriorUnit::stated_force);
+    kind->parameters.push_back(
+        load_parameter(name, spatial::dimension::force, 0.02, PriorUnit::stated_force));
   for (const char* name : {"mx", "my", "mz"})
-    add(name, spatial::dimension::moment, PriorUnit::stated_moment);
+    kind->parameters.push_back(
+        load_parameter(name, spatial::dimension::moment, 0.02, PriorUnit::stated_moment));
   return kind;
 }
 
@@ -116,13 +121,11 @@ Kind wrench_saturation() {
   kind->confuser =
       "wrench_gain, under loads of nearly one size; clearance of the joint that bends most";
   kind->place = EffectPlace::load;
-  const auto add = [&](const char* name, const spatial::Dimension& dimension, PriorUnit unit) {
-    kind->parameters.push_back(optional_parameter(name, dimension, 1e6, 0.05));
-    kind->parameters.back().lower = 0;
-    kind->parameters.back().prior_unit = unit;
-  };
-  add("force", {.length = -2, .mass = -2, .time = 4}, PriorUnit::per_force_squared);
-  add("moment", {.length = -4, .mass = -2, .time = 4}, PriorUnit::per_moment_squared);
+  kind->parameters = {load_parameter("force", {.length = -2, .mass = -2, .time = 4}, 0.05,
+                                     PriorUnit::per_force_squared),
+                      load_parameter("moment", {.length = -4, .mass = -2, .time = 4}, 0.05,
+                                     PriorUnit::per_moment_squared)};
+  for (EffectParameter& parameter : kind->parameters) parameter.lower = 0;
   return kind;
 }
 
