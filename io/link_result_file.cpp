@@ -11,6 +11,7 @@
 
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/json.h"
+#include "kinetostat/spatial/free_stiffness.h"
 
 namespace kinetostat::io {
 namespace {
@@ -230,20 +231,7 @@ ReducedLink read_reduced_link(const std::filesystem::path& file) {
 }
 
 MatrixXd free_stiffness(const ReducedLink& link, const MatrixXd& flexibility) {
-  const Index size = flexibility.rows(), at = 6 * static_cast<Index>(link.fixed);
-  const MatrixXd rigid = rigid_motions(link.points, link.points[link.fixed]);
-  MatrixXd deformation = MatrixXd::Zero(size, size + 6);
-  Index row = 0;
-  for (Index column = 0; column < size + 6; column += 6) {
-    if (column == at) continue;
-    deformation.block<6, 6>(row, column).setIdentity();
-    deformation.block<6, 6>(row, at) = -rigid.middleRows<6>(column);
-    row += 6;
-  }
-  const VectorXd scale = flexibility.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::LLT<MatrixXd> factor(scale.asDiagonal() * flexibility * scale.asDiagonal());
-  const MatrixXd half = factor.matrixL().solve(scale.asDiagonal() * deformation);
-  return half.transpose() * half;
+  return spatial::free_stiffness(flexibility, link.points, link.fixed);
 }
 
 }  // namespace kinetostat::io
