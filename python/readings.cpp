@@ -142,7 +142,7 @@ ComparisonValue compare(const CampaignPointer& given, const std::string& robust,
   run_long(progress, [&](common::Progress& shown) {
     const vjm::Robot& robot = given->robot.robot;
     value.comparison = calibration::compare(robot, given->campaign, thread_count(threads), shown,
-                                            apps::loss_of(robust));
+                                            {.loss = apps::loss_of(robust)});
     value.headline = report::headline(value.comparison);
     value.text = report::text(given->campaign, value.comparison);
     value.json = io::to_text(apps::comparison_result(robot, given->campaign, value.comparison));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -76,7 +77,12 @@ std::vector<std::vector<Eigen::Index>> component_kinds(const Campaign& campaign)
 }
 
 std::vector<Value> values_in_use(const Campaign& campaign) {
+  const auto values_of = [](std::size_t sum, const Reading& r) {
+    return sum + components_in_use(r).size();
+  };
   std::vector<Value> values;
+  values.reserve(std::accumulate(campaign.readings.begin(), campaign.readings.end(), std::size_t{0},
+                                 values_of));
   for (std::size_t i = 0; i < campaign.readings.size(); ++i)
     for (const Eigen::Index k : components_in_use(campaign.readings[i])) values.push_back({i, k});
   return values;

@@ -106,6 +106,7 @@ void take_off_start(const std::vector<Cycle>& cycles, std::vector<vjm::Load>& lo
 
 std::vector<vjm::Load> changing_loads(const Campaign& campaign) {
   std::vector<vjm::Load> loads;
+  loads.reserve(campaign.readings.size());
   bool others = false;  // weights, cylinders and torques
   for (const Reading& reading : campaign.readings) {
     loads.push_back(reading.load);
@@ -208,9 +209,12 @@ std::vector<Cycle> load_cycles(const Campaign& campaign) {
 }
 
 std::vector<LoadDirection> branches(const Campaign& campaign) {
+  return branches(campaign, changing_loads(campaign));
+}
+
+std::vector<LoadDirection> branches(const Campaign& campaign, const std::vector<vjm::Load>& loads) {
   std::vector<LoadDirection> result;
   for (const Reading& reading : campaign.readings) result.push_back(reading.direction);
-  const std::vector<vjm::Load> loads = changing_loads(campaign);
   for (const Cycle& cycle : load_cycles(campaign))
     for (std::size_t k = 1; k < cycle.size(); ++k) {
       const Reading &now = campaign.readings[cycle[k]], &before = campaign.readings[cycle[k - 1]];

@@ -43,6 +43,8 @@ std::vector<Cycle> load_cycles(const Campaign& campaign);
 /// One entry a reading: what the table states, else whether its load is larger or smaller than the
 /// one before it in the same cycle and posture; `unstated` where neither is known.
 std::vector<LoadDirection> branches(const Campaign& campaign);
+/// The same where changing_loads() are known.
+std::vector<LoadDirection> branches(const Campaign& campaign, const std::vector<vjm::Load>& loads);
 
 /// Whether a reading in use was taken while its load was rising, or falling.
 bool has_branch(const Campaign& campaign, LoadDirection branch);

@@ -19,8 +19,9 @@ BeforeAfter compare_before_after(const vjm::Robot& before, const vjm::Robot& aft
                                  const Campaign& campaign, int threads, common::Progress& progress,
                                  Loss loss) {
   BeforeAfter result;
-  result.before = compare(before, campaign, threads, progress, loss);
-  result.after = compare(after, campaign, threads, progress, loss);
+  const CompareOptions options{.loss = loss, .keep_equations = true};
+  result.before = compare(before, campaign, threads, progress, options);
+  result.after = compare(after, campaign, threads, progress, options);
   const Noise noise = noise_of(before, campaign, threads, progress);
   if (noise.source == NoiseSource::unknown) return result;
   const std::vector<Value> values = values_in_use(only(campaign, {Role::fit}));

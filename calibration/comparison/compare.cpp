@@ -307,7 +307,8 @@ std::optional<BaseFit> refit(const vjm::Robot& robot, const Predictor& predictor
 }  // namespace
 
 Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int threads,
-                   common::Progress& progress, Loss loss) {
+                   common::Progress& progress, const CompareOptions& options) {
+  const Loss loss = options.loss;
   const bool has_others = has_role(campaign, Role::select) || has_role(campaign, Role::confirm);
   std::optional<Campaign> part;
   if (has_others) part = only(campaign, {Role::fit});
@@ -332,7 +333,8 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
     know({}, nullptr);
     const auto once = [&] {
       return with_hint_of_unit_error(predictor, to_fit, progress, [&] {
-        return fit_base(predictor, to_fit, evidence.noise, parameters, progress, {.loss = loss});
+        return fit_base(predictor, to_fit, evidence.noise, parameters, progress,
+                        {.loss = loss, .few_states = true});
       });
     };
     BaseFit result = once();
@@ -346,6 +348,7 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
     return result;
   };
   const auto assessed = [&](BaseFit found) {
+    if (!options.keep_equations) found.at = {};
     return assess(predictor, campaign, evidence, std::move(found), progress);
   };
   Comparison result;

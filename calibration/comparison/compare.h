@@ -99,9 +99,14 @@ struct Comparison {
   }
 };
 
+struct CompareOptions {
+  Loss loss = Loss::squares;
+  bool keep_equations = false;  // BaseFit::at, which are large for a long table
+};
+
 /// Throws what Predictor and fit_base throw. A fit that the data cannot determine does not throw:
 /// `refit_failure` has the reason, and the nominal assessment is there.
 Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int threads,
-                   common::Progress& progress, Loss loss = Loss::squares);
+                   common::Progress& progress, const CompareOptions& options = {});
 
 }  // namespace kinetostat::calibration

@@ -160,7 +160,7 @@ class FactorFinder {
   }
 
   Factor load_branches() const {
-    const std::vector<LoadDirection> all = branches(campaign_);
+    const std::vector<LoadDirection> all = branches(campaign_, changing_);
     Factor factor = by_text("branch", [&all](std::size_t i) -> std::string {
       if (all[i] == LoadDirection::unstated) return {};
       return all[i] == LoadDirection::loading ? "loading" : "unloading";

@@ -235,7 +235,7 @@ Forecast forecast(const vjm::Robot& robot, const PlanModel& model, const Campaig
   for (Index k = 0; k < forms; ++k) widths[k] = own[static_cast<std::size_t>(k)].prior->deviation;
   const std::vector<TargetOffset> targets = unknown_targets_of(planned);
   const Predictions predictions =
-      predictor.predict(parameters, values, parameters, progress, nullptr, targets);
+      predictor.predict(parameters, values, parameters, progress, {.targets = targets});
   Index target_columns = 0;
   for (const TargetOffset& target : targets) target_columns += target.differentiated;
   const auto count = static_cast<Index>(components.size());

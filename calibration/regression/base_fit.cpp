@@ -168,6 +168,7 @@ class Problem {
         noise_(noise),
         known_(known),
         values_(values_in_use(campaign)),
+        first_row_(first_rows(values_, campaign.readings.size())),
         shared_(noise, values_),
         unknowns_(campaign, parameters, values_, known),
         progress_(progress),
@@ -190,6 +191,11 @@ class Problem {
     similar_ = &predictions;
     without_ = without;
   }
+  /// Keeps one state a configuration, where there are many readings.
+  void keep_few_states() {
+    constexpr std::size_t long_table = 10000;
+    few_states_ = campaign_.readings.size() >= long_table;
+  }
   Predictions take_nearest() { return std::move(nearest_); }
 
   std::optional<Linearisation> at(const VectorXd& q) { return at(q, unknowns_.parameter_count()); }
@@ -200,11 +206,17 @@ class Problem {
     predicted_.clear();
     work_.clear();
     predicted_at_.resize(0);
+    const Index rows = values() + priors();
+    Linearisation result{VectorXd(rows), MatrixXd::Zero(rows, unknowns_.size())};
+    place_frames(q);
     Predictions predictions;
     try {
-      predictions =
-          predicted_with(q.head(unknowns_.parameter_count()),
-                         {parameters.end() - differentiated, parameters.end()}, targets(q));
+      predictions = predicted_with(
+          q.head(unknowns_.parameter_count()),
+          {parameters.end() - differentiated, parameters.end()}, targets(q),
+          [&](std::size_t i, VectorXd& predicted, Vector6& work, const MatrixXd& derivatives) {
+            add_reading(q, i, predicted, work, derivatives, result);
+          });
     } catch (const std::invalid_argument& error) {  // values that exclude each other
       predictions.failure = {0, error.what()};
     }
@@ -214,15 +226,7 @@ class Problem {
     predicted_ = std::move(predictions.displacement);
     work_ = std::move(predictions.work);
     predicted_at_ = q;
-    const Index rows = values() + priors();
-    Linearisation result{VectorXd(rows), MatrixXd::Zero(rows, unknowns_.size())};
     add_priors(q, result);
-    place_frames(q);
-    Index row = 0;
-    for (std::size_t i = 0; i < predicted_.size(); ++i)
-      row +=
-          add_reading(q, i, predictions.derivatives.empty() ? nullptr : &predictions.derivatives[i],
-                      row, result);
     beyond_ = first_beyond(result);
     if (beyond_) return std::nullopt;
     shared_.whiten(result.residual.head(values()));
@@ -230,7 +234,6 @@ class Problem {
       shared_.whiten(result.jacobian.topRows(values()));
     predictions.displacement.clear();
     predictions.work.clear();
-    predictions.derivatives.clear();
     nearest_ = std::move(predictions);
     similar_ = nullptr;
     return result;
@@ -251,7 +254,7 @@ class Problem {
     }
     const Predictions predictions =
         predictor_.predict(unknowns_.parameters(), q.head(unknowns_.parameter_count()), {},
-                           progress_, nullptr, targets(q));
+                           progress_, {.targets = targets(q), .few_states = few_states_});
     if (predictions.failure) return;
     if (is_target_of_platform(0)) {
       start_frames_and_target(predictions, q);
@@ -359,16 +362,21 @@ class Problem {
   }
 
  private:
-  // Near those that were made last. The states of a long table are most of its memory: two sets of
-  // them are not kept.
+  static std::vector<Index> first_rows(const std::vector<Value>& values, std::size_t readings) {
+    std::vector<Index> first(readings, 0);
+    for (std::size_t v = values.size(); v-- > 0;) first[values[v].reading] = static_cast<Index>(v);
+    return first;
+  }
+
+  // Near those that were made last.
   Predictions predicted_with(const VectorXd& values, const std::vector<Parameter>& by,
-                             const std::vector<TargetOffset>& targets) {
-    constexpr std::size_t long_table = 10000;
-    const std::vector<Parameter>& parameters = unknowns_.parameters();
-    if (similar_ != nullptr || campaign_.readings.size() < long_table)
-      return predictor_.predict(parameters, values, by, progress_,
-                                similar_ != nullptr ? similar_ : &nearest_, targets, without_);
-    return predictor_.predict_from(nearest_, parameters, values, by, progress_, targets);
+                             const std::vector<TargetOffset>& targets, const ReadingTaker& take) {
+    return predictor_.predict(unknowns_.parameters(), values, by, progress_,
+                              {.near = similar_ != nullptr ? similar_ : &nearest_,
+                               .targets = targets,
+                               .without = without_,
+                               .take = take,
+                               .few_states = few_states_});
   }
 
   std::vector<TargetOffset> targets(const VectorXd& q) const {
@@ -417,31 +425,39 @@ class Problem {
     }
   }
 
-  // Fills the rows of one reading; returns how many there are.
-  Index add_reading(const VectorXd& q, std::size_t i, const MatrixXd* by_parameters, Index row,
-                    Linearisation& result) {
+  // Memory that one thread uses for reading after reading.
+  struct Scratch {
+    MatrixXd all, block;
+    vjm::Matrix6X before, after;
+    std::vector<Index> used;
+  };
+
+  // Fills the rows of one reading.
+  void add_reading(const VectorXd& q, std::size_t i, VectorXd& predicted, Vector6& work,
+                   const MatrixXd& by_parameters, Linearisation& result) const {
+    thread_local Scratch scratch;
+    auto& [all, block, before, after, used] = scratch;
     const Reading& reading = campaign_.readings[i];
-    all_.setZero(campaign_.size(), unknowns_.size());
-    if (by_parameters != nullptr && by_parameters->cols() > 0) {
-      const Index differentiated = by_parameters->cols() - unknowns_.target_components();
-      all_.leftCols(unknowns_.parameter_count()).rightCols(differentiated) =
-          by_parameters->leftCols(differentiated);
-      all_.rightCols(unknowns_.target_components()) =
-          by_parameters->rightCols(unknowns_.target_components());
+    all.setZero(campaign_.size(), unknowns_.size());
+    if (by_parameters.cols() > 0) {
+      const Index differentiated = by_parameters.cols() - unknowns_.target_components();
+      all.leftCols(unknowns_.parameter_count()).rightCols(differentiated) =
+          by_parameters.leftCols(differentiated);
+      all.rightCols(unknowns_.target_components()) =
+          by_parameters.rightCols(unknowns_.target_components());
     }
-    add_frame(reading, predicted_[i], work_[i], all_);
-    add_zeros(q, reading, predicted_[i], all_);
-    find_components_in_use(reading, used_);
-    const std::vector<Index>& used = used_;
+    add_frame(reading, predicted, work, scratch);
+    add_zeros(q, reading, predicted, all);
+    find_components_in_use(reading, used);
     const auto count = static_cast<Index>(used.size());
-    if (count == 0) return 0;
-    block_.resize(count, unknowns_.size() + 1);
-    block_.rightCols(unknowns_.size()) = all_(used, Eigen::all);
-    block_.col(0) = (predicted_[i] - reading.displacement)(used);
-    noise_.whiten(i, used, block_);
-    result.residual.segment(row, count) = block_.col(0);
-    result.jacobian.middleRows(row, count) = block_.rightCols(unknowns_.size());
-    return count;
+    if (count == 0) return;
+    block.resize(count, unknowns_.size() + 1);
+    block.rightCols(unknowns_.size()) = all(used, Eigen::all);
+    block.col(0) = (predicted - reading.displacement)(used);
+    noise_.whiten(i, used, block);
+    const Index row = first_row_[i];
+    result.residual.segment(row, count) = block.col(0);
+    result.jacobian.middleRows(row, count) = block.rightCols(unknowns_.size());
   }
 
   // Of all sessions that have one.
@@ -456,7 +472,9 @@ class Problem {
     }
   }
 
-  void add_frame(const Reading& reading, VectorXd& predicted, Vector6& work, MatrixXd& all) {
+  void add_frame(const Reading& reading, VectorXd& predicted, Vector6& work,
+                 Scratch& scratch) const {
+    auto& [all, block, before, after, used] = scratch;
     const auto f = unknowns_.frame_of(reading.session);
     const std::optional<MeasuringFrame>& frame = frames_[reading.session];
     if (!frame) return;
@@ -473,11 +491,11 @@ class Problem {
            {std::pair(Index{0}, unknowns_.parameter_count()),
             std::pair(unknowns_.target_at(0), unknowns_.target_components())}) {
         const auto columns = Eigen::seqN(first, count);
-        before_.setZero(6, count);
-        before_(axes, Eigen::all) = all(rows, columns);
-        after_.resize(6, count);
-        after_.noalias() = seen.by_displacement.lazyProduct(before_);
-        all(rows, columns) = after_(axes, Eigen::all);
+        before.setZero(6, count);
+        before(axes, Eigen::all) = all(rows, columns);
+        after.resize(6, count);
+        after.noalias() = seen.by_displacement.lazyProduct(before);
+        all(rows, columns) = after(axes, Eigen::all);
       }
       const Index n = unknowns_.frame_components();
       all(rows, Eigen::seqN(unknowns_.frame_at(*f), n)) =
@@ -502,6 +520,7 @@ class Problem {
   const Noise& noise_;
   const BaseFit* known_;  // of the sessions that it knows, or nullptr
   std::vector<Value> values_;
+  std::vector<Index> first_row_;  // of each reading
   SharedNoise shared_;
   Unknowns unknowns_;
   common::Progress& progress_;
@@ -511,11 +530,8 @@ class Problem {
   Predictions nearest_;                   // that were made last
   const Predictions* similar_ = nullptr;  // of a similar model, as long as none were made
   const CondensedModel* without_ = nullptr;
+  bool few_states_ = false;
   std::vector<std::optional<MeasuringFrame>> frames_;  // one a session
-  // Scratch of add_reading().
-  MatrixXd all_, block_;
-  vjm::Matrix6X before_, after_;
-  std::vector<Index> used_;
   VectorXd predicted_at_;
   std::optional<PredictionFailure> failure_;
   std::optional<std::size_t> beyond_;  // of values_
@@ -767,6 +783,7 @@ BaseFit fit_base(const Predictor& predictor, const Campaign& campaign, const Noi
   require_usable_noise(campaign, noise, !parameters.empty(), options.loss);
   Problem problem(predictor, campaign, noise, parameters, nullptr, progress);
   if (options.near != nullptr) problem.begin_near(*options.near);
+  if (options.few_states) problem.keep_few_states();
   require_enough_values(problem);
   return fitted(problem, noise, options);
 }

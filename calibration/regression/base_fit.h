@@ -100,7 +100,9 @@ struct BaseFitOptions {
   double tolerance = 1e-13;
   Loss loss = Loss::squares;
   const Predictions* near = nullptr;  // of a similar model, to save time
-  bool accept_unsettled = false;      // the best so far, where the iteration does not converge
+  /// BaseFit::model of a long table has one state a configuration, which saves most of its memory.
+  bool few_states = false;
+  bool accept_unsettled = false;  // the best so far, where the iteration does not converge
 };
 
 /// Predictions of a fitted model for other readings of its campaign. `others` uses no reading that

@@ -66,10 +66,11 @@ struct Predictor::Run {
   std::vector<vjm::ModelParameter> parameters;
   bool with_derivatives = false;
   const Predictions* near = nullptr;
-  Predictions* used_up = nullptr;  // `near`, where its states are freed
   bool with_compliance = false;
   std::vector<TargetOffset> targets = {};
   const CondensedModel* without = nullptr;  // its last effect
+  const ReadingTaker* take = nullptr;
+  bool few_states = false;
 
   // Of the platform, where its sensor is the first.
   Vector6 target_of_platform() const {
@@ -81,11 +82,13 @@ struct Predictor::Run {
     for (const TargetOffset& target : targets) count += target.differentiated;
     return count;
   }
-  const vjm::SystemState* loaded_near(std::size_t reading) const {
-    return near == nullptr || near->loaded.empty() ? nullptr : &near->loaded[reading];
+  const vjm::SystemState* loaded_near(std::size_t reading, std::size_t configuration) const {
+    if (near == nullptr || near->loaded.empty()) return nullptr;
+    return &near->loaded[near->few_states ? configuration : reading];
   }
-  const vjm::SystemState* unloaded_near(std::size_t reading) const {
-    return near == nullptr || near->unloaded.empty() ? nullptr : &near->unloaded[reading];
+  const vjm::SystemState* unloaded_near(std::size_t reading, std::size_t configuration) const {
+    if (near == nullptr || near->unloaded.empty()) return nullptr;
+    return &near->unloaded[near->few_states ? configuration : reading];
   }
   const vjm::CondensedState* loaded_without(std::size_t reading) const {
     return without == nullptr ? nullptr : state_without(without->loaded[reading]);
@@ -262,6 +265,9 @@ std::size_t Predictor::reference_index(std::size_t configuration, const vjm::Con
 
 void Predictor::find_cases() {
   conditions_index({});  // the neutral one, first
+  first_readings_.resize(campaign_.configurations.size());
+  for (std::size_t r = campaign_.readings.size(); r-- > 0;)
+    first_readings_[campaign_.readings[r].configuration] = r;
   std::vector<vjm::Conditions> conditions(campaign_.readings.size());
   if (varies_) conditions = conditions_of(campaign_);
   for (std::size_t r = 0; r < conditions.size(); ++r)
@@ -428,7 +434,7 @@ std::vector<Predictor::State> Predictor::references(const Run& run,
   common::parallel_for(
       states.size(), threads_, "states without load", progress, [&](std::size_t i) {
         states[i] = solve(run, references_[i].configuration, {}, references_[i].conditions, rest,
-                          run.unloaded_near(references_[i].reading),
+                          run.unloaded_near(references_[i].reading, references_[i].configuration),
                           run.unloaded_without(references_[i].reading));
       });
   return states;
@@ -451,9 +457,9 @@ void Predictor::follow(const Run& run, std::span<const std::size_t> sequence,
       if (campaign_.control) hold_displacement(run, at, before.response, loaded, result);
     }
     for (const std::size_t r : readings_of(c)) {
-      if (run.used_up != nullptr && !run.used_up->loaded.empty()) run.used_up->loaded[r] = {};
-      enter(result, r, predictions);
-      predictions.loaded[r] = loaded.response.state;
+      enter(run, result, r, predictions);
+      if (const auto place = place_of_state(run, r))
+        predictions.loaded[*place] = loaded.response.state;
     }
     // A masked reading without an equilibrium leaves the history as it was.
     if (loaded.response.failure.empty() || !at.may_fail) before = std::move(loaded);
@@ -516,7 +522,8 @@ void take_off(const SensorReading& other, SensorReading& reading) {
 
 }  // namespace
 
-void Predictor::enter(const CaseResult& result, std::size_t index, Predictions& predictions) const {
+void Predictor::enter(const Run& run, const CaseResult& result, std::size_t index,
+                      Predictions& predictions) const {
   const Reading& reading = campaign_.readings[index];
   if (!result.failure.empty()) return;
   std::vector<SensorReading> sensors = result.sensors;
@@ -545,10 +552,13 @@ void Predictor::enter(const CaseResult& result, std::size_t index, Predictions& 
     take([](const SensorReading& r) -> const vjm::Matrix6X& { return r.by_wrench; },
          predictions.by_wrench[index]);
   }
-  if (predictions.derivatives.empty() || sensors.empty()) return;
-  predictions.derivatives[index].resize(campaign_.size(), sensors.front().derivatives.cols());
-  take([](const SensorReading& r) -> const vjm::Matrix6X& { return r.derivatives; },
-       predictions.derivatives[index]);
+  if (sensors.empty()) return;
+  Eigen::MatrixXd derivatives(campaign_.size(), sensors.front().derivatives.cols());
+  take([](const SensorReading& r) -> const vjm::Matrix6X& { return r.derivatives; }, derivatives);
+  if (run.take != nullptr)
+    (*run.take)(index, predictions.displacement[index], predictions.work[index], derivatives);
+  else if (!predictions.derivatives.empty())
+    predictions.derivatives[index] = std::move(derivatives);
 }
 
 // What was measured by one sensor, NaN elsewhere.
@@ -581,7 +591,7 @@ Predictor::State Predictor::under_load(const Run& run, const LoadCase& at, const
   if (campaign_.control) return at_displacement(run, at, unloaded, before);
   const Reading& reading = campaign_.readings[at.reading];
   return solve(run, reading.configuration, reading.load, at.conditions, before,
-               run.loaded_near(at.reading), run.loaded_without(at.reading));
+               run.loaded_near(at.reading, reading.configuration), run.loaded_without(at.reading));
 }
 
 namespace {
@@ -643,9 +653,10 @@ Predictor::State Predictor::at_displacement(const Run& run, const LoadCase& at,
   vjm::SystemState last;
   State state;
   for (int i = 0; i < most; ++i) {
-    state = solve(run, reading.configuration,
-                  control.with_force(at.reading, reading.configuration, search.at()), at.conditions,
-                  before, last.bodies.empty() ? run.loaded_near(at.reading) : &last, nullptr);
+    state = solve(
+        run, reading.configuration,
+        control.with_force(at.reading, reading.configuration, search.at()), at.conditions, before,
+        last.bodies.empty() ? run.loaded_near(at.reading, reading.configuration) : &last, nullptr);
     state.force = search.at();
     const CaseResult result = displacements_of(unloaded, state);
     if (result.failure.empty()) {
@@ -706,39 +717,24 @@ void Predictor::carry_into_history(const Run& run, const LoadCase& at, const vjm
 
 Predictions Predictor::predict(const std::vector<Parameter>& parameters,
                                const Eigen::VectorXd& values, bool with_derivatives,
-                               common::Progress& progress, const Predictions* near) const {
+                               common::Progress& progress) const {
   return predict(parameters, values, with_derivatives ? parameters : std::vector<Parameter>(),
-                 progress, near);
+                 progress);
 }
 
 Predictions Predictor::predict(const std::vector<Parameter>& parameters,
                                const Eigen::VectorXd& values,
                                const std::vector<Parameter>& derivatives_by,
-                               common::Progress& progress, const Predictions* near,
-                               const std::vector<TargetOffset>& targets,
-                               const CondensedModel* without) const {
+                               common::Progress& progress, const PredictOptions& options) const {
   const vjm::EffectModel model = this->model(parameters, values);
   return predict({.model = model,
                   .parameters = model_parameters(derivatives_by),
                   .with_derivatives = !derivatives_by.empty(),
-                  .near = near,
-                  .targets = targets,
-                  .without = without},
-                 progress);
-}
-
-Predictions Predictor::predict_from(Predictions& near, const std::vector<Parameter>& parameters,
-                                    const Eigen::VectorXd& values,
-                                    const std::vector<Parameter>& derivatives_by,
-                                    common::Progress& progress,
-                                    const std::vector<TargetOffset>& targets) const {
-  const vjm::EffectModel model = this->model(parameters, values);
-  return predict({.model = model,
-                  .parameters = model_parameters(derivatives_by),
-                  .with_derivatives = !derivatives_by.empty(),
-                  .near = &near,
-                  .used_up = &near,
-                  .targets = targets},
+                  .near = options.near,
+                  .targets = options.targets,
+                  .without = options.without,
+                  .take = options.take ? &options.take : nullptr,
+                  .few_states = options.few_states},
                  progress);
 }
 
@@ -766,11 +762,11 @@ CondensedModel Predictor::condensed(const std::vector<Parameter>& parameters,
           const LoadCase& at = cases_[i];
           const Reading& reading = campaign_.readings[at.reading];
           result.states[i] = condense(reading.configuration, reading.load, at.conditions,
-                                      run.loaded_near(at.reading));
+                                      run.loaded_near(at.reading, reading.configuration));
         } else {
           const Reference& at = references_[i - cases_.size()];
-          result.states[i] =
-              condense(at.configuration, {}, at.conditions, run.unloaded_near(at.reading));
+          result.states[i] = condense(at.configuration, {}, at.conditions,
+                                      run.unloaded_near(at.reading, at.configuration));
         }
       });
   for (std::size_t c = 0; c < cases_.size(); ++c)
@@ -797,7 +793,21 @@ vjm::EffectModel Predictor::model(const std::vector<Parameter>& parameters,
   return model;
 }
 
+// Where something works on all readings once they are predicted.
+Predictions Predictor::predict_then_take(Run run, common::Progress& progress) const {
+  const ReadingTaker& take = *std::exchange(run.take, nullptr);
+  Predictions predictions = predict(run, progress);
+  const bool differentiated = !predictions.derivatives.empty();
+  for (std::size_t i = 0; i < predictions.displacement.size(); ++i)
+    if (!predictions.displacement[i].array().isNaN().all())
+      take(i, predictions.displacement[i], predictions.work[i],
+           differentiated ? predictions.derivatives[i] : Eigen::MatrixXd());
+  predictions.derivatives.clear();
+  return predictions;
+}
+
 Predictions Predictor::predict(const Run& run, common::Progress& progress) const {
+  if (on_numbers_ && run.take != nullptr) return predict_then_take(run, progress);
   const std::vector<State> unloaded = references(run, progress);
   const std::size_t n = campaign_.readings.size();
   Predictions predictions;
@@ -806,8 +816,10 @@ Predictions Predictor::predict(const Run& run, common::Progress& progress) const
   if (run.with_compliance)
     predictions.by_wrench.assign(n, Eigen::MatrixXd::Zero(campaign_.size(), 6));
   predictions.work.assign(n, Vector6::Zero());
-  if (run.with_derivatives || run.target_columns() > 0) predictions.derivatives.resize(n);
-  predictions.loaded.resize(n);
+  if (run.take == nullptr && (run.with_derivatives || run.target_columns() > 0))
+    predictions.derivatives.resize(n);
+  predictions.few_states = run.few_states;
+  predictions.loaded.resize(states_kept(run));
   Failures failures;
   // What is found of a case goes into its readings at once: kept for all it would be most of the
   // memory that many readings need.
@@ -823,7 +835,7 @@ Predictions Predictor::predict(const Run& run, common::Progress& progress) const
       if (!campaign_.readings[r].masked &&
           (!predictions.failure || r < predictions.failure->reading))
         predictions.failure = {r, reason};
-  add_unloaded(unloaded, predictions);
+  add_unloaded(run, unloaded, predictions);
   if (on_numbers_) {
     add_lag(campaign_, run.model.effects(), run.parameters, predictions);
     add_offsets(campaign_, run.model.effects(), run.parameters, predictions);
@@ -831,16 +843,29 @@ Predictions Predictor::predict(const Run& run, common::Progress& progress) const
   return predictions;
 }
 
+std::size_t Predictor::states_kept(const Run& run) const {
+  return run.few_states ? campaign_.configurations.size() : campaign_.readings.size();
+}
+
+std::optional<std::size_t> Predictor::place_of_state(const Run& run, std::size_t reading) const {
+  if (!run.few_states) return reading;
+  const std::size_t configuration = campaign_.readings[reading].configuration;
+  if (first_readings_[configuration] != reading) return std::nullopt;
+  return configuration;
+}
+
 // Relaxed ones are none.
-void Predictor::add_unloaded(const std::vector<State>& unloaded, Predictions& predictions) const {
+void Predictor::add_unloaded(const Run& run, const std::vector<State>& unloaded,
+                             Predictions& predictions) const {
   const bool relaxed = std::all_of(unloaded.begin(), unloaded.end(), [](const State& s) {
     return s.response.state.bodies.empty() && s.response.state.coordinates.empty();
   });
   if (relaxed) return;
-  predictions.unloaded.resize(campaign_.readings.size());
+  predictions.unloaded.resize(states_kept(run));
   for (std::size_t c = 0; c < cases_.size(); ++c)
     for (const std::size_t r : readings_of(c))
-      predictions.unloaded[r] = unloaded[cases_[c].reference].response.state;
+      if (const auto place = place_of_state(run, r))
+        predictions.unloaded[*place] = unloaded[cases_[c].reference].response.state;
 }
 
 Vector3 nearest_rotation_vector(const Vector3& vector, const Vector3& measured) {

@@ -1,6 +1,7 @@
 // Predictions of a model for each reading of a campaign.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -36,6 +37,24 @@ struct TargetOffset {
   /// Derivatives by so many of its coordinates follow those by the parameters, target after target:
   /// 0, 3 or 6.
   Eigen::Index differentiated = 0;
+};
+
+/// Takes what is predicted of one reading, from any thread: displacement and work may be changed
+/// where they stand, derivatives (no columns: none) are not kept. Of readings that fail nothing is
+/// taken.
+using ReadingTaker =
+    std::function<void(std::size_t reading, Eigen::VectorXd& displacement, spatial::Vector6& work,
+                       const Eigen::MatrixXd& derivatives)>;
+
+struct PredictOptions {
+  const Predictions* near = nullptr;  // of a similar model, which save time
+  std::vector<TargetOffset> targets = {};
+  /// The model without its last effect, which saves most of the time where that is a law in one
+  /// joint; states are then left out.
+  const CondensedModel* without = nullptr;
+  ReadingTaker take = {};
+  /// States of one reading a configuration: those of a long table are most of its memory.
+  bool few_states = false;
 };
 
 /// The full nonlinear model: unloaded posture by kinematics, then loaded equilibrium, one after the
@@ -74,24 +93,13 @@ class Predictor {
   /// The same on so many threads.
   Predictor with_effects(std::vector<vjm::Effect> effects, int threads) const;
 
-  /// For the model with its parameters at `values`. `near` (or nullptr): predictions of a similar
-  /// model, which save time.
+  /// For the model with its parameters at `values`.
   Predictions predict(const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
-                      bool with_derivatives, common::Progress& progress,
-                      const Predictions* near = nullptr) const;
-  /// The same with derivatives with respect to some of the parameters only. `without` (or nullptr):
-  /// the model without its last effect, which saves most of the time where that is a law in one
-  /// joint; states are then left out.
+                      bool with_derivatives, common::Progress& progress) const;
+  /// The same with derivatives with respect to some of the parameters only.
   Predictions predict(const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
                       const std::vector<Parameter>& derivatives_by, common::Progress& progress,
-                      const Predictions* near = nullptr,
-                      const std::vector<TargetOffset>& targets = {},
-                      const CondensedModel* without = nullptr) const;
-  /// The same; states of `near` are freed where they have been used, for tables that are long.
-  Predictions predict_from(Predictions& near, const std::vector<Parameter>& parameters,
-                           const Eigen::VectorXd& values,
-                           const std::vector<Parameter>& derivatives_by, common::Progress& progress,
-                           const std::vector<TargetOffset>& targets) const;
+                      const PredictOptions& options = {}) const;
   /// The same without derivatives, but with `by_wrench`.
   Predictions predict_with_compliance(const std::vector<Parameter>& parameters,
                                       const Eigen::VectorXd& values, common::Progress& progress,
@@ -132,6 +140,8 @@ class Predictor {
   std::size_t reference_index(std::size_t configuration, const vjm::Conditions& conditions,
                               std::size_t reading);
   Predictions predict(const Run& run, common::Progress& progress) const;
+  std::size_t states_kept(const Run& run) const;
+  Predictions predict_then_take(Run run, common::Progress& progress) const;
   State solve(const Run& run, std::size_t configuration, const vjm::Load& load,
               std::size_t conditions, const vjm::Response& before, const vjm::SystemState* near,
               const vjm::CondensedState* without) const;
@@ -148,12 +158,16 @@ class Predictor {
                          State& loaded, CaseResult& result) const;
   void carry_into_history(const Run& run, const LoadCase& at, const vjm::Response& before,
                           const Eigen::RowVectorXd& force, State& loaded) const;
-  void add_unloaded(const std::vector<State>& unloaded, Predictions& predictions) const;
+  void add_unloaded(const Run& run, const std::vector<State>& unloaded,
+                    Predictions& predictions) const;
+  // Where the state of a reading is kept; nothing: nowhere.
+  std::optional<std::size_t> place_of_state(const Run& run, std::size_t reading) const;
   void observe(const Run& run, State& state) const;
   CaseResult displacements_of(const State& unloaded, State& loaded) const;
   spatial::Vector6 work_of(const Run& run, const Reading& reading, const State& loaded) const;
   spatial::Vector6 measured_by(std::size_t sensor, const Reading& reading) const;
-  void enter(const CaseResult& result, std::size_t index, Predictions& predictions) const;
+  void enter(const Run& run, const CaseResult& result, std::size_t index,
+             Predictions& predictions) const;
   vjm::EffectModel model(const std::vector<Parameter>& parameters,
                          const Eigen::VectorXd& values) const;
 
@@ -170,6 +184,7 @@ class Predictor {
   std::vector<LoadCase> cases_;
   std::vector<std::vector<std::size_t>> sequences_;  // of cases; only where there is a history
   std::vector<std::size_t> readings_of_cases_;       // case after case
+  std::vector<std::size_t> first_readings_;          // of configurations
 };
 
 /// The rotation vector that stands for the same rotation as `vector` and is nearest to `measured`

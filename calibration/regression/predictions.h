@@ -33,8 +33,10 @@ struct Predictions {
   /// platform, in its axes, at the predicted pose; 0 where the platform is not read.
   std::vector<spatial::Vector6> work;
   /// Equilibria under the load and without, from which those of a similar model are found quickly;
-  /// those without load are left out where no force acts then.
+  /// those without load are left out where no force acts then. With `few_states` there is one entry
+  /// a configuration, that of its first reading.
   std::vector<vjm::SystemState> loaded, unloaded;
+  bool few_states = false;
   /// The first reading in use that fails, if one does; the rest is then not to be used.
   std::optional<PredictionFailure> failure;
 };

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 
 #include "kinetostat/calibration/statistics/identifiability.h"
+#include "kinetostat/calibration/statistics/least_squares.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -18,18 +20,27 @@ constexpr double deviation_of_design = 1;  // of the logarithm of a stiffness: a
 constexpr double unseen = 0.3;             // d' of a change that is worth knowing: a factor of e
 
 // Derivatives of the values in use in units of their noise, one column a parameter, for a change
-// that is worth knowing.
-MatrixXd signatures_of(const Predictions& predictions, const std::vector<Value>& values,
-                       const Noise& noise, const std::vector<Parameter>& parameters) {
+// that is worth knowing. Nothing where the model fails.
+std::optional<MatrixXd> signatures_of(const Predictor& predictor, const std::vector<Value>& values,
+                                      const Noise& noise, const std::vector<Parameter>& parameters,
+                                      common::Progress& progress) {
+  std::vector<std::size_t> first(noise.sigma.size(), 0);  // of the values of each reading
+  for (std::size_t v = values.size(); v-- > 0;) first[values[v].reading] = v;
   MatrixXd signatures(static_cast<Index>(values.size()), static_cast<Index>(parameters.size()));
-  for (Index v = 0; v < signatures.rows(); ++v) {
-    const auto& [reading, component] = values[static_cast<std::size_t>(v)];
-    signatures.row(v) =
-        predictions.derivatives[reading].row(component) / noise.sigma[reading][component];
-  }
+  const auto take = [&](std::size_t reading, VectorXd&, spatial::Vector6&,
+                        const MatrixXd& derivatives) {
+    for (std::size_t v = first[reading]; v < values.size() && values[v].reading == reading; ++v)
+      signatures.row(static_cast<Index>(v)) =
+          derivatives.row(values[v].component) / noise.sigma[reading][values[v].component];
+  };
+  if (predictor
+          .predict(parameters, starts_of(parameters), parameters, progress,
+                   {.take = take, .few_states = true})
+          .failure)
+    return std::nullopt;
   for (Index k = 0; k < signatures.cols(); ++k)
     signatures.col(k) *= parameters[static_cast<std::size_t>(k)].typical;
-  return signatures;
+  return condensed(signatures);
 }
 
 }  // namespace
@@ -39,20 +50,20 @@ std::vector<std::string> keep_undetermined(const Predictor& predictor, const Cam
                                            common::Progress& progress) {
   std::vector<std::string> kept;
   if (parameters.empty()) return kept;
-  const Predictions there = predictor.predict(parameters, starts_of(parameters), true, progress);
-  if (there.failure) return kept;
   const std::vector<Value> values = values_in_use(campaign);
-  const MatrixXd signatures = signatures_of(there, values, noise, parameters);
+  const std::optional<MatrixXd> signatures =
+      signatures_of(predictor, values, noise, parameters, progress);
+  if (!signatures) return kept;
   const double rounding = sensitivity_rounding * norm_over_noise(values, campaign, noise);
   const double visible =
       noise.source == NoiseSource::unknown ? rounding : std::max(unseen, rounding);
   for (const Index k :
-       made_up_by_those_before(signatures, VectorXd::Constant(signatures.cols(), visible))) {
+       made_up_by_those_before(*signatures, VectorXd::Constant(signatures->cols(), visible))) {
     Parameter& parameter = parameters[static_cast<std::size_t>(k)];
     parameter.lower = parameter.upper = parameter.start;
     parameter.bounds_stated = true;
     kept.push_back(fmt::format("{} stays at its nominal value: {}.", parameter.phrase(),
-                               signatures.col(k).norm() > visible
+                               signatures->col(k).norm() > visible
                                    ? "it is confounded with the fitted parameters"
                                    : "no reading depends on it"));
   }

@@ -129,8 +129,9 @@ class Members {
   }
   // Structured bindings, so that a member which is added here is not forgotten.
   void one(Predictions& predictions) {
-    auto& [displacement, derivatives, by_wrench, work, loaded, unloaded, failure] = predictions;
-    (*this)(displacement, derivatives, by_wrench, work, loaded, unloaded, failure);
+    auto& [displacement, derivatives, by_wrench, work, loaded, unloaded, few_states, failure] =
+        predictions;
+    (*this)(displacement, derivatives, by_wrench, work, loaded, unloaded, few_states, failure);
   }
   void one(BaseFit& fit) {
     auto& [parameters, zeros, frames, targets, covariance, error_source, weak, loss, weights,

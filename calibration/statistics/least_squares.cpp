@@ -48,13 +48,13 @@ VectorXd weights_of(Loss loss, const VectorXd& residual) {
   return residual.unaryExpr([loss](double r) { return weight_of(loss, r); });
 }
 
-// Rows that are brought to a triangle at once.
-constexpr Index block_rows = 8192;
+constexpr Index tall = 8192;        // of more rows only a triangle is kept
+constexpr Index block_rows = 2048;  // that are brought to it at once
 
 // The rows that fill(first, count) gives; of more than a block only their triangle.
 template <typename Fill>
 MatrixXd condensed_rows(Index rows, Index columns, const Fill& fill) {
-  MatrixXd work(std::min(rows, block_rows + columns), columns);
+  MatrixXd work(rows > tall ? block_rows + columns : rows, columns);
   Index kept = 0;
   for (Index first = 0, count = 0; first < rows; first += count) {
     count = std::min(work.rows() - kept, rows - first);
@@ -259,7 +259,7 @@ class Solver {
 
   // Derivatives of many rows are not kept beside those of the next place: steps need their
   // triangle.
-  bool is_tall() const { return result_.at.residual.size() > block_rows; }
+  bool is_tall() const { return result_.at.residual.size() > tall; }
   std::optional<Linearisation> evaluate_beside(const VectorXd& x) {
     if (is_tall()) result_.at.jacobian.resize(0, 0);
     return evaluate(x);

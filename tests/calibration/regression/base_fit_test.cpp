@@ -250,13 +250,13 @@ TEST(BaseFit, RobustLossKeepsAGrossErrorOutOfTheStiffness) {
   const Campaign campaign = read_campaign(file, robot.manipulator);
   common::Progress silent;
   const auto fitted = [&](Loss loss) {
-    const Comparison c = compare(robot, campaign, 1, silent, loss);
+    const Comparison c = compare(robot, campaign, 1, silent, {.loss = loss});
     return factor(c, 0);
   };
   EXPECT_GT(std::abs(fitted(Loss::squares) - 1), 0.2);
   EXPECT_NEAR(fitted(Loss::huber), 1, 2e-3);
   EXPECT_NEAR(fitted(Loss::cauchy), 1, 2e-4);
-  const Comparison c = compare(robot, campaign, 1, silent, Loss::cauchy);
+  const Comparison c = compare(robot, campaign, 1, silent, {.loss = Loss::cauchy});
   EXPECT_THAT(report::text(campaign, c.fitted->fit),
               HasSubstr("1 readings counted less than half: bad"));
   EXPECT_NEAR(c.fitted->fit.parameters[0].standard_error, 2e-6 / std::sqrt(28.7e6) * 1e6, 2e-4);
@@ -267,7 +267,7 @@ TEST(BaseFit, RobustLossNeedsANoiseToMeasureBy) {
   const Campaign campaign =
       read_campaign(bench_campaign("fz,dz\n1000,1\n2000,2.1\n3000,3\n"), robot.manipulator);
   common::Progress silent;
-  EXPECT_THROW(compare(robot, campaign, 1, silent, Loss::huber), common::InputError);
+  EXPECT_THROW(compare(robot, campaign, 1, silent, {.loss = Loss::huber}), common::InputError);
 }
 
 // Poses measured by two set-ups of a tracker that stands anywhere.

@@ -242,8 +242,8 @@ TEST(Target, DerivativesAgreeWithCentralDifferences) {
       const Index count = absolute ? 6 : 3;
       const VectorXd::Index all = 1 + count;
       const Predictions exact =
-          predictor.predict(parameters, at, parameters, silent, nullptr,
-                            {{.sensor = 0, .pose = pose, .differentiated = count}});
+          predictor.predict(parameters, at, parameters, silent,
+                            {.targets = {{.sensor = 0, .pose = pose, .differentiated = count}}});
       ASSERT_EQ(exact.derivatives[0].cols(), all);
       for (Index k = 0; k < all; ++k) {
         const double h = 1e-4;
@@ -252,7 +252,7 @@ TEST(Target, DerivativesAgreeWithCentralDifferences) {
           Vector6 there = pose;
           (k == 0 ? q[0] : there[k - 1]) += step;
           return predictor
-              .predict(parameters, q, {}, silent, nullptr, {{.sensor = 0, .pose = there}})
+              .predict(parameters, q, {}, silent, {.targets = {{.sensor = 0, .pose = there}}})
               .displacement[0];
         };
         const VectorXd differences =
