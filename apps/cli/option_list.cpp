@@ -218,8 +218,9 @@ Option OptionList::add_flag(const std::string& name, const std::string& descript
   return Option(app_->add_flag(name)->description(description));
 }
 
-Option OptionList::add_output(const std::string& name, std::string& file,
-                              const std::string& description) {
+namespace {
+
+CLI::Option* as_output(CLI::Option* option, const std::string& name) {
   const auto is_no_option = [name](const std::string& value) {
     return value.size() > 1 && value.starts_with('-')
                ? fmt::format(
@@ -228,9 +229,21 @@ Option OptionList::add_output(const std::string& name, std::string& file,
                      name, value, value)
                : std::string();
   };
-  return Option(app_->add_option(name, file, description)
-                    ->type_name("FILE")
-                    ->check(CLI::Validator(is_no_option, "", output_mark)));
+  return option->type_name("FILE")->check(CLI::Validator(is_no_option, "", output_mark));
+}
+
+}  // namespace
+
+Option OptionList::add_output(const std::string& name, std::string& file,
+                              const std::string& description) {
+  return Option(as_output(app_->add_option(name, file, description), name));
+}
+
+Option OptionList::add_outputs(const std::string& name, std::vector<std::string>& files,
+                               const std::string& description) {
+  return Option(as_output(app_->add_option(name, files, description), name))
+      .hide_default()
+      .one_at_a_time();
 }
 
 std::vector<OptionList::NamedValue> OptionList::in_effect() const {
@@ -250,8 +263,9 @@ std::vector<OptionList::NamedValue> OptionList::in_effect() const {
 std::vector<OptionList::NamedValue> OptionList::outputs() const {
   std::vector<NamedValue> files;
   for (CLI::Option* option : app_->get_options({}))
-    if (option->count() > 0 && is_output(*option))
-      files.emplace_back(option->get_single_name(), option->results().front());
+    if (is_output(*option))
+      for (const std::string& file : option->results())
+        files.emplace_back(option->get_single_name(), file);
   return files;
 }
 

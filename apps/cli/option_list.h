@@ -72,6 +72,9 @@ class OptionList {
   /// known that the file can be written and that no other option names it; while the command runs,
   /// it cannot be read (io::Outputs).
   Option add_output(const std::string& name, std::string& file, const std::string& description);
+  /// The same, which may be given several times.
+  Option add_outputs(const std::string& name, std::vector<std::string>& files,
+                     const std::string& description);
 
   /// A name without dashes and its value.
   using NamedValue = std::pair<std::string, std::string>;

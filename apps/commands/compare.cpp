@@ -93,9 +93,8 @@ io::Json compare(const CompareRequest& request, Run& run) {
   if (!request.before.empty()) return compare_both(request, run);
   const vjm::Robot robot = request.campaign.read_robot();
   const calibration::Campaign campaign = request.campaign.read_campaign(robot, run);
-  const calibration::Comparison comparison =
-      calibration::compare(robot, campaign, run.threads(), run.progress(),
-                           {.loss = loss_of(request.robust)});
+  const calibration::Comparison comparison = calibration::compare(
+      robot, campaign, run.threads(), run.progress(), {.loss = loss_of(request.robust)});
   say_which_robot(robot, campaign, run);
   run.print(
       report::first_screen(robot, campaign, comparison, after_comparison(request, comparison)));

@@ -23,7 +23,8 @@ namespace {
 
 struct ModesRequest {
   PostureRequest robot;  // its file may be a link file
-  std::string vtu, reduced;
+  std::string vtu;
+  std::vector<std::string> reduced;
   bool free = false, held = false, no_cache = false;
   int modes = fea::ModalOptions{}.modes;
   std::uint64_t memory = 0;  // [bytes]; 0: a share of what is free
@@ -36,9 +37,9 @@ fea::Support support_of(const ModesRequest& request) {
 }
 
 // By the extension of the file.
-auto writer_of(const ModesRequest& request)
+auto writer_of(const std::string& file)
     -> std::string (*)(const fea::ModalResult&, const fea::ReducedModel&) {
-  const std::string extension = std::filesystem::path(request.reduced).extension().string();
+  const std::string extension = std::filesystem::path(file).extension().string();
   if (extension == ".m") return fea::reduced_matlab;
   if (extension == ".mat") return fea::reduced_mat;
   if (extension == ".py") return fea::reduced_exudyn;
@@ -60,16 +61,16 @@ fea::ModalResult study_link(Run& run, const ModesRequest& request, const fea::Li
   const fea::LinkGeometry geometry = fea::read_geometry(spec, run.progress());
   fea::ModalResult result = fea::modal_study(spec, geometry, options, run.progress());
   if (!request.vtu.empty()) io::write_vtu(request.vtu, fea::mode_shapes(result));
-  if (!request.reduced.empty())
-    io::write_atomically(
-        request.reduced,
-        writer_of(request)(result, fea::reduced_link(spec, result, options, run.progress())));
+  if (request.reduced.empty()) return result;
+  const fea::ReducedModel reduced = fea::reduced_link(spec, result, options, run.progress());
+  for (const std::string& written : request.reduced)
+    io::write_atomically(written, writer_of(written)(result, reduced));
   return result;
 }
 
 io::Json modes_of_link(Run& run, const ModesRequest& request) {
   const std::string& file = request.robot.robot_file;
-  if (!request.reduced.empty()) (void)writer_of(request);
+  for (const std::string& written : request.reduced) (void)writer_of(written);
   if (!request.robot.at.empty() || !request.robot.joints.empty())
     throw UsageError(request.robot.at.empty() ? "--joints" : "--at", "a link has no posture",
                      "Leave it out, or name a robot file");
@@ -143,7 +144,7 @@ void add_modes(Program& program) {
   OptionList app =
       program.add({.name = "modes",
                    .summary = "Natural frequencies and modes of a link, or of a robot in a posture",
-                   .example = "kinetostat modes meshes/foot.yaml --free --vtu modes.vtu",
+                   .example = "kinetostat modes meshes/tapered_arm.yaml --free --vtu modes.vtu",
                    .out = "Write the frequencies to a JSON file"},
                   [request](Run& run) { return find_modes(run, *request); });
   app.add_option("file", request->robot.robot_file,
@@ -161,10 +162,10 @@ void add_modes(Program& program) {
   app.add_flag("--held", request->held,
                "Clamped at all its interfaces: the fixed-interface modes of Craig and Bampton")
       .excludes("--free");
-  app.add_output("--reduced", request->reduced,
-                 "Write stiffness and mass of the free link, with as many modes held at its "
-                 "interfaces: .m or .mat (MATLAB, Simscape), .py (EXUDYN), .inp (CalculiX, "
-                 "Abaqus)");
+  app.add_outputs("--reduced", request->reduced,
+                  "Write stiffness and mass of the free link, with as many modes held at its "
+                  "interfaces: .m or .mat (MATLAB, Simscape), .py (EXUDYN), .inp (CalculiX, "
+                  "Abaqus); any number of times");
   app.add_output("--vtu", request->vtu, "Write the shapes of the modes for ParaView");
   app.add_option("--time", request->refinement.time_limit,
                  "Start no finer mesh after so many seconds; the best result so far is given")

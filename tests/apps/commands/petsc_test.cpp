@@ -34,7 +34,7 @@ class Petsc : public testing::Test {
   // A coarse bar whose ends both have this coupling.
   static void write_link(const std::string& coupling) {
     std::string text = io::read_text(working_folder() / "meshes/test_bar.yaml");
-    text.replace(text.find("size: 3"), 7, "size: 14");
+    text.replace(text.find("size: 3"), 7, "size: 24");
     text.replace(text.find("test_bar.stl"), 12, "meshes/test_bar.stl");
     text.replace(text.find("coupling: rigid"), 15, "coupling: " + coupling);
     if (const std::size_t fixed = text.find("fixed:"); fixed != std::string::npos)
