@@ -75,7 +75,7 @@ std::optional<spatial::Unit> unit_of(const std::string& text) {
   }
 }
 
-// Without case, blanks, hyphens, dots and underscores; Greek letters by their names.
+// Without case, blanks, hyphens, dots, underscores and accents; Greek letters by their names.
 std::string plain(const std::string& name) {
   std::string result;
   for (std::size_t i = 0; i < name.size(); ++i) {
@@ -85,6 +85,9 @@ std::string plain(const std::string& name) {
       ++i;
     } else if (rest.starts_with("\xce\xb8") || rest.starts_with("\xcf\x86")) {
       result += "theta";
+      ++i;
+    } else if (rest.starts_with("\xc3\xa9") || rest.starts_with("\xc3\xb3")) {
+      result += rest[1] == '\xa9' ? 'e' : 'o';
       ++i;
     } else if (std::string_view(" _-.").find(name[i]) == std::string_view::npos) {
       result += static_cast<char>(std::tolower(static_cast<unsigned char>(name[i])));
@@ -97,22 +100,23 @@ std::string plain(const std::string& name) {
 struct Quantity {
   const char* component;  // with the letter of the axis: "f" of "fx"
   Dimension dimension;
-  std::vector<std::string_view> words;
+  std::string words;  // each between blanks
+  bool has(const std::string& word) const {
+    return !word.empty() && words.find(' ' + word + ' ') != std::string::npos;
+  }
 };
 
 const std::vector<Quantity>& quantities() {
   static const std::vector<Quantity> all = {
-      {"f", dimension::force, {"f", "force", "kraft", "load", "last", "pull", "push"}},
-      {"m", dimension::moment, {"m", "moment", "torque", "drehmoment"}},
-      {"d",
-       dimension::length,
-       {"d", "u", "delta", "disp", "displacement", "deflection", "defl", "deformation",
-        "translation", "verschiebung", "auslenkung", "durchbiegung", "verformung", "weg", "gauge",
-        "dial", "dialgauge", "messuhr"}},
-      {"r",
-       dimension::angle,
-       {"r", "rot", "rotation", "tilt", "twist", "drehung", "verdrehung", "neigung", "inclination",
-        "deltar"}}};
+      {"f", dimension::force, " f force kraft load last pull push effort fuerza forza "},
+      {"m", dimension::moment, " m moment torque drehmoment couple momento coppia "},
+      {"d", dimension::length,
+       " d u delta disp displacement deflection defl deformation translation gauge dial dialgauge "
+       "verschiebung verlagerung absenkung auslenkung durchbiegung verformung weg messuhr "
+       "deplacement desplazamiento spostamento "},
+      {"r", dimension::angle,
+       " r rot rotation tilt twist inclination deltar drehung verdrehung neigung verkippung "
+       "rotacion rotazione "}};
   return all;
 }
 
@@ -120,11 +124,11 @@ const std::vector<Quantity>& quantities() {
 std::string component_of(const std::string& name, Dimension& dimension) {
   for (const Quantity& quantity : quantities())
     for (const char axis : {'x', 'y', 'z'})
-      for (const std::string_view word : quantity.words)
-        if (name == std::string(word) + axis || name == axis + std::string(word)) {
-          dimension = quantity.dimension;
-          return std::string(quantity.component) + axis;
-        }
+      if ((name.ends_with(axis) && quantity.has(name.substr(0, name.size() - 1))) ||
+          (name.starts_with(axis) && quantity.has(name.substr(1)))) {
+        dimension = quantity.dimension;
+        return std::string(quantity.component) + axis;
+      }
   return {};
 }
 

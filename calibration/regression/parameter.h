@@ -24,6 +24,8 @@ struct Parameter {
   /// The bounds mean something: the user or physics sets them. Otherwise a fit that hits one
   /// diverges.
   bool bounds_stated = false;
+  /// It is held because the readings do not distinguish it from what is fitted.
+  bool is_confounded = false;
   std::string unit = {};  // of the coordinate, SI; empty for a logarithm
   double typical = 1;     // a change of it that is worth knowing
   /// Knowledge of the coordinate beside the readings; it enters the fit as one more reading.

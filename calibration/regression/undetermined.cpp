@@ -62,8 +62,9 @@ std::vector<std::string> keep_undetermined(const Predictor& predictor, const Cam
     Parameter& parameter = parameters[static_cast<std::size_t>(k)];
     parameter.lower = parameter.upper = parameter.start;
     parameter.bounds_stated = true;
+    parameter.is_confounded = signatures->col(k).norm() > visible;
     kept.push_back(fmt::format("{} stays at its nominal value: {}.", parameter.phrase(),
-                               signatures->col(k).norm() > visible
+                               parameter.is_confounded
                                    ? "it is confounded with the fitted parameters"
                                    : "no reading depends on it"));
   }

@@ -234,6 +234,28 @@ TEST(Readings, ListsWhatCannotBeUsed) {
   EXPECT_FALSE(std::filesystem::exists(working_folder() / "unclear.yaml"));
 }
 
+// Two joints about parallel axes in one posture: what one is found to be may be the other.
+TEST(Readings, SayWhatIsConfounded) {
+  io::write_atomically(working_folder() / "elbow.yaml", R"(kinetostat: 1
+name: elbow
+units: {length: mm, force: N, angle: deg}
+chain_types:
+  arm: [{actuator: {name: turn, axis: Rz, stiffness: 1e6 N m/rad}},
+        {actuator: {name: shoulder, axis: Ry, stiffness: 1e5 N m/rad}}, {offset: [500, 0, 0]},
+        {actuator: {name: elbow, axis: Ry, stiffness: 1e5 N m/rad}}, {offset: [500, 0, 0]}]
+manipulator: {chain: arm}
+uncertain: [{stiffness: turn}, {stiffness: shoulder}, {stiffness: elbow}]
+)");
+  std::string text = "fz [N],dz [mm],sigma_dz [mm]\n";
+  for (const double f : {-300, -200, -100, 100, 200})
+    text += fmt::format("{},{},0.01\n", f, f / 60);
+  io::write_atomically(working_folder() / "elbow.csv", text);
+  ASSERT_EQ(kinetostat("readings elbow.csv elbow.yaml -o elbow_campaign.yaml --quiet").code, 0);
+  const Outcome outcome = kinetostat("compare elbow_campaign.yaml --quiet");
+  EXPECT_THAT(outcome.out, HasSubstr("confounded with these, kept: elbow; not determined, kept: "
+                                     "turn"));
+}
+
 // Of the program as it has been run so far by this process [kB].
 long most_memory() {
   rusage usage{};

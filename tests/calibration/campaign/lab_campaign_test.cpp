@@ -170,6 +170,10 @@ TEST(ColumnNames, NeedAUnitWhereTheyAreNoneOfTheFormat) {
   EXPECT_EQ(meaning("FX"), "fx");
   EXPECT_EQ(meaning("Kraft X [N]"), "fx");
   EXPECT_EQ(meaning("x-force [kN]"), "fx");
+  EXPECT_EQ(meaning("Verlagerung X [um]"), "dx");
+  EXPECT_EQ(meaning("D\xc3\xa9placement z [mm]"), "dz");
+  EXPECT_EQ(meaning("Rotaci\xc3\xb3n-y [mrad]"), "ry");
+  EXPECT_EQ(meaning("forza_y [N]"), "fy");
   EXPECT_EQ(meaning("Kraft X [mm]"), "");
   EXPECT_EQ(meaning("Kraft X"), "");
   EXPECT_EQ(meaning("\xce\x94y [um]"), "dy");
