@@ -15,7 +15,7 @@ using spatial::Dimension;
 namespace dimension = spatial::dimension;
 
 struct Reserved {
-  const char* name;
+  std::string_view name = {};
   Dimension dimension = {};
 };
 
@@ -189,6 +189,7 @@ std::string correlation_name(Eigen::Index i, Eigen::Index j) {
 const std::vector<std::string>& reserved_names() {
   static const std::vector<std::string> all = [] {
     std::vector<std::string> result;
+    result.reserve(reserved.size() + 15);  // and pairs of six components
     for (const Reserved& one : reserved) result.emplace_back(one.name);
     for (Eigen::Index i = 0; i < 6; ++i)
       for (Eigen::Index j = i + 1; j < 6; ++j) result.push_back("corr_" + correlation_name(i, j));

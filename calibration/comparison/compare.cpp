@@ -314,19 +314,20 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
   if (has_others) part = only(campaign, {Role::fit});
   const Campaign& to_fit = has_others ? *part : campaign;
   std::vector<ReplicateGroup> groups = replicate_groups(to_fit);
-  Noise stated =
+  Noise noise =
       with_datums_seen(noise_of(campaign, has_others ? replicate_groups(campaign) : groups), robot,
                        campaign, threads, progress);
-  Evidence evidence{to_fit, groups_of(to_fit, std::move(groups)), {}, {}};
   // Whitened by what they share, one gross error would be in many readings.
-  if (loss != Loss::squares) stated.datums.clear();
+  if (loss != Loss::squares) noise.datums.clear();
+  std::optional<Noise> stated;  // without that of the wrenches, where these have any
+  if (!campaign.wrench_covariance.empty()) stated = noise;
+  Evidence evidence{to_fit, groups_of(to_fit, std::move(groups)), std::move(noise), {}};
   const Predictor predictor(robot.without_effects(), robot.effects, campaign, threads, progress);
-  if (campaign.wrench_covariance.empty()) evidence.noise = std::move(stated);
   const auto know = [&](const std::vector<Parameter>& parameters, const BaseFit* found) {
     const Eigen::VectorXd values = found == nullptr ? Eigen::VectorXd() : values_of(*found);
-    if (!campaign.wrench_covariance.empty())
+    if (stated)
       evidence.noise =
-          with_wrench_noise(stated, campaign, predictor, parameters, values, progress, found);
+          with_wrench_noise(*stated, campaign, predictor, parameters, values, progress, found);
     evidence.pure = pure_error(to_fit, evidence.groups.repeated, evidence.noise);
   };
   const auto fit = [&](const std::vector<Parameter>& parameters) {
@@ -341,7 +342,7 @@ Comparison compare(const vjm::Robot& robot, const Campaign& campaign, int thread
     // What the noise of the wrenches does depends on the compliance that was fitted, and on where
     // it is looked at.
     const bool moved = !parameters.empty() || !result.targets.empty() || !result.frames.empty();
-    if (moved && !campaign.wrench_covariance.empty()) {
+    if (moved && stated) {
       know(parameters, &result);
       result = once();
     }

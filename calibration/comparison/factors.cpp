@@ -86,8 +86,8 @@ class FactorFinder {
       starts.push_back(values[first]);
       const std::string from = fmt::format("{:.4g}", values[first] / scale);
       const std::string to = fmt::format("{:.4g}", values[last] / scale);
-      factor.labels.push_back((from == to ? from : from + " to " + to) +
-                              (unit.empty() ? "" : " " + unit));
+      factor.labels.push_back(fmt::format("{}{}{}{}{}", from, from == to ? "" : " to ",
+                                          from == to ? "" : to, unit.empty() ? "" : " ", unit));
     }
     for (const double x : factor.number) {
       int group = -1;

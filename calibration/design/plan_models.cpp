@@ -164,6 +164,7 @@ std::vector<PlanModel> with_look_alikes(const std::vector<PlanModel>& models,
     if (!fresh && like > found->second.first) found->second = {like, m};
   }
   std::vector<std::pair<double, std::size_t>> order;
+  order.reserve(nearest.size());
   for (const auto& [kind, place] : nearest) order.push_back(place);
   std::stable_sort(order.begin(), order.end(),
                    [](const auto& a, const auto& b) { return a.first > b.first; });

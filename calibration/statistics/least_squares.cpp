@@ -275,11 +275,11 @@ class Solver {
   // [W J, W r], W of the roots of the weights.
   void find_rows() {
     const VectorXd roots = weights_of(options_.loss, result_.at.residual).cwiseSqrt();
-    const auto& [residual, jacobian] = result_.at;
-    const Index n = jacobian.cols();
-    rows_ = condensed_rows(residual.size(), n + 1, [&](Index first, Index count) {
+    const Linearisation& at = result_.at;
+    const Index n = at.jacobian.cols();
+    rows_ = condensed_rows(at.residual.size(), n + 1, [&](Index first, Index count) {
       MatrixXd block(count, n + 1);
-      block << jacobian.middleRows(first, count), residual.segment(first, count);
+      block << at.jacobian.middleRows(first, count), at.residual.segment(first, count);
       return MatrixXd(roots.segment(first, count).asDiagonal() * block);
     });
   }
