@@ -23,7 +23,7 @@ using Kinds = std::vector<DocumentKind>;
 struct Wanted {
   const char* command;
   std::vector<Kinds> places;
-  bool takes_robot_alone = false;  // where a campaign may stand in its place
+  bool takes_robot_alone = false;  // where a campaign may stand in its place; after a table, too
 };
 
 const Kinds robot = {DocumentKind::robot};
@@ -48,7 +48,10 @@ const std::vector<Wanted>& all_wanted() {
       {"calibrate", {robot_or_campaign, campaign}},
       {"diagnose", {robot_or_campaign, campaign}},
       {"plan", {robot_or_campaign, campaign}},
-      {"study", {robot_or_campaign, campaign}, true},
+      {"study",
+       {{DocumentKind::robot, DocumentKind::campaign, DocumentKind::table},
+        {DocumentKind::campaign, DocumentKind::table}},
+       true},
       {"adopt", {robot, {DocumentKind::diagnosis}}},
       {"identify", {{DocumentKind::link}}},
       {"beam", {{DocumentKind::link}}},
@@ -175,6 +178,10 @@ void refuse_misplaced_files(const std::string& command, const std::vector<std::s
   if (kinds == Kinds{DocumentKind::campaign, DocumentKind::robot} && found->places.size() > 1)
     throw MisplacedFile(files[0], "this is a campaign file, and the robot file comes first",
                         fmt::format("Write 'kinetostat {} {} {}'", command, files[1], files[0]));
+  // A table that does not look like one is read as what stands before the robot file.
+  if (found->takes_robot_alone && kinds.size() == 2 && kinds[1] == DocumentKind::robot &&
+      (kinds[0] == DocumentKind::table || kinds[0] == DocumentKind::unknown))
+    return;
   for (std::size_t i = 0; i < files.size(); ++i) {
     const Kinds& wanted = found->places[std::min(i, found->places.size() - 1)];
     if (kinds[i] == DocumentKind::unknown ||

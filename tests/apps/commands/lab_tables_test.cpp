@@ -170,6 +170,79 @@ INSTANTIATE_TEST_SUITE_P(
                     Lab{"Logger", slide, "log.csv", logger}),
     [](const auto& lab) { return lab.param.name; });
 
+// The same without a campaign file: one table, one command.
+TEST_P(LabTables, AreStudiedInOneCommand) {
+  const Lab& lab = GetParam();
+  const std::string at = "lab_study_" + lab.name;
+  const std::filesystem::path folder = working_folder() / at;
+  std::filesystem::create_directory(folder);
+  io::write_atomically(folder / "robot.yaml", lab.robot);
+  io::write_atomically(folder / lab.file, lab.content());
+  const Outcome outcome = kinetostat(fmt::format(
+      "study {0}/{1} {0}/robot.yaml {2} --noise 1um -o {0}/out", at, lab.file, lab.options));
+  ASSERT_EQ(outcome.code, 0) << outcome.out << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("campaign: " + at + "/out/campaign.yaml"));
+  const io::Json json = io::read_json(folder / "out/comparison.json");
+  const double factor = json.at("refitted").at("parameters").at(0).at("factor").get<double>();
+  EXPECT_NEAR(factor, 0.8, 0.004) << outcome.out;
+  EXPECT_TRUE(std::filesystem::exists(folder / "out/index.html"));
+}
+
+// The file that was made is the user's as soon as it is edited.
+TEST(StudyOfATable, KeepsWhatWasEdited) {
+  const std::filesystem::path folder = working_folder() / "edited";
+  std::filesystem::create_directory(folder);
+  io::write_atomically(folder / "robot.yaml", slide);
+  io::write_atomically(folder / "slide.csv", american_csv());
+  const std::string command = "study edited/slide.csv edited/robot.yaml -o edited/out";
+  const Outcome unknown = kinetostat(command);
+  EXPECT_EQ(unknown.code, 5);  // and what would work is said
+  EXPECT_THAT(unknown.err, HasSubstr("the noise is not known. Give --noise 3um, or add 'noise: "
+                                     "{translation: 3 um}' to edited/out/campaign.yaml"));
+  const std::string made = io::read_text(folder / "out/campaign.yaml");
+  ASSERT_EQ(kinetostat("study edited/robot.yaml edited/slide.csv -o edited/out").code, 5);
+  EXPECT_EQ(io::read_text(folder / "out/campaign.yaml"), made);
+  io::write_atomically(folder / "out/campaign.yaml", made + "noise: {translation: 2 um}\n");
+  const Outcome edited = kinetostat(command);
+  ASSERT_EQ(edited.code, 0) << edited.err;
+  EXPECT_THAT(edited.err, HasSubstr("edited/out/campaign.yaml was edited: it counts as it is"));
+  EXPECT_THAT(edited.out, HasSubstr("noise stated"));
+  const Outcome other = kinetostat(command + " --displacement absolute");
+  EXPECT_EQ(other.code, 3);
+  EXPECT_THAT(other.err, HasSubstr("would be made otherwise now. Study it itself, 'kinetostat "
+                                   "study edited/out/campaign.yaml -o edited/out', or remove it"));
+}
+
+TEST(StudyOfATable, AsksForWhatOnlyPeopleKnow) {
+  const std::filesystem::path folder = working_folder() / "asked";
+  std::filesystem::create_directory(folder);
+  io::write_atomically(folder / "robot.yaml", slide);
+  io::write_atomically(folder / "gauges.csv", gauge_sheet());
+  const Outcome alone = kinetostat("study asked/gauges.csv -o asked/out");
+  EXPECT_EQ(alone.code, 3);
+  EXPECT_THAT(alone.err, HasSubstr("Write 'kinetostat study asked/gauges.csv ROBOT.yaml -o "));
+  const std::string command = "study asked/gauges.csv asked/robot.yaml -o asked/out";
+  const Outcome load = kinetostat(command);
+  EXPECT_EQ(load.code, 3);
+  EXPECT_THAT(load.err, HasSubstr("--column 'Load=fz'"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "out/campaign.yaml"));
+  const Outcome gauges = kinetostat(command + " --column Load=fz");
+  EXPECT_EQ(gauges.code, 3);
+  EXPECT_THAT(gauges.err, HasSubstr("does not say what carries Gauge_1 and Gauge_2. Write it in "
+                                    "this file instead of WHERE, then give the same command"));
+  // One of them at the platform: the other is named, with what to add.
+  const Outcome one = kinetostat(command + " --column Load=fz --column 'Gauge 2=-dz' --noise 1um");
+  EXPECT_EQ(one.code, 0) << one.err;
+  EXPECT_THAT(one.err, HasSubstr("'Gauge 1 [um]' is not used; if it reads the platform, add "
+                                 "--column \"Gauge 1 [um]=dx\""));
+  const Outcome noise = kinetostat(command + " --column Load=fz --noise 3");
+  EXPECT_EQ(noise.code, 2);
+  EXPECT_THAT(noise.err, HasSubstr("Write --noise 3um"));
+  const Outcome without = kinetostat("study asked/robot.yaml --units length=mm -o asked/out");
+  EXPECT_EQ(without.code, 2);
+  EXPECT_THAT(without.err, HasSubstr("none of the files is a table"));
+}
+
 struct Misplaced {
   std::string name, command, kind, right;
 };

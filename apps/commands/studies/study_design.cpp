@@ -4,7 +4,7 @@
 
 #include "kinetostat/apps/cli/robot_request.h"
 #include "kinetostat/apps/commands/link_models.h"
-#include "kinetostat/apps/commands/study.h"
+#include "kinetostat/apps/commands/studies/study.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/manipulators/manipulator.h"

@@ -1,5 +1,5 @@
 // kinetostat study: from readings to a model that explains them, step by step, and one page.
-#include "kinetostat/apps/commands/study.h"
+#include "kinetostat/apps/commands/studies/study.h"
 
 #include <memory>
 #include <optional>
@@ -11,6 +11,7 @@
 #include "kinetostat/apps/commands/calibrated_robot.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/apps/commands/diagnosis_steps.h"
+#include "kinetostat/apps/commands/studies/table_request.h"
 #include "kinetostat/apps/results/adoption.h"
 #include "kinetostat/apps/results/results.h"
 #include "kinetostat/calibration/campaign/campaign_check.h"
@@ -26,12 +27,14 @@
 #include "kinetostat/report/kinematics.h"
 #include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/plan.h"
+#include "kinetostat/report/readings_overview.h"
 #include "kinetostat/report/readings_picture.h"
 #include "kinetostat/report/screen/comparison.h"
 #include "kinetostat/report/screen/diagnosis.h"
 #include "kinetostat/report/screen/joint_curve.h"
 #include "kinetostat/report/screen/kinematics.h"
 #include "kinetostat/report/screen/plan.h"
+#include "kinetostat/report/screen/readings.h"
 #include "kinetostat/report/screen/study.h"
 #include "kinetostat/report/screen/wording.h"
 #include "kinetostat/report/waterfall.h"
@@ -48,6 +51,7 @@ constexpr char robot_name[] = "calibrated.yaml", table_name[] = "next.csv",
 
 struct StudyRequest {
   CampaignRequest campaign;
+  TableRequest table;
   bool no_cache = false;
 };
 
@@ -127,8 +131,9 @@ class StudyFolder {
 class Study {
  public:
   Study(const CampaignRequest& request, const std::filesystem::path& folder, bool no_cache,
-        Run& run)
-      : no_cache_(no_cache),
+        Run& run, const calibration::ReadingsOverview* table)
+      : table_(table),
+        no_cache_(no_cache),
         run_(run),
         robot_(request.read_robot()),
         campaign_(request.read_campaign(robot_, run)),
@@ -159,7 +164,9 @@ class Study {
   io::Json files() const;
   void write_page(const std::vector<Station>& stations) const;
   void print(const std::vector<Station>& stations) const;
+  std::string why_inconclusive() const;
 
+  const calibration::ReadingsOverview* table_;  // null where a campaign file was given
   bool no_cache_;
   Run& run_;
   vjm::Robot robot_;
@@ -346,8 +353,11 @@ io::Json Study::files() const {
         std::pair(table_name, "the readings to take next"),
         std::pair(diagnosis_name, "the diagnosis, for 'adopt' and 'plan'"),
         std::pair("comparison.json", "every reading with its errors"),
+        std::pair(drafted_campaign_name, "the campaign file, as the table was understood"),
         std::pair("study.json", "all of this for programs")})
-    if (std::filesystem::exists(files_.file(name), ignored) || name == std::string("study.json"))
+    if (name == std::string("study.json") ||
+        (std::filesystem::exists(files_.file(name), ignored) &&
+         (table_ != nullptr || name != std::string(drafted_campaign_name))))
       list.push_back({{"file", name}, {"what", what}});
   return list;
 }
@@ -389,6 +399,12 @@ void Study::write_page(const std::vector<Station>& stations) const {
        .picture = {{"readings", diagnose_.picture.value("readings", io::Json())}},
        .text = diagnose_.text},
       {.result = std::move(comparison), .picture = {}, .text = compare_.text}};
+  if (table_ != nullptr) {
+    io::Json readings{{"command", "readings"}};
+    readings.update(report::readings_json(*table_));
+    results.push_back(
+        {.result = std::move(readings), .picture = {}, .text = report::readings_text(*table_)});
+  }
   if (plan_.result.contains("cycles"))
     results.push_back({.result = plan_.result, .picture = {}, .text = plan_.text});
   std::string title = headline();
@@ -399,9 +415,21 @@ void Study::write_page(const std::vector<Station>& stations) const {
 
 void Study::print(const std::vector<Station>& stations) const {
   run_.print(report::wrapped(headline()) + "\n" + report::text(stations));
+  if (table_ != nullptr)
+    run_.print(fmt::format("campaign: {}\n", files_.file(drafted_campaign_name).string()));
   if (report::has_pages()) run_.print(fmt::format("page: {}\n", files_.file(page_name).string()));
+  if (table_ != nullptr) run_.print_more("\n" + report::readings_text(*table_));
   for (const Step* step : {&check_, &compare_, &diagnose_, &adopt_, &plan_})
     run_.print_more("\n" + step->text);
+}
+
+std::string Study::why_inconclusive() const {
+  if (compare_.result.value("noise", "") != "unknown")
+    return "inconclusive: these data do not show which effect is missing";
+  return fmt::format(
+      "inconclusive: the noise is not known. {} 'noise: {{translation: 3 um}}' to {}, with the "
+      "standard deviation of your instrument, or take readings several times",
+      table_ != nullptr ? "Give --noise 3um, or add" : "Add", campaign_.file.string());
 }
 
 io::Json Study::all() {
@@ -421,23 +449,58 @@ io::Json Study::all() {
   if (compare_.result.contains("refit_failure") && compare_.result["refit_failure"].is_string())
     run_.leave_unidentified(compare_.result["refit_failure"].get<std::string>());
   if (diagnose_.result.value("verdict", "") == to_string(calibration::Verdict::inconclusive))
-    run_.leave_unidentified("inconclusive: these data do not show which effect is missing");
+    run_.leave_unidentified(why_inconclusive());
   return json;
+}
+
+// A table with the robot file beside it, in either order.
+io::Json study_table(TableRequest table, const StudyRequest& request, Run& run) {
+  const std::vector<std::string>& files = request.campaign.files;
+  if (files.size() == 1)
+    throw common::InputError(
+        files[0], "a table names no robot",
+        fmt::format("Write 'kinetostat study {} ROBOT.yaml -o {}'; 'kinetostat new robot' or "
+                    "'kinetostat import' makes a robot file",
+                    report::quoted(files[0]), report::quoted(run.out()->string())));
+  const vjm::Robot robot = vjm::read_robot(files[0] == table.file ? files[1] : files[0]);
+  const calibration::ReadingsOverview overview = table.look(&robot);
+  const std::filesystem::path campaign =
+      keep_drafted_campaign(table, overview, robot, *run.out(), run);
+  return study_readings({.files = {robot.file.string(), campaign.string()}}, *run.out(),
+                        request.no_cache, run, &overview);
+}
+
+// Also what does not look like one, where it stands before a robot file; empty where none is given.
+std::string table_among(const std::vector<std::string>& files) {
+  for (const std::string& file : files)
+    if (io::document_kind(file) == io::DocumentKind::table) return file;
+  const bool before_robot =
+      files.size() == 2 && io::document_kind(files[1]) == io::DocumentKind::robot;
+  return before_robot ? files[0] : "";
 }
 
 io::Json study(const StudyRequest& request, Run& run) {
   if (!run.out()) throw UsageError("--out", "the study has no folder", "Give -o DIR");
-  if (request.campaign.files.size() == 1 &&
-      io::document_kind(request.campaign.files.front()) == io::DocumentKind::robot)
-    return study_design(request.campaign.files.front(), *run.out(), run);
+  const std::vector<std::string>& files = request.campaign.files;
+  if (const std::string file = table_among(files); !file.empty()) {
+    TableRequest table = request.table;
+    table.file = file;
+    return study_table(std::move(table), request, run);
+  }
+  if (request.table.says_something())
+    throw UsageError("--column, --units, --displacement, --noise, --sheet",
+                     "none of the files is a table",
+                     "A campaign file says the same by its own keys");
+  if (files.size() == 1 && io::document_kind(files.front()) == io::DocumentKind::robot)
+    return study_design(files.front(), *run.out(), run);
   return study_readings(request.campaign, *run.out(), request.no_cache, run);
 }
 
 }  // namespace
 
 io::Json study_readings(const CampaignRequest& campaign, const std::filesystem::path& folder,
-                        bool no_cache, Run& run) {
-  return Study(campaign, folder, no_cache, run).all();
+                        bool no_cache, Run& run, const calibration::ReadingsOverview* table) {
+  return Study(campaign, folder, no_cache, run, table).all();
 }
 
 void add_study(Program& program) {
@@ -451,7 +514,13 @@ void add_study(Program& program) {
            "as JSON there; asked for again, it goes on where it stopped",
        .out_is_folder = true},
       [request](Run& run) { return study(*request, run); });
-  request->campaign.add_options(app);
+  app.add_option("files", request->campaign.files,
+                 "Robot file (may be left out when the campaign names it) and campaign file; or a "
+                 "table (CSV, .xlsx, .ods) and robot file; or a robot file alone")
+      .type_name("[ROBOT] CAMPAIGN | TABLE ROBOT | ROBOT")
+      .required()
+      .count(1, 2);
+  request->table.add_options(app);
   add_no_cache_option(app, request->no_cache);
 }
 

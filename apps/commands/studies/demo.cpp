@@ -8,7 +8,7 @@
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/cli/shipped_files.h"
 #include "kinetostat/apps/commands/commands.h"
-#include "kinetostat/apps/commands/study.h"
+#include "kinetostat/apps/commands/studies/study.h"
 #include "kinetostat/common/spelling.h"
 #include "kinetostat/io/document_kind.h"
 #include "kinetostat/report/screen/wording.h"
