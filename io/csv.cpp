@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <sstream>
 
 #include <fmt/format.h>
 
@@ -282,6 +283,22 @@ CsvTable::Cell CsvTable::read_quoted_cell() {
     fail_at(position_, "text follows the quote that ends this cell",
             "Put the whole cell between the quotes");
   return cell;
+}
+
+std::vector<std::vector<std::string>> CsvTable::title() const {
+  std::vector<std::vector<std::string>> lines;
+  std::istringstream above(buffer_.substr(0, layout_.begin));
+  for (std::string line; std::getline(above, line);) {
+    std::vector<std::string> cells;
+    std::istringstream parts(line);
+    for (std::string part; std::getline(parts, part, separator_);) {
+      const std::size_t first = part.find_first_not_of(" \t\r\"");
+      if (first == std::string::npos) continue;
+      cells.push_back(part.substr(first, part.find_last_not_of(" \t\r\"") + 1 - first));
+    }
+    lines.push_back(std::move(cells));
+  }
+  return lines;
 }
 
 std::optional<std::size_t> CsvTable::find(std::string_view column) const {

@@ -65,6 +65,9 @@ class CsvTable {
   std::size_t repeated_headers() const { return repeated_headers_; }
   /// Whether a title block was skipped.
   bool has_title() const { return layout_.has_title; }
+  /// The cells above the header that hold something, line by line, without blanks and quotes around
+  /// them.
+  std::vector<std::vector<std::string>> title() const;
   /// A number with a decimal point, up to `largest_number`. Throws InputError for anything else.
   double number(std::size_t row, std::size_t column) const;
 

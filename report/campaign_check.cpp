@@ -16,6 +16,12 @@ std::string listed(const std::vector<Observability>& checks, bool observable) {
 
 }  // namespace
 
+io::Json occasion_json(const calibration::Campaign& campaign) {
+  io::Json json{{"name", campaign.name}};
+  for (const auto& [key, text] : campaign.occasion.stated()) json[key] = text;
+  return json;
+}
+
 std::string text(const calibration::Campaign& campaign, const std::vector<Observability>& checks) {
   std::string out =
       fmt::format("Campaign '{}': {} readings\n", campaign.name, campaign.readings.size());
@@ -26,7 +32,7 @@ std::string text(const calibration::Campaign& campaign, const std::vector<Observ
 
 io::Json to_json(const calibration::Campaign& campaign, const std::vector<Observability>& checks,
                  const std::vector<calibration::JointLoad>& joints) {
-  io::Json json{{"campaign", campaign.name},
+  io::Json json{{"campaign", occasion_json(campaign)},
                 {"readings", campaign.readings.size()},
                 {"notes", campaign.notes},
                 {"checks", io::Json::array()},

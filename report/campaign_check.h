@@ -10,6 +10,9 @@
 
 namespace kinetostat::report {
 
+/// Name of the campaign, and what its file says of date, operator, instrument and serial number.
+io::Json occasion_json(const calibration::Campaign& campaign);
+
 /// Size and notes of the campaign, then two lists: observable, not observable.
 std::string text(const calibration::Campaign& campaign,
                  const std::vector<calibration::Observability>& checks);

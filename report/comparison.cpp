@@ -13,6 +13,7 @@
 #include "kinetostat/io/csv.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/base_fit.h"
+#include "kinetostat/report/campaign_check.h"
 #include "kinetostat/report/text/text.h"
 
 namespace kinetostat::report {
@@ -639,13 +640,13 @@ std::string text(const Campaign& campaign, const Comparison& comparison) {
 }
 
 Json to_json(const Campaign& campaign, const Comparison& comparison) {
-  Json json{{"campaign",
-             {{"name", campaign.name},
-              {"campaign", file_json(campaign.file)},
-              {"readings", file_json(campaign.readings_file)},
-              {"in_use", campaign.readings.size() - masked(campaign)},
-              {"masked", masked(campaign)},
-              {"notes", campaign.notes}}},
+  Json about = occasion_json(campaign);
+  about.update({{"campaign", file_json(campaign.file)},
+                {"readings", file_json(campaign.readings_file)},
+                {"in_use", campaign.readings.size() - masked(campaign)},
+                {"masked", masked(campaign)},
+                {"notes", campaign.notes}});
+  Json json{{"campaign", about},
             {"noise", noise_text(comparison.noise.source)},
             {"states", comparison.groups},
             {"pure_error", nullptr},

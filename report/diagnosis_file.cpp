@@ -7,6 +7,7 @@
 
 #include "kinetostat/common/error.h"
 #include "kinetostat/report/base_fit.h"
+#include "kinetostat/report/campaign_check.h"
 #include "kinetostat/report/diagnosis.h"
 #include "kinetostat/report/effect.h"
 #include "kinetostat/report/waterfall.h"
@@ -290,9 +291,15 @@ calibration::Verdict verdict_of(const Json& json, const std::filesystem::path& f
                             .cure = "Run 'kinetostat diagnose' again"});
 }
 
+// A text alone in files of before it had a date.
+std::string campaign_of(const Json& json) {
+  const Json& campaign = json.at("campaign");
+  return campaign.is_object() ? text_of(campaign, "name") : campaign.get<std::string>();
+}
+
 DiagnosisRecord record_of(const Json& json, const std::filesystem::path& file) {
   DiagnosisRecord record{.file = file,
-                         .campaign = text_of(json, "campaign"),
+                         .campaign = campaign_of(json),
                          .readings_sha256 = json.value("readings", ""),
                          .robot_sha256 = sha256_of_robot(json),
                          .verdict = verdict_of(json, file),
@@ -331,7 +338,7 @@ Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, con
   Json found = Json::array(), steps = Json::array();
   for (const calibration::FoundEffect& f : d.found) found.push_back(found_json(robot, f));
   for (const DiagnosisStep& step : d.steps) steps.push_back(step_json(robot, step));
-  Json json{{"campaign", campaign.name},
+  Json json{{"campaign", occasion_json(campaign)},
             {"verdict", calibration::to_string(d.verdict)},
             {"found", found},
             {"ambiguous", d.ambiguous},

@@ -8,6 +8,13 @@
 
 namespace kinetostat::calibration {
 
+std::vector<std::pair<std::string, std::string>> Occasion::stated() const {
+  std::vector<std::pair<std::string, std::string>> all = {
+      {"date", date}, {"operator", measured_by}, {"instrument", measured_with}, {"serial", serial}};
+  std::erase_if(all, [](const auto& item) { return item.second.empty(); });
+  return all;
+}
+
 bool Reading::uses(Eigen::Index component) const {
   return !masked && !std::isnan(displacement[component]);
 }

@@ -132,9 +132,22 @@ struct JointInTable {
 /// The components of the platform's displacement: those of a campaign without further sensors.
 std::vector<Component> platform_components();
 
+/// When, by whom, with what and on which machine it was measured, as far as that is stated; texts
+/// without line ends.
+struct Occasion {
+  std::string date;           // ISO 8601: "2026-03-01", "2026-03-01T14:22"
+  std::string measured_by;    // `operator`
+  std::string measured_with;  // `instrument`
+  std::string serial;         // number of the machine
+
+  /// Key of the campaign file and text, of those that are stated.
+  std::vector<std::pair<std::string, std::string>> stated() const;
+};
+
 struct Campaign {
   std::filesystem::path file, readings_file;
   std::string name;
+  Occasion occasion = {};
   std::optional<std::filesystem::path> robot;  // as named in the file, relative to its folder
   spatial::UnitSystem units;
   Observation observation;

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/calibration/campaign/clock_time.h"
 #include "kinetostat/calibration/campaign/readings_file.h"
 #include "kinetostat/calibration/campaign/sensor_file.h"
 #include "kinetostat/common/error.h"
@@ -79,7 +80,8 @@ YamlNode read_top(const std::filesystem::path& file) {
                   "columns",       "missing",      "decimal",
                   "sheet",         "readings",     "sensors",
                   "weights",       "target_pose",  "cylinders",
-                  "torques",       "history",      "displacement_control"});
+                  "torques",       "history",      "displacement_control",
+                  "date",          "operator",     "serial"});
   return top;
 }
 
@@ -137,16 +139,43 @@ std::map<std::string, Instrument> read_instruments(const YamlNode& top) {
     for (const auto& [name, node] : given->members())
       instruments.emplace(name, read_instrument(node));
   if (const auto given = top.find("noise")) instruments[""] = read_instrument(*given);
-  if (const auto given = top.find("instrument")) {
+  // Where none is described, it is only a name.
+  if (const auto given = top.find("instrument"); given && top.has("instruments")) {
     if (top.has("noise"))
       given->fail("'noise' and 'instrument' both say how exact the readings are", "Keep one");
     std::vector<std::string> names;
     for (const auto& [name, instrument] : instruments) names.push_back(name);
-    if (names.empty())
-      given->fail("no instrument is described", "Add 'instruments: {NAME: {translation: ...}}'");
     instruments[""] = instruments.at(given->choice(names));
   }
   return instruments;
+}
+
+std::string read_line(const YamlNode& top, const char* key) {
+  const auto given = top.find(key);
+  if (!given) return {};
+  const std::string text = given->text();
+  if (text.find_first_not_of(" \t\r\n") == std::string::npos)
+    given->fail("nothing is stated", "Write it behind the key, or remove the key");
+  if (text.find_first_of("\r\n") != std::string::npos)
+    given->fail("this has several lines", "Write it in one line");
+  return text;
+}
+
+std::string read_date(const YamlNode& top) {
+  const std::string text = read_line(top, "date");
+  if (text.empty() || iso_date(text) == text.substr(0, 10)) return text;
+  const std::string meant = iso_date(text);
+  top.at("date").fail(fmt::format("'{}' is not a date of ISO 8601", text),
+                      meant.empty()
+                          ? "Write year, month and day, 2026-03-01, or with a time 2026-03-01T14:22"
+                          : fmt::format("Write {}", meant));
+}
+
+Occasion read_occasion(const YamlNode& top) {
+  return {.date = read_date(top),
+          .measured_by = read_line(top, "operator"),
+          .measured_with = read_line(top, "instrument"),
+          .serial = read_line(top, "serial")};
 }
 
 // A frame that the campaign file names: where it stands, on what.
@@ -387,6 +416,7 @@ ReadingsContext read_stated(const YamlNode& top, const vjm::Manipulator& manipul
   const YamlNode units = top.at("units");
   campaign.file = top.file();
   campaign.name = top.at("campaign").text();
+  campaign.occasion = read_occasion(top);
   if (const auto robot = top.find("robot")) campaign.robot = robot->text();
   campaign.units = io::read_units(units);
   if (top.at("displacement").choice({"difference", "absolute"}) == "absolute")

@@ -4,6 +4,8 @@
 #include <chrono>
 #include <string>
 
+#include <fmt/format.h>
+
 namespace kinetostat::calibration {
 namespace {
 
@@ -135,6 +137,14 @@ std::optional<ClockTime> read_clock_time(std::string_view text) {
   if (!ahead || !pieces.at_end()) return std::nullopt;
   time.seconds = *seconds - *ahead;
   return time;
+}
+
+std::string iso_date(std::string_view text) {
+  const auto time = read_clock_time(text);
+  if (!time || !time->day) return {};
+  const std::chrono::year_month_day date{std::chrono::sys_days(std::chrono::days(*time->day))};
+  return fmt::format("{:04}-{:02}-{:02}", static_cast<int>(date.year()),
+                     static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()));
 }
 
 bool is_ambiguous_date(std::string_view text) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace kinetostat::calibration {
@@ -15,6 +16,9 @@ struct ClockTime {
 /// date alone), "2026/05/03 ...", "03.05.2026 ...", and times of day "14:22:05.1", "14:22",
 /// "2:22:05 PM". nullopt for anything else, so for "5/3/2026", which is May or March.
 std::optional<ClockTime> read_clock_time(std::string_view text);
+
+/// The day of what read_clock_time() reads as a date, "2026-05-03"; empty for anything else.
+std::string iso_date(std::string_view text);
 
 /// "5/3/2026": two numbers, either of which may be the month.
 bool is_ambiguous_date(std::string_view text);

@@ -7,7 +7,6 @@
 #include <fmt/ranges.h>
 
 #include "kinetostat/calibration/campaign/campaign_file.h"
-#include "kinetostat/calibration/campaign/clock_time.h"
 #include "kinetostat/calibration/campaign/readings_columns.h"
 #include "kinetostat/calibration/campaign/readings_file.h"
 #include "kinetostat/calibration/sensors/sensor_guess.h"
@@ -286,6 +285,56 @@ void try_to_read(const io::CsvTable& table, const ReadingsContext& context,
   overview.notes = campaign.notes;
 }
 
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(c < 128 ? std::tolower(c) : c); });
+  return text;
+}
+
+using Words = std::vector<std::string>;
+const Words of_date = {"date", "datum", "date of test", "test date", "messdatum"},
+            of_operator = {"operator",     "measured by", "tested by", "bediener",
+                           "gemessen von", "pr\u00fcfer", "pruefer",   "op\u00e9rateur"},
+            of_instrument = {"instrument", "measuring instrument", "tracker", "messger\u00e4t",
+                             "messmittel"},
+            of_machine = {"machine serial",         "robot serial", "serial number of machine",
+                          "serial number of robot", "machine s/n",  "robot s/n"},
+            of_something = {"serial", "serial number", "serial no",  "serial no.",
+                            "s/n",    "seriennummer",  "serien-nr.", "serien-nr"};
+
+// What stands behind one of these words and a colon, or in the next cell; empty where nothing does.
+std::string stated_above(const std::vector<std::vector<std::string>>& lines, const Words& words) {
+  const auto is_word = [&](std::string_view text) {
+    const std::size_t last = text.find_last_not_of(" :");
+    return last != text.npos &&
+           std::count(words.begin(), words.end(), lower(std::string(text.substr(0, last + 1)))) > 0;
+  };
+  for (const std::vector<std::string>& cells : lines)
+    for (std::size_t k = 0; k < cells.size(); ++k) {
+      const std::string cell = cells[k].substr(cells[k].starts_with('#') ? 1 : 0);
+      const std::size_t start = cell.find_first_not_of(' '), colon = cell.find(':');
+      if (start == cell.npos) continue;
+      const std::size_t value =
+          colon == cell.npos ? cell.npos : cell.find_first_not_of(' ', colon + 1);
+      if (value != cell.npos && is_word(cell.substr(start, colon - start)))
+        return cell.substr(value);
+      if (k + 1 < cells.size() && is_word(cell.substr(start))) return cells[k + 1];
+    }
+  return {};
+}
+
+// A serial number without a machine beside it may be that of the instrument, where one is named.
+Occasion occasion_above(const io::CsvTable& table) {
+  const std::vector<std::vector<std::string>> lines = table.title();
+  Occasion occasion{.date = iso_date(stated_above(lines, of_date)),
+                    .measured_by = stated_above(lines, of_operator),
+                    .measured_with = stated_above(lines, of_instrument),
+                    .serial = stated_above(lines, of_machine)};
+  if (occasion.serial.empty() && occasion.measured_with.empty())
+    occasion.serial = stated_above(lines, of_something);
+  return occasion;
+}
+
 std::string unit_or(const std::map<std::string, std::string>& units, const char* key,
                     const std::string& otherwise) {
   const auto found = units.find(key);
@@ -303,7 +352,8 @@ ReadingsOverview look_at_readings(const ReadingsRequest& request, const vjm::Rob
                             .rows = table.rows(),
                             .header_line = static_cast<std::size_t>(table.header_line()),
                             .stated = request.columns,
-                            .units = request.units};
+                            .units = request.units,
+                            .occasion = occasion_above(table)};
   if (!table.format().other_sheets.empty() || !request.sheet.empty())
     overview.sheet = table.format().sheet;
   guess_columns(table, joints, overview);
@@ -431,13 +481,16 @@ std::string campaign_text(const ReadingsOverview& overview, const std::string& n
     return io::yaml_scalar(unit_or(overview.units, key, otherwise));
   };
   const bool absolute = overview.displacement == DisplacementKind::absolute;
+  std::string occasion;
+  for (const auto& [key, value] : overview.occasion.stated())
+    occasion += fmt::format("{}: {}\n", key, io::yaml_scalar(value));
   std::string text = fmt::format(
-      "kinetostat: 1\ncampaign: {}\n{}units: {{length: {}, force: {}, angle: {}, time: {}}}  # "
+      "kinetostat: 1\ncampaign: {}\n{}{}units: {{length: {}, force: {}, angle: {}, time: {}}}  # "
       "where "
       "a column names none\ndisplacement: {}\n",
-      io::yaml_scalar(name), robot.empty() ? "" : "robot: " + io::yaml_scalar(robot) + "\n",
-      unit("length", units.length), unit("force", units.force), unit("angle", units.angle),
-      unit("time", units.time),
+      io::yaml_scalar(name), occasion,
+      robot.empty() ? "" : "robot: " + io::yaml_scalar(robot) + "\n", unit("length", units.length),
+      unit("force", units.force), unit("angle", units.angle), unit("time", units.time),
       absolute ? "absolute  # poses in the base frame" : "difference  # from the unloaded state");
   if (absolute) text += "# session_frame: estimate  # where the instrument stands elsewhere\n";
   if (overview.needs_wrench_point)

@@ -60,6 +60,7 @@ struct ReadingsOverview {
   bool has_wrench = false;
   std::vector<std::string> weights = {};  // columns of masses that may hang on the robot
   std::string sheet = {};                 // where the workbook has several with tables
+  Occasion occasion = {};                 // as the lines above the header say plainly
 };
 
 /// Looks at a table by itself. `robot` says which columns are joints; without one none is. Throws

@@ -13,7 +13,7 @@ import { Readings, columnsFromResult } from "./readings.js";
 import { number, stated, statedWithError } from "./units.js";
 import { View } from "./view.js";
 import { stagesOfDiagnosis, stagesOfReadings, waterfall } from "./waterfall.js";
-import { probabilityInWords, verdictInWords } from "./words.js";
+import { occasionInWords, probabilityInWords, verdictInWords } from "./words.js";
 import { arrows, poseMap } from "./workspace.js";
 
 const isBeforeAfter = (result) => Boolean(result.before?.as_designed && result.after?.as_designed);
@@ -223,7 +223,9 @@ const withoutReadings = () =>
 
 export function measurementSection({ name, diagnosis, comparison, both, columns, curve, switched }) {
   const source = `Source: ${name}.`;
-  const section = element("section", { class: "measurements" }, element("h2", {}, name));
+  const stated = occasionInWords((diagnosis ?? both?.before ?? comparison)?.campaign);
+  const about = stated ? element("p", { class: "say occasion" }, stated) : "";
+  const section = element("section", { class: "measurements" }, element("h2", {}, name), about);
   const add = (parent, spec, view) => parent.append(new Figure(spec, view).node);
   const charts = () => {
     const node = element("div", { class: "charts" });

@@ -10,7 +10,7 @@ import { budgetOf } from "./uncertainty.js";
 import { number } from "./units.js";
 import { View } from "./view.js";
 import { stagesOfDiagnosis, waterfall } from "./waterfall.js";
-import { inPrint } from "./words.js";
+import { inPrint, occasionInWords } from "./words.js";
 
 export const isStudy = ({ result }) =>
   result.command === "study" && Array.isArray(result.stations);
@@ -172,7 +172,11 @@ export function studySection(entry, rest, number = 0) {
     "section",
     { class: "study" },
     number ? element("h2", {}, inPrint(result.headline)) : "",
-    element("p", { class: "say", id: idIn(number, "study-readings") }, `${result.campaign_name}: ${result.about}`),
+    element(
+      "p",
+      { class: "say", id: idIn(number, "study-readings") },
+      `${result.campaign_name}: ${result.about}. ${occasionInWords(result.campaign)}`,
+    ),
     stations(result.stations, number),
     heading("study-missing", found ? "What is missing" : "Readings and model"),
     charts(...besideRobot(physicalPictures(entry, source), bentRobot(entry, source))),

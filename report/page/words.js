@@ -7,6 +7,19 @@ export const inPrint = (text) =>
     .replace(/(\d) u(m|rad)\b/g, "$1 µ$2")
     .replace(/\b([mu]?m)\^([23])/g, (_, unit, power) => unit + { 2: "²", 3: "³" }[power]);
 
+/** "Measured on 2026-03-01 by A. Berger with a dial gauge, machine 4711."; empty where nothing is stated. */
+export function occasionInWords(campaign) {
+  const { date, operator, instrument, serial } = campaign ?? {};
+  const parts = [
+    date && `on ${date.replace("T", " ")}`,
+    operator && `by ${operator}`,
+    instrument && `with ${instrument}`,
+  ].filter(Boolean);
+  const measured = parts.length ? `Measured ${parts.join(" ")}` : "";
+  const machine = serial ? (measured ? `, machine ${serial}` : `Machine ${serial}`) : "";
+  return measured || machine ? `${measured}${machine}.` : "";
+}
+
 /** A verdict as `diagnose` writes it. */
 export const verdictInWords = (kind) =>
   kind === "these data cannot tell" ? "inconclusive" : kind;

@@ -372,6 +372,7 @@ io::Json Study::summary(const std::vector<Station>& stations) const {
   return {{"headline", headline()},
           {"inputs", inputs()},
           {"campaign_name", campaign_.name},
+          {"campaign", report::occasion_json(campaign_)},
           {"about", check_.headline},
           {"stations", list},
           {"compared", compare_.headline},

@@ -157,6 +157,12 @@ INSTANTIATE_TEST_SUITE_P(
                pose + "0,0,0,1,1\n",
                "campaign.yaml:8: instrument: 'noise' and 'instrument' both say how exact the "
                "readings are. Keep one"},
+        Broken{"DateOfAnotherOrder", head + "date: 1.3.2026\n", pose + "0,0,0,1,1\n",
+               "campaign.yaml:6: date: '1.3.2026' is not a date of ISO 8601. Write 2026-03-01"},
+        Broken{"DateOfNoDay", head + "date: 2026-02-30\n", pose + "0,0,0,1,1\n",
+               "campaign.yaml:6: date: '2026-02-30' is not a date of ISO 8601. Write year, month"},
+        Broken{"OperatorOfNothing", head + "operator: ' '\n", pose + "0,0,0,1,1\n",
+               "campaign.yaml:6: operator: nothing is stated. Write it behind the key"},
         Broken{"ImpossibleCorrelation", head,
                "x,y,z,fx,dx,dy,sigma,corr_dx_dy\n0,0,0,1,1,1,1,1.2\n",
                "readings.csv:2:15: corr_dx_dy: with '1.2' these correlations are not possible "

@@ -188,6 +188,35 @@ TEST_P(LabTables, AreStudiedInOneCommand) {
   EXPECT_TRUE(std::filesystem::exists(folder / "out/index.html"));
 }
 
+// Only what is plain: the serial number beside a tracker may be the tracker's.
+TEST(StudyOfATable, KeepsWhatStandsAboveIt) {
+  const std::filesystem::path folder = working_folder() / "above";
+  std::filesystem::create_directory(folder);
+  io::write_atomically(folder / "robot.yaml", slide);
+  const auto about = [&](const std::string& above) {
+    std::string table = above + "Nr;Fz [N];dz [um]\n";
+    for (int i = 0; i < 7; ++i) table += fmt::format("{};{};{}\n", i, 200 * i, 250 * i + error(i));
+    io::write_atomically(folder / "t.csv", table);
+    EXPECT_EQ(kinetostat("readings above/t.csv above/robot.yaml --noise 1um -o above/c.yaml").code,
+              0);
+    EXPECT_EQ(kinetostat("diagnose above/c.yaml -q --json above/d.json").code, 0) << above;
+    EXPECT_EQ(kinetostat("compare above/c.yaml -q --json above/m.json").code, 0) << above;
+    io::Json campaign = io::read_json(folder / "d.json")["campaign"];
+    const io::Json compared = io::read_json(folder / "m.json")["campaign"];
+    for (const auto& [key, value] : campaign.items()) EXPECT_EQ(compared.at(key), value) << key;
+    campaign.erase("name");
+    return campaign;
+  };
+  EXPECT_EQ(
+      about("Schlitten 3;\nDatum: 03.05.2026;\nPr\u00fcfer;A. Berger\nSeriennummer;\"4711\"\n"),
+      (io::Json{{"date", "2026-05-03"}, {"operator", "A. Berger"}, {"serial", "4711"}}));
+  EXPECT_EQ(about("# Date: 2026-05-03T14:22\n# Instrument: T3; Serial number: 99\n"),
+            (io::Json{{"date", "2026-05-03"}, {"instrument", "T3"}}));
+  EXPECT_EQ(about("Robot serial: R-7;Tracker: T3\nDate: 5/3/2026;Operator\n"),
+            (io::Json{{"instrument", "T3"}, {"serial", "R-7"}}));
+  EXPECT_EQ(about(""), io::Json::object());
+}
+
 // The file that was made is the user's as soon as it is edited.
 TEST(StudyOfATable, KeepsWhatWasEdited) {
   const std::filesystem::path folder = working_folder() / "edited";
