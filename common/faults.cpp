@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 #include <map>
+#include <sstream>
 #include <tuple>
 
 #include <fmt/format.h>
@@ -15,7 +17,9 @@ namespace {
 
 using Details = InputError::Details;
 
-constexpr std::size_t most_shown = 15, most_lines = 4, widest = 44, longest = 260;
+constexpr std::size_t most_lines = 4, widest = 44, longest = 260;
+// Of one screen, of which a program has one line before and one after.
+constexpr std::size_t lines_of_screen = 23, columns_of_screen = 100;
 
 // Of a mistake without what stands between quotes: the same in other rows.
 std::string kind_of(const Details& mistake) {
@@ -81,7 +85,29 @@ std::string what_of(const Group& group) {
   return text;
 }
 
-std::string table(const std::vector<Details>& mistakes) {
+// On a screen, whose terminal breaks what is longer.
+std::size_t lines_of(const std::string& text) {
+  std::size_t lines = 0;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);)
+    lines += std::max<std::size_t>(1, (width_of(line) + columns_of_screen - 1) / columns_of_screen);
+  return lines;
+}
+
+// Place, what is wrong and what would work; the last in a line of its own where it is far right.
+std::string row_of(const Group& group, const std::filesystem::path& file, std::size_t place_width,
+                   std::size_t what_width) {
+  const Details& first = group.front();
+  const std::string what = cut(printable(what_of(group)));
+  std::string row = fmt::format("  {:<{}}  {}", place_of(first, file), place_width, what);
+  if (first.cure.empty()) return row;
+  const std::size_t width = width_of(what);
+  row += width <= what_width ? std::string(what_width - width + 2, ' ')
+                             : "\n" + std::string(place_width + 6, ' ');
+  return row + cut(printable(first.cure));
+}
+
+std::string table(const std::vector<Details>& mistakes, std::size_t most) {
   const std::vector<Group> groups = grouped(mistakes);
   const std::filesystem::path& file = mistakes.front().file;
   std::string text =
@@ -93,25 +119,28 @@ std::string table(const std::vector<Details>& mistakes) {
     const std::size_t width = width_of(what_of(group));
     if (width <= widest) what_width = std::max(what_width, width);
   }
-  for (std::size_t i = 0; i < std::min(groups.size(), most_shown); ++i) {
-    const Details& first = groups[i].front();
-    const std::string what = cut(printable(what_of(groups[i])));
-    text += fmt::format("\n  {:<{}}  {}", place_of(first, file), place_width, what);
-    if (first.cure.empty()) continue;
-    const std::size_t width = width_of(what);
-    text += width <= what_width ? std::string(what_width - width + 2, ' ')
-                                : "\n" + std::string(place_width + 6, ' ');
-    text += cut(printable(first.cure));
+  std::size_t lines = 1, shown = 0;
+  for (const Group& group : groups) {
+    const std::string row = row_of(group, file, place_width, what_width);
+    lines += lines_of(row);
+    if (lines + (shown + 1 < groups.size() ? 1 : 0) > most) break;
+    text += "\n" + row;
+    ++shown;
   }
-  if (groups.size() > most_shown)
-    text += fmt::format("\n  and {} more", groups.size() - most_shown);
+  if (shown < groups.size()) text += fmt::format("\n  and {} more", groups.size() - shown);
   return text;
 }
 
 }  // namespace
 
 InputErrors::InputErrors(std::vector<Details> mistakes)
-    : InputError(mistakes.front()), mistakes_(std::move(mistakes)), text_(table(mistakes_)) {}
+    : InputError(mistakes.front()),
+      mistakes_(std::move(mistakes)),
+      text_(table(mistakes_, lines_of_screen)) {}
+
+std::string InputErrors::all() const {
+  return table(mistakes_, std::numeric_limits<std::size_t>::max());
+}
 
 void Faults::add(const InputError& error) {
   if (const auto* several = dynamic_cast<const InputErrors*>(&error))

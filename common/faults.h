@@ -9,12 +9,16 @@
 namespace kinetostat::common {
 
 /// Several mistakes of one file. what() is a table with one line a mistake: place, what is wrong,
-/// what would work.
+/// what would work; of those that one screen does not hold it ends in "and 12 more".
 class InputErrors : public InputError {
  public:
   explicit InputErrors(std::vector<Details> mistakes);
 
   const char* what() const noexcept override { return text_.c_str(); }
+  /// The table with all of them.
+  std::string all() const;
+  /// Whether what() leaves some out.
+  bool is_cut() const { return text_.size() < all().size(); }
   const std::vector<Details>& mistakes() const { return mistakes_; }
 
  private:

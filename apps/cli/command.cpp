@@ -18,6 +18,7 @@
 #include "kinetostat/apps/manual/completion.h"
 #include "kinetostat/apps/manual/man_pages.h"
 #include "kinetostat/common/error.h"
+#include "kinetostat/common/faults.h"
 #include "kinetostat/common/out_of_memory.h"
 #include "kinetostat/common/printable.h"
 #include "kinetostat/common/spelling.h"
@@ -196,6 +197,11 @@ std::string page_about(const common::InputError& error) {
 
 }  // namespace
 
+std::string words_of(const common::InputErrors& errors, bool verbose) {
+  if (verbose) return errors.all();
+  return std::string(errors.what()) + (errors.is_cut() ? ", with --verbose" : "");
+}
+
 UsageError::UsageError(const std::string& option, const std::string& what, const std::string& cure)
     : std::runtime_error(common::InputError(option, what, cure).what()) {}
 
@@ -355,6 +361,8 @@ int Program::run(int argc, const char* const* argv) {
     return complain(bad_usage, error.what());
   } catch (const MisplacedFile& error) {
     return complain(bad_input, error.what());
+  } catch (const common::InputErrors& errors) {
+    return complain(bad_input, words_of(errors, options_.verbose) + page_about(errors));
   } catch (const common::InputError& error) {
     return complain(bad_input, error.what() + page_about(error));
   } catch (const common::NoConvergence& error) {

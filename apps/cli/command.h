@@ -16,6 +16,7 @@
 
 #include "kinetostat/apps/cli/option_list.h"
 #include "kinetostat/common/error.h"
+#include "kinetostat/common/faults.h"
 #include "kinetostat/common/progress.h"
 #include "kinetostat/io/json.h"
 #include "kinetostat/report/page.h"
@@ -39,6 +40,9 @@ class UsageError : public std::runtime_error {
  public:
   UsageError(const std::string& option, const std::string& what, const std::string& cure = {});
 };
+
+/// One screen of it, or all.
+std::string words_of(const common::InputErrors& errors, bool verbose);
 
 /// Where text goes. Tests put their own streams here.
 struct Streams {
@@ -79,6 +83,8 @@ class Run {
     report_ += text;
     if (options_.verbose) screen_ += text;
   }
+
+  bool is_verbose() const { return options_.verbose; }
 
   /// Goes to standard output at once, for commands that stay.
   void say_now(const std::string& text) const { write_now_(text); }

@@ -1,5 +1,7 @@
 #include "kinetostat/common/faults.h"
 
+#include <sstream>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -62,16 +64,51 @@ TEST(Faults, TakeOverThoseOfAnError) {
   EXPECT_EQ(all.mistakes().size(), 2u);
 }
 
-TEST(Faults, ALongListIsCut) {
+// As a terminal of 100 columns shows it, with the lines that a program has around it.
+std::size_t lines_on_screen(const std::string& text) {
+  std::size_t lines = 0;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines += 1 + line.size() / 101;
+  return lines;
+}
+
+TEST(Faults, ALongListIsCutToAScreenAndThereAsAWhole) {
+  for (const std::size_t length : {10, 90, 1000}) {
+    Faults faults;
+    for (int i = 1; i <= 100; ++i)
+      faults.add({.file = "t.csv",
+                  .line = i,
+                  .what = "mistake " + std::to_string(i) + std::string(length, 'x'),
+                  .cure = i % 2 == 0 ? "Write it otherwise" : ""});
+    try {
+      faults.throw_if_any();
+      FAIL() << "nothing thrown";
+    } catch (const InputErrors& errors) {
+      const std::string screen = errors.what(), all = errors.all();
+      EXPECT_TRUE(errors.is_cut());
+      EXPECT_THAT(screen, HasSubstr("100 things to repair"));
+      EXPECT_LE(lines_on_screen(screen), 23u) << screen;
+      EXPECT_GE(lines_on_screen(screen), 16u) << screen;
+      const std::size_t end = screen.rfind("\n  and "), rows = std::stoul(screen.substr(end + 7));
+      EXPECT_TRUE(all.starts_with(screen.substr(0, end)));
+      EXPECT_EQ(all.find("mistake " + std::to_string(100 - rows)) < end, true);
+      for (int i = 1; i <= 100; ++i)
+        EXPECT_THAT(all, HasSubstr("mistake " + std::to_string(i) + "xxx"));
+    }
+  }
+}
+
+TEST(Faults, AShortListIsWhole) {
   Faults faults;
-  for (int i = 1; i <= 100; ++i)
-    faults.add({.file = "t.csv",
-                .line = i,
-                .what = "mistake " + std::string(1000, 'x') + std::to_string(i)});
-  const std::string message = message_of(faults);
-  EXPECT_THAT(message, HasSubstr("100 things to repair"));
-  EXPECT_THAT(message, HasSubstr("and 85 more"));
-  EXPECT_LT(message.size(), 10'000u);
+  for (int i = 1; i <= 20; ++i)
+    faults.add({.file = "t.csv", .line = i, .what = "mistake " + std::to_string(i)});
+  try {
+    faults.throw_if_any();
+    FAIL() << "nothing thrown";
+  } catch (const InputErrors& errors) {
+    EXPECT_FALSE(errors.is_cut());
+    EXPECT_EQ(errors.all(), errors.what());
+  }
 }
 
 }  // namespace

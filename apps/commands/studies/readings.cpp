@@ -31,7 +31,7 @@ void refuse(const ReadingsOverview& overview, Run& run) {
   try {
     faults.throw_if_any();
   } catch (const common::InputErrors& errors) {
-    run.print(fmt::format("\n{}\n", errors.what()));
+    run.print(words_of(errors, run.is_verbose()) + "\n");
     run.refuse({overview.table, "it cannot be compared with a model yet",
                 "Repair what is listed in the report"});
   } catch (const common::InputError& error) {
@@ -62,12 +62,15 @@ std::optional<vjm::Robot> read_robot(const ReadingsOptions& request) {
 io::Json show_readings(const ReadingsOptions& request, Run& run) {
   const std::optional<vjm::Robot> robot = read_robot(request);
   const ReadingsOverview overview = look(request, robot);
-  run.print(report::readings_text(overview));
+  // What is to be repaired comes first, and fills a screen.
+  const bool is_whole = overview.mistakes.empty();
+  if (!is_whole) refuse(overview, run);
+  const std::string columns = report::readings_text(overview);
+  is_whole ? run.print(columns) : run.print_more("\n" + columns);
   run.print_more("\nEvery column\n" + report::table_text(overview));
-  if (!robot) run.print("No robot file is given: columns of joints are not looked for.\n");
-  if (!overview.mistakes.empty()) {
-    refuse(overview, run);
-  } else if (run.out()) {
+  if (!robot && is_whole)
+    run.print("No robot file is given: columns of joints are not looked for.\n");
+  if (is_whole && run.out()) {
     if (is_campaign(request.table.file))
       throw UsageError("--out", "there is a campaign file already",
                        "Give the table itself to have one written");
