@@ -206,6 +206,8 @@ template Option OptionList::add_option(const std::string&, int&, const std::stri
 template Option OptionList::add_option(const std::string&, std::int64_t&, const std::string&);
 template Option OptionList::add_option(const std::string&, std::uint64_t&, const std::string&);
 template Option OptionList::add_option(const std::string&, double&, const std::string&);
+template Option OptionList::add_option(const std::string&, std::optional<double>&,
+                                       const std::string&);
 template Option OptionList::add_option(const std::string&, std::vector<std::string>&,
                                        const std::string&);
 template Option OptionList::add_option(const std::string&, std::vector<int>&, const std::string&);

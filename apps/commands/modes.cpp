@@ -4,8 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
+
+#include <fmt/format.h>
 
 #include "kinetostat/apps/cli/command.h"
+#include "kinetostat/apps/cli/option_values.h"
 #include "kinetostat/apps/cli/robot_request.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/fea/link/displacement_fields.h"
@@ -15,6 +19,7 @@
 #include "kinetostat/io/document_kind.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/manipulators/manipulator.h"
+#include "kinetostat/report/manipulators/skeleton.h"
 #include "kinetostat/report/screen/modes.h"
 #include "kinetostat/report/screen/wording.h"
 
@@ -23,8 +28,9 @@ namespace {
 
 struct ModesRequest {
   PostureRequest robot;  // its file may be a link file
-  std::string vtu;
+  std::string vtu, response;
   std::vector<std::string> reduced;
+  std::optional<double> damping, loss_factor;
   bool free = false, held = false, no_cache = false;
   int modes = fea::ModalOptions{}.modes;
   std::uint64_t memory = 0;  // [bytes]; 0: a share of what is free
@@ -74,6 +80,8 @@ io::Json modes_of_link(Run& run, const ModesRequest& request) {
   if (!request.robot.at.empty() || !request.robot.joints.empty())
     throw UsageError(request.robot.at.empty() ? "--joints" : "--at", "a link has no posture",
                      "Leave it out, or name a robot file");
+  if (!request.response.empty())
+    throw UsageError("--response", "a link has no platform", "Name a robot file");
   const fea::LinkSpec spec = fea::read_link(file);
   const fea::ModalResult result = study_link(run, request, spec);
   if (!result.accuracy.shortfall.empty())
@@ -112,6 +120,38 @@ void refuse_options_of_links(const ModesRequest& request) {
                        "Leave it out, or name a link file");
 }
 
+// "1:500" or "1:500:400".
+std::vector<double> frequencies_of(const std::string& text, const vjm::NaturalModes& found) {
+  const std::vector<std::string> parts = split(text, ':');
+  std::vector<double> values;
+  for (const std::string& part : parts)
+    values.push_back(quantity("--response", part, spatial::dimension::none, {}));
+  constexpr double usual = 200, most = 5000;
+  if (values.size() == 2) values.push_back(usual);
+  if (values.size() != 3 || !(values[0] > 0) || !(values[1] > values[0]) || !(values[2] >= 2) ||
+      values[2] > most || values[2] != std::floor(values[2]))
+    throw UsageError("--response", fmt::format("'{}' is no range of frequencies", text),
+                     "Write --response 1:500, or with a number of steps up to 5000, 1:500:400");
+  std::vector<double> peaks;
+  for (const vjm::ManipulatorMode& mode : found.modes) peaks.push_back(mode.frequency);
+  return vjm::response_frequencies(values[0], values[1], static_cast<int>(values[2]), peaks);
+}
+
+vjm::Damping damping_of(const ModesRequest& request) {
+  if (request.loss_factor) return {vjm::Damping::Kind::structural, *request.loss_factor};
+  if (request.damping) return {vjm::Damping::Kind::modal, *request.damping};
+  throw UsageError("--response", "no damping is stated, and no model knows it",
+                   "Add --damping 0.02, the damping ratio of every mode, or --loss-factor 0.04");
+}
+
+void add_response(const ModesRequest& request, const vjm::Robot& robot, const vjm::Posture& posture,
+                  report::RobotModes& modes) {
+  if (request.response.empty()) return;
+  modes.damping = damping_of(request);
+  modes.response = frequency_response(robot.manipulator, posture, modes.damping,
+                                      frequencies_of(request.response, modes.found));
+}
+
 io::Json modes_of_robot(Run& run, const ModesRequest& request) {
   refuse_options_of_links(request);
   const vjm::Robot robot = request.robot.read();
@@ -122,8 +162,10 @@ io::Json modes_of_robot(Run& run, const ModesRequest& request) {
                              "Write 'mass: {mass: 12 kg, center: [0, 0, 100]}' in a link, or a "
                              "'mass' between the elements of a chain");
   if (robot.has_beams) modes.lumping_error = lumping_error(request, modes.found);
+  add_response(request, robot, posture, modes);
   run.print(report::first_screen(robot, modes));
   run.print_more("\n" + report::text(robot, posture));
+  run.draw(report::picture(robot.manipulator.without_errors(), posture, modes.found.modes));
   io::Json json = report::inputs_and_posture(robot, posture);
   json["headline"] = report::headline(robot, modes);
   json.update(report::to_json(robot, modes));
@@ -156,6 +198,16 @@ void add_modes(Program& program) {
       .type_name("N")
       .between(1, 200)
       .show_default();
+  app.add_option("--response", request->response,
+                 "Of a robot: how the platform answers a force of these frequencies [Hz]")
+      .type_name("FROM:TO[:STEPS]");
+  Option damping = app.add_option("--damping", request->damping,
+                                  "For --response: damping ratio of every mode, as 0.02")
+                       .between(0, 1);
+  app.add_option("--loss-factor", request->loss_factor,
+                 "For --response: structural damping of all springs, K (1 + i eta)")
+      .between(0, 1)
+      .excludes(damping);
   app.add_flag("--free", request->free,
                "Of the link in the air, its six rigid motions left out; it is clamped at its fixed "
                "interface unless given");

@@ -1,5 +1,6 @@
 #include "kinetostat/report/manipulators/skeleton.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "kinetostat/vjm/chain/kinematics.h"
@@ -108,6 +109,24 @@ Json skeleton(const vjm::Manipulator& manipulator, const std::vector<Pose>& bodi
   return json;
 }
 
+// Where the chains lead their bodies, one after the other, from those on the base on.
+std::vector<Pose> bodies_at_ends(const vjm::Manipulator& manipulator, std::vector<Pose> bodies,
+                                 const std::vector<Eigen::VectorXd>& coordinates) {
+  std::vector<bool> is_known(bodies.size(), false);
+  for (std::size_t round = 0; round < bodies.size(); ++round)
+    for (std::size_t c = 0; c < manipulator.size(); ++c) {
+      const auto [from, to] = manipulator.span(c);
+      const auto end = static_cast<std::size_t>(to), start = static_cast<std::size_t>(from);
+      if (is_known[end] || (from >= 0 && !is_known[start])) continue;
+      vjm::ChainKinematics kinematics;
+      evaluate(manipulator.chains()[c], coordinates[c], kinematics,
+               from < 0 ? Pose() : bodies[start]);
+      bodies[end] = kinematics.end;
+      is_known[end] = true;
+    }
+  return bodies;
+}
+
 std::vector<Pose> all_bodies(const Pose& platform, const std::vector<Pose>& inner) {
   std::vector<Pose> bodies{platform};
   bodies.insert(bodies.end(), inner.begin(), inner.end());
@@ -129,6 +148,25 @@ Json skeleton(const vjm::Manipulator& manipulator, const vjm::Equilibrium& equil
     coordinates.push_back(chain.coordinates);
   return skeleton(manipulator, all_bodies(equilibrium.platform, equilibrium.inner_bodies),
                   coordinates);
+}
+
+Json picture(const vjm::Manipulator& manipulator, const vjm::Posture& posture,
+             const std::vector<vjm::ManipulatorMode>& modes) {
+  constexpr double small = 1e-4;  // [m or rad], of the coordinate that moves most
+  Json shapes = Json::array();
+  for (const vjm::ManipulatorMode& mode : modes) {
+    double most = 0;
+    for (const Eigen::VectorXd& moved : mode.coordinates)
+      if (moved.size() > 0) most = std::max(most, moved.cwiseAbs().maxCoeff());
+    std::vector<Eigen::VectorXd> coordinates;
+    for (std::size_t c = 0; c < manipulator.size(); ++c)
+      coordinates.emplace_back(posture.coordinates_of(manipulator.chains()[c], c) +
+                               small / most * mode.coordinates[c]);
+    const std::vector<Pose> bodies = bodies_at_ends(
+        manipulator, all_bodies(posture.platform, posture.inner_bodies), coordinates);
+    shapes.push_back(skeleton(manipulator, bodies, coordinates));
+  }
+  return {{"at_rest", skeleton(manipulator, posture)}, {"shapes", shapes}};
 }
 
 Json named_skeleton(const std::string& name, const Json& skeleton) {

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "kinetostat/io/json.h"
 #include "kinetostat/vjm/statics/equilibrium.h"
+#include "kinetostat/vjm/vibration/natural_modes.h"
 
 namespace kinetostat::report {
 
@@ -14,6 +16,11 @@ namespace kinetostat::report {
 io::Json skeleton(const vjm::Manipulator& manipulator, const vjm::Posture& posture);
 /// The same in a loaded state, springs deflected.
 io::Json skeleton(const vjm::Manipulator& manipulator, const vjm::Equilibrium& equilibrium);
+
+/// The picture of natural modes: the posture at rest and, for each, the posture displaced by a
+/// small part of it, so that what is between them can be magnified.
+io::Json picture(const vjm::Manipulator& manipulator, const vjm::Posture& posture,
+                 const std::vector<vjm::ManipulatorMode>& modes);
 
 /// One entry of a picture's "skeletons".
 io::Json named_skeleton(const std::string& name, const io::Json& skeleton);

@@ -1,6 +1,7 @@
 #include "kinetostat/report/screen/modes.h"
 
 #include <algorithm>
+#include <complex>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -17,7 +18,7 @@ namespace {
 using fea::ModalResult;
 using fea::Support;
 
-constexpr std::size_t most_shown = 14, most_warnings = 3;
+constexpr std::size_t most_shown = 14, most_beside_response = 8, most_warnings = 3;
 
 std::string support_in_words(const ModalResult& result) {
   switch (result.support) {
@@ -60,6 +61,51 @@ std::string motion_in_words(const vjm::ManipulatorMode& mode) {
   if (turned.norm() > 0) return "turns about " + direction_in_words(turned.normalized());
   return "stays";
 }
+
+std::string damping_in_words(const vjm::Damping& damping) {
+  return damping.kind == vjm::Damping::Kind::modal
+             ? fmt::format("damping ratio {} of every mode", number(damping.value, 3))
+             : fmt::format("loss factor {} of all springs", number(damping.value, 3));
+}
+
+// Where the platform answers most to a force along each of its axes.
+std::string response_text(const RobotModes& modes) {
+  const vjm::FrequencyResponse& response = *modes.response;
+  Table table({"force and motion", "at Hz", "um/N",
+               "times that at " + number(response.frequencies[0], 3) + " Hz"});
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    std::size_t most = 0;
+    const auto size = [&](std::size_t k) { return std::abs(response.receptance[k](axis, axis)); };
+    for (std::size_t k = 1; k < response.receptance.size(); ++k)
+      if (size(k) > size(most)) most = k;
+    table.add_row({fmt::format("along {}", "xyz"[axis]), number(response.frequencies[most], 3),
+                   number(1e6 * size(most), 3), number(size(most) / size(0), 3)});
+  }
+  return fmt::format("\nLargest response of the platform, {}\n{}", damping_in_words(modes.damping),
+                     table.text());
+}
+
+io::Json response_json(const RobotModes& modes) {
+  const bool is_modal = modes.damping.kind == vjm::Damping::Kind::modal;
+  io::Json list = io::Json::array();
+  for (const vjm::Receptance& receptance : modes.response->receptance) {
+    io::Json real = io::Json::array(), imaginary = io::Json::array();
+    for (Eigen::Index i = 0; i < 6; ++i) {
+      const Eigen::Matrix<std::complex<double>, 1, 6> row = receptance.row(i);
+      const spatial::Vector6 re = row.real(), im = row.imag();
+      real.push_back(std::vector<double>(re.begin(), re.end()));
+      imaginary.push_back(std::vector<double>(im.begin(), im.end()));
+    }
+    list.push_back({{"real", real}, {"imaginary", imaginary}});
+  }
+  return {
+      {"damping", {{"kind", is_modal ? "modal" : "structural"}, {"value", modes.damping.value}}},
+      {"point", "reference point of the platform"},
+      {"axes", "base"},
+      {"order", {"dx", "dy", "dz", "rx", "ry", "rz"}},
+      {"frequencies", modes.response->frequencies},
+      {"receptance", list}};
+}
 }  // namespace
 }  // namespace modes_screen
 
@@ -98,7 +144,8 @@ std::string first_screen(const vjm::Robot& robot, const RobotModes& modes) {
   using namespace modes_screen;
   std::string out = wrapped(headline(robot, modes)) + "\n";
   Table table({"mode", "Hz", "platform", "what yields"});
-  const std::size_t shown = std::min(modes.found.modes.size(), most_shown);
+  const std::size_t shown =
+      std::min(modes.found.modes.size(), modes.response ? most_beside_response : most_shown);
   for (std::size_t k = 0; k < shown; ++k) {
     const vjm::ManipulatorMode& mode = modes.found.modes[k];
     table.add_row({std::to_string(k + 1), number(mode.frequency, 3), motion_in_words(mode),
@@ -116,6 +163,7 @@ std::string first_screen(const vjm::Robot& robot, const RobotModes& modes) {
   if (modes.lumping_error)
     out += fmt::format("With beams in twice as many segments a frequency changes by up to {}.\n",
                        percent(*modes.lumping_error));
+  if (modes.response) out += response_text(modes);
   return out;
 }
 
@@ -125,7 +173,9 @@ io::Json to_json(const vjm::Robot& robot, const RobotModes& modes) {
     list.push_back({{"frequency", mode.frequency},
                     {"platform", std::vector<double>(mode.platform.begin(), mode.platform.end())},
                     {"yields", to_json(robot, mode.springs)}});
+  io::Json response = modes.response ? modes_screen::response_json(modes) : io::Json();
   return {{"modes", list},
+          {"response", std::move(response)},
           {"mass", modes.found.mass},
           {"free_motions", modes.found.free_motions},
           {"lumping_error", modes.lumping_error ? io::Json(*modes.lumping_error) : io::Json()}};

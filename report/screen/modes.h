@@ -7,6 +7,7 @@
 #include "kinetostat/fea/link/modal_study.h"
 #include "kinetostat/io/json.h"
 #include "kinetostat/vjm/io/robot_file.h"
+#include "kinetostat/vjm/vibration/frequency_response.h"
 #include "kinetostat/vjm/vibration/natural_modes.h"
 
 namespace kinetostat::report {
@@ -17,14 +18,17 @@ std::string headline(const fea::ModalResult& result);
 std::string first_screen(const fea::ModalResult& result);
 
 /// Modes in a posture, and the largest change of a frequency with every beam in twice the segments,
-/// beside it; none where there are no beams.
+/// beside it; none where there are no beams. The response of the platform where it was asked for.
 struct RobotModes {
   vjm::NaturalModes found;
   std::optional<double> lumping_error = {};
+  std::optional<vjm::FrequencyResponse> response = {};
+  vjm::Damping damping = {};
 };
 /// "First natural frequency 8.31 Hz: 57 % of it is joint q2 and 21 % joint q3."
 std::string headline(const vjm::Robot& robot, const RobotModes& modes);
-/// Headline and a row per mode: how the platform moves, and what gives way.
+/// Headline and a row per mode: how the platform moves, and what gives way; along each axis where
+/// its response is largest.
 std::string first_screen(const vjm::Robot& robot, const RobotModes& modes);
 /// docs/reference/modes.md
 io::Json to_json(const vjm::Robot& robot, const RobotModes& modes);

@@ -4,10 +4,9 @@
 #include <cmath>
 #include <numbers>
 
-#include <Eigen/Cholesky>
-
 #include "kinetostat/spatial/decomposition.h"
 #include "kinetostat/vjm/chain/particles.h"
+#include "kinetostat/vjm/vibration/mass_spectrum.h"
 
 namespace kinetostat::vjm::vibration {
 namespace {
@@ -19,7 +18,6 @@ using spatial::Vector3;
 
 constexpr double dependent = 1e-10;  // of the agreement of chains
 constexpr double idle = 1e-13;       // neither mass nor stiffness, beside the largest
-constexpr double shift = 1e-9;       // of omega^2, beside the largest stiffness over mass
 constexpr double least_share = 1e-6;
 
 // Motion of a point [translation; rotation] that follows a body which moves by t at another.
@@ -240,22 +238,15 @@ NaturalModes natural_modes(const Manipulator& manipulator, const Posture& postur
   const MatrixXd motions = motions_with_energy(system, stiffness, mass);
   const MatrixXd k = seen_by(stiffness, motions), m = seen_by(mass, motions);
   if (!(m.norm() > 0)) return result;
-  // (K + s M) y = (omega^2 + s) M y, with K + s M positive definite.
-  const double s = shift * (k.norm() > 0 ? k.norm() : 1) / m.norm();
-  const Eigen::LLT<MatrixXd> factor(k + s * m);
-  const MatrixXd half = factor.matrixL().solve(m);
-  const MatrixXd whole = factor.matrixL().solve(half.transpose());
-  const spatial::SymmetricEigen eigen = spatial::symmetric_eigen(0.5 * (whole + whole.transpose()));
-  for (Index i = eigen.values.size(); i-- > 0;) {
-    const double theta = eigen.values[i];
-    if (!(theta > idle * eigen.values.maxCoeff()) || std::ssize(result.modes) == count) break;
-    const double omega_squared = 1 / theta - s;
-    if (omega_squared < 10 * s) {
+  const MassSpectrum spectrum(k, m);
+  for (Index i = spectrum.size(); i-- > 0;) {
+    if (!spectrum.has_mass(i) || std::ssize(result.modes) == count) break;
+    if (spectrum.is_free(i)) {
       ++result.free_motions;
       continue;
     }
-    const VectorXd y = factor.matrixU().solve(eigen.vectors.col(i)) / std::sqrt(theta);
-    result.modes.push_back(system.mode(omega_squared, motions * y));
+    const VectorXd y = spectrum.vector(i) / std::sqrt(spectrum.theta(i));
+    result.modes.push_back(system.mode(spectrum.omega_squared(i), motions * y));
   }
   return result;
 }
