@@ -425,9 +425,14 @@ std::string UnitSystem::unit_for(const Dimension& d) const {
   if (d == dimension::inertia) return fmt::format("{}*({})^2", mass, length);
   if (d.temperature != 0) throw std::invalid_argument("no default unit for " + to_string(d));
   // Mass is carried by the force unit: kg = N s^2/m. Compound units are per radian.
-  std::string text = "1";
+  std::string text;
   const auto append = [&text](const std::string& symbol, int exponent) {
-    if (exponent != 0) text += fmt::format("*({})^{}", symbol, exponent);
+    if (exponent == 0) return;
+    const bool plain = exponent == 1 && std::all_of(symbol.begin(), symbol.end(), [](char c) {
+                         return std::isalpha(static_cast<unsigned char>(c)) != 0;
+                       });
+    if (text.empty() && !plain) text = "1";
+    text += (text.empty() ? "" : "*") + (plain ? symbol : fmt::format("({})^{}", symbol, exponent));
   };
   append(force, d.mass);
   append(length, d.length - d.mass);

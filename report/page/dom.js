@@ -18,7 +18,7 @@ export function list(sentences, attributes = {}) {
 export function table(columns, rows, caption) {
   // Not what goes on in words, or is several numbers.
   const isNumber = (value) =>
-    typeof value === "number" || (/^[-+]?[\d.]/.test(value) && !/, | along |% \S/.test(value));
+    typeof value === "number" || (/^[-+]?[\d.]/.test(value) && !/, | along |% \S|[a-z]{4,} [a-z]/.test(value));
   const cell = (value) =>
     element("td", { class: isNumber(value) ? "number" : undefined }, String(value));
   const heading = (name, k) =>

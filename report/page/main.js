@@ -1,6 +1,7 @@
 // Opens the results of this page and shows the sections that they have something for.
 import { beamSection, isBeam } from "./beams.js";
 import { adoptionSection, isAdoption } from "./sections/changes.js";
+import { checkSection, isCheck, isReadings, readingsSection } from "./sections/campaign.js";
 import { compensationSection, isCompensation } from "./sections/compensation.js";
 import { choice, element } from "./dom.js";
 import { forgetFigures, redrawAll } from "./figure.js";
@@ -27,6 +28,8 @@ const kinds = [
   [isPlan, planSection],
   [isModes, modesSection],
   [isAdoption, adoptionSection],
+  [isReadings, readingsSection],
+  [isCheck, checkSection],
 ];
 
 // One result that is not as expected does not take the others with it.

@@ -258,7 +258,7 @@ export function measurementSection({ name, diagnosis, comparison, both, columns,
     first.append(
       element(
         "div",
-        {},
+        { class: "table-wide" },
         certificateTable(readings),
         worstReadings(readings, readings.models.length - 1) ?? "",
       ),
