@@ -10,7 +10,9 @@
 #include "kinetostat/io/csv.h"
 #include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/manipulators/pose.h"
+#include "kinetostat/report/manipulators/skeleton.h"
 #include "kinetostat/report/text/text.h"
+#include "kinetostat/vjm/manipulator/posture.h"
 
 namespace kinetostat::report {
 namespace {
@@ -148,9 +150,9 @@ std::string headline(const Map& map) {
     return fmt::format("No value of {} at any of {} poses.", index.name, map.points.size());
   const auto shown = [&](double v) { return number(v / index.factor, 4); };
   return fmt::format(
-      "{} {} to {}{}{}, {} in the mean, over {} of {} poses; least at ({}) {}.", index.name,
+      "{} {} to {}{}{}, {}{} in the mean, over {} of {} poses; least at ({}) {}.", index.name,
       shown(range.smallest), shown(range.largest), index.unit.empty() ? "" : " ", index.unit,
-      shown(range.mean), range.count, map.points.size(),
+      shown(range.mean), index.unit.empty() ? "" : " " + index.unit, range.count, map.points.size(),
       place_text(map.robot, map.list.poses[range.smallest_at].platform), map.robot.units.length);
 }
 
@@ -210,6 +212,23 @@ io::VtuGrid vtu(const Map& map) {
   return grid;
 }
 
+namespace {
+
+// The robot at every pose, as far as it reaches it; none where there are too many for a page.
+Json robots_of(const Map& map) {
+  constexpr std::size_t most = 200;
+  Json robots = Json::array();
+  if (map.points.size() > most) return robots;
+  const vjm::Manipulator manipulator = map.robot.manipulator.without_errors();
+  for (const auto& pose : map.list.poses) {
+    const vjm::PostureResult found = posture_at(manipulator, pose.platform);
+    robots.push_back(found.reached ? skeleton(manipulator, found.posture) : Json());
+  }
+  return robots;
+}
+
+}  // namespace
+
 Json picture(const Map& map) {
   Json poses = Json::array(), states = Json::array(), values = Json::array();
   const double length = spatial::parse_unit(map.robot.units.length).factor;
@@ -226,7 +245,8 @@ Json picture(const Map& map) {
             {"length", map.robot.units.length},
             {"positions", std::move(poses)},
             {"states", std::move(states)},
-            {"indices", std::move(values)}}}};
+            {"indices", std::move(values)},
+            {"robots", robots_of(map)}}}};
 }
 
 }  // namespace kinetostat::report

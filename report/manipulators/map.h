@@ -39,7 +39,7 @@ std::string csv(const Map& map);
 /// Positions [m] with the state and the indices in their units; cells between the neighbours of a
 /// grid of positions, a polyline along a path; points alone where the platform turns.
 io::VtuGrid vtu(const Map& map);
-/// What the charts of a page need.
+/// What the charts of a page need; with the robot at every pose where there are at most 200.
 io::Json picture(const Map& map);
 
 }  // namespace kinetostat::report
