@@ -226,8 +226,8 @@ std::string headline(const CompensatedPath& result) {
   const ErrorSize before = size_of(points, &Compensation::error, 0);
   const ErrorSize after = size_of(points, &Compensation::residual, 0);
   return fmt::format(
-      "With the corrected targets the platform is off by {} {} at most, instead of {}.",
-      left(after.largest, before.largest, factor), unit, number(before.largest / factor, 3));
+      "With the corrected targets the platform is off by {} {} at most, instead of {} {}.",
+      left(after.largest, before.largest, factor), unit, number(before.largest / factor, 3), unit);
 }
 
 std::string text(const CompensatedPath& result) {

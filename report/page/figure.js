@@ -110,7 +110,7 @@ export class Figure {
 
   draw() {
     const narrow = this.node.clientWidth < 600;
-    if (narrow && this.spec.tall) this.plot.style.height = `${this.spec.tall}px`;
+    this.plot.style.height = `${(narrow && this.spec.tall) || (this.spec.height ?? 360)}px`;
     const { data, layout } = this.spec.draw(look(), narrow);
     if (layout.scene) layout.scene = framed(layout.scene, data);
     if (narrow && layout.scene) for (const k of ["x", "y", "z"]) layout.scene.camera.eye[k] *= 1.5;
@@ -124,6 +124,8 @@ export class Figure {
     if (!this.drawn && this.spec.choose)
       this.plot.on("plotly_click", (event) => this.spec.choose(event.points[0]));
     this.drawn = true;
+    // Plotly calls every solid scene the same.
+    for (const node of this.plot.querySelectorAll("#scene")) node.removeAttribute("id");
     this.plot
       .querySelector(".modebar")
       ?.setAttribute("aria-label", `Zoom and move: ${this.spec.title}`);
@@ -249,3 +251,5 @@ addEventListener("afterprint", toScreen);
 export function redrawAll() {
   for (const figure of figures) if (figure.drawn) figure.refresh();
 }
+// A phone that is turned, a window that is made narrow.
+matchMedia("(max-width: 640px)").addEventListener("change", () => requestAnimationFrame(redrawAll));

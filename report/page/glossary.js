@@ -1,4 +1,4 @@
-// Terms of the glossary: where the page uses one first, a link to its line at the end of the page.
+// Terms of the glossary: where a section uses one first, a link to its line at the end of the page.
 import { element } from "./dom.js";
 
 // What a text says for a term, where the glossary's own name for it is not what is written.
@@ -34,15 +34,20 @@ export function firstTerm(text, rows) {
 
 const idOf = ({ term }) => `term-${term.replace(/[^a-z0-9]+/gi, "-")}`;
 const noPlaceForLinks =
-  "a, button, summary, select, label, code, pre, script, svg, h1, h2, h3, th, .plot, .save, .source, .stations";
+  "a, button, summary, select, label, code, pre, script, svg, h1, h2, h3, .plot, .save, .source, .stations";
 
-/** Links each term of the page once. A list of those that it uses; nothing where it uses none. */
+/**
+ * Links each term once in each section: a reader who came by a link, or from another section, finds it there, too, and no
+ * text is all links. A list of the terms; nothing where the page uses none.
+ */
 export function linkTerms(root, rows) {
-  const left = [...rows];
+  const leftIn = new Map();
   const walker = document.createTreeWalker(root, NodeFilter.SHOW_TEXT);
   const used = [];
-  for (let node = walker.nextNode(); node && left.length; ) {
+  for (let node = walker.nextNode(); node; ) {
     const next = () => walker.nextNode();
+    const part = node.parentElement.closest("section, details.rest");
+    const left = leftIn.get(part) ?? leftIn.set(part, [...rows]).get(part);
     const found = node.parentElement.closest(noPlaceForLinks) ? null : firstTerm(node.data, left);
     if (!found) {
       node = next();

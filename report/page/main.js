@@ -184,14 +184,13 @@ function fill(page, entries, isOnly) {
 }
 
 /** What the command, or the only result, says first is the heading, unless the page was given one. */
-function takeHeading([entry, ...others]) {
-  const heading = document.querySelector("h1");
+function takeHeading([entry, ...others], given) {
   const { command, link } = entry?.result ?? {};
-  const given = heading.textContent;
   const isOfCommand = given.startsWith(`${command}: `) || command === "demo";
   const isNameless = others.length === 0 && (/^kinetostat\b/.test(given) || given === link);
   const headline = entry && (isOfCommand || isNameless) ? headlineOf(entry) : "";
-  if (headline) heading.textContent = headline;
+  // The title of a study is its headline.
+  document.querySelector("h1").textContent = headline || (command === "study" ? inPrint(given) : given);
   return Boolean(headline);
 }
 
@@ -201,7 +200,12 @@ async function start() {
   const isStudio = entries[0]?.result.command === "studio";
   unitChoice();
   let isOnly = false;
-  const redo = () => (isStudio ? location.reload() : fill(page, entries, isOnly));
+  const given = document.querySelector("h1").textContent;
+  const redo = () => {
+    if (isStudio) return location.reload();
+    takeHeading(entries, given);
+    fill(page, entries, isOnly);
+  };
   document.getElementById("top").append(buttons(redo));
   if (isStudio) {
     document.body.classList.add("studio");
@@ -211,7 +215,7 @@ async function start() {
     return;
   }
   await inflated("plotly").then(runInPage);
-  isOnly = takeHeading(entries);
+  isOnly = takeHeading(entries, given);
   fill(page, entries, isOnly);
   page.dataset.ready = "yes";
 }

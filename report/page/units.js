@@ -135,6 +135,36 @@ export function asChosen(values, unit) {
   return { values: values.map(one), unit: best.unit };
 }
 
+const ofSentences = {
+  ...siOf,
+  N: ["force", 1],
+  kN: ["force", 1e3],
+  "mm/N": ["compliance", 1e-3],
+  "um/N": ["compliance", 1e-6],
+  "nm/N": ["compliance", 1e-9],
+};
+const written = "-?\\d+(?:\\.\\d+)?(?:e-?\\d+)?";
+// Numbers that one unit closes, "1277 to 3540 N/mm" or "(-60, 0, 0) mm", and those in brackets behind it, "0.16 mm (0, -0.15, 0)".
+const measured = new RegExp(
+  `(\\(${written}(?:, ${written})*\\)|${written} (?:to|\\+-|±) ${written}|(?<![\\w.(])(?<!to |\\+- |± )${written}) ([mkuµn]?[mN](?:/(?:[uµm]?m|N))?)(?![\\w/^(]| m\\b)((?: (?:\\+-|±) [\\d.]+ %)?)( \\(${written}(?:, ${written})+\\)(?! [mkuµ]?[mN]\\b))?`,
+  "g",
+);
+const digitsOf = (text) => Math.max(1, text.replace(/e.*$/, "").replace(/[^\d]/g, "").replace(/^0+/, "").length);
+
+/** A sentence with its lengths, forces and stiffnesses in the units that were chosen, as sharp as they were; as it is without a choice. */
+export function sentenceAsChosen(text) {
+  if (!chosen) return text;
+  return text.replace(measured, (all, values, unit, spread, behind) => {
+    const [kind, si] = ofSentences[unit.replace("µ", "u")] ?? [];
+    if (!kind) return all;
+    const largest = Math.max(...values.match(new RegExp(written, "g")).map((v) => Math.abs(Number(v))));
+    const best = unitFor(kind, largest * si);
+    const others = (part) =>
+      part.replace(new RegExp(written, "g"), (v) => number((Number(v) * si) / best.factor, digitsOf(v)));
+    return `${others(values)} ${best.unit}${spread}${behind ? others(behind) : ""}`;
+  });
+}
+
 /** "27.6 mm", for a unit as a result states it ("m", "N m/rad", ...). */
 export function stated(value, unit, digits = 3) {
   const best = unitOf(value, unit);

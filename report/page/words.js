@@ -1,8 +1,9 @@
 // Words for people, where JSON has kept older ones.
+import { sentenceAsChosen } from "./units.js";
 
-/** Signs of a terminal as a page has them. */
+/** Signs of a terminal as a page has them, in the units that were chosen. */
 export const inPrint = (text) =>
-  String(text ?? "")
+  sentenceAsChosen(String(text ?? ""))
     .replaceAll(" +- ", " ± ")
     .replace(/(\d) u(m|rad)\b/g, "$1 µ$2")
     .replace(/\b([mu]?m)\^([23])/g, (_, unit, power) => unit + { 2: "²", 3: "³" }[power]);

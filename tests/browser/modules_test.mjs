@@ -16,7 +16,7 @@ import { Readings, columnsFromResult } from "../../report/page/readings.js";
 import { oddEven } from "../../report/page/odd_even.js";
 import { firstTerm } from "../../report/page/glossary.js";
 import { lineChanges, shownChanges } from "../../report/page/sections/lines.js";
-import { asChosen, chooseUnits, number, quantity, statedWithError, unitFor } from "../../report/page/units.js";
+import { asChosen, chooseUnits, number, quantity, sentenceAsChosen, statedWithError, unitFor } from "../../report/page/units.js";
 import { worthInWords } from "../../report/page/studio/cards.js";
 import { effectsAt, otherPlaces, sliderRange } from "../../report/page/studio/effects_panel.js";
 import { largestMove, screenAxes } from "../../report/page/studio/robot_view.js";
@@ -24,6 +24,26 @@ import { stagesOfReadings } from "../../report/page/waterfall.js";
 import { roundFactor } from "../../report/page/workspace.js";
 
 const near = (a, b, tolerance) => assert.ok(Math.abs(a - b) <= tolerance, `${a} is not ${b}`);
+
+// Sentences in the units that were chosen: what one unit closes goes together, directions and other units stay.
+const sentences = {
+  "moves 0.162 mm (-0.0601, 0, -0.15) and turns 0.0105 deg": "moves 162 µm (-60.1, 0, -150) and turns 0.0105 deg",
+  "along (0.54, 0, 0.84): 1060 N/mm.": "along (0.54, 0, 0.84): 1.06 N/µm.",
+  "1277 to 3540 N/mm at (-60, 5.5, 0) mm": "1.277 to 3.54 N/µm at (-60, 5.5, 0) mm",
+  "play 0.0032 ± 0.0001 mm, friction 0.57 ± 0.04 N m": "play 3.2 ± 0.1 µm, friction 0.57 ± 0.04 N m",
+  "0.00303 mm ± 11 % (0, -0.00134, -0.00272)": "3.03 µm ± 11 % (0, -1.34, -2.72)",
+  "base (8.9 ± 0.7)e-08 rad/(N m); at (1, 2)": "base (8.9 ± 0.7)e-08 rad/(N m); at (1, 2)",
+  "Tz2 mm of x_2 N": "Tz2 mm of x_2 N",
+};
+for (const [text, expected] of Object.entries(sentences)) {
+  chooseUnits("");
+  assert.equal(sentenceAsChosen(text), text);
+  chooseUnits("µm");
+  assert.equal(sentenceAsChosen(text), expected);
+}
+chooseUnits("inch");
+assert.equal(sentenceAsChosen("100 lb, 25.4 mm and 44.48 N"), "100 lb, 1 in and 10 lbf");
+chooseUnits("");
 
 // Units as people write them.
 assert.equal(quantity(13.3e-6, "length"), "13.3 µm");
