@@ -80,7 +80,8 @@ export class Browser {
     return new Promise((resolve, reject) => this.waiting.set(id, { resolve, reject }));
   }
 
-  async open(address, { width = 1280, height = 900, dark = false } = {}) {
+  /** `again`: the page that is open stays, and is made as wide and as dark as that. */
+  async open(address, { width = 1280, height = 900, dark = false, again = false } = {}) {
     if (!this.session) {
       const { targetId } = await this.send("Target.createTarget", { url: "about:blank" });
       this.session = (
@@ -98,6 +99,8 @@ export class Browser {
     await this.send("Emulation.setEmulatedMedia", {
       features: [{ name: "prefers-color-scheme", value: dark ? "dark" : "light" }],
     });
+    if (again)
+      return this.evaluate("new Promise((next) => setTimeout(() => requestAnimationFrame(() => requestAnimationFrame(next)), 50))");
     this.requests = [];
     await this.send("Page.navigate", { url: address });
     await this.until("document.getElementById('page')?.dataset.ready === 'yes'");

@@ -16,7 +16,7 @@ export async function lookAt(browser, address, how) {
   const name = `${basename(address)} ${JSON.stringify(how ?? {})}`;
   browser.problems = [];
   await browser.open(address, how);
-  await browser.evaluate(`for (const d of document.querySelectorAll("details.rest")) d.open = true`);
+  await browser.evaluate(`for (const d of document.querySelectorAll("details")) d.open = true`);
   await browser.evaluate(scrollThrough);
   await browser.until(`[...document.querySelectorAll("figure")].every((f) => f.dataset.points)`);
   const points = await browser.evaluate(figures);
@@ -26,8 +26,6 @@ export async function lookAt(browser, address, how) {
   for (const [id, count] of Object.entries(points))
     assert.ok(count > 0, `${name}: chart ${id} has no points`);
   assert.deepEqual(await accessibilityFaults(browser), [], name);
-  await browser.evaluate(`for (const d of document.querySelectorAll("details")) d.open = true`);
-  await browser.evaluate(scrollThrough);
   assert.deepEqual(await layoutFaults(browser), [], name);
   return points;
 }

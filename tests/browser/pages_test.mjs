@@ -21,7 +21,7 @@ const pages = {
   beam: ["beam", "meshes/foot.yaml", "--fea", "data/links/foot.link.json"],
   mesh: ["mesh", "check", "meshes/foot.stl", "--unit", "mm"],
   modes: ["modes", "meshes/block.yaml"],
-  robot_modes: ["modes", "data/robots/heavy_arm.yaml"],
+  robot_modes: ["modes", "data/robots/heavy_arm.yaml", "--response", "1:200", "--damping", "0.02"],
   stiffness: ["stiffness", "data/robots/six_axis.yaml"],
   uncertain: ["deflect", "data/robots/gantry.yaml", "--wrench=0,0,-200"],
   map: ["map", "data/robots/orthoglide.yaml", "--grid", "x=-60:60:3,y=-60:60:3,z=0", "--index", "weakest-translation"],
@@ -48,17 +48,21 @@ async function page(browser, name, words) {
     assert.ok(text.includes(squeezed(headline).replace(/\.$/, "")), `${name}: ${text} has no ${headline}`);
   }
   assert.ok(heading.length > 20 && inPrint(text).startsWith(heading.replace(/\.$/, "").slice(0, 60)), `${name}: ${heading}`);
-  await lookAt(browser, shop.address(`${name}.html`), { width: 390, height: 800, dark: true });
+  await lookAt(browser, shop.address(`${name}.html`), { width: 390, height: 800, dark: true, again: true });
   assert.deepEqual(await axeFaults(browser), [], name);
 }
 
-/** Each term is linked once, to a line that is there and says more. */
+/** Each term is linked once in a section, to a line that is there and says more. */
 async function terms(browser) {
   await browser.open(shop.address("compare.html"));
   const links = await browser.evaluate(
     `[...document.querySelectorAll("a.term")].map((a) => [a.textContent, a.title, document.querySelector(a.hash)?.nextSibling.textContent ?? ""])`,
   );
   assert.ok(links.length >= 4, `${links.length} terms`);
+  const bySection = await browser.evaluate(
+    `[...document.querySelectorAll("#page section")].map((s) => [...s.querySelectorAll("a.term")].filter((a) => a.closest("section") === s).map((a) => a.hash))`,
+  );
+  for (const hashes of bySection) assert.equal(new Set(hashes).size, hashes.length, hashes.join());
   for (const [word, meaning, line] of links) assert.ok(meaning && line.startsWith(meaning), word);
   const glossary = readFileSync(new URL("../../docs/reference/glossary.md", import.meta.url), "utf8");
   for (const [word, meaning] of links) assert.ok(glossary.includes(meaning), word);
@@ -83,6 +87,15 @@ async function units(browser) {
   near(shown.mm[0], 25.4 * shown.inch[0]);
   for (const [unit, [, title]] of Object.entries({ mm: shown.mm, "µm": shown["µm"], in: shown.inch }))
     assert.ok(title.includes(`[${unit}]`), `${title} is not in ${unit}`);
+  // Sentences, too: every number that a length closes, and those in brackets behind it.
+  await browser.open(shop.address("uncertain.html"));
+  await choose("");
+  const said = await browser.evaluate("document.querySelector('h1').textContent");
+  await choose("inch");
+  const inInches = await browser.evaluate("document.querySelector('h1').textContent");
+  const numbersOf = (text) => text.match(/moves (\S+) .*?\((\S+), (\S+), (\S+)\)/).slice(1).map(Number);
+  assert.match(inInches, /^45 lbf along -z: the platform moves \S+ µin ± /);
+  numbersOf(said).forEach((mm, k) => assert.ok(Math.abs(numbersOf(inInches)[k] - (1e6 * mm) / 25.4) <= 0.006 * Math.abs((1e6 * mm) / 25.4), inInches));
   // It is kept for the next page.
   await browser.open(shop.address("stiffness.html"));
   assert.equal(await browser.evaluate("document.querySelector('.page-tools select').value"), "inch");
@@ -91,11 +104,59 @@ async function units(browser) {
   assert.deepEqual(browser.problems, []);
 }
 
+/** A pose that is picked in one chart of a map is shown by all: the others, the robot and the choice of poses. */
+async function picked(browser) {
+  await browser.open(shop.address("map.html"));
+  const poses = JSON.parse(readFileSync(shop.path("map.json"), "utf8")).poses;
+  const inSight = (id) => `(() => { const n = document.getElementById("${id}"); n.scrollIntoView(); n.figure.sight(true); })()`;
+  const sign = (id) =>
+    `(() => { const t = document.getElementById("${id}").figure.plot.data.find((d) => d.meta === "guide"); return t && [t.x[0], t.y[0]]; })()`;
+  const choice = `document.querySelector(".tools label:last-child select")`;
+  for (const id of ["map-space", "map-robot", "map-slice"]) await browser.evaluate(inSight(id));
+  await browser.evaluate(`document.getElementById("map-slice").figure.spec.choose({ x: 55, y: -60 })`);
+  for (const id of ["map-slice", "map-space"]) {
+    await browser.evaluate(inSight(id));
+    assert.deepEqual(await browser.evaluate(sign(id)), [60, -60], id);
+  }
+  assert.match(await browser.evaluate(`${choice}.selectedOptions[0].textContent`), /60, -60, 0 mm$/);
+  const platform = `(() => { const f = document.getElementById("map-robot").figure; ${inSight("map-robot")}; return f.plot.data.filter((d) => d.mode === "lines" && d.name.startsWith("chain")).map((d) => [d.x.at(-1), d.y.at(-1)]); })()`;
+  const ends = await browser.evaluate(platform);
+  assert.ok(ends.length === 3 && ends.every(([x, y]) => Math.abs(x - 60) < 40 && Math.abs(y + 60) < 40), JSON.stringify(ends));
+  // From the robot on to the next pose, seen in the map.
+  const before = Number(await browser.evaluate(`${choice}.value`));
+  await browser.evaluate(`document.getElementById("map-robot").figure.spec.step(1)`);
+  assert.equal(Number(await browser.evaluate(`${choice}.value`)), (before + 1) % poses);
+  await browser.evaluate(`${choice}.value = "4"; ${choice}.dispatchEvent(new Event("change"))`);
+  for (const id of ["map-slice", "map-space"]) {
+    await browser.evaluate(inSight(id));
+    assert.deepEqual(await browser.evaluate(sign(id)), [0, 0], id);
+  }
+  assert.deepEqual(browser.problems, []);
+}
+
+/** The response at its lowest frequency is near the compliance at rest; a mode moves while "Play" is pressed. */
+async function vibrations(browser) {
+  await browser.open(shop.address("robot_modes.html"));
+  const seen = (id) => `(() => { const n = document.getElementById("${id}"); n.scrollIntoView(); n.figure.sight(true); return n.figure.plot.data; })()`;
+  shop.run("stiffness", "data/robots/heavy_arm.yaml", "--json", "still.json");
+  const still = JSON.parse(readFileSync(shop.path("still.json"), "utf8")).unloaded.compliance.matrix;
+  const curves = await browser.evaluate(`${seen("frequency-response")}.map((d) => d.y[0])`);
+  curves.forEach((v, k) => assert.ok(Math.abs(v / (1e6 * still[k][k]) - 1) < 0.05, `${v} um/N, at rest ${still[k][k]} m/N`));
+  const tip = `${seen("mode-shape")}[0] && document.getElementById("mode-shape").figure.plot.data.slice(0, 4).map((d) => d.z.at(-1)).join()`;
+  const resting = await browser.evaluate(tip);
+  await browser.evaluate(`[...document.querySelectorAll("#mode-shape button")].find((b) => b.textContent === "Play").click()`);
+  await browser.until(`${tip} !== ${JSON.stringify(resting)}`);
+  await browser.evaluate(`[...document.querySelectorAll("#mode-shape button")].find((b) => b.textContent === "Stop").click()`);
+  assert.deepEqual(browser.problems, []);
+}
+
 const browser = new Browser();
 try {
   for (const [name, words] of Object.entries(pages)) await page(browser, name, words);
   await terms(browser);
   await units(browser);
+  await picked(browser);
+  await vibrations(browser);
 } finally {
   await browser.close();
   shop.remove();
