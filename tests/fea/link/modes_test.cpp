@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <numbers>
 #include <sstream>
 
@@ -94,6 +95,64 @@ TEST_F(CalculiXModes, AreOursWhereNothingIsHeld) {
   other.erase(other.begin(), other.begin() + 6);
   expect_frequencies(modes(mesh, ends, Support::none, 6), other);
 }
+
+// A bar of 100 mm, its cross-sections moved, turned and scaled as the shape says; `along` from 0
+// to 1.
+struct Shape {
+  std::string name;
+  std::function<Vector3(const Vector3&, double)> place;
+};
+
+class CalculiXShapes : public testing::TestWithParam<Shape> {};
+
+TEST_P(CalculiXShapes, HaveTheSameModesOnTheSameMesh) {
+  ASSERT_TRUE(test::is_installed("ccx"));
+  constexpr double length = 0.1;
+  TetMesh mesh = box_mesh({length, 0.03, 0.02}, 10, 3, 2);
+  for (Vector3& p : mesh.nodes)
+    p = GetParam().place(p - Vector3(0, 0.015, 0.01), p.x() / length);  // about the axis
+  mesh = with_mid_nodes(mesh);
+  const auto ends = coupled_ends(mesh, Coupling::rigid, Coupling::distributing);
+  expect_frequencies(modes(mesh, ends, Support::first_interface, 8),
+                     by_calculix(mesh, ends, true, 8));
+}
+
+// y and z scaled.
+Vector3 scaled(const Vector3& p, double by) { return {p.x(), by * p.y(), by * p.z()}; }
+Vector3 turned(const Vector3& p, double angle) {
+  return {p.x(), std::cos(angle) * p.y() - std::sin(angle) * p.z(),
+          std::sin(angle) * p.y() + std::cos(angle) * p.z()};
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Eight, CalculiXShapes,
+    testing::Values(
+        Shape{"Straight", [](const Vector3& p, double) { return p; }},
+        Shape{"Tapered", [](const Vector3& p, double s) { return scaled(p, 1 - 0.6 * s); }},
+        Shape{"Twisted", [](const Vector3& p, double s) { return turned(p, 1.2 * s); }},
+        Shape{"Bowed",
+              [](const Vector3& p, double s) {
+                return Vector3(p + Vector3(0, 0, 0.02 * std::sin(std::numbers::pi * s)));
+              }},
+        Shape{"SBent",
+              [](const Vector3& p, double s) {
+                return Vector3(p + Vector3(0, 0.03 * s * s * (3 - 2 * s), 0));
+              }},
+        Shape{"Waisted",
+              [](const Vector3& p, double s) {
+                return scaled(p, 1 - 0.5 * std::sin(std::numbers::pi * s));
+              }},
+        Shape{"Bulged",
+              [](const Vector3& p, double s) {
+                return scaled(p, 1 + 0.5 * std::sin(std::numbers::pi * s));
+              }},
+        Shape{"Arched",  // a sixth of a circle
+              [](const Vector3& p, double s) {
+                const double angle = s * std::numbers::pi / 3, radius = 0.3 / std::numbers::pi;
+                return Vector3((radius + p.z()) * std::sin(angle), p.y(),
+                               (radius + p.z()) * std::cos(angle));
+              }}),
+    [](const auto& shape) { return shape.param.name; });
 
 // Roots of cos x cosh x = -1 and = 1: cantilever and free beam.
 constexpr double cantilever[] = {1.8751040687119611, 4.6940911329741746};
