@@ -1,7 +1,7 @@
 // Opens the results of this page and shows the sections that they have something for.
 import { beamSection, isBeam } from "./beams.js";
 import { adoptionSection, isAdoption } from "./sections/changes.js";
-import { checkSection, isCheck, isReadings, readingsSection } from "./sections/campaign.js";
+import { calibrationSection, checkSection, isCalibration, isCheck, isReadings, readingsSection } from "./sections/campaign.js";
 import { compensationSection, isCompensation } from "./sections/compensation.js";
 import { choice, element } from "./dom.js";
 import { forgetFigures, redrawAll } from "./figure.js";
@@ -30,6 +30,7 @@ const kinds = [
   [isAdoption, adoptionSection],
   [isReadings, readingsSection],
   [isCheck, checkSection],
+  [isCalibration, calibrationSection],
 ];
 
 // One result that is not as expected does not take the others with it.

@@ -1,9 +1,10 @@
-// Sections of what is known of readings before any fit: how a table is understood, and what it can show.
+// Sections of readings: how a table is understood, what it can show before any fit, the geometry that it determines.
 import { element, list, table } from "../dom.js";
-import { number } from "../units.js";
+import { number, stated, statedWithError } from "../units.js";
 import { inPrint, occasionInWords } from "../words.js";
 
 export const isReadings = ({ result }) => result.command === "readings" && Array.isArray(result.columns);
+export const isCalibration = ({ result }) => result.command === "calibrate" && Array.isArray(result.stages);
 export const isCheck = ({ result }) => result.command === "measure check" && Array.isArray(result.checks);
 
 const valuesOf = ({ range, values }) =>
@@ -61,5 +62,33 @@ export function checkSection({ result }) {
           "Joints",
         )
       : "",
+  );
+}
+
+/** Models of the geometry with their errors, and every parameter of the one that was taken. */
+export function calibrationSection({ result }) {
+  const error = (errors, key) => (errors?.[key] === null || errors?.[key] === undefined ? "-" : stated(errors[key], "m"));
+  const rows = result.stages.map((stage) => [
+    stage.name + (stage.name === result.taken ? " (taken)" : ""),
+    stage.parameters,
+    error(stage.fitted, "translation_rms"),
+    error(stage.held_out, "translation_rms"),
+    error(stage.held_out, "translation_max"),
+  ]);
+  const parameters = result.geometry.map((one) => [
+    one.what,
+    one.at,
+    stated(one.before, one.unit),
+    statedWithError(one.value, one.standard_error, one.unit),
+    one.significant ? "significant" : "may be zero",
+  ]);
+  const left = result.left_out.map((one) => [one.what, one.reason, one.like.join(", ")]);
+  return element(
+    "section",
+    {},
+    element("h2", {}, "The geometry of the robot"),
+    table(["model", "parameters", "rms fitted", "rms held out", "largest held out"], rows, "Error of one coordinate, by model"),
+    parameters.length ? table(["parameter", "behind", "before", "calibrated", "significance"], parameters, "Calibrated parameters") : "",
+    left.length ? table(["left as it was", "why", "like"], left, "What these poses do not determine") : "",
   );
 }
