@@ -8,6 +8,7 @@ import { axeFaults } from "./accessibility.mjs";
 import { Browser, requireParts } from "./browser.mjs";
 import { lookAt } from "./look_at.mjs";
 import { Workshop } from "./workshop.mjs";
+import { sketchOf } from "../../report/page/studio/sketches.js";
 import { inPrint } from "../../report/page/words.js";
 
 const program = process.argv[2];
@@ -31,6 +32,7 @@ const pages = {
   check: ["measure", "check", `${arm}/campaign.yaml`],
   compare: ["compare", `${arm}/campaign.yaml`],
   diagnose: ["diagnose", `${arm}/campaign.yaml`, "-o", "diagnosis.json"],
+  calibrate: ["calibrate", "data/measurements/ur10_tracker/campaign.yaml"],
   plan: ["plan", `${arm}/campaign.yaml`],
   adopt: ["adopt", `${arm}/robot.yaml`, "diagnosis.json", "-o", "calibrated.yaml"],
 };
@@ -134,6 +136,17 @@ async function picked(browser) {
   assert.deepEqual(browser.problems, []);
 }
 
+/** Every effect of the catalogue has its picture in the studio; it is not that of no effect. */
+function sketched() {
+  shop.run("effect", "list", "--json", "effects.json");
+  for (const { name } of JSON.parse(readFileSync(shop.path("effects.json"), "utf8")).effects) {
+    const found = sketchOf(name);
+    assert.ok(found && found.points.every((p) => p.every(Number.isFinite)), name);
+    const without = (x) => (found.axis === "load" ? x : 0);
+    assert.ok(Math.max(...found.points.map(([x, y]) => Math.abs(y - without(x)))) > 0.2, name);
+  }
+}
+
 /** The response at its lowest frequency is near the compliance at rest; a mode moves while "Play" is pressed. */
 async function vibrations(browser) {
   await browser.open(shop.address("robot_modes.html"));
@@ -155,6 +168,7 @@ try {
   for (const [name, words] of Object.entries(pages)) await page(browser, name, words);
   await terms(browser);
   await units(browser);
+  sketched();
   await picked(browser);
   await vibrations(browser);
 } finally {

@@ -414,6 +414,8 @@ async function session() {
     await browser.key("Enter");
     await browser.until("document.querySelector('[data-effect]')");
     assert.match(await browser.evaluate("document.querySelector('.effect').textContent"), /usually/);
+    const sketched = "[...document.querySelectorAll('.effect')].map((e) => e.querySelectorAll('svg.sketch .with').length)";
+    assert.ok((await browser.evaluate(sketched)).every((n) => n === 1), "an effect is offered without its picture");
     await looks(browser, "effects");
     const start = Date.now();
     await browser.evaluate(click('[data-effect="clearance at arm.drive"]'));

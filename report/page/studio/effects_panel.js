@@ -2,6 +2,7 @@
 import { element } from "../dom.js";
 import { number, stated, unitOf } from "../units.js";
 import { probabilityInWords } from "../words.js";
+import { sketch } from "./sketches.js";
 
 /** Places that are no joints of the picture: {place: title}. */
 export function otherPlaces(effects, joints) {
@@ -53,7 +54,7 @@ export function effectList(effects, on, probabilities, toggle) {
             p === undefined ? null : element("i", {}, probabilityInWords(p).replace(/ \(.*/, "")),
             active ? element("i", {}, "in the model") : null,
           ),
-          element("span", {}, effect.summary),
+          element("span", { class: "effect-looks" }, element("span", {}, effect.summary), sketch(effect.kind)),
           element("code", {}, effect.law),
           element("span", { class: "say" }, `${usualSize(effect)}. Shows as: ${effect.signature}`),
         ),

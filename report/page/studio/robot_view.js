@@ -1,17 +1,8 @@
 // The robot in three dimensions as lines: turned by dragging or by the arrow keys; every joint is a button.
-import { element } from "../dom.js";
+import { element, svgElement } from "../dom.js";
 import { extentOf, magnified } from "../skeleton.js";
 import { number, quantity } from "../units.js";
 import { roundFactor } from "../workspace.js";
-
-const svgElement = (name, attributes = {}, ...children) => {
-  const node = document.createElementNS("http://www.w3.org/2000/svg", name);
-  for (const [key, value] of Object.entries(attributes))
-    if (key.startsWith("on")) node.addEventListener(key.slice(2), value);
-    else if (value !== undefined && value !== false) node.setAttribute(key, value);
-  node.append(...children);
-  return node;
-};
 
 /** Unit vectors of the screen (right, up) in base axes, seen from an azimuth and an elevation [rad]. */
 export function screenAxes(azimuth, elevation) {
