@@ -49,7 +49,7 @@ if(TARGET kinetostat_python)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
     "libopenblas0-pthread, python3 (>= 3.11), python3 (<< 3.12), python3-numpy (>= 1:1.24)")
-  set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "kinetostat, python3-pandas")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "kinetostat, python3-pandas, python3-matplotlib, python3-distributed")
 endif()
 
 kinetostat_package(development libkinetostat-dev

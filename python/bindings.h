@@ -13,10 +13,11 @@ namespace kinetostat::python {
 /// A robot as its file has it.
 struct RobotValue {
   vjm::Robot robot;
-  std::string text;  // of the file
+  std::string text;             // of the file, or what it would be
+  vjm::EffectKinds kinds = {};  // functions of Python that the text may name
 };
 
-RobotValue robot_from(const std::filesystem::path& file);
+RobotValue robot_from(const std::filesystem::path& file, const vjm::EffectKinds& kinds = {});
 
 /// Readings, and the robot that they are of.
 struct CampaignValue {
@@ -29,7 +30,10 @@ pybind11::object values_of(const std::string& json);
 
 void add_errors(pybind11::module_& module);
 void add_matrices(pybind11::module_& module);
+void add_links(pybind11::module_& module);
+void add_effects(pybind11::module_& module);
 void add_robots(pybind11::module_& module);
+void add_maps(pybind11::module_& module);
 void add_readings(pybind11::module_& module);
 
 }  // namespace kinetostat::python

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/apps/cli/campaign_request.h"
+#include "kinetostat/apps/cli/fit_cache.h"
 #include "kinetostat/apps/results/adoption.h"
 #include "kinetostat/apps/results/results.h"
 #include "kinetostat/common/error.h"
@@ -19,8 +20,10 @@
 #include "kinetostat/report/diagnosis.h"
 #include "kinetostat/report/diagnosis_file.h"
 #include "kinetostat/report/plan.h"
+#include "kinetostat/report/readings_picture.h"
 #include "kinetostat/report/screen/comparison.h"
 #include "kinetostat/report/screen/diagnosis.h"
+#include "kinetostat/report/screen/joint_curve.h"
 #include "kinetostat/report/screen/plan.h"
 
 namespace kinetostat::python {
@@ -105,6 +108,9 @@ py::class_<Value> result_class(py::module_& module, const char* name, const char
   py::class_<Value> added(module, name, doc);
   added.def_property_readonly("headline", [](const Value& v) { return v.headline; })
       .def_property_readonly("text", [](const Value& v) { return v.text; })
+      .def_property_readonly(
+          "campaign",
+          [](const Value& v) { return std::const_pointer_cast<CampaignValue>(v.campaign); })
       .def_property_readonly("result", [](const Value& v) { return values_of(v.json); })
       .def("to_json", [](const Value& v) { return v.json; })
       .def(
@@ -152,36 +158,68 @@ ComparisonValue compare(const CampaignPointer& given, const std::string& robust,
 
 // --- diagnose ---------------------------------------------------------------
 
-struct DiagnosisValue : Result {};
+struct DiagnosisValue : Result {
+  std::shared_ptr<const calibration::Diagnosis> found = {};
+};
 
 struct Search {
   std::vector<std::string> effects;
   int draws;
   std::uint64_t seed;
   std::size_t most_effects;
+  bool cache = true;
 };
 
 void require_known(const std::vector<std::string>& effects, const vjm::Robot& robot) {
   for (const std::string& kind : effects) (void)vjm::effect_kind(kind, robot.kinds());
 }
 
+// Fits are kept under the bytes of files: not those of a robot that is in no file, or in a part.
+std::unique_ptr<apps::FitCache> cache_of(const CampaignValue& given, bool wanted) {
+  io::Cache folder = wanted ? io::Cache::of_user() : io::Cache();
+  const RobotValue& robot = given.robot;
+  if (!folder.enabled() || !robot.kinds.empty() || io::read_text(robot.robot.file) != robot.text)
+    return nullptr;
+  return std::make_unique<apps::FitCache>(std::move(folder), robot.robot, given.campaign,
+                                          [](const std::string&) {});
+}
+
 DiagnosisValue diagnose(const CampaignPointer& given, const Search& search, int threads,
                         const py::object& progress) {
-  const calibration::DiagnosisOptions options{.kinds = search.effects,
-                                              .draws = search.draws,
-                                              .seed = search.seed,
-                                              .most_effects = search.most_effects};
+  calibration::DiagnosisOptions options{.kinds = search.effects,
+                                        .draws = search.draws,
+                                        .seed = search.seed,
+                                        .most_effects = search.most_effects};
   const vjm::Robot& robot = given->robot.robot;
   require_known(options.kinds, robot);
-  DiagnosisValue value{{given, {}, {}, {}}};
+  const std::unique_ptr<apps::FitCache> cache = cache_of(*given, search.cache);
+  options.journal = cache.get();
+  DiagnosisValue value{{given, {}, {}, {}}, {}};
   run_long(progress, [&](common::Progress& shown) {
-    const calibration::Diagnosis found =
+    calibration::Diagnosis found =
         calibration::diagnose(robot, given->campaign, options, thread_count(threads), shown);
     value.headline = report::headline(robot, given->campaign, found);
     value.text = report::text(robot, given->campaign, found);
     value.json = io::to_text(apps::diagnosis_result(robot, given->campaign, options, found));
+    value.found = std::make_shared<const calibration::Diagnosis>(std::move(found));
   });
   return value;
+}
+
+// Load and deflection at the joint of the first effect that was found; None where there is none.
+py::object joint_curve(const DiagnosisValue& value, int threads, const py::object& progress) {
+  io::Json curve;
+  run_long(progress, [&](common::Progress& shown) {
+    const vjm::Robot& robot = value.campaign->robot.robot;
+    const Campaign& campaign = value.campaign->campaign;
+    if (value.found->found.empty()) return;
+    const int count = thread_count(threads);
+    const auto before = calibration::compare(robot, campaign, count, shown);
+    const auto after =
+        calibration::compare(report::with_found(robot, *value.found), campaign, count, shown);
+    curve = report::joint_curve_picture(robot, campaign, *value.found, before, after, count, shown);
+  });
+  return curve.is_null() ? py::object(py::none()) : values_of(io::to_text(curve));
 }
 
 calibration::DiagnosisRecord record_of(const DiagnosisValue& value) {
@@ -192,20 +230,26 @@ calibration::DiagnosisRecord record_of(const DiagnosisValue& value) {
 
 struct AdoptionValue {
   apps::Adopted adopted;
-  Path robot;  // the file that the adoption is for
+  RobotValue robot;  // that the adoption is for
 };
 
 AdoptionValue adopt(const DiagnosisValue& value, const std::string& effect, bool effects_only,
                     bool stiffnesses_only, bool force) {
-  const Path robot = value.campaign->robot.robot.file;
+  const RobotValue& robot = value.campaign->robot;
+  const Path& file = robot.robot.file;
+  if (io::read_text(file) != robot.text)
+    throw py::value_error(fmt::format(
+        "{} has not the robot that was diagnosed: write() that, and diagnose what is read from it",
+        file.string()));
   return {apps::adopt(record_of(value),
-                      {.robot = robot.string(),
+                      {.robot = file.string(),
                        .diagnosis = "the diagnosis",
                        .effect = effect,
                        .force = force,
                        .effects_only = effects_only,
-                       .stiffnesses_only = stiffnesses_only},
-                      robot),
+                       .stiffnesses_only = stiffnesses_only,
+                       .reading = {.kinds = robot.kinds}},
+                      file),
           robot};
 }
 
@@ -284,16 +328,19 @@ void add_diagnosis(py::module_& module) {
           "verdict",
           [](const DiagnosisValue& v) { return py::object(values_of(v.json)["verdict"]); })
       .def_property_readonly(
-          "found", [](const DiagnosisValue& v) { return py::object(values_of(v.json)["found"]); });
+          "found", [](const DiagnosisValue& v) { return py::object(values_of(v.json)["found"]); })
+      .def("joint_curve", &joint_curve, py::kw_only(), py::arg("threads") = 0,
+           py::arg("progress") = py::none());
   module.def(
       "diagnose",
       [](const CampaignPointer& campaign, const std::vector<std::string>& effects, int draws,
-         std::uint64_t seed, std::size_t most_effects, int threads, const py::object& progress) {
-        return diagnose(campaign, {effects, draws, seed, most_effects}, threads, progress);
+         std::uint64_t seed, std::size_t most_effects, bool cache, int threads,
+         const py::object& progress) {
+        return diagnose(campaign, {effects, draws, seed, most_effects, cache}, threads, progress);
       },
       py::arg("campaign"), py::arg("effects") = std::vector<std::string>(), py::kw_only(),
       py::arg("draws") = 500, py::arg("seed") = 1, py::arg("most_effects") = 3,
-      py::arg("threads") = 0, py::arg("progress") = py::none());
+      py::arg("cache") = true, py::arg("threads") = 0, py::arg("progress") = py::none());
 }
 
 void add_adoption(py::module_& module) {
@@ -307,13 +354,16 @@ void add_adoption(py::module_& module) {
       .def_property_readonly(
           "robot",
           [](const AdoptionValue& v) {
-            return RobotValue{vjm::parse_robot(v.adopted.text, v.robot), v.adopted.text};
+            const vjm::EffectKinds& kinds = v.robot.kinds;
+            return RobotValue{
+                vjm::parse_robot(v.adopted.text, v.robot.robot.file, {.kinds = kinds}),
+                v.adopted.text, kinds};
           })
       .def(
           "write",
           [](const AdoptionValue& v, const Path& file) {
             io::write_atomically(file, v.adopted.text);
-            return robot_from(file);
+            return robot_from(file, v.robot.kinds);
           },
           py::arg("file"))
       .def("__repr__", [](const AdoptionValue& v) {

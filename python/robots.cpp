@@ -27,6 +27,9 @@ namespace {
 namespace py = pybind11;
 using Joints = std::map<std::string, double>;
 using Path = std::filesystem::path;
+using Kinds = std::vector<std::shared_ptr<vjm::EffectKind>>;  // pybind11 knows no const
+
+vjm::EffectKinds all(const Kinds& kinds) { return {kinds.begin(), kinds.end()}; }
 
 // The drives, as the robot's chains name them: "q1", or "x.rho" where there are several chains.
 template <class Visit>
@@ -76,7 +79,19 @@ RobotValue from_urdf(const Path& file, const std::variant<double, std::vector<do
 
 RobotValue written(const RobotValue& value, const Path& file) {
   io::write_atomically(file, value.text);
-  return robot_from(file);
+  return robot_from(file, value.kinds);
+}
+
+RobotValue parsed(const std::string& text, const Path& file, const vjm::EffectKinds& kinds) {
+  return {vjm::parse_robot(text, file, {.kinds = kinds}), text, kinds};
+}
+
+// Copies, for a list of them holds what cannot be changed.
+py::list kinds_of(const RobotValue& value) {
+  py::list kinds;
+  for (const auto& kind : value.kinds)
+    kinds.append(py::cast(std::const_pointer_cast<vjm::EffectKind>(kind)));
+  return kinds;
 }
 
 std::vector<std::string> joint_names(const RobotValue& value) {
@@ -179,21 +194,30 @@ void add_deflections(py::module_& module) {
 
 }  // namespace
 
-RobotValue robot_from(const std::filesystem::path& file) {
-  return {vjm::read_robot(file), io::read_text(file)};
+RobotValue robot_from(const std::filesystem::path& file, const vjm::EffectKinds& kinds) {
+  return {vjm::read_robot(file, {.kinds = kinds}), io::read_text(file), kinds};
 }
 
 void add_robots(py::module_& module) {
   add_postures(module);
   add_deflections(module);
   py::class_<RobotValue>(module, "Robot", "A robot as its file has it.")
-      .def_static("read", &robot_from, py::arg("file"))
+      .def_static(
+          "read", [](const Path& file, const Kinds& kinds) { return robot_from(file, all(kinds)); },
+          py::arg("file"), py::arg("kinds") = Kinds())
+      .def_static(
+          "parse",
+          [](const std::string& text, const Path& file, const Kinds& kinds) {
+            return parsed(text, file, all(kinds));
+          },
+          py::arg("text"), py::arg("file"), py::arg("kinds") = Kinds())
       .def_static("from_urdf", &from_urdf, py::arg("file"), py::arg("joint_stiffness"),
                   py::arg("base") = "", py::arg("tip") = "")
       .def("write", &written, py::arg("file"))
       .def_property_readonly("name", [](const RobotValue& v) { return v.robot.name; })
       .def_property_readonly("file", [](const RobotValue& v) { return v.robot.file.string(); })
       .def_readonly("text", &RobotValue::text)
+      .def_property_readonly("kinds", &kinds_of)
       .def_property_readonly("joints", &joint_names)
       .def("posture", &posture, py::arg("at") = py::none(), py::arg("joints") = py::none())
       .def("stiffness", &stiffness, py::arg("posture") = py::none())

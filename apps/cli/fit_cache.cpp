@@ -27,9 +27,9 @@ std::string inputs_of(const vjm::Robot& robot, const calibration::Campaign& camp
 }
 
 FitCache::FitCache(io::Cache cache, const vjm::Robot& robot, const calibration::Campaign& campaign,
-                   Run& run)
+                   std::function<void(const std::string&)> warn)
     : cache_(std::move(cache)),
-      run_(run),
+      warn_(std::move(warn)),
       scope_(cache_.enabled() ? scope_of(robot, campaign) : "") {}
 
 std::optional<std::string> FitCache::find(const std::string& key) {
@@ -47,22 +47,22 @@ void FitCache::keep(const std::string& key, const std::string& content) {
     own_.insert(key);
     return;
   }
-  run_.warn(
+  warn_(
       fmt::format("the cache folder {} cannot be written to, or its disk is full: if this "
                   "run is interrupted, the next one cannot go on from there",
                   cache_.folder().string()));
 }
 
-void FitCache::say_what_was_found() const {
-  if (found_ > 0)
-    run_.remark(fmt::format("{} of {} fits and signatures from the cache", found_, asked_));
+std::string FitCache::what_was_found() const {
+  if (found_ == 0) return {};
+  return fmt::format("{} of {} fits and signatures from the cache", found_, asked_);
 }
 
-void FitCache::say_what_is_left() const {
+std::string FitCache::what_is_left() const {
   const std::size_t there = own_.size() + static_cast<std::size_t>(found_);
-  if (there > 0)
-    run_.remark(fmt::format(
-        "{} fits and signatures are in the cache: ask again, and it goes on from there", there));
+  if (there == 0) return {};
+  return fmt::format(
+      "{} fits and signatures are in the cache: ask again, and it goes on from there", there);
 }
 
 }  // namespace kinetostat::apps

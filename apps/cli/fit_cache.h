@@ -1,10 +1,11 @@
 // The fits and signatures of a search for what is missing, kept from one run to the next.
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <set>
 #include <string>
 
-#include "kinetostat/apps/cli/command.h"
 #include "kinetostat/calibration/campaign/campaign.h"
 #include "kinetostat/calibration/search/fit_journal.h"
 #include "kinetostat/io/cache.h"
@@ -22,20 +23,20 @@ class FitCache : public calibration::FitJournal {
   /// campaign file and of its readings, and to this build of the program: neither to the number of
   /// threads nor to options, of which those that matter to a fit are part of its own key.
   FitCache(io::Cache cache, const vjm::Robot& robot, const calibration::Campaign& campaign,
-           Run& run);
+           std::function<void(const std::string&)> warn);
 
   std::optional<std::string> find(const std::string& key) override;
   /// Warns once when the folder cannot be written to, and keeps nothing more.
   void keep(const std::string& key, const std::string& content) override;
 
-  /// Says on standard error how much was found; the result itself is the same either way.
-  void say_what_was_found() const;
+  /// How much was found, in words, or nothing; the result itself is the same either way.
+  std::string what_was_found() const;
   /// The same when the user has stopped the run: how much the next one will find.
-  void say_what_is_left() const;
+  std::string what_is_left() const;
 
  private:
   io::Cache cache_;
-  Run& run_;
+  std::function<void(const std::string&)> warn_;
   std::string scope_;
   int asked_ = 0, found_ = 0;
   std::set<std::string> own_;  // keys of what this run has kept

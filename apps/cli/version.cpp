@@ -1,6 +1,7 @@
 #include "kinetostat/apps/cli/version.h"
 
 #include <dlfcn.h>
+#include <filesystem>
 #include <suitesparse/cholmod.h>
 #include <tinyxml2.h>
 #include <zlib.h>
@@ -84,6 +85,13 @@ std::string version_report() {
          "of CHOLMOD.\n";
 }
 
-std::string this_program() { return io::sha256(io::read_text("/proc/self/exe")); }
+// Of a library that another program has loaded, such as Python, that library.
+std::string this_program() {
+  static const char here = 0;
+  Dl_info found = {};
+  const bool known = ::dladdr(&here, &found) != 0 && found.dli_fname != nullptr;
+  const std::filesystem::path file = known ? found.dli_fname : "";
+  return io::sha256(io::read_text(file.extension() == ".so" ? file : "/proc/self/exe"));
+}
 
 }  // namespace kinetostat::apps

@@ -149,15 +149,19 @@ calibration::Diagnosis resumable_diagnosis(const vjm::Robot& robot,
                                            calibration::DiagnosisOptions options, bool no_cache,
                                            Run& run) {
   const io::Cache folder = no_cache ? io::Cache() : io::Cache::of_user();
-  FitCache cache(folder, robot, campaign, run);
+  FitCache cache(folder, robot, campaign,
+                 [&run](const std::string& sentence) { run.warn(sentence); });
+  const auto remark = [&run](const std::string& sentence) {
+    if (!sentence.empty()) run.remark(sentence);
+  };
   if (folder.enabled()) options.journal = &cache;
   try {
     calibration::Diagnosis diagnosis =
         calibration::diagnose(robot, campaign, options, run.threads(), run.progress());
-    cache.say_what_was_found();
+    remark(cache.what_was_found());
     return diagnosis;
   } catch (const common::Cancelled&) {
-    cache.say_what_is_left();
+    remark(cache.what_is_left());
     throw;
   }
 }

@@ -251,7 +251,7 @@ Chosen adoption_from(const DiagnosisRecord& diagnosis, const AdoptRequest& reque
     chosen.fall = {fall_with(chosen.found.front()).before, fall_with(chosen.found.back()).after};
     if (!request.force) require_adequate(diagnosis, chosen.found, chosen.fall);
   }
-  const vjm::Robot robot = vjm::read_robot(request.robot);
+  const vjm::Robot robot = vjm::read_robot(request.robot, request.reading);
   const spatial::UnitSystem& units = robot.units;
   try {
     for (const RecordedFinding& one : chosen.found)
@@ -321,7 +321,7 @@ void require_same_robot(const DiagnosisRecord& diagnosis, const std::filesystem:
 Adopted adopt(const DiagnosisRecord& diagnosis, const AdoptRequest& request,
               const std::filesystem::path& out) {
   const Chosen chosen = adoption_from(diagnosis, request);
-  const vjm::Robot robot = vjm::read_robot(request.robot);
+  const vjm::Robot robot = vjm::read_robot(request.robot, request.reading);
   Adopted adopted;
   try {
     adopted.text = calibration::adopted(io::read_text(request.robot), chosen.adoption);

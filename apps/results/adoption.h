@@ -7,6 +7,7 @@
 #include "kinetostat/calibration/diagnosis/diagnosis_record.h"
 #include "kinetostat/io/json.h"
 #include "kinetostat/report/screen/adoption.h"
+#include "kinetostat/vjm/io/link_options.h"
 
 namespace kinetostat::apps {
 
@@ -20,6 +21,7 @@ struct AdoptRequest {
   bool force = false;
   bool effects_only = false;      // the stiffnesses stay as the file has them
   bool stiffnesses_only = false;  // as fitted without any effect
+  vjm::LinkOptions reading = {};  // of the robot file
 };
 
 struct Adopted {

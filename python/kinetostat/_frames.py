@@ -6,7 +6,7 @@ import os
 import tempfile
 from typing import Any, Mapping, Optional, Union
 
-from ._core import Campaign, Robot
+from ._core import Campaign, Comparison, Map, Robot
 
 
 def campaign_of(table: Mapping[str, Any], robot: Union[Robot, str, "os.PathLike[str]"], *,
@@ -33,6 +33,19 @@ def campaign_of(table: Mapping[str, Any], robot: Union[Robot, str, "os.PathLike[
     with open(campaign, "w", encoding="utf-8") as file:
         json.dump(content, file, indent=1)  # which is YAML
     return Campaign.read(campaign, robot=robot)
+
+
+def frame_of(value: Union[Campaign, Comparison, Map]) -> Any:
+    """A pandas.DataFrame, SI: the readings of a campaign, those of a comparison with what the best model leaves of them
+    ("residual dz", and "whitened dz" in units of the noise), or a map, one row a pose."""
+    import pandas
+    if not isinstance(value, Comparison):
+        return pandas.DataFrame(value.columns())
+    frame = pandas.DataFrame(value.campaign.columns())
+    for kind, rows in (("residual", value.residuals), ("whitened", value.whitened)):
+        for column, component in enumerate(value.campaign.components):
+            frame[f"{kind} {component}"] = rows[:, column]
+    return frame
 
 
 def _is_missing(value: Any) -> bool:

@@ -72,16 +72,6 @@ EffectParameter read_parameter_kind(const YamlNode& node, const std::string& nam
   return parameter;
 }
 
-std::vector<EffectParameter> read_parameter_kinds(const YamlNode& node) {
-  std::vector<EffectParameter> parameters;
-  if (const auto map = node.find("parameters"))
-    for (const auto& [name, value] : map->members()) {
-      parameters.push_back(read_parameter_kind(value, name));
-      parameters.back().is_shape = parameters.size() > 1;
-    }
-  return parameters;
-}
-
 // Names of variables must be new and be words.
 void check_names(const YamlNode& node, std::vector<std::string> names) {
   std::sort(names.begin(), names.end());
@@ -112,12 +102,10 @@ std::shared_ptr<const EffectKind> read_user_kind(const std::string& name, const 
   std::vector<std::string> covariates;
   if (const auto list = node.find("covariates"))
     for (const YamlNode& item : list->items()) covariates.push_back(item.text());
-  std::vector<EffectParameter> parameters = read_parameter_kinds(node);
+  std::vector<EffectParameter> parameters;
+  if (const auto map = node.find("parameters")) parameters = read_effect_parameters(*map);
   check_names(node, effects::user_variables(law, covariates, parameters));
-  Eigen::VectorXd typical(static_cast<Eigen::Index>(parameters.size()));
-  for (std::size_t p = 0; p < parameters.size(); ++p)
-    typical[static_cast<Eigen::Index>(p)] = std::clamp(parameters[p].none + parameters[p].prior_sd,
-                                                       parameters[p].lower, parameters[p].upper);
+  const Eigen::VectorXd typical = usual_values(parameters);
   try {
     const auto kind =
         effects::user_effect(law, formula.prose(), covariates, std::move(parameters), typical);
@@ -199,6 +187,23 @@ std::string leading_name(const std::string& kind, const EffectKinds& kinds) {
 }
 
 }  // namespace
+
+std::vector<EffectParameter> read_effect_parameters(const YamlNode& node) {
+  std::vector<EffectParameter> parameters;
+  for (const auto& [name, value] : node.members()) {
+    parameters.push_back(read_parameter_kind(value, name));
+    parameters.back().is_shape = parameters.size() > 1;
+  }
+  return parameters;
+}
+
+Eigen::VectorXd usual_values(const std::vector<EffectParameter>& parameters) {
+  Eigen::VectorXd values(static_cast<Eigen::Index>(parameters.size()));
+  for (std::size_t p = 0; p < parameters.size(); ++p)
+    values[static_cast<Eigen::Index>(p)] = std::clamp(parameters[p].none + parameters[p].prior_sd,
+                                                      parameters[p].lower, parameters[p].upper);
+  return values;
+}
 
 EffectKinds read_effect_kinds(const YamlNode& top) {
   EffectKinds kinds;

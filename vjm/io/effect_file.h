@@ -10,6 +10,12 @@ namespace kinetostat::vjm {
 /// Throws common::InputError for what the catalogue has already and for formulas that do not do.
 EffectKinds read_effect_kinds(const io::YamlNode& top);
 
+/// Reads `{a: {unit: N, between: [0, 100], prior: 10, none: 0}}`, the parameters of one kind: the
+/// first is its size, the others say how it acts.
+std::vector<EffectParameter> read_effect_parameters(const io::YamlNode& node);
+/// What such parameters usually are: `none` and a prior standard deviation more [SI].
+Eigen::VectorXd usual_values(const std::vector<EffectParameter>& parameters);
+
 /// Reads `effects: [{effect: hardening, at: x.rho, k3: {value: 1e12 N/m^3, sd: 1e11 N/m^3}}]` from
 /// the top of a robot file. Every effect has been tried on the manipulator. Throws
 /// common::InputError for unknown kinds, places and keys, and values outside their physical range.

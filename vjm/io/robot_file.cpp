@@ -754,11 +754,12 @@ Links read_links(const YamlNode& top, const UnitSystem& units, const LinkOptions
 
 // What stands in the file beside the chains, and changes them.
 void add_fitted_and_effects(const YamlNode& top, const Manipulator& bare, SourceList& sources,
-                            const Robot* nominal, Robot& robot) {
+                            const Robot* nominal, const EffectKinds& given, Robot& robot) {
   robot.fitted = read_fitted(top, bare, sources);
   const Manipulator plain =
       with_fitted(bare, robot.fitted, nominal).with_gravity(read_gravity(top));
   robot.own_kinds = read_effect_kinds(top);
+  robot.own_kinds.insert(robot.own_kinds.end(), given.begin(), given.end());
   robot.effects = read_effects(top, robot.kinds(), plain, robot.units);
   take_fitted_values(top, plain, robot.units, robot.effects);
   meet_values(robot.file, sources, robot.effects);
@@ -804,7 +805,7 @@ Robot robot_of(const YamlNode& top, const std::filesystem::path& file, const Lin
                 .uncertain = {},
                 .link_files = std::move(links.files),
                 .has_beams = links.has_beams};
-    add_fitted_and_effects(top, bare, sources, nominal, robot);
+    add_fitted_and_effects(top, bare, sources, nominal, options.kinds, robot);
     robot.sources = sources.sources();
     robot.correlation = read_correlations(top, robot.sources);
     robot.text = std::make_shared<const RobotText>(RobotText{top, options});

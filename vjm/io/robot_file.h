@@ -60,7 +60,7 @@ struct Robot {
   std::optional<Manipulator> bare = {};           // without the effects, if there are any
   std::vector<UncertainValue> uncertain_values = {};
   std::vector<FittedStiffness> fitted = {};     // as in the file
-  EffectKinds own_kinds = {};                   // that the file describes beside the catalogue
+  EffectKinds own_kinds = {};                   // of the file, then those given to read it with
   std::vector<UncertaintySource> sources = {};  // of uncertainty, in the order of reading
   Eigen::MatrixXd correlation = {};             // of the sources, square
   std::shared_ptr<const RobotText> text = {};   // what it was read from

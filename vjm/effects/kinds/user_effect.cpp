@@ -28,18 +28,18 @@ struct Coordinates {
 const std::array<const char*, 6> loads = {"fx", "fy", "fz", "mx", "my", "mz"};
 
 // A force beside the drive of a joint.
-class FormulaForce : public CoordinateLaw {
+class LawForce : public CoordinateLaw {
  public:
-  FormulaForce(std::shared_ptr<const Expression> formula, VectorXd variables)
-      : formula_(std::move(formula)), variables_(std::move(variables)) {}
+  LawForce(std::shared_ptr<const SmoothFunction> function, VectorXd variables)
+      : function_(std::move(function)), variables_(std::move(variables)) {}
 
   Value at(const JointState& joint) const override {
     VectorXd v = variables_;
     set(joint, joint.deflection, v);
-    const auto by_position = formula_->derivative(v, 0);
+    const auto by_position = function_->derivative(v, 0);
     return {.energy = energy(joint, v),
             .force = by_position.value,
-            .tangent = by_position.slope + formula_->derivative(v, 1).slope};
+            .tangent = by_position.slope + function_->derivative(v, 1).slope};
   }
   bool is_beside_drive() const override { return true; }
 
@@ -58,25 +58,25 @@ class FormulaForce : public CoordinateLaw {
     for (int i = 0; i < 2; ++i)
       for (const double s : {points[i], 1 - points[i]}) {
         set(joint, s * joint.deflection, v);
-        sum += weights[i] * formula_->value(v);
+        sum += weights[i] * function_->value(v);
       }
     return sum * joint.deflection;
   }
 
-  std::shared_ptr<const Expression> formula_;
+  std::shared_ptr<const SmoothFunction> function_;
   VectorXd variables_;
 };
 
 // A drive that leads its joint elsewhere: k (d - e) in the place of k d.
-class FormulaOffset : public CoordinateLaw {
+class LawOffset : public CoordinateLaw {
  public:
-  FormulaOffset(std::shared_ptr<const Expression> formula, VectorXd variables)
-      : formula_(std::move(formula)), variables_(std::move(variables)) {}
+  LawOffset(std::shared_ptr<const SmoothFunction> function, VectorXd variables)
+      : function_(std::move(function)), variables_(std::move(variables)) {}
 
   Value at(const JointState& joint) const override {
     VectorXd v = variables_;
     v[0] = joint.position - joint.travel;
-    const double offset = formula_->value(v);
+    const double offset = function_->value(v);
     return {.energy = joint.stiffness * offset * (offset / 2 - joint.deflection),
             .force = -joint.stiffness * offset,
             .tangent = 0,
@@ -84,41 +84,35 @@ class FormulaOffset : public CoordinateLaw {
   }
 
  private:
-  std::shared_ptr<const Expression> formula_;
+  std::shared_ptr<const SmoothFunction> function_;
   VectorXd variables_;
 };
 
 class UserEffect : public EffectKind {
  public:
-  UserEffect(UserLaw law_of, const std::string& formula, std::vector<std::string> covariates,
-             std::vector<EffectParameter> described)
-      : law_(law_of), covariates_(std::move(covariates)) {
+  UserEffect(UserLaw law_of, std::shared_ptr<const SmoothFunction> function,
+             std::vector<std::string> covariates, std::vector<EffectParameter> described)
+      : law_(law_of), covariates_(std::move(covariates)), function_(std::move(function)) {
     parameters = std::move(described);
-    formula_ =
-        std::make_shared<const Expression>(formula, user_variables(law_, covariates_, parameters));
     place = EffectPlace::joint;
-    law = formula;
-    source = "the robot file";
     first_ = Coordinates(law_).count();
-    for (Index i = first_; i < first_parameter(); ++i) varies = varies || formula_->uses(i);
+    for (Index i = first_; i < first_parameter(); ++i) varies = varies || function_->uses(i);
   }
-
-  const Expression& formula() const { return *formula_; }
 
   void act(ChainModifier& modifier, const std::string& joint,
            const EffectInput& input) const override {
     const VectorXd v = variables(input);
     if (law_ == UserLaw::force) {
       require_mobile(modifier.chain(), joint);
-      modifier.add_law(joint, std::make_shared<FormulaForce>(formula_, v));
+      modifier.add_law(joint, std::make_shared<LawForce>(function_, v));
       return;
     }
     const Spring& spring = spring_of_joint(modifier.chain(), joint);
     if (law_ == UserLaw::offset) {
-      modifier.add_law(joint, std::make_shared<FormulaOffset>(formula_, v));
+      modifier.add_law(joint, std::make_shared<LawOffset>(function_, v));
       return;
     }
-    const double compliance = formula_->value(v);
+    const double compliance = function_->value(v);
     if (!(1 + spring.stiffness(0, 0) * compliance > 1e-6) || !std::isfinite(compliance))
       throw std::invalid_argument(
           fmt::format("the compliance of '{}' at joint '{}' is {:.4g}: no stiffness is left", name,
@@ -136,7 +130,7 @@ class UserEffect : public EffectKind {
     if (at.deflection >= 0) v[at.deflection] = state.deflection[k];
     if (at.command >= 0) v[at.command] = state.x[k] - state.travel[k];
     for (Index p = 0; p < input.values.size(); ++p) {
-      const double slope = formula_->derivative(v, first_parameter() + p).slope;
+      const double slope = function_->derivative(v, first_parameter() + p).slope;
       if (law_ == UserLaw::force) columns.add_force(p, k, -slope);
       if (law_ == UserLaw::offset)
         columns.add_drive_force(p, k, slope * state.chain.stiffness()(k, k));
@@ -165,7 +159,7 @@ class UserEffect : public EffectKind {
 
   UserLaw law_;
   std::vector<std::string> covariates_;
-  std::shared_ptr<const Expression> formula_;
+  std::shared_ptr<const SmoothFunction> function_;
   Index first_ = 0;  // of time, behind the coordinates
 };
 
@@ -183,25 +177,67 @@ std::vector<std::string> user_variables(UserLaw law, const std::vector<std::stri
   return names;
 }
 
+namespace {
+
+Index count_variables(UserLaw law, std::size_t covariates, std::size_t parameters) {
+  return Coordinates(law).count() + 8 + static_cast<Index>(covariates + parameters);
+}
+
+// At 20 degrees, with the parameters given.
+VectorXd at_rest(UserLaw law, Index count, const VectorXd& parameters) {
+  VectorXd v = VectorXd::Zero(count);
+  v[Coordinates(law).count() + 1] = 20;
+  v.tail(parameters.size()) = parameters;
+  return v;
+}
+
+bool depends_on_something(const SmoothFunction& function, Index count) {
+  for (Index i = 0; i < count; ++i)
+    if (function.uses(i)) return true;
+  return false;
+}
+
+bool is_finite(const SmoothFunction& function, const VectorXd& v) {
+  for (Index i = 0; i < v.size(); ++i) {
+    if (!function.uses(i)) continue;
+    const SmoothFunction::Dual at = function.derivative(v, i);
+    if (!std::isfinite(at.value) || !std::isfinite(at.slope)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
 std::shared_ptr<EffectKind> user_effect(UserLaw law, const std::string& formula,
                                         const std::vector<std::string>& covariates,
                                         std::vector<EffectParameter> parameters,
                                         const VectorXd& typical) {
-  auto kind = std::make_shared<UserEffect>(law, formula, covariates, std::move(parameters));
-  const std::size_t count = user_variables(law, covariates, kind->parameters).size();
-  bool depends = false;
-  for (std::size_t i = 0; i < count; ++i)
-    depends = depends || kind->formula().uses(static_cast<Index>(i));
-  if (!depends)
+  const auto expression =
+      std::make_shared<const Expression>(formula, user_variables(law, covariates, parameters));
+  const Index count = count_variables(law, covariates.size(), parameters.size());
+  if (!depends_on_something(*expression, count))
     throw ExpressionError(
         "the formula depends on nothing: it is a mere number, without a parameter", 1);
-  VectorXd v = VectorXd::Zero(static_cast<Index>(count));
-  v[Coordinates(law).count() + 1] = 20;
-  v.tail(typical.size()) = typical;
-  if (const int column = kind->formula().first_not_finite(v); column > 0)
+  if (const int column = expression->first_not_finite(at_rest(law, count, typical)); column > 0)
     throw ExpressionError("the formula is not finite for a joint at rest, or its derivative is not",
                           column);
+  auto kind = std::make_shared<UserEffect>(law, expression, covariates, std::move(parameters));
+  kind->law = formula;
+  kind->source = "the robot file";
   return kind;
+}
+
+std::shared_ptr<EffectKind> user_effect(UserLaw law, std::shared_ptr<const SmoothFunction> function,
+                                        const std::vector<std::string>& covariates,
+                                        std::vector<EffectParameter> parameters,
+                                        const VectorXd& typical) {
+  const Index count = count_variables(law, covariates.size(), parameters.size());
+  if (!depends_on_something(*function, count))
+    throw std::invalid_argument("the function depends on nothing: it is a mere number");
+  if (!is_finite(*function, at_rest(law, count, typical)))
+    throw std::invalid_argument(
+        "the function is not finite for a joint at rest, or its derivative is not");
+  return std::make_shared<UserEffect>(law, std::move(function), covariates, std::move(parameters));
 }
 
 }  // namespace kinetostat::vjm::effects

@@ -1,6 +1,7 @@
-// Effects whose law a user writes as a formula.
+// Effects whose law a user writes: as a formula, or as a function of a program.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,12 @@ std::vector<std::string> user_variables(UserLaw law, const std::vector<std::stri
 /// formula does not parse, depends on nothing, or is not finite for a joint at rest at 20 degrees
 /// with the parameters at `typical`.
 std::shared_ptr<EffectKind> user_effect(UserLaw law, const std::string& formula,
+                                        const std::vector<std::string>& covariates,
+                                        std::vector<EffectParameter> parameters,
+                                        const Eigen::VectorXd& typical);
+/// The same by any function of those variables. Throws std::invalid_argument when it uses none of
+/// them, or is not finite at rest.
+std::shared_ptr<EffectKind> user_effect(UserLaw law, std::shared_ptr<const SmoothFunction> function,
                                         const std::vector<std::string>& covariates,
                                         std::vector<EffectParameter> parameters,
                                         const Eigen::VectorXd& typical);
