@@ -1,5 +1,6 @@
 #include "kinetostat/apps/cli/option_values.h"
 
+#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -31,6 +32,22 @@ std::vector<std::string> split(const std::string& text, char separator) {
     }
   }
   return parts;
+}
+
+io::Part part_of(const std::string& option, const std::string& text) {
+  if (text.empty()) return {};
+  io::Part part;
+  const char* const end = text.data() + text.size();
+  const auto [slash, first] = std::from_chars(text.data(), end, part.number);
+  bool good = first == std::errc() && slash != end && *slash == '/';
+  if (good) {
+    const auto [rest, second] = std::from_chars(slash + 1, end, part.count);
+    good = second == std::errc() && rest == end;
+  }
+  if (!good || part.number < 1 || part.number > part.count)
+    throw UsageError(option, fmt::format("'{}' is not i/n", text),
+                     fmt::format("Write {} 2/8 for the second of eight parts", option));
+  return part;
 }
 
 double quantity(const std::string& option, const std::string& text,

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "kinetostat/io/table_parts.h"
 #include "kinetostat/spatial/linear_algebra.h"
 #include "kinetostat/spatial/units.h"
 
@@ -11,6 +12,9 @@ namespace kinetostat::apps {
 
 /// Parts between separators; a text without one is one part.
 std::vector<std::string> split(const std::string& text, char separator = ',');
+
+/// "2/8", the second of eight parts; the whole where the text is empty. Throws UsageError.
+io::Part part_of(const std::string& option, const std::string& text);
 
 /// A quantity in SI; a bare number is taken in the units of the file. Throws UsageError.
 double quantity(const std::string& option, const std::string& text,

@@ -1,5 +1,6 @@
 #include "kinetostat/apps/cli/robot_request.h"
 
+#include <charconv>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -7,8 +8,12 @@
 
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/cli/option_values.h"
+#include "kinetostat/apps/cli/version.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/spelling.h"
+#include "kinetostat/io/table_parts.h"
+#include "kinetostat/io/text_file.h"
+#include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/spatial/rotation.h"
 #include "kinetostat/vjm/uncertainty/deflection_numbers.h"
 
@@ -196,9 +201,92 @@ void UncertaintyRequest::add_options(OptionList& app) {
   app.add_option("--seed", seed, "Of the draws, 1 unless given").hide_default();
 }
 
+void UncertaintyRequest::add_drawn_options(OptionList& app) {
+  const Option table =
+      app.add_option("--drawn", drawn,
+                     "Table of the draws: those that it has are taken from it, others are added")
+          .type_name("FILE");
+  app.add_option("--part", part, "Only the i-th of n parts of the draws, into --drawn, for join")
+      .type_name("i/n")
+      .needs(table);
+}
+
+namespace {
+
+// All that decides what the draws are, but for the part.
+std::string title_of_draws(const UncertaintyRequest& request, const vjm::Robot& robot,
+                           const Run& run) {
+  io::Json options = run.options();
+  options.erase("part");
+  options.erase("drawn");
+  return io::title_of_table("draws",
+                            this_program() + report::provenance(robot).dump() + options.dump(),
+                            static_cast<std::size_t>(request.draws), "draws");
+}
+
+std::optional<Eigen::VectorXd> numbers_in(const std::string& line,
+                                          const std::filesystem::path& file) {
+  const std::vector<std::string> cells = split(line.substr(0, line.size() - 1));
+  if (cells.size() == 2 && cells[1] == "none") return std::nullopt;
+  Eigen::VectorXd numbers(static_cast<Eigen::Index>(cells.size()) - 1);
+  for (std::size_t i = 1; i < cells.size(); ++i) {
+    double& number = numbers[static_cast<Eigen::Index>(i) - 1];
+    const auto [end, error] =
+        std::from_chars(cells[i].data(), cells[i].data() + cells[i].size(), number);
+    if (error != std::errc() || end != cells[i].data() + cells[i].size())
+      throw common::InputError(file, fmt::format("'{}' is no number", cells[i]),
+                               "Remove the file: the draws are computed anew");
+  }
+  return numbers;
+}
+
+std::string line_of_draw(std::size_t number, const std::optional<Eigen::VectorXd>& numbers) {
+  if (!numbers) return fmt::format("{},none\n", number);
+  return fmt::format("{},{}\n", number, fmt::join(numbers->begin(), numbers->end(), ","));
+}
+
+// The table as it was, or an empty one.
+io::NumberedTable table_of_draws(const std::string& file, const std::string& title) {
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) return {.title = title, .header = "draw,numbers\n"};
+  io::NumberedTable table = io::read_numbered_table(file);
+  if (table.title != title)
+    throw common::InputError(file,
+                             "these are draws of another robot, of other options or by another "
+                             "build of the program",
+                             "Give --drawn a new file, or remove this one");
+  return table;
+}
+
+// None where others than those of the part are missing.
+std::optional<vjm::Draws> draws_by_table(const UncertaintyRequest& request, const vjm::Robot& robot,
+                                         const vjm::Computation& compute, Run& run) {
+  const auto count = static_cast<std::size_t>(request.draws);
+  const io::Part part = part_of("--part", request.part);
+  io::NumberedTable table = table_of_draws(request.drawn, title_of_draws(request, robot, run));
+  std::vector<std::size_t> wanted;
+  for (std::size_t i = 0; i < count; ++i)
+    if (part.has(i) && !table.lines.contains(i)) wanted.push_back(i);
+  for (const auto& [number, numbers] :
+       compute_draws(robot, compute, count, request.seed, wanted, run.threads(), run.progress()))
+    table.lines[number] = line_of_draw(number, numbers);
+  if (!wanted.empty()) io::write_atomically(request.drawn, table.text());
+  if (table.lines.size() < count) {
+    run.remark(fmt::format("{} of {} draws are in {}", table.lines.size(), count, request.drawn));
+    return std::nullopt;
+  }
+  vjm::DrawnNumbers all;
+  for (const auto& [number, line] : table.lines) all[number] = numbers_in(line, request.drawn);
+  return vjm::draws_of(count, request.seed, all);
+}
+
+}  // namespace
+
 std::optional<vjm::Uncertainty> UncertaintyRequest::of(const vjm::Robot& robot,
                                                        const vjm::Computation& compute,
                                                        Run& run) const {
+  if (!drawn.empty() && draws == 0)
+    throw UsageError("--drawn", "no draws are asked for", "Give --draws 1000");
   if (none) return std::nullopt;
   if (robot.sources.empty()) {
     if (draws > 0)
@@ -209,8 +297,9 @@ std::optional<vjm::Uncertainty> UncertaintyRequest::of(const vjm::Robot& robot,
   try {
     vjm::Uncertainty uncertainty{propagate(robot, compute, run.threads(), run.progress())};
     if (draws > 0)
-      uncertainty.draws = vjm::draw(robot, compute, static_cast<std::size_t>(draws), seed,
-                                    run.threads(), run.progress());
+      uncertainty.draws = drawn.empty() ? vjm::draw(robot, compute, static_cast<std::size_t>(draws),
+                                                    seed, run.threads(), run.progress())
+                                        : draws_by_table(*this, robot, compute, run);
     return uncertainty;
   } catch (const common::NoConvergence& error) {
     run.warn(error.what());  // the result itself stands

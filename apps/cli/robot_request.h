@@ -53,8 +53,11 @@ struct UncertaintyRequest {
   int draws = 0;
   std::uint64_t seed = 1;
   bool none = false;
+  std::string drawn, part;
 
   void add_options(OptionList& app);
+  /// --drawn and --part, of commands with one set of draws.
+  void add_drawn_options(OptionList& app);
   /// None where none is wanted, and for a robot without uncertain numbers; then --draws is a
   /// UsageError. None, with a warning, where robots beside that of the file stand in no
   /// equilibrium.

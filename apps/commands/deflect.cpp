@@ -130,6 +130,7 @@ void add_deflect(Program& program) {
   request->posture.add_options(app);
   request->load.add_options(app);
   request->uncertainty.add_options(app);
+  request->uncertainty.add_drawn_options(app);
   add_links_option(app, request->links);
   app.add_option("--method", request->method,
                  "newton, or fixed-point: the papers' iteration (MMT11 eq. 10-11), for comparison")

@@ -13,8 +13,10 @@
 #include "kinetostat/apps/cli/map_request.h"
 #include "kinetostat/apps/cli/option_values.h"
 #include "kinetostat/apps/cli/pose_list.h"
+#include "kinetostat/apps/cli/version.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/apps/commands/link_models.h"
+#include "kinetostat/io/table_parts.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/manipulators/path_choice.h"
 #include "kinetostat/report/manipulators/uncertainty.h"
@@ -35,7 +37,7 @@ struct GridRequest {
   MapRequest map;
   UncertaintyRequest uncertainty;
   FreeMotionRequest free;
-  std::string vtu, checkpoint;
+  std::string vtu, checkpoint, part;
   std::vector<std::string> links;
 };
 
@@ -246,10 +248,65 @@ io::Json add_choice(const Chosen& chosen, const vjm::Robot& robot,
   return report::to_json(said);
 }
 
+// The poses of one part; what else is asked for is of all of them.
+std::vector<std::size_t> take_part(const GridRequest& request, vjm::PoseList& list,
+                                   const Run& run) {
+  const io::Part part = part_of("--part", request.part);
+  std::vector<std::size_t> numbers;
+  if (part.is_whole()) return numbers;
+  if (!run.out()) throw UsageError("--out", "a part goes into a file, for join", "Give -o FILE");
+  std::vector<vjm::TargetPose> poses;
+  for (std::size_t i = 0; i < list.poses.size(); ++i)
+    if (part.has(i)) {
+      numbers.push_back(i);
+      poses.push_back(std::move(list.poses[i]));
+    }
+  if (numbers.empty())
+    throw UsageError("--part", fmt::format("there are only {} poses", list.poses.size()),
+                     "Divide them into fewer parts");
+  list.shape = {numbers.size(), 1, 1, 1, 1, 1};
+  list.poses = std::move(poses);
+  return numbers;
+}
+
+// The rows of a part with their numbers in the whole map.
+std::string table_of_part(const std::vector<std::size_t>& numbers, const std::string& title,
+                          const std::string& csv) {
+  io::NumberedTable table{.title = title, .header = {}};
+  std::size_t at = 0;
+  const auto next = [&] {
+    const std::size_t end = csv.find('\n', at) + 1;
+    return csv.substr(std::exchange(at, end), end - at);
+  };
+  table.header = "pose," + next();
+  for (const std::size_t number : numbers)
+    table.lines[number] = fmt::format("{},{}", number, next());
+  return table.text();
+}
+
+void write_map(const report::Map& result, const std::vector<std::size_t>& numbers,
+               const std::string& title, const Run& run) {
+  if (!run.out()) return;
+  const std::string csv = report::csv(result);
+  io::write_atomically(*run.out(), numbers.empty() ? csv : table_of_part(numbers, title, csv));
+}
+
+// Of the whole map, and of what the options put beside its indices.
+std::string title_of(const GridRequest& request, const vjm::Robot& robot, const vjm::PoseList& list,
+                     const std::vector<report::NamedIndex>& indices) {
+  const UncertaintyRequest& u = request.uncertainty;
+  const std::string meaning =
+      fmt::format("{} {} {} {} {}", this_program(), map_identity(robot, list, indices), u.draws,
+                  u.seed, u.none);
+  return io::title_of_table("map", meaning, list.poses.size(), "poses");
+}
+
 io::Json map(const GridRequest& request, Run& run) {
   const vjm::Robot robot = vjm::read_robot(request.map.robot_file);
   vjm::PoseList list = request.map.read_poses(robot);
   std::vector<report::NamedIndex> indices = request.map.read_indices(robot, list);
+  const std::string title = request.part.empty() ? "" : title_of(request, robot, list, indices);
+  const std::vector<std::size_t> numbers = take_part(request, list, run);
   std::optional<Chosen> chosen;
   if (request.free.is_asked_for()) chosen = choose(request, robot, indices.front(), list, run);
   std::vector<vjm::MapPoint> points = map_points(request, robot, list, indices, run);
@@ -259,7 +316,7 @@ io::Json map(const GridRequest& request, Run& run) {
   io::Json choice;
   if (chosen) choice = add_choice(*chosen, robot, indices, points, run);
   const report::Map result{robot, list, indices, points};
-  if (run.out()) io::write_atomically(*run.out(), report::csv(result));
+  write_map(result, numbers, title, run);
   if (!request.vtu.empty()) io::write_vtu(request.vtu, report::vtu(result));
   if (run.wants_page()) run.draw(report::picture(result));
   run.print(report::wrapped(report::headline(result)) + "\n" + report::text(result));
@@ -301,6 +358,12 @@ void add_map(Program& program) {
                  "x=FROM:TO:POINTS,y=...,z=...,rz=...")
       .type_name("GRID");
   app.add_output("--vtu", request->vtu, "Write the map for ParaView");
+  app.add_option("--part", request->part, "Only the i-th of n parts of the poses, for join")
+      .type_name("i/n")
+      .excludes("--turn")
+      .excludes("--place")
+      .excludes("--links")
+      .excludes("--vtu");
   app.add_option("--checkpoint", request->checkpoint,
                  "Where an interrupted map goes on from, when not beside --out")
       .type_name("FILE");

@@ -65,6 +65,9 @@ Unloaded unloaded_robot(const StiffnessRequest& request, const vjm::Robot& robot
 io::Json stiffness(const StiffnessRequest& request, Run& run) {
   const vjm::Robot robot = request.posture.read();
   const vjm::Posture posture = request.posture.posture(robot);
+  if (!request.uncertainty.drawn.empty() && request.load.given())
+    throw UsageError("--drawn", "without and under the load there are two sets of draws",
+                     "Ask 'kinetostat deflect' for those under the load");
   const Unloaded of = unloaded_robot(request, robot, posture, run);
   const vjm::UnloadedStiffness& unloaded = of.stiffness;
   run.print(report::first_screen(robot, posture, unloaded, of.shares, of.uncertainty));
@@ -105,6 +108,7 @@ void add_stiffness(Program& program) {
   request->posture.add_options(app);
   request->load.add_options(app);
   request->uncertainty.add_options(app);
+  request->uncertainty.add_drawn_options(app);
   add_links_option(app, request->links);
 }
 

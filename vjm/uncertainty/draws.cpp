@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <numeric>
 #include <random>
 
 #include <Eigen/Eigenvalues>
@@ -96,31 +97,46 @@ double Draws::quantile(Eigen::Index number, double p) const {
   return std::lerp(sorted[below], sorted[above], at - static_cast<double>(below));
 }
 
-Draws draw(const Robot& robot, const Computation& compute, std::size_t count, std::uint64_t seed,
-           int threads, common::Progress& progress) {
+DrawnNumbers compute_draws(const Robot& robot, const Computation& compute, std::size_t count,
+                           std::uint64_t seed, const std::vector<std::size_t>& wanted, int threads,
+                           common::Progress& progress) {
   const Eigen::MatrixXd values = drawn_values(robot, count, seed);
-  std::vector<Eigen::VectorXd> computed;
-  for (std::size_t first = 0; first < count; first += batch) {
-    progress.report("draws", static_cast<double>(first) / static_cast<double>(count));
+  DrawnNumbers computed;
+  for (std::size_t first = 0; first < wanted.size(); first += batch) {
+    progress.report("draws", static_cast<double>(first) / static_cast<double>(wanted.size()));
     std::vector<std::optional<Robot>> robots;
-    for (std::size_t i = first; i < std::min(first + batch, count); ++i)
-      robots.push_back(possible_robot(robot, values.col(static_cast<Eigen::Index>(i))));
+    for (std::size_t i = first; i < std::min(first + batch, wanted.size()); ++i)
+      robots.push_back(possible_robot(robot, values.col(static_cast<Eigen::Index>(wanted[i]))));
     std::vector<std::optional<Eigen::VectorXd>> numbers(robots.size());
     common::SilentPart part(progress);
     common::parallel_for(robots.size(), threads, "draws", part, [&](std::size_t i) {
       if (robots[i]) numbers[i] = compute(*robots[i]);
     });
-    for (auto& of_draw : numbers)
-      if (of_draw) computed.push_back(std::move(*of_draw));
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+      computed[wanted[first + i]] = std::move(numbers[i]);
   }
+  return computed;
+}
+
+Draws draws_of(std::size_t count, std::uint64_t seed, const DrawnNumbers& all) {
+  std::vector<const Eigen::VectorXd*> computed;
+  for (const auto& [number, of_draw] : all)
+    if (of_draw) computed.push_back(&*of_draw);
   if (2 * computed.size() < count)
     throw common::NoConvergence(
         fmt::format("only {} of {} robots drawn stand in an equilibrium", computed.size(), count));
   Draws draws{.count = count, .seed = seed, .numbers = {}};
-  draws.numbers.resize(computed[0].size(), static_cast<Eigen::Index>(computed.size()));
+  draws.numbers.resize(computed[0]->size(), static_cast<Eigen::Index>(computed.size()));
   for (std::size_t i = 0; i < computed.size(); ++i)
-    draws.numbers.col(static_cast<Eigen::Index>(i)) = computed[i];
+    draws.numbers.col(static_cast<Eigen::Index>(i)) = *computed[i];
   return draws;
+}
+
+Draws draw(const Robot& robot, const Computation& compute, std::size_t count, std::uint64_t seed,
+           int threads, common::Progress& progress) {
+  std::vector<std::size_t> all(count);
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  return draws_of(count, seed, compute_draws(robot, compute, count, seed, all, threads, progress));
 }
 
 }  // namespace kinetostat::vjm

@@ -1,6 +1,10 @@
 // Uncertainties by Monte Carlo on the nonlinear model (GUM supplement 1).
 #pragma once
 
+#include <map>
+#include <optional>
+#include <vector>
+
 #include "kinetostat/vjm/uncertainty/propagation.h"
 
 namespace kinetostat::vjm {
@@ -23,6 +27,17 @@ struct Draws {
   /// have no such number left out, NaN where none has.
   double quantile(Eigen::Index number, double p) const;
 };
+
+/// What was computed of robots that were drawn, by their numbers: none of those whose values do not
+/// go together, or that stand in no equilibrium.
+using DrawnNumbers = std::map<std::size_t, std::optional<Eigen::VectorXd>>;
+
+/// Computes the numbers of some of `count` robots drawn from what is possible.
+DrawnNumbers compute_draws(const Robot& robot, const Computation& compute, std::size_t count,
+                           std::uint64_t seed, const std::vector<std::size_t>& wanted, int threads,
+                           common::Progress& progress);
+/// Of all of them. Throws common::NoConvergence where less than half of them could be computed.
+Draws draws_of(std::size_t count, std::uint64_t seed, const DrawnNumbers& all);
 
 /// Computes the numbers of `count` robots drawn from what is possible. Those whose values do not go
 /// together, or that stand in no equilibrium, count as failed. Throws common::NoConvergence where

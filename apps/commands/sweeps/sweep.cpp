@@ -12,11 +12,13 @@
 #include <fmt/ranges.h>
 
 #include "kinetostat/apps/cli/command.h"
+#include "kinetostat/apps/cli/option_values.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/apps/commands/sweeps/sweep_plan.h"
 #include "kinetostat/common/child_process.h"
 #include "kinetostat/common/parallel.h"
 #include "kinetostat/io/csv.h"
+#include "kinetostat/io/table_parts.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/screen/wording.h"
 
@@ -27,23 +29,7 @@ namespace fs = std::filesystem;
 
 struct SweepRequest {
   std::string file, part;
-  int number = 1, parts = 1;  // of --part
 };
-
-// "2/8"
-void read_part(SweepRequest& request) {
-  if (request.part.empty()) return;
-  const char* const end = request.part.data() + request.part.size();
-  const auto [slash, first] = std::from_chars(request.part.data(), end, request.number);
-  bool good = first == std::errc() && slash != end && *slash == '/';
-  if (good) {
-    const auto [rest, second] = std::from_chars(slash + 1, end, request.parts);
-    good = second == std::errc() && rest == end;
-  }
-  if (!good || request.number < 1 || request.number > request.parts)
-    throw UsageError("--part", fmt::format("'{}' is not i/n", request.part),
-                     "Write --part 2/8 for the second of eight parts");
-}
 
 // The columns of the table, then a line for each run.
 std::string header_of(const SweepPlan& plan) {
@@ -53,10 +39,8 @@ std::string header_of(const SweepPlan& plan) {
   return line + ",exit\n";
 }
 
-// What a table is of, so that parts of another are not taken for its own.
 std::string title_of(const SweepPlan& plan) {
-  return io::csv_comment(
-      fmt::format("sweep {} of {} runs", io::sha256(plan.meaning).substr(0, 16), plan.runs.size()));
+  return io::title_of_table("sweep", plan.meaning, plan.runs.size(), "runs");
 }
 
 // The JSON among what a program says: its lines from "{" to "}".
@@ -67,14 +51,19 @@ io::Json json_in(const std::string& words) {
   return io::Json::parse(words.substr(begin, end + 2 - begin), nullptr, false);
 }
 
+void replace_word(const std::string& place, const std::string& value,
+                  std::vector<std::string>& words) {
+  for (std::string& word : words)
+    for (std::size_t at = 0; (at = word.find(place, at)) != std::string::npos; at += value.size())
+      word.replace(at, place.size(), value);
+}
+
 class Sweep {
  public:
-  Sweep(const SweepPlan& plan, const SweepRequest& request, fs::path kept)
+  Sweep(const SweepPlan& plan, const io::Part& part, fs::path kept)
       : plan_(plan), kept_(std::move(kept)) {
     for (std::size_t r = 0; r < plan.runs.size(); ++r)
-      if (r % static_cast<std::size_t>(request.parts) ==
-          static_cast<std::size_t>(request.number - 1))
-        wanted_.push_back(r);
+      if (part.has(r)) wanted_.push_back(r);
     take_up();
   }
 
@@ -136,6 +125,10 @@ class Sweep {
                            .input = {},
                            .time_limit = 1e9};
     for (std::size_t k = 0; k < plan_.keys.size(); ++k) {
+      if (plan_.is_word[k]) {
+        replace_word("{" + plan_.keys[k] + "}", plan_.runs[r][k], call.arguments);
+        continue;
+      }
       call.arguments.emplace_back("--set");
       call.arguments.push_back(plan_.keys[k] + "=" + plan_.runs[r][k]);
     }
@@ -165,12 +158,12 @@ class Sweep {
   std::size_t known_ = 0;
 };
 
-io::Json sweep(Run& run, SweepRequest request) {
-  read_part(request);
+io::Json sweep(Run& run, const SweepRequest& request) {
+  const io::Part part = part_of("--part", request.part);
   const SweepPlan plan = read_sweep(request.file);
   fs::path kept;
   if (run.out()) kept = run.out()->string() + ".part";
-  Sweep work(plan, request, kept);
+  Sweep work(plan, part, kept);
   if (work.known() > 0) run.remark(fmt::format("{} runs were done before", work.known()));
   work.run(run);
   const std::string table = work.table();
@@ -192,69 +185,18 @@ struct JoinRequest {
   std::vector<std::string> files;
 };
 
-// A part of a table: title, header, lines by their numbers.
-struct Part {
-  std::string title, header;
-  std::map<std::size_t, std::string> lines;
-};
-
-Part read_part_of_table(const fs::path& file) {
-  const std::string text = io::read_text(file);
-  Part part;
-  std::size_t at = 0;
-  const auto next = [&] {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    std::string line = text.substr(at, end - at) + "\n";
-    at = end + 1;
-    return line;
-  };
-  part.title = next();
-  part.header = next();
-  if (!part.title.starts_with("# sweep ") || !part.header.starts_with("run,"))
-    throw common::InputError(file, "this is no table that 'kinetostat sweep' has written",
-                             "Name files of sweep --part i/n -o FILE");
-  while (at < text.size()) {
-    const std::string line = next();
-    std::size_t number = 0;
-    (void)std::from_chars(line.data(), line.data() + line.size(), number);
-    part.lines[number] = line;
-  }
-  return part;
-}
-
-// "# sweep HASH of N runs"
-std::size_t runs_in(const std::string& title) {
-  const std::size_t at = title.rfind(" of ");
-  std::size_t number = 0;
-  if (at != std::string::npos)
-    (void)std::from_chars(title.data() + at + 4, title.data() + title.size(), number);
-  return number;
-}
-
+// A map has poses only; what else there is keeps its numbers.
 io::Json join(Run& run, const JoinRequest& request) {
-  Part all = read_part_of_table(request.files.front());
-  for (const std::string& file : request.files) {
-    Part part = read_part_of_table(file);
-    if (part.title != all.title || part.header != all.header)
-      throw common::InputError(file, "this is a part of another sweep",
-                               fmt::format("Join only what {} belongs to", request.files.front()));
-    all.lines.merge(part.lines);
-  }
-  const std::size_t wanted = runs_in(all.title);
-  for (std::size_t r = 0; r < wanted; ++r)
-    if (!all.lines.contains(r))
-      throw common::InputError(request.files.front(),
-                               fmt::format("run {} of {} is in none of the files", r, wanted),
-                               "Name all parts: those of --part 1/n to n/n");
-  std::string table = all.title + all.header;
-  for (const auto& [number, line] : all.lines) table += line;
+  const io::NumberedTable all = io::join_tables(request.files);
+  const bool is_map = all.title.starts_with("# map ");
+  const std::string table = is_map ? all.plain_text() : all.text();
   if (run.out()) {
     io::write_atomically(*run.out(), table);
-    run.print(fmt::format("{} runs, written to {}.\n", wanted, run.out()->string()));
+    run.print(fmt::format("{} rows, written to {}.\n", all.rows(), run.out()->string()));
   } else {
     run.print(table);
   }
-  return {{"runs", wanted}, {"table", table}};
+  return {{"rows", all.rows()}, {"table", table}};
 }
 
 }  // namespace
@@ -271,13 +213,13 @@ void add_sweep(Program& program) {
   app.add_option("--part", request->part, "Only the i-th of n parts of the runs, for join")
       .type_name("i/n");
   const auto parts = std::make_shared<JoinRequest>();
-  OptionList join_app =
-      program.add({.name = "join",
-                   .summary = "The table of a sweep from the parts that several machines made",
-                   .example = "kinetostat join arm.csv -o joined.csv",
-                   .out = "Write the table (CSV)"},
-                  [parts](Run& run) { return join(run, *parts); });
-  join_app.add_option("FILE", parts->files, "Tables of sweep --part").required();
+  OptionList join_app = program.add(
+      {.name = "join",
+       .summary = "One table from the parts of a sweep, a map or draws that several machines made",
+       .example = "kinetostat join arm.csv -o joined.csv",
+       .out = "Write the table (CSV)"},
+      [parts](Run& run) { return join(run, *parts); });
+  join_app.add_option("FILE", parts->files, "What was written with --part").required();
 }
 
 }  // namespace kinetostat::apps

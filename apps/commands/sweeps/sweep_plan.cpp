@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <functional>
+#include <glob.h>
 #include <numeric>
 #include <random>
 #include <sstream>
@@ -24,6 +25,7 @@ constexpr int most_runs = 1'000'000;
 // One key: either a list of values, or a range.
 struct Varied {
   std::string key;
+  bool is_word = false;  // of the command, else a key for --set
   std::vector<std::string> values = {};
   double from = 0, to = 0;
   bool logarithmic = false;
@@ -44,11 +46,27 @@ std::string scalar_text(const YamlNode& node) {
   return node.text();
 }
 
+// The files that a pattern of the shell stands for, in the order of their names.
+std::vector<std::string> files_of(const YamlNode& node) {
+  glob_t found = {};
+  const int failed = ::glob(node.text().c_str(), 0, nullptr, &found);
+  std::vector<std::string> files(found.gl_pathv, found.gl_pathv + found.gl_pathc);
+  ::globfree(&found);
+  if (failed != 0 || files.empty())
+    node.fail("there is no such file", "Write a pattern such as runs/*/campaign.yaml");
+  return files;
+}
+
 // Its steps, 0 for a list.
 std::pair<Varied, int> read_varied(const YamlNode& node) {
-  node.allow_only({"set", "values", "from", "to", "steps", "scale", "unit"});
-  Varied varied{.key = node.at("set").text()};
-  const auto [kind, first] = node.one_of({"values", "from"});
+  node.allow_only({"set", "word", "values", "files", "from", "to", "steps", "scale", "unit"});
+  const auto [what, name] = node.one_of({"set", "word"});
+  Varied varied{.key = name.text(), .is_word = what == "word"};
+  const auto [kind, first] = node.one_of({"values", "files", "from"});
+  if (kind == "files") {
+    varied.values = files_of(first);
+    return {varied, 0};
+  }
   if (kind == "values") {
     for (const YamlNode& item : first.items()) varied.values.push_back(scalar_text(item));
     if (varied.values.empty()) first.fail("the list is empty");
@@ -140,12 +158,33 @@ std::vector<std::string> words_of(const YamlNode& node) {
   if (quote != 0) node.fail("a quote is not closed");
   if (!words.empty() && words[0] == "kinetostat") words.erase(words.begin());
   if (words.empty()) node.fail("there is no command", "Write one: 'stiffness arm.yaml'");
-  for (const std::string& option : words)
-    if (option == "-o" || option.starts_with("--out") || option.starts_with("--json") ||
+  for (std::size_t w = 0; w < words.size(); ++w) {
+    const std::string& option = words[w];
+    const std::string file = option + (w + 1 < words.size() ? words[w + 1] : "");
+    const bool is_output = option == "-o" || option.starts_with("--out");
+    if ((is_output && file.find('{') == std::string::npos) || option.starts_with("--json") ||
         option.starts_with("--html"))
       node.fail(fmt::format("'{}' names a file, which every run would write", option),
-                "Leave it out: what is under 'results' goes into the table");
+                "Leave it out: what is under 'results' goes into the table. Or name a file of each "
+                "run, -o {campaign}.json, where a 'word: campaign' varies");
+  }
   return words;
+}
+
+// Words that vary stand in the command; what files they name decides the results.
+void take_words(const YamlNode& vary, const std::vector<Varied>& all, SweepPlan& plan) {
+  for (const Varied& varied : all) {
+    plan.is_word.push_back(varied.is_word);
+    if (!varied.is_word) continue;
+    const std::string place = "{" + varied.key + "}";
+    const auto has = [&](const std::string& word) { return word.find(place) != std::string::npos; };
+    if (std::none_of(plan.command.begin(), plan.command.end(), has))
+      vary.fail(fmt::format("the command has no word {}", place),
+                fmt::format("Write 'command: diagnose {}'", place));
+    for (const std::string& value : varied.values)
+      if (std::error_code error; std::filesystem::is_regular_file(value, error))
+        plan.meaning += io::sha256(io::read_text(value));
+  }
 }
 
 }  // namespace
@@ -170,6 +209,7 @@ SweepPlan read_sweep(const std::filesystem::path& file) {
     steps.push_back(count);
   }
   if (all.empty()) top.at("vary").fail("nothing is varied");
+  take_words(top.at("vary"), all, plan);
   for (const auto& [name, path] : top.at("results").members())
     plan.results.emplace_back(name, path.text());
   const auto sample = top.find("sample");

@@ -16,6 +16,7 @@ struct SweepPlan {
   std::string name;
   std::vector<std::string> command;    // words of it, without the program
   std::vector<std::string> keys = {};  // that are varied
+  std::vector<bool> is_word = {};      // {KEY} in the command, else a key for --set
   /// Names of columns, and paths in the JSON of the command: "unloaded.stiffness.0.0".
   std::vector<std::pair<std::string, std::string>> results = {};
   std::vector<std::vector<std::string>> runs = {};  // a value for each key, as --set takes it

@@ -38,6 +38,29 @@ TEST(MapCommand, TableAndGridAreTheSameBytesForAnyNumberOfThreads) {
   EXPECT_FALSE(std::filesystem::exists(working_folder() / "map1.csv.part"));
 }
 
+// Each pose on its own, with what is said of its uncertainty: the bytes of the whole.
+TEST(MapCommand, InPartsIsTheMapOfOneRun) {
+  const std::string command =
+      "map data/robots/gantry.yaml --grid x=0:100:3,y=0:80:3,z=20 --index weakest-translation "
+      "--draws 20 ";
+  ASSERT_EQ(kinetostat(command + "-o whole.csv").code, 0);
+  for (const int i : {3, 1, 4, 2})
+    ASSERT_EQ(
+        kinetostat(command + fmt::format("--part {}/4 -o map.{}.csv --threads {}", i, i, i % 2 + 1))
+            .code,
+        0);
+  ASSERT_EQ(kinetostat("join map.2.csv map.4.csv map.1.csv map.3.csv -o joined.csv").code, 0);
+  EXPECT_EQ(io::read_text(working_folder() / "whole.csv"),
+            io::read_text(working_folder() / "joined.csv"));
+  EXPECT_EQ(io::read_csv(working_folder() / "joined.csv").rows(), 9u);
+  EXPECT_THAT(kinetostat("join map.1.csv map.2.csv map.3.csv").err,
+              HasSubstr("row 3 of 9 is in none"));
+  ASSERT_EQ(kinetostat(command + "--seed 2 --part 4/4 -o other.csv").code, 0);
+  EXPECT_THAT(kinetostat("join map.1.csv other.csv").err, HasSubstr("another table"));
+  EXPECT_EQ(kinetostat(command + "--part 1/2").code, 2);             // into no file
+  EXPECT_EQ(kinetostat(command + "--part 10/10 -o x.csv").code, 2);  // of nine poses
+}
+
 // The poses that are written, read again as a path, have the values that were promised.
 TEST(MapCommand, WritesThePathWithTheTurnsThatItChose) {
   const std::string robot = "map data/robots/six_axis.yaml --index stiffness=1,0,0 ";

@@ -82,9 +82,9 @@ TEST_F(Sweep, HasTheSameBytesOnAnyNumberOfThreadsAndInParts) {
   EXPECT_EQ(one, io::read_text(working_folder() / "all.csv"));
   const test::Outcome missing = kinetostat("join part3.csv part1.csv");
   EXPECT_EQ(missing.code, 3);
-  EXPECT_THAT(missing.err, HasSubstr("run 1 of 7 is in none"));
+  EXPECT_THAT(missing.err, HasSubstr("row 1 of 7 is in none"));
   ASSERT_EQ(run(sweep_file(by_stiffness), "-o other.csv").code, 0);
-  EXPECT_THAT(kinetostat("join part1.csv other.csv").err, HasSubstr("another sweep"));
+  EXPECT_THAT(kinetostat("join part1.csv other.csv").err, HasSubstr("another table"));
   EXPECT_EQ(kinetostat("join lever.yaml").code, 3);
   EXPECT_EQ(run(file, "--part 4/3").code, 2);
   EXPECT_EQ(run(file, "--part 1").code, 2);
@@ -130,6 +130,42 @@ TEST_F(Sweep, GoesOnFromWhereItWasStopped) {
   io::write_atomically(working_folder() / "out.csv.part", "# sweep 0 of 3 runs\n1,1,0.5,kept,0\n");
   ASSERT_EQ(run(file).code, 0);
   EXPECT_EQ(io::read_text(working_folder() / "out.csv"), whole);
+}
+
+// One run a campaign, each with its file: as diagnosed one by one.
+TEST_F(Sweep, OfWordsRunsEveryFileOfAPattern) {
+  const auto lever_of = [](double length) {
+    std::string text = lever;
+    text.replace(text.find("[1, 0, 0]"), 9, fmt::format("[{}, 0, 0]", length));
+    return text;
+  };
+  for (const int k : {1, 2, 3}) {
+    std::filesystem::create_directories(working_folder() / fmt::format("levers/{}", k));
+    io::write_atomically(working_folder() / fmt::format("levers/{}/lever.yaml", k), lever_of(k));
+  }
+  const std::string file = sweep_file(
+      "  - {word: robot, files: 'levers/*/lever.yaml'}\n  - {word: force, values: ['0,0,1', "
+      "'0,0,2']}\n",
+      "", "deflect {robot} --wrench {force} -o {robot}.{force}.txt");
+  ASSERT_EQ(run(file).code, 0);
+  const io::CsvTable found = table();
+  ASSERT_EQ(found.rows(), 6u);
+  for (std::size_t r = 0; r < 6; ++r) {
+    const double length = 1 + double(r / 2), force = 1 + double(r % 2);
+    const double sag = found.number(r, *found.find("sag"));
+    EXPECT_NEAR(sag, force * length * length / 1e4, 1e-3 * sag);
+    EXPECT_TRUE(std::filesystem::exists(
+        working_folder() / fmt::format("levers/{}/lever.yaml.0,0,{}.txt", length, force)));
+  }
+  const std::string whole = io::read_text(working_folder() / "out.csv");
+  for (const int i : {1, 2})
+    ASSERT_EQ(run(file, fmt::format("--part {}/2 -o part{}.csv", i, i)).code, 0);
+  ASSERT_EQ(kinetostat("join part1.csv part2.csv -o all.csv").code, 0);
+  EXPECT_EQ(whole, io::read_text(working_folder() / "all.csv"));
+  EXPECT_THAT(run(sweep_file("  - {word: robot, values: [a, b]}\n")).err,
+              HasSubstr("the command has no word {robot}"));
+  EXPECT_THAT(run(sweep_file("  - {word: robot, files: nowhere/*.yaml}\n")).err,
+              HasSubstr("no such file"));
 }
 
 TEST_F(Sweep, NamesMistakes) {

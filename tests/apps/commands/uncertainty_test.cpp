@@ -3,6 +3,7 @@
 #include <regex>
 #include <string>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -41,6 +42,34 @@ void write_robot(const std::string& from, const std::string& expression, const s
   const std::string changed = std::regex_replace(text, std::regex(expression), with);
   EXPECT_NE(text, changed) << from;
   io::write_atomically(working_folder() / name, changed);
+}
+
+// Parts of the draws, joined, and the result from them: the bytes of one run.
+TEST(Uncertainty, DrawsInPartsAreThoseOfOneRun) {
+  const std::string command = "deflect data/robots/gantry.yaml --wrench 0,300,0 --draws 37 ";
+  const auto bytes_of = [](const std::string& arguments) {
+    io::Json json = result_of(arguments);
+    for (const char* key : {"part", "drawn"}) json["options"].erase(key);
+    return json.dump();
+  };
+  const std::string whole = bytes_of(command);
+  for (const int i : {2, 3, 1}) {
+    const Outcome part = kinetostat(command + fmt::format("--part {}/3 --drawn d.{}.csv", i, i));
+    EXPECT_EQ(part.code, 0) << part.err;
+    EXPECT_THAT(part.err, HasSubstr("of 37 draws are in"));
+  }
+  ASSERT_EQ(kinetostat("join d.3.csv d.1.csv d.2.csv -o d.csv").code, 0);
+  EXPECT_EQ(bytes_of(command + "--drawn d.csv"), whole);
+  EXPECT_EQ(bytes_of(command + "--drawn d.1.csv --threads 2"), whole);  // the others are added
+  EXPECT_EQ(io::read_text(working_folder() / "d.csv"), io::read_text(working_folder() / "d.1.csv"));
+  const Outcome other = kinetostat(command + "--seed 3 --drawn d.csv");
+  EXPECT_EQ(other.code, 3);
+  EXPECT_THAT(other.err, HasSubstr("draws of another robot"));
+  EXPECT_EQ(kinetostat(command + "--part 1/2").code, 2);
+  EXPECT_EQ(kinetostat("deflect data/robots/gantry.yaml --wrench 0,300,0 --drawn d.csv").code, 2);
+  EXPECT_EQ(
+      kinetostat("stiffness data/robots/gantry.yaml --wrench 0,300,0 --draws 9 --drawn d.csv").code,
+      2);
 }
 
 TEST(Uncertainty, StiffnessSaysHowWellItIsKnownAndWhichNumberIsToBlame) {

@@ -1,0 +1,96 @@
+"""Commands in parts over a Dask cluster: the bytes of one process, whatever happens to workers.
+
+usage: cluster_test.py PROGRAM SOURCE      with the package on PYTHONPATH"""
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from distributed import Client, LocalCluster
+
+from kinetostat import cluster
+
+PROGRAM = SOURCE = ""  # from the command line
+MAP = ["map", "data/robots/orthoglide.yaml", "--grid", "x=-60:60:25,y=-60:60:25,z=-20:20:5", "--index", "weakest-translation",
+       "--index", "stiffness=1,1,1", "--index", "deflection", "--wrench", "30,10,-50"]
+DRAWS = ["deflect", "data/robots/gantry.yaml", "--wrench", "0,300,0", "--draws", "40"]
+DIAGNOSES = """kinetostat: 1
+sweep: every campaign that is there
+command: compare {campaign}
+vary: [{word: campaign, files: data/measurements/*/campaign.yaml}]
+results: {adequacy: adequacy, error: as_designed.error_over_noise}
+"""
+
+
+def one_process(words, option, file):
+    done = subprocess.run([PROGRAM, *words, option, str(file), "-q"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    assert done.returncode == 0, done.stderr
+    return file.read_bytes()
+
+
+class Parts(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        os.environ["KINETOSTAT"] = PROGRAM
+        os.chdir(SOURCE)
+        cls.workers = LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0")
+        cls.client = Client(cls.workers, set_as_default=False)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.client.close()
+        cls.workers.close()
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def test_a_map_is_that_of_one_process_though_workers_are_killed(self):
+        killed = []
+
+        def kill_one(phase, done):
+            if len(killed) < 2 and done >= 0.15 * (1 + len(killed)):
+                workers = self.client.run(os.getpid)
+                victim = sorted(workers.values())[0]
+                killed.append(victim)
+                os.kill(victim, signal.SIGKILL)
+        cluster.run(MAP, self.folder / "parts.csv", scheduler=self.client, parts=24, progress=kill_one)
+        self.assertEqual(len(killed), 2)
+        self.assertEqual((self.folder / "parts.csv").read_bytes(), one_process(MAP, "-o", self.folder / "whole.csv"))
+
+    def test_by_address_a_sweep_of_campaigns_is_that_of_one_process(self):
+        file = self.folder / "sweep.yaml"
+        file.write_text(DIAGNOSES)
+        cluster.sweep(file, self.folder / "parts.csv", scheduler=self.workers.scheduler_address, parts=4)
+        whole = one_process(["sweep", str(file)], "-o", self.folder / "whole.csv")
+        self.assertEqual((self.folder / "parts.csv").read_bytes(), whole)
+        self.assertGreater(whole.count(b"\n"), 10)
+
+    def test_draws_are_those_of_one_process(self):
+        cluster.run(DRAWS, self.folder / "parts.csv", scheduler=self.client, parts=3)
+        self.assertEqual((self.folder / "parts.csv").read_bytes(), one_process(DRAWS, "--drawn", self.folder / "whole.csv"))
+
+    def test_what_the_program_refuses_comes_out(self):
+        with self.assertRaisesRegex(cluster.CommandFailed, "no index") as caught:
+            cluster.run([*MAP, "--index", "wekest"], self.folder / "x.csv", scheduler=self.client, parts=2)
+        self.assertEqual(caught.exception.code, 2)
+        self.assertFalse((self.folder / "x.csv").exists())
+
+    def test_the_entry_point_starts_a_cluster_of_its_own(self):
+        words = ["map", "data/robots/orthoglide.yaml", "--grid", "x=-60:60:5,y=0,z=0", "--index", "weakest-translation"]
+        done = subprocess.run([sys.executable, "-m", "kinetostat.cluster", "--workers", "2", "--parts", "3", "-o",
+                               str(self.folder / "parts.csv"), *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual((self.folder / "parts.csv").read_bytes(), one_process(words, "-o", self.folder / "whole.csv"))
+        wrong = subprocess.run([sys.executable, "-m", "kinetostat.cluster", "-o", "x.csv"], stderr=subprocess.PIPE, text=True)
+        self.assertIn("there is no command", wrong.stderr)
+
+
+if __name__ == "__main__":
+    PROGRAM, SOURCE = sys.argv[1:3]
+    del sys.argv[1:3]
+    unittest.main(verbosity=2)
