@@ -36,6 +36,7 @@ int main(int argc, char** argv) {
   kinetostat::apps::add_studio(program);
 #endif
   kinetostat::apps::add_sweep(program);
+  kinetostat::apps::add_fleet(program);
   kinetostat::apps::add_report(program);
   kinetostat::apps::add_demo(program);
   return program.run(argc, argv);

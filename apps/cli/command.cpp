@@ -108,7 +108,7 @@ const std::vector<Group>& groups() {
       {"Measurements",
        {"study", "readings", "measure", "compare", "calibrate", "diagnose", "adopt", "revert",
         "plan", "simulate", "effect", "studio"}},
-      {"Files and pages", {"new", "report", "sweep", "join", "demo"}}};
+      {"Files and pages", {"new", "report", "sweep", "join", "fleet", "demo"}}};
   return all;
 }
 

@@ -32,6 +32,7 @@ void add_effect_show(Program& program);
 void add_studio(Program& program);
 void add_study(Program& program);
 void add_sweep(Program& program);
+void add_fleet(Program& program);
 void add_report(Program& program);
 void add_demo(Program& program);
 

@@ -18,6 +18,7 @@
 #include "kinetostat/apps/commands/link_models.h"
 #include "kinetostat/io/table_parts.h"
 #include "kinetostat/io/text_file.h"
+#include "kinetostat/report/manipulators/manipulator.h"
 #include "kinetostat/report/manipulators/path_choice.h"
 #include "kinetostat/report/manipulators/uncertainty.h"
 #include "kinetostat/report/screen/uncertainty.h"
@@ -291,21 +292,22 @@ void write_map(const report::Map& result, const std::vector<std::size_t>& number
   io::write_atomically(*run.out(), numbers.empty() ? csv : table_of_part(numbers, title, csv));
 }
 
-// Of the whole map, and of what the options put beside its indices.
-std::string title_of(const GridRequest& request, const vjm::Robot& robot, const vjm::PoseList& list,
-                     const std::vector<report::NamedIndex>& indices) {
-  const UncertaintyRequest& u = request.uncertainty;
-  const std::string meaning =
-      fmt::format("{} {} {} {} {}", this_program(), map_identity(robot, list, indices), u.draws,
-                  u.seed, u.none);
-  return io::title_of_table("map", meaning, list.poses.size(), "poses");
+// Of the whole map: all that decides what is in it, but for the part.
+std::string title_of(const GridRequest& request, const vjm::Robot& robot, std::size_t poses,
+                     const Run& run) {
+  io::Json options = run.options();
+  for (const char* other : {"part", "checkpoint"}) options.erase(other);
+  std::string meaning = this_program() + report::provenance(robot).dump() + options.dump();
+  if (!request.map.path.empty()) meaning += io::sha256(io::read_text(request.map.path));
+  return io::title_of_table("map", meaning, poses, "poses");
 }
 
 io::Json map(const GridRequest& request, Run& run) {
   const vjm::Robot robot = vjm::read_robot(request.map.robot_file);
   vjm::PoseList list = request.map.read_poses(robot);
   std::vector<report::NamedIndex> indices = request.map.read_indices(robot, list);
-  const std::string title = request.part.empty() ? "" : title_of(request, robot, list, indices);
+  const std::string title =
+      request.part.empty() ? "" : title_of(request, robot, list.poses.size(), run);
   const std::vector<std::size_t> numbers = take_part(request, list, run);
   std::optional<Chosen> chosen;
   if (request.free.is_asked_for()) chosen = choose(request, robot, indices.front(), list, run);

@@ -4,6 +4,7 @@ import { adoptionSection, isAdoption } from "./sections/changes.js";
 import { calibrationSection, checkSection, isCalibration, isCheck, isReadings, readingsSection } from "./sections/campaign.js";
 import { compensationSection, isCompensation } from "./sections/compensation.js";
 import { choice, element } from "./dom.js";
+import { fleetSection, isFleet } from "./sections/fleet.js";
 import { forgetFigures, redrawAll } from "./figure.js";
 import { glossaryOfPage, linkTerms } from "./glossary.js";
 import { isLink, linkSection } from "./links.js";
@@ -31,6 +32,7 @@ const kinds = [
   [isReadings, readingsSection],
   [isCheck, checkSection],
   [isCalibration, calibrationSection],
+  [isFleet, fleetSection],
 ];
 
 // One result that is not as expected does not take the others with it.

@@ -26,6 +26,7 @@ const pages = {
   stiffness: ["stiffness", "data/robots/six_axis.yaml"],
   uncertain: ["deflect", "data/robots/gantry.yaml", "--wrench=0,0,-200"],
   map: ["map", "data/robots/orthoglide.yaml", "--grid", "x=-60:60:3,y=-60:60:3,z=0", "--index", "weakest-translation"],
+  fleet: ["fleet", "data/fleet/fleet.yaml"],
   compensate: ["compensate", "data/robots/orthoglide_errors.yaml", "--path", "data/paths/orthoglide_milling.csv"],
   assemble: ["assemble", "data/robots/orthoglide_errors.yaml", "--at", "0,0,0"],
   readings: ["readings", `${arm}/campaign.yaml`],
