@@ -1,5 +1,6 @@
 """Charts by matplotlib, in the colours of the pages. Each draws into `axes`, or new ones, and returns them."""
 
+import textwrap
 from typing import Any, Dict, Optional, Union
 
 import numpy as np
@@ -27,8 +28,12 @@ def _new_axes(axes: Any, **keys: Any) -> Any:
 def _label(axes: Any, x: str, y: str, title: str) -> Any:
     axes.set_xlabel(x, color=COLOURS["ink"])
     axes.set_ylabel(y, color=COLOURS["ink"])
-    axes.set_title(title, color=COLOURS["ink"], loc="left", fontsize="medium", wrap=True)
+    axes.set_title(textwrap.fill(title, 58), color=COLOURS["ink"], loc="left", fontsize="small")
     return axes
+
+
+def _coordinate(name: str) -> str:
+    return f"{name}, {'rad' if name.startswith('r') else 'm'}"
 
 
 def _stage_colour(name: str, last: bool) -> str:
@@ -50,12 +55,13 @@ def waterfall(result: Union[Diagnosis, Comparison], axes: Any = None) -> Any:
     models = [name for name, *_ in stages if "noise" not in name]
     for at, (name, error, lower, upper) in enumerate(stages):
         whiskers = None if lower is None or upper is None else [[max(0, error - lower)], [max(0, upper - error)]]
-        axes.bar(at, error, color=_stage_colour(name, len(models) > 1 and name == models[-1]), yerr=whiskers,
-                 ecolor=COLOURS["ink"], capsize=3)
+        axes.barh(at, error, color=_stage_colour(name, len(models) > 1 and name == models[-1]), xerr=whiskers,
+                  ecolor=COLOURS["ink"], capsize=3)
     names = [name.replace("as designed", "nominal").replace("refitted", "fitted") for name, *_ in stages]
-    axes.set_xticks(range(len(stages)), names, rotation=20, ha="right")
-    axes.axhline(1, color=COLOURS["noise"], linestyle="--", linewidth=1)
-    return _label(axes, "", "error, times the noise", result.headline)
+    axes.set_yticks(range(len(stages)), names)
+    axes.invert_yaxis()
+    axes.axvline(1, color=COLOURS["noise"], linestyle="--", linewidth=1)
+    return _label(axes, "error, times the noise", "", result.headline)
 
 
 def stiffness_map(found: Map, index: Optional[str] = None, axes: Any = None) -> Any:
@@ -69,13 +75,13 @@ def stiffness_map(found: Map, index: Optional[str] = None, axes: Any = None) -> 
     if len(moving) < 2:
         across = columns[moving[0]] if moving else np.arange(len(values))
         axes.plot(across, values, color=COLOURS["nominal"], marker="o", markersize=3)
-        return _label(axes, moving[0] if moving else "pose", f"{name}, SI", found.headline)
+        return _label(axes, _coordinate(moving[0]) if moving else "pose", f"{name}, SI", found.headline)
     x, y = (np.asarray(columns[key]) for key in moving[:2])
     axes.scatter(x[~finite], y[~finite], color=COLOURS["line"], marker="x")
     points = axes.scatter(x[finite], y[finite], c=values[finite], cmap=SCALE, marker="s", s=60)
     axes.figure.colorbar(points, ax=axes, label=f"{name}, SI")
     axes.set_aspect("equal", adjustable="datalim")
-    return _label(axes, moving[0], moving[1], found.headline)
+    return _label(axes, _coordinate(moving[0]), _coordinate(moving[1]), found.headline)
 
 
 def ellipsoid(compliance: Compliance, force: float = 1.0, axes: Any = None) -> Any:

@@ -36,10 +36,10 @@ class Charts(unittest.TestCase):
     def test_of_a_diagnosis(self):
         diagnosis = ks.diagnose(ks.Campaign.read(source(ARM_CAMPAIGN)))
         axes = drawn(plots.waterfall(diagnosis))
-        heights = [bar.get_height() for bar in axes.patches]
+        heights = [bar.get_width() for bar in axes.patches]
         self.assertEqual(heights, [stage["whitened"] for stage in diagnosis.result["waterfall"]])
         self.assertGreater(heights[0], heights[-2])
-        self.assertTrue(axes.get_xticklabels()[0].get_text().endswith("nominal"))
+        self.assertTrue(axes.get_yticklabels()[0].get_text().endswith("nominal"))
         axes = drawn(plots.load_deflection(diagnosis))
         curve = diagnosis.joint_curve()
         self.assertEqual(curve["joint"].split(".")[-1], diagnosis.found[0]["at"].split(".")[-1])
@@ -51,7 +51,7 @@ class Charts(unittest.TestCase):
     def test_of_a_comparison(self):
         comparison = ks.compare(ks.Campaign.read(source(ARM_CAMPAIGN)))
         axes = drawn(plots.waterfall(comparison))
-        self.assertAlmostEqual(min(bar.get_height() for bar in axes.patches), comparison.error_over_noise, places=9)
+        self.assertAlmostEqual(min(bar.get_width() for bar in axes.patches), comparison.error_over_noise, places=9)
 
     def test_of_a_map(self):
         robot = ks.Robot.read(source("data/robots/orthoglide.yaml"))
