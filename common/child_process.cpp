@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <fcntl.h>
 #include <sstream>
@@ -185,6 +186,33 @@ void limit_memory(rlim_t bytes) {
   _exit(0);
 }
 
+// In the copy: its streams go to the words, and nothing of the parent runs but the work.
+[[noreturn]] void work_as_program(const std::function<int()>& work, const MemoryFile& words,
+                                  pid_t parent) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent) _exit(1);
+  for (const int stream : {STDOUT_FILENO, STDERR_FILENO})
+    if (dup2(words.descriptor(), stream) < 0) _exit(1);
+  int code = 1;
+  try {
+    code = work();
+  } catch (...) {  // exit code 1
+  }
+  std::fflush(nullptr);
+  _exit(code);
+}
+
+ChildResult result_of(int status, std::string answer, std::string words) {
+  ChildResult result{.answer = std::move(answer), .words = std::move(words)};
+  if (WIFSIGNALED(status)) {
+    result.end = ChildResult::End::killed_by_signal;
+    result.code = WTERMSIG(status);
+  } else {
+    result.code = WEXITSTATUS(status);
+  }
+  return result;
+}
+
 // Waits for the child, which must write to the two files.
 template <class Tick>
 ChildResult finish(pid_t pid, const MemoryFile& answer, const MemoryFile& words, double time_limit,
@@ -202,14 +230,7 @@ ChildResult finish(pid_t pid, const MemoryFile& answer, const MemoryFile& words,
     std::this_thread::sleep_for(nap);
     nap = std::min(nap * 2, std::chrono::microseconds(20000));
   }
-  ChildResult result{.answer = answer.read_all(), .words = words.read_all()};
-  if (WIFSIGNALED(status)) {
-    result.end = ChildResult::End::killed_by_signal;
-    result.code = WTERMSIG(status);
-  } else {
-    result.code = WEXITSTATUS(status);
-  }
-  return result;
+  return result_of(status, answer.read_all(), words.read_all());
 }
 
 }  // namespace
@@ -275,6 +296,30 @@ ChildResult run_child(const ChildCall& call, const std::string& phase, common::P
   if (pid < 0) fail("fork");
   if (pid == 0) become(exec, parent);
   return finish(pid, answer, words, call.time_limit, [&] { progress.report(phase, 0); });
+}
+
+struct ProcessCopy::State {
+  MemoryFile words{"words"};
+  std::optional<Child> child = {};
+};
+
+ProcessCopy::ProcessCopy(const std::function<int()>& work) : state_(std::make_unique<State>()) {
+  std::fflush(nullptr);  // or the copy would write it again
+  const pid_t parent = getpid();
+  const pid_t pid = fork();
+  if (pid < 0) fail("fork");
+  if (pid == 0) work_as_program(work, state_->words, parent);
+  state_->child.emplace(pid);
+}
+
+ProcessCopy::~ProcessCopy() = default;
+ProcessCopy::ProcessCopy(ProcessCopy&& other) noexcept = default;
+ProcessCopy& ProcessCopy::operator=(ProcessCopy&& other) noexcept = default;
+
+std::optional<ChildResult> ProcessCopy::result() {
+  int status = 0;
+  if (!state_->child || !state_->child->has_ended(status)) return std::nullopt;
+  return result_of(status, {}, state_->words.read_all());
 }
 
 ChildResult run_isolated(const std::function<std::string()>& work, double time_limit) {

@@ -3,6 +3,8 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -55,6 +57,27 @@ std::filesystem::path find_program(const std::string& name);
 /// leave nothing behind. Throws OutOfMemory when there is none for another process, and
 /// std::system_error when it cannot be started.
 ChildResult run_child(const ChildCall& call, const std::string& phase, common::Progress& progress);
+
+/// Work in a copy of this process: its value is the exit code, what it writes to standard output
+/// and standard error the words. Nothing is loaded again, so it starts in a millisecond. It is
+/// killed when this goes out of scope and when this process ends. This process must have one thread
+/// only, beside those of OpenBLAS, which it stops before a fork: locks that others held would never
+/// be opened in the copy.
+class ProcessCopy {
+ public:
+  /// Throws OutOfMemory and std::system_error as run_child().
+  explicit ProcessCopy(const std::function<int()>& work);
+  ~ProcessCopy();
+  ProcessCopy(ProcessCopy&& other) noexcept;
+  ProcessCopy& operator=(ProcessCopy&& other) noexcept;
+
+  /// None while it runs. Once only.
+  std::optional<ChildResult> result();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 /// Runs `work` in a copy of this process and returns its value as the answer: for libraries that
 /// may crash or never end on damaged input. The copy may take 8 GiB of address space. An exception

@@ -31,6 +31,9 @@ void add_effect_list(Program& program);
 void add_effect_show(Program& program);
 void add_studio(Program& program);
 void add_study(Program& program);
+/// All of them.
+void add_all_commands(Program& program);
+
 void add_sweep(Program& program);
 void add_fleet(Program& program);
 void add_report(Program& program);

@@ -1,7 +1,10 @@
 #include "kinetostat/common/child_process.h"
 
+#include <csignal>
+#include <cstdio>
 #include <new>
 #include <stdexcept>
+#include <unistd.h>
 
 #include <gtest/gtest.h>
 
@@ -40,6 +43,56 @@ TEST(RunIsolated, KnowsWhatRanOutOfMemory) {
       run_isolated([]() -> std::string { throw std::bad_alloc(); }, 20).ran_out_of_memory());
   EXPECT_FALSE(run_isolated([]() -> std::string { throw std::runtime_error("why"); }, 20)
                    .ran_out_of_memory());
+}
+
+// Waits until it has ended.
+ChildResult result_of(ProcessCopy& copy) {
+  for (;;)
+    if (const auto result = copy.result()) return *result;
+}
+
+TEST(ProcessCopy, SaysWhatItsWorkSaysAndReturns) {
+  int here = 1;
+  ProcessCopy copy([&here] {
+    here = 2;
+    std::fputs("to one\n", stdout);
+    std::fflush(stdout);
+    std::fputs("to the other\n", stderr);
+    return 7;
+  });
+  const ChildResult result = result_of(copy);
+  EXPECT_EQ(result.end, ChildResult::End::exited);
+  EXPECT_EQ(result.code, 7);
+  EXPECT_EQ(result.words, "to one\nto the other\n");
+  EXPECT_EQ(here, 1);  // what it changed was its own
+}
+
+TEST(ProcessCopy, ThatCrashesOrThrowsDoesNotTakeThisProcessAlong) {
+  ProcessCopy crashed([]() -> int {
+    raise(SIGKILL);
+    return 0;
+  });
+  const ChildResult killed = result_of(crashed);
+  EXPECT_EQ(killed.end, ChildResult::End::killed_by_signal);
+  EXPECT_EQ(killed.code, SIGKILL);
+  ProcessCopy thrown([]() -> int { throw std::runtime_error("no"); });
+  EXPECT_EQ(result_of(thrown).code, 1);
+}
+
+TEST(ProcessCopy, IsKilledWithItsOwner) {
+  int ends[2];
+  ASSERT_EQ(pipe(ends), 0);
+  {
+    const ProcessCopy copy([&ends] {
+      close(ends[0]);
+      pause();
+      return 0;
+    });
+  }
+  close(ends[1]);
+  char byte = 0;
+  EXPECT_EQ(read(ends[0], &byte, 1), 0);  // the end of the file: nobody else has it open
+  close(ends[0]);
 }
 
 }  // namespace

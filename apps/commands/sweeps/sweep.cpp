@@ -2,11 +2,12 @@
 // the parts of such a table that several machines have made.
 #include <algorithm>
 #include <charconv>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <memory>
-#include <mutex>
+#include <thread>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -16,7 +17,6 @@
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/apps/commands/sweeps/sweep_plan.h"
 #include "kinetostat/common/child_process.h"
-#include "kinetostat/common/parallel.h"
 #include "kinetostat/io/csv.h"
 #include "kinetostat/io/table_parts.h"
 #include "kinetostat/io/text_file.h"
@@ -73,15 +73,21 @@ class Sweep {
     std::vector<std::size_t> open;
     for (const std::size_t r : wanted_)
       if (!lines_.contains(r)) open.push_back(r);
-    std::ofstream kept;
-    if (!kept_.empty()) kept.open(kept_, std::ios::app);
-    std::mutex mutex;
-    common::parallel_for(open.size(), run.threads(), "runs", run.progress(), [&](std::size_t i) {
-      const std::string line = line_of(open[i], run.progress());
-      const std::lock_guard lock(mutex);
-      lines_[open[i]] = line;
-      if (kept.is_open()) kept << line << std::flush;
-    });
+    if (!kept_.empty()) to_keep_.open(kept_, std::ios::app);
+    std::vector<Running> running;
+    for (std::size_t next = 0, done = 0; done < open.size();) {
+      while (running.size() < static_cast<std::size_t>(run.threads()) && next < open.size() &&
+             refused_.empty()) {
+        running.push_back({open[next], common::ProcessCopy(program_of(open[next]))});
+        ++next;
+      }
+      run.progress().report("runs", static_cast<double>(done) / static_cast<double>(open.size()));
+      const std::size_t ended = take_results(running);
+      done += ended;
+      if (running.empty() && !refused_.empty()) throw refusal();
+      if (ended == 0) std::this_thread::sleep_for(std::chrono::microseconds(500));
+    }
+    if (!refused_.empty()) throw refusal();
   }
 
   std::string table() const {
@@ -119,25 +125,58 @@ class Sweep {
     }
   }
 
-  std::string line_of(std::size_t r, common::Progress& progress) const {
-    common::ChildCall call{.program = fs::read_symlink("/proc/self/exe"),
-                           .arguments = plan_.command,
-                           .input = {},
-                           .time_limit = 1e9};
+  struct Running {
+    std::size_t number;
+    common::ProcessCopy copy;
+  };
+
+  // How many have ended.
+  std::size_t take_results(std::vector<Running>& running) {
+    return std::erase_if(running, [this](Running& one) {
+      const auto result = one.copy.result();
+      if (result) take_result(one.number, *result);
+      return result.has_value();
+    });
+  }
+
+  void take_result(std::size_t r, const common::ChildResult& child) {
+    const int code = child.end == common::ChildResult::End::exited ? child.code : 1;
+    if (code == bad_usage || code == bad_input) {
+      refused_[r] = child.words;
+      return;
+    }
+    lines_[r] = line_of(r, code, json_in(child.words));
+    if (to_keep_.is_open()) to_keep_ << lines_[r] << std::flush;
+  }
+
+  std::vector<std::string> words_of_run(std::size_t r) const {
+    std::vector<std::string> words = plan_.command;
+    words.insert(words.begin(), "kinetostat");
     for (std::size_t k = 0; k < plan_.keys.size(); ++k) {
       if (plan_.is_word[k]) {
-        replace_word("{" + plan_.keys[k] + "}", plan_.runs[r][k], call.arguments);
+        replace_word("{" + plan_.keys[k] + "}", plan_.runs[r][k], words);
         continue;
       }
-      call.arguments.emplace_back("--set");
-      call.arguments.push_back(plan_.keys[k] + "=" + plan_.runs[r][k]);
+      words.emplace_back("--set");
+      words.push_back(plan_.keys[k] + "=" + plan_.runs[r][k]);
     }
     for (const char* option : {"--json", "-", "--quiet", "--threads", "1"})
-      call.arguments.emplace_back(option);
-    const common::ChildResult child = run_child(call, "runs", progress);
-    const int code = child.end == common::ChildResult::End::exited ? child.code : 1;
-    if (code == bad_usage || code == bad_input) refuse(child.words, r);
-    const io::Json result = json_in(child.words);
+      words.emplace_back(option);
+    return words;
+  }
+
+  // The command as the program itself would run it.
+  std::function<int()> program_of(std::size_t r) const {
+    return [words = words_of_run(r)] {
+      std::vector<const char*> arguments;
+      for (const std::string& word : words) arguments.push_back(word.c_str());
+      Program program;
+      add_all_commands(program);
+      return program.run(static_cast<int>(arguments.size()), arguments.data());
+    };
+  }
+
+  std::string line_of(std::size_t r, int code, const io::Json& result) const {
     std::string line = fmt::format("{}", r);
     for (const std::string& value : plan_.runs[r]) line += "," + io::csv_cell(value);
     for (const auto& [name, path] : plan_.results)
@@ -145,16 +184,20 @@ class Sweep {
     return line + fmt::format(",{}\n", code);
   }
 
-  [[noreturn]] void refuse(const std::string& words, std::size_t r) const {
-    throw common::InputError(
-        plan_.file, fmt::format("run {}: {}", r, words.substr(0, words.find_last_not_of('\n') + 1)),
-        "Correct 'command' or 'vary'");
+  // Of the first run that was refused: those before it have ended, whatever the number of threads.
+  common::InputError refusal() const {
+    const auto& [r, words] = *refused_.begin();
+    return {plan_.file,
+            fmt::format("run {}: {}", r, words.substr(0, words.find_last_not_of('\n') + 1)),
+            "Correct 'command' or 'vary'"};
   }
 
   const SweepPlan& plan_;
   fs::path kept_;
   std::vector<std::size_t> wanted_;
-  std::map<std::size_t, std::string> lines_;  // by the numbers of the runs
+  std::map<std::size_t, std::string> lines_;    // by the numbers of the runs
+  std::map<std::size_t, std::string> refused_;  // what was said
+  std::ofstream to_keep_;
   std::size_t known_ = 0;
 };
 

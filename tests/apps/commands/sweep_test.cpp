@@ -181,6 +181,11 @@ TEST_F(Sweep, NamesMistakes) {
               HasSubstr("above zero"));
   EXPECT_THAT(message(sweep_file(by_stiffness, "", "deflect lever.yaml -o x.txt")),
               HasSubstr("which every run would write"));
+  for (const char* threads : {"--threads 1", "--threads 3"})
+    EXPECT_THAT(
+        run(sweep_file("  - {set: chain_types.arm.q.stiffness, values: [1e4, -1, -2]}\n"), threads)
+            .err,
+        HasSubstr("run 1: "));
   EXPECT_THAT(message(sweep_file(by_stiffness, "smaple: {}\n")),
               HasSubstr("Did you mean 'sample'"));
 }
