@@ -33,13 +33,20 @@ endmacro()
 kinetostat_package(program kinetostat "stiffness of robots and machine tools\n${what}\n\nThe program, its data and its man pages.")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "libopenblas0-pthread")
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "gmsh, kinetostat-petsc")
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "gmsh, kinetostat-petsc, kinetostat-step")
 
 if(TARGET kinetostat-petsc)
   kinetostat_package(petsc kinetostat-petsc
     "stiffness of robots and machine tools, largest models\n${what}\n\nThe helper that solves the largest models by PETSc.")
   set(CPACK_DEBIAN_PETSC_PACKAGE_SHLIBDEPS ON)
   set(CPACK_DEBIAN_PETSC_PACKAGE_DEPENDS "kinetostat (= ${PROJECT_VERSION}-1)")
+endif()
+
+if(TARGET kinetostat-step)
+  kinetostat_package(step kinetostat-step
+    "stiffness of robots and machine tools, STEP files\n${what}\n\nThe helper that reads STEP files by Open CASCADE.")
+  set(CPACK_DEBIAN_STEP_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_STEP_PACKAGE_DEPENDS "kinetostat (= ${PROJECT_VERSION}-1)")
 endif()
 
 if(TARGET kinetostat_python)

@@ -75,6 +75,7 @@ std::string version_report() {
   text += "\nIn processes of their own:\n";
   for (const Part& part :
        {Part{"TetGen", "1.5", "AGPL-3.0+"}, Part{"CGAL", KINETOSTAT_CGAL_VERSION, "GPL-3.0+"},
+        Part{"Open CASCADE", KINETOSTAT_OCCT_VERSION, "LGPL-2.1 with an exception"},
         Part{"PETSc", KINETOSTAT_PETSC_VERSION, "BSD-2-Clause"}})
     text += fmt::format("  {:<24} {:<8} {}\n", part.name, part.version, part.licence);
   text += fmt::format("\nIn pages (--html):\n  {:<24} {:<8} {}\n", "Plotly",

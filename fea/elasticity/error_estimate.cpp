@@ -2,6 +2,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "kinetostat/fea/elasticity/geometry_error.h"
+
 namespace kinetostat::fea {
 namespace {
 
@@ -58,16 +60,6 @@ void stress_defect(const TetMesh& mesh, std::size_t e, const Stresses& at_corner
   }
 }
 
-// D^-1 : s, with the shear components doubled, because each counts twice in a product of stresses.
-Vector6 strain(const Eigen::Ref<const Vector6>& s, const Material& material) {
-  const double direct = (1 + material.poisson()) / material.young();
-  const double lateral = material.poisson() / material.young();
-  Vector6 result;
-  result.head<3>() = direct * s.head<3>().array() - lateral * s.head<3>().sum();
-  result.tail<3>() = 2 * direct * s.tail<3>();
-  return result;
-}
-
 // The elements of one material.
 class Contributions {
  public:
@@ -90,7 +82,7 @@ class Contributions {
         stress_ += root_(a, b) * defect_.row(b).transpose();
       Eigen::Index entry = 0;
       for (Eigen::Index j = 0; j < cases; ++j) {
-        const Vector6 strain_j = strain(stress_.segment<6>(6 * j), material_);
+        const Vector6 strain_j = strain_of(stress_.segment<6>(6 * j), material_);
         for (Eigen::Index i = 0; i <= j; ++i)
           parts[entry++] += stress_.segment<6>(6 * i).dot(strain_j);
       }
@@ -137,6 +129,8 @@ ErrorEstimate estimate_error(const TetMesh& mesh, const std::vector<Material>& m
   Eigen::Index entry = 0;
   for (Eigen::Index j = 0; j < cases; ++j)
     for (Eigen::Index i = 0; i <= j; ++i) error.total(i, j) = error.total(j, i) = sum[entry++];
+  if (!mesh.gaps.empty())
+    error.geometry = geometry_error(mesh, materials, at_corners, error.by_element);
   return error;
 }
 

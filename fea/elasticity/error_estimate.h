@@ -15,6 +15,9 @@ struct ErrorEstimate {
   /// Contribution of each element, in its column: the upper triangle of the matrix column by column
   /// (00, 01, 11, 02 ...).
   Eigen::MatrixXd by_element;
+  /// What the geometry may add (geometry_error.h), in `by_element` but not in `total`; empty where
+  /// the mesh has no gaps.
+  Eigen::MatrixXd geometry = {};
 };
 
 /// For the displacements [m] of the load cases on this mesh. The number of threads changes no

@@ -403,6 +403,15 @@ Stresses corner_stresses(const TetMesh& mesh, const std::vector<Material>& mater
   return result;
 }
 
+Vector6 strain_of(const Eigen::Ref<const Vector6>& s, const Material& material) {
+  const double direct = (1 + material.poisson()) / material.young();
+  const double lateral = material.poisson() / material.young();
+  Vector6 result;
+  result.head<3>() = direct * s.head<3>().array() - lateral * s.head<3>().sum();
+  result.tail<3>() = 2 * direct * s.tail<3>();
+  return result;
+}
+
 Stresses recovered_stresses(const TetMesh& mesh, const Stresses& at_corners, std::size_t material,
                             common::ThreadPool& pool) {
   return Recovery(mesh, at_corners, material, pool).all();

@@ -21,6 +21,10 @@ Stresses corner_stresses(const TetMesh& mesh, const std::vector<Material>& mater
                          const std::vector<Eigen::Matrix3Xd>& displacements,
                          common::ThreadPool& pool);
 
+/// The strain D^-1 s [1] of a stress xx yy zz xy yz zx [Pa], with the shear components doubled,
+/// because each counts twice in a product with a stress.
+Vector6 strain_of(const Eigen::Ref<const Vector6>& stress, const Material& material);
+
 /// Continuous stresses at the nodes of the elements of one material, one column per node of the
 /// mesh (zero at others); between the nodes, the shape functions. Around every corner node a
 /// polynomial of the order of the elements is fitted by least squares to the stresses of the

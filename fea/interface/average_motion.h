@@ -30,13 +30,14 @@ class AverageMotion {
   double departure(const Eigen::Matrix3Xd& displacements, const Vector6& q) const;
 
  private:
-  // The integrals of the products of two shape functions over a face, a multiple of its area.
-  Eigen::MatrixXd products() const;
+  struct Face;
+  static Face face_of(const TetMesh& mesh, const BoundaryFace& face);
   Eigen::Matrix3Xd restricted(const Eigen::Matrix3Xd& displacements) const;
 
   struct Face {
-    std::vector<int> nodes;  // places in nodes_
-    double area;
+    std::vector<int> nodes = {};  // places in nodes_
+    double area = 0;
+    Eigen::MatrixXd products = {};  // integrals of those of two shape functions, over the area
   };
   std::vector<int> nodes_;
   std::vector<Vector3> arms_;  // from the point

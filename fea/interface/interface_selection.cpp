@@ -12,6 +12,7 @@
 
 #include "kinetostat/common/index.h"
 #include "kinetostat/common/spelling.h"
+#include "kinetostat/fea/interface/face_integral.h"
 #include "kinetostat/fea/surface/box_tree.h"
 #include "kinetostat/fea/surface/surface_faces.h"
 #include "kinetostat/spatial/units.h"
@@ -183,6 +184,26 @@ std::vector<int> group(const SurfaceMesh& surface, const GroupSelector& selector
   return {};
 }
 
+// Facets of the faces of the CAD file that are chosen by number (from 1) and face.
+template <class Chosen>
+std::vector<int> of_cad_faces(const SurfaceMesh& surface, Chosen chosen) {
+  const std::vector<int> face = face_of_facets(surface);
+  return facets_where(surface, [&](std::size_t f) {
+    return face[f] > 0 && chosen(face[f], surface.faces[at(face[f] - 1)]);
+  });
+}
+
+std::vector<int> of_cad_face(const SurfaceMesh& surface, const CadFaceSelector& selector) {
+  return of_cad_faces(surface, [&](int number, const CadFace& face) {
+    return selector.number > 0 ? number == selector.number : face.name == selector.name;
+  });
+}
+
+std::vector<int> of_colour(const SurfaceMesh& surface, const ColourSelector& selector) {
+  return of_cad_faces(surface,
+                      [&](int, const CadFace& face) { return face.colour == selector.colour; });
+}
+
 std::vector<int> on_patch(const SurfaceMesh& surface, const PatchSelector& selector) {
   const PatchMatcher patch(selector.patch, distance_tolerance(surface));
   return facets_where(surface, [&](std::size_t f) {
@@ -272,6 +293,24 @@ class Suggestion {
            fmt::format("Groups of the mesh: {}", fmt::join(names, ", "));
   }
 
+  std::string operator()(const CadFaceSelector& wanted) const {
+    if (surface_.faces.empty()) return no_cad_faces();
+    const std::string all = fmt::format("The faces are 1 to {}", surface_.faces.size());
+    const std::vector<std::string> names = texts_of_faces(&CadFace::name);
+    if (wanted.number > 0 || names.empty())
+      return all + (names.empty() ? ", none has a name" : "") + list_of_faces;
+    const std::string near = common::nearest_spelling(wanted.name, names);
+    return fmt::format("{}{}{}", near.empty() ? "" : fmt::format("Did you mean '{}'? ", near), all,
+                       list_of_faces);
+  }
+
+  std::string operator()(const ColourSelector&) const {
+    if (surface_.faces.empty()) return no_cad_faces();
+    const std::vector<std::string> colours = texts_of_faces(&CadFace::colour);
+    if (colours.empty()) return "No face of the file has a colour";
+    return fmt::format("The colours of its faces: {}{}", fmt::join(colours, ", "), list_of_faces);
+  }
+
   std::string operator()(const PatchSelector& given) const {
     const Box box = bounding_box(surface_.points), patch = bounding_box(given.patch.points);
     return fmt::format(
@@ -289,6 +328,21 @@ class Suggestion {
   }
 
  private:
+  static constexpr const char* list_of_faces = "; 'kinetostat mesh check --faces' lists them";
+  static std::string no_cad_faces() {
+    return "Only STEP files have faces with numbers, names and colours";
+  }
+
+  // Of all faces, without empty ones, each once.
+  std::vector<std::string> texts_of_faces(std::string CadFace::*text) const {
+    std::vector<std::string> texts;
+    for (const CadFace& face : surface_.faces)
+      if (!(face.*text).empty()) texts.push_back(face.*text);
+    std::sort(texts.begin(), texts.end());
+    texts.erase(std::unique(texts.begin(), texts.end()), texts.end());
+    return texts;
+  }
+
   template <class Distance>
   std::string flat_candidates(Distance distance) const {
     std::vector<Candidate> list;
@@ -314,6 +368,10 @@ std::vector<int> select_facets(const SurfaceMesh& surface, const Selector& selec
   }
   if (const auto* wanted = std::get_if<GroupSelector>(&selector)) return group(surface, *wanted);
   if (const auto* given = std::get_if<PatchSelector>(&selector)) return on_patch(surface, *given);
+  if (const auto* face = std::get_if<CadFaceSelector>(&selector))
+    return of_cad_face(surface, *face);
+  if (const auto* painted = std::get_if<ColourSelector>(&selector))
+    return of_colour(surface, *painted);
   const Membership belongs(surface);
   return facets_where(surface, [&](std::size_t f) {
     return std::visit(
@@ -343,6 +401,14 @@ Interface interface_on(const TetMesh& mesh, int tag) {
     if (face.tag != tag) continue;
     if (result.faces++ == 0) origin = mesh.nodes[at(face.nodes[0])];
     for (std::size_t k = 0; k < mesh.nodes_per_face(); ++k) result.nodes.push_back(face.nodes[k]);
+    if (has_curved_faces(mesh)) {
+      integrate_face(mesh, face, [&](const FaceShapes&, const Vector3& point, double area) {
+        result.area += area;
+        first += area * (point - origin);
+        second += area * (point - origin) * (point - origin).transpose();
+      });
+      continue;
+    }
     const auto p = [&](std::size_t k) -> Vector3 { return mesh.nodes[at(face.nodes[k])] - origin; };
     const double area = 0.5 * (p(1) - p(0)).cross(p(2) - p(0)).norm();
     const Vector3 sum = p(0) + p(1) + p(2);

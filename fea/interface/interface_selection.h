@@ -47,8 +47,18 @@ struct PatchSelector {
   SurfaceMesh patch;
   std::string sha256 = {};  // of its file
 };
-using Selector = std::variant<PlaneSelector, CylinderSelector, BoxSelector, NearestFaceSelector,
-                              SphereSelector, GroupSelector, PatchSelector>;
+/// All facets of the faces of a CAD file that have this name, or this one's number.
+struct CadFaceSelector {
+  std::string name = {};
+  int number = 0;  // from 1; 0: by name
+};
+/// All facets of the faces of a CAD file that have this colour.
+struct ColourSelector {
+  std::string colour;  // "#rrggbb", lower case
+};
+using Selector =
+    std::variant<PlaneSelector, CylinderSelector, BoxSelector, NearestFaceSelector, SphereSelector,
+                 GroupSelector, PatchSelector, CadFaceSelector, ColourSelector>;
 
 /// Facets of the surface (from 0, ascending). Empty when there are none. Distances agree to 1e-4 of
 /// the diagonal of the bounding box, radii also to 1 %, normals of planes to 1 degree.

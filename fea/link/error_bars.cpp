@@ -60,6 +60,14 @@ double share_by_rate(const MeshOutcome& before, const MeshOutcome& last, double 
 // How many times the last change remains when this share of the error before it is left.
 double remaining_changes(double share) { return share / (1 - share); }
 
+// The boundary moves from mesh to mesh, too.
+bool geometry_explains(const MeshOutcome& before, const MeshOutcome& last) {
+  if (before.geometry_error.size() == 0 || last.geometry_error.size() == 0) return false;
+  const double change =
+      std::abs(mean_change(last.flexibility - before.flexibility, last.flexibility));
+  return change <= mean_change(before.geometry_error + last.geometry_error, last.flexibility);
+}
+
 void compare_with_change(const MeshOutcome& before, const MeshOutcome& last, ErrorBars& result) {
   const MatrixXd change = last.flexibility - before.flexibility;
   const double seen_share = recovered_share(before, last);
@@ -68,8 +76,9 @@ void compare_with_change(const MeshOutcome& before, const MeshOutcome& last, Err
                            : seen_share;
   result.extrapolation = remaining_changes(share) * change;
   const double recovered = mean_change(result.recovery, last.flexibility);
-  // Both vanish where the elements hold the exact solution.
-  if (recovered < 1e-9) {
+  // Both vanish where the elements hold the exact solution, and a change that the geometry explains
+  // says nothing about them.
+  if (recovered < 1e-9 || geometry_explains(before, last)) {
     result.agreement = result.calibration = 1;
     return;
   }
@@ -144,6 +153,12 @@ ErrorBars error_bars(const std::vector<MeshOutcome>& sequence, int order) {
         rate_through(sequence[count - 3], sequence[count - 2], sequence[count - 1]);
   if (count >= 2) compare_with_change(sequence[count - 2], last, result);
   result.bar = bars(result, believed(sequence, result.best_rate));
+  if (last.geometry_error.size() > 0) {
+    const Eigen::VectorXd roots = last.geometry_error.diagonal().cwiseMax(0).cwiseSqrt();
+    result.geometry = ErrorBars::safety * last.geometry_error.cwiseAbs() +
+                      ErrorBars::cross_share * roots * roots.transpose();
+    result.bar += result.geometry;
+  }
   const Eigen::VectorXd size = c.diagonal().cwiseSqrt();
   result.significant =
       c.cwiseAbs().array() >= (ErrorBars::significance * size * size.transpose()).array();

@@ -13,8 +13,9 @@ namespace kinetostat::fea {
 /// The outcome on one mesh of the sequence.
 struct MeshOutcome {
   std::size_t unknowns = 0, elements = 0;
-  Eigen::MatrixXd flexibility;     // symmetric
-  Eigen::MatrixXd recovery_error;  // ErrorEstimate::total
+  Eigen::MatrixXd flexibility;          // symmetric
+  Eigen::MatrixXd recovery_error;       // ErrorEstimate::total
+  Eigen::MatrixXd geometry_error = {};  // ErrorEstimate::geometry
   /// Largest bar of a significant entry, relative to the entry, as it was judged on this mesh.
   double relative_error = 0;
 };
@@ -30,6 +31,7 @@ struct ErrorBars {
   /// ... plus this times the root of the estimates of the two diagonal entries: the estimate of an
   /// entry off the diagonal may be small by chance.
   static constexpr double cross_share = 0.1;
+  /// ... plus the same of what the geometry may add, its calibration 1.
   /// Recoveries that fell more slowly from the mesh before than those of a crack (unknowns^-1/3)
   /// are enlarged by what they should have fallen, and by this at most.
   static constexpr double most_unseen = 10;
@@ -41,6 +43,7 @@ struct ErrorBars {
   static constexpr double agreement_factor = 3, most_difference = 10;
 
   Eigen::MatrixXd bar;            // half width, same units as the flexibility
+  Eigen::MatrixXd geometry = {};  // what the geometry adds to it; empty: no CAD file
   Eigen::MatrixXd recovery;       // signed estimate of exact minus computed
   Eigen::MatrixXd extrapolation;  // the same from the sequence; empty for a single mesh
   Eigen::Matrix<bool, Eigen::Dynamic, Eigen::Dynamic> significant;

@@ -54,7 +54,12 @@ void add_warnings(const LinkSpec& spec, const SurfaceReport& report, LinkResult&
   if (!result.weld.collapsed.empty())
     result.warnings.push_back(fmt::format("{} facets collapsed in welding and were left out",
                                           result.weld.collapsed.size()));
-  if (std::abs(result.geometry.volume / result.surface_volume - 1) > 1e-6)
+  if (result.mesh.straightened > 0)
+    result.warnings.push_back(
+        fmt::format("{} of {} elements stay straight at curved faces: they would turn inside out",
+                    result.mesh.straightened, result.mesh.element_count()));
+  if (result.mesh.gaps.empty() &&
+      std::abs(result.geometry.volume / result.surface_volume - 1) > 1e-6)
     result.warnings.push_back(
         fmt::format("the volume of the mesh is {:.3g} % off the surface's",
                     100 * (result.geometry.volume / result.surface_volume - 1)));

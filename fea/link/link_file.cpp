@@ -1,6 +1,7 @@
 #include "kinetostat/fea/link/link_file.h"
 
 #include <algorithm>
+#include <cctype>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -73,8 +74,26 @@ PatchSelector read_patch(const YamlNode& node, const UnitSystem& units) {
   return {std::move(patch.mesh), std::move(patch.sha256)};
 }
 
+CadFaceSelector read_cad_face(const YamlNode& node) {
+  const std::string text = node.text();
+  if (text.find_first_not_of("0123456789") != std::string::npos) return {.name = text};
+  return {.number = node.integer(1, 1'000'000)};
+}
+
+ColourSelector read_colour(const YamlNode& node) {
+  std::string text = node.text();
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (text.size() != 7 || text.front() != '#' ||
+      text.find_first_not_of("0123456789abcdef", 1) != std::string::npos)
+    node.fail("'" + node.text() + "' is not a colour", "Write red as \"#ff0000\", in quotes");
+  return {text};
+}
+
 Selector read_selector(const std::string& kind, const YamlNode& node, const UnitSystem& units) {
   if (kind == "group") return GroupSelector{node.text()};
+  if (kind == "face") return read_cad_face(node);
+  if (kind == "colour") return read_colour(node);
   if (kind == "stl") return read_patch(node, units);
   if (kind == "sphere") {
     node.allow_only({"center", "radius"});
@@ -101,8 +120,8 @@ common::InputError::Details place(const YamlNode& node) {
   return details;
 }
 
-const std::vector<std::string> selector_kinds{"plane",        "cylinder", "sphere", "box",
-                                              "nearest_face", "group",    "stl"};
+const std::vector<std::string> selector_kinds{
+    "plane", "cylinder", "sphere", "box", "nearest_face", "group", "stl", "face", "colour"};
 
 Coupling read_coupling(const YamlNode& node) {
   const std::string word = node.choice({"rigid", "distributing", "body"});

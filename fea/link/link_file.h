@@ -64,9 +64,10 @@ struct LinkSpec {
   std::optional<Vector6> preload;
   int order = 2;               // of the elements, 1 or 2
   std::optional<double> size;  // [m] of the elements; else
-  double accuracy = 0.01;      // of every significant entry of the result
-  std::string sha256;          // of the link file
-  std::string meaning;         // of the link file and the files that it names, for caches (yaml.h)
+  static constexpr double usual_accuracy = 0.01;
+  double accuracy = usual_accuracy;  // of every significant entry of the result
+  std::string sha256;                // of the link file
+  std::string meaning;  // of the link file and the files that it names, for caches (yaml.h)
 };
 
 /// Throws InputError with file, line and key.

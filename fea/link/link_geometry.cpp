@@ -7,6 +7,7 @@
 
 #include "kinetostat/common/index.h"
 #include "kinetostat/common/out_of_memory.h"
+#include "kinetostat/fea/mesh/curved_boundary.h"
 #include "kinetostat/fea/surface/surface_faces.h"
 
 namespace kinetostat::fea {
@@ -75,6 +76,9 @@ std::vector<int> tag_facets(const LinkSpec& spec, const SurfaceMesh& surface) {
   return tags;
 }
 
+// How many tags each face of the file has.
+int tags_of_face(const LinkSpec& spec) { return static_cast<int>(spec.interfaces.size()) + 1; }
+
 }  // namespace
 
 LinkGeometry read_geometry(const LinkSpec& spec, common::Progress& progress) {
@@ -82,6 +86,8 @@ LinkGeometry read_geometry(const LinkSpec& spec, common::Progress& progress) {
   const Clock::time_point start = Clock::now();
   LinkGeometry geometry{read_link_mesh(spec, progress)};
   geometry.tags = tag_facets(spec, geometry.imported.mesh);
+  const std::vector<int> faces = face_of_facets(geometry.imported.mesh);
+  for (std::size_t f = 0; f < faces.size(); ++f) geometry.tags[f] += tags_of_face(spec) * faces[f];
   geometry.reading_seconds = std::chrono::duration<double>(Clock::now() - start).count();
   return geometry;
 }
@@ -118,6 +124,24 @@ namespace {
                      offending_facets(surface, blamed));
 }
 
+// Takes the faces of the file out of the tags and puts the nodes onto them.
+TetMesh finished(const LinkSpec& spec, const LinkGeometry& geometry, TetMesh linear,
+                 common::Progress& progress) {
+  if (geometry.imported.step.empty())
+    return spec.order == 2 ? with_mid_nodes(linear) : std::move(linear);
+  CadBoundary cad{.step = geometry.imported.step, .faces = geometry.imported.mesh.faces};
+  for (BoundaryFace& face : linear.boundary) {
+    cad.face_of.push_back(face.tag / tags_of_face(spec));
+    face.tag %= tags_of_face(spec);
+  }
+  try {
+    return on_cad_faces(linear, cad, spec.order, progress);
+  } catch (const StepError& error) {
+    throw InputError(spec.mesh_file, error.what(),
+                     "Export the link again, as STEP AP214 or as STL");
+  }
+}
+
 }  // namespace
 
 TetMesh fill(const LinkSpec& spec, const LinkGeometry& geometry, SolidMesher& mesher,
@@ -129,7 +153,7 @@ TetMesh fill(const LinkSpec& spec, const LinkGeometry& geometry, SolidMesher& me
   try {
     const TetMesh linear = mesher.fill(options, progress);
     require_one_piece(spec, linear);
-    return spec.order == 2 ? with_mid_nodes(linear) : linear;
+    return finished(spec, geometry, linear, progress);
   } catch (const MeshingError& error) {
     refuse(spec, geometry.imported.mesh, error);
   }

@@ -15,7 +15,9 @@
 namespace kinetostat::fea {
 
 struct LinkGeometry : LinkMesh {
-  std::vector<int> tags = {};  // of the facets: 0, or 1 + the number of the interface
+  /// Of the facets: 0, or 1 + the number of the interface; plus, where the file has faces, their
+  /// number (from 1) times one more than there are interfaces.
+  std::vector<int> tags = {};
   double reading_seconds = 0;  // [s] wall clock
 };
 

@@ -69,7 +69,8 @@ void assess(const LinkModel& model, int threads, Accuracy& accuracy) {
   accuracy.meshes.push_back({.unknowns = model.response.solver.unknowns,
                              .elements = model.mesh.element_count(),
                              .flexibility = 0.5 * (raw + raw.transpose()),
-                             .recovery_error = estimate.total});
+                             .recovery_error = estimate.total,
+                             .geometry_error = estimate.geometry});
   accuracy.bars = error_bars(accuracy.meshes, model.mesh.order);
   accuracy.meshes.back().relative_error = accuracy.bars.relative_error;
   accuracy.indicator = indicators(estimate, accuracy.meshes.back().flexibility, accuracy.bars);

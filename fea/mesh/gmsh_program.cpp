@@ -8,7 +8,6 @@
 
 #include "kinetostat/common/error.h"
 #include "kinetostat/fea/mesh/volume_mesh.h"
-#include "kinetostat/io/text_file.h"
 
 namespace kinetostat::fea {
 namespace {
@@ -118,20 +117,6 @@ std::string script_for(const std::vector<int>& tags) {
 }  // namespace
 
 std::filesystem::path find_gmsh() { return common::find_program("gmsh"); }
-
-std::string step_surface(const std::string& step, const GmshLimits& limits,
-                         common::Progress& progress) {
-  const PrivateFolder folder;
-  const std::filesystem::path copy = folder.path() / "link.step";
-  try {
-    io::write_atomically(copy, step, io::Flush::no);
-  } catch (const common::InputError& error) {
-    throw GmshError(error.what());
-  }
-  return run_gmsh({copy.string(), "-2", "-format", "msh41", "-clcurv", "32", "-setstring",
-                   "Geometry.OCCTargetUnit", "MM", "-save_all"},
-                  "", "", folder, limits, progress);
-}
 
 TetMesh gmsh_tetrahedra(const SurfaceMesh& surface, const std::vector<int>& tags,
                         double edge_length, const GmshLimits& limits, common::Progress& progress) {

@@ -1,5 +1,4 @@
-// The program gmsh, when it is installed: CAD files become surfaces, and surfaces that TetGen
-// cannot fill may be filled.
+// The program gmsh, when it is installed: surfaces that TetGen cannot fill may be filled.
 #pragma once
 
 #include <cstddef>
@@ -34,15 +33,9 @@ struct GmshLimits {
   std::size_t memory = std::size_t{8} << 30;  // [bytes]
 };
 
-/// The surface of the solids of a STEP file with these bytes as a .msh text, in mm whatever the
-/// unit of the file; circles get 32 sides. Throws GmshError.
+/// gmsh obeys what lies in the home folder (.gmshrc, .gmsh-options), which may start programs. So
+/// it works alone in a folder that is thrown away, and takes that for its home.
 ///
-/// gmsh obeys what lies beside the file that it opens (FILE.opt, which may start programs) and in
-/// the home folder (.gmshrc, .gmsh-options). So it never sees either: it works on a copy, alone in
-/// a folder that is thrown away, and takes that for its home.
-std::string step_surface(const std::string& step, const GmshLimits& limits,
-                         common::Progress& progress);
-
 /// Fills a closed surface with tetrahedra of edges of about `edge_length` [m], 0: any. Facets stay
 /// as they are. Each boundary face carries the tag of the facet that it is. Throws GmshError.
 TetMesh gmsh_tetrahedra(const SurfaceMesh& surface, const std::vector<int>& tags,

@@ -18,9 +18,9 @@
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/memory.h"
 #include "kinetostat/common/out_of_memory.h"
-#include "kinetostat/fea/mesh/gmsh_program.h"
 #include "kinetostat/fea/mesh/length_unit.h"
 #include "kinetostat/fea/mesh/volume_mesh.h"
+#include "kinetostat/fea/surface/step_program.h"
 #include "kinetostat/io/text_file.h"
 
 namespace kinetostat::fea {
@@ -263,7 +263,6 @@ SurfaceMesh mesh_of(const Soup& soup) {
 
 bool is_step(const std::string& kind) { return kind == "step" || kind == "stp"; }
 
-// gmsh takes other files for models too; only STEP models go to it.
 void check_step(const std::filesystem::path& file, const std::string& bytes) {
   if (bytes.substr(0, 1000).find("ISO-10303-21") == std::string::npos)
     throw InputError(file, "not a STEP file: it does not start with 'ISO-10303-21'",
@@ -281,25 +280,33 @@ bool is_enough_to_read(std::size_t file_size) {
   return needed < std::min(common::address_space_left(), 8.0 * (1 << 30));
 }
 
-SurfaceMesh import_step(const std::filesystem::path& file, const std::string& bytes) {
-  check_step(file, bytes);
-  if (find_gmsh().empty())
-    throw InputError(file, "STEP files are read through the program gmsh, which is not installed",
-                     "Install it (Debian: gmsh), or export the link as STL");
-  common::Progress progress;
-  try {
-    SurfaceMesh mesh = triangles_of(parse_msh(file, step_surface(bytes, {}, progress)));
-    mesh.groups.clear();  // numbers that only gmsh knows
-    if (!mesh.triangles.empty()) return mesh;
-  } catch (const GmshError& error) {
-    if (error.out_of_memory()) throw too_large(file);
-    throw InputError(file, fmt::format("not a readable STEP file: {}", error.what()),
-                     "Export the link again, as STEP AP214 or as STL");
+InputError refused_step(const std::filesystem::path& file, const StepError& error) {
+  switch (error.cause()) {
+    case StepError::Cause::no_helper:
+      return {file, fmt::format("STEP files cannot be read here: {}", error.what()),
+              "Install it, or export the link as STL"};
+    case StepError::Cause::timed_out:
+      return {file, error.what(), "Export the link without small details, or as STL"};
+    default:
+      return {file, fmt::format("not a readable STEP file: {}", error.what()),
+              "Export the link again, as STEP AP214 or as STL"};
   }
-  throw InputError(file, "the STEP file holds no surface", "Export the link as a solid");
 }
 
-SurfaceMesh import_triangles(const std::filesystem::path& file, std::string bytes) {
+SurfaceMesh import_step(const std::filesystem::path& file, const std::string& bytes,
+                        const StepFacets& facets) {
+  check_step(file, bytes);
+  common::Progress progress;
+  try {
+    return step_surface(bytes, facets, {}, progress);
+  } catch (const StepError& error) {
+    if (error.cause() == StepError::Cause::out_of_memory) throw too_large(file);
+    throw refused_step(file, error);
+  }
+}
+
+SurfaceMesh import_triangles(const std::filesystem::path& file, std::string bytes,
+                             const StepFacets& facets) {
   const std::string kind = lower_extension(file);
   if (kind == "geo")
     throw InputError(
@@ -316,7 +323,7 @@ SurfaceMesh import_triangles(const std::filesystem::path& file, std::string byte
                      "Export the link as STL, OBJ, PLY, DAE or STEP");
   if (bytes.empty()) throw InputError(file, "the file is empty", "Export the mesh again");
   refuse_placeholder(file, bytes);
-  if (is_step(kind)) return import_step(file, bytes);
+  if (is_step(kind)) return import_step(file, bytes, facets);
   if (kind == "msh") {
     SurfaceMesh mesh = triangles_of(parse_msh(file, bytes));
     if (mesh.triangles.empty())
@@ -364,17 +371,21 @@ std::string unit_of_format(const std::filesystem::path& file) {
   return is_step(kind) ? "mm" : "";
 }
 
-ImportedSurface read_surface(const std::filesystem::path& file, const std::string& unit) {
+ImportedSurface read_surface(const std::filesystem::path& file, const std::string& unit,
+                             const StepFacets& facets) {
   const std::string bytes = io::read_text(file);
-  SurfaceMesh mesh = import_triangles(file, bytes);
+  SurfaceMesh mesh = import_triangles(file, bytes, facets);
   check_coordinates(file, mesh);
-  const std::string known = unit_of_format(file);
-  const double scale = metres_per_unit(file, known.empty() ? unit : known, mesh.points);
-  for (Vector3& p : mesh.points) p *= scale;
+  if (!is_step(lower_extension(file))) {
+    const std::string known = unit_of_format(file);
+    const double scale = metres_per_unit(file, known.empty() ? unit : known, mesh.points);
+    for (Vector3& p : mesh.points) p *= scale;
+  }
   const WeldReport report = weld(mesh, weld_tolerance(mesh.points));
   if (mesh.triangles.empty())
     throw InputError(file, "all facets collapse to points or lines", "Export the mesh again");
-  return {std::move(mesh), report, io::sha256(bytes)};
+  return {std::move(mesh), report, io::sha256(bytes),
+          is_step(lower_extension(file)) ? bytes : std::string()};
 }
 
 }  // namespace kinetostat::fea

@@ -29,6 +29,10 @@ struct TetMesh {
   /// Mid nodes are where a file put them, not all on the middles of their edges. Order 2 only.
   bool curved = false;
   std::string made_by = {};  // program that made the elements; empty: a file
+  /// Mean distance [m] of each boundary face from the face of the CAD file that it stands for, as
+  /// far as is known; empty: there is no CAD file.
+  std::vector<double> gaps = {};
+  std::size_t straightened = 0;  // elements at curved faces that curved edges would turn inside out
 
   std::size_t nodes_per_element() const { return order == 1 ? 4 : 10; }
   std::size_t nodes_per_face() const { return order == 1 ? 3 : 6; }

@@ -75,9 +75,10 @@ std::vector<Body> numbered(const std::vector<Shell>& shells) {
 
 std::vector<Body> find_bodies(const SurfaceMesh& mesh, const std::vector<Shell>& shells) {
   const std::vector<int> group_of = group_of_facets(mesh);
-  std::vector<Body> bodies = mesh.groups.size() > 1 && names_tell_bodies(shells, group_of)
-                                 ? named(mesh, shells, group_of)
-                                 : numbered(shells);
+  std::vector<Body> bodies =
+      mesh.faces.empty() && mesh.groups.size() > 1 && names_tell_bodies(shells, group_of)
+          ? named(mesh, shells, group_of)
+          : numbered(shells);
   for (Body& body : bodies) std::sort(body.facets.begin(), body.facets.end());
   return bodies;
 }

@@ -5,8 +5,11 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <unordered_map>
+
+#include <fmt/format.h>
 
 #include "kinetostat/common/index.h"
 
@@ -91,6 +94,19 @@ std::vector<int> merge_identical(std::vector<Vector3>& points) {
 }
 
 }  // namespace
+
+std::string group_of_face(std::size_t number) { return fmt::format("face {}", number); }
+
+std::vector<int> face_of_facets(const SurfaceMesh& surface) {
+  std::vector<int> face(surface.triangles.size(), 0);
+  std::map<std::string, int> number;
+  for (std::size_t i = 1; i <= surface.faces.size(); ++i)
+    number[group_of_face(i)] = static_cast<int>(i);
+  for (const FacetGroup& group : surface.groups)
+    if (const auto found = number.find(group.name); found != number.end())
+      for (const int f : group.facets) face[at(f)] = found->second;
+  return face;
+}
 
 Box bounding_box(const std::vector<Vector3>& points) {
   Box box;

@@ -33,11 +33,33 @@ struct FacetGroup {
   std::vector<int> facets;  // ascending
 };
 
+/// What a face of a CAD file lies on.
+enum class FaceKind { other, plane, cylinder, cone, sphere, torus };
+inline constexpr std::array<const char*, 6> face_kinds{"other", "plane",  "cylinder",
+                                                       "cone",  "sphere", "torus"};
+
+/// A face of the CAD file that the surface came from.
+struct CadFace {
+  std::string name = {};    // may be empty, and several may have the same
+  std::string colour = {};  // "#rrggbb", lower case; empty: none
+  FaceKind kind = FaceKind::other;
+  double area = 0;                      // [m^2]
+  Vector3 centre = Vector3::Zero();     // [m] of the area
+  Vector3 point = Vector3::Zero();      // [m] on the plane or the axis, or the centre of a sphere
+  Vector3 direction = Vector3::Zero();  // unit: outward normal of a plane, else of the axis
+  double radius = 0;                    // [m] of a cylinder or sphere, of the tube of a torus
+  int solid = 0;                        // number of its solid, from 1; 0: none
+};
+
+/// Name of the group of the facets of face `number`, from 1.
+std::string group_of_face(std::size_t number);
+
 /// Points [m] shared by triangles whose corners run counterclockwise seen from outside.
 struct SurfaceMesh {
   std::vector<Vector3> points = {};
   std::vector<Triangle> triangles = {};
   std::vector<FacetGroup> groups = {};  // in the order of the file
+  std::vector<CadFace> faces = {};      // of a CAD file; the facets of each are a group
 
   const Vector3& corner(std::size_t facet, std::size_t k) const {
     return points[static_cast<std::size_t>(triangles[facet][k])];
@@ -50,6 +72,9 @@ struct SurfaceMesh {
     return 0.5 * (corner(facet, 1) - corner(facet, 0)).cross(corner(facet, 2) - corner(facet, 0));
   }
 };
+
+/// The face of the CAD file that each facet belongs to, from 1; 0: none.
+std::vector<int> face_of_facets(const SurfaceMesh& surface);
 
 /// Distance [m] along the ray to the facet, or infinity; `direction` is a unit vector.
 double ray_hit(const SurfaceMesh& surface, std::size_t facet, const Vector3& from,

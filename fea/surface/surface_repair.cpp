@@ -77,6 +77,7 @@ std::string sheets_left_out(const std::vector<std::int64_t>& counts) {
 void carry_groups(const SurfaceMesh& old, const SurfaceLocator& locator, double reach,
                   SurfaceMesh& mesh) {
   if (old.groups.empty()) return;
+  mesh.faces = old.faces;
   std::vector<std::vector<int>> groups_of(old.triangles.size());
   for (std::size_t g = 0; g < old.groups.size(); ++g) {
     mesh.groups.push_back({old.groups[g].name, {}});

@@ -136,6 +136,7 @@ Json to_json(const Accuracy& accuracy) {
             {"asked", optional(accuracy.asked)}};
   json["converged"] = accuracy.asked ? Json(accuracy.converged) : Json();
   json["shortfall"] = accuracy.shortfall;
+  if (bars.geometry.size() > 0) json["geometry"] = rows(bars.geometry);
   json["concentration"] = {{"share", accuracy.concentration.share},
                            {"place", io::to_json(accuracy.concentration.place)}};
   json["meshes"] = Json::array();

@@ -10,6 +10,7 @@
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/links/mesh_check.h"
+#include "kinetostat/report/links/mesh_faces.h"
 #include "kinetostat/report/screen/link.h"
 #include "kinetostat/report/screen/wording.h"
 #include "kinetostat/spatial/units.h"
@@ -19,6 +20,7 @@ namespace {
 
 struct MeshOptions {
   std::string mesh, unit, vtu, density, body, repair, tolerance, limit;
+  bool faces = false;
 };
 
 // What the options say, checked.
@@ -90,6 +92,7 @@ io::Json check_surface(Run& run, const MeshOptions& options, const MeshRequest& 
   run.print(report::wrapped(report::headline(check, request.shown)));
   run.print(report::text(check, repair, request.shown));
   const fea::SurfaceMesh& surface = check.surface.mesh;
+  if (options.faces) run.print("\n" + report::faces_text(surface, request.shown));
   if (!options.vtu.empty()) {
     io::write_vtu(options.vtu, fea::offending_facets(surface, check.report));
     run.print(fmt::format("offending facets written to {}\n", options.vtu));
@@ -102,12 +105,13 @@ io::Json check_surface(Run& run, const MeshOptions& options, const MeshRequest& 
                                      : "Repair it in the program it came from, then check again"});
   io::Json json{{"headline", report::headline(check, request.shown)}};
   json.update(report::to_json(check, repair, request.shown.density));
+  if (options.faces) json["faces"] = report::faces_json(surface, request.shown);
   return json;
 }
 
 io::Json check_volume(Run& run, const MeshOptions& options, const MeshRequest& request) {
-  if (!options.body.empty() || !request.repair.steps.empty() || run.out())
-    throw UsageError(options.body.empty() ? "--repair, --out" : "--body",
+  if (!options.body.empty() || !request.repair.steps.empty() || run.out() || options.faces)
+    throw UsageError(options.body.empty() ? "--repair, --out, --faces" : "--body",
                      "these are for surfaces, the file is a volume mesh", "Leave them out");
   const fea::VolumeCheck check =
       fea::check_volume_file(options.mesh, request.shown.unit, run.progress());
@@ -151,6 +155,8 @@ void add_mesh_check(Program& program) {
                  "Give up repairs that change the volume, or move the surface in parts of the "
                  "diagonal, by more than this; '1 %' by default")
       .type_name("FRACTION");
+  app.add_flag("--faces", options->faces,
+               "List the faces, each with a selector to paste into a link file");
   app.add_output("--vtu", options->vtu, "Write the offending facets for ParaView");
 }
 
