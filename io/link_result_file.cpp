@@ -81,6 +81,17 @@ void read_bracket(const std::filesystem::path& file, const Json& json, Link& lin
   link.bracket = bracket;
 }
 
+// Of the modulus of its material, in parts of it.
+double young_deviation(const std::filesystem::path& file, const Json& json) {
+  const Json material = json.value("material", Json());
+  if (!material.is_object() || !material.contains("E_sd")) return 0;
+  const Json young = material.value("E", Json()), deviation = material["E_sd"];
+  if (!young.is_number() || !deviation.is_number() || !(deviation.get<double>() >= 0) ||
+      !(deviation.get<double>() < young.get<double>()))
+    fail_at(file, "material.E_sd", "a number from zero to material.E is expected");
+  return deviation.get<double>() / young.get<double>();
+}
+
 std::string mesh_hash(const Json& json) {
   const Json inputs = json.value("inputs", Json());
   if (!inputs.is_object()) return {};
@@ -96,6 +107,7 @@ IdentifiedLink read_identified_link(const std::filesystem::path& file) {
   read_mass(file, json, link);
   read_error(file, json, link);
   read_bracket(file, json, link);
+  link.young_deviation = young_deviation(file, json);
   link.mesh_sha256 = mesh_hash(json);
   return link;
 }
@@ -227,6 +239,7 @@ ReducedLink read_reduced_link(const std::filesystem::path& file) {
     check_inertia(file, link.inertia);
   }
   read_spread(file, json, reduced, link);
+  link.young_deviation = young_deviation(file, json);
   return link;
 }
 

@@ -31,6 +31,7 @@ struct IdentifiedLink {
   spatial::Vector3 center_of_mass = spatial::Vector3::Zero();  // [m], when it has a mass
   std::optional<LinkErrorBars> error = {};                     // where stated
   std::optional<LinkBracket> bracket = {};                     // where computed
+  double young_deviation = 0;    // of the modulus of its material, in parts of it; 0: not stated
   std::string mesh_sha256 = {};  // of the mesh that it was identified from; empty: not stated
 };
 
@@ -50,6 +51,7 @@ struct ReducedLink {
   Eigen::MatrixXd flexibility = {};      // 6(n - 1) square, of the others; empty where not stated
   std::optional<LinkErrorBars> error = {};
   std::optional<LinkBracket> bracket = {};
+  double young_deviation = 0;  // as IdentifiedLink has it
 };
 
 /// The `reduced` of a link result. Throws InputError naming the key when one is missing or

@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include "kinetostat/apps/cli/version.h"
+#include "kinetostat/common/child_process.h"
+#include "kinetostat/fea/mesh/surface_import.h"
+#include "kinetostat/io/text_file.h"
 #include "kinetostat/report/links/link_result.h"
 
 namespace kinetostat::apps {
@@ -17,12 +20,19 @@ std::string options_that_decide(const Run& run) {
   return options.dump();
 }
 
+// The helper that reads the mesh, where one does.
+std::string reader_of(const fea::LinkSpec& spec) {
+  if (fea::unit_of_format(spec.mesh_file) != "mm") return "";
+  const std::filesystem::path helper = common::find_helper("kinetostat-step");
+  return helper.empty() ? "" : " " + io::sha256(io::read_text(helper));
+}
+
 }  // namespace
 
 ResultCache::ResultCache(const io::Cache& cache, const Run& run, const fea::LinkSpec& spec)
     : cache_(cache),
-      key_(cache.enabled() ? fmt::format("identify {} {} {} {}", this_program(), run.threads(),
-                                         options_that_decide(run), spec.meaning)
+      key_(cache.enabled() ? fmt::format("identify {}{} {} {} {}", this_program(), reader_of(spec),
+                                         run.threads(), options_that_decide(run), spec.meaning)
                            : ""),
       link_sha256_(spec.sha256) {}
 

@@ -13,7 +13,8 @@ namespace kinetostat::apps {
 class ResultCache {
  public:
   /// The key is what decides the result: the meaning of the link file, the bytes of the files that
-  /// it names, the options but those that only name outputs, the number of threads, the program.
+  /// it names, the options but those that only name outputs, the number of threads, the program,
+  /// the helper that reads the mesh where that is a STEP file.
   ResultCache(const io::Cache& cache, const Run& run, const fea::LinkSpec& spec);
 
   struct Entry {

@@ -27,6 +27,7 @@ void add_all_commands(Program& program) {
   add_plan(program);
   add_adopt(program);
   add_revert(program);
+  add_material_list(program);
   add_effect_list(program);
   add_effect_show(program);
 #ifdef KINETOSTAT_HAS_STUDIO

@@ -27,6 +27,7 @@ void add_diagnose(Program& program);
 void add_plan(Program& program);
 void add_adopt(Program& program);
 void add_revert(Program& program);
+void add_material_list(Program& program);
 void add_effect_list(Program& program);
 void add_effect_show(Program& program);
 void add_studio(Program& program);

@@ -48,7 +48,24 @@ TetMesh corner_mesh(const TetMesh& mesh, const std::vector<int>& number) {
   return corners;
 }
 
-DofMap corner_unknowns(const TetMesh& corners, const DofMap& unknowns,
+// That of a middle node goes to the ends of its edge, half to each.
+std::vector<GroundSpring> corner_springs(const TetMesh& mesh, const DofMap& unknowns,
+                                         const std::vector<int>& number) {
+  std::vector<GroundSpring> springs;
+  std::vector<std::array<int, 2>> ends;
+  for (const GroundSpring& spring : unknowns.springs()) {
+    if (const int corner = number[at(spring.node)]; corner >= 0) {
+      springs.push_back({corner, spring.stiffness});
+      continue;
+    }
+    if (ends.empty()) ends = edge_ends(mesh);
+    for (const int end : ends[at(spring.node)])
+      springs.push_back({number[at(end)], 0.5 * spring.stiffness});
+  }
+  return springs;
+}
+
+DofMap corner_unknowns(const TetMesh& mesh, const TetMesh& corners, const DofMap& unknowns,
                        const std::vector<int>& number) {
   std::vector<int> fixed;
   for (std::size_t n = 0; n < number.size(); ++n)
@@ -60,11 +77,7 @@ DofMap corner_unknowns(const TetMesh& corners, const DofMap& unknowns,
       if (const int corner = number[at(node)]; corner >= 0) bodies.back().nodes.push_back(corner);
   }
   DofMap coarse(corners, fixed, std::move(bodies));
-  std::vector<GroundSpring> springs;
-  for (const GroundSpring& spring : unknowns.springs())
-    if (const int corner = number[at(spring.node)]; corner >= 0)
-      springs.push_back({corner, spring.stiffness});
-  coarse.set_springs(std::move(springs));
+  coarse.set_springs(corner_springs(mesh, unknowns, number));
   return coarse;
 }
 
@@ -83,7 +96,7 @@ P1CoarseSpace p1_coarse_space(const TetMesh& mesh, const DofMap& unknowns) {
   if (mesh.order != 2) throw std::invalid_argument("p1_coarse_space: the mesh has no middle nodes");
   const std::vector<int> number = corner_numbers(mesh);
   TetMesh corners = corner_mesh(mesh, number);
-  DofMap coarse = corner_unknowns(corners, unknowns, number);
+  DofMap coarse = corner_unknowns(mesh, corners, unknowns, number);
   return {std::move(corners), std::move(coarse)};
 }
 

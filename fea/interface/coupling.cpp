@@ -8,6 +8,8 @@ const char* name(Coupling coupling) {
       return "rigid";
     case Coupling::distributing:
       return "distributing";
+    case Coupling::elastic:
+      return "elastic";
     case Coupling::body:
       return "body";
   }

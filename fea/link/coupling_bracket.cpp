@@ -9,10 +9,12 @@ CouplingBracket coupling_bracket(const TetMesh& mesh, const std::vector<Material
                                  const LinkResponse& response, const SolverOptions& options,
                                  common::Progress& progress) {
   const auto with = [&](Coupling coupling) -> Eigen::MatrixXd {
-    const bool is_known = std::all_of(interfaces.begin(), interfaces.end(),
-                                      [&](const auto& i) { return i.coupling == coupling; });
+    const bool is_known = std::all_of(interfaces.begin(), interfaces.end(), [&](const auto& i) {
+      return i.coupling == coupling || i.coupling == Coupling::elastic;
+    });
     std::vector<CoupledInterface> all = interfaces;
-    for (CoupledInterface& interface : all) interface.coupling = coupling;
+    for (CoupledInterface& interface : all)
+      if (interface.coupling != Coupling::elastic) interface.coupling = coupling;
     const Eigen::MatrixXd raw = is_known
                                     ? response.flexibility
                                     : respond(mesh, materials, all, options, progress).flexibility;

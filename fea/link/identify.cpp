@@ -83,6 +83,8 @@ bool is_wanted(BracketWanted wanted, const TetMesh& mesh) {
 LinkResult started(const LinkSpec& spec, const LinkGeometry& geometry) {
   LinkResult result(spec.name, spec.material);
   result.preload = spec.preload;
+  result.material_name = spec.material_name;
+  result.young_deviation = spec.young_deviation;
   result.element_size = spec.size.value_or(0);
   result.surface_volume = geometry.report.volume;
   result.weld = geometry.imported.weld;

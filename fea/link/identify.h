@@ -34,6 +34,8 @@ struct LinkResult {
   spatial::Compliance6 compliance{Matrix6::Zero()};
   double symmetry_defect = 0;  // of the matrix before it was made symmetric
   Material material;
+  std::string material_name = {};  // by which the link file has it; may be empty
+  double young_deviation = 0;      // [Pa] one standard deviation of Young's modulus; 0: not stated
 
   std::optional<double> mass;      // [kg]; without a density there is none
   Vector3 center_of_mass;          // [m]

@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cctype>
 #include <stdexcept>
+#include <tuple>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "kinetostat/fea/mesh/surface_import.h"
+#include "kinetostat/io/material_table.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/io/yaml.h"
 
@@ -16,6 +19,8 @@ namespace {
 using io::YamlNode;
 using spatial::UnitSystem;
 namespace dimension = spatial::dimension;
+
+constexpr spatial::Dimension stiffness_per_area{.length = -2, .mass = 1, .time = -2};
 
 std::string read_unit(const YamlNode& mesh, const std::filesystem::path& mesh_file) {
   const auto unit = mesh.find("unit");
@@ -29,9 +34,28 @@ std::string read_unit(const YamlNode& mesh, const std::filesystem::path& mesh_fi
   return unit->text();
 }
 
-Material read_material(const YamlNode& node) {
+// {value, sd}: one standard deviation, as a pressure or in percent.
+double read_deviation(const YamlNode& node, double value) {
+  const bool relative = node.text().find('%') != std::string::npos;
+  const double deviation = relative ? value * node.quantity(dimension::none, {})
+                                    : node.quantity_with_unit(dimension::pressure);
+  if (!(deviation >= 0 && deviation < value))
+    node.fail("'" + node.text() + "' is not between zero and the value", "Steel has 3 %");
+  return deviation;
+}
+
+// Young's modulus and its deviation.
+std::pair<double, double> read_young(const YamlNode& node) {
+  if (!node.is_map()) return {node.quantity_with_unit(dimension::pressure), 0};
+  node.allow_only({"value", "sd"});
+  const double value = node.at("value").quantity_with_unit(dimension::pressure);
+  return {value, read_deviation(node.at("sd"), value)};
+}
+
+Material material_of_values(const YamlNode& node, double& deviation) {
   node.allow_only({"E", "nu", "density"});
-  const double young = node.at("E").quantity_with_unit(dimension::pressure);
+  double young = 0;
+  std::tie(young, deviation) = read_young(node.at("E"));
   if (!(young > 0))
     node.at("E").fail("'" + node.at("E").text() + "' is not above zero",
                       "Give Young's modulus, for steel 210 GPa");
@@ -47,6 +71,23 @@ Material read_material(const YamlNode& node) {
       value->fail("'" + value->text() + "' is not above zero", "Steel has 7850 kg/m^3");
   }
   return Material(young, poisson, density);
+}
+
+// Where the values stand in the file, or the table, with their deviation and the name.
+struct GivenMaterial {
+  Material material;
+  double deviation = 0;
+  std::string name = {};
+};
+
+GivenMaterial read_material(const YamlNode& node) {
+  if (node.is_scalar()) {
+    const io::NamedMaterial& found = io::named_material(node.choice(io::material_names()));
+    return {Material(found.young, found.poisson, found.density), found.deviation, found.name};
+  }
+  double deviation = 0;
+  const Material material = material_of_values(node, deviation);
+  return {material, deviation};
 }
 
 CylinderSelector read_cylinder(const YamlNode& node, const UnitSystem& units) {
@@ -123,7 +164,22 @@ common::InputError::Details place(const YamlNode& node) {
 const std::vector<std::string> selector_kinds{
     "plane", "cylinder", "sphere", "box", "nearest_face", "group", "stl", "face", "colour"};
 
+double read_layer_stiffness(const YamlNode& node) {
+  const double stiffness = node.quantity_with_unit(stiffness_per_area);
+  if (!(stiffness > 0))
+    node.fail("'" + node.text() + "' is not above zero",
+              "A bolted joint has about 1e12 N/m^3, that is 1 N/(um mm^2)");
+  return stiffness;
+}
+
+ElasticLayer read_layer(const YamlNode& node) {
+  node.allow_only({"normal", "tangential"});
+  return {.normal = read_layer_stiffness(node.at("normal")),
+          .tangential = read_layer_stiffness(node.at("tangential"))};
+}
+
 Coupling read_coupling(const YamlNode& node) {
+  if (node.is_map()) return Coupling::elastic;
   const std::string word = node.choice({"rigid", "distributing", "body"});
   if (word == "body") return Coupling::body;
   return word == "rigid" ? Coupling::rigid : Coupling::distributing;
@@ -148,7 +204,10 @@ InterfaceSpec read_interface(const std::string& name, const YamlNode& node,
   const auto [kind, selection] = node.one_of(selector_kinds);
   InterfaceSpec spec;
   spec.name = name;
-  if (const auto coupling = node.find("coupling")) spec.coupling = read_coupling(*coupling);
+  if (const auto coupling = node.find("coupling")) {
+    spec.coupling = read_coupling(*coupling);
+    if (spec.coupling == Coupling::elastic) spec.layer = read_layer(*coupling);
+  }
   if (const auto ratio = node.find("modulus_ratio"))
     spec.modulus_ratio = read_modulus_ratio(*ratio, spec.coupling);
   spec.selector = read_selector(kind, selection, units);
@@ -246,7 +305,10 @@ LinkSpec read_link(const std::filesystem::path& file) {
   UnitSystem units;
   if (!unit.empty()) units.length = unit;
   // Filled one by one: when a value in nested braces throws, g++ 12 destroys members never made.
-  LinkSpec spec(read_material(top.at("material")));
+  const GivenMaterial material = read_material(top.at("material"));
+  LinkSpec spec(material.material);
+  spec.material_name = material.name;
+  spec.young_deviation = material.deviation;
   spec.name = top.at("link").text();
   spec.file = file;
   spec.mesh_file = mesh_file;

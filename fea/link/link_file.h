@@ -42,6 +42,7 @@ struct InterfaceSpec {
   std::optional<Vector3> point;  // [m] reference point; the centroid when not given
   Coupling coupling = Coupling::rigid;
   double modulus_ratio = default_modulus_ratio;  // of a `body` coupling
+  ElasticLayer layer = {};                       // of an `elastic` one
   common::InputError::Details origin;            // file, line and key, for messages
 };
 
@@ -58,6 +59,8 @@ struct LinkSpec {
   common::InputError::Details mesh_origin;      // of the key `mesh`, for messages
   common::InputError::Details material_origin;  // of the key `material`
   Material material;
+  std::string material_name = {};  // in the table of io/material_table.h; empty: given by values
+  double young_deviation = 0;      // [Pa] one standard deviation; 0: not stated
   std::vector<InterfaceSpec> interfaces;  // two or more; the first is fixed, the others loaded
   /// Wrench [force; moment] on the loaded interface at its point [N; N m]; with one, the geometric
   /// stiffness is wanted.

@@ -167,7 +167,8 @@ std::vector<CoupledInterface> interfaces_on(const LinkSpec& spec, const TetMesh&
                           .geometry = geometry,
                           .point = interface.point.value_or(geometry.centroid),
                           .coupling = interface.coupling,
-                          .modulus_ratio = interface.modulus_ratio});
+                          .modulus_ratio = interface.modulus_ratio,
+                          .layer = interface.layer});
   }
   return interfaces;
 }

@@ -32,6 +32,8 @@ Json interface_json(const CoupledInterface& coupled, double fit_residual) {
             {"point", to_json(coupled.point)},
             {"fit_residual", fit_residual}};
   if (coupled.coupling == fea::Coupling::body) json["modulus_ratio"] = coupled.modulus_ratio;
+  if (coupled.coupling == fea::Coupling::elastic)
+    json["layer"] = {{"normal", coupled.layer.normal}, {"tangential", coupled.layer.tangential}};
   return json;
 }
 
@@ -192,6 +194,8 @@ Json to_json(const LinkResult& result) {
   json["center_of_mass"] = to_json(result.center_of_mass);
   json["inertia"] = result.inertia ? rows(*result.inertia) : Json();
   json["material"] = material_json(result.material);
+  if (!result.material_name.empty()) json["material"]["name"] = result.material_name;
+  if (result.young_deviation > 0) json["material"]["E_sd"] = result.young_deviation;
   for (std::size_t i = 0; i < result.interfaces.size(); ++i)
     json["interfaces"][result.interfaces[i].name] =
         interface_json(result.interfaces[i], result.response.fit_residuals[i]);

@@ -124,8 +124,13 @@ std::string preload_text(const LinkResult& result, const spatial::UnitSystem& un
 }  // namespace
 
 std::string text(const fea::LinkSpec& link) {
-  return fmt::format("link {}: {} in {}, E = {} Pa, nu = {}\n", link.name, link.mesh_name,
-                     link.unit, number(link.material.young()), number(link.material.poisson()));
+  const std::string known = link.young_deviation > 0
+                                ? fmt::format(" +- {:.2g} % (1 sd, not in the error bars)",
+                                              100 * link.young_deviation / link.material.young())
+                                : "";
+  return fmt::format("link {}: {} in {}{}, E = {} Pa{}, nu = {}\n", link.name, link.mesh_name,
+                     link.unit, link.material_name.empty() ? "" : ", " + link.material_name,
+                     number(link.material.young()), known, number(link.material.poisson()));
 }
 
 std::string text(const LinkResult& result) {

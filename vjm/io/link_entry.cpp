@@ -9,6 +9,7 @@
 
 #include "kinetostat/common/error.h"
 #include "kinetostat/io/link_result_file.h"
+#include "kinetostat/io/material_table.h"
 #include "kinetostat/spatial/rotation.h"
 #include "kinetostat/vjm/chain/beam.h"
 #include "kinetostat/vjm/chain/particles.h"
@@ -30,15 +31,35 @@ using spatial::UnitSystem;
 using spatial::Vector3;
 namespace dimension = spatial::dimension;
 
+// One source for all links of this material.
+Material material_of_table(const io::NamedMaterial& named, SourceList& sources) {
+  const UncertaintySource young{.name = "E of " + named.name,
+                                .place = "table of materials: E of " + named.name,
+                                .kind = SourceKind::material,
+                                .spread = Spread::log_normal,
+                                .value = named.young,
+                                .estimate = named.young,
+                                .deviation = named.deviation};
+  Material material;
+  material.young_modulus = sources.meet(young).value_or(named.young);
+  material.shear_modulus = material.young_modulus / (2 * (1 + named.poisson));
+  material.density = named.density;
+  return material;
+}
+
 Material read_material(const YamlNode& node, const UnitSystem& units,
                        const std::optional<YamlNode>& materials, SourceList& sources) {
   if (node.is_scalar()) {
-    if (!materials)
-      node.fail(fmt::format("the material '{}' is not defined", node.text()),
-                "Add 'materials:' to this file, or write {E: 210 GPa, nu: 0.3} here");
     std::vector<std::string> names;
-    for (const auto& [name, value] : materials->members()) names.push_back(name);
-    return read_material(materials->at(node.choice(names)), units, std::nullopt, sources);
+    if (materials)
+      for (const auto& [name, value] : materials->members()) names.push_back(name);
+    const std::size_t own = names.size();
+    for (std::string& name : io::material_names()) names.push_back(std::move(name));
+    const std::string name = node.choice(names);
+    if (std::find(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(own), name) !=
+        names.begin() + static_cast<std::ptrdiff_t>(own))
+      return read_material(materials->at(name), units, std::nullopt, sources);
+    return material_of_table(io::named_material(name), sources);
   }
   node.allow_only({"E", "G", "nu", "density"});
   Material material;

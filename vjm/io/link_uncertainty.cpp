@@ -63,11 +63,24 @@ UncertaintySource between(const std::string& what, const std::filesystem::path& 
           .deviation = (upper - lower) / std::sqrt(12.0)};
 }
 
-// The flexibility for values of the two sources; none while they are being listed.
+// Young's modulus beside the one that was computed with: all of the compliance goes with its
+// inverse.
+UncertaintySource young_modulus(const std::filesystem::path& file, double deviation) {
+  return {.name = "E of " + link_name(file),
+          .place = file.string() + ": E",
+          .kind = SourceKind::material,
+          .spread = Spread::log_normal,
+          .value = 1,
+          .estimate = 1,
+          .deviation = deviation};
+}
+
+// The flexibility for values of the sources; none while they are being listed.
 std::optional<MatrixXd> other_flexibility(const MatrixXd& nominal,
                                           const std::optional<io::LinkBracket>& bracket,
                                           const std::optional<io::LinkErrorBars>& bars,
-                                          const std::filesystem::path& file, SourceList& sources) {
+                                          double young_deviation, const std::filesystem::path& file,
+                                          SourceList& sources) {
   std::optional<MatrixXd> flexibility;
   if (bracket)
     if (const auto t = sources.meet(between("clamping", file, SourceKind::clamping, 0, 1)))
@@ -78,6 +91,11 @@ std::optional<MatrixXd> other_flexibility(const MatrixXd& nominal,
       const MatrixXd error = mesh_error(*bars);
       *flexibility += *m * largest_share(*flexibility, error) * error;
     }
+  if (young_deviation > 0)
+    if (const auto young = sources.meet(young_modulus(file, young_deviation))) {
+      if (!flexibility) flexibility = nominal;
+      *flexibility /= *young;
+    }
   return flexibility;
 }
 
@@ -85,14 +103,15 @@ std::optional<MatrixXd> other_flexibility(const MatrixXd& nominal,
 
 spatial::Compliance6 uncertain_compliance(const io::IdentifiedLink& link,
                                           const std::filesystem::path& file, SourceList& sources) {
-  const auto other =
-      other_flexibility(link.compliance.matrix(), link.bracket, link.error, file, sources);
+  const auto other = other_flexibility(link.compliance.matrix(), link.bracket, link.error,
+                                       link.young_deviation, file, sources);
   return other ? spatial::Compliance6(*other, link.compliance.frame()) : link.compliance;
 }
 
 Eigen::MatrixXd uncertain_stiffness(const io::ReducedLink& link, const std::filesystem::path& file,
                                     SourceList& sources) {
-  const auto other = other_flexibility(link.flexibility, link.bracket, link.error, file, sources);
+  const auto other = other_flexibility(link.flexibility, link.bracket, link.error,
+                                       link.young_deviation, file, sources);
   return other ? io::free_stiffness(link, *other) : link.stiffness;
 }
 

@@ -19,6 +19,9 @@ void LinkExports::add_options(OptionList& app) {
 }
 
 void LinkExports::write(const fea::LinkResult& result) const {
+  for (const fea::CoupledInterface& interface : result.interfaces)
+    if (!deck.empty() && interface.coupling == fea::Coupling::elastic)
+      throw UsageError("--deck", "an elastic layer is not exported", "Leave it out");
   if (!deck.empty() || !msh.empty()) {
     const fea::Solid solid =
         fea::with_stiff_bodies(result.mesh, {result.material}, result.interfaces);

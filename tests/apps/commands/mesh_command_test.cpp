@@ -56,6 +56,57 @@ TEST(MeshCommand, RepairIsReportedAndTheResultIsSound) {
   EXPECT_EQ(kinetostat("mesh check repaired.stl --unit mm").code, 0);
 }
 
+// What is listed can be pasted: each selector picks its face, and no other.
+TEST(MeshCommand, FacesComeWithSelectorsThatPickThem) {
+  write("cube.stl", cube("a", 0));
+  ASSERT_EQ(kinetostat("mesh check cube.stl --unit mm --faces --json faces.json").code, 0);
+  const io::Json faces = json("faces.json")["faces"];
+  ASSERT_EQ(faces.size(), 6u);
+  for (std::size_t i = 1; i < faces.size(); ++i) {
+    EXPECT_EQ(faces[i]["kind"], "plane");
+    EXPECT_NEAR(faces[i]["area"].get<double>(), 1e-4, 1e-12);
+  }
+  const auto direction = [&faces](std::size_t i) {
+    return faces[i]["direction"].get<std::array<double, 3>>();
+  };
+  const auto turned = [&](std::size_t i) {
+    const auto a = direction(0), b = direction(i);
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] < -0.5;
+  };
+  std::size_t opposite = 1;
+  while (opposite + 1 < faces.size() && !turned(opposite)) ++opposite;
+  const auto link = fmt::format(
+      "kinetostat: 1\nlink: cube\nmesh: {{file: cube.stl, unit: mm}}\nmaterial: steel_s235\n"
+      "fixed: {{{}}}\nloaded: {{{}, coupling: {{normal: 1e13 N/m^3, tangential: 1e13 N/m^3}}}}\n"
+      "elements: {{size: 5}}\n",
+      faces[0]["selector"].get<std::string>(), faces[opposite]["selector"].get<std::string>());
+  write("cube.yaml", link);
+  const Outcome found = kinetostat("identify cube.yaml -o cube.link.json");
+  ASSERT_EQ(found.code, 0) << found.err;
+  const io::Json result = json("cube.link.json");
+  for (const char* name : {"fixed", "loaded"})
+    EXPECT_NEAR(result["interfaces"][name]["area"].get<double>(), 1e-4, 1e-10);
+  EXPECT_EQ(result["interfaces"]["loaded"]["coupling"], "elastic");
+  EXPECT_EQ(result["material"]["name"], "steel_s235");
+  EXPECT_NEAR(result["material"]["E_sd"].get<double>(), 6.3e9, 1);
+  // The spread of E goes on into robots.
+  write("cube_arm.yaml",
+        "kinetostat: 1\nname: arm\nunits: {length: mm, force: N, angle: deg}\n"
+        "links: {cube: {compliance: cube.link.json}}\nchain_types: {arm: [link: cube]}\n"
+        "manipulator: {chain: arm}\n");
+  const Outcome arm = kinetostat("stiffness cube_arm.yaml");
+  EXPECT_EQ(arm.code, 0) << arm.err;
+  EXPECT_THAT(arm.out, HasSubstr("E of cube"));
+}
+
+TEST(MeshCommand, MaterialsAreListedWithTheirSources) {
+  const Outcome list = kinetostat("material list --verbose --json materials.json");
+  EXPECT_EQ(list.code, 0) << list.err;
+  EXPECT_THAT(list.out, HasSubstr("steel_s235"));
+  EXPECT_THAT(list.out, HasSubstr("EN 1561:2011, annex A: 103 to 118 GPa"));
+  EXPECT_GE(json("materials.json")["materials"].size(), 20u);
+}
+
 TEST(MeshCommand, MassPropertiesOfACubeAreThoseOfACube) {
   write("cube.stl", cube("a", 0));
   ASSERT_EQ(kinetostat("mesh check cube.stl --unit mm --density '1000 kg/m^3' --json r.json").code,

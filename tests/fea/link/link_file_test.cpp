@@ -166,5 +166,43 @@ TEST_F(LinkFile, MistakesInNamedInterfacesAreNamed) {
               HasSubstr("interfaces.left"));
 }
 
+TEST_F(LinkFile, AMaterialMayBeNamed) {
+  const std::string values = "{E: 70 GPa, nu: 0.33, density: 2700 kg/m^3}";
+  const LinkSpec spec = read(replaced(good, values, "aluminium_6082"));
+  EXPECT_EQ(spec.material_name, "aluminium_6082");
+  EXPECT_EQ(spec.material.young(), 70e9);
+  EXPECT_EQ(spec.material.poisson(), 0.3);
+  EXPECT_EQ(spec.material.density(), 2700);
+  EXPECT_NEAR(spec.young_deviation, 0.02 * 70e9, 1);
+  EXPECT_THAT(message(values, "aluminum_6082"),
+              HasSubstr("foot.yaml:4: material: 'aluminum_6082' is not one of"));
+  EXPECT_THAT(message(values, "aluminum_6082"), HasSubstr("Did you mean 'aluminium_6082'?"));
+}
+
+TEST_F(LinkFile, YoungsModulusMayBeUncertain) {
+  const LinkSpec spec = read(replaced(good, "E: 70 GPa", "E: {value: 70 GPa, sd: 4 %}"));
+  EXPECT_EQ(spec.material.young(), 70e9);
+  EXPECT_NEAR(spec.young_deviation, 2.8e9, 1);
+  EXPECT_NEAR(read(replaced(good, "E: 70 GPa", "E: {value: 70 GPa, sd: 2 GPa}")).young_deviation,
+              2e9, 1);
+  EXPECT_THAT(message("E: 70 GPa", "E: {value: 70 GPa, sd: 200 %}"),
+              HasSubstr("foot.yaml:4: material.E.sd: '200 %' is not between zero and the value"));
+  EXPECT_THAT(message("E: 70 GPa", "E: {value: 70 GPa}"), HasSubstr("sd"));
+}
+
+TEST_F(LinkFile, ACouplingMayBeAnElasticLayer) {
+  const LinkSpec spec = read(replaced(
+      good, "coupling: rigid", "coupling: {normal: 1.5 N/(um mm^2), tangential: 4e11 N/m^3}"));
+  EXPECT_EQ(spec.interfaces[1].coupling, Coupling::elastic);
+  EXPECT_NEAR(spec.interfaces[1].layer.normal, 1.5e12, 1);
+  EXPECT_NEAR(spec.interfaces[1].layer.tangential, 4e11, 1);
+  EXPECT_THAT(message("coupling: rigid", "coupling: {normal: 1e12 N/m^3}"),
+              HasSubstr("tangential"));
+  EXPECT_THAT(message("coupling: rigid", "coupling: {normal: 1e12 N/m, tangential: 1e12 N/m^3}"),
+              HasSubstr("foot.yaml:6: loaded.coupling.normal"));
+  EXPECT_THAT(message("coupling: rigid", "coupling: {normal: -1 N/m^3, tangential: 1e12 N/m^3}"),
+              HasSubstr("'-1 N/m^3' is not above zero"));
+}
+
 }  // namespace
 }  // namespace kinetostat::fea::link_file_test

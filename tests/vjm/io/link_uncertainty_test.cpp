@@ -99,6 +99,22 @@ TEST(LinkUncertainty, ALinkOfWhichNothingIsSaidHasNone) {
   EXPECT_TRUE(sources.sources().empty());
 }
 
+// All of the compliance goes with one over the modulus, whatever else is not known.
+TEST(LinkUncertainty, AModulusOfItsMaterialIsAThirdSource) {
+  io::IdentifiedLink of = link();
+  of.young_deviation = 0.03;
+  SourceList sources;
+  (void)uncertain_compliance(of, file, sources);
+  ASSERT_EQ(sources.sources().size(), 3u);
+  const UncertaintySource& young = sources.sources()[2];
+  EXPECT_EQ(young.name, "E of foot");
+  EXPECT_EQ(young.kind, SourceKind::material);
+  EXPECT_EQ(young.spread, Spread::log_normal);
+  EXPECT_DOUBLE_EQ(young.deviation, 0.03);
+  EXPECT_TRUE(test::matrix_near_relative(at(of, {0.3, 0.2, 1.25}),
+                                         Matrix6(at(of, {0.3, 0.2, 1}) / 1.25), 1e-12));
+}
+
 const std::string robot_text = R"(kinetostat: 1
 name: two feet
 units: {length: mm, force: N}

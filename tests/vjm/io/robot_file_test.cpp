@@ -134,6 +134,24 @@ TEST_F(RobotFile, ABeamLinkHasTheBeamsStiffness) {
   EXPECT_LT((product - spatial::Matrix6::Identity()).norm(), 1e-8);
 }
 
+// A name of the file goes before one of the table, and one of the table is a source.
+TEST_F(RobotFile, ABeamMayNameACommonMaterial) {
+  const std::string written = "material: steel}";
+  const Robot robot = read(replaced(good, written, "material: aluminium_6082}"));
+  const auto tip = beam_compliance(0.4, Section::circle(0.03, 0.3), {70e9, 70e9 / 2.6, {}},
+                                   BeamTheory::timoshenko);
+  const Spring& spring = robot.manipulator.chains()[0].springs()[1];
+  EXPECT_LT((spring.stiffness * tip.matrix() - spatial::Matrix6::Identity()).norm(), 1e-8);
+  ASSERT_EQ(robot.sources.size(), 1u);
+  EXPECT_EQ(robot.sources[0].name, "E of aluminium_6082");
+  EXPECT_NEAR(robot.sources[0].deviation, 0.02 * 70e9, 1);
+  const std::string own =
+      replaced(replaced(good, "steel:", "steel_s235:"), written, "material: steel_s235}");
+  EXPECT_TRUE(read(own).sources.empty());
+  EXPECT_THAT(error_of(replaced(good, written, "material: aluminum_6082}")),
+              HasSubstr("Did you mean 'aluminium_6082'?"));
+}
+
 // The shear of a beam knows the material: Cowper's coefficients with nu of the file, or of E and G.
 TEST_F(RobotFile, TheShearOfABeamIsThatOfItsMaterial) {
   struct Case {
