@@ -95,6 +95,7 @@ class Couplings {
   // Of the equations: behind each layer whose body moves, the forces of the layer in its six unit
   // motions come after the load cases.
   Eigen::MatrixXd right_hand_sides() const {
+    if (motion_rows() == 0) return loads();
     const Eigen::MatrixXd all = loads();
     Eigen::MatrixXd sides(unknown_rows(), all.cols() + motion_rows());
     sides << all.topRows(unknown_rows()), layer_forces_;
@@ -103,7 +104,7 @@ class Couplings {
 
   // The unknowns and the motions of bodies behind layers in each load case, from the solutions for
   // right_hand_sides(): layers hold these bodies with D, and what the link gives way to.
-  Eigen::MatrixXd solutions(const Eigen::MatrixXd& x) const {
+  Eigen::MatrixXd solutions(Eigen::MatrixXd x) const {
     const Eigen::Index bodies = motion_rows(), cases = x.cols() - bodies;
     if (bodies == 0) return x;
     const auto held = x.leftCols(cases), moved = x.rightCols(bodies);
@@ -261,9 +262,9 @@ LinkResponse respond(const TetMesh& mesh, const std::vector<Material>& materials
   if (interfaces.size() < 2) throw std::invalid_argument("respond: two interfaces at least");
   const Solid solid = with_stiff_bodies(mesh, materials, interfaces);
   const Couplings couplings(solid.mesh, solid.materials, interfaces);
-  const Solution solution = solve(solid.mesh, solid.materials, couplings.unknowns(),
-                                  couplings.right_hand_sides(), options, progress);
-  const Eigen::MatrixXd solutions = couplings.solutions(solution.x);
+  Solution solution = solve(solid.mesh, solid.materials, couplings.unknowns(),
+                            couplings.right_hand_sides(), options, progress);
+  const Eigen::MatrixXd solutions = couplings.solutions(std::move(solution.x));
   LinkResponse response;
   response.solver = solution.stats;
   const Eigen::Index cases = solutions.cols();
