@@ -321,7 +321,10 @@ std::string fitted_in_words(const vjm::Robot& robot, const calibration::BaseFit&
 }
 
 std::string changed_in_words(const vjm::Robot& robot, const calibration::BaseFit& fit) {
-  return listed(fitted_names(robot, fit).changed, "and");
+  const FittedNames names = fitted_names(robot, fit);
+  const std::string changed = listed(names.changed, "and");
+  if (changed.empty() || names.confounded.empty()) return changed;
+  return fmt::format("{}, not distinguished from {}", changed, listed(names.confounded, "and"));
 }
 
 std::string first_screen(const vjm::Robot& robot, const Campaign& campaign,

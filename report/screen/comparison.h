@@ -18,7 +18,7 @@ std::string first_screen(const vjm::Robot& robot, const calibration::Campaign& c
                          const calibration::Comparison& comparison, const std::string& next);
 /// "q1 +16 % +- 7, q3 +18 % +- 4; within their error: q2"; empty where nothing was fitted.
 std::string fitted_in_words(const vjm::Robot& robot, const calibration::BaseFit& fit);
-/// Only what changed: "q1 +16 % +- 7 and q3 +18 % +- 4".
+/// Only what changed: "q1 +16 % +- 7 and q3 +18 % +- 4, not distinguished from q2".
 std::string changed_in_words(const vjm::Robot& robot, const calibration::BaseFit& fit);
 
 /// How the held-out error of two models compares.
