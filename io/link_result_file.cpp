@@ -85,7 +85,8 @@ void read_bracket(const std::filesystem::path& file, const Json& json, Link& lin
 double young_deviation(const std::filesystem::path& file, const Json& json) {
   const Json material = json.value("material", Json());
   if (!material.is_object() || !material.contains("E_sd")) return 0;
-  const Json young = material.value("E", Json()), deviation = material["E_sd"];
+  const Json young = material.value("E", Json());
+  const Json& deviation = material["E_sd"];
   if (!young.is_number() || !deviation.is_number() || !(deviation.get<double>() >= 0) ||
       !(deviation.get<double>() < young.get<double>()))
     fail_at(file, "material.E_sd", "a number from zero to material.E is expected");

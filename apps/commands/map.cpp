@@ -129,6 +129,7 @@ std::vector<vjm::Manipulator> finer_models(const vjm::Robot& robot) {
 
 std::vector<vjm::MapIndex> plain(const std::vector<report::NamedIndex>& named) {
   std::vector<vjm::MapIndex> indices;
+  indices.reserve(named.size());
   for (const report::NamedIndex& index : named) indices.push_back(index.index);
   return indices;
 }

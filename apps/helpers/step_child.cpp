@@ -207,7 +207,7 @@ int solid_of(const Shape& shape, const TopoDS_Shape& face) {
   return 0;
 }
 
-Shape read_shape(const std::string& bytes) {
+void read(const std::string& bytes, Shape& shape) {
   const MemoryFile file(bytes);
   Handle(TDocStd_Document) document;
   XCAFApp_Application::GetApplication()->NewDocument("MDTV-XCAF", document);
@@ -218,7 +218,6 @@ Shape read_shape(const std::string& bytes) {
   const Handle(XCAFDoc_ShapeTool) tool = XCAFDoc_DocumentTool::ShapeTool(document->Main());
   TDF_LabelSequence roots;
   tool->GetFreeShapes(roots);
-  Shape shape;
   number_faces(roots, shape);
   if (shape.faces.IsEmpty()) throw Impossible("it holds no surface");
   shape.solid_names.resize(static_cast<std::size_t>(shape.solids.Extent()));
@@ -236,7 +235,6 @@ Shape read_shape(const std::string& bytes) {
     shape.face_colours.push_back(
         colours.of(face, solid > 0 ? shape.solids(solid) : TopoDS_Shape(), root));
   }
-  return shape;
 }
 
 void put(std::vector<double>& list, const gp_XYZ& v) {
@@ -315,7 +313,8 @@ void add_triangles(const TopoDS_Face& face, int number, Answer& answer) {
 Answer facets(const Request& request) {
   if (request.numbers.size() != 2 || !(request.numbers[0] > 0) || !(request.numbers[1] > 0))
     throw std::invalid_argument("facets: an angle and a distance");
-  const Shape shape = read_shape(request.step);
+  Shape shape;
+  read(request.step, shape);
   Bnd_Box box;
   BRepBndLib::Add(shape.whole, box);
   IMeshTools_Parameters parameters;  // one thread: the same facets every time
@@ -401,7 +400,8 @@ class Nearest {
 };
 
 Answer project(const Request& request) {
-  const Shape shape = read_shape(request.step);
+  Shape shape;
+  read(request.step, shape);
   for (const std::int32_t face : request.faces)
     if (face < 1 || face > shape.faces.Extent()) throw std::invalid_argument("project: a face");
   Nearest nearest(shape);

@@ -63,9 +63,9 @@ AverageMotion::AverageMotion(const TetMesh& mesh, const Interface& interface, co
   for (const Face& face : faces_)
     for (std::size_t a = 0; a < face.nodes.size(); ++a)
       for (std::size_t b = 0; b < face.nodes.size(); ++b)
-        integrals.middleRows<3>(3 * face.nodes[a]) +=
+        integrals.middleRows<3>(3 * Eigen::Index{face.nodes[a]}) +=
             face.area * face.products(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) *
-            rigid.middleRows<3>(3 * face.nodes[b]);
+            rigid.middleRows<3>(3 * Eigen::Index{face.nodes[b]});
   const Matrix6 weight = rigid.transpose() * integrals;
   Matrix6 to_centroid = Matrix6::Identity();  // of a wrench at the point
   to_centroid.bottomLeftCorner<3, 3>() = spatial::skew(point - interface.centroid);

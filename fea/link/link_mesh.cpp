@@ -39,6 +39,7 @@ void pick_body(const LinkSpec& spec, SurfaceMesh& surface) {
                                    [&](const Body& body) { return body.name == spec.body; });
   if (picked != bodies.end()) return keep_body(surface, *picked);
   std::vector<std::string> names;
+  names.reserve(bodies.size());
   for (const Body& body : bodies) names.push_back(body.name);
   const std::string near = common::nearest_spelling(spec.body, names);
   InputError::Details details = spec.mesh_origin;

@@ -189,7 +189,8 @@ class Couplings {
       for (const auto& [node, spring] : layer_springs(mesh_, interface.geometry, interface.layer)) {
         const auto motion = spatial::rigid_motion(
             Vector3(mesh_.nodes[static_cast<std::size_t>(node)] - interface.point));
-        layer_forces_.block<3, 6>(3 * unknowns_.block_of(node), first) += spring * motion;
+        layer_forces_.block<3, 6>(3 * Eigen::Index{unknowns_.block_of(node)}, first) +=
+            spring * motion;
         layer_stiffness_.block<6, 6>(first, first) += motion.transpose() * spring * motion;
       }
     }
@@ -208,13 +209,13 @@ class Couplings {
       return;
     }
     if (interfaces_[i].coupling == Coupling::rigid) {
-      loads.middleRows<6>(3 * unknowns_.body_block(holding_.body_of[i])) += wrenches;
+      loads.middleRows<6>(3 * Eigen::Index{unknowns_.body_block(holding_.body_of[i])}) += wrenches;
       return;
     }
     const std::vector<int>& nodes = average_motions_[i].nodes();
     const Eigen::MatrixXd forces = average_motions_[i].nodal_forces() * wrenches;
     for (std::size_t n = 0; n < nodes.size(); ++n)
-      loads.middleRows<3>(3 * unknowns_.block_of(nodes[n])) +=
+      loads.middleRows<3>(3 * Eigen::Index{unknowns_.block_of(nodes[n])}) +=
           forces.middleRows<3>(3 * static_cast<Eigen::Index>(n));
   }
 
@@ -223,7 +224,7 @@ class Couplings {
     if (holding_.held == i) return Vector6::Zero();
     if (const auto row = motion_row(i)) return solution.segment<6>(*row);
     if (interfaces_[i].coupling == Coupling::rigid)
-      return solution.segment<6>(3 * unknowns_.body_block(holding_.body_of[i]));
+      return solution.segment<6>(3 * Eigen::Index{unknowns_.body_block(holding_.body_of[i])});
     return average_motions_[i].of(nodes);
   }
 

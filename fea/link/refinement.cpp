@@ -112,7 +112,7 @@ class Refinement {
   Refinement(const Solve& solve, const RefinementOptions& options, common::Progress& progress)
       : solve_(solve), options_(options), progress_(progress) {}
 
-  RefinedModel run(SizeField sizes) {
+  RefinedModel run(const SizeField& sizes) {
     RefinedModel best{.model = solve_(sizes), .accuracy = {}};
     best.accuracy.asked = options_.accuracy;
     assess(best.model, options_.threads, best.accuracy);
@@ -122,7 +122,7 @@ class Refinement {
       if (lack.empty()) return best;
       const std::string obstacle = step(best);
       if (obstacle.empty()) continue;
-      best.accuracy.shortfall = lack + "; " + obstacle;
+      best.accuracy.shortfall = fmt::format("{}; {}", lack, obstacle);
       return best;
     }
   }

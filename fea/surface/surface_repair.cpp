@@ -330,6 +330,7 @@ class Repair {
   SurfaceReport shrink(SurfaceMesh& wrapped, double offset) const {
     const std::vector<Vector3> far = wrapped.points;
     std::vector<Vector3> near;
+    near.reserve(far.size());
     for (const Vector3& p : far) near.push_back(locator_->nearest(p).point);
     SurfaceReport state;
     for (const double rest : {0.1, 0.4, 1.0}) {

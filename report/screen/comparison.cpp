@@ -322,7 +322,7 @@ std::string fitted_in_words(const vjm::Robot& robot, const calibration::BaseFit&
 
 std::string changed_in_words(const vjm::Robot& robot, const calibration::BaseFit& fit) {
   const FittedNames names = fitted_names(robot, fit);
-  const std::string changed = listed(names.changed, "and");
+  std::string changed = listed(names.changed, "and");
   if (changed.empty() || names.confounded.empty()) return changed;
   return fmt::format("{}, not distinguished from {}", changed, listed(names.confounded, "and"));
 }

@@ -169,6 +169,7 @@ class Sweep {
   std::function<int()> program_of(std::size_t r) const {
     return [words = words_of_run(r)] {
       std::vector<const char*> arguments;
+      arguments.reserve(words.size());
       for (const std::string& word : words) arguments.push_back(word.c_str());
       Program program;
       add_all_commands(program);
