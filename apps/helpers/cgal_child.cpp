@@ -24,7 +24,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <new>
 #include <stdexcept>
 #include <unistd.h>
 
@@ -41,12 +40,6 @@ using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Point = Kernel::Point_3;
 using Mesh = CGAL::Surface_mesh<Point>;
 using Halfedge = Mesh::Halfedge_index;
-
-// The surface is not fit for the operation.
-class Impossible : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 struct Soup {
   std::vector<Point> points;
@@ -321,18 +314,12 @@ int main(int argc, char** argv) {
     return 0;
   }
   limit_process(argc, argv);
-  int code = EXIT_FAILURE;
-  try {
-    code = run();
-  } catch (const std::bad_alloc&) {
-    code = exit_out_of_memory;
-  } catch (const pmp::Corefinement::Self_intersection_exception&) {
-    std::puts("a piece of the surface crosses itself");
-    code = exit_impossible;
-  } catch (const std::exception& error) {
-    std::puts(error.what());
-    code = exit_impossible;
-  }
-  std::fflush(stdout);
-  _exit(code);
+  const auto work = [] {
+    try {
+      return run();
+    } catch (const pmp::Corefinement::Self_intersection_exception&) {
+      throw Impossible("a piece of the surface crosses itself");
+    }
+  };
+  end_with(work, exit_out_of_memory, exit_impossible);
 }

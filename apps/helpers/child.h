@@ -2,7 +2,10 @@
 // standard library, so that the helpers share no code with the rest.
 #pragma once
 
+#include <cstdio>
 #include <cstdlib>
+#include <new>
+#include <stdexcept>
 #include <string>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -42,6 +45,29 @@ inline void limit_process(int argc, char** argv) {
 #else
   (void)argc, (void)argv;
 #endif
+}
+
+/// What a library cannot do with what it was given.
+class Impossible : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Ends the process with the exit code that `work` returns, or with that of memory that is out or
+/// of any other exception, whose words go to standard output.
+template <class Work>
+[[noreturn]] void end_with(const Work& work, int out_of_memory, int impossible) {
+  int code = EXIT_FAILURE;
+  try {
+    code = work();
+  } catch (const std::bad_alloc&) {
+    code = out_of_memory;
+  } catch (const std::exception& error) {
+    std::puts(error.what());
+    code = impossible;
+  }
+  std::fflush(stdout);
+  _exit(code);
 }
 
 }  // namespace kinetostat

@@ -65,12 +65,6 @@ namespace {
 using namespace kinetostat;
 using namespace kinetostat::fea::step;
 
-// The file cannot be used.
-class Impossible : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
-
 // The bytes under a name that Open CASCADE can open.
 class MemoryFile {
  public:
@@ -447,20 +441,14 @@ int main(int argc, char** argv) {
     return 0;
   }
   limit_process(argc, argv);
-  int code = EXIT_FAILURE;
-  try {
-    code = run();
-  } catch (const std::bad_alloc&) {
-    code = exit_out_of_memory;
-  } catch (const Standard_OutOfMemory&) {
-    code = exit_out_of_memory;
-  } catch (const Standard_Failure& error) {
-    std::puts(error.GetMessageString());
-    code = exit_impossible;
-  } catch (const std::exception& error) {
-    std::puts(error.what());
-    code = exit_impossible;
-  }
-  std::fflush(stdout);
-  _exit(code);
+  const auto work = [] {
+    try {
+      return run();
+    } catch (const Standard_OutOfMemory&) {
+      throw std::bad_alloc();
+    } catch (const Standard_Failure& error) {
+      throw Impossible(error.GetMessageString());
+    }
+  };
+  end_with(work, exit_out_of_memory, exit_impossible);
 }
