@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "kinetostat/common/build_id.h"
 #include "kinetostat/io/text_file.h"
 #include "kinetostat/report/page.h"
 
@@ -89,6 +90,7 @@ std::string version_report() {
 // Of a library that another program has loaded, such as Python, that library.
 std::string this_program() {
   static const char here = 0;
+  if (std::string id = common::build_id(); !id.empty()) return id;
   Dl_info found = {};
   const bool known = ::dladdr(&here, &found) != 0 && found.dli_fname != nullptr;
   const std::filesystem::path file = known ? found.dli_fname : "";

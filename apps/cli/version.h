@@ -11,8 +11,9 @@ std::string version();
 /// Version, parts that are linked with their versions and licences, and the BLAS in use.
 std::string version_report();
 
-/// SHA-256 of the program that runs. Another build may compute otherwise, whatever its version
-/// says, so it is part of every key in the cache.
+/// Build ID of the program that runs, or the SHA-256 of its file where the linker left none.
+/// Another build may compute otherwise, whatever its version says, so it is part of every key in
+/// the cache.
 std::string this_program();
 
 }  // namespace kinetostat::apps
