@@ -95,6 +95,12 @@ std::vector<Value> values_in_use(const Campaign& campaign) {
   return values;
 }
 
+std::vector<std::size_t> first_values(const std::vector<Value>& values, std::size_t readings) {
+  std::vector<std::size_t> first(readings, 0);
+  for (std::size_t v = values.size(); v-- > 0;) first[values[v].reading] = v;
+  return first;
+}
+
 bool has_role(const Campaign& campaign, Role role) {
   return std::any_of(campaign.readings.begin(), campaign.readings.end(),
                      [role](const Reading& r) { return !r.masked && r.role == role; });

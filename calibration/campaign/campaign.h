@@ -212,6 +212,9 @@ struct Value {
 /// All of them, in the order of the readings.
 std::vector<Value> values_in_use(const Campaign& campaign);
 
+/// Of each of so many readings, which of these values is its first; 0 where it has none.
+std::vector<std::size_t> first_values(const std::vector<Value>& values, std::size_t readings);
+
 /// Whether any reading has this role.
 bool has_role(const Campaign& campaign, Role role);
 /// The campaign with every reading masked that has another role than these.

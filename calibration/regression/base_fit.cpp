@@ -168,7 +168,7 @@ class Problem {
         noise_(noise),
         known_(known),
         values_(values_in_use(campaign)),
-        first_row_(first_rows(values_, campaign.readings.size())),
+        first_row_(first_values(values_, campaign.readings.size())),
         shared_(noise, values_),
         unknowns_(campaign, parameters, values_, known),
         progress_(progress),
@@ -362,12 +362,6 @@ class Problem {
   }
 
  private:
-  static std::vector<Index> first_rows(const std::vector<Value>& values, std::size_t readings) {
-    std::vector<Index> first(readings, 0);
-    for (std::size_t v = values.size(); v-- > 0;) first[values[v].reading] = static_cast<Index>(v);
-    return first;
-  }
-
   // Near those that were made last.
   Predictions predicted_with(const VectorXd& values, const std::vector<Parameter>& by,
                              const std::vector<TargetOffset>& targets, const ReadingTaker& take) {
@@ -455,7 +449,7 @@ class Problem {
     block.rightCols(unknowns_.size()) = all(used, Eigen::all);
     block.col(0) = (predicted - reading.displacement)(used);
     noise_.whiten(i, used, block);
-    const Index row = first_row_[i];
+    const auto row = static_cast<Index>(first_row_[i]);
     result.residual.segment(row, count) = block.col(0);
     result.jacobian.middleRows(row, count) = block.rightCols(unknowns_.size());
   }
@@ -520,7 +514,7 @@ class Problem {
   const Noise& noise_;
   const BaseFit* known_;  // of the sessions that it knows, or nullptr
   std::vector<Value> values_;
-  std::vector<Index> first_row_;  // of each reading
+  std::vector<std::size_t> first_row_;  // of each reading
   SharedNoise shared_;
   Unknowns unknowns_;
   common::Progress& progress_;

@@ -24,8 +24,7 @@ constexpr double unseen = 0.3;             // d' of a change that is worth knowi
 std::optional<MatrixXd> signatures_of(const Predictor& predictor, const std::vector<Value>& values,
                                       const Noise& noise, const std::vector<Parameter>& parameters,
                                       common::Progress& progress) {
-  std::vector<std::size_t> first(noise.sigma.size(), 0);  // of the values of each reading
-  for (std::size_t v = values.size(); v-- > 0;) first[values[v].reading] = v;
+  const std::vector<std::size_t> first = first_values(values, noise.sigma.size());
   MatrixXd signatures(static_cast<Index>(values.size()), static_cast<Index>(parameters.size()));
   const auto take = [&](std::size_t reading, VectorXd&, spatial::Vector6&,
                         const MatrixXd& derivatives) {

@@ -1,6 +1,5 @@
 // A drive whose joint follows the command with a periodic error.
 #include <cmath>
-#include <numbers>
 
 #include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/kinds/kinds.h"
@@ -8,8 +7,6 @@
 namespace kinetostat::vjm::effects {
 namespace eccentricity_kind {
 namespace {
-
-using std::numbers::pi;
 
 enum Value { cosine, sine, order };
 
@@ -35,20 +32,7 @@ class Eccentricity : public EffectKind {
     confuser = "geometric_error in front of the joint, at few postures";
     place = EffectPlace::joint;
     acts_on_joint_alone = true;
-    parameters = {amplitude("cosine"),
-                  amplitude("sine"),
-                  // Once or twice a turn; or once a turn of a screw with a lead of 5, 10 or 20 mm.
-                  {.name = "order",
-                   .linear = {.length = -1, .angle = 1},
-                   .angular = spatial::dimension::none,
-                   .lower = 1e-3,
-                   .upper = 1e6,
-                   .prior_sd = 1,
-                   .none = 1,
-                   .required = false,
-                   .is_shape = true,
-                   .usual_linear = {2 * pi / 0.005, 2 * pi / 0.01, 2 * pi / 0.02},
-                   .usual_angular = {1, 2}}};
+    parameters = {amplitude("cosine"), amplitude("sine"), order_of_ripple()};
   }
 
   void act(ChainModifier& modifier, const std::string& joint,

@@ -1,5 +1,6 @@
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
+#include <numbers>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -19,6 +20,21 @@ EffectParameter optional_parameter(std::string name, const spatial::Dimension& d
           .upper = limit,
           .prior_sd = prior_sd,
           .required = false};
+}
+
+EffectParameter order_of_ripple() {
+  constexpr double turn = 2 * std::numbers::pi;
+  return {.name = "order",
+          .linear = {.length = -1, .angle = 1},
+          .angular = spatial::dimension::none,
+          .lower = 1e-3,
+          .upper = 1e6,
+          .prior_sd = 1,
+          .none = 1,
+          .required = false,
+          .is_shape = true,
+          .usual_linear = {turn / 0.005, turn / 0.01, turn / 0.02},
+          .usual_angular = {1, 2}};
 }
 
 double home_of(const Chain& chain, Index coordinate) {

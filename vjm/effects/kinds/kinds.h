@@ -55,6 +55,10 @@ inline constexpr spatial::Dimension angular{.length = -2, .mass = -1, .time = 2,
 EffectParameter optional_parameter(std::string name, const spatial::Dimension& dimension,
                                    double limit, double prior_sd);
 
+/// How often what ripples with a joint's command does so in one radian: once or twice a turn, or
+/// once a turn of a screw with a lead of 5, 10 or 20 mm.
+EffectParameter order_of_ripple();
+
 /// Where a coordinate is at home [m or rad].
 double home_of(const Chain& chain, Eigen::Index coordinate);
 /// The spring of a joint. Throws std::invalid_argument when the joint has none.

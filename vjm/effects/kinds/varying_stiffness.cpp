@@ -2,15 +2,12 @@
 // a screw or a telescope, or falls with temperature.
 #include <cmath>
 #include <functional>
-#include <numbers>
 
 #include "kinetostat/vjm/chain/chain_modifier.h"
 #include "kinetostat/vjm/effects/kinds/kinds.h"
 
 namespace kinetostat::vjm::effects {
 namespace {
-
-using std::numbers::pi;
 
 // Factor of a joint's stiffness and its derivatives by the values of an effect.
 struct Factor {
@@ -95,19 +92,7 @@ class PeriodicStiffness : public VaryingStiffness {
     confuser = "eccentricity, which is there without load; stiffness_along_joint";
     least_commands =
         4;  // its two amplitudes, the stiffness itself, and one to see whether it is so
-    parameters = {amplitude("cosine"),
-                  amplitude("sine"),
-                  {.name = "order",
-                   .linear = {.length = -1, .angle = 1},
-                   .angular = spatial::dimension::none,
-                   .lower = 1e-3,
-                   .upper = 1e6,
-                   .prior_sd = 1,
-                   .none = 1,
-                   .required = false,
-                   .is_shape = true,
-                   .usual_linear = {2 * pi / 0.005, 2 * pi / 0.01, 2 * pi / 0.02},
-                   .usual_angular = {1, 2}}};
+    parameters = {amplitude("cosine"), amplitude("sine"), order_of_ripple()};
   }
 
  protected:
