@@ -24,19 +24,21 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Signatures of two sizes, the first and the one after it, that differ by no more than their
-// length.
-bool is_proportional(const std::vector<Signature>& signatures, std::size_t first, double ratio) {
-  const VectorXd large = signatures[first].columns.col(0);
-  const VectorXd small = signatures[first + 1].columns.col(0);
-  return (small - ratio * large).norm() < 0.02 * ratio * large.norm();
-}
-
 // By how much a signature must grow to be seen. A usual size is a guess; an effect ten times as
 // large is rare but real.
 double growth_to_be_seen(double length) {
   constexpr double seen = 1, most = 10;
   return length >= seen || length < least_visible / most ? 1 : most;
+}
+
+// Does the change of the readings grow with the size of the effect, by its derivatives? Then it
+// does the same at every smaller size: laws with corners leave the line behind the first.
+bool grows_with_size(const vjm::Effect& effect, const VectorXd& change, const MatrixXd& by_values) {
+  VectorXd along = VectorXd::Zero(change.size());
+  for (Index k = 0; k < by_values.cols(); ++k)
+    if (const auto i = static_cast<std::size_t>(k); is_size(*effect.kind, i))
+      along += (effect.values[k] - effect.kind->parameters[i].none) * by_values.col(k);
+  return (along - change).norm() < 0.02 * change.norm();
 }
 
 double usual_interval(const Campaign& campaign) {
@@ -86,6 +88,11 @@ FittedModel::FittedModel(const std::vector<Candidate>& present, const BaseFit& f
     const vjm::JointPlace place{chain, bare.chains()[chain].index_of(element)};
     if (std::find(joints_.begin(), joints_.end(), place) == joints_.end()) joints_.push_back(place);
   }
+}
+
+const std::string& FittedModel::key() const {
+  std::call_once(has_key_, [&] { key_ = fitted_key(present_, fit_); });
+  return key_;
 }
 
 CandidateFitter::CandidateFitter(const vjm::Robot& robot, const Campaign& campaign,
@@ -311,10 +318,11 @@ double CandidateFitter::error_on(const Campaign& others, const BaseFit& fit,
   }
 }
 
-std::optional<Signature> CandidateFitter::signature_of(const Predictor& predictor,
-                                                       const std::vector<Candidate>& added,
-                                                       double growth, const FittedModel& beside,
-                                                       common::Progress& progress) const {
+std::optional<CandidateFitter::Look> CandidateFitter::look_at(const Predictor& predictor,
+                                                              const std::vector<Candidate>& added,
+                                                              double growth,
+                                                              const FittedModel& beside,
+                                                              common::Progress& progress) const {
   const BaseFit& fit = beside.fit();
   const Candidate& candidate = added.back();
   const std::vector<Parameter> unknowns = parameters(effects_with(robot_, added), added);
@@ -322,54 +330,50 @@ std::optional<Signature> CandidateFitter::signature_of(const Predictor& predicto
   for (std::size_t k = 0; k < fit.parameters.size(); ++k)
     values[static_cast<Index>(k)] = fit.parameters[k].value;
   const Index count = candidate.effect.values.size();
-  const auto there = linearised_at(predictor, campaign_, noise_, unknowns, values, fit, count - 1,
+  const auto there = linearised_at(predictor, campaign_, noise_, unknowns, values, fit, count,
                                    progress, condensed(candidate, beside, progress));
   if (!there) return std::nullopt;
+  const auto by_values =
+      there->jacobian.middleCols(static_cast<Index>(unknowns.size()) - count, count);
   // Whitened residuals are predicted minus measured; so a signature is their change.
-  Signature signature{.columns = there->residual - fit.at.residual,
-                      .growth = Eigen::RowVectorXd::Constant(1, growth)};
+  const VectorXd change = there->residual - fit.at.residual;
+  Signature signature{.columns = change, .growth = Eigen::RowVectorXd::Constant(1, growth)};
   for (Index k = 1; k < count; ++k) {
     if (!usual_values(candidate.effect, k, robot_.without_effects()).empty()) continue;
     const auto i = static_cast<std::size_t>(k);
     const Index at = signature.columns.cols();
     signature.columns.conservativeResize(Eigen::NoChange, at + 1);
     signature.growth.conservativeResize(at + 1);
-    signature.columns.col(at) =
-        candidate.deviations[i] *
-        there->jacobian.col(static_cast<Index>(unknowns.size()) - count + k);
+    signature.columns.col(at) = candidate.deviations[i] * by_values.col(k);
     // How the effect acts shows as far as the effect itself does.
     signature.growth[at] = candidate.effect.kind->parameters[i].is_shape ? growth : 1;
   }
-  return signature;
+  const bool is_proportional = grows_with_size(candidate.effect, change, by_values);
+  return Look{std::move(signature), is_proportional};
 }
 
 void CandidateFitter::add_signatures(const Predictor& predictor, const Candidate& candidate,
                                      std::vector<Candidate> added, const FittedModel& beside,
                                      Signatures& signatures, common::Progress& progress) const {
-  const std::size_t before = signatures.all.size();
   const auto sizes = sizes_of(*candidate.effect.kind);
   double growth = 0;  // not known yet
   for (const auto& [leading, others] : sizes) {
     added.back() = resolved(at_size(candidate, std::max(1.0, growth) * leading, others));
-    auto signature = signature_of(predictor, added, std::max(1.0, growth), beside, progress);
-    if (signature && growth == 0) {
-      growth = growth_to_be_seen(signature->columns.col(0).norm());
+    auto look = look_at(predictor, added, std::max(1.0, growth), beside, progress);
+    if (look && growth == 0) {
+      growth = growth_to_be_seen(look->signature.columns.col(0).norm());
       if (growth > 1) {
         added.back() = resolved(at_size(candidate, growth * leading, others));
-        signature = signature_of(predictor, added, growth, beside, progress);
+        look = look_at(predictor, added, growth, beside, progress);
       }
     }
-    if (!signature) signatures.failure = "the model with it has no equilibrium for some reading";
-    if (!signature || !signature->columns.allFinite()) continue;
-    signatures.all.push_back(std::move(*signature));
+    if (!look) signatures.failure = "the model with it has no equilibrium for some reading";
+    if (!look || !look->signature.columns.allFinite()) continue;
+    signatures.all.push_back(std::move(look->signature));
     signatures.starts.push_back(added.back());
     // A signature that only grows with its size is the same direction at every size.
-    if (leading == sizes[1].first && signatures.all.size() == before + 2 &&
-        sizes.back().second == 1 && is_proportional(signatures.all, before, leading)) {
-      signatures.all.pop_back();
-      signatures.starts.pop_back();
-      break;
-    }
+    const bool has_one_direction = look->is_proportional && sizes.back().second == 1;
+    if (has_one_direction && std::pair(leading, others) == sizes.front()) break;
   }
 }
 
@@ -377,7 +381,7 @@ CandidateFitter::Signatures CandidateFitter::signatures_of(const Candidate& cand
                                                            const FittedModel& beside,
                                                            common::Progress& progress) const {
   if (journal_ == nullptr) return computed_signatures(candidate, beside, progress);
-  const std::string key = signatures_key(scope_, candidate, beside.present(), beside.fit());
+  const std::string key = signatures_key(scope_, candidate, beside.key());
   if (const auto record = recorded(key))
     if (auto signatures = recorded_signatures(*record, candidate)) return *std::move(signatures);
   Signatures signatures = computed_signatures(candidate, beside, progress);

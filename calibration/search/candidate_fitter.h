@@ -14,8 +14,9 @@
 
 namespace kinetostat::calibration {
 
-/// A fitted model beside which candidates are looked at. Keeps references, and what looks share:
-/// the model with those joints condensed in which candidates act alone, found when first asked for.
+/// A fitted model beside which candidates are looked at. Keeps references, and what looks share,
+/// found when first asked for: its key, and the model with those joints condensed in which
+/// candidates act alone.
 class FittedModel {
  public:
   FittedModel(const std::vector<Candidate>& present, const BaseFit& fit,
@@ -23,14 +24,17 @@ class FittedModel {
 
   const std::vector<Candidate>& present() const { return present_; }
   const BaseFit& fit() const { return fit_; }
+  /// Of the journal: fitted_key().
+  const std::string& key() const;
 
  private:
   friend class CandidateFitter;
   const std::vector<Candidate>& present_;
   const BaseFit& fit_;
   std::vector<vjm::JointPlace> joints_;
-  mutable std::once_flag is_condensed_;
+  mutable std::once_flag is_condensed_, has_key_;
   mutable CondensedModel condensed_;
+  mutable std::string key_;
 };
 
 /// A robot, a campaign, and the fits of models with something more.
@@ -122,12 +126,15 @@ class CandidateFitter {
                                   common::Progress& progress) const;
   Signatures computed_signatures(const Candidate& candidate, const FittedModel& beside,
                                  common::Progress& progress) const;
-  // Signature of the last candidate at its current values, which are `growth` times usual. nullopt
-  // if the model has no equilibrium.
-  std::optional<Signature> signature_of(const Predictor& predictor,
-                                        const std::vector<Candidate>& added, double growth,
-                                        const FittedModel& beside,
-                                        common::Progress& progress) const;
+  struct Look {
+    Signature signature;
+    bool is_proportional = false;  // the signature grows with the size of the effect
+  };
+  // At the last candidate with its current values, which are `growth` times usual. nullopt if the
+  // model has no equilibrium.
+  std::optional<Look> look_at(const Predictor& predictor, const std::vector<Candidate>& added,
+                              double growth, const FittedModel& beside,
+                              common::Progress& progress) const;
   // Adds the signatures of one design, in the place of the last candidate.
   void add_signatures(const Predictor& predictor, const Candidate& candidate,
                       std::vector<Candidate> added, const FittedModel& beside,

@@ -199,9 +199,12 @@ std::string fit_key(const std::string& scope, const std::vector<vjm::Effect>& ef
 }
 
 std::string signatures_key(const std::string& scope, const Candidate& candidate,
-                           const std::vector<Candidate>& present, const BaseFit& fit) {
-  return io::sha256(bytes_of(Outcome::signatures, scope) + bytes_of_candidate(candidate) +
-                    joined(present, bytes_of_candidate) + bytes_of(fit));
+                           const std::string& beside) {
+  return io::sha256(bytes_of(Outcome::signatures, scope, beside) + bytes_of_candidate(candidate));
+}
+
+std::string fitted_key(const std::vector<Candidate>& present, const BaseFit& fit) {
+  return io::sha256(joined(present, bytes_of_candidate) + bytes_of(fit));
 }
 
 std::string record_of(const BaseFit& fit) { return bytes_of(Outcome::fit, fit); }

@@ -13,8 +13,10 @@ std::string fit_scope(const Campaign& campaign, const Noise& noise);
 /// Keys. `scope`: of fit_scope(). `near`: predictions of a similar model, or nullptr.
 std::string fit_key(const std::string& scope, const std::vector<vjm::Effect>& effects,
                     const std::vector<Parameter>& unknowns, const Predictions* near);
+/// `beside`: fitted_key() of the model that signatures are looked at in.
 std::string signatures_key(const std::string& scope, const Candidate& candidate,
-                           const std::vector<Candidate>& present, const BaseFit& fit);
+                           const std::string& beside);
+std::string fitted_key(const std::vector<Candidate>& present, const BaseFit& fit);
 
 /// Every bit of the fit but its parameters' descriptions, which are the question's.
 std::string record_of(const BaseFit& fit);

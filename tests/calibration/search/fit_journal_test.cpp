@@ -222,12 +222,12 @@ TEST_F(FitJournalTest, OtherQuestionsHaveOtherKeys) {
   const Candidate candidate = candidates(robot_, {"clearance"}).front();
   BaseFit moved = base;
   moved.parameters[0].value += 1e-12;
-  keys.push_back(signatures_key(scope, candidate, {}, base));
-  keys.push_back(signatures_key(scope, candidate, {}, moved));
-  keys.push_back(signatures_key(scope, candidate, {candidate}, base));
+  keys.push_back(signatures_key(scope, candidate, fitted_key({}, base)));
+  keys.push_back(signatures_key(scope, candidate, fitted_key({}, moved)));
+  keys.push_back(signatures_key(scope, candidate, fitted_key({candidate}, base)));
   Candidate wider = candidate;
   wider.deviations[0] *= 2;
-  keys.push_back(signatures_key(scope, wider, {}, base));
+  keys.push_back(signatures_key(scope, wider, fitted_key({}, base)));
   for (std::size_t i = 0; i < keys.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) EXPECT_NE(keys[i], keys[j]) << i << " and " << j;
 }
