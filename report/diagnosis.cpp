@@ -80,7 +80,12 @@ std::string noise_words(const Diagnosis& d) {
 // Where something looked like an effect, or the misfit is large, though none is needed.
 std::vector<std::string> remarks_on_nothing(const Diagnosis& d) {
   std::vector<std::string> result;
-  if (!d.steps.empty() && d.steps[0].max_score.p_value <= calibration::significance_level)
+  if (d.doubted)
+    result.push_back(fmt::format(
+        "A signature exceeds the detection threshold (chance of a false alarm {}), as it does in "
+        "one sound campaign of twenty: what 'kinetostat plan' asks for would tell.",
+        percent(d.doubted->false_alarm_chance)));
+  else if (!d.steps.empty() && d.steps[0].max_score.p_value <= calibration::significance_level)
     result.push_back(fmt::format(
         "A signature exceeds the detection threshold (chance of a false alarm {}), but no fitted "
         "effect improves the prediction of held-out readings, or is far more probable than no "
@@ -222,6 +227,7 @@ std::string verdict_text(const vjm::Robot& robot, const calibration::Campaign& c
       text += fmt::format("    these readings do not distinguish it from: {}\n",
                           fmt::join(names_of(found.instead), "; "));
   }
+  if (d.doubted) text += fmt::format("  perhaps {}\n", answers_text(d.doubted->decision));
   for (const std::string& remark : remarks(robot, campaign, d))
     text += fmt::format("  {}\n", remark);
   for (const std::string& sentence : d.missing) text += "  Missing: " + sentence + ".\n";

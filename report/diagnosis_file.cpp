@@ -216,7 +216,8 @@ RecordedFinding finding_of(const Json& json) {
   return {.effect = effect_of(json, json),
           .probability = json.at("probability").get<double>(),
           .false_alarm_chance = json.at("gate_p_value").get<double>(),
-          .instead = json.at("instead").get<std::vector<std::string>>()};
+          .instead = json.at("instead").get<std::vector<std::string>>(),
+          .nothing = json.value("decision", Json::object()).value("nothing", 0.0)};
 }
 
 RecordedCandidate candidate_of(const Json& json) {
@@ -305,6 +306,7 @@ DiagnosisRecord record_of(const Json& json, const std::filesystem::path& file) {
                          .verdict = verdict_of(json, file),
                          .found = {},
                          .ambiguous = json.at("ambiguous").get<std::vector<std::string>>(),
+                         .doubted = {},
                          .instead_of_refit = {},
                          .or_something_else = json.at("or_something_else").get<bool>(),
                          .waterfall = {},
@@ -315,6 +317,8 @@ DiagnosisRecord record_of(const Json& json, const std::filesystem::path& file) {
                          .set_aside = json.value("set_aside", Json::array()).size(),
                          .steps = {}};
   for (const Json& entry : list_of(json, "found")) record.found.push_back(finding_of(entry));
+  if (const Json one = json.value("doubted", Json()); !one.is_null())
+    record.doubted = finding_of(one);
   if (const Json one = json.value("instead_of_refit", Json()); !one.is_null())
     record.instead_of_refit = effect_of(one, one);
   for (const Json& stage : list_of(json, "waterfall"))
@@ -342,6 +346,7 @@ Json to_json(const vjm::Robot& robot, const calibration::Campaign& campaign, con
             {"verdict", calibration::to_string(d.verdict)},
             {"found", found},
             {"ambiguous", d.ambiguous},
+            {"doubted", d.doubted ? found_json(robot, *d.doubted) : Json()},
             {"instead_of_refit", common_cause_json(robot, d)},
             {"missing", d.missing},
             {"by_kinematics", d.by_kinematics ? Json(*d.by_kinematics) : Json()},

@@ -49,6 +49,8 @@ class Questioner {
         question.open.front().probability = diagnosis_.found.back().probability;
         question.nothing = 1 - question.open.front().probability;
       }
+    } else if (is(Verdict::none_needed) && diagnosis_.doubted) {
+      add_doubted(*diagnosis_.doubted, question);
     } else if (is(Verdict::unexplained)) {
       if (!question.present.empty()) question.present.pop_back();
       add_nearest(question);
@@ -122,6 +124,15 @@ class Questioner {
       for (const RecordedCandidate& entry : *entries)
         if (entry.effect.name() == name && entry.is_fitted) return open_candidate_of(entry);
     return {.candidate = find(name), .log_evidence = {}};
+  }
+
+  // What may be missing all the same, and nothing.
+  void add_doubted(const RecordedFinding& doubted, PlanQuestion& question) const {
+    question.open.push_back(open(doubted.effect.name(), question));
+    for (const std::string& name : doubted.instead) question.open.push_back(open(name, question));
+    for (OpenCandidate& candidate : question.open) candidate.probability *= 1 - doubted.nothing;
+    question.perhaps_nothing = true;
+    question.nothing = doubted.nothing;
   }
 
   // Those that came nearest, though they do not explain the readings.

@@ -32,12 +32,12 @@ struct PlanQuestion {
   std::string verdict = {};  // of the diagnosis
 };
 
-/// The question that a result of `diagnose` leaves: its ambiguous set; where it is inconclusive,
-/// the effects that were not observable, one place of each kind; where nothing explains the
-/// readings, the nearest candidates; else no candidates. `show`: effects (or "effect at place")
-/// that the next readings shall show, whatever was found. Throws common::InputError when the
-/// diagnosis is of another robot, std::invalid_argument for an effect that
-/// the robot cannot have.
+/// The question that a result of `diagnose` leaves: its ambiguous set; what it doubts, where
+/// nothing is needed; where it is inconclusive, the effects that were not observable, one place of
+/// each kind; where nothing explains the readings, the nearest candidates; else no candidates.
+/// `show`: effects (or "effect at place") that the next readings shall show, whatever was found.
+/// Throws common::InputError when the diagnosis is of another robot, std::invalid_argument for an
+/// effect that the robot cannot have.
 PlanQuestion question_of(const vjm::Robot& robot, const DiagnosisRecord& diagnosis,
                          const std::vector<std::string>& show);
 

@@ -18,6 +18,8 @@ struct DecisionRules {
   /// d' below which two places of a class make the same predictions in these readings.
   double same_place = 2;
   std::size_t most_answers = 5;  // a list of more is none
+  /// How many times as probable as any answer "nothing is missing" must be to be the verdict.
+  double lead_of_nothing = 1;
 };
 
 /// A rule as the theory page shows it: where its value comes from, and what it decides.
@@ -54,6 +56,7 @@ struct Decision {
   std::string depends_on = {};       // what that would depend on
   bool is_identified = false;        // one answer holds the level
   bool is_narrowed_down = false;     // a short list does
+  bool is_none_needed = false;       // "nothing is missing" is the most probable answer of all
 };
 
 /// Kinds that a decision counts together: backlash and stiffening are laws of one curve of load

@@ -281,6 +281,7 @@ class Waterfall {
 void take_growth(const Search& search, Growth& growth, Diagnosis& d) {
   d.steps = std::move(growth.steps);
   d.found = std::move(growth.found);
+  d.doubted = std::move(growth.doubted);
   const Model& model = growth.model;
   d.after = test_of(model.fit, d.noise);
   if (!d.found.empty()) {

@@ -33,6 +33,7 @@ struct RecordedFinding {
   RecordedEffect effect;
   double probability = 0, false_alarm_chance = 1;
   std::vector<std::string> instead = {};  // what it may be instead
+  double nothing = 0;                     // probability that nothing is missing, where known
 };
 
 /// One row of a ranking.
@@ -71,6 +72,7 @@ struct DiagnosisRecord {
   Verdict verdict = Verdict::inconclusive;
   std::vector<RecordedFinding> found;
   std::vector<std::string> ambiguous;
+  std::optional<RecordedFinding> doubted;          // see Diagnosis::doubted
   std::optional<RecordedEffect> instead_of_refit;  // see Diagnosis::common_cause
   bool or_something_else = false;
   std::vector<RecordedStage> waterfall;

@@ -24,6 +24,8 @@ struct Diagnosis {
   Verdict verdict = Verdict::inconclusive;
   std::vector<FoundEffect> found;      // in the order of their finding
   std::vector<std::string> ambiguous;  // where one may be something else: itself, then the others
+  /// What may be missing all the same, where nothing is needed; see Growth::doubted.
+  std::optional<FoundEffect> doubted;
   /// Where nothing was found: the one cause that fitted parameters may stand for.
   std::optional<CommonCause> common_cause;
   std::vector<std::string> missing;  // what readings would have to have, in sentences

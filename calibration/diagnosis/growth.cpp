@@ -120,6 +120,16 @@ class Grower {
     }
   }
 
+  // What exceeds the detection threshold may still be less probable than that nothing is missing.
+  void give_up_doubted() {
+    if (found_.size() != 1 || !found_[0].decision.is_none_needed) return;
+    grown_.doubted = std::move(found_[0]);
+    found_.clear();
+    model_.present.clear();
+    model_.stages.clear();
+    model_.fit = model_.without;
+  }
+
   Growth result() && {
     grown_.model = std::move(model_);
     grown_.found = std::move(found_);
@@ -163,7 +173,8 @@ class Grower {
       std::vector<BaseFit> fits;
       DiagnosisStep step = search_.step(others, *without_it, fits);
       check_prediction(others, *without_it, fits, step);
-      const bool needed = step.max_score.p_value <= significance_level;
+      const bool needed =
+          step.max_score.p_value <= significance_level && !decide(step).is_none_needed;
       if (needed && is_replaced(step, found_[k], model_.fit.squared_error)) {
         grown_.steps.push_back(step);
         return Revision{k, std::move(fits[0]), found_effect(step)};
@@ -237,6 +248,7 @@ Growth grow(const CandidateFitter& fitter, const HeldOutRefit& refit, Search& se
     grower.find_masked_pair();
   else
     grower.eliminate();
+  grower.give_up_doubted();
   Growth grown = std::move(grower).result();
   if (grown.model.present.size() > 1)
     doubt_beside_one(grown.model.alone, grown.steps[0], grown.model.fit, grown.found);

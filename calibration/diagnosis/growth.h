@@ -22,14 +22,17 @@ struct Model {
 
 struct Growth {
   Model model;
-  std::vector<FoundEffect> found;    // one for each present effect
+  std::vector<FoundEffect> found;  // one for each present effect
+  /// Found, then given up, since "nothing is missing" is more probable; not present.
+  std::optional<FoundEffect> doubted;
   std::vector<DiagnosisStep> steps;  // the rounds, in their order
 };
 
 /// Adds the best effect of each round as long as one is found (found_effect.h); where none is,
 /// looks for two that hide one another; then weighs each of several again beside the others: one
-/// that is not needed is dropped, one that is fitted better by something else gives way. `fit`: of
-/// the model without anything added, for which `search` has been screened.
+/// that is not needed is dropped, one that is fitted better by something else gives way. One that
+/// is left alone, and less probable than that nothing is missing, is given up. `fit`: of the model
+/// without anything added, for which `search` has been screened.
 Growth grow(const CandidateFitter& fitter, const HeldOutRefit& refit, Search& search,
             const DiagnosisOptions& options, const BaseFit& fit, common::Progress& progress);
 

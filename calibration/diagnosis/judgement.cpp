@@ -15,11 +15,13 @@ bool can_show_anything(const DiagnosisStep& step) {
 }
 
 // The best candidate of the first round, where it exceeds the detection threshold but only at a
-// size that nobody has seen.
+// size that nobody has seen, and something is missing rather than nothing.
 std::string absurd_explanation(const Diagnosis& d) {
   if (d.steps.empty() || d.steps[0].indistinguishable.empty()) return {};
-  const RankedCandidate& best = d.steps[0].ranking[0];
-  if (d.steps[0].max_score.p_value > significance_level || !is_absurd(d.steps[0])) return {};
+  const DiagnosisStep& first = d.steps[0];
+  const RankedCandidate& best = first.ranking[0];
+  if (first.max_score.p_value > significance_level || !is_absurd(first)) return {};
+  if (decide(first).is_none_needed) return {};
   return fmt::format(
       "an effect that explains the misfit at a size that makes sense: {} comes nearest, but would "
       "have to be {:.0f} times as large as usual",

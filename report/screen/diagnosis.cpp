@@ -177,7 +177,13 @@ std::string depends_on(const Diagnosis& d) {
   return !d.left.depends_on.empty() ? d.left.depends_on : d.free_form.depends_on;
 }
 
-std::string nothing_in_words(const Diagnosis& d) {
+std::string nothing_in_words(const vjm::Robot& robot, const Diagnosis& d) {
+  if (d.doubted && !d.doubted->decision.answers.empty())
+    return fmt::format(
+        "No effect is needed: the most probable answer is that nothing is missing "
+        "({}), next is {}.",
+        short_percent(d.doubted->decision.nothing),
+        with_probability(robot, d.doubted->decision.answers.front()));
   const auto& test = d.after ? d.after : d.before;
   return fmt::format("Nothing is missing: {}no effect of the catalogue explains more.",
                      test ? fmt::format("the error of the fitted model is {} times the noise, and ",
@@ -290,7 +296,7 @@ std::string headline(const vjm::Robot& robot, const calibration::Campaign& campa
                          factor.empty() ? "" : ": the error depends on " + factor);
     }
     case Verdict::none_needed:
-      return nothing_in_words(d);
+      return nothing_in_words(robot, d);
     default:
       return d.noise == calibration::NoiseSource::unknown
                  ? "Inconclusive: it is not known how exact the readings are."

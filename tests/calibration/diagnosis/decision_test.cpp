@@ -158,6 +158,57 @@ TEST(Decision, NothingCompetesWithTheWeightOfAllKinds) {
   EXPECT_TRUE(clear.is_identified);
 }
 
+// The weight of nothing is (38 e^0)^0.6, that of log 38 + x by e^0.6x of it.
+TEST(Decision, NothingIsTheVerdictWhereItIsTheMostProbableAnswer) {
+  const double even = std::log(static_cast<double>(vjm::effect_kinds().size()));
+  struct Row {
+    const char* what;
+    std::vector<RankedCandidate> ranking;
+    double nothing;  // its probability
+    bool is_none_needed, is_narrowed_down;
+  };
+  const double less = std::exp(-0.6 * 0.1), more = std::exp(0.6 * 0.1);
+  const std::vector<Row> rows{
+      {"one that is less probable",
+       {fitted("friction", "q1", even - 0.1)},
+       1 / (1 + less),
+       true,
+       false},
+      {"one that is more probable",
+       {fitted("friction", "q1", even + 0.1)},
+       1 / (1 + more),
+       false,
+       true},
+      {"each is less probable, not all together",
+       {fitted("friction", "q1", even - 0.1), fitted("creep", "q2", even - 0.1)},
+       1 / (1 + 2 * less),
+       true,
+       false},
+      {"laws of one answer add up",
+       {fitted("clearance", "q1", even - 0.1), fitted("hardening", "q1", even - 0.1)},
+       1 / (1 + 2 * less),
+       false,
+       true}};
+  for (const Row& row : rows) {
+    const Decision d = decide(round_of(row.ranking, 0));
+    EXPECT_NEAR(d.nothing, row.nothing, 1e-9) << row.what;
+    EXPECT_EQ(d.is_none_needed, row.is_none_needed) << row.what;
+    EXPECT_EQ(d.is_narrowed_down, row.is_narrowed_down) << row.what;
+    EXPECT_FALSE(d.is_identified) << row.what;
+    EXPECT_FALSE(d.answers.empty()) << row.what;
+  }
+  // Nor where the smooth error, of no drive and no time, is what is most probable.
+  DiagnosisStep step = round_of({fitted("friction", "q1", even - 5)}, 0);
+  step.free_form.over = SmoothOver::other;
+  step.free_form.log = even + 0.1;
+  EXPECT_FALSE(decide(step).is_none_needed);
+  step.free_form.log = even - 0.1;
+  EXPECT_TRUE(decide(step).is_none_needed);
+  EXPECT_FALSE(decide(step, {.lead_of_nothing = 2}).is_none_needed);
+  // An answer that holds the level is one, whatever the lead.
+  EXPECT_FALSE(decide(round_of({fitted("friction", "q1", 20)}, 0)).is_none_needed);
+}
+
 TEST(Decision, ADiscrepancyCountsForTheDriveWhoseLawItIs) {
   DiagnosisStep step = round_of({fitted("hardening", "q2", 0)});
   step.log_evidence_without = 0;
