@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "day.h"
+#include "instrument.h"
 
 namespace twin {
 namespace {
@@ -182,7 +183,7 @@ class Run {
     if (row.starts) start(row);
     reach(row);
     const Pose now = built_.structure.pose_of(built_.platform);
-    const Pose shown = seen(world_.effects, now, row);
+    const Pose shown = instrument_.shown(seen(world_.effects, now, row), row);
     const Pose loaded_from = plan_.absolute ? unloaded_ : zero_;
     const auto column = static_cast<Eigen::Index>(i);
     out_.read.col(column) =
@@ -216,6 +217,7 @@ class Run {
     built_.structure.accept(0);
     zero_ = unloaded_ = built_.structure.pose_of(built_.platform);
     zero_row_ = row;
+    instrument_ = Instrument(world_.effects, seen(world_.effects, zero_, row));
     if (with_derivatives_ && !plan_.absolute)
       zero_by_springs_ = built_.structure.sensitivity(built_.platform, springs());
     force_ = applied_ = Vector3::Zero();
@@ -263,6 +265,7 @@ class Run {
   Built built_;
   std::vector<Vector6> rests_;
   Pose zero_, unloaded_;
+  Instrument instrument_;
   Row zero_row_;
   double time_ = 0;
   Vector3 force_ = Vector3::Zero(), applied_ = Vector3::Zero();

@@ -98,6 +98,8 @@ double usual_size(const RobotSpec& robot, const HiddenEffect& effect) {
       {"cell_zero", robot.name.starts_with("six") ? 10. : 3.},
       {"cell_end", 1e-6},
       {"target_slip", 2e-5},
+      {"gauge_play", 1e-5},
+      {"cycle_offset", 2e-5},
       {"wrench_misalignment", 0.02},
       {"application_point", 0.01},
       {"target_lever_arm", 0.01},

@@ -100,6 +100,17 @@ const std::vector<Trial>& instruments() {
   return all;
 }
 
+/// A dial gauge with play, and a cycle of which the zero was taken wrong.
+const std::vector<Trial>& gauges() {
+  static const std::vector<Trial> all{{"scara", "push", {{"gauge_play", "sensor"}}, {}},
+                                      {"arm_7r", "push", {{"gauge_play", "sensor"}}, {}},
+                                      {"gantry", "push", {{"gauge_play", "sensor"}}, {}},
+                                      {"scara", "push", {{"cycle_offset", "sensor"}}, {}},
+                                      {"arm_7r", "push", {{"cycle_offset", "sensor"}}, {}},
+                                      {"gantry", "poses", {{"cycle_offset", "sensor"}}, {}}};
+  return all;
+}
+
 /// Effects that act together in one robot.
 struct Together {
   std::string robot, plan;
@@ -183,6 +194,7 @@ std::vector<Case> trial_suite() {
     if (seen.emplace(trial.robot, trial.plan).second)
       for (const char* which : {"c", "d", "e"}) add("clean", trial, which, {});
   for (const Trial& trial : instruments()) add_singles(trial);
+  for (const Trial& trial : gauges()) add_singles(trial);
   return cases;
 }
 
