@@ -28,6 +28,20 @@ struct Hypothesis {
   double probability = 0;
 };
 
+// A size at the end of its range, which design has not put there.
+bool is_at_limit(const RankedCandidate& ranked) {
+  const auto& parameters = ranked.candidate.effect.kind->parameters;
+  if (!ranked.fit || std::ssize(parameters) != ranked.fit->values.size()) return false;
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const vjm::EffectParameter& p = parameters[k];
+    const double value = ranked.fit->values[static_cast<Eigen::Index>(k)];
+    if (!p.is_shape && p.usual_angular.empty() && value != p.none &&
+        (value == p.lower || value == p.upper))
+      return true;
+  }
+  return false;
+}
+
 const char* const nothing = "nothing";
 const char* const unexplained = "unexplained";
 
@@ -210,13 +224,16 @@ class Posterior {
       answer.probability += h->probability;
       if (!h->ranked) continue;
       of_laws += h->probability;
-      of_class[class_of(*h->ranked->candidate.effect.kind)] += h->probability;
+      const std::string limit = class_at_limit(*h, members);
+      of_class[limit.empty() ? class_of(*h->ranked->candidate.effect.kind) : limit] +=
+          h->probability;
       if (std::find(answer.places.begin(), answer.places.end(), h->place) == answer.places.end())
         answer.places.push_back(h->place);
       answer.laws.push_back({.candidate = h->candidate,
                              .effect = h->ranked->candidate.effect.kind->name,
                              .at = h->place,
-                             .share = h->probability});
+                             .share = h->probability,
+                             .is_at_limit = !limit.empty()});
     }
     for (LawShare& law : answer.laws) law.share /= of_laws;
     const std::vector<std::string> classes = classes_that_hold(of_class, of_laws);
@@ -226,6 +243,19 @@ class Posterior {
                               return moves_like_best(*h, *members.front());
                             });
     return answer;
+  }
+
+  // That of the law that another one ends at, among those of its answer, the most probable first;
+  // else empty.
+  static std::string class_at_limit(const Hypothesis& h,
+                                    const std::vector<const Hypothesis*>& members) {
+    if (!is_at_limit(*h.ranked)) return {};
+    const std::string own = class_of(*h.ranked->candidate.effect.kind);
+    for (const Hypothesis* other : members) {
+      if (!other->ranked || !other->ranked->fit || is_at_limit(*other->ranked)) continue;
+      if (std::string its = class_of(*other->ranked->candidate.effect.kind); its != own) return its;
+    }
+    return {};
   }
 
   // The class that holds the level within its answer, or all of them, the most probable first.

@@ -35,6 +35,7 @@ struct LawShare {
   std::size_t candidate = 0;  // in the ranking
   std::string effect, at;     // "clearance", "x.rho"
   double share = 0;
+  bool is_at_limit = false;  // its fit ends at a bound, and so counts for another class
 };
 
 /// One thing that may be missing: an effect class at one place, or at several that these readings
@@ -69,11 +70,12 @@ std::string family_of(const vjm::EffectKind& kind);
 /// own. The discrepancy counts for the drive whose load-deflection law it is, for creep where it is
 /// a memory of earlier loads, for the best of time or of temperature where it depends on these, as
 /// long as a law there explains something by itself, and as unexplained otherwise. Kinds of one
-/// family_of() are counted together; the answer names the class that holds the level. With the best
-/// go laws of other classes that in principle move the platform as it does
-/// (EffectKind::moves_like) and that these readings do not distinguish from it. Candidates
-/// that were not fitted because they do what the best does count as it does. A pure function of the
-/// round: `step` as arrange() leaves it.
+/// family_of() are counted together; the answer names the class that holds the level. A law whose
+/// size ends at a bound of its range stands for a relative: it counts for the class of the best law
+/// of the answer that has another class and ends at none. With the best go laws of other classes
+/// that in principle move the platform as it does (EffectKind::moves_like) and that these readings
+/// do not distinguish from it. Candidates that were not fitted because they do what the best does
+/// count as it does. A pure function of the round: `step` as arrange() leaves it.
 Decision decide(const DiagnosisStep& step, const DecisionRules& rules = {});
 
 }  // namespace kinetostat::calibration

@@ -46,10 +46,16 @@ bool has_no_place(const std::vector<std::string>& places) {
   return places.empty() || places.front() == "load" || places.front() == "sensor";
 }
 
+// One law is left, and it ends at no bound where it stands for another.
+bool is_called_by_law(const Answer& answer) {
+  return !answer.laws.empty() && answer.laws.front().share >= decisive_law &&
+         !answer.laws.front().is_at_limit;
+}
+
 // "friction at joint q2", or by its class where several laws are left.
 std::string answer_in_words(const vjm::Robot& robot, const Answer& answer) {
   std::string words = answer.effect_class;
-  if (!answer.laws.empty() && answer.laws.front().share >= decisive_law) {
+  if (is_called_by_law(answer)) {
     words = answer.laws.front().effect;
     std::replace(words.begin(), words.end(), '_', ' ');
   }
@@ -133,8 +139,7 @@ std::string found_in_words(const vjm::Robot& robot, const calibration::Campaign&
                        size_in_words(robot, campaign, found));
   const Answer& first = decision.answers.front();
   std::string size = size_in_words(robot, campaign, found) + readings_in_words(campaign, effect);
-  const bool by_law = !first.laws.empty() && first.laws.front().share >= decisive_law;
-  if (!by_law && !size.empty()) {
+  if (!is_called_by_law(first) && !size.empty()) {
     std::string law = effect.kind->name;
     std::replace(law.begin(), law.end(), '_', ' ');
     size = law + " " + size;

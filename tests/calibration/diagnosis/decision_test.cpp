@@ -100,6 +100,27 @@ TEST(Decision, TheClassIsNamedAloneWhereItHoldsTheLevel) {
   EXPECT_EQ(d.answers[0].effect_class, "backlash");
 }
 
+// A soft centre that ends at the least stiffness that its law can have is a gap.
+TEST(Decision, ALawThatEndsAtABoundStandsForItsRelative) {
+  const auto decided = [](double ratio2, const char* relative) {
+    RankedCandidate soft = fitted("piecewise_stiffness", "q1", 0);
+    soft.fit->values = Eigen::Vector4d(ratio2, 1.5, 1, 4);
+    return decide(round_of({soft, fitted(relative, "q1", -20)}));
+  };
+  const Decision inside = decided(0.06, "clearance");
+  EXPECT_EQ(inside.answers.at(0).effect_class, "stiffens or softens under load");
+  EXPECT_FALSE(inside.answers[0].laws.at(0).is_at_limit);
+  const Decision at_limit = decided(0.05, "clearance");
+  ASSERT_TRUE(at_limit.is_identified);
+  EXPECT_EQ(at_limit.answers.at(0).effect_class, "backlash");
+  EXPECT_EQ(at_limit.answers[0].laws.at(0).effect, "piecewise_stiffness");
+  EXPECT_TRUE(at_limit.answers[0].laws[0].is_at_limit);
+  EXPECT_NEAR(at_limit.answers[0].probability, inside.answers[0].probability, 1e-12);
+  // Where there is no other class, it is what it is.
+  EXPECT_EQ(decided(0.05, "hardening").answers.at(0).effect_class,
+            "stiffens or softens under load");
+}
+
 TEST(Decision, PlacesThatPredictAlikeAreOneAnswer) {
   const Decision alike = decide(round_of(
       {fitted("base_compliance", "base", 0), fitted("bearing_compliance", "q1", -0.5, 1.5)}));
