@@ -74,6 +74,8 @@ function diagnosisVerdict(diagnosis) {
       f.inseparable ? ` Note: ${f.inseparable}.` : "",
     ),
   );
+  if (diagnosis.doubted)
+    lines.push(element("p", {}, `Perhaps ${diagnosis.doubted.sentence}.`));
   if (diagnosis.ambiguous.length > 1)
     lines.push(
       element(

@@ -185,7 +185,7 @@ std::string depends_on(const Diagnosis& d) {
 std::string nothing_in_words(const vjm::Robot& robot, const Diagnosis& d) {
   if (d.doubted && !d.doubted->decision.answers.empty())
     return fmt::format(
-        "No effect is needed: the most probable answer is that nothing is missing "
+        "No effect stands out: the most probable answer is that nothing is missing "
         "({}), next is {}.",
         short_percent(d.doubted->decision.nothing),
         with_probability(robot, d.doubted->decision.answers.front()));
@@ -329,7 +329,9 @@ std::string verdict_in_short(const vjm::Robot& robot, const Diagnosis& d) {
     case Verdict::unexplained:
       return "something outside the catalogue";
     case Verdict::none_needed:
-      return "nothing: no effect is needed";
+      return d.doubted ? fmt::format("nothing, most probably ({})",
+                                     short_percent(d.doubted->decision.nothing))
+                       : "nothing: no effect is needed";
     default:
       return "inconclusive";
   }

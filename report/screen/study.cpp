@@ -70,8 +70,9 @@ Station missing_station(const vjm::Robot& robot, const calibration::Diagnosis& d
   if (diagnosis.by_kinematics) return {"missing", words, Light::bad};
   switch (diagnosis.verdict) {
     case Verdict::identified:
-    case Verdict::none_needed:
       return {"missing", words, Light::good};
+    case Verdict::none_needed:
+      return {"missing", words, diagnosis.doubted ? Light::open : Light::good};
     case Verdict::unexplained:
       return {"missing", words, Light::bad};
     default:

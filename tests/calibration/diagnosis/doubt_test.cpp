@@ -92,6 +92,8 @@ TEST(Doubt, IsSaidAndPlannedFor) {
   const Diagnosis& d = said.diagnosis;
   EXPECT_THAT(report::headline(said.laboratory.robot(), said.campaign, d),
               HasSubstr("the most probable answer is that nothing is missing ("));
+  EXPECT_THAT(report::verdict_in_short(said.laboratory.robot(), d),
+              HasSubstr("nothing, most probably ("));
   EXPECT_THAT(report::text(said.laboratory.robot(), said.campaign, d),
               HasSubstr("perhaps one of: "));
   const DiagnosisRecord record = said.laboratory.recorded(said.campaign, d);
