@@ -13,6 +13,7 @@
 #include "kinetostat/calibration/regression/evidence.h"
 #include "kinetostat/calibration/regression/joint_scales.h"
 #include "kinetostat/calibration/search/diagnosis_step.h"
+#include "kinetostat/calibration/search/fit_starts.h"
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/parallel.h"
 #include "kinetostat/io/text_file.h"
@@ -32,6 +33,8 @@ using calibration::Candidate;
 using io::Json;
 
 constexpr std::size_t most_effects = 5;
+// Of the squared error, in units of the noise: a hundredth is no digit of what is shown.
+constexpr double least_gain = 0.01;
 
 std::vector<Eigen::VectorXd> residual_of(const calibration::Campaign& campaign,
                                          const BaseFit& fit) {
@@ -205,35 +208,79 @@ std::vector<std::string> StudioSession::names_in(const Json& request) const {
   return names;
 }
 
-// From the usual size of the added effect and from the sizes that its signatures were looked at
-// with, a thread each: whoever looks on waits for the slowest.
-StudioSession::Model StudioSession::with(const Model& before, const Candidate& added,
-                                         common::Progress& progress) const {
-  std::vector<Candidate> starts =
-      fitter_->signatures_of(added, before.effects, before.fit, progress).starts;
-  starts.push_back(added);
-  std::vector<std::optional<BaseFit>> fits(starts.size());
-  std::vector<std::string> reasons(starts.size());
-  common::parallel_for(starts.size(), threads_, "fits", progress, [&](std::size_t k) {
-    std::vector<Candidate> effects = before.effects;
-    effects.push_back(starts[k]);
+// Where a diagnosis would start its fits, and at the usual size.
+std::vector<Candidate> StudioSession::starts_of(const Model& before, const Candidate& added,
+                                                std::size_t most,
+                                                common::Progress& progress) const {
+  const calibration::CandidateSignatures signatures =
+      fitter_->signatures_of(added, before.effects, before.fit, progress);
+  const calibration::ResidualSpace space(-before.fit.at.residual, before.fit.at.jacobian);
+  const calibration::Screen screen(space, signatures.all);
+  calibration::FitStarts starts(added, space);
+  for (std::size_t i = 0; i < signatures.all.size(); ++i)
+    starts.add(signatures.starts[i], signatures.all[i],
+               screen.score(i, space.residual()).explained);
+  starts.add_other_phases(*fitter_, before.effects, before.fit, progress);
+  std::vector<Candidate> best = starts.best(most);
+  if (best.size() < most) best.push_back(added);
+  return best;
+}
+
+// A thread each, since whoever looks on waits for the slowest; the best is first then. Those that
+// cannot be fitted are left out.
+void StudioSession::fit_further(std::vector<Trial>& trials, int evaluations,
+                                common::Progress& progress) const {
+  const int threads = trials.size() == 1 ? threads_ : 1;
+  const calibration::FitEffort effort{.max_iterations = evaluations, .least_gain = least_gain};
+  common::parallel_for(trials.size(), threads_, "fits", progress, [&](std::size_t k) {
+    Trial& trial = trials[k];
+    if (trial.is_settled) return;
     try {
       common::SilentPart silent(progress);
-      fits[k] = fitter_->fit_on_one_thread(effects, before.fit, silent);
+      auto& [effects, fit] = trial.model;
+      fit = fitter_->fit_roughly(effects, fit, effort, threads, silent);
+      take_values(fit, effects);
+      trial.is_settled = fit.iterations < evaluations;
     } catch (const common::Cancelled&) {
       throw;
     } catch (const std::runtime_error& error) {
-      reasons[k] = error.what();
+      trial.failure = error.what();
     }
   });
-  const auto best = std::min_element(fits.begin(), fits.end(), [](const auto& a, const auto& b) {
-    return a && (!b || a->squared_error < b->squared_error);
+  const std::string name = trials.front().model.effects.back().name();
+  const std::string failure = trials.back().failure;
+  std::erase_if(trials, [](const Trial& trial) { return !trial.failure.empty(); });
+  if (trials.empty()) throw common::InputError(name, "cannot be fitted: " + failure);
+  std::stable_sort(trials.begin(), trials.end(), [](const Trial& a, const Trial& b) {
+    return a.model.fit.squared_error < b.model.fit.squared_error;
   });
-  if (!*best) throw common::InputError(added.name(), "cannot be fitted: " + reasons.back());
-  std::vector<Candidate> effects = before.effects;
-  effects.push_back(added);
-  take_values(**best, effects);
-  return {std::move(effects), std::move(**best)};
+}
+
+// Every start to the end where that is quick; else some steps of the best ones, and the best of
+// these to the end: until no digit changes that is shown.
+StudioSession::Model StudioSession::with(const Model& before, const Candidate& added,
+                                         common::Progress& progress) const {
+  struct Round {
+    std::size_t trials;
+    int evaluations;
+  };
+  constexpr Round all{16, 60}, first_look{4, 15}, to_the_end{1, 60};
+  constexpr double quick = 2e5;  // equilibria of chains, about a second
+  const double equilibria = static_cast<double>(all.trials) * all.evaluations *
+                            static_cast<double>(training_.readings.size()) *
+                            static_cast<double>(robot_.without_effects().chains().size());
+  const std::vector<Round> rounds =
+      equilibria < quick ? std::vector<Round>{all} : std::vector<Round>{first_look, to_the_end};
+  std::vector<Trial> trials;
+  for (const Candidate& start : starts_of(before, added, rounds.front().trials, progress)) {
+    trials.push_back({before});
+    trials.back().model.effects.push_back(start);
+  }
+  for (const auto& [most, evaluations] : rounds) {
+    trials.resize(std::min(trials.size(), most));
+    fit_further(trials, evaluations, progress);
+  }
+  return std::move(trials.front().model);
 }
 
 const StudioSession::Model& StudioSession::model(const std::vector<std::string>& names,

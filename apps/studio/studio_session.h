@@ -56,11 +56,20 @@ class StudioSession {
     std::vector<calibration::Candidate> effects;  // with the values and deviations of the fit
     calibration::BaseFit fit;
   };
+  struct Trial {
+    Model model;
+    bool is_settled = false;
+    std::string failure = {};
+  };
 
   std::vector<std::string> names_in(const io::Json& request) const;
   const calibration::Candidate& candidate(const std::string& name) const;
   const Model& fitted_model(const io::Json& request) const;
   const Model& model(const std::vector<std::string>& names, common::Progress& progress);
+  std::vector<calibration::Candidate> starts_of(const Model& before,
+                                                const calibration::Candidate& added,
+                                                std::size_t most, common::Progress& progress) const;
+  void fit_further(std::vector<Trial>& trials, int evaluations, common::Progress& progress) const;
   Model with(const Model& before, const calibration::Candidate& added,
              common::Progress& progress) const;
   vjm::Manipulator manipulator_of(const Model& model) const;

@@ -558,6 +558,7 @@ LeastSquaresOptions options_for(const Problem& problem, const BaseFitOptions& op
   const Index n = problem.unknowns().size();
   LeastSquaresOptions result{.max_iterations = options.max_iterations,
                              .tolerance = options.tolerance,
+                             .least_gain = options.least_gain,
                              .scale = problem.scale(),
                              .lower = VectorXd::Constant(n, -infinity),
                              .upper = VectorXd::Constant(n, infinity),

@@ -98,6 +98,8 @@ struct BaseFitOptions {
   int max_iterations = 100;
   /// Ends when a step changes the predictions by less than this, relative to the readings.
   double tolerance = 1e-13;
+  /// Ends as well when the fifth step in a row promises to lower the squared error by less.
+  double least_gain = 0;
   Loss loss = Loss::squares;
   const Predictions* near = nullptr;  // of a similar model, to save time
   /// BaseFit::model of a long table has one state a configuration, which saves most of its memory.

@@ -209,6 +209,10 @@ bool is_size(const vjm::EffectKind& kind, std::size_t value) {
   return value == 0 || (kind.acts_on_numbers() && !kind.parameters[value].is_shape);
 }
 
+bool can_only_grow(const vjm::EffectParameter& parameter) {
+  return parameter.lower >= parameter.none;
+}
+
 Candidate at_size(const Candidate& candidate, double leading, double others) {
   Candidate result = candidate;
   const auto& parameters = candidate.effect.kind->parameters;

@@ -53,6 +53,9 @@ std::vector<FittedValues> fitted_values(const BaseFit& fit, const std::vector<Ca
 /// read one an axis, since nobody knows which are.
 bool is_size(const vjm::EffectKind& kind, std::size_t value);
 
+/// Whether a value cannot lie below where there is no effect.
+bool can_only_grow(const vjm::EffectParameter& parameter);
+
 /// The candidate with its leading value (all that say how large it is) at `leading` times its usual
 /// distance from nothing, and what else must be given at `others` times.
 Candidate at_size(const Candidate& candidate, double leading, double others);

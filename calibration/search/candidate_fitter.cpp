@@ -183,9 +183,22 @@ BaseFit CandidateFitter::fit_on_one_thread(const std::vector<Candidate>& added,
 BaseFit CandidateFitter::fit_near(const std::vector<Candidate>& added, const BaseFit& start,
                                   int threads, common::Progress& progress) const {
   const std::vector<vjm::Effect> effects = effects_with(robot_, added);
+  return fitted(effects, unknowns_near(effects, added, start), &start, threads, progress);
+}
+
+BaseFit CandidateFitter::fit_roughly(const std::vector<Candidate>& added, const BaseFit& start,
+                                     const FitEffort& effort, int threads,
+                                     common::Progress& progress) const {
+  const std::vector<vjm::Effect> effects = effects_with(robot_, added);
+  return computed(effects, unknowns_near(effects, added, start), &start, effort, threads, progress);
+}
+
+std::vector<Parameter> CandidateFitter::unknowns_near(const std::vector<vjm::Effect>& effects,
+                                                      const std::vector<Candidate>& added,
+                                                      const BaseFit& start) const {
   std::vector<Parameter> unknowns = parameters(effects, added);
   begin_at(start, base_.size(), unknowns);
-  return fitted(effects, unknowns, &start, threads, progress);
+  return unknowns;
 }
 
 BaseFit CandidateFitter::fit_held(const std::vector<Candidate>& added, const BaseFit& start,
@@ -205,21 +218,26 @@ BaseFit CandidateFitter::as_fitted(const std::vector<Candidate>& added, const Ba
                   held_parameters(fit), progress);
 }
 
+BaseFit CandidateFitter::computed(const std::vector<vjm::Effect>& effects,
+                                  const std::vector<Parameter>& unknowns, const BaseFit* near,
+                                  const FitEffort& effort, int threads,
+                                  common::Progress& progress) const {
+  // Whether one candidate of many has settled may be left open, but not the model that they are
+  // added to.
+  const bool is_candidate = unknowns.size() > base_.size();
+  return fit_base(predictor_.with_effects(effects, threads), campaign_, noise_, unknowns, progress,
+                  {.max_iterations = is_candidate ? effort.max_iterations : 200,
+                   .tolerance = 1e-9,
+                   .least_gain = effort.least_gain,
+                   .near = near == nullptr ? nullptr : &near->model,
+                   .accept_unsettled = is_candidate});
+}
+
 BaseFit CandidateFitter::fitted(const std::vector<vjm::Effect>& effects,
                                 const std::vector<Parameter>& unknowns, const BaseFit* near,
                                 int threads, common::Progress& progress) const {
   const Predictions* model = near == nullptr ? nullptr : &near->model;
-  // Whether one candidate of many has settled may be left open, but not the model that they are
-  // added to.
-  const bool is_candidate = unknowns.size() > base_.size();
-  const auto compute = [&] {
-    return fit_base(predictor_.with_effects(effects, threads), campaign_, noise_, unknowns,
-                    progress,
-                    {.max_iterations = is_candidate ? 60 : 200,
-                     .tolerance = 1e-9,
-                     .near = model,
-                     .accept_unsettled = is_candidate});
-  };
+  const auto compute = [&] { return computed(effects, unknowns, near, {}, threads, progress); };
   if (journal_ == nullptr) return compute();
   const std::string key = fit_key(scope_, effects, unknowns, model);
   if (const auto record = recorded(key))

@@ -37,6 +37,12 @@ class FittedModel {
   mutable std::string key_;
 };
 
+/// How far a fit is taken.
+struct FitEffort {
+  int max_iterations = 60;
+  double least_gain = 0;  // BaseFitOptions::least_gain
+};
+
 /// A robot, a campaign, and the fits of models with something more.
 class CandidateFitter {
  public:
@@ -56,6 +62,11 @@ class CandidateFitter {
   /// The same on one thread, for fits that are shared out among threads.
   BaseFit fit_on_one_thread(const std::vector<Candidate>& added, const BaseFit& start,
                             common::Progress& progress) const;
+
+  /// fit() as far as `effort` goes, for a first look at many starts: nothing of it is in the
+  /// journal.
+  BaseFit fit_roughly(const std::vector<Candidate>& added, const BaseFit& start,
+                      const FitEffort& effort, int threads, common::Progress& progress) const;
 
   /// All parameters of a fit with these effects held, against the readings here: zero offsets and
   /// frames are fitted anew.
@@ -116,8 +127,14 @@ class CandidateFitter {
                                     const std::vector<Candidate>& added) const;
   BaseFit fit_near(const std::vector<Candidate>& added, const BaseFit& start, int threads,
                    common::Progress& progress) const;
+  std::vector<Parameter> unknowns_near(const std::vector<vjm::Effect>& effects,
+                                       const std::vector<Candidate>& added,
+                                       const BaseFit& start) const;
   BaseFit fitted(const std::vector<vjm::Effect>& effects, const std::vector<Parameter>& unknowns,
                  const BaseFit* near, int threads, common::Progress& progress) const;
+  BaseFit computed(const std::vector<vjm::Effect>& effects, const std::vector<Parameter>& unknowns,
+                   const BaseFit* near, const FitEffort& effort, int threads,
+                   common::Progress& progress) const;
   // Of the journal, or nothing; and to it. One thread at a time.
   std::optional<std::string> recorded(const std::string& key) const;
   void keep(const std::string& key, const std::string& record) const;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -10,6 +9,7 @@
 
 #include "kinetostat/calibration/campaign/datum.h"
 #include "kinetostat/calibration/regression/evidence.h"
+#include "kinetostat/calibration/search/fit_starts.h"
 #include "kinetostat/calibration/search/outliers.h"
 #include "kinetostat/calibration/search/pair_screen.h"
 #include "kinetostat/calibration/search/usual_values.h"
@@ -25,10 +25,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr std::size_t most_fits = 16;   // in one round
-constexpr std::size_t most_starts = 4;  // of one fit
-constexpr std::size_t most_pairs = 4;   // of masked ones
-constexpr double least_kept = 0.3;      // of what a signature explains: a fit with less has failed
+constexpr std::size_t most_fits = 16;  // in one round
+constexpr std::size_t most_pairs = 4;  // of masked ones
+constexpr double least_kept = 0.3;     // of what a signature explains: a fit with less has failed
 
 // Reason why a candidate is not observable although it has signatures.
 std::string why_unobservable(const Candidate& candidate, double longest,
@@ -42,43 +41,6 @@ std::string why_unobservable(const Candidate& candidate, double longest,
       candidate.effect.kind->place != vjm::EffectPlace::joint)
     return "no reading depends on it: in differences from the unloaded state it cancels";
   return "no reading depends on it";
-}
-
-bool can_only_grow(const vjm::EffectParameter& parameter) {
-  return parameter.lower >= parameter.none;
-}
-
-// With the values that say how large it is so many times as far from nothing, within their range.
-Candidate resized(Candidate start, double size) {
-  const auto& parameters = start.effect.kind->parameters;
-  const bool one_sided = can_only_grow(parameters.front());
-  const double factor = std::clamp(size, one_sided ? 0.002 : -20.0, 20.0);
-  for (std::size_t k = 0; k < parameters.size(); ++k) {
-    if (!is_size(*start.effect.kind, k)) continue;
-    const vjm::EffectParameter& p = parameters[k];
-    double& value = start.effect.values[static_cast<Index>(k)];
-    value = std::clamp(p.none + factor * (value - p.none), p.lower, p.upper);
-  }
-  return start;
-}
-
-// The candidate turned by a quarter, a half and three quarters.
-std::vector<Candidate> other_phases(const Candidate& candidate) {
-  const auto& parameters = candidate.effect.kind->parameters;
-  std::vector<Candidate> result;
-  for (std::size_t k = 0; k < parameters.size(); ++k)
-    for (const int quarters : {1, 2, -1}) {
-      if (!parameters[k].is_phase) continue;
-      result.push_back(candidate);
-      result.back().effect.values[static_cast<Index>(k)] += quarters * std::numbers::pi / 2;
-    }
-  return result;
-}
-
-// Fits from both would be the same.
-bool are_near(const Candidate& a, const Candidate& b) {
-  const VectorXd &x = a.effect.values, &y = b.effect.values;
-  return ((x - y).array().abs() <= 0.1 * x.array().abs().max(y.array().abs())).all();
 }
 
 // Those that are worth a fit, the most significant first.
@@ -101,10 +63,10 @@ double handicap_of(const Candidate& candidate) {
 
 // Why a candidate is not tried beside others; empty: it is.
 std::string why_not_beside(const std::vector<Candidate>& present, const Candidate& candidate) {
-  const vjm::EffectClass same = candidate.effect.kind->effect_class;
+  const vjm::EffectClass own = candidate.effect.kind->effect_class;
   for (const Candidate& other : present) {
     if (other.name() == candidate.name()) return "it is in the model already";
-    if (vjm::has_one_law(same) && other.effect.kind->effect_class == same &&
+    if (vjm::has_one_law(own) && other.effect.kind->effect_class == own &&
         other.effect.at == candidate.effect.at)
       return fmt::format("the place has {} already", other.effect.kind->name);
   }
@@ -334,49 +296,18 @@ double Search::explained_by(std::size_t candidate, const std::vector<double>& ex
   return most;
 }
 
-// All places where fits of a candidate may start. Where it has a phase, that is tried all round,
-// and only the effect itself counts there, in its own direction: a signature with all its shapes
-// would explain as much from wherever it is looked at.
-std::vector<Search::Look> Search::looks_of(std::size_t candidate,
-                                           const std::vector<Candidate>& present,
-                                           const BaseFit& fit, const std::vector<double>& explained,
-                                           const ResidualSpace& space) const {
-  const std::vector<Candidate> turned = other_phases(candidates_[candidate]);
-  std::vector<Look> looks;
-  const auto add = [&](const Candidate& as_it_is, const Signature& signature, double by) {
-    const VectorXd left = space.left_of(signature.columns.col(0));
-    const double length = std::max(1e-300, left.norm());
-    const double along = left.dot(space.residual()) / length;
-    if (!turned.empty()) by = std::pow(std::max(0.0, along), 2);
-    looks.push_back({by, as_it_is, resized(as_it_is, along / length)});
-  };
+std::vector<Candidate> Search::starts_of(std::size_t candidate,
+                                         const std::vector<Candidate>& present, const BaseFit& fit,
+                                         const std::vector<double>& explained,
+                                         const ResidualSpace& space) const {
+  FitStarts starts(candidates_[candidate], space);
   for (std::size_t i = 0; i < signatures_.size(); ++i)
     if (owner_[i].first == candidate)
-      add(candidate_signatures_[candidate].starts[owner_[i].second], signatures_[i], explained[i]);
+      starts.add(candidate_signatures_[candidate].starts[owner_[i].second], signatures_[i],
+                 explained[i]);
   common::SilentPart silent(progress_);
-  for (const Candidate& other : turned) {
-    const CandidateFitter::Signatures signatures =
-        fitter_.signatures_of(other, present, fit, silent);
-    for (std::size_t s = 0; s < signatures.all.size(); ++s)
-      add(signatures.starts[s], signatures.all[s], 0);
-  }
-  std::stable_sort(looks.begin(), looks.end(),
-                   [](const Look& a, const Look& b) { return a.explained > b.explained; });
-  return looks;
-}
-
-// Where fits of a candidate start: from the signatures that explain most, at the size that each
-// asks for, then as they are. Gaps, breakaway forces, corners and phases have several minima.
-std::vector<Candidate> Search::starts_of(const std::vector<Look>& looks) {
-  std::vector<Candidate> starts;
-  const auto keep = [&](const Candidate& start) {
-    if (std::none_of(starts.begin(), starts.end(),
-                     [&](const Candidate& other) { return are_near(start, other); }))
-      starts.push_back(start);
-  };
-  for (const Look& look : looks) keep(look.resized);
-  for (const Look& look : looks) keep(look.as_it_is);
-  return starts;
+  starts.add_other_phases(fitter_, present, fit, silent);
+  return starts.best();
 }
 
 std::vector<std::vector<Candidate>> Search::masked_pairs(const BaseFit& fit) const {
@@ -424,20 +355,18 @@ void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit&
   const std::vector<std::size_t> order = most_significant(step);
   shared_out("fits", order.size(), [&](std::size_t o) {
     const std::size_t c = order[o];
-    const std::vector<Look> looks = looks_of(c, present, fit, explained, space);
-    fits[c] = best_fit(present, fit, explained_by(c, explained), starts_of(looks),
-                       step.ranking[c].not_fitted);
+    fits[c] = best_fit(present, fit, explained_by(c, explained),
+                       starts_of(c, present, fit, explained, space), step.ranking[c].not_fitted);
   });
 }
 
 // The best of the fits from some starts; none, and a reason, where no fit explains what the
 // candidate's signature promised.
 BaseFit Search::best_fit(const std::vector<Candidate>& present, const BaseFit& fit, double promised,
-                         std::vector<Candidate> starts, std::string& reason) const {
+                         const std::vector<Candidate>& starts, std::string& reason) const {
   const double slack = std::min(promised / 2, discriminable_from * discriminable_from);
   BaseFit best;
   std::string failure;
-  if (starts.size() > most_starts) starts.resize(most_starts);
   for (const Candidate& start : starts) {
     std::vector<Candidate> added = present;
     added.push_back(start);

@@ -74,21 +74,16 @@ class Search {
                      const std::vector<double>& explained, const ResidualSpace& space,
                      DiagnosisStep& step, std::vector<BaseFit>& fits);
   BaseFit best_fit(const std::vector<Candidate>& present, const BaseFit& fit, double promised,
-                   std::vector<Candidate> starts, std::string& reason) const;
+                   const std::vector<Candidate>& starts, std::string& reason) const;
   void shared_out(std::string_view phase, std::size_t count,
                   const std::function<void(std::size_t)>& work) const;
   MaxScoreTest max_score_test_under_noise_of(const BaseFit& fit, const Screen& screen,
                                              const ResidualSpace& space) const;
   double longest_signature(std::size_t candidate) const;
   double explained_by(std::size_t candidate, const std::vector<double>& explained) const;
-  struct Look {
-    double explained = 0;  // of the squared residual
-    Candidate as_it_is, resized;
-  };
-  std::vector<Look> looks_of(std::size_t candidate, const std::vector<Candidate>& present,
-                             const BaseFit& fit, const std::vector<double>& explained,
-                             const ResidualSpace& space) const;
-  static std::vector<Candidate> starts_of(const std::vector<Look>& looks);
+  std::vector<Candidate> starts_of(std::size_t candidate, const std::vector<Candidate>& present,
+                                   const BaseFit& fit, const std::vector<double>& explained,
+                                   const ResidualSpace& space) const;
   void find_confounded(const BaseFit& without, const BaseFit& best, DiagnosisStep& step) const;
   void confuse(const Screen& screen, DiagnosisStep& step) const;
 

@@ -28,6 +28,8 @@ constexpr double lost = 1e-7;
 constexpr double careful_damping = 1e3;
 // Share of the way from the start to a bound at which an unknown counts as being on it.
 constexpr double on_bound = 1e-9;
+// In a row that may promise too little to go on for.
+constexpr int few_steps = 4;
 // Beyond this damping a step is too short to change the unknowns in double precision.
 constexpr double largest_damping = 1e18;
 
@@ -202,6 +204,7 @@ class Solver {
   LeastSquaresStatus iterate_from_there(double first_damping) {
     scale_ = options_.scale > 0 ? options_.scale : result_.at.residual.norm();
     double damping = first_damping, growth = 2;
+    int in_vain = 0;
     while (result_.iterations < options_.max_iterations) {
       const StepProblem problem = step_problem();
       const VectorXd step = bounded_step(problem, damping);
@@ -214,6 +217,8 @@ class Solver {
                               (problem.residual + problem.jacobian * step).squaredNorm();
       // Where rounding of the cost hides the progress only the length of the steps tells.
       if (promised <= cost_rounding * result_.cost) return polish();
+      in_vain = promised < options_.least_gain ? in_vain + 1 : 0;
+      if (in_vain > few_steps) return LeastSquaresStatus::converged;
       std::optional<Linearisation> next = evaluate_beside(candidate);
       const double cost = next ? total_cost(options_.loss, next->residual) : infinity;
       if (cost < result_.cost) {

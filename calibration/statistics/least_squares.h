@@ -39,6 +39,8 @@ struct LeastSquaresOptions {
   int max_iterations = 200;
   /// Ends when a step changes the residuals by less than this share of their scale.
   double tolerance = 1e-13;
+  /// Ends as well when the fifth step in a row promises to lower the cost by less than this.
+  double least_gain = 0;
   /// Scale of the residuals beside which a change is small; 0: their norm at the start.
   double scale = 0;
   /// Bounds of the unknowns and of one step; empty: none. Infinite entries are allowed. The start

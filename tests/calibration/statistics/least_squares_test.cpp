@@ -48,6 +48,22 @@ TEST(LeastSquares, AnUnknownThatApproachesItsBoundEndsOnIt) {
   }
 }
 
+// Steps on x^3 take x to two thirds, and each promises all of the cost x^6.
+TEST(LeastSquares, EndsWhereFiveStepsInARowPromiseTooLittle) {
+  const ResidualFunction cube = [](const VectorXd& x) {
+    return Linearisation{VectorXd::Constant(1, std::pow(x[0], 3)),
+                         MatrixXd::Constant(1, 1, 3 * x[0] * x[0])};
+  };
+  LeastSquaresOptions options;
+  options.first_damping = 0;
+  options.least_gain = 1e-4;
+  const LeastSquaresResult result = minimise(cube, VectorXd::Ones(1), options);
+  // (2/3)^(6 k) < 1e-4 from k = 4 on.
+  EXPECT_NEAR(result.x[0], std::pow(2.0 / 3, 8), 1e-12);
+  EXPECT_EQ(result.iterations, 9);
+  EXPECT_EQ(result.status, LeastSquaresStatus::converged);
+}
+
 // The conditions of Karush, Kuhn and Tucker decide, whatever the bounds.
 TEST(LeastSquares, BoundedProblemsMeetTheirOptimalityConditions) {
   for (unsigned seed = 0; seed < 200; ++seed) {
