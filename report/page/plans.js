@@ -147,12 +147,13 @@ function sharpenedFigure(sharpened, source) {
   };
 }
 
-/** A line for each step, as people take them, with a box to tick on paper. */
-export function workTable(list) {
-  if (!list?.length) return null;
+/** A line for each step, as people take them, with a box to tick on paper; a card each on a narrow screen. */
+export function workTable(steps) {
+  if (!steps?.length) return null;
+  const heads = ["#", "load", "how", "where", "times", "readings", "min", "for", "done"];
   const node = table(
-    ["#", "load", "how", "where", "times", "readings", "min", "for", "done"],
-    list.map((step, k) => [
+    heads,
+    steps.map((step, k) => [
       String(k + 1),
       step.load,
       step.how,
@@ -166,6 +167,10 @@ export function workTable(list) {
     "Readings to take next",
   );
   node.classList.add("work");
+  for (const row of node.querySelectorAll("tbody tr"))
+    [...row.children].forEach((cell, k) => {
+      cell.dataset.head = heads[k];
+    });
   return node;
 }
 

@@ -26,16 +26,16 @@ const places = {
 };
 
 /** Names of one of several studies on a page are its own. */
-const idIn = (number, id) => (number ? `${id}-${number}` : id);
+const idIn = (which, id) => (which ? `${id}-${which}` : id);
 
-function stations(list, number) {
+function stations(list, which) {
   return element(
     "nav",
-    { class: "stations", "aria-label": number ? `Stations of study ${number}` : "Stations of this study" },
+    { class: "stations", "aria-label": which ? `Stations of study ${which}` : "Stations of this study" },
     ...list.map((station, k) =>
       element(
         "a",
-        { href: `#${idIn(number, places[station.name] ?? "study-rest")}`, class: station.light },
+        { href: `#${idIn(which, places[station.name] ?? "study-rest")}`, class: station.light },
         element("b", {}, `${k + 1} ${station.name}`),
         element("span", {}, inPrint(station.sentence)),
       ),
@@ -60,6 +60,8 @@ function physicalPictures({ result, picture }, source) {
   return [new Figure(againstLoad(readings, view, source), view).node];
 }
 
+const hasLoad = ({ load }) => !load || load.force.some((f) => f !== 0);
+
 function bentRobot({ result, picture }, source) {
   if (!picture?.robot) return null;
   const view = new View({});
@@ -67,7 +69,7 @@ function bentRobot({ result, picture }, source) {
     load: picture.robot.load,
     joint: picture.joint_curve?.joint ?? picture.robot.joint,
   });
-  return new Figure({ ...spec, title: "The robot under load", wide: false, height: 420 }, view).node;
+  return new Figure({ ...spec, title: hasLoad(picture.robot) ? "The robot under load" : "The robot under its own weight", wide: false, height: 420 }, view).node;
 }
 
 /** The joint's curve, the robot beside it, then the rest. */
@@ -82,18 +84,18 @@ function excludedTable(excluded) {
   );
 }
 
-const restOf = (rest, number) =>
+const restOf = (rest, which) =>
   rest.length
     ? element(
         "details",
-        { class: "rest", id: idIn(number, "study-rest") },
+        { class: "rest", id: idIn(which, "study-rest") },
         element("summary", {}, "Every chart, test and table of all steps"),
         ...rest,
       )
     : null;
 
 /** The robot with its links by several models; the last is what the others are compared to. */
-function linkTable(models, number) {
+function linkTable(models, which) {
   if (!models) return null;
   const percent = (share) => `${share < 0 ? "" : "+"}${number(100 * share, 3)} %`;
   const last = models.rows.at(-1);
@@ -114,19 +116,19 @@ function linkTable(models, number) {
     ]),
     "The robot with its links as beams and by finite elements",
   );
-  node.id = idIn(number, "study-links");
+  node.id = idIn(which, "study-links");
   return node;
 }
 
 /** Of a robot without readings. */
-function designSection(entry, rest, number) {
+function designSection(entry, rest, which) {
   const { result } = entry;
   const robot = bentRobot(entry, `Source: ${result.inputs.robot.file}.`);
   return element(
     "section",
-    { class: "study", id: idIn(number, "study-next") },
-    number ? element("h2", {}, inPrint(result.headline)) : element("h2", {}, result.design),
-    stations(result.stations, number),
+    { class: "study", id: idIn(which, "study-next") },
+    which ? element("h2", {}, inPrint(result.headline)) : element("h2", {}, result.design),
+    stations(result.stations, which),
     element(
       "div",
       { class: "charts" },
@@ -136,18 +138,18 @@ function designSection(entry, rest, number) {
         {},
         new Figure(sharesFigure(result, `Source: ${result.inputs.robot.file}.`)).node,
         budgetOf(result) ?? "",
-        linkTable(result.link_models, number) ?? "",
+        linkTable(result.link_models, which) ?? "",
       ),
     ),
-    restOf(rest, number) ?? "",
+    restOf(rest, which) ?? "",
   );
 }
 
-/** `rest`: the sections of all steps. `number`: which of several on the page, from 1; 0 where it is alone. */
-export function studySection(entry, rest, number = 0) {
+/** `rest`: the sections of all steps. `which`: which of several on the page, from 1; 0 where it is alone. */
+export function studySection(entry, rest, which = 0) {
   const { result } = entry;
-  const heading = (id, words) => element(number ? "h3" : "h2", { id: idIn(number, id) }, words);
-  if (result.design) return designSection(entry, rest, number);
+  const heading = (id, words) => element(which ? "h3" : "h2", { id: idIn(which, id) }, words);
+  if (result.design) return designSection(entry, rest, which);
   const source = `Source: ${result.campaign_name}.`;
   const charts = (...nodes) =>
     element("div", { class: "charts" }, ...nodes.filter((node) => node !== null));
@@ -171,13 +173,13 @@ export function studySection(entry, rest, number = 0) {
   return element(
     "section",
     { class: "study" },
-    number ? element("h2", {}, inPrint(result.headline)) : "",
+    which ? element("h2", {}, inPrint(result.headline)) : "",
     element(
       "p",
-      { class: "say", id: idIn(number, "study-readings") },
+      { class: "say", id: idIn(which, "study-readings") },
       `${result.campaign_name}: ${result.about}. ${occasionInWords(result.campaign)}`,
     ),
-    stations(result.stations, number),
+    stations(result.stations, which),
     heading("study-missing", found ? "What is missing" : "Readings and model"),
     charts(...besideRobot(physicalPictures(entry, source), bentRobot(entry, source))),
     heading("study-error", "The error"),
@@ -193,6 +195,6 @@ export function studySection(entry, rest, number = 0) {
       result.files.map((f) => [f.file, f.what]),
       "Files beside this page",
     ),
-    restOf(rest, number) ?? "",
+    restOf(rest, which) ?? "",
   );
 }

@@ -1,5 +1,6 @@
 // The arithmetic of pages, without a browser.
 import assert from "node:assert/strict";
+import { readFileSync, readdirSync } from "node:fs";
 import { framed } from "../../report/page/look.js";
 import { likelihoodProfile } from "../../report/page/profiles.js";
 import { magnified } from "../../report/page/skeleton.js";
@@ -323,3 +324,18 @@ for (const [parameter, value] of [
 assert.match(worthInWords({ nothing: true, probability: 0.9 }), /no better than without/);
 assert.match(worthInWords({ nothing: false, probability: 0.3 }), /no better than without/);
 assert.match(worthInWords({ nothing: false, probability: 0.9 }), /^better than without: 90 %/);
+
+// A parameter with the name of an import hides it: what is called then is no function.
+{
+  const folder = new URL("../../report/page/", import.meta.url);
+  const names = (text) => text.replace(/\w+\s*:|=[^,]*|\/\*.*?\*\//g, " ").match(/[A-Za-z_$][\w$]*/g) ?? [];
+  const modules = readdirSync(folder, { recursive: true }).filter((file) => file.endsWith(".js") && !file.includes("node_modules"));
+  assert.ok(modules.length > 40, `${modules.length} modules`);
+  for (const file of modules) {
+    const text = readFileSync(new URL(file, folder), "utf8");
+    const imported = [...text.matchAll(/^import \{([^}]*)\} from/gm)].flatMap((match) => match[1].split(",").map((one) => one.trim().split(" as ").at(-1)));
+    for (const [whole, ofFunction, ofArrow] of text.matchAll(/function\s*\w*\s*\(([^()]*)\)|\(([^()]*)\)\s*=>/g))
+      for (const name of names(ofFunction ?? ofArrow ?? ""))
+        assert.ok(!imported.includes(name), `${file}: a parameter hides the imported '${name}': ${whole}`);
+  }
+}

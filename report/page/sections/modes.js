@@ -21,7 +21,7 @@ function modeInWords(mode) {
     .map((share, k) => [share, "xyz"[k]])
     .filter(([share]) => share >= 0.01)
     .sort((a, b) => b[0] - a[0])
-    .map(([share, axis]) => `${shareInWords(share)} along ${axis}`)
+    .map(([share, letter]) => `${shareInWords(share)} along ${letter}`)
     .join(", ");
 }
 
@@ -56,8 +56,8 @@ function frequencies(result, source) {
 }
 
 /** Size of a receptance from force to motion along one axis, at every frequency [m/N]. */
-const sizes = (response, axis) =>
-  response.receptance.map(({ real, imaginary }) => Math.hypot(real[axis][axis], imaginary[axis][axis]));
+const sizes = (response, k) =>
+  response.receptance.map(({ real, imaginary }) => Math.hypot(real[k][k], imaginary[k][k]));
 
 function responseFigure(response, source) {
   const axes = ["x", "y", "z"];
