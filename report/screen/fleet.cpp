@@ -62,19 +62,37 @@ FleetSeries& series_of(const FleetValue& value, std::vector<FleetSeries>& all) {
   return all.back();
 }
 
-std::string with_unit(const std::string& number, const std::string& unit) {
-  return unit.empty() ? number : number + " " + unit_in_words(unit);
+// The unit in which a quantity reads best, and how many of the stated one it is.
+struct ReadableUnit {
+  std::string name;
+  double factor = 1;
+
+  std::string operator()(double value) const { return number(value / factor); }
+  std::string with_name(double value) const {
+    return name.empty() ? (*this)(value) : (*this)(value) + " " + name;
+  }
+};
+
+ReadableUnit readable_unit(const FleetSeries& series) {
+  double largest = 0;
+  for (const double value : series.values) largest = std::max(largest, std::abs(value));
+  if (series.unit != "m" && series.unit != "rad") return {unit_in_words(series.unit)};
+  if (largest >= 1 || largest == 0) return {series.unit};
+  if (largest >= 1e-3) return {"m" + series.unit, 1e-3};
+  if (largest >= 1e-6 || series.unit == "rad") return {"u" + series.unit, 1e-6};
+  return {"nm", 1e-9};
 }
 
 bool has_limits(const FleetSeries& series) { return series.values.size() >= least_of_series; }
 
-// "A-07 of 2026-05-02: gap of clearance at q3 is 0.0004 rad, above 0.0002"
+// "A-07 of 2026-05-02: gap of clearance at q3 is 0.4 mrad, above its limit 0.2"
 std::string sentence(const Fleet& fleet, const FleetSeries& series, std::size_t i) {
   const double value = series.values[i];
   const bool above = value > series.chart.upper;
+  const ReadableUnit unit = readable_unit(series);
   return fmt::format("{}: {} is {}, {} its limit {}", called(fleet.members[series.members[i]]),
-                     series.name, with_unit(number(value), series.unit), above ? "above" : "below",
-                     number(above ? series.chart.upper : series.chart.lower));
+                     series.name, unit.with_name(value), above ? "above" : "below",
+                     unit(above ? series.chart.upper : series.chart.lower));
 }
 
 Json number_or_null(double x) { return std::isfinite(x) ? Json(x) : Json(); }
@@ -175,8 +193,9 @@ std::string text(const Fleet& fleet) {
   Table table({"quantity", "unit", "values", "mean", "lower limit", "upper limit", "outside"});
   for (const FleetSeries& series : fleet.series) {
     const bool limits = has_limits(series);
-    const auto cell = [&](double x) { return limits ? number(x) : std::string("-"); };
-    table.add_row({series.name, unit_in_words(series.unit), fmt::format("{}", series.values.size()),
+    const ReadableUnit unit = readable_unit(series);
+    const auto cell = [&](double x) { return limits ? unit(x) : std::string("-"); };
+    table.add_row({series.name, unit.name, fmt::format("{}", series.values.size()),
                    cell(series.chart.mean), cell(series.chart.lower), cell(series.chart.upper),
                    limits ? fmt::format("{}", series.chart.outside.size()) : "-"});
   }

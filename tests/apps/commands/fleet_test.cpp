@@ -22,7 +22,7 @@ TEST(Fleet, NamesTheRobotThatHasWorn) {
       kinetostat("fleet data/fleet/fleet.yaml --json fleet.json --html fleet.html");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("outside the control limits is S-09 of 2025-05-15."));
-  EXPECT_THAT(outcome.out, HasSubstr("gap of clearance at rho is 9e-06 m, above its limit"));
+  EXPECT_THAT(outcome.out, HasSubstr("gap of clearance at rho is 9 um, above its limit"));
   const io::Json json = io::read_json(working_folder() / "fleet.json");
   ASSERT_EQ(json["series"].size(), 2u);
   for (const io::Json& series : json["series"]) {
