@@ -85,8 +85,11 @@ Station adopted_station(const std::string& file, const Comparison& again) {
           light_of(again.nominal)};
 }
 
-Station not_adopted_station(const std::string& why, bool is_needed) {
-  return {"adopted", why, is_needed ? Light::bad : Light::good};
+Station not_adopted_station(const std::string& why, Verdict verdict) {
+  const Light light = verdict == Verdict::none_needed    ? Light::good
+                      : verdict == Verdict::inconclusive ? Light::open
+                                                         : Light::bad;
+  return {"adopted", why, light};
 }
 
 Station next_station(const vjm::Robot& robot, const calibration::PlanQuestion& question,

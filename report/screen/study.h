@@ -28,7 +28,7 @@ Station missing_station(const vjm::Robot& robot, const calibration::Diagnosis& d
 /// The file that was written, compared again.
 Station adopted_station(const std::string& file, const calibration::Comparison& again);
 /// Nothing was adopted.
-Station not_adopted_station(const std::string& why, bool is_needed);
+Station not_adopted_station(const std::string& why, calibration::Verdict verdict);
 Station next_station(const vjm::Robot& robot, const calibration::PlanQuestion& question,
                      const calibration::Plan& plan);
 Station nothing_next_station(const std::string& why);

@@ -156,6 +156,7 @@ class Study {
   bool is_kinematic() const {
     return !diagnose_.result.value("by_kinematics", io::Json()).is_null();
   }
+  bool knows_noise() const { return compare_.result.value("noise", "") != "unknown"; }
   bool is_calibrated() const { return adopt_.result["command"] == "calibrate"; }
   std::string headline() const {
     return diagnose_.headline + (is_calibrated() ? " " + adopt_.headline : "");
@@ -244,7 +245,7 @@ Step Study::calibrate() {
             .stations = {}};
   step.result.update(report::to_json(campaign_, found));
   if (found.geometry.empty()) {
-    step.stations = {report::not_adopted_station(step.headline, true)};
+    step.stations = {report::not_adopted_station(step.headline, calibration::Verdict::unexplained)};
     return step;
   }
   const std::filesystem::path out = files_.file(robot_name);
@@ -297,7 +298,7 @@ Step Study::adopt() {
             .picture = {},
             .text = report::wrapped(headline + "."),
             .headline = headline,
-            .stations = {report::not_adopted_station(headline, is_needed)}};
+            .stations = {report::not_adopted_station(headline, record.verdict)}};
   }
 }
 
@@ -335,7 +336,10 @@ Step Study::plan() {
     }
     step.text = report::first_screen(robot_, question, options, plan, "");
     step.headline = report::headline(robot_, question, options, plan);
-    step.stations = {report::next_station(robot_, question, plan)};
+    step.stations = {knows_noise()
+                         ? report::next_station(robot_, question, plan)
+                         : report::nothing_next_station(
+                               "say how exact the readings are, or take some of them again")};
   } catch (const common::NotIdentifiable& refusal) {
     step.headline = std::string("nothing can be planned: ") + refusal.what();
     step.result["reason"] = refusal.what();
@@ -425,8 +429,7 @@ void Study::print(const std::vector<Station>& stations) const {
 }
 
 std::string Study::why_inconclusive() const {
-  if (compare_.result.value("noise", "") != "unknown")
-    return "inconclusive: these data do not show which effect is missing";
+  if (knows_noise()) return "inconclusive: these data do not show which effect is missing";
   return fmt::format(
       "inconclusive: the noise is not known. {} 'noise: {{translation: 3 um}}' to {}, with the "
       "standard deviation of your instrument, or take readings several times",

@@ -191,6 +191,31 @@ TEST_F(Study, GoesOnWhereItStopped) {
   EXPECT_THAT(other.err, testing::Not(HasSubstr("made of the same files before")));
 }
 
+// Nobody can say whether the model fails: no station is red, none is green, and the last one says
+// what is missing.
+TEST_F(Study, GoesOnWhereTheNoiseIsNotKnown) {
+  io::write_atomically(working_folder() / "slide.yaml",
+                       "kinetostat: 1\nname: slide\nunits: {length: mm, force: N, angle: deg}\n"
+                       "chain_types:\n  arm:\n"
+                       "    - actuator: {name: drive, axis: Tz, stiffness: 1000}\n"
+                       "manipulator: {chain: arm}\nuncertain:\n  - {stiffness: drive}\n");
+  io::write_atomically(working_folder() / "unsure.yaml",
+                       "kinetostat: 1\ncampaign: unsure\nrobot: slide.yaml\n"
+                       "units: {length: mm, force: N, angle: deg}\ndisplacement: difference\n"
+                       "readings: unsure.csv\n");
+  io::write_atomically(working_folder() / "unsure.csv",
+                       "drive,fz,dz\n0,100,0.104\n0,200,0.195\n0,300,0.311\n0,-100,-0.097\n"
+                       "0,-200,-0.206\n0,-300,-0.302\n");
+  const Outcome outcome = kinetostat("study unsure.yaml -o study");
+  EXPECT_EQ(outcome.code, 5) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("Add 'noise: {translation: 3 um}' to"));
+  expect_one_screen("study", outcome.out);
+  const io::Json stations = json_of("study/study.json")["stations"];
+  ASSERT_EQ(stations.size(), 6u);
+  for (const io::Json& station : stations) EXPECT_EQ(station["light"], "open") << station;
+  EXPECT_THAT(stations[5]["sentence"].get<std::string>(), HasSubstr("how exact the readings are"));
+}
+
 TEST_F(Study, NeedsAFolder) {
   const Outcome outcome = kinetostat("study campaign/campaign.yaml");
   EXPECT_EQ(outcome.code, 2);
