@@ -91,9 +91,10 @@ export function waterfall({ stages, what, unit, factor }, source, count) {
         ? "The error falls"
         : "The error does not fall";
   const confirmed = stages.filter((s) => Number.isFinite(s.confirmed));
-  // By more than rounding: a stage that makes the error larger does not look like one that helps.
+  // By what the digits show: a stage that makes the error larger does not look like one that helps.
+  const visible = 1.005;
   const rises = stages.map(
-    (s, k) => k > 0 && s !== floor && s.whitened > 1.001 * stages[k - 1].whitened,
+    (s, k) => k > 0 && s !== floor && s.whitened > visible * stages[k - 1].whitened,
   );
   const rows = () =>
     stages.map((s) => [

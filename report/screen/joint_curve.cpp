@@ -74,7 +74,8 @@ Json bent_robot_picture(const vjm::Robot& robot, const calibration::Campaign& ca
              {{"at", io::to_json(bent.platform * largest->load.point_on_platform)},
               {"force", io::to_json(largest->load.force)}}},
             {"joint", nullptr}};
-  if (!diagnosis.found.empty()) json["joint"] = diagnosis.found.front().candidate.effect.at;
+  if (!diagnosis.found.empty() && !diagnosis.by_kinematics)
+    json["joint"] = diagnosis.found.front().candidate.effect.at;
   return json;
 }
 

@@ -46,7 +46,7 @@ async function pageAgrees(browser, shop, json, said, name) {
   assert.deepEqual(page.rows.map((row) => row[1]), errors, name);
   assert.deepEqual(page.bars, errors, name);
   // An error that rises is not said to fall, and its bar is not drawn as one that falls.
-  const rising = (k) => k > 0 && said.waterfall[k].name !== "noise floor" && errors[k] > 1.001 * errors[k - 1];
+  const rising = (k) => k > 0 && said.waterfall[k].name !== "noise floor" && errors[k] > 1.005 * errors[k - 1];
   const orange = page.colours.filter((_, k) => rising(k));
   assert.ok(page.colours.every((colour, k) => rising(k) || !orange.includes(colour)), name);
   const models = errors.filter((_, k) => said.waterfall[k].name !== "noise floor");
