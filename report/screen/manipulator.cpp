@@ -42,13 +42,15 @@ double in_stiffness_unit(const vjm::Robot& robot, double si) {
   return si * length_of(robot) / force_of(robot);
 }
 
-std::string shares_sentence(const std::vector<std::pair<std::string, double>>& places) {
+// `along`: " along x" where the direction is one of many.
+std::string shares_sentence(const std::vector<std::pair<std::string, double>>& places,
+                            const std::string& along) {
   constexpr double worth_a_word = 0.1;
   std::vector<std::string> words;
   for (const auto& [place, share] : places)
     if (words.size() < 3 && share >= worth_a_word)
       words.push_back(fmt::format("{} {}", short_percent(share), place));
-  return words.empty() ? "" : " Of what it yields there, " + listed(words, "and") + ".";
+  return words.empty() ? "" : " Where it yields" + along + ": " + listed(words, "and") + ".";
 }
 
 std::string free_sentence(const vjm::UnloadedStiffness& stiffness) {
@@ -178,11 +180,12 @@ std::string headline(const vjm::Robot& robot, const vjm::UnloadedStiffness& stif
   if (!(softest.compliance > 0)) return "The platform does not yield to any force.";
   const std::string direction = direction_in_words(softest.direction);
   return fmt::format("{}: {}.{}{}",
-                     softest.dimensions == 3   ? "Alike in all directions, as along " + direction
-                     : softest.dimensions == 2 ? "Softest in a plane, as along " + direction
+                     softest.dimensions == 3   ? "Equally stiff in all directions"
+                     : softest.dimensions == 2 ? "Softest in a plane, along " + direction
                                                : "Softest along " + direction,
                      stiffness_in_words(robot, softest.compliance, uncertainty),
-                     shares_sentence(by_place(robot, shares)),
+                     shares_sentence(by_place(robot, shares),
+                                     softest.dimensions == 3 ? " along " + direction : ""),
                      uncertainty ? blame_sentence(*uncertainty, vjm::StiffnessNumbers::along) : "");
 }
 

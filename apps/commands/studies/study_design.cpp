@@ -107,7 +107,8 @@ Station DesignStudy::yields_station() const {
           report::short_percent(s.share) + " " +
           report::place_in_words(robot_.manipulator, vjm::name_of(robot_.manipulator, s)));
   if (words.empty()) return {"yields", "nothing yields to a force there", Light::open};
-  return {"yields", "along that direction " + report::listed(words, "and"), Light::good};
+  const std::string along = report::direction_in_words(softest_.direction);
+  return {"yields", fmt::format("along {}: {}", along, report::listed(words, "and")), Light::good};
 }
 
 Station DesignStudy::workspace_station() {
@@ -169,7 +170,7 @@ Station DesignStudy::critical_station(double critical, const vjm::MapIndex& inde
   return {"stability",
           fmt::format("gives way at {} {} along {}", report::figure(critical / force, 3),
                       robot_.units.force, along),
-          Light::bad};
+          Light::open};
 }
 
 Station DesignStudy::assembly_station() const {
