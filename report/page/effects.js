@@ -7,7 +7,18 @@ import { number } from "./units.js";
 const shown = 16;
 const nameOf = (candidate) => `${candidate.effect} at ${candidate.at}`;
 
-export function ranking(step, round, source) {
+/** Of a law: what the verdict gives its class and place, times its share of them. */
+function probabilityOf(candidate, decision) {
+  for (const answer of decision?.answers ?? [])
+    for (const law of answer.laws)
+      if (law.effect === candidate.effect && law.at === candidate.at) return answer.probability * law.share;
+  return candidate.fit?.probability ?? null;
+}
+
+const onBar = (p) => (p > 0.999 ? "over 99.9 %" : p >= 0.001 ? `${number(100 * p, 3)} %` : "< 0.1 %");
+
+/** `decision`: of the round, where something was found in it. */
+export function ranking(step, round, source, decision) {
   const observable = step.ranking.filter((candidate) => candidate.observable);
   const rows = observable.slice(0, shown);
   const open = new Set(step.indistinguishable.map((k) => nameOf(step.ranking[k])));
@@ -24,7 +35,7 @@ export function ranking(step, round, source) {
     least: 420,
     height: 90 + 24 * rows.length,
     paper: 90 + 16 * rows.length,
-    say: `Significance of each candidate's signature, -ln p. On the bars: probability. Right of the detection threshold, which noise alone reaches in 5 %, is more than noise, although ${step.ranking.length} candidates were tried (chance of a false alarm ${number(100 * step.gate.p_value, 2)} %, ${step.gate.draws} simulations). ${open.size > 1 ? "Coloured: not distinguished by these readings. " : ""}${rest} more with smaller signatures, ${hidden} not observable.`,
+    say: `Significance of each candidate's signature, -ln p. On the bars: probability of each law (the verdict adds those of one class and place). Right of the detection threshold, which noise alone reaches in 5 %, is more than noise, although ${step.ranking.length} candidates were tried (chance of a false alarm ${number(100 * step.gate.p_value, 2)} %, ${step.gate.draws} simulations). ${open.size > 1 ? "Coloured: not distinguished by these readings. " : ""}${rest} more with smaller signatures, ${hidden} not observable.`,
     numbers: () => ({
       columns: [
         "candidate",
@@ -41,7 +52,7 @@ export function ranking(step, round, source) {
         r.observable ? "yes" : "no",
         r.surprise,
         r.detectability,
-        r.fit?.probability ?? null,
+        probabilityOf(r, decision),
         r.fit?.log_score_gain ?? null,
         r.fit?.told_apart ?? null,
         r.reason ?? r.not_fitted ?? "",
@@ -56,15 +67,11 @@ export function ranking(step, round, source) {
         values: rows.map((r) => Math.max(r.surprise, least)),
         colours: rows.map((r) => (open.has(nameOf(r)) ? look.final : look.nominal)),
         text: rows.map((r) =>
-          r.fit
-            ? r.fit.probability >= 0.001
-              ? `${number(100 * r.fit.probability, 3)} %`
-              : "< 0.1 %"
-            : "not fitted",
+          r.fit ? onBar(probabilityOf(r, decision)) : "not fitted",
         ),
         hover: rows.map(
           (r) =>
-            `${plain(nameOf(r))}<br>-ln p = ${number(r.surprise)}, d' at usual size ${number(r.detectability)}${r.fit ? `<br>probability ${number(r.fit.probability)}, held-out gain ${number(r.fit.log_score_gain)} ± ${number(r.fit.log_score_deviation)}` : ""}`,
+            `${plain(nameOf(r))}<br>-ln p = ${number(r.surprise)}, d' at usual size ${number(r.detectability)}${r.fit ? `<br>probability ${number(probabilityOf(r, decision))}, held-out gain ${number(r.fit.log_score_gain)} ± ${number(r.fit.log_score_deviation)}` : ""}`,
         ),
         limits: [[step.gate.critical, look.bad, 2]],
         x: {

@@ -284,7 +284,7 @@ export function measurementSection({ name, diagnosis, comparison, both, columns,
   const last = charts();
   const assessment = comparison?.refitted ?? comparison?.as_designed;
   diagnosis?.steps.forEach((step, k) => {
-    if (step.ranking.some((r) => r.observable)) add(last, ranking(step, k + 1, source), view);
+    if (step.ranking.some((r) => r.observable)) add(last, ranking(step, k + 1, source, diagnosis.found?.[k]?.decision), view);
     if (step.confusion?.candidates.length > 1)
       add(last, confusion(step.confusion, k + 1, source), view);
   });

@@ -31,9 +31,30 @@ function barsAgree(said, printed, name) {
 const shown = `(() => {
   const figure = document.getElementById("waterfall")?.figure;
   if (figure) figure.sight(true);
-  return { heading: document.querySelector("h1").textContent, verdict: document.querySelector(".verdict strong").textContent,
+  const rankings = [...document.querySelectorAll("figure[id^='ranking-']")].map((node) => {
+    node.figure.sight(true);
+    return { id: node.id, rows: node.figure.spec.numbers().rows, texts: node.figure.plot.data[0].text };
+  });
+  return { rankings, heading: document.querySelector("h1").textContent, verdict: document.querySelector(".verdict strong").textContent,
     rows: figure?.spec.numbers().rows ?? [], bars: figure?.plot.data[0].y ?? [], colours: figure?.plot.data[0].marker.color ?? [], title: figure?.spec.title };
 })()`;
+
+/** What the chart and the table of a round give the laws of one class and place is, together, what the verdict gives it. */
+function rankingAgrees(said, { id, rows, texts }, name) {
+  const answers = said.found[Number(id.split("-")[1]) - 1]?.decision.answers ?? [];
+  const given = new Map(rows.map((row) => [row[0].replaceAll("_", " "), row[4]]));
+  for (const { probability, laws } of answers) {
+    const parts = laws.map((law) => given.get(`${law.effect} at ${law.at}`.replaceAll("_", " ")));
+    if (parts.includes(undefined)) continue;
+    const sum = parts.reduce((all, one) => all + one, 0);
+    assert.ok(Math.abs(sum - probability) < 1e-9, `${name}, ${id}: ${sum} is not ${probability}`);
+    rankingsCompared += 1;
+  }
+  const drawn = rows.filter((row) => row[1] === "yes").slice(0, texts.length);
+  drawn.forEach((row, k) => {
+    if (texts[k] !== "not fitted") assert.equal(texts[k] === "over 99.9 %", row[4] > 0.999, `${name}, ${id}: ${texts[k]} for ${row[4]}`);
+  });
+}
 
 async function pageAgrees(browser, shop, json, said, name) {
   shop.run("report", json, "-o", "page.html");
@@ -49,6 +70,7 @@ async function pageAgrees(browser, shop, json, said, name) {
   const rising = (k) => k > 0 && said.waterfall[k].name !== "noise floor" && errors[k] > 1.005 * errors[k - 1];
   const orange = page.colours.filter((_, k) => rising(k));
   assert.ok(page.colours.every((colour, k) => rising(k) || !orange.includes(colour)), name);
+  page.rankings.forEach((ranking) => rankingAgrees(said, ranking, name));
   const models = errors.filter((_, k) => said.waterfall[k].name !== "noise floor");
   if (models.length > 1)
     assert.equal(page.title, models.at(-1) < models[0] ? "The error falls" : "The error does not fall", name);
@@ -57,6 +79,7 @@ async function pageAgrees(browser, shop, json, said, name) {
 const [, , , program] = process.argv;
 const cases = [];
 let compared = 0;
+let rankingsCompared = 0;
 for (const name of existsSync(folder) ? readdirSync(folder) : []) {
   const [json, text] = ["json", "txt"].map((type) => `${folder}/${name}/diagnosis.${type}`);
   if (!existsSync(json) || !existsSync(text)) continue;
@@ -98,6 +121,7 @@ try {
   const opened = cases.filter((_, k) => k % step === 0).slice(0, wanted);
   for (const [name, json, said] of opened) await pageAgrees(browser, shop, json, said, name);
   assert.deepEqual(browser.problems, []);
+  assert.ok(rankingsCompared >= wanted, `${rankingsCompared} answers in rankings`);
   console.log(`${compared} diagnoses quote one probability, ${opened.length} pages the same as their JSON`);
 } finally {
   await browser.close();
