@@ -227,20 +227,31 @@ Eigen::Index asked_for(const vjm::Uncertainty& uncertainty) {
              : vjm::DeflectionNumbers::force;
 }
 
-// "217 N along x", "35 N m about z", or what acts without either.
+// Rounding alone, beside what the platform moves.
+bool is_nothing(const spatial::Wrench& wrench, const vjm::Equilibrium& e) {
+  constexpr double rounding = 1e-9;
+  if (!e.compliance) return wrench.coordinates().isZero(0);
+  const spatial::Vector6 moved = e.compliance->matrix() * wrench.coordinates();
+  return moved.head<3>().norm() <= rounding * e.displacement.translation.norm() &&
+         moved.tail<3>().norm() <= rounding * e.displacement.rotation.norm();
+}
+
+// "217 N along x", "35 N m about z and its weight", or what acts without either.
 std::string load_in_words(const vjm::Robot& robot, const vjm::Equilibrium& e,
                           const std::optional<vjm::Uncertainty>& uncertainty) {
+  const bool is_heavy = !robot.without_effects().gravity().isZero(0) &&
+                        !robot.without_effects().is_relaxed_when_unloaded();
+  if (is_nothing(e.wrench, e)) return is_heavy ? "By its weight" : "Without a wrench";
+  const char* weight = is_heavy ? " and its weight" : "";
   const double force = e.wrench.force.norm(), moment = e.wrench.moment.norm();
   if (force > 0)
-    return fmt::format("{} {}{} along {}", figure(force / force_of(robot), 4), robot.units.force,
+    return fmt::format("{} {}{} along {}{}", figure(force / force_of(robot), 4), robot.units.force,
                        spread(uncertainty, vjm::DeflectionNumbers::force),
-                       direction_in_words(e.wrench.force / force));
-  if (moment > 0)
-    return fmt::format("{} {} {}{} about {}",
-                       figure(moment / (force_of(robot) * length_of(robot)), 4), robot.units.force,
-                       robot.units.length, spread(uncertainty, vjm::DeflectionNumbers::moment),
-                       direction_in_words(e.wrench.moment / moment));
-  return robot.without_effects().gravity().isZero(0) ? "Without a wrench" : "By its weight";
+                       direction_in_words(e.wrench.force / force), weight);
+  return fmt::format("{} {} {}{} about {}{}",
+                     figure(moment / (force_of(robot) * length_of(robot)), 4), robot.units.force,
+                     robot.units.length, spread(uncertainty, vjm::DeflectionNumbers::moment),
+                     direction_in_words(e.wrench.moment / moment), weight);
 }
 
 // "162 um +- 9 %", the file's value beside it where the estimate is another one.
@@ -277,7 +288,7 @@ namespace {
 
 std::string stiffness_there(const vjm::Robot& robot, const vjm::Equilibrium& e) {
   const double force = e.wrench.force.norm();
-  if (!e.compliance || !(force > 0)) return {};
+  if (!e.compliance || !(force > 0) || is_nothing(e.wrench, e)) return {};
   const Vector3 n = e.wrench.force / force;
   const double along = n.dot(e.compliance->matrix().topLeftCorner<3, 3>() * n);
   const SoftestDirection softest = softest_direction(*e.compliance);

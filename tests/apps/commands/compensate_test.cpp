@@ -75,6 +75,7 @@ TEST(NodeLoad, ActsOnTheElbowOfTheHeavyArm) {
   const std::string heavy = "deflect data/robots/heavy_arm.yaml ";
   const Outcome alone = kinetostat(heavy + "--json weight.json");
   EXPECT_EQ(alone.code, 0) << alone.err;
+  EXPECT_THAT(alone.out, testing::StartsWith("By its weight: the platform moves"));
   EXPECT_THAT(alone.out, HasSubstr("Lumping of springs and weight"));
   const Outcome loaded = kinetostat(heavy + "--node-load elbow=0,0,-5000 --json elbow.json");
   ASSERT_EQ(loaded.code, 0) << loaded.err;
