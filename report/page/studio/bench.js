@@ -24,6 +24,14 @@ function missed(columns, residual) {
     .filter(({ by }) => by.some((x) => x !== 0));
 }
 
+/** "1: q1 9.675, q2 -12.57", without the name of the chain where there is one. */
+function postureName(poses, k) {
+  const named = /([A-Za-z_]\w*)\.(?=[A-Za-z_])/g;
+  const label = poses[k].label || "home";
+  const chains = new Set(poses.flatMap((pose) => [...(pose.label ?? "").matchAll(named)].map((match) => match[1])));
+  return `${k + 1}: ${chains.size === 1 ? label.replaceAll(named, "") : label}`;
+}
+
 /** The posture under the largest force is looked at first. */
 function firstPosture({ pose, load }) {
   const size = (i) => Math.hypot(...["fx", "fy", "fz"].map((f) => load?.[f]?.[i] ?? 0));
@@ -74,7 +82,7 @@ export class Bench {
       { class: "bench-tools" },
       choice(
         "Posture",
-        readings.poses.map((p, k) => [k, p.label || "home"]),
+        readings.poses.map((_, k) => [k, postureName(readings.poses, k)]),
         this.pose,
         (k) => {
           this.pose = Number(k);

@@ -52,7 +52,7 @@ export function effectList(effects, on, probabilities, toggle) {
             element("b", {}, effect.kind.replaceAll("_", " ")),
             effect.places.length > 1 ? element("span", {}, "the same at each") : null,
             p === undefined ? null : element("i", {}, probabilityInWords(p).replace(/ \(.*/, "")),
-            active ? element("i", {}, "in the model") : null,
+            element("i", {}, active ? "in the model" : "+ add"),
           ),
           element("span", { class: "effect-looks" }, element("span", {}, effect.summary), sketch(effect.kind)),
           element("code", {}, effect.law),

@@ -31,7 +31,7 @@ const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, mil
 
 /** Follows the job that runs until its end; `show(status)` is called on the way. Its result; throws its error. */
 export async function follow(show) {
-  for (let wait = 30; ; wait = Math.min(250, 1.5 * wait)) {
+  for (let wait = 30; ; wait = Math.min(250, 1.1 * wait)) {
     const status = await ask("progress");
     show(status);
     if (!status.running) {
