@@ -81,8 +81,14 @@ void read_bracket(const std::filesystem::path& file, const Json& json, Link& lin
   link.bracket = bracket;
 }
 
-// Of the modulus of its material, in parts of it.
+// Of the modulus of its material, in parts of it; of an assembly, the largest of its bodies.
 double young_deviation(const std::filesystem::path& file, const Json& json) {
+  if (const Json bodies = json.value("bodies", Json()); bodies.is_array()) {
+    double most = 0;
+    for (const Json& body : bodies)
+      if (body.is_object()) most = std::max(most, young_deviation(file, body));
+    return most;
+  }
   const Json material = json.value("material", Json());
   if (!material.is_object() || !material.contains("E_sd")) return 0;
   const Json young = material.value("E", Json());

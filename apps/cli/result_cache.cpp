@@ -1,5 +1,7 @@
 #include "kinetostat/apps/cli/result_cache.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "kinetostat/apps/cli/version.h"
@@ -20,9 +22,11 @@ std::string options_that_decide(const Run& run) {
   return options.dump();
 }
 
-// The helper that reads the mesh, where one does.
+bool is_step(const fea::LinkSpec& spec) { return fea::unit_of_format(spec.mesh_file) == "mm"; }
+
+// The helper that reads the meshes, where one does.
 std::string reader_of(const fea::LinkSpec& spec) {
-  if (fea::unit_of_format(spec.mesh_file) != "mm") return "";
+  if (!is_step(spec) && std::none_of(spec.bodies.begin(), spec.bodies.end(), is_step)) return "";
   const std::filesystem::path helper = common::find_helper("kinetostat-step");
   return helper.empty() ? "" : " " + io::sha256(io::read_text(helper));
 }

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "kinetostat/common/index.h"
+#include "kinetostat/fea/elasticity/contact_stiffness.h"
 #include "kinetostat/fea/elasticity/element_mass.h"
 #include "kinetostat/fea/elasticity/groups.h"
 
@@ -32,11 +33,23 @@ void blocks_of(std::span<const int> element, const DofMap& unknowns, std::vector
   blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
 }
 
+// What has a stiffness of its own: the elements, and behind them the contacts of the mesh.
+std::size_t part_count(const TetMesh& mesh) { return mesh.element_count() + mesh.contacts.size(); }
+
+// The blocks of unknowns that element or contact e touches, ascending.
+void blocks_of(const TetMesh& mesh, std::size_t e, const DofMap& unknowns,
+               std::vector<int>& blocks) {
+  if (e < mesh.element_count())
+    blocks_of(mesh.element(e), unknowns, blocks);
+  else
+    blocks_of(contact_nodes(mesh, mesh.contacts[e - mesh.element_count()]), unknowns, blocks);
+}
+
 Groups elements_of_blocks(const TetMesh& mesh, const DofMap& unknowns) {
   std::vector<int> blocks;
-  return group(at(unknowns.blocks()), mesh.element_count(),
+  return group(at(unknowns.blocks()), part_count(mesh),
                [&](std::size_t e) -> const std::vector<int>& {
-                 blocks_of(mesh.element(e), unknowns, blocks);
+                 blocks_of(mesh, e, unknowns, blocks);
                  return blocks;
                });
 }
@@ -64,8 +77,7 @@ BlockPattern rows_of_pattern(const TetMesh& mesh, const DofMap& unknowns, const 
   for (int b = part.first; b < part.end; ++b) {
     row.assign(1, b);
     for (int k = elements.start[at(b)]; k < elements.start[at(b) + 1]; ++k) {
-      const auto e = at(elements.item[at(k)]);
-      blocks_of(mesh.element(e), unknowns, blocks);
+      blocks_of(mesh, at(elements.item[at(k)]), unknowns, blocks);
       row.insert(row.end(),
                  part.whole ? blocks.begin() : std::upper_bound(blocks.begin(), blocks.end(), b),
                  blocks.end());
@@ -109,15 +121,15 @@ class Scatter {
           BlockMatrix& matrix)
       : mesh_(mesh), unknowns_(unknowns), rows_(rows), first_row_(first_row), matrix_(matrix) {}
 
-  template <int Nodes>
-  void add(std::size_t e, const ElementStiffness<Nodes>& stiffness) {
-    const auto element = mesh_.element(e);
+  // Between the displacements of these nodes.
+  template <class Matrix>
+  void add(std::span<const int> nodes, const Matrix& stiffness) {
     const bool follows_body = std::any_of(
-        element.begin(), element.end(), [this](int node) { return unknowns_.body_of(node) >= 0; });
+        nodes.begin(), nodes.end(), [this](int node) { return unknowns_.body_of(node) >= 0; });
     if (follows_body)
-      add_through_motion(element, stiffness);
+      add_through_motion(nodes, stiffness);
     else
-      add_directly<Nodes>(element, stiffness);
+      add_directly(nodes, stiffness);
   }
 
   void add_block(int row, int column, const Eigen::Ref<const Matrix3>& block) {
@@ -133,13 +145,14 @@ class Scatter {
   }
 
  private:
-  template <int Nodes>
-  void add_directly(std::span<const int> element, const ElementStiffness<Nodes>& stiffness) {
-    for (int i = 0; i < Nodes; ++i) {
-      const int row = unknowns_.block_of(element[at(i)]);
+  template <class Matrix>
+  void add_directly(std::span<const int> nodes, const Matrix& stiffness) {
+    const int count = static_cast<int>(nodes.size());
+    for (int i = 0; i < count; ++i) {
+      const int row = unknowns_.block_of(nodes[at(i)]);
       if (row < rows_.first || row >= rows_.end) continue;
-      for (int j = 0; j < Nodes; ++j) {
-        const int column = unknowns_.block_of(element[at(j)]);
+      for (int j = 0; j < count; ++j) {
+        const int column = unknowns_.block_of(nodes[at(j)]);
         if (column >= row || (rows_.whole && column >= 0))
           add_block(row, column, stiffness.template block<3, 3>(3 * i, 3 * j));
       }
@@ -180,11 +193,11 @@ enum class Integral { stiffness, mass };
 
 void add_stiffness(const TetMesh& mesh, std::size_t e, const Material& material, Scatter& scatter) {
   if (mesh.curved)
-    scatter.add<10>(e, stiffness_curved_tet10(mesh.all_nodes(e), material));
+    scatter.add(mesh.element(e), stiffness_curved_tet10(mesh.all_nodes(e), material));
   else if (mesh.order == 2)
-    scatter.add<10>(e, stiffness_tet10(mesh.corners(e), material));
+    scatter.add(mesh.element(e), stiffness_tet10(mesh.corners(e), material));
   else
-    scatter.add<4>(e, stiffness_tet4(mesh.corners(e), material));
+    scatter.add(mesh.element(e), stiffness_tet4(mesh.corners(e), material));
 }
 
 template <int Nodes>
@@ -200,9 +213,9 @@ void add_mass(const TetMesh& mesh, std::size_t e, const Material& material, Scat
   if (!material.density()) return;
   const Eigen::MatrixXd mass = *material.density() * shape_products(mesh, e);
   if (mesh.order == 2)
-    scatter.add<10>(e, in_each_direction<10>(mass));
+    scatter.add(mesh.element(e), in_each_direction<10>(mass));
   else
-    scatter.add<4>(e, in_each_direction<4>(mass));
+    scatter.add(mesh.element(e), in_each_direction<4>(mass));
 }
 
 void add_rows(const TetMesh& mesh, const std::vector<Material>& materials, const DofMap& unknowns,
@@ -210,8 +223,15 @@ void add_rows(const TetMesh& mesh, const std::vector<Material>& materials, const
               BlockMatrix& matrix) {
   Scatter scatter(mesh, unknowns, rows, first_row, matrix);
   const auto add = integral == Integral::mass ? add_mass : add_stiffness;
-  for (const int element : elements_of_rows(elements, rows))
-    add(mesh, at(element), materials[mesh.material_of(at(element))], scatter);
+  for (const int element : elements_of_rows(elements, rows)) {
+    const std::size_t e = at(element);
+    if (e < mesh.element_count()) {
+      add(mesh, e, materials[mesh.material_of(e)], scatter);
+    } else if (integral == Integral::stiffness) {
+      const FaceContact& contact = mesh.contacts[e - mesh.element_count()];
+      scatter.add(contact_nodes(mesh, contact), contact_stiffness(mesh, materials, contact));
+    }
+  }
   if (integral == Integral::mass) return;
   for (const GroundSpring& spring : unknowns.springs()) {
     const int block = unknowns.block_of(spring.node);

@@ -114,4 +114,27 @@ Eigen::Matrix3Xd inertial_forces(const TetMesh& mesh, const std::vector<Material
   return forces;
 }
 
+std::optional<RigidMass> rigid_mass(const TetMesh& mesh, const std::vector<Material>& materials) {
+  struct Part {
+    double mass;
+    Vector3 center;
+  };
+  RigidMass all;
+  std::vector<Part> parts;
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    if (!materials[m].density()) return {};
+    const MassProperties own = mass_properties(mesh, m);
+    parts.push_back({*materials[m].density() * own.volume, own.centroid});
+    all.mass += parts.back().mass;
+    all.center += parts.back().mass * own.centroid;
+    all.inertia += inertia(own, *materials[m].density());
+  }
+  all.center /= all.mass;
+  for (const Part& part : parts) {
+    const Vector3 arm = part.center - all.center;
+    all.inertia += part.mass * (arm.squaredNorm() * Matrix3::Identity() - arm * arm.transpose());
+  }
+  return all;
+}
+
 }  // namespace kinetostat::fea

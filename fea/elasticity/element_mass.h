@@ -1,6 +1,7 @@
 // Inertia of one tetrahedron, and of a whole mesh.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -19,5 +20,15 @@ Eigen::MatrixXd shape_products(const TetMesh& mesh, std::size_t element);
 /// Materials without a density have no mass.
 Eigen::Matrix3Xd inertial_forces(const TetMesh& mesh, const std::vector<Material>& materials,
                                  const Eigen::Matrix3Xd& accelerations);
+
+/// Mass [kg], centre of mass [m], and inertia [kg m^2] about it, mesh axes.
+struct RigidMass {
+  double mass = 0;
+  Vector3 center = Vector3::Zero();
+  Matrix3 inertia = Matrix3::Zero();
+};
+
+/// Of the elements that name `materials` by number; none where one of these has no density.
+std::optional<RigidMass> rigid_mass(const TetMesh& mesh, const std::vector<Material>& materials);
 
 }  // namespace kinetostat::fea

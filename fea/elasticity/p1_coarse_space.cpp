@@ -45,6 +45,7 @@ TetMesh corner_mesh(const TetMesh& mesh, const std::vector<int>& number) {
   for (std::size_t e = 0; e < mesh.element_count(); ++e)
     for (const int node : mesh.element(e).first(4))
       corners.connectivity.push_back(number[at(node)]);
+  corners.contacts = mesh.contacts;  // with linear displacements, but the same traces
   return corners;
 }
 

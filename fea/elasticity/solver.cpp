@@ -118,6 +118,8 @@ class Task {
       throw PetscFailure(
           "the helper program kinetostat-petsc is not installed; it is built where PETSc is "
           "(Debian: libpetsc-real-dev)");
+    if (!mesh_.contacts.empty())
+      throw PetscFailure("joints between bodies are not solved by PETSc");
     forecast_petsc();
     if (options_.processes == 1) require(SolverMethod::petsc, stats_.petsc);
     PetscSolution solution = solve_with_petsc(mesh_, materials_, unknowns_, loads_,

@@ -58,8 +58,12 @@ io::VtuGrid displacement_fields(const LinkResult& result) {
   const TetMesh& mesh = result.mesh;
   io::VtuGrid grid = grid_of(mesh);
   common::ThreadPool alone(1);
-  const Stresses stresses = recovered_stresses(
-      mesh, corner_stresses(mesh, {result.material}, result.response.fields, alone), 0, alone);
+  const Stresses at_corners =
+      corner_stresses(mesh, result.materials, result.response.fields, alone);
+  // Bodies have no node in common, and away from its own the stresses of each are 0.
+  Stresses stresses = recovered_stresses(mesh, at_corners, 0, alone);
+  for (std::size_t m = 1; m < result.materials.size(); ++m)
+    stresses += recovered_stresses(mesh, at_corners, m, alone);
   for (std::size_t j = 0; j < result.response.fields.size(); ++j) {
     const std::string interface =
         result.interfaces.size() == 2 ? "" : result.interfaces[1 + j / 6].name + " ";

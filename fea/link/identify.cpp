@@ -1,9 +1,12 @@
 #include "kinetostat/fea/link/identify.h"
 
+#include <algorithm>
 #include <chrono>
 
 #include <fmt/format.h>
 
+#include "kinetostat/common/index.h"
+#include "kinetostat/fea/elasticity/element_mass.h"
 #include "kinetostat/fea/link/link_model.h"
 
 namespace kinetostat::fea {
@@ -81,7 +84,7 @@ bool is_wanted(BracketWanted wanted, const TetMesh& mesh) {
 
 // What is known of the link before anything is computed.
 LinkResult started(const LinkSpec& spec, const LinkGeometry& geometry) {
-  LinkResult result(spec.name, spec.material);
+  LinkResult result(spec.name, materials_of(spec));
   result.preload = spec.preload;
   result.material_name = spec.material_name;
   result.young_deviation = spec.young_deviation;
@@ -99,10 +102,32 @@ LinkResult started(const LinkSpec& spec, const LinkGeometry& geometry) {
 
 void add_mass(LinkResult& result) {
   result.center_of_mass = result.geometry.centroid;
-  const std::optional<double>& density = result.material.density();
-  if (!density) return;
-  result.mass = *density * result.geometry.volume;
-  result.inertia = inertia(result.geometry, *density);
+  const std::optional<RigidMass> mass = rigid_mass(result.mesh, result.materials);
+  if (!mass) return;
+  result.mass = mass->mass;
+  result.center_of_mass = mass->center;
+  result.inertia = mass->inertia;
+}
+
+void add_bodies(const LinkSpec& spec, LinkResult& result) {
+  for (const LinkSpec& body : spec.bodies)
+    result.bodies.push_back({.name = body.name,
+                             .material = body.material,
+                             .material_name = body.material_name,
+                             .young_deviation = body.young_deviation,
+                             .volume = mass_properties(result.mesh, result.bodies.size()).volume});
+  if (!result.bodies.empty())
+    for (std::size_t e = 0; e < result.mesh.element_count(); ++e)
+      ++result.bodies[result.mesh.material_of(e)].elements;
+  for (const JointSpec& joint : spec.joints)
+    result.joints.push_back(
+        {.bodies = {spec.bodies[joint.bodies[0]].name, spec.bodies[joint.bodies[1]].name},
+         .layer = joint.layer});
+  for (const FaceContact& contact : result.mesh.contacts) {
+    JointResult& joint = result.joints[common::at(contact.joint)];
+    joint.area += contact.area();
+    joint.gap = std::max(joint.gap, contact.gap);
+  }
 }
 
 void take(RefinedModel refined, LinkResult& result) {
@@ -120,7 +145,7 @@ void take(RefinedModel refined, LinkResult& result) {
 void add_bracket(const LinkSpec& spec, const IdentifyOptions& options, common::Progress& progress,
                  LinkResult& result) {
   explained(spec, result.mesh, [&] {
-    result.bracket = coupling_bracket(result.mesh, {spec.material}, result.interfaces,
+    result.bracket = coupling_bracket(result.mesh, result.materials, result.interfaces,
                                       result.response, options.solver, progress);
   });
 }
@@ -128,7 +153,7 @@ void add_bracket(const LinkSpec& spec, const IdentifyOptions& options, common::P
 void add_geometric_stiffness(const LinkSpec& spec, common::Progress& progress, LinkResult& result) {
   explained(spec, result.mesh, [&] {
     result.geometric_stiffness = geometric_stiffness(
-        result.mesh, {spec.material}, result.interfaces, result.response, *spec.preload, progress);
+        result.mesh, result.materials, result.interfaces, result.response, *spec.preload, progress);
   });
 }
 
@@ -138,7 +163,7 @@ LinkResult identify(const LinkSpec& spec, const LinkGeometry& geometry,
                     const IdentifyOptions& options, common::Progress& progress) {
   Stopwatch watch(geometry.reading_seconds);
   LinkResult result = started(spec, geometry);
-  SolidMesher mesher(geometry.imported.mesh, geometry.tags);
+  LinkMesher mesher(geometry);
   const Respond respond_on = [&](const LinkModel& model) {
     return respond(model.mesh, model.materials, model.interfaces, options.solver, progress);
   };
@@ -148,8 +173,9 @@ LinkResult identify(const LinkSpec& spec, const LinkGeometry& geometry,
                        .threads = options.solver.threads},
                       progress),
        result);
+  add_bodies(spec, result);
   result.meshing = mesher.record();
-  if (geometry.volume) result.element_size = result.quality.mean_edge;
+  if (geometry.is_meshed()) result.element_size = result.quality.mean_edge;
   watch.lap("model");
   // Whoever stopped the refinement gets what it reached, and does not wait for the bracket. A
   // cancelled run that was not refining has nothing less to give than the whole result.

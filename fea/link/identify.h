@@ -1,6 +1,7 @@
 // A link's mesh in, its 6x6 compliance out.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -23,19 +24,43 @@
 
 namespace kinetostat::fea {
 
+/// A body of an assembly.
+struct BodyResult {
+  std::string name;
+  Material material;
+  std::string material_name = {};  // may be empty
+  double young_deviation = 0;      // [Pa] as LinkResult has it
+  double volume = 0;               // [m^3] of its elements
+  std::size_t elements = 0;
+};
+
+/// Two bodies of an assembly and what is between them.
+struct JointResult {
+  std::array<std::string, 2> bodies = {};
+  std::optional<ElasticLayer> layer = {};  // none: they are bonded
+  double area = 0;                         // [m^2] where they touch
+  double gap = 0;                          // [m] between their faces there, at most
+};
+
 struct LinkResult {
-  LinkResult(std::string link_name, const Material& link_material)
-      : name(std::move(link_name)), material(link_material) {}
+  LinkResult(std::string link_name, std::vector<Material> link_materials)
+      : name(std::move(link_name)),
+        material(link_materials.front()),
+        materials(std::move(link_materials)) {}
 
   std::string name;
   /// Compliance of the first loaded interface at its point, mesh axes; the fixed interface does not
   /// move. It is all of `response.flexibility` where there is one loaded interface, else a part of
   /// it.
   spatial::Compliance6 compliance{Matrix6::Zero()};
-  double symmetry_defect = 0;  // of the matrix before it was made symmetric
-  Material material;
-  std::string material_name = {};  // by which the link file has it; may be empty
-  double young_deviation = 0;      // [Pa] one standard deviation of Young's modulus; 0: not stated
+  double symmetry_defect = 0;       // of the matrix before it was made symmetric
+  Material material;                // of the first body
+  std::vector<Material> materials;  // of all, as the elements name them
+  std::string material_name = {};   // by which the link file has it; may be empty
+  double young_deviation = 0;       // [Pa] one standard deviation of Young's modulus; 0: not stated
+
+  std::vector<BodyResult> bodies = {};   // of an assembly, else empty
+  std::vector<JointResult> joints = {};  // in the order of the link file
 
   std::optional<double> mass;      // [kg]; without a density there is none
   Vector3 center_of_mass;          // [m]

@@ -196,10 +196,23 @@ double read_modulus_ratio(const YamlNode& node, Coupling coupling) {
   return ratio;
 }
 
+// What the lengths and names in an interface refer to.
+struct Surroundings {
+  UnitSystem units = {};
+  std::vector<std::string> bodies = {};
+};
+
+std::size_t number_of(const YamlNode& name, const std::vector<std::string>& names) {
+  const std::string word = name.choice(names);
+  return static_cast<std::size_t>(std::find(names.begin(), names.end(), word) - names.begin());
+}
+
 InterfaceSpec read_interface(const std::string& name, const YamlNode& node,
-                             const UnitSystem& units) {
+                             const Surroundings& around) {
+  const UnitSystem& units = around.units;
   std::vector<std::string> keys = selector_kinds;
   keys.insert(keys.end(), {"coupling", "modulus_ratio", "point"});
+  if (!around.bodies.empty()) keys.emplace_back("body");
   node.allow_only(keys);
   const auto [kind, selection] = node.one_of(selector_kinds);
   InterfaceSpec spec;
@@ -213,11 +226,12 @@ InterfaceSpec read_interface(const std::string& name, const YamlNode& node,
   spec.selector = read_selector(kind, selection, units);
   spec.origin = place(selection);
   if (const auto point = node.find("point")) spec.point = point->vector3(dimension::length, units);
+  if (const auto body = node.find("body")) spec.body = number_of(*body, around.bodies);
   return spec;
 }
 
 // Named interfaces, and which of them is fixed.
-std::vector<InterfaceSpec> read_named_interfaces(const YamlNode& top, const UnitSystem& units) {
+std::vector<InterfaceSpec> read_named_interfaces(const YamlNode& top, const Surroundings& around) {
   const YamlNode node = top.at("interfaces");
   std::vector<std::string> names;
   for (const auto& [name, member] : node.members()) names.push_back(name);
@@ -226,17 +240,17 @@ std::vector<InterfaceSpec> read_named_interfaces(const YamlNode& top, const Unit
   if (const auto loaded = top.find("loaded"))
     loaded->fail("all of `interfaces` are loaded but the fixed one", "Leave 'loaded' out");
   const std::string fixed = top.at("fixed").choice(names);
-  std::vector<InterfaceSpec> specs{read_interface(fixed, node.at(fixed), units)};
+  std::vector<InterfaceSpec> specs{read_interface(fixed, node.at(fixed), around)};
   for (const auto& [name, member] : node.members())
-    if (name != fixed) specs.push_back(read_interface(name, member, units));
+    if (name != fixed) specs.push_back(read_interface(name, member, around));
   return specs;
 }
 
-std::vector<InterfaceSpec> read_interfaces(const YamlNode& top, const UnitSystem& units) {
-  if (top.has("interfaces")) return read_named_interfaces(top, units);
+std::vector<InterfaceSpec> read_interfaces(const YamlNode& top, const Surroundings& around) {
+  if (top.has("interfaces")) return read_named_interfaces(top, around);
   std::vector<InterfaceSpec> specs;
   for (const char* name : {"fixed", "loaded"})
-    specs.push_back(read_interface(name, top.at(name), units));
+    specs.push_back(read_interface(name, top.at(name), around));
   return specs;
 }
 
@@ -291,39 +305,133 @@ void read_elements(const YamlNode& node, const UnitSystem& units, LinkSpec& spec
   }
 }
 
-}  // namespace
-
-LinkSpec read_link(const std::filesystem::path& file) {
-  const YamlNode top = io::read_yaml(file);
-  io::check_format_version(top);
-  top.allow_only({"kinetostat", "link", "mesh", "material", "interfaces", "fixed", "loaded",
-                  "preload", "elements"});
-  const YamlNode mesh = top.at("mesh");
+// Mesh and material: all that a body has.
+LinkSpec read_body(const std::string& name, const YamlNode& mesh, const YamlNode& of) {
   mesh.allow_only({"file", "unit", "body", "repair", "tolerance", "limit"});
   const std::filesystem::path mesh_file = mesh.at("file").existing_file();
   const std::string unit = read_unit(mesh, mesh_file);
   UnitSystem units;
   if (!unit.empty()) units.length = unit;
   // Filled one by one: when a value in nested braces throws, g++ 12 destroys members never made.
-  const GivenMaterial material = read_material(top.at("material"));
+  const GivenMaterial material = read_material(of);
   LinkSpec spec(material.material);
+  spec.name = name;
+  spec.file = mesh.file();
   spec.material_name = material.name;
   spec.young_deviation = material.deviation;
-  spec.name = top.at("link").text();
-  spec.file = file;
   spec.mesh_file = mesh_file;
   spec.mesh_name = mesh.at("file").text();
   spec.unit = unit;
   spec.mesh_origin = place(mesh);
-  spec.material_origin = place(top.at("material"));
+  spec.material_origin = place(of);
   if (const auto body = mesh.find("body")) spec.body = body->text();
   spec.repair = read_repair(mesh, units);
-  spec.interfaces = read_interfaces(top, units);
-  if (const auto preload = top.find("preload")) spec.preload = read_preload(*preload, units, spec);
+  return spec;
+}
+
+std::vector<LinkSpec> read_bodies(const YamlNode& top) {
+  const YamlNode node = top.at("bodies");
+  std::vector<LinkSpec> bodies;
+  std::vector<std::string> names;
+  for (const auto& [name, body] : node.members()) {
+    body.allow_only({"mesh", "material"});
+    names.push_back(name);
+    const YamlNode mesh = body.has("mesh") || !top.has("mesh") ? body.at("mesh") : top.at("mesh");
+    bodies.push_back(read_body(
+        name, mesh,
+        body.has("material") || !top.has("material") ? body.at("material") : top.at("material")));
+    // A file with several bodies has them by name.
+    if (bodies.back().body.empty() && !body.has("mesh")) bodies.back().body = name;
+  }
+  node.allow_only(names);
+  if (bodies.size() < 2)
+    node.fail("an assembly has two bodies at least", "Write one body as 'mesh' and 'material'");
+  return bodies;
+}
+
+JointSpec read_joint(const YamlNode& node, const Surroundings& around) {
+  node.allow_only({"between", "bonded", "layer", "within"});
+  const std::vector<YamlNode> ends = node.at("between").items(2);
+  JointSpec joint{.bodies = {number_of(ends[0], around.bodies), number_of(ends[1], around.bodies)}};
+  joint.origin = place(node);
+  if (joint.bodies[0] == joint.bodies[1])
+    node.at("between").fail("a body has no joint with itself", "Name two bodies");
+  const auto [kind, value] = node.one_of({"bonded", "layer"});
+  if (kind == "layer") joint.layer = read_layer(value);
+  if (kind == "bonded" && !value.boolean())
+    value.fail("bodies that touch are bonded, or have a layer between them",
+               "Write 'bonded: true', or leave the joint out where they slide");
+  if (const auto within = node.find("within"))
+    joint.within = within->positive(dimension::length, around.units);
+  return joint;
+}
+
+std::vector<JointSpec> read_joints(const YamlNode& top, const Surroundings& around) {
+  const auto node = top.find("joints");
+  if (!node) return {};
+  if (around.bodies.empty())
+    node->fail("joints are between bodies, and there are none", "Give 'bodies' instead of 'mesh'");
+  std::vector<JointSpec> joints;
+  for (const YamlNode& item : node->items()) {
+    joints.push_back(read_joint(item, around));
+    for (std::size_t j = 0; j + 1 < joints.size(); ++j)
+      if (std::is_permutation(joints[j].bodies.begin(), joints[j].bodies.end(),
+                              joints.back().bodies.begin()))
+        item.at("between").fail("these bodies have a joint already", "Leave one of the two out");
+  }
+  return joints;
+}
+
+// With the bodies, whose elements are as the link's.
+LinkSpec read_solids(const YamlNode& top) {
+  const std::string name = top.at("link").text();
+  if (!top.has("bodies")) return read_body(name, top.at("mesh"), top.at("material"));
+  const std::vector<LinkSpec> bodies = read_bodies(top);
+  LinkSpec spec = bodies.front();
+  spec.name = name;
+  for (std::size_t b = 1; b < bodies.size(); ++b)
+    if (bodies[b].mesh_name != bodies[b - 1].mesh_name)
+      spec.mesh_name += ", " + bodies[b].mesh_name;
+  spec.bodies = bodies;
+  return spec;
+}
+
+void read_rest(const YamlNode& top, LinkSpec& spec) {
+  Surroundings around;
+  if (!spec.unit.empty()) around.units.length = spec.unit;
+  for (const LinkSpec& body : spec.bodies) around.bodies.push_back(body.name);
+  spec.interfaces = read_interfaces(top, around);
+  spec.joints = read_joints(top, around);
+  if (const auto preload = top.find("preload"))
+    spec.preload = read_preload(*preload, around.units, spec);
+  if (const auto elements = top.find("elements")) read_elements(*elements, around.units, spec);
+  for (LinkSpec& body : spec.bodies) {
+    body.order = spec.order;
+    body.size = spec.size;
+    body.accuracy = spec.accuracy;
+  }
+}
+
+}  // namespace
+
+LinkSpec read_link(const std::filesystem::path& file) {
+  const YamlNode top = io::read_yaml(file);
+  io::check_format_version(top);
+  top.allow_only({"kinetostat", "link", "mesh", "material", "bodies", "joints", "interfaces",
+                  "fixed", "loaded", "preload", "elements"});
+  LinkSpec spec = read_solids(top);
+  spec.file = file;
+  read_rest(top, spec);
   spec.sha256 = io::sha256(io::read_text(file));
   spec.meaning = io::meaning(top);
-  if (const auto elements = top.find("elements")) read_elements(*elements, units, spec);
   return spec;
+}
+
+std::vector<Material> materials_of(const LinkSpec& spec) {
+  if (spec.bodies.empty()) return {spec.material};
+  std::vector<Material> materials;
+  for (const LinkSpec& body : spec.bodies) materials.push_back(body.material);
+  return materials;
 }
 
 }  // namespace kinetostat::fea

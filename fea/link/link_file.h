@@ -18,11 +18,20 @@
 //       right: {cylinder: {axis_point: [110, -40, 0], axis: [0, 0, 1], radius: 8}}
 //     fixed: base
 //
-// Bare lengths are in the mesh's unit. `density`, `point` and `elements` may be left out: then
-// there is no mass, the point is the interface's centroid, and the size follows from volume over
-// area.
+// An assembly has several bodies instead of one mesh and material, and says what is between them:
+//
+//     bodies:
+//       base: {mesh: {file: base.stl, unit: mm}, material: steel_s235}
+//       arm:  {mesh: {file: arm.stl, unit: mm}, material: aluminium_6082}
+//     joints:
+//       - {between: [base, arm], bonded: true}
+//
+// Bare lengths are in the mesh's unit, that of the first body. `density`, `point` and `elements`
+// may be left out: then there is no mass, the point is the interface's centroid, and the size
+// follows from volume over area.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -43,7 +52,18 @@ struct InterfaceSpec {
   Coupling coupling = Coupling::rigid;
   double modulus_ratio = default_modulus_ratio;  // of a `body` coupling
   ElasticLayer layer = {};                       // of an `elastic` one
+  std::optional<std::size_t> body = {};          // of an assembly: the only one it is on, if stated
   common::InputError::Details origin;            // file, line and key, for messages
+};
+
+/// Two bodies that touch.
+struct JointSpec {
+  std::array<std::size_t, 2> bodies = {};  // their numbers
+  std::optional<ElasticLayer> layer = {};  // between them; none: they are bonded
+  /// [m] Between their faces at most; none: default_gap of the diagonal of the smaller body.
+  std::optional<double> within = {};
+  static constexpr double default_gap = 1e-3;
+  common::InputError::Details origin = {};  // file, line and key, for messages
 };
 
 struct LinkSpec {
@@ -71,7 +91,15 @@ struct LinkSpec {
   double accuracy = usual_accuracy;  // of every significant entry of the result
   std::string sha256;                // of the link file
   std::string meaning;  // of the link file and the files that it names, for caches (yaml.h)
+
+  /// Of an assembly, each a link without interfaces, in the order of the file; what is said above
+  /// of mesh and material is then the first one's. Empty: the link is one body.
+  std::vector<LinkSpec> bodies = {};
+  std::vector<JointSpec> joints = {};
 };
+
+/// Those that elements of the link name by number: one for each body.
+std::vector<Material> materials_of(const LinkSpec& spec);
 
 /// Throws InputError with file, line and key.
 LinkSpec read_link(const std::filesystem::path& file);

@@ -38,6 +38,12 @@ void pick_body(const LinkSpec& spec, SurfaceMesh& surface) {
   const auto picked = std::find_if(bodies.begin(), bodies.end(),
                                    [&](const Body& body) { return body.name == spec.body; });
   if (picked != bodies.end()) return keep_body(surface, *picked);
+  // A body that touches another has no shell of its own, but its name.
+  for (const FacetGroup& group : surface.groups)
+    if (group.name == spec.body && surface.faces.empty())
+      return keep_body(surface, {.name = group.name, .facets = group.facets, .box = {}});
+  for (std::size_t i = 0; i < bodies.size(); ++i)
+    if (spec.body == std::to_string(i + 1)) return keep_body(surface, bodies[i]);
   std::vector<std::string> names;
   names.reserve(bodies.size());
   for (const Body& body : bodies) names.push_back(body.name);
@@ -74,16 +80,27 @@ void require_sound(const LinkSpec& spec, const LinkMesh& mesh) {
       offending_facets(mesh.imported.mesh, mesh.report));
 }
 
-void require_one_body(const LinkSpec& spec, const LinkMesh& mesh) {
-  if (mesh.report.bodies() == 1) return;
-  const std::vector<Body> bodies = find_bodies(mesh.imported.mesh, mesh.report.shells);
+[[noreturn]] void refuse_several(const LinkSpec& spec, const std::vector<Body>& bodies) {
   throw SurfaceError(
       {.file = spec.mesh_file,
        .what = fmt::format("the surface bounds {} separate bodies, a link is one: {}",
-                           mesh.report.bodies(), list_bodies(bodies, spec.unit)),
-       .cure = fmt::format("Pick one with 'mesh: {{body: {}}}', or unite them in the CAD program",
+                           bodies.size(), list_bodies(bodies, spec.unit)),
+       .cure = fmt::format("Pick one with 'mesh: {{body: {}}}', join them with 'bodies' and "
+                           "'joints', or unite them in the CAD program",
                            bodies.front().name)},
       {});
+}
+
+// Solids of a CAD file that touch would be no sound surface together.
+void require_one_solid(const LinkSpec& spec, const LinkMesh& mesh) {
+  if (mesh.imported.mesh.faces.empty()) return;
+  const std::vector<Body> bodies = find_bodies(mesh.imported.mesh, mesh.report.shells);
+  if (bodies.size() > 1) refuse_several(spec, bodies);
+}
+
+void require_one_body(const LinkSpec& spec, const LinkMesh& mesh) {
+  if (mesh.report.bodies() != 1)
+    refuse_several(spec, find_bodies(mesh.imported.mesh, mesh.report.shells));
 }
 
 // No defects are searched for: faces between elements cannot cross.
@@ -94,10 +111,12 @@ LinkMesh read_volume(const LinkSpec& spec) {
     details.cure = "Leave it out";
     throw InputError(details);
   };
-  if (!spec.body.empty()) refuse("body");
   if (!spec.repair.steps.empty()) refuse("repair");
   if (spec.size) refuse("elements.size");
-  ImportedVolume imported = with_unit(spec, read_volume_mesh);
+  const auto read = [&spec](const std::filesystem::path& file, const std::string& unit) {
+    return read_volume_mesh(file, unit, spec.body);
+  };
+  ImportedVolume imported = with_unit(spec, read);
   if (imported.mesh.order == 2 && spec.order == 1)
     throw InputError(spec.file, "elements.order is 1, the elements of the mesh file have 10 nodes",
                      "Leave 'order' out, or write a mesh of 4-node elements");
@@ -147,6 +166,7 @@ LinkMesh read_link_mesh(const LinkSpec& spec, common::Progress& progress) {
   if (holds_volume_mesh(spec.mesh_file)) return read_volume(spec);
   StepFacets facets = step_facets(spec);
   LinkMesh mesh = read_with(spec, facets, progress);
+  require_one_solid(spec, mesh);
   // Coarse facets of faces that are near each other may cross.
   for (; !mesh.report.sound() && !mesh.imported.step.empty() && facets.sides < most_sides;
        mesh = read_with(spec, facets, progress))

@@ -11,11 +11,11 @@
 namespace kinetostat::fea {
 namespace {
 
-LinkModel model_on(const LinkSpec& spec, const LinkGeometry& geometry, SolidMesher& mesher,
+LinkModel model_on(const LinkSpec& spec, const LinkGeometry& geometry, LinkMesher& mesher,
                    const Respond& respond, const TetrahedralizeOptions& meshing,
                    common::Progress& progress) {
   LinkModel model{.mesh = fill(spec, geometry, mesher, meshing, progress),
-                  .materials = {spec.material}};
+                  .materials = materials_of(spec)};
   model.interfaces = interfaces_on(spec, model.mesh);
   explained(spec, model.mesh, [&] { model.response = respond(model); });
   return model;
@@ -23,11 +23,11 @@ LinkModel model_on(const LinkSpec& spec, const LinkGeometry& geometry, SolidMesh
 
 }  // namespace
 
-RefinedModel model_as_asked(const LinkSpec& spec, const LinkGeometry& geometry, SolidMesher& mesher,
+RefinedModel model_as_asked(const LinkSpec& spec, const LinkGeometry& geometry, LinkMesher& mesher,
                             const Respond& respond, const LinkModelOptions& options,
                             common::Progress& progress) {
   TetrahedralizeOptions meshing = options.meshing;
-  if (spec.size || geometry.volume) {
+  if (spec.size || geometry.is_meshed()) {
     meshing.edge_length = spec.size.value_or(0);
     LinkModel model = model_on(spec, geometry, mesher, respond, meshing, progress);
     progress.report("error estimate", 0);
@@ -41,7 +41,7 @@ RefinedModel model_as_asked(const LinkSpec& spec, const LinkGeometry& geometry, 
   RefinementOptions refinement = options.refinement;
   refinement.accuracy = spec.accuracy;
   refinement.threads = options.threads;
-  return refine(solve, size_from_surface(geometry.imported.mesh), refinement, progress);
+  return refine(solve, first_sizes(geometry), refinement, progress);
 }
 
 void explained(const LinkSpec& spec, const TetMesh& mesh, const std::function<void()>& work) {

@@ -19,9 +19,9 @@ struct LinkModelOptions {
 };
 
 /// On one mesh where the link file gives its size or the mesh itself, else refined to its accuracy.
-/// `mesher` is one of the surface of `geometry`. Throws what fill() does, and what `respond` does,
+/// `mesher` is one of `geometry`. Throws what fill() does, and what `respond` does,
 /// explained.
-RefinedModel model_as_asked(const LinkSpec& spec, const LinkGeometry& geometry, SolidMesher& mesher,
+RefinedModel model_as_asked(const LinkSpec& spec, const LinkGeometry& geometry, LinkMesher& mesher,
                             const Respond& respond, const LinkModelOptions& options,
                             common::Progress& progress);
 

@@ -244,8 +244,10 @@ Solid with_stiff_bodies(const TetMesh& mesh, const std::vector<Material>& materi
   for (const CoupledInterface& interface : interfaces) {
     if (interface.coupling != Coupling::body) continue;
     grow_stiff_body(solid.mesh, interface.geometry, static_cast<int>(solid.materials.size()));
-    const Material& link = materials.front();
-    solid.materials.emplace_back(interface.modulus_ratio * link.young(), link.poisson());
+    const Material& stiffest = *std::max_element(
+        materials.begin(), materials.end(),
+        [](const Material& a, const Material& b) { return a.young() < b.young(); });
+    solid.materials.emplace_back(interface.modulus_ratio * stiffest.young(), stiffest.poisson());
   }
   return solid;
 }

@@ -41,8 +41,8 @@ struct Solid {
   std::vector<Material> materials;
 };
 
-/// Grows the bodies of `body` couplings, of the first material with its modulus multiplied. Throws
-/// NoStiffBody.
+/// Grows the bodies of `body` couplings, of the stiffest material with its modulus multiplied.
+/// Throws NoStiffBody.
 Solid with_stiff_bodies(const TetMesh& mesh, const std::vector<Material>& materials,
                         const std::vector<CoupledInterface>& interfaces);
 
@@ -50,7 +50,7 @@ Solid with_stiff_bodies(const TetMesh& mesh, const std::vector<Material>& materi
 /// first is held. The elements of the mesh name `materials` by number. With any coupling the
 /// equations stay positive definite: a link without a rigid interface is held by six springs that
 /// carry nothing, because every load case is in equilibrium, and moved back afterwards so that the
-/// held interface has no (mean) motion. A `body` has the first material with its modulus
+/// held interface has no (mean) motion. A `body` has the stiffest material with its modulus
 /// multiplied. Throws NoStiffBody and what `solve` throws.
 LinkResponse respond(const TetMesh& mesh, const std::vector<Material>& materials,
                      const std::vector<CoupledInterface>& interfaces, const SolverOptions& options,

@@ -31,6 +31,7 @@ LinkModes modes_of(const LinkResponse& response) {
 }
 
 void require_density(const LinkSpec& spec) {
+  for (const LinkSpec& body : spec.bodies) require_density(body);
   if (spec.material.density()) return;
   common::InputError::Details details = spec.material_origin;
   details.what = "there is no density, and without mass nothing vibrates";
@@ -55,7 +56,7 @@ NaturalMode described(const ModalResult& result, std::size_t k) {
                    .error = accuracy.bars.bar(entry, entry) /
                             accuracy.meshes.back().flexibility(entry, entry) / 2};
   const Eigen::Matrix3Xd momenta =
-      inertial_forces(result.mesh, {result.material}, result.shapes.shapes[k]);
+      inertial_forces(result.mesh, result.materials, result.shapes.shapes[k]);
   mode.motion = momenta.cwiseProduct(result.shapes.shapes[k]).rowwise().sum();
   if (result.support != Support::none)
     mode.effective_mass = momenta.rowwise().sum().cwiseAbs2() / result.mass;
@@ -64,17 +65,16 @@ NaturalMode described(const ModalResult& result, std::size_t k) {
 
 ModalResult started(const LinkSpec& spec, const LinkGeometry& geometry, Support support,
                     RefinedModel refined) {
-  const MassProperties properties = mass_properties(refined.model.mesh);
-  const double density = *spec.material.density();
+  const RigidMass mass = *rigid_mass(refined.model.mesh, refined.model.materials);
   return {.name = spec.name,
           .support = support,
           .modes = {},
           .shapes = modes_of(refined.model.response),
           .accuracy = std::move(refined.accuracy),
-          .mass = density * properties.volume,
-          .center_of_mass = properties.centroid,
-          .inertia = inertia(properties, density),
-          .material = spec.material,
+          .mass = mass.mass,
+          .center_of_mass = mass.center,
+          .inertia = mass.inertia,
+          .materials = refined.model.materials,
           .interfaces = std::move(refined.model.interfaces),
           .mesh = std::move(refined.model.mesh),
           .warnings = geometry.notes,
@@ -100,7 +100,7 @@ ModalResult modal_study(const LinkSpec& spec, const LinkGeometry& geometry,
   using namespace modal_study_of_link;
   require_density(spec);
   require_no_layers(spec);
-  SolidMesher mesher(geometry.imported.mesh, geometry.tags);
+  LinkMesher mesher(geometry);
   const Respond respond_on = [&](const LinkModel& model) {
     return response_of(link_modes(model.mesh, model.materials, model.interfaces, options.support,
                                   options.modes, options.solver, progress));
@@ -120,7 +120,7 @@ ModalResult modal_study(const LinkSpec& spec, const LinkGeometry& geometry,
 
 ReducedModel reduced_link(const LinkSpec& spec, const ModalResult& result,
                           const ModalOptions& options, common::Progress& progress) {
-  const std::vector<Material> materials{result.material};
+  const std::vector<Material>& materials = result.materials;
   ReducedModel model;
   explained(spec, result.mesh, [&] {
     const LinkModes held =

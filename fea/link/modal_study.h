@@ -33,13 +33,13 @@ struct NaturalMode {
 struct ModalResult {
   std::string name;
   Support support;
-  std::vector<NaturalMode> modes;  // ascending
-  LinkModes shapes;                // of the last mesh
-  Accuracy accuracy;               // of 1 / omega^2 [s^2]: its `flexibility`
-  double mass;                     // [kg]
-  Vector3 center_of_mass;          // [m]
-  Matrix3 inertia;                 // [kg m^2] about the centre of mass, mesh axes
-  Material material;
+  std::vector<NaturalMode> modes;            // ascending
+  LinkModes shapes;                          // of the last mesh
+  Accuracy accuracy;                         // of 1 / omega^2 [s^2]: its `flexibility`
+  double mass;                               // [kg]
+  Vector3 center_of_mass;                    // [m]
+  Matrix3 inertia;                           // [kg m^2] about the centre of mass, mesh axes
+  std::vector<Material> materials;           // of the bodies, as the elements name them
   std::vector<CoupledInterface> interfaces;  // the fixed one first
   TetMesh mesh;
   std::vector<std::string> warnings;

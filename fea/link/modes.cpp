@@ -213,7 +213,9 @@ LinkModes link_modes(const TetMesh& mesh, const std::vector<Material>& materials
                      const std::vector<CoupledInterface>& interfaces, Support support, int count,
                      const SolverOptions& options, common::Progress& progress) {
   using namespace vibration;
-  if (!materials.front().density()) throw std::invalid_argument("link_modes: no density");
+  if (!std::all_of(materials.begin(), materials.end(),
+                   [](const Material& m) { return m.density().has_value(); }))
+    throw std::invalid_argument("link_modes: no density");
   const Solid solid = with_stiff_bodies(mesh, materials, interfaces);
   const Freedoms freedoms(solid.mesh, solid.materials, interfaces, support);
   common::ThreadPool pool(std::max(options.threads, 1));

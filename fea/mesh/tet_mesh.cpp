@@ -123,6 +123,12 @@ void integrate(Visit visit) {
 
 }  // namespace
 
+double FaceContact::area() const {
+  double sum = 0;
+  for (const ContactPoint& point : points) sum += point.area;
+  return sum;
+}
+
 std::array<Vector3, 4> TetMesh::corners(std::size_t e) const {
   const auto tet = element(e);
   return {nodes[at(tet[0])], nodes[at(tet[1])], nodes[at(tet[2])], nodes[at(tet[3])]};
@@ -167,6 +173,28 @@ TetMesh with_mid_nodes(const TetMesh& linear) {
   return mesh;
 }
 
+TetMesh side_by_side(const std::vector<TetMesh>& bodies) {
+  TetMesh all{.order = bodies.front().order, .made_by = bodies.front().made_by};
+  const bool has_gaps =
+      std::any_of(bodies.begin(), bodies.end(), [](const TetMesh& b) { return !b.gaps.empty(); });
+  for (const TetMesh& body : bodies) {
+    const int first = static_cast<int>(all.nodes.size());
+    const int number = static_cast<int>(&body - bodies.data());
+    all.nodes.insert(all.nodes.end(), body.nodes.begin(), body.nodes.end());
+    for (const int node : body.connectivity) all.connectivity.push_back(first + node);
+    all.materials.resize(all.element_count(), number);
+    for (BoundaryFace face : body.boundary) {
+      for (std::size_t k = 0; k < body.nodes_per_face(); ++k) face.nodes[k] += first;
+      all.boundary.push_back(face);
+    }
+    all.gaps.insert(all.gaps.end(), body.gaps.begin(), body.gaps.end());
+    if (has_gaps) all.gaps.resize(all.boundary.size(), 0);
+    all.curved = all.curved || body.curved;
+    all.straightened += body.straightened;
+  }
+  return all;
+}
+
 TetMesh reordered(const TetMesh& linear) {
   if (linear.order != 1) throw std::invalid_argument("reordered: order 1 is required");
   const std::vector<int> node_order = along_curve(linear.nodes);
@@ -207,12 +235,16 @@ double least_jacobian(const TetMesh& mesh, std::size_t element) {
   return least / (6 * volume({p[0], p[1], p[2], p[3]}));
 }
 
-MassProperties mass_properties(const TetMesh& mesh) {
+namespace {
+
+template <class IsCounted>
+MassProperties properties_of(const TetMesh& mesh, IsCounted is_counted) {
   MassProperties result;
   const Vector3 origin = bounding_box(mesh.nodes).center();
   Vector3 first = Vector3::Zero();
   Matrix3 second = Matrix3::Zero();
   for (std::size_t e = 0; e < mesh.element_count(); ++e) {
+    if (!is_counted(e)) continue;
     if (mesh.curved) {
       const MidTet p = mesh.all_nodes(e);
       integrate([&](const Eigen::Vector4d& l, double weight) {
@@ -242,6 +274,16 @@ MassProperties mass_properties(const TetMesh& mesh) {
   result.centroid = origin + centre;
   result.second_moment = second - result.volume * centre * centre.transpose();
   return result;
+}
+
+}  // namespace
+
+MassProperties mass_properties(const TetMesh& mesh) {
+  return properties_of(mesh, [](std::size_t) { return true; });
+}
+
+MassProperties mass_properties(const TetMesh& mesh, std::size_t material) {
+  return properties_of(mesh, [&](std::size_t e) { return mesh.material_of(e) == material; });
 }
 
 MassProperties mass_properties(const SurfaceMesh& surface) {

@@ -17,6 +17,30 @@ struct BoundaryFace {
   int tag;
 };
 
+/// A point where faces of two elements touch: barycentric coordinates in each, the outward normal
+/// of the first, and the part of the area [m^2] that it stands for in integrals.
+struct ContactPoint {
+  Eigen::Vector4d in_first, in_second;
+  Vector3 normal;
+  double area = 0;
+};
+
+/// Where a face of one element touches one of an element of another body, and what is between them:
+/// flexibility per area [m^3/N] along the normal and across it, 0 where they are bonded.
+struct FaceContact {
+  std::array<int, 2> elements = {};
+  std::array<int, 2> faces = {};  // of the boundary
+  double gap = 0;                 // [m] largest distance between the two
+  /// [1/m] The area integral of a squared strain over the faces of each element that touch others
+  /// is at most this times its volume integral.
+  std::array<double, 2> trace = {};
+  std::vector<ContactPoint> points = {};
+  int joint = 0;  // number of the joint that it belongs to
+  double normal_flexibility = 0, tangential_flexibility = 0;
+
+  double area() const;  // [m^2]
+};
+
 /// Nodes [m] and elements: 4 corners, then at second order the middles of the edges
 /// 01 12 20 03 13 23 (VTK's and CalculiX's order). The corner numbering is right-handed: the volume
 /// (1-0) x (2-0) . (3-0) is positive.
@@ -25,7 +49,8 @@ struct TetMesh {
   std::vector<Vector3> nodes = {};
   std::vector<int> connectivity = {};
   std::vector<BoundaryFace> boundary = {};
-  std::vector<int> materials = {};  // number of each element's material; empty: all 0
+  std::vector<int> materials = {};         // number of each element's material; empty: all 0
+  std::vector<FaceContact> contacts = {};  // between bodies, which have no node in common
   /// Mid nodes are where a file put them, not all on the middles of their edges. Order 2 only.
   bool curved = false;
   std::string made_by = {};  // program that made the elements; empty: a file
@@ -61,6 +86,10 @@ constexpr std::uint64_t edge_key(int a, int b) {
 /// Puts a node on the middle of every edge. Requires order 1.
 TetMesh with_mid_nodes(const TetMesh& linear);
 
+/// One mesh of several bodies that have no node in common; the number of the body is the material
+/// of its elements. Requires meshes of the same order, without materials.
+TetMesh side_by_side(const std::vector<TetMesh>& bodies);
+
 /// Renumbers nodes and elements along a space-filling curve, so that neighbours are near in memory.
 /// Requires order 1.
 TetMesh reordered(const TetMesh& linear);
@@ -82,6 +111,8 @@ struct MassProperties {
   Matrix3 second_moment = Matrix3::Zero();  // integral of r r' dV about the centroid [m^5]
 };
 MassProperties mass_properties(const TetMesh& mesh);
+/// Of the elements of one material.
+MassProperties mass_properties(const TetMesh& mesh, std::size_t material);
 /// Mass properties of the solid within a closed surface that faces outwards.
 MassProperties mass_properties(const SurfaceMesh& surface);
 

@@ -10,9 +10,11 @@
 #include <unordered_map>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "kinetostat/common/error.h"
 #include "kinetostat/common/index.h"
+#include "kinetostat/common/spelling.h"
 #include "kinetostat/fea/mesh/length_unit.h"
 #include "kinetostat/io/text_file.h"
 
@@ -263,6 +265,39 @@ std::vector<ElementGroup> element_groups(const FileMesh& file) {
   return groups;
 }
 
+[[noreturn]] void refuse_body(const FileMesh& file, const std::filesystem::path& path,
+                              const std::string& body) {
+  std::vector<std::string> names;
+  for (const ElementGroup& group : element_groups(file)) names.push_back(group.name);
+  const std::string near = common::nearest_spelling(body, names);
+  throw InputError(path, fmt::format("the mesh has no group of elements '{}'", body),
+                   names.empty()
+                       ? "Name the volumes of the bodies when the mesh is made"
+                       : fmt::format("{}The groups are {}",
+                                     near.empty() ? "" : fmt::format("Did you mean '{}'? ", near),
+                                     fmt::join(names, ", ")));
+}
+
+// Leaves the elements of one group; what other groups have of them stays in these.
+void keep_body(FileMesh& file, const std::filesystem::path& path, const std::string& body) {
+  const auto group = file.groups.find(body);
+  if (group == file.groups.end() || group->second.tets.empty()) refuse_body(file, path, body);
+  std::vector<int> kept = group->second.tets, number(file.tets.size(), -1);
+  sort_unique(kept);
+  std::vector<FileTet> tets;
+  for (const int tet : kept) {
+    number[at(tet)] = static_cast<int>(tets.size());
+    tets.push_back(file.tets[at(tet)]);
+  }
+  file.tets = std::move(tets);
+  for (auto& [name, other] : file.groups) {
+    std::erase_if(other.tets, [&](int tet) { return number[at(tet)] < 0; });
+    std::erase_if(other.sides, [&](const auto& side) { return number[at(side.first)] < 0; });
+    for (int& tet : other.tets) tet = number[at(tet)];
+    for (auto& [tet, side] : other.sides) tet = number[at(tet)];
+  }
+}
+
 TetMesh linear_mesh(const FileMesh& file, const Numbering& numbering, const Complaint& complain) {
   TetMesh mesh;
   mesh.nodes = numbering.points;
@@ -343,7 +378,8 @@ TetMesh tagged_volume(const FileMesh& file) {
   return mesh;
 }
 
-ImportedVolume read_volume_mesh(const std::filesystem::path& path, const std::string& unit) {
+ImportedVolume read_volume_mesh(const std::filesystem::path& path, const std::string& unit,
+                                const std::string& body) {
   const std::string bytes = io::read_text(path);
   // Beside the parsing: for a large file it takes as long.
   std::future<std::string> hash =
@@ -353,6 +389,7 @@ ImportedVolume read_volume_mesh(const std::filesystem::path& path, const std::st
     throw InputError(path, "the file holds no tetrahedra",
                      "Write the volume mesh too: elements C3D4 or C3D10");
   const double scale = metres_per_unit(path, unit, file.points);
+  if (!body.empty()) keep_body(file, path, body);
   const Complaint complain(path);
   ImportedVolume result;
   require_one_order(file, complain);

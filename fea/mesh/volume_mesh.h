@@ -37,7 +37,9 @@ bool holds_volume_mesh(const std::filesystem::path& file);
 /// Throws InputError with the line: besides what parse_msh() and parse_inp() refuse, mixed orders,
 /// elements that are flat or turned inside out (all of them mirrored is repaired with a warning),
 /// elements that share a side three times, mid nodes that differ between neighbours; MissingUnit.
-ImportedVolume read_volume_mesh(const std::filesystem::path& file, const std::string& unit);
+/// With a `body`, only the elements of the group of that name, as a solid of their own.
+ImportedVolume read_volume_mesh(const std::filesystem::path& file, const std::string& unit,
+                                const std::string& body = {});
 
 /// The mesh alone, of order 1, in the file's unit: every outside face must be one of the triangles
 /// of the group "surface N", and gets the tag N - 1. Throws InputError.

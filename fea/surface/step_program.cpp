@@ -89,7 +89,8 @@ bool is_consistent(const step::Answer& answer) {
 
 std::vector<CadFace> faces_of(const step::Answer& answer) {
   const std::vector<std::string> names = texts(answer.face_names),
-                                 colours = texts(answer.face_colours);
+                                 colours = texts(answer.face_colours),
+                                 solids = texts(answer.solid_names);
   std::vector<CadFace> faces(answer.kinds.size());
   for (std::size_t f = 0; f < faces.size(); ++f) {
     CadFace& face = faces[f];
@@ -103,6 +104,8 @@ std::vector<CadFace> faces_of(const step::Answer& answer) {
     face.direction = point_of(answer.figures, first + 7);
     face.radius = millimetre * answer.figures[first + 10];
     face.solid = answer.solid_of_face[f];
+    if (face.solid >= 1 && at(face.solid) <= solids.size())
+      face.solid_name = solids[at(face.solid - 1)];
   }
   return faces;
 }

@@ -1,6 +1,8 @@
 #include "kinetostat/fea/surface/surface_bodies.h"
 
 #include <algorithm>
+#include <map>
+#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -71,9 +73,43 @@ std::vector<Body> numbered(const std::vector<Shell>& shells) {
   return bodies;
 }
 
+// The solids of a CAD file, by name where each has one of its own. They may touch, so that shells
+// do not distinguish them.
+std::vector<Body> solids(const SurfaceMesh& mesh, const std::vector<int>& face_of) {
+  std::map<int, Body> found;
+  std::set<std::string> names;
+  for (std::size_t f = 0; f < face_of.size(); ++f) {
+    const CadFace& face = mesh.faces[at(face_of[f] - 1)];
+    Body& body = found[face.solid];
+    if (body.facets.empty()) {
+      body.name = face.solid_name;
+      names.insert(face.solid_name);
+    }
+    body.facets.push_back(static_cast<int>(f));
+    for (std::size_t k = 0; k < 3; ++k) body.box.extend(mesh.corner(f, k));
+    body.volume += mesh.corner(f, 0).dot(mesh.corner(f, 1).cross(mesh.corner(f, 2))) / 6;
+  }
+  const bool are_named = names.size() == found.size() && !names.contains("");
+  std::vector<Body> bodies;
+  for (auto& [number, body] : found) {
+    if (!are_named) body.name = std::to_string(bodies.size() + 1);
+    bodies.push_back(std::move(body));
+  }
+  return bodies;
+}
+
+// Every facet is on a face of a solid, and there are several of these.
+bool has_solids(const SurfaceMesh& mesh, const std::vector<int>& face_of) {
+  std::set<int> numbers;
+  for (const int face : face_of) numbers.insert(face > 0 ? mesh.faces[at(face - 1)].solid : 0);
+  return numbers.size() > 1 && !numbers.contains(0);
+}
+
 }  // namespace
 
 std::vector<Body> find_bodies(const SurfaceMesh& mesh, const std::vector<Shell>& shells) {
+  const std::vector<int> face_of = face_of_facets(mesh);
+  if (has_solids(mesh, face_of)) return solids(mesh, face_of);
   const std::vector<int> group_of = group_of_facets(mesh);
   std::vector<Body> bodies =
       mesh.faces.empty() && mesh.groups.size() > 1 && names_tell_bodies(shells, group_of)

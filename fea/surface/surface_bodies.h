@@ -9,9 +9,10 @@
 
 namespace kinetostat::fea {
 
-/// A piece of the surface that stands for itself: what goes by one name in the file, or, where
-/// names do not distinguish the shells, an outermost shell with what lies within it, named "1",
-/// "2", ... in the order of the file.
+/// A piece of the surface that stands for itself: a solid of a CAD file, by its name or else its
+/// number; what goes by one name in a file of another kind; or, where names do not distinguish the
+/// shells, an outermost shell with what lies within it, named "1", "2", ... in the order of the
+/// file.
 struct Body {
   std::string name;
   std::vector<int> facets;  // ascending

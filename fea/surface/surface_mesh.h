@@ -49,6 +49,7 @@ struct CadFace {
   Vector3 direction = Vector3::Zero();  // unit: outward normal of a plane, else of the axis
   double radius = 0;                    // [m] of a cylinder or sphere, of the tube of a torus
   int solid = 0;                        // number of its solid, from 1; 0: none
+  std::string solid_name = {};          // may be empty, and several may have the same
 };
 
 /// Name of the group of the facets of face `number`, from 1.

@@ -20,6 +20,10 @@ using io::to_json;
 
 constexpr const char* wrench_names[] = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
 
+Json layer_json(const fea::ElasticLayer& layer) {
+  return {{"normal", layer.normal}, {"tangential", layer.tangential}};
+}
+
 Json interface_json(const CoupledInterface& coupled, double fit_residual) {
   const fea::Interface& interface = coupled.geometry;
   Json json{{"area", interface.area},
@@ -32,8 +36,7 @@ Json interface_json(const CoupledInterface& coupled, double fit_residual) {
             {"point", to_json(coupled.point)},
             {"fit_residual", fit_residual}};
   if (coupled.coupling == fea::Coupling::body) json["modulus_ratio"] = coupled.modulus_ratio;
-  if (coupled.coupling == fea::Coupling::elastic)
-    json["layer"] = {{"normal", coupled.layer.normal}, {"tangential", coupled.layer.tangential}};
+  if (coupled.coupling == fea::Coupling::elastic) json["layer"] = layer_json(coupled.layer);
   return json;
 }
 
@@ -58,9 +61,10 @@ Json reduced_json(const LinkResult& result) {
             {"fixed", result.interfaces.front().name},
             {"stiffness", rows(fea::reduced_stiffness(raw, result.interfaces))},
             {"flexibility", rows(0.5 * (raw + raw.transpose()))}};
-  json["mass"] = result.mass ? rows(fea::guyan_mass(result.mesh, {result.material},
-                                                    result.interfaces, result.response))
-                             : Json();
+  json["mass"] =
+      result.mass
+          ? rows(fea::guyan_mass(result.mesh, result.materials, result.interfaces, result.response))
+          : Json();
   return json;
 }
 
@@ -96,10 +100,35 @@ Json eigen_json(const spatial::Compliance6& compliance) {
           {"rotation_axes", rows(eigen.rotation_axes.transpose())}};
 }
 
-Json material_json(const fea::Material& material) {
-  Json json{{"E", material.young()}, {"nu", material.poisson()}};
-  json["density"] = material.density() ? Json(*material.density()) : Json();
+// Of a link or of one of its bodies.
+template <class Of>
+Json material_json(const Of& of) {
+  Json json{{"E", of.material.young()}, {"nu", of.material.poisson()}};
+  json["density"] = of.material.density() ? Json(*of.material.density()) : Json();
+  if (!of.material_name.empty()) json["name"] = of.material_name;
+  if (of.young_deviation > 0) json["E_sd"] = of.young_deviation;
   return json;
+}
+
+Json bodies_json(const LinkResult& result) {
+  Json list = Json::array();
+  for (const fea::BodyResult& body : result.bodies)
+    list.push_back({{"name", body.name},
+                    {"material", material_json(body)},
+                    {"volume", body.volume},
+                    {"elements", body.elements}});
+  return list;
+}
+
+Json joints_json(const LinkResult& result) {
+  Json list = Json::array();
+  for (const fea::JointResult& joint : result.joints)
+    list.push_back({{"between", joint.bodies},
+                    {"bonded", !joint.layer},
+                    {"layer", joint.layer ? layer_json(*joint.layer) : Json()},
+                    {"area", joint.area},
+                    {"gap", joint.gap}});
+  return list;
 }
 
 // The ways of meshing that failed before the one that did not.
@@ -193,9 +222,12 @@ Json to_json(const LinkResult& result) {
   json["mass"] = result.mass ? Json(*result.mass) : Json();
   json["center_of_mass"] = to_json(result.center_of_mass);
   json["inertia"] = result.inertia ? rows(*result.inertia) : Json();
-  json["material"] = material_json(result.material);
-  if (!result.material_name.empty()) json["material"]["name"] = result.material_name;
-  if (result.young_deviation > 0) json["material"]["E_sd"] = result.young_deviation;
+  if (result.bodies.empty()) {
+    json["material"] = material_json(result);
+  } else {
+    json["bodies"] = bodies_json(result);
+    json["joints"] = joints_json(result);
+  }
   for (std::size_t i = 0; i < result.interfaces.size(); ++i)
     json["interfaces"][result.interfaces[i].name] =
         interface_json(result.interfaces[i], result.response.fit_residuals[i]);

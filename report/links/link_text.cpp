@@ -123,14 +123,43 @@ std::string preload_text(const LinkResult& result, const spatial::UnitSystem& un
 
 }  // namespace
 
-std::string text(const fea::LinkSpec& link) {
-  const std::string known = link.young_deviation > 0
+namespace {
+
+std::string material_text(const fea::LinkSpec& of) {
+  const std::string known = of.young_deviation > 0
                                 ? fmt::format(" +- {:.2g} % (1 sd, not in the error bars)",
-                                              100 * link.young_deviation / link.material.young())
+                                              100 * of.young_deviation / of.material.young())
                                 : "";
-  return fmt::format("link {}: {} in {}{}, E = {} Pa{}, nu = {}\n", link.name, link.mesh_name,
-                     link.unit, link.material_name.empty() ? "" : ", " + link.material_name,
-                     number(link.material.young()), known, number(link.material.poisson()));
+  return fmt::format("{} in {}{}, E = {} Pa{}, nu = {}\n", of.mesh_name, of.unit,
+                     of.material_name.empty() ? "" : ", " + of.material_name,
+                     number(of.material.young()), known, number(of.material.poisson()));
+}
+
+std::string joint_line(const fea::JointResult& joint, const std::string& unit) {
+  const double length = spatial::parse_unit(unit).factor;
+  const std::string kind =
+      joint.layer ? fmt::format("a layer of {} N/m^3, {} N/m^3 tangentially,",
+                                number(joint.layer->normal), number(joint.layer->tangential))
+                  : "bonded";
+  return fmt::format("  {} and {}: {} over {} {}^2, faces at most {} {} apart\n", joint.bodies[0],
+                     joint.bodies[1], kind, number(joint.area / (length * length)), unit,
+                     number(joint.gap < 1e-9 ? 0 : joint.gap / length), unit);
+}
+
+std::string joints_text(const LinkResult& result) {
+  std::string out = result.joints.empty() ? "" : "joints:\n";
+  for (const fea::JointResult& joint : result.joints) out += joint_line(joint, result.unit);
+  return out;
+}
+
+}  // namespace
+
+std::string text(const fea::LinkSpec& link) {
+  if (link.bodies.empty()) return fmt::format("link {}: {}", link.name, material_text(link));
+  std::string out = fmt::format("link {}, {} bodies:\n", link.name, link.bodies.size());
+  for (const fea::LinkSpec& body : link.bodies)
+    out += fmt::format("  {:<7} {}", body.name, material_text(body));
+  return out;
 }
 
 std::string text(const LinkResult& result) {
@@ -141,6 +170,7 @@ std::string text(const LinkResult& result) {
   out += "interfaces:\n";
   for (const fea::CoupledInterface& interface : result.interfaces)
     out += interface_line(interface, result.unit);
+  out += joints_text(result);
   if (result.mass)
     out += fmt::format("mass {} kg, centre of mass {} {}\n", number(*result.mass),
                        coordinates(result.center_of_mass, spatial::parse_unit(result.unit).factor),

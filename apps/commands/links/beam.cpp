@@ -66,7 +66,7 @@ Reference from_file(Run& run, const fea::LinkSpec& spec, const fea::LinkGeometry
   fea::TetrahedralizeOptions meshing;
   meshing.edge_length = fea::default_size(geometry.report);
   meshing.cache = &cache;
-  fea::SolidMesher mesher(geometry.imported.mesh, geometry.tags);
+  fea::LinkMesher mesher(geometry);
   Reference reference{.mesh = fea::fill(coarse, geometry, mesher, meshing, run.progress()),
                       .interfaces = {},
                       .compliance = link.compliance,
@@ -96,6 +96,10 @@ fea::BeamStudy studied(Run& run, const BeamRequest& options, const fea::LinkSpec
 
 io::Json compare_beams(Run& run, const BeamRequest& options) {
   const fea::LinkSpec spec = fea::read_link(options.link);
+  if (!spec.bodies.empty())
+    throw common::InputError(
+        options.link, "an assembly of bodies is no beam",
+        "Name the link file of one body, or take the compliance of 'identify'");
   const std::size_t loaded = loaded_number(spec, options.interface);
   const io::Cache cache = options.no_cache ? io::Cache() : io::Cache::of_user();
   const fea::LinkGeometry geometry = fea::read_geometry(spec, run.progress());

@@ -104,8 +104,10 @@ io::Json identify(Run& run, const IdentifyRequest& options) {
     if (run.shortfall().empty()) results.keep(*entry);
   }
   run.print(entry->screen);
-  run.print("\n" + report::next_step("kinetostat beam " + report::quoted(options.link),
-                                     "would a beam have done?"));
+  const std::string link = report::quoted(options.link);
+  run.print("\n" + (spec.bodies.empty()
+                        ? report::next_step("kinetostat beam " + link, "would a beam have done?")
+                        : report::next_step("kinetostat modes " + link, "how does it vibrate?")));
   run.print_more("\n" + entry->report);
   if (is_kept) run.print("from the cache: computed before from the same input\n");
   if (!is_kept && cache.hits() > 0) run.print("volume mesh from the cache\n");

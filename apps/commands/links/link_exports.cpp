@@ -22,9 +22,11 @@ void LinkExports::write(const fea::LinkResult& result) const {
   for (const fea::CoupledInterface& interface : result.interfaces)
     if (!deck.empty() && interface.coupling == fea::Coupling::elastic)
       throw UsageError("--deck", "an elastic layer is not exported", "Leave it out");
+  if (!deck.empty() && !result.joints.empty())
+    throw UsageError("--deck", "joints between bodies are not exported", "Leave it out");
   if (!deck.empty() || !msh.empty()) {
     const fea::Solid solid =
-        fea::with_stiff_bodies(result.mesh, {result.material}, result.interfaces);
+        fea::with_stiff_bodies(result.mesh, result.materials, result.interfaces);
     if (!deck.empty())
       io::write_atomically(
           deck, fea::calculix_deck(result.name, solid.mesh, solid.materials, result.interfaces));

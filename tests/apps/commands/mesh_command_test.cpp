@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "kinetostat/io/json.h"
+#include "kinetostat/io/link_result_file.h"
 #include "kinetostat/io/text_file.h"
 
 #include "apps/run_program.h"
@@ -151,6 +152,43 @@ TEST(MeshCommand, OneOfSeveralBodiesIsPickedByItsName) {
   EXPECT_THAT(kinetostat("identify two.yaml").err, HasSubstr("Did you mean 'cover'?"));
   write("two.yaml", with(", body: cover"));
   EXPECT_EQ(kinetostat("identify two.yaml").code, 0);
+}
+
+// Two solids of one file that touch, each its material, with a layer between: everything about them
+// is in the result, a robot reads it, and the cache gives the same again.
+TEST(MeshCommand, AnAssemblySaysWhatItsBodiesAndJointsAre) {
+  write("pair.stl", cube("base", 0) + cube("post", 10));
+  write("pair.yaml",
+        "kinetostat: 1\nlink: pair\nmesh: {file: pair.stl, unit: mm}\nmaterial: steel_s235\n"
+        "bodies: {base: {}, post: {material: {E: {value: 70 GPa, sd: 10 %}, nu: 0.3}}}\n"
+        "joints: [{between: [base, post], layer: {normal: 4e12 N/m^3, tangential: 1e12 N/m^3}}]\n"
+        "fixed: {plane: {point: [0, 0, 0], normal: [-1, 0, 0]}}\n"
+        "loaded: {plane: {point: [20, 0, 0], normal: [1, 0, 0]}}\nelements: {size: 4}\n");
+  const Outcome first = kinetostat("identify pair.yaml -o pair.json --html pair.html --verbose");
+  ASSERT_EQ(first.code, 0) << first.err;
+  EXPECT_THAT(first.out, HasSubstr("base and post: a layer of 4e+12 N/m^3, 1e+12 N/m^3 "
+                                   "tangentially, over 100 mm^2"));
+  const io::Json pair = json("pair.json");
+  EXPECT_FALSE(pair.contains("material"));
+  ASSERT_EQ(pair["bodies"].size(), 2u);
+  EXPECT_EQ(pair["bodies"][0]["name"], "base");
+  EXPECT_EQ(pair["bodies"][0]["material"]["name"], "steel_s235");
+  EXPECT_EQ(pair["bodies"][1]["material"]["E"], 70e9);
+  EXPECT_NEAR(pair["bodies"][1]["volume"].get<double>(), 1e-6, 1e-15);
+  EXPECT_EQ(pair["joints"][0]["between"][1], "post");
+  EXPECT_FALSE(pair["joints"][0]["bonded"].get<bool>());
+  EXPECT_EQ(pair["joints"][0]["layer"]["tangential"], 1e12);
+  EXPECT_NEAR(pair["joints"][0]["area"].get<double>(), 1e-4, 1e-12);
+  EXPECT_TRUE(pair["mass"].is_null());  // the post has no density
+  EXPECT_NEAR(io::read_identified_link(working_folder() / "pair.json").young_deviation, 0.1, 1e-12);
+  EXPECT_EQ(kinetostat("identify pair.yaml -o again.json").code, 0);
+  EXPECT_THAT(kinetostat("identify pair.yaml --verbose").out, HasSubstr("from the cache"));
+  EXPECT_EQ(json("again.json")["compliance"], pair["compliance"]);
+  EXPECT_THAT(kinetostat("identify pair.yaml --deck pair.inp").err,
+              HasSubstr("joints between bodies are not exported"));
+  EXPECT_THAT(kinetostat("identify pair.yaml --no-cache --solver petsc").err,
+              HasSubstr("Use another solver (--solver)"));
+  EXPECT_THAT(kinetostat("beam pair.yaml").err, HasSubstr("an assembly of bodies is no beam"));
 }
 
 // The mesh and the deck that identify exports are read back as what they are.

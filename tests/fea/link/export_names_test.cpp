@@ -63,7 +63,7 @@ TEST(ExportNames, StayInTheirQuotesInAMesh) {
 
 TEST(ExportNames, StayInTheirQuotesInMatlab) {
   Tetrahedron one;
-  LinkResult result(evil, Material(210e9, 0.3));
+  LinkResult result(evil, {Material(210e9, 0.3)});
   result.interfaces = one.interfaces;
   result.response.flexibility = Eigen::MatrixXd::Identity(6, 6);
   const std::string script = flexibility_matlab(result);
@@ -85,7 +85,7 @@ TEST(ExportNames, StayInTheirQuotesInMatlab) {
 TEST(ExportNames, AreNoFormulasInATable) {
   Tetrahedron one;
   one.interfaces[1].name = "=cmd|' /C calc'!A0";
-  LinkResult result("link", Material(210e9, 0.3));
+  LinkResult result("link", {Material(210e9, 0.3)});
   result.interfaces = one.interfaces;
   result.response.flexibility = Eigen::MatrixXd::Identity(6, 6);
   const std::string table = flexibility_csv(result);

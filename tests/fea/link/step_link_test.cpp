@@ -71,6 +71,77 @@ TEST_F(StepLink, WhatFourNodeElementsMissIsInTheBar) {
   EXPECT_GT(2 * off, link.accuracy.bars.geometry(0, 0) / ErrorBars::safety);
 }
 
+// Solids by their names; their meshes do not fit, and the joint has curved edges or is curved.
+class StepAssembly : public StepLink {
+ protected:
+  LinkResult joined(const std::string& file, const std::string& first, const std::string& second,
+                    const std::string& elements) {
+    const LinkSpec spec = read_link(folder_.file(
+        "pair.yaml", fmt::format("kinetostat: 1\nlink: pair\nmesh: {{file: {}}}\nbodies:\n"
+                                 "  {}: {{material: {{E: 210 GPa, nu: 0}}}}\n"
+                                 "  {}: {{material: {{E: 70 GPa, nu: 0}}}}\n"
+                                 "joints: [{{between: [{}, {}], bonded: true}}]\n"
+                                 "fixed: {{plane: {{point: [0, 0, 0], normal: [-1, 0, 0]}}}}\n"
+                                 "loaded: {{plane: {{point: [200, 0, 0], normal: [1, 0, 0]}}}}\n"
+                                 "elements: {{{}}}\n",
+                                 file, first, second, first, second, elements)));
+    common::Progress silent;
+    return identify(spec, read_geometry(spec, silent), {.bracket = BracketWanted::never}, silent);
+  }
+};
+
+TEST_F(StepAssembly, HalvesOfARoundBarAddUp) {
+  test::write_round_bar_in_two(folder_.path() / "halves.step", 40, 200);
+  const LinkResult link = joined("halves.step", "near half", "far half", "accuracy: 0.1 %");
+  ASSERT_TRUE(link.accuracy.converged) << link.accuracy.shortfall;
+  const double bend = (0.5 + 0.5 * 3) * length / bending;  // a third of the modulus in one half
+  expect_in_bar(link, 4, 4, bend);
+  expect_in_bar(link, 5, 5, bend);
+  expect_in_bar(link, 3, 3, bend);
+  expect_in_bar(link, 0, 0, bend * diameter * diameter / 16);
+  const double section = std::numbers::pi * diameter * diameter / 4;
+  EXPECT_NEAR(link.joints[0].area, section, 1e-3 * section);
+}
+
+TEST_F(StepAssembly, SolidsThatTouchAreNoLinkOfOneBody) {
+  test::write_round_bar_in_two(folder_.path() / "halves.step", 40, 200);
+  const auto message = [&](const std::string& mesh) -> std::string {
+    try {
+      common::Progress silent;
+      read_geometry(
+          read_link(folder_.file("one.yaml",
+                                 "kinetostat: 1\nlink: one\nmesh: {file: halves.step" + mesh +
+                                     "}\nmaterial: steel_s235\n"
+                                     "fixed: {plane: {point: [0, 0, 0], normal: [-1, 0, 0]}}\n"
+                                     "loaded: {plane: {point: [100, 0, 0], normal: [1, 0, 0]}}\n")),
+          silent);
+    } catch (const common::InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(message(""),
+              HasSubstr("2 separate bodies, a link is one: near half (100 x 40 x 40 mm)"
+                        ", far half (100 x 40 x 40 mm). Pick one with 'mesh: {body: "
+                        "near half}', join them with 'bodies' and 'joints'"));
+  EXPECT_EQ(message(", body: near half"), "");
+  EXPECT_EQ(message(", body: 1"), "");
+}
+
+TEST_F(StepAssembly, ACoreInASleeveIsTheSumOfBoth) {
+  test::write_core_and_sleeve(folder_.path() / "fit.step", 20, 40, 200);
+  const LinkResult link = joined("fit.step", "core", "sleeve", "accuracy: 1 %");
+  ASSERT_TRUE(link.accuracy.converged) << link.accuracy.shortfall;
+  // pi d^4 / 64 of the core is a sixteenth of the whole, its area a quarter.
+  const double bend = length / (bending * (1.0 / 16 + 15.0 / 16 / 3));
+  expect_in_bar(link, 4, 4, bend);
+  expect_in_bar(link, 5, 5, bend);
+  expect_in_bar(link, 3, 3, bend);
+  expect_in_bar(link, 0, 0, length * diameter * diameter / 16 / (bending * (0.25 + 0.75 / 3)));
+  const double around = std::numbers::pi * diameter / 2 * length;
+  EXPECT_NEAR(link.joints[0].area, around, 1e-3 * around);
+}
+
 TEST_F(StepLink, SameBytesForAnyNumberOfThreads) {
   IdentifyOptions options{.bracket = BracketWanted::never};
   common::Progress silent;

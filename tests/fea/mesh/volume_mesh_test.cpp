@@ -89,6 +89,24 @@ TEST(VolumeMesh, TheSameTwoTetrahedraInThreeFormats) {
   EXPECT_EQ(inp.element_groups[1].elements, std::vector<int>{0});
 }
 
+TEST(VolumeMesh, OneGroupOfElementsIsASolidOfItsOwn) {
+  const TemporaryFolder folder;
+  const auto file = folder.file("two.inp", replaced(two_inp, ", NSET=all", ""));
+  const std::string name = read_volume_mesh(file, "mm").element_groups[1].name;
+  const ImportedVolume one = read_volume_mesh(file, "mm", name);
+  EXPECT_EQ(one.mesh.element_count(), 1u);
+  EXPECT_EQ(one.mesh.nodes.size(), 4u);
+  EXPECT_EQ(one.mesh.boundary.size(), 4u);  // with the face that the other one was at
+  EXPECT_EQ(one.element_groups.back().elements, std::vector<int>{0});
+  try {
+    read_volume_mesh(file, "mm", "Stel");
+    FAIL();
+  } catch (const common::InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("the mesh has no group of elements 'Stel'. Did you mean "
+                                        "'Steel'? The groups are"));
+  }
+}
+
 TEST(VolumeMesh, DamageIsNamedWithItsLine) {
   const TemporaryFolder folder;
   const auto msh = [&](const std::string& what, const std::string& by, const char* text = two_22) {

@@ -22,6 +22,8 @@
 #include <functional>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace kinetostat::test {
 namespace {
@@ -62,6 +64,20 @@ void write(const std::filesystem::path& file, const TopoDS_Shape& solid, const L
     throw std::runtime_error("Open CASCADE writes no STEP file");
 }
 
+// Solids that touch, by name.
+void write_solids(const std::filesystem::path& file,
+                  const std::vector<std::pair<std::string, TopoDS_Shape>>& solids) {
+  Message::DefaultMessenger()->RemovePrinters(STANDARD_TYPE(Message_Printer));
+  Handle(TDocStd_Document) document;
+  XCAFApp_Application::GetApplication()->NewDocument("MDTV-XCAF", document);
+  const auto shapes = XCAFDoc_DocumentTool::ShapeTool(document->Main());
+  for (const auto& [name, solid] : solids)
+    TDataStd_Name::Set(shapes->AddShape(solid, false), name.c_str());
+  STEPCAFControl_Writer writer;
+  if (!writer.Transfer(document) || writer.Write(file.c_str()) != IFSelect_RetDone)
+    throw std::runtime_error("Open CASCADE writes no STEP file");
+}
+
 bool is_at(double a, double b) { return std::abs(a - b) < 1e-6; }
 
 }  // namespace
@@ -73,6 +89,23 @@ void write_round_bar(const std::filesystem::path& file, double diameter, double 
           if (face.GetType() != GeomAbs_Plane) return {};
           return {.name = is_at(face.Plane().Location().X(), length) ? "head" : "foot"};
         });
+}
+
+void write_round_bar_in_two(const std::filesystem::path& file, double diameter, double length) {
+  const auto half = [&](double x) {
+    return BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(x, 0, 0), gp_Dir(1, 0, 0)), diameter / 2,
+                                    length / 2)
+        .Shape();
+  };
+  write_solids(file, {{"near half", half(0)}, {"far half", half(length / 2)}});
+}
+
+void write_core_and_sleeve(const std::filesystem::path& file, double inner, double outer,
+                           double length) {
+  const gp_Ax2 axis(gp_Pnt(0, 0, 0), gp_Dir(1, 0, 0));
+  const TopoDS_Shape core = BRepPrimAPI_MakeCylinder(axis, inner / 2, length).Shape();
+  const TopoDS_Shape whole = BRepPrimAPI_MakeCylinder(axis, outer / 2, length).Shape();
+  write_solids(file, {{"core", core}, {"sleeve", BRepAlgoAPI_Cut(whole, core).Shape()}});
 }
 
 void write_bored_block(const std::filesystem::path& file, double diameter) {

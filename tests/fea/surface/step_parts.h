@@ -9,6 +9,14 @@ namespace kinetostat::test {
 /// "head", and a round one.
 void write_round_bar(const std::filesystem::path& file, double diameter, double length);
 
+/// The same as two solids that touch in the middle, "near half" and "far half".
+void write_round_bar_in_two(const std::filesystem::path& file, double diameter, double length);
+
+/// Two solids about the x axis, from the origin to x = `length`: "core", a round bar of the inner
+/// diameter, and "sleeve" around it; all [mm].
+void write_core_and_sleeve(const std::filesystem::path& file, double inner, double outer,
+                           double length);
+
 /// A block of 60 x 60 x 20 mm about the origin with a bore of this diameter [mm] along z.
 void write_bored_block(const std::filesystem::path& file, double diameter);
 

@@ -20,7 +20,7 @@ class LinkPicture : public testing::Test {
  protected:
   static LinkResult solved() {
     const fea::ReferenceBar bar(0.012);
-    LinkResult result("bar", bar.steel);
+    LinkResult result("bar", {bar.steel});
     result.mesh = bar.mesh;
     result.interfaces = coupled_ends(bar.mesh);
     result.interfaces[1].point = bar.tip;
