@@ -39,16 +39,6 @@ void require_density(const LinkSpec& spec) {
   throw common::InputError(details);
 }
 
-void require_no_layers(const LinkSpec& spec) {
-  for (const InterfaceSpec& interface : spec.interfaces) {
-    if (interface.coupling != Coupling::elastic) continue;
-    common::InputError::Details details = interface.origin;
-    details.what = "modes of a link on an elastic layer are not computed";
-    details.cure = "Use another coupling for " + interface.name;
-    throw common::InputError(details);
-  }
-}
-
 NaturalMode described(const ModalResult& result, std::size_t k) {
   const auto entry = static_cast<Eigen::Index>(k);
   const Accuracy& accuracy = result.accuracy;
@@ -99,7 +89,6 @@ ModalResult modal_study(const LinkSpec& spec, const LinkGeometry& geometry,
                         const ModalOptions& options, common::Progress& progress) {
   using namespace modal_study_of_link;
   require_density(spec);
-  require_no_layers(spec);
   LinkMesher mesher(geometry);
   const Respond respond_on = [&](const LinkModel& model) {
     return response_of(link_modes(model.mesh, model.materials, model.interfaces, options.support,

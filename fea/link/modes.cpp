@@ -13,6 +13,7 @@
 #include "kinetostat/common/memory.h"
 #include "kinetostat/fea/elasticity/isostatic_support.h"
 #include "kinetostat/fea/interface/average_motion.h"
+#include "kinetostat/fea/interface/elastic_layer.h"
 #include "kinetostat/fea/linear_algebra/block_lanczos.h"
 #include "kinetostat/fea/link/link_response.h"
 
@@ -23,6 +24,9 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 bool is_rigid(const CoupledInterface& interface) { return interface.coupling == Coupling::rigid; }
+bool is_elastic(const CoupledInterface& interface) {
+  return interface.coupling == Coupling::elastic;
+}
 
 // The unknowns, and which of the interfaces that are held give the nodes of theirs none.
 struct Freedoms {
@@ -35,8 +39,12 @@ struct Freedoms {
       : unknowns(mesh, fixed_nodes(interfaces, support), bodies(interfaces, support)),
         floats(fixed_nodes(interfaces, support).empty()) {
     for (std::size_t i = 0; i < interfaces.size(); ++i)
-      if (is_held(i, support) && !is_rigid(interfaces[i])) held_evenly.push_back(&interfaces[i]);
-    if (floats) unknowns.set_springs(isostatic_support(mesh, unknowns, materials.front().young()));
+      if (is_held(i, support) && !is_rigid(interfaces[i]) && !is_elastic(interfaces[i]))
+        held_evenly.push_back(&interfaces[i]);
+    std::vector<GroundSpring> springs = layers(mesh, interfaces, support);
+    floats = floats && springs.empty();
+    if (floats) springs = isostatic_support(mesh, unknowns, materials.front().young());
+    unknowns.set_springs(std::move(springs));
   }
 
  private:
@@ -52,6 +60,18 @@ struct Freedoms {
         nodes.insert(nodes.end(), interfaces[i].geometry.nodes.begin(),
                      interfaces[i].geometry.nodes.end());
     return nodes;
+  }
+  // Those to bodies that are held. Behind other layers nothing has mass, and they carry nothing.
+  static std::vector<GroundSpring> layers(const TetMesh& mesh,
+                                          const std::vector<CoupledInterface>& interfaces,
+                                          Support support) {
+    std::vector<GroundSpring> springs;
+    for (std::size_t i = 0; i < interfaces.size(); ++i)
+      if (is_held(i, support) && is_elastic(interfaces[i]))
+        for (const auto& [node, stiffness] :
+             layer_springs(mesh, interfaces[i].geometry, interfaces[i].layer))
+          springs.push_back({node, stiffness});
+    return springs;
   }
   static std::vector<ReferenceBody> bodies(const std::vector<CoupledInterface>& interfaces,
                                            Support support) {

@@ -11,7 +11,7 @@
 namespace kinetostat::fea {
 
 /// What holds the link while it vibrates. A held interface that is not rigid has no mean motion
-/// (average_motion.h).
+/// (average_motion.h), or the body behind its elastic layer rests.
 enum class Support {
   first_interface,  // clamped as identify holds it
   none,             // free-free; the six rigid motions are not among the modes

@@ -11,6 +11,7 @@
 #include "kinetostat/fea/elasticity/element_mass.h"
 #include "kinetostat/fea/interface/average_motion.h"
 #include "kinetostat/fea/link/calculix_deck.h"
+#include "kinetostat/fea/link/reduced_model.h"
 #include "kinetostat/io/text_file.h"
 
 #include "fea/shapes.h"
@@ -94,6 +95,31 @@ TEST_F(CalculiXModes, AreOursWhereNothingIsHeld) {
   std::vector<double> other = by_calculix(mesh, held, false, 12);
   other.erase(other.begin(), other.begin() + 6);
   expect_frequencies(modes(mesh, ends, Support::none, 6), other);
+}
+
+// A rigid mass on six springs, whose frequencies follow from a 6x6 of each. Behind the layer of an
+// interface that is not held nothing has mass.
+TEST(LayeredModes, AreThoseOfARigidMassWhereTheBlockIsStiff) {
+  const Vector3 size(0.1, 0.02, 0.012);
+  const TetMesh mesh = with_mid_nodes(box_mesh(size, 5, 2, 2));
+  const std::vector<Material> stiff{Material(2.1e14, 0, 7850)};
+  auto ends = coupled_ends(mesh, Coupling::elastic, Coupling::elastic);
+  const ElasticLayer layer{.normal = 1e10, .tangential = 4e9};
+  ends[0].layer = ends[1].layer = layer;
+  const double area = size.y() * size.z();
+  const double about_y = area * size.z() * size.z() / 12, about_z = area * size.y() * size.y() / 12;
+  Vector6 springs;
+  springs << layer.normal * area, layer.tangential * area, layer.tangential * area,
+      layer.tangential * (about_y + about_z), layer.normal * about_y, layer.normal * about_z;
+  const RigidMass block = *rigid_mass(mesh, stiff);
+  const auto motion = spatial::rigid_motion(Vector3(block.center - ends[0].point));
+  Matrix6 mass = block.mass * motion.transpose() * motion;
+  mass.bottomRightCorner<3, 3>() += block.inertia;
+  const Eigen::VectorXd exact = natural_frequencies_squared(springs.asDiagonal(), mass);
+  common::Progress silent;
+  const LinkModes found = link_modes(mesh, stiff, ends, Support::first_interface, 6, {}, silent);
+  for (Eigen::Index k = 0; k < 6; ++k)
+    EXPECT_NEAR(found.omega_squared[k], exact[k], 1e-3 * exact[k]) << k;
 }
 
 // A bar of 100 mm, its cross-sections moved, turned and scaled as the shape says; `along` from 0
