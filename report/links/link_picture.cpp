@@ -3,6 +3,9 @@
 #include <cmath>
 #include <map>
 
+#include "kinetostat/report/links/mesh_faces.h"
+#include "kinetostat/spatial/units.h"
+
 namespace kinetostat::report {
 namespace {
 
@@ -20,6 +23,7 @@ struct Surface {
   std::vector<int> nodes;                         // of the mesh, one a point
   std::vector<std::array<std::size_t, 3>> faces;  // of points
   std::vector<int> tags;
+  std::vector<std::size_t> of_boundary;  // number of the boundary face
 };
 
 // Corners of one cell of a grid become one point; triangles that collapse are left out.
@@ -40,6 +44,7 @@ Surface joined(const TetMesh& mesh, double cell) {
     if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
     surface.faces.push_back(corners);
     surface.tags.push_back(face.tag);
+    surface.of_boundary.push_back(static_cast<std::size_t>(&face - mesh.boundary.data()));
   }
   return surface;
 }
@@ -71,6 +76,14 @@ Json shape_json(const Surface& surface, const std::string& name, const Eigen::Ma
   return {{"load", name}, {"unit", unit}, {"displacements", std::move(shifts)}};
 }
 
+FaceSelectors selectors_of(const LinkResult& result) {
+  fea::SurfaceMesh boundary{.points = result.mesh.nodes};
+  for (const BoundaryFace& face : result.mesh.boundary)
+    boundary.triangles.push_back({face.nodes[0], face.nodes[1], face.nodes[2]});
+  drop_unused_points(boundary);
+  return face_selectors(boundary, {result.unit, spatial::parse_unit(result.unit).factor});
+}
+
 // 0: none, 1: the fixed one, 2 and up: loaded.
 int interface_of(const LinkResult& result, int tag) {
   for (std::size_t i = 0; i < result.interfaces.size(); ++i)
@@ -86,13 +99,17 @@ Json link_picture(const LinkResult& result, std::size_t most_points) {
   const Surface surface = surface_of(result.mesh, size, most_points);
   Json json{{"point_unit", unit},          {"points", Json::array()},
             {"triangles", Json::array()},  {"of_interface", Json::array()},
-            {"interfaces", Json::array()}, {"shapes", Json::array()}};
+            {"interfaces", Json::array()}, {"shapes", Json::array()},
+            {"of_face", Json::array()}};
   for (const int node : surface.nodes)
     for (const double x : result.mesh.nodes[static_cast<std::size_t>(node)])
       json["points"].push_back(std::llround(x / unit));
   for (const auto& face : surface.faces)
     for (const std::size_t corner : face) json["triangles"].push_back(corner);
   for (const int tag : surface.tags) json["of_interface"].push_back(interface_of(result, tag));
+  const FaceSelectors faces = selectors_of(result);
+  json["faces"] = faces.selectors;
+  for (const std::size_t f : surface.of_boundary) json["of_face"].push_back(faces.of_facets[f]);
   for (const CoupledInterface& interface : result.interfaces)
     json["interfaces"].push_back(
         {{"name", interface.name}, {"point", io::to_json(interface.point)}});

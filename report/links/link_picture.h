@@ -8,8 +8,9 @@ namespace kinetostat::report {
 
 /// Boundary triangles (corners only) with the interface that each belongs to (0: none, 1: fixed, 2
 /// and up: loaded), and the displacements of their corners under each unit wrench, as whole numbers
-/// of `point_unit` [m] and of the load case's `unit` [m/N or m/(N m)]. A surface of more than
-/// `most_points` corners is made coarser by joining near ones.
+/// of `point_unit` [m] and of the load case's `unit` [m/N or m/(N m)]. `faces` are the selectors of
+/// its flat and round faces for a link file, `of_face` says which each triangle has (-1: none). A
+/// surface of more than `most_points` corners is made coarser by joining near ones.
 io::Json link_picture(const fea::LinkResult& result, std::size_t most_points = 15000);
 
 }  // namespace kinetostat::report

@@ -24,6 +24,7 @@ struct ListedFace {
   CadFace face;
   std::size_t number = 0;  // in the CAD file; 0: none
   std::string selector;
+  std::vector<int> facets = {};  // where the facets show the face
 };
 
 double clean(double x) { return std::abs(x) < 5e-7 ? 0.0 : x; }
@@ -62,7 +63,8 @@ ListedFace listed(const fea::FlatFace& flat, double unit) {
            .point = flat.centroid,
            .direction = flat.normal},
           0,
-          plane_selector(flat.centroid, flat.normal, unit)};
+          plane_selector(flat.centroid, flat.normal, unit),
+          flat.facets};
 }
 
 ListedFace listed(const fea::SurfaceMesh& surface, const fea::RoundFace& round, double unit) {
@@ -75,7 +77,8 @@ ListedFace listed(const fea::SurfaceMesh& surface, const fea::RoundFace& round, 
       0,
       fmt::format("cylinder: {{axis_point: {}, axis: {}, radius: {:.6g}, length: {:.6g}}}",
                   triple(round.axis_point - 0.5 * round.length * round.axis, unit),
-                  triple(round.axis), round.radius / unit, round.length / unit)};
+                  triple(round.axis), round.radius / unit, round.length / unit),
+      round.facets};
   for (const int f : round.facets)
     face.face.area += surface.area_vector(static_cast<std::size_t>(f)).norm();
   return face;
@@ -158,6 +161,16 @@ io::Json faces_json(const fea::SurfaceMesh& surface, const MeshCheckUnits& units
     list.push_back(std::move(json));
   }
   return list;
+}
+
+FaceSelectors face_selectors(const fea::SurfaceMesh& boundary, const MeshCheckUnits& units) {
+  FaceSelectors found{{}, std::vector<int>(boundary.triangles.size(), -1)};
+  for (const mesh_faces::ListedFace& face : mesh_faces::found_in(boundary, units.length)) {
+    for (const int f : face.facets)
+      found.of_facets[static_cast<std::size_t>(f)] = static_cast<int>(found.selectors.size());
+    found.selectors.push_back(face.selector);
+  }
+  return found;
 }
 
 }  // namespace kinetostat::report

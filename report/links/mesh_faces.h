@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "kinetostat/fea/surface/surface_mesh.h"
 #include "kinetostat/io/json.h"
@@ -15,5 +16,12 @@ std::string faces_text(const fea::SurfaceMesh& surface, const MeshCheckUnits& un
 
 /// The same in SI units; the selectors are texts in `units`.
 io::Json faces_json(const fea::SurfaceMesh& surface, const MeshCheckUnits& units);
+
+/// The selectors of a boundary's flat and round faces, and which of them each facet has; -1: none.
+struct FaceSelectors {
+  std::vector<std::string> selectors;
+  std::vector<int> of_facets;
+};
+FaceSelectors face_selectors(const fea::SurfaceMesh& boundary, const MeshCheckUnits& units);
 
 }  // namespace kinetostat::report

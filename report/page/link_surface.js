@@ -1,8 +1,35 @@
 // The surface of a link with its interfaces, deformed by unit loads.
-import { choice, plain, slider } from "./dom.js";
+import { choice, copy, element, plain, slider } from "./dom.js";
 import { layout, scene } from "./look.js";
 import { number, quantity, unitFor } from "./units.js";
 import { roundFactor } from "./workspace.js";
+
+// Which face is chosen, its selector for a link file, and a button that copies it.
+function faceControls(surface, view) {
+  const faces = surface.faces ?? [];
+  const said = element("output", { class: "selector", role: "status" });
+  const take = async (face) => {
+    if (!(face >= 0)) return;
+    view.set({ face });
+    const text = faces[face];
+    said.textContent = (await copy(text)) ? `copied: ${text}` : text;
+  };
+  const picker = choice(
+    "Face",
+    [[-1, "click on one, or choose"], ...faces.map((text, k) => [k, text])],
+    -1,
+    (v) => view.set({ face: Number(v) }),
+  );
+  view.listen((keys) => {
+    if (keys.includes("face")) picker.querySelector("select").value = String(view.get("face"));
+  });
+  const button = element(
+    "button",
+    { type: "button", onclick: () => take(view.get("face")) },
+    "Copy selector",
+  );
+  return { take, nodes: faces.length > 0 ? [element("p", { class: "faces" }, picker, " ", button, " ", said)] : [] };
+}
 
 export function surfaceFigure(surface, view, source) {
   const count = surface.points.length / 3;
@@ -25,6 +52,8 @@ export function surfaceFigure(surface, view, source) {
     return most * shape().unit;
   };
   const standard = () => roundFactor((0.12 * size) / largest());
+  const faces = faceControls(surface, view);
+  const face_of = (t) => surface.of_face?.[t] ?? -1;
   const colours = (look) => ["#9fb0c2", look.bad, look.held, "#8a4fbf", "#12805c", "#b0136f"];
   const names = [
     "free surface",
@@ -48,8 +77,9 @@ export function surfaceFigure(surface, view, source) {
     height: 560,
     wide: true,
     heavy: true,
-    follows: ["shape", "scale", "paint"],
-    say: "Fixed interface red, loaded one orange. Deformed by one unit load at the reference point of the loaded interface, as many times larger as the slider says.",
+    follows: ["shape", "scale", "paint", "face"],
+    choose: (point) => faces.take(point.data.face),
+    say: "Fixed interface red, loaded one orange. Deformed by one unit load at the reference point of the loaded interface, as many times larger as the slider says. A click on a face copies its selector for the link file.",
     controls: [
       choice(
         "Unit load",
@@ -73,6 +103,7 @@ export function surfaceFigure(surface, view, source) {
         "interface",
         (v) => view.set({ paint: v }),
       ),
+      ...faces.nodes,
     ],
     numbers: () => ({
       columns: ["x [m]", "y [m]", "z [m]", "ux [m]", "uy [m]", "uz [m]"],
@@ -102,7 +133,7 @@ export function surfaceFigure(surface, view, source) {
         j: corners(1, members),
         k: corners(2, members),
         flatshading: true,
-        hoverinfo: "skip",
+        hoverinfo: "none",
         lighting: {
           ambient: 0.7,
           diffuse: 0.6,
@@ -126,12 +157,25 @@ export function surfaceFigure(surface, view, source) {
                 },
               }),
             ]
-          : names.map((name, tag) =>
-              mesh(
-                every.filter((t) => surface.of_interface[t] === tag),
-                { color: palette[tag % palette.length], name: plain(name), showlegend: true },
-              ),
-            );
+          : names.flatMap((name, tag) => {
+              const own = every.filter((t) => surface.of_interface[t] === tag);
+              // One trace for each face: a click says which trace it met.
+              return [...new Set(own.map(face_of))].map((face, k) =>
+                mesh(
+                  own.filter((t) => face_of(t) === face),
+                  {
+                    color:
+                      face >= 0 && face === view.get("face")
+                        ? look.good
+                        : palette[tag % palette.length],
+                    name: plain(name),
+                    legendgroup: String(tag),
+                    showlegend: k === 0,
+                    face,
+                  },
+                ),
+              );
+            });
       return {
         data,
         layout: layout(look, {

@@ -130,7 +130,7 @@ export function linkSection({ result, picture }) {
     list(said),
     charts,
   );
-  const view = new View({ shape: 0, scale: 1, paint: "interface" });
+  const view = new View({ shape: 0, scale: 1, paint: "interface", face: -1 });
   const add = (spec) => charts.append(new Figure(spec, view).node);
   if (picture?.surface?.shapes?.length) add(surfaceFigure(picture.surface, view, source));
   add(

@@ -345,12 +345,34 @@ async function uncertainty(browser) {
   assert.match(captions, /What the stiffness along the softest direction is uncertain by/);
 }
 
+/** A click on a face copies its selector: what is copied picks that face of the block, and is shown as chosen. */
+async function faces(browser) {
+  await browser.open(shop.address("link.html"));
+  await browser.evaluate(`document.getElementById("surface").scrollIntoView()`);
+  const copied = await browser.evaluate(`(async () => {
+    const node = document.getElementById("surface");
+    for (let k = 0; k < 100 && !node.figure.drawn; ++k) await new Promise((r) => setTimeout(r, 100));
+    let text = "";
+    Object.defineProperty(navigator, "clipboard", { value: { writeText: async (t) => { text = t; } }, configurable: true });
+    const clicked = node.figure.plot.data.filter((t) => t.name.startsWith("loaded"));
+    node.figure.plot.emit("plotly_click", { points: [{ data: clicked[0] }] });
+    await new Promise((r) => setTimeout(r, 300));
+    return { text, traces: clicked.length, said: node.querySelector("output.selector").textContent,
+             chosen: node.querySelector(".faces select").selectedOptions[0].textContent };
+  })()`);
+  assert.equal(copied.text, "plane: {point: [60, 0, 0], normal: [1, 0, 0]}");
+  assert.equal(copied.said, `copied: ${copied.text}`);
+  assert.equal(copied.chosen, copied.text);
+  assert.equal(copied.traces, 1);
+}
+
 async function link(browser) {
   run("identify", "meshes/block.yaml", "--no-cache", "--html", "link.html");
   const points = await look(browser, "link.html");
   await look(browser, "link.html", phone);
   assert.ok(points.surface > 100);
   assert.equal(points.bracket, 12);
+  await faces(browser);
 }
 
 async function large(browser) {

@@ -1,7 +1,9 @@
 #include "kinetostat/report/links/link_picture.h"
 
+#include <cstdio>
 #include <map>
 #include <set>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -16,12 +18,15 @@ using fea::LinkResult;
 using spatial::Matrix6;
 using spatial::Vector3;
 
+constexpr double result_unit = 1e-3;
+
 class LinkPicture : public testing::Test {
  protected:
   static LinkResult solved() {
     const fea::ReferenceBar bar(0.012);
     LinkResult result("bar", {bar.steel});
     result.mesh = bar.mesh;
+    result.unit = "mm";
     result.interfaces = coupled_ends(bar.mesh);
     result.interfaces[1].point = bar.tip;
     common::Progress silent;
@@ -75,6 +80,26 @@ TEST_F(LinkPicture, MovesTheLoadedInterfaceAsTheComplianceSays) {
       EXPECT_LT((moved - (t + w.cross(r))).norm(), rounding + 1e-6 * t.norm()) << shape["load"];
     }
   }
+}
+
+// Each triangle of a flat end lies in the plane that its selector names.
+TEST_F(LinkPicture, NamesTheFaceOfEveryTriangle) {
+  const Json picture = link_picture(result());
+  const double unit = picture["point_unit"];
+  ASSERT_EQ(picture["of_face"].size(), picture["of_interface"].size());
+  std::set<std::string> ends;
+  for (std::size_t t = 0; t < picture["of_face"].size(); ++t) {
+    if (picture["of_interface"][t] == 0) continue;
+    ASSERT_GE(picture["of_face"][t], 0);
+    const std::string selector = picture["faces"][picture["of_face"][t].get<std::size_t>()];
+    double x = 0;
+    ASSERT_EQ(std::sscanf(selector.c_str(), "plane: {point: [%lf,", &x), 1) << selector;
+    for (std::size_t k = 0; k < 3; ++k)
+      EXPECT_NEAR(entry(picture["points"], picture["triangles"][3 * t + k], unit).x(),
+                  x * result_unit, 2 * unit);
+    ends.insert(selector);
+  }
+  EXPECT_EQ(ends.size(), 2u);
 }
 
 TEST_F(LinkPicture, KeepsToTheNumberOfPoints) {
