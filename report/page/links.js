@@ -120,6 +120,10 @@ export function linkSection({ result, picture }) {
     result.eigen_stiffness
       ? `Eigen-stiffnesses ${result.eigen_stiffness.translation.map((v) => quantity(v, "stiffness")).join(", ")}; ${result.eigen_stiffness.rotation.map((v) => quantity(v, "torsion")).join(", ")}.`
       : null,
+    ...(result.joints ?? []).map(
+      (joint) =>
+        `${joint.between.join(" and ")}: ${joint.bonded ? "bonded" : "an elastic layer"} over ${number(1e6 * joint.area)} mm².`,
+    ),
     ...(result.warnings ?? []).map((text) => `Warning: ${text}`),
   ].filter(Boolean);
   const charts = element("div", { class: "charts" });

@@ -375,6 +375,15 @@ async function link(browser) {
   await faces(browser);
 }
 
+async function assembly(browser) {
+  run("identify", "meshes/cad/post_on_plate.yaml", "--no-cache", "--html", "assembly.html");
+  await browser.open(shop.address("assembly.html"));
+  assert.match(
+    await browser.evaluate("document.body.textContent"),
+    /plate and post: an elastic layer over 707 mm²\./,
+  );
+}
+
 async function large(browser) {
   const lines = ["id,fz,dz"];
   for (let k = 0; k < 20000; ++k) {
@@ -417,6 +426,7 @@ try {
   await paper(browser);
   await savedFiles(browser);
   await link(browser);
+  await assembly(browser);
   await large(browser);
 } finally {
   await browser.close();
