@@ -299,6 +299,10 @@ std::string unit_for_people(const calibration::Campaign& campaign,
   if (dimension == spatial::dimension::length) return campaign.units.length;
   if (dimension == spatial::dimension::angle) return campaign.units.angle;
   if (dimension == spatial::dimension::force) return campaign.units.force;
+  constexpr spatial::Dimension compliance{.mass = -1, .time = 2};
+  constexpr spatial::Dimension of_rotation{.length = -2, .mass = -1, .time = 2, .angle = 1};
+  if (dimension == compliance) return "um/N";
+  if (dimension == of_rotation) return "urad/(N m)";
   return unit_of(parameter, angular);
 }
 

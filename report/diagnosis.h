@@ -13,7 +13,8 @@ namespace kinetostat::report {
 std::string verdict_in_words(const std::string& verdict);
 std::string text(const vjm::Robot& robot, const calibration::Campaign& campaign,
                  const calibration::Diagnosis& diagnosis);
-/// Unit of a value of an effect: simple ones as the campaign has them, compound ones in SI.
+/// Unit of a value of an effect: simple ones as the campaign has them, compound ones in SI,
+/// compliances in millionths ("um/N", "urad/(N m)").
 std::string unit_for_people(const calibration::Campaign& campaign,
                             const vjm::EffectParameter& parameter, bool angular);
 /// The answers of a decision in one sentence: class and places, with their probability.

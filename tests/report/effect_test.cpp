@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "kinetostat/io/text_file.h"
+#include "kinetostat/report/diagnosis.h"
+#include "kinetostat/spatial/units.h"
 
 namespace kinetostat::report::effect_test {
 namespace {
@@ -23,6 +25,22 @@ TEST(EffectText, IsThatOfThePage) {
     EXPECT_THAT(page, testing::HasSubstr("| `" + kind->name + "` | orthoglide,"))
         << "has no signature";
   }
+}
+
+// Whatever the units of a campaign, a value can be read back in the unit that is shown.
+TEST(UnitForPeople, IsOfTheDimensionOfTheValue) {
+  const calibration::Campaign campaign;
+  for (const auto& kind : vjm::effect_kinds())
+    for (const vjm::EffectParameter& parameter : kind->parameters)
+      for (const bool angular : {false, true}) {
+        const spatial::Dimension& dimension = angular ? parameter.angular : parameter.linear;
+        const std::string unit = unit_for_people(campaign, parameter, angular);
+        if (dimension == spatial::dimension::none) {
+          EXPECT_EQ(unit, "") << kind->name;
+        } else {
+          EXPECT_EQ(spatial::parse_unit(unit).dimension, dimension) << kind->name << " " << unit;
+        }
+      }
 }
 
 }  // namespace
