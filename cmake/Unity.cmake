@@ -2,6 +2,11 @@
 # instantiated once. The presets for developers have each source for itself: a change compiles one file, and each shows
 # that it names what it needs.
 option(KINETOSTAT_UNITY "Compile the sources of a folder together" ON)
+if(KINETOSTAT_UNITY)
+  # Warnings about names of one source that another one sees, and false ones of GCC 12.
+  target_compile_options(kinetostat_settings INTERFACE -Wno-shadow
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage;-Wno-free-nonheap-object;-Wno-maybe-uninitialized>)
+endif()
 
 # kinetostat_unity(TARGET MOST): the sources of each folder in batches of MOST or fewer, as equal as can be. Sources that
 # use the same short names have a namespace of their own.
