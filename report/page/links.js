@@ -66,6 +66,8 @@ function bracketFigure(result, source) {
 
 function convergenceFigure(result, source) {
   const meshes = result.error.meshes;
+  const errors = [...meshes.map((m) => m.relative_error), result.error.asked].filter((e) => e > 0);
+  const decades = Math.log10(Math.max(...errors) / Math.min(...errors));
   return {
     id: "convergence",
     title: "Convergence",
@@ -91,7 +93,7 @@ function convergenceFigure(result, source) {
       layout: layout(look, {
         showlegend: false,
         xaxis: axis(look, "unknowns", { type: "log" }),
-        yaxis: axis(look, "estimated error [%]", { type: "log" }),
+        yaxis: axis(look, "estimated error [%]", { type: "log", dtick: decades < 2 ? "D2" : 1 }),
         shapes: result.error.asked
           ? [
               {

@@ -377,7 +377,8 @@ async function link(browser) {
 
 async function assembly(browser) {
   run("identify", "meshes/cad/post_on_plate.yaml", "--no-cache", "--html", "assembly.html");
-  await browser.open(shop.address("assembly.html"));
+  await look(browser, "assembly.html");
+  await look(browser, "assembly.html", phone);
   assert.match(
     await browser.evaluate("document.body.textContent"),
     /plate and post: an elastic layer over 707 mm²\./,
