@@ -33,11 +33,13 @@ std::string model_in_words(const vjm::Robot& robot, const std::string& name) {
 std::string purpose(const vjm::Robot& robot, const calibration::PlanQuestion& question,
                     const Plan& plan) {
   if (question.open.empty()) {
-    const double length = spatial::parse_unit(robot.units.length).factor;
     if (std::isnan(plan.work_before)) return "sharpen the model";
+    constexpr double small = 1e-4;  // [m]: stated in micrometres
+    const std::string unit = plan.work_before < small ? "um" : robot.units.length;
+    const double length = spatial::parse_unit(unit).factor;
     return fmt::format("sharpen the model: displacements unsure by {} {} now, by {} {} after",
-                       number(plan.work_before / length, 2), robot.units.length,
-                       number(plan.work_after / length, 2), robot.units.length);
+                       number(plan.work_before / length, 2), unit,
+                       number(plan.work_after / length, 2), unit);
   }
   if (plan.splits.empty()) return "show what may be missing";
   const PlannedSplit& hardest = plan.splits.front();
