@@ -27,9 +27,8 @@ const std::vector<Story>& stories() {
       {"arm",
        "A six-axis arm with backlash in a joint and a soft base (simulated)",
        "Simulated by a program that shares no code with kinetostat (tests/twin). Hidden in it: "
-       "0.00327 deg of play to either side at joint q3, and a base that turns by 9.0e-08 rad/(N "
-       "m); "
-       "every stiffness is off by 12 %.",
+       "0.00327 deg of play to either side at joint q3, and a base that turns by 0.090 urad/(N "
+       "m); every stiffness is off by 12 %.",
        {"data/measurements/arm_backlash_soft_base/campaign.yaml"}},
       {"cycloidal",
        "Cycloidal drives on a bench, as built against preloaded (real readings)",
