@@ -87,7 +87,8 @@ export function framed(room, data) {
   const half = ranges.map(([low, high]) => 0.52 * Math.max(high - low, 0.15 * longest));
   const axes = ["xaxis", "yaxis", "zaxis"].map((name, k) => {
     const middle = (ranges[k][0] + ranges[k][1]) / 2;
-    return [name, { ...room[name], range: [middle - half[k], middle + half[k]] }];
+    const nticks = Math.max(2, Math.round((5 * half[k]) / (0.52 * longest)));  // as close as along the longest
+    return [name, { ...room[name], nticks, range: [middle - half[k], middle + half[k]] }];
   });
   // What is flat or slender may come nearer than a cube, which fills the view.
   const scale = Math.min(1.4, 1.5 / Math.hypot(...half.map((h) => h / (0.52 * longest))));
