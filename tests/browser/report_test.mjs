@@ -7,6 +7,7 @@ import { readFileSync, statSync, writeFileSync } from "node:fs";
 import { Browser, requireParts } from "./browser.mjs";
 import { lookAt } from "./look_at.mjs";
 import { Workshop, slide } from "./workshop.mjs";
+import { inPrint } from "../../report/page/words.js";
 
 const program = process.argv[2];
 requireParts(program, "report");
@@ -179,7 +180,6 @@ async function study(browser) {
     `[...document.querySelectorAll("nav.stations a")].map((a) => [a.className, a.textContent])`,
   );
   assert.equal(stations.length, 6);
-  const inPrint = (text) => text.replaceAll("+-", "±");
   said.stations.forEach((station, k) => {
     assert.equal(stations[k][0], station.light);
     assert.ok(stations[k][1].includes(inPrint(station.sentence)), stations[k][1]);
