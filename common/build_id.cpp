@@ -33,6 +33,8 @@ std::string in_digits(std::string_view bytes) {
 
 constexpr std::size_t padded(std::size_t size) { return (size + 3) / 4 * 4; }
 
+constexpr std::string_view owner{"GNU\0", 4};
+
 // Notes follow one another: a head, a name and contents, both padded to four bytes.
 std::string build_id_among(std::string_view notes) {
   ElfW(Nhdr) head = {};
@@ -41,8 +43,7 @@ std::string build_id_among(std::string_view notes) {
     const std::size_t content = sizeof head + padded(head.n_namesz);
     const std::size_t size = content + padded(head.n_descsz);
     if (size > notes.size()) break;
-    if (head.n_type == NT_GNU_BUILD_ID &&
-        notes.substr(sizeof head, 4) == std::string_view("GNU", 4))
+    if (head.n_type == NT_GNU_BUILD_ID && notes.substr(sizeof head, head.n_namesz) == owner)
       return in_digits(notes.substr(content, head.n_descsz));
     notes.remove_prefix(size);
   }
@@ -55,6 +56,7 @@ int find_build_id(dl_phdr_info* object, std::size_t, void* found) {
   for (int k = 0; k < object->dlpi_phnum && id.empty(); ++k) {
     const ElfW(Phdr)& part = object->dlpi_phdr[k];
     if (part.p_type != PT_NOTE) continue;
+    // NOLINTNEXTLINE(performance-no-int-to-ptr): the loader states addresses as numbers
     const auto* begin = reinterpret_cast<const char*>(object->dlpi_addr + part.p_vaddr);
     id = build_id_among({begin, part.p_memsz});
   }

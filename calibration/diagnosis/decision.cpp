@@ -207,6 +207,7 @@ class Posterior {
         groups[{h.family, h.place}].push_back(&h);
     }
     std::vector<Answer> all;
+    all.reserve(groups.size());
     for (const auto& [key, members] : groups) all.push_back(answer_of(members));
     std::stable_sort(all.begin(), all.end(), [](const Answer& a, const Answer& b) {
       return a.probability > b.probability;
@@ -262,6 +263,7 @@ class Posterior {
   std::vector<std::string> classes_that_hold(const std::map<std::string, double>& of_class,
                                              double sum) const {
     std::vector<std::pair<double, std::string>> order;
+    order.reserve(of_class.size());
     for (const auto& [name, probability] : of_class) order.emplace_back(-probability, name);
     std::sort(order.begin(), order.end());
     std::vector<std::string> classes;

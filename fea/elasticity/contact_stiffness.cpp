@@ -12,9 +12,9 @@ using Eigen::Index;
 
 // One of the two elements, and its share in the mean traction.
 struct Half {
-  std::size_t element;
+  std::size_t element = 0;
   const Material& material;
-  double limit;      // [N/m^3] (lambda + 2 mu) times the trace
+  double limit = 0;  // [N/m^3] (lambda + 2 mu) times the trace
   double share = 0;  // of the mean traction
 };
 
@@ -28,7 +28,7 @@ Eigen::VectorXd shapes_at(const Eigen::Vector4d& l, int order) {
 }
 
 Eigen::Matrix3Xd gradients_at(const TetMesh& mesh, std::size_t element, const Eigen::Vector4d& l) {
-  const Eigen::Matrix3Xd straight =
+  Eigen::Matrix3Xd straight =
       shape_gradients(barycentric_gradients(mesh.corners(element)), mesh.order, l);
   if (!mesh.curved) return straight;
   const std::array<Vector3, 10> nodes = mesh.all_nodes(element);

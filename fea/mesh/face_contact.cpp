@@ -290,6 +290,7 @@ std::vector<FaceContact> find_contacts(const TetMesh& mesh, int first, int secon
   const std::vector<Side> sides = sides_of(mesh, first), others = sides_of(mesh, second);
   const double margin = within + bulge(mesh, sides) + bulge(mesh, others);
   std::vector<Box> boxes;
+  boxes.reserve(others.size());
   for (const Side& side : others) boxes.push_back(box_of(side, margin));
   const BoxTree tree(std::move(boxes));
   std::vector<FaceContact> contacts;
