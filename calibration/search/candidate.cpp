@@ -114,6 +114,7 @@ std::string Candidate::name() const {
 
 std::vector<std::string> names_of(const std::vector<Candidate>& candidates) {
   std::vector<std::string> names;
+  names.reserve(candidates.size());
   for (const Candidate& candidate : candidates) names.push_back(candidate.name());
   return names;
 }

@@ -458,7 +458,7 @@ io::Json Study::all() {
 }
 
 // A table with the robot file beside it, in either order.
-io::Json study_table(TableRequest table, const StudyRequest& request, Run& run) {
+io::Json study_table(const TableRequest& table, const StudyRequest& request, Run& run) {
   const std::vector<std::string>& files = request.campaign.files;
   if (files.size() == 1)
     throw common::InputError(
@@ -489,7 +489,7 @@ io::Json study(const StudyRequest& request, Run& run) {
   if (const std::string file = table_among(files); !file.empty()) {
     TableRequest table = request.table;
     table.file = file;
-    return study_table(std::move(table), request, run);
+    return study_table(table, request, run);
   }
   if (request.table.says_something())
     throw UsageError("--column, --units, --displacement, --noise, --sheet",
