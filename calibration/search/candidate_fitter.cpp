@@ -338,7 +338,7 @@ double CandidateFitter::error_on(const Campaign& others, const BaseFit& fit,
 
 std::optional<CandidateFitter::Look> CandidateFitter::look_at(const Predictor& predictor,
                                                               const std::vector<Candidate>& added,
-                                                              double growth,
+                                                              double growth, bool for_direction,
                                                               const FittedModel& beside,
                                                               common::Progress& progress) const {
   const BaseFit& fit = beside.fit();
@@ -348,8 +348,9 @@ std::optional<CandidateFitter::Look> CandidateFitter::look_at(const Predictor& p
   for (std::size_t k = 0; k < fit.parameters.size(); ++k)
     values[static_cast<Index>(k)] = fit.parameters[k].value;
   const Index count = candidate.effect.values.size();
-  const auto there = linearised_at(predictor, campaign_, noise_, unknowns, values, fit, count,
-                                   progress, condensed(candidate, beside, progress));
+  const auto there = linearised_at(predictor, campaign_, noise_, unknowns, values, fit,
+                                   for_direction ? count : count - 1, progress,
+                                   condensed(candidate, beside, progress));
   if (!there) return std::nullopt;
   const auto by_values =
       there->jacobian.middleCols(static_cast<Index>(unknowns.size()) - count, count);
@@ -366,7 +367,8 @@ std::optional<CandidateFitter::Look> CandidateFitter::look_at(const Predictor& p
     // How the effect acts shows as far as the effect itself does.
     signature.growth[at] = candidate.effect.kind->parameters[i].is_shape ? growth : 1;
   }
-  const bool is_proportional = grows_with_size(candidate.effect, change, by_values);
+  const bool is_proportional =
+      for_direction && grows_with_size(candidate.effect, change, by_values);
   return Look{std::move(signature), is_proportional};
 }
 
@@ -376,22 +378,23 @@ void CandidateFitter::add_signatures(const Predictor& predictor, const Candidate
   const auto sizes = sizes_of(*candidate.effect.kind);
   double growth = 0;  // not known yet
   for (const auto& [leading, others] : sizes) {
+    // A signature that only grows with its size is the same direction at every size.
+    const bool for_direction =
+        std::pair(leading, others) == sizes.front() && sizes.back().second == 1;
     added.back() = resolved(at_size(candidate, std::max(1.0, growth) * leading, others));
-    auto look = look_at(predictor, added, std::max(1.0, growth), beside, progress);
+    auto look = look_at(predictor, added, std::max(1.0, growth), for_direction, beside, progress);
     if (look && growth == 0) {
       growth = growth_to_be_seen(look->signature.columns.col(0).norm());
       if (growth > 1) {
         added.back() = resolved(at_size(candidate, growth * leading, others));
-        look = look_at(predictor, added, growth, beside, progress);
+        look = look_at(predictor, added, growth, for_direction, beside, progress);
       }
     }
     if (!look) signatures.failure = "the model with it has no equilibrium for some reading";
     if (!look || !look->signature.columns.allFinite()) continue;
     signatures.all.push_back(std::move(look->signature));
     signatures.starts.push_back(added.back());
-    // A signature that only grows with its size is the same direction at every size.
-    const bool has_one_direction = look->is_proportional && sizes.back().second == 1;
-    if (has_one_direction && std::pair(leading, others) == sizes.front()) break;
+    if (look->is_proportional) break;
   }
 }
 

@@ -147,10 +147,10 @@ class CandidateFitter {
     Signature signature;
     bool is_proportional = false;  // the signature grows with the size of the effect
   };
-  // At the last candidate with its current values, which are `growth` times usual. nullopt if the
-  // model has no equilibrium.
+  // At the last candidate with its current values, which are `growth` times usual; only
+  // `for_direction` is it seen whether it is proportional. nullopt if the model has no equilibrium.
   std::optional<Look> look_at(const Predictor& predictor, const std::vector<Candidate>& added,
-                              double growth, const FittedModel& beside,
+                              double growth, bool for_direction, const FittedModel& beside,
                               common::Progress& progress) const;
   // Adds the signatures of one design, in the place of the last candidate.
   void add_signatures(const Predictor& predictor, const Candidate& candidate,
