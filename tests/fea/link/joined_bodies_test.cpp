@@ -21,6 +21,8 @@ constexpr double length = 0.12, width = 0.012, lower = 0.006, upper = 0.004;
 constexpr double steel = 210e9, aluminium = 70e9;
 const Vector3 top_low(0, 0, lower), top_high(length, width, lower + upper);
 
+const std::string bonded = "joints: [{between: [a, b], bonded: true}]\n";
+
 class JoinedBodies : public testing::Test {
  protected:
   void SetUp() override {
@@ -40,6 +42,13 @@ class JoinedBodies : public testing::Test {
         "bodies:\n  a: {{mesh: {{file: {}, unit: mm}}, material: {{{}}}}}\n"
         "  b: {{mesh: {{file: {}, unit: mm}}, material: {{{}}}}}\n",
         first, of_first, second, of_second);
+  }
+  // One bar of this material, and the same in two bonded halves.
+  static std::string whole(const std::string& material) {
+    return "mesh: {file: whole.stl, unit: mm}\nmaterial: {" + material + "}\n";
+  }
+  static std::string cut_in_two(const std::string& material) {
+    return bodies("lower.stl", "upper.stl", material, material) + bonded;
   }
   static std::string ends(const std::string& coupling) {
     return fmt::format(
@@ -73,7 +82,6 @@ class JoinedBodies : public testing::Test {
 
 const std::string of_steel = "E: 210 GPa, nu: 0, density: 7850 kg/m^3";
 const std::string of_aluminium = "E: 70 GPa, nu: 0, density: 2700 kg/m^3";
-const std::string bonded = "joints: [{between: [a, b], bonded: true}]\n";
 
 // The transformed section: stiffness EA about the common neutral axis, EI about that. Without
 // lateral contraction plane sections stay plane, and the rigid ends change nothing.
@@ -123,10 +131,8 @@ TEST_F(JoinedBodies, ALayerBetweenHalvesIsASpringInSeries) {
 TEST_F(JoinedBodies, OneBodyCutInTwoIsTheSameLink) {
   const std::string material = "E: 70 GPa, nu: 0.33, density: 2700 kg/m^3";
   const std::string rest = ends("rigid") + "elements: {accuracy: 0.5 %}\n";
-  const LinkResult two =
-      identified(bodies("lower.stl", "upper.stl", material, material) + bonded + rest);
-  const LinkResult one =
-      identified("mesh: {file: whole.stl, unit: mm}\nmaterial: {" + material + "}\n" + rest);
+  const LinkResult two = identified(cut_in_two(material) + rest);
+  const LinkResult one = identified(whole(material) + rest);
   EXPECT_TRUE(two.accuracy.converged) << two.accuracy.shortfall;
   const Eigen::MatrixXd off = (two.response.flexibility - one.response.flexibility).cwiseAbs() -
                               two.accuracy.bars.bar - one.accuracy.bars.bar;
@@ -143,9 +149,8 @@ TEST_F(JoinedBodies, AndHasTheSameModes) {
     const LinkSpec link = spec(of + ends("rigid") + "elements: {size: 4}\n");
     return modal_study(link, read_geometry(link, silent), {.modes = 3}, silent);
   };
-  const ModalResult two = modes(bodies("lower.stl", "upper.stl", material, material) + bonded);
-  const ModalResult one =
-      modes("mesh: {file: whole.stl, unit: mm}\nmaterial: {" + material + "}\n");
+  const ModalResult two = modes(cut_in_two(material));
+  const ModalResult one = modes(whole(material));
   for (std::size_t k = 0; k < 3; ++k)
     EXPECT_NEAR(two.modes[k].frequency, one.modes[k].frequency,
                 (two.modes[k].error + one.modes[k].error) * one.modes[k].frequency);
@@ -154,10 +159,8 @@ TEST_F(JoinedBodies, AndHasTheSameModes) {
 TEST_F(JoinedBodies, AndBucklesUnderTheSameForce) {
   const std::string material = "E: 70 GPa, nu: 0.33";
   const std::string rest = ends("rigid") + "elements: {size: 4}\npreload: {force: [-1000, 0, 0]}\n";
-  const LinkResult two =
-      identified(bodies("lower.stl", "upper.stl", material, material) + bonded + rest);
-  const LinkResult one =
-      identified("mesh: {file: whole.stl, unit: mm}\nmaterial: {" + material + "}\n" + rest);
+  const LinkResult two = identified(cut_in_two(material) + rest);
+  const LinkResult one = identified(whole(material) + rest);
   EXPECT_NEAR(two.geometric_stiffness->buckling_free, one.geometric_stiffness->buckling_free,
               5e-3 * one.geometric_stiffness->buckling_free);
   EXPECT_NEAR(two.geometric_stiffness->buckling_held, one.geometric_stiffness->buckling_held,
