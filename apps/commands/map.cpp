@@ -277,8 +277,8 @@ std::string table_of_part(const std::vector<std::size_t>& numbers, const std::st
   io::NumberedTable table{.title = title, .header = {}};
   std::size_t at = 0;
   const auto next = [&] {
-    const std::size_t end = csv.find('\n', at) + 1;
-    return csv.substr(std::exchange(at, end), end - at);
+    const std::size_t start = std::exchange(at, csv.find('\n', at) + 1);
+    return csv.substr(start, at - start);
   };
   table.header = "pose," + next();
   for (const std::size_t number : numbers)
