@@ -7,6 +7,7 @@
 #include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/calibration/regression/instrument_lag.h"
 #include "kinetostat/calibration/regression/reading_offsets.h"
+#include "kinetostat/spatial/decomposition.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -175,7 +176,7 @@ bool tell_lag(const Campaign& campaign, const Noise& noise) {
     return false;
   const Eigen::MatrixXd changes = changes_in_cycles(campaign, noise);
   if (changes.rows() < 3 || changes.cols() < 2) return false;
-  const Eigen::VectorXd sizes = changes.bdcSvd().singularValues();
+  const Eigen::VectorXd sizes = spatial::singular_values(changes);
   return sizes[1] > least_share * sizes[0] &&
          sizes[1] > seen * std::sqrt(static_cast<double>(changes.rows()));
 }
