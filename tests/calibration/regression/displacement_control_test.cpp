@@ -113,9 +113,10 @@ TEST(DisplacementControl, TakesTheForceThatCausesTheDisplacement) {
                                   .predict({}, VectorXd(), false, silent);
   ASSERT_FALSE(by_load.failure) << by_load.failure->reason;
   for (const auto& [column, unit] : {std::pair("dz", 1e3), {"ry", 180 / M_PI}, {"dial", 1e3}}) {
-    const auto k = std::find_if(loaded.components.begin(), loaded.components.end(),
-                                [&](const Component& c) { return c.name == column; }) -
-                   loaded.components.begin();
+    const auto k =
+        std::find_if(loaded.components.begin(), loaded.components.end(),
+                     [column = column](const Component& c) { return c.name == column; }) -
+        loaded.components.begin();
     csv = loads;
     const std::array names = {"dx", "dz", "ry", "dial", "motor"};
     for (std::size_t i = 0; i < 3; ++i) {

@@ -68,7 +68,7 @@ void expect_exact(const Manipulator& m, const Posture& posture, const std::vecto
     for (std::size_t p = 0; p < parameters.size(); ++p) {
       const auto& [springs, e, v] = parameters[p];
       const double value = effects[e].values[v], h = 2e-3 * std::abs(value);
-      const auto pose = [&](double steps) {
+      const auto pose = [&, e = e, v = v](double steps) {
         std::vector<Effect> shifted = effects;
         shifted[e].values[v] = value + steps * h;
         const EffectModel other(m, shifted, tight);

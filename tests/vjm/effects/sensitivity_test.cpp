@@ -27,7 +27,7 @@ void expect_exact(const Manipulator& manipulator, const Posture& posture, const 
   const double h = 1e-4;
   for (std::size_t p = 0; p < parameters.size(); ++p) {
     const auto& [chain, spring] = parameters[p];
-    const auto solve = [&](double factor) {
+    const auto solve = [&, chain = chain, spring = spring](double factor) {
       ChainModifier changed(manipulator.chains()[chain]);
       changed.scale_spring(spring, factor);
       return equilibrium_under_load(manipulator.with_chain(chain, changed.chain()), posture, load)

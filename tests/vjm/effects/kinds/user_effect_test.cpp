@@ -122,7 +122,7 @@ effects:
     for (std::size_t p = 0; p < parameters.size(); ++p) {
       const auto& [springs, e, v] = parameters[p];
       const double h = 1e-3 * robot.effects[e].values[v];
-      const auto z = [&](double steps) {
+      const auto z = [&, e = e, v = v](double steps) {
         std::vector<Effect> shifted = robot.effects;
         shifted[e].values[v] += steps * h;
         return at(shifted, false).observed.position().z();
