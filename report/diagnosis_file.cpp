@@ -20,6 +20,7 @@ using calibration::Diagnosis;
 using calibration::DiagnosisRecord;
 using calibration::DiagnosisStep;
 using calibration::RankedCandidate;
+using calibration::RecordedAnswer;
 using calibration::RecordedCandidate;
 using calibration::RecordedEffect;
 using calibration::RecordedEstimate;
@@ -212,12 +213,24 @@ RecordedEffect effect_of(const Json& json, const Json& fit) {
   return effect;
 }
 
+RecordedAnswer answer_of(const Json& json) {
+  RecordedAnswer answer{.laws = {}, .probability = json.at("probability").get<double>()};
+  for (const Json& law : list_of(json, "laws"))
+    answer.laws.push_back(fmt::format("{} at {}", law.at("effect").get<std::string>(),
+                                      law.at("at").get<std::string>()));
+  return answer;
+}
+
 RecordedFinding finding_of(const Json& json) {
-  return {.effect = effect_of(json, json),
-          .probability = json.at("probability").get<double>(),
-          .false_alarm_chance = json.at("gate_p_value").get<double>(),
-          .instead = json.at("instead").get<std::vector<std::string>>(),
-          .nothing = json.value("decision", Json::object()).value("nothing", 0.0)};
+  const Json decision = json.value("decision", Json::object());
+  RecordedFinding finding{.effect = effect_of(json, json),
+                          .probability = json.at("probability").get<double>(),
+                          .false_alarm_chance = json.at("gate_p_value").get<double>(),
+                          .instead = json.at("instead").get<std::vector<std::string>>(),
+                          .nothing = decision.value("nothing", 0.0)};
+  for (const Json& answer : list_of(decision, "answers"))
+    finding.answers.push_back(answer_of(answer));
+  return finding;
 }
 
 RecordedCandidate candidate_of(const Json& json) {

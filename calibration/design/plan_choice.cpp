@@ -28,9 +28,9 @@ double mistaken(double squared_separation) { return std::exp(-squared_separation
 
 double normal_distribution(double x) { return 0.5 * std::erfc(-x / std::numbers::sqrt2); }
 
-// Chance that readings which separate two models by d' give the true one, now `odds` times as
-// probable as the other, the level of a verdict: log evidence grows by d'^2/2 +- d', and a verdict
-// counts a share of it.
+// Chance that readings which separate the true model by d' from the others, now together 1 / `odds`
+// times as probable, give it the level of a verdict: log evidence grows by d'^2/2 +- d', and a
+// verdict counts a share of it.
 double chance_of_level(double odds, double separation) {
   const DecisionRules rules;
   const double wanted = std::log(rules.level / (1 - rules.level) / odds) / rules.exponent;
@@ -73,8 +73,8 @@ class State {
     for (std::size_t p = 0; p < separations_.size(); ++p) {
       const ModelPair& pair = task_->pairs[p];
       if (pair.weight == 0 && !with_given_up) continue;
-      for (const auto& [truth, other] : {std::pair(pair.a, pair.b), {pair.b, pair.a}})
-        least[truth] = std::min(least[truth], chance(p, truth, other));
+      for (const std::size_t truth : {pair.a, pair.b})
+        least[truth] = std::min(least[truth], chance_of(p, truth));
     }
     for (std::size_t m = 0; m < least.size(); ++m) {
       if (task_->models[m].is_look_alike || !is_paired(m)) continue;
@@ -85,8 +85,8 @@ class State {
   }
   // Of the likelier of the two distinguished from the other, if it is true.
   double chance(std::size_t pair) const {
-    const auto& [a, b, any_size, weight] = task_->pairs[pair];
-    return std::max(chance(pair, a, b), chance(pair, b, a));
+    const ModelPair& models = task_->pairs[pair];
+    return std::max(chance_of(pair, models.a), chance_of(pair, models.b));
   }
   State with(const std::vector<std::size_t>& blocks) const {
     State next = *this;
@@ -104,9 +104,12 @@ class State {
   }
 
  private:
-  double chance(std::size_t pair, std::size_t truth, std::size_t other) const {
-    return chance_of_level(task_->models[truth].weight / task_->models[other].weight,
-                           separation(pair));
+  // As if all others were as near to the truth as the other of the pair.
+  double chance_of(std::size_t pair, std::size_t truth) const {
+    double others = 0;
+    for (std::size_t m = 0; m < task_->models.size(); ++m)
+      if (m != truth && !task_->models[m].is_look_alike) others += task_->models[m].weight;
+    return chance_of_level(task_->models[truth].weight / others, separation(pair));
   }
   bool is_paired(std::size_t model) const {
     return std::any_of(task_->pairs.begin(), task_->pairs.end(), [model](const ModelPair& pair) {

@@ -107,9 +107,11 @@ Batch split(const PlanTask& task, const Prospects& prospects, bool in_own_campai
 /// Chance that the verdict after a batch is one answer, and the true one. Model m, with the weight
 /// w_m that the verdict so far gives it, is distinguished from n when
 ///
-///   log(w_m / w_n) + exponent * g >= log(level / (1 - level)),   g ~ N(d'^2 / 2, d'^2)
+///   log(w_m / (sum of all others)) + exponent * g >= log(level / (1 - level)),
+///   g ~ N(d'^2 / 2, d'^2)
 ///
-/// with the level and the exponent of the verdict (DecisionRules); of its pairs the worst counts.
+/// with the level and the exponent of the verdict (DecisionRules) and the d' of m and n; of its
+/// pairs the worst counts.
 double chance_of_answer(const PlanTask& task, const Batch& batch, const Prospects& prospects);
 
 /// Chance of a wrong name that a batch leaves, over all pairs.

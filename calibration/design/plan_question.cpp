@@ -42,7 +42,8 @@ class Questioner {
                (is(Verdict::inconclusive) && !diagnosis_.ambiguous.empty())) {
       if (!question.present.empty()) question.present.pop_back();  // it is one of the candidates
       for (const std::string& name : diagnosis_.ambiguous)
-        question.open.push_back(open(name, question));
+        question.open.push_back(with_probability_of_answer(open(name, question)));
+      if (!diagnosis_.found.empty()) question.nothing = diagnosis_.found.back().nothing;
       question.perhaps_nothing = question.open.size() == 1;
       if (question.perhaps_nothing && !diagnosis_.found.empty()) {
         // All laws of the answer count, against all that it is not.
@@ -124,6 +125,19 @@ class Questioner {
       for (const RecordedCandidate& entry : *entries)
         if (entry.effect.name() == name && entry.is_fitted) return open_candidate_of(entry);
     return {.candidate = find(name), .log_evidence = {}};
+  }
+
+  // All laws of an answer count for the one that stands for it, whatever the round thought of that
+  // one alone; one that has an answer was fitted then.
+  OpenCandidate with_probability_of_answer(OpenCandidate open) const {
+    for (const RecordedFinding& found : diagnosis_.found)
+      for (const RecordedAnswer& answer : found.answers)
+        if (std::find(answer.laws.begin(), answer.laws.end(), open.candidate.name()) !=
+            answer.laws.end()) {
+          open.probability = answer.probability;
+          open.is_fitted = true;
+        }
+    return open;
   }
 
   // What may be missing all the same, and nothing.

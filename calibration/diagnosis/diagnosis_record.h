@@ -28,12 +28,19 @@ struct RecordedEffect {
   std::string name() const { return effect + " at " + at; }
 };
 
+/// One of the answers that a finding may be, by the names of its laws.
+struct RecordedAnswer {
+  std::vector<std::string> laws;  // "clearance at x.rho"
+  double probability = 0;
+};
+
 /// An effect that was found.
 struct RecordedFinding {
   RecordedEffect effect;
   double probability = 0, false_alarm_chance = 1;
-  std::vector<std::string> instead = {};  // what it may be instead
-  double nothing = 0;                     // probability that nothing is missing, where known
+  std::vector<std::string> instead = {};     // what it may be instead
+  std::vector<RecordedAnswer> answers = {};  // its own among them, where known
+  double nothing = 0;                        // probability that nothing is missing, where known
 };
 
 /// One row of a ranking.

@@ -451,7 +451,7 @@ TEST(Plan, TurnsAJointInQuestionThroughItsRange) {
 }
 
 // The slide, friction or clearance with these probabilities, read with some noise [m].
-Plan between_laws(double noise, double friction, double clearance) {
+Plan between_laws(double noise, double friction, double clearance, double nothing = 0) {
   Laboratory laboratory(slide);
   laboratory.options().translation_noise = noise;
   const Campaign campaign = laboratory.measure(loads_only_up({0, 300, 600, 900, 600, 300}));
@@ -459,6 +459,7 @@ Plan between_laws(double noise, double friction, double clearance) {
       between(laboratory.robot(), {"friction at cell.q", "clearance at cell.q"});
   for (OpenCandidate& open : question.open)
     open.probability = open.candidate.effect.kind->name == "friction" ? friction : clearance;
+  question.nothing = nothing;
   common::Progress silent;
   return plan(laboratory.robot(), campaign, question, {.minutes = 60}, 2, silent);
 }
@@ -513,6 +514,38 @@ TEST(Plan, CountsWhatIsKnownAlready) {
     likelier += known;
   }
   EXPECT_LT(likelier, as_likely);
+}
+
+// A list is one answer when that outweighs all others together, "nothing is missing" among them:
+// one that outweighs the other of the list alone is still to be confirmed.
+TEST(Plan, ConfirmsWhatOutweighsOnlyTheOtherOfTheList) {
+  EXPECT_EQ(between_laws(1e-4, 0.97, 0.02).minutes, 0);
+  EXPECT_GT(between_laws(1e-4, 0.92, 0.02, 0.06).minutes, 0);
+}
+
+// What may be missing is weighed by its answer, and not by what the round thought of one law: there
+// the other may not have been fitted at all.
+TEST(PlanQuestion, WeighsByAnswers) {
+  const Laboratory laboratory(slide);
+  const auto ranked = [](const std::string& effect, bool is_fitted, double probability) {
+    return RecordedCandidate{.effect = {.effect = effect, .at = "cell.q"},
+                             .is_fitted = is_fitted,
+                             .probability = probability};
+  };
+  DiagnosisRecord record{.verdict = Verdict::narrowed_down};
+  record.found = {{.effect = {.effect = "clearance", .at = "cell.q", .values = {2e-5}},
+                   .answers = {{{"clearance at cell.q", "biased_clearance at cell.q"}, 0.55},
+                               {{"friction at cell.q"}, 0.41}},
+                   .nothing = 0.03}};
+  record.ambiguous = {"clearance at cell.q", "friction at cell.q"};
+  record.steps = {{.ranking = {ranked("clearance", true, 0.98), ranked("friction", false, 0)}}};
+  const PlanQuestion question = question_of(laboratory.robot(), record, {});
+  ASSERT_EQ(question.open.size(), 2u);
+  EXPECT_EQ(question.open[0].probability, 0.55);
+  EXPECT_EQ(question.open[1].probability, 0.41);
+  EXPECT_TRUE(question.open[1].is_fitted);
+  EXPECT_EQ(question.nothing, 0.03);
+  EXPECT_TRUE(question.present.empty());
 }
 
 TEST(Plan, IsTheSameForAnyNumberOfThreads) {
