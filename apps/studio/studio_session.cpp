@@ -216,7 +216,7 @@ std::vector<Candidate> StudioSession::starts_of(const Model& before, const Candi
       fitter_->signatures_of(added, before.effects, before.fit, progress);
   const calibration::ResidualSpace space(-before.fit.at.residual, before.fit.at.jacobian);
   const calibration::Screen screen(space, signatures.all);
-  calibration::FitStarts starts(added, space);
+  calibration::FitStarts starts(added, space, fitter_->bare());
   for (std::size_t i = 0; i < signatures.all.size(); ++i)
     starts.add(signatures.starts[i], signatures.all[i],
                screen.score(i, space.residual()).explained);

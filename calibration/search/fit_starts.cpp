@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
+
+#include "kinetostat/calibration/search/usual_values.h"
+#include "kinetostat/spatial/decomposition.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -19,6 +23,100 @@ std::vector<Candidate> other_phases(const Candidate& candidate) {
     }
   return result;
 }
+
+// Of the columns of a signature, the values that they are of.
+std::vector<Eigen::Index> values_of_columns(const Candidate& candidate,
+                                            const vjm::Manipulator& bare) {
+  std::vector<Eigen::Index> result;
+  for (Eigen::Index k = 0; k < candidate.effect.values.size(); ++k)
+    if (k == 0 || usual_values(candidate.effect, k, bare).empty()) result.push_back(k);
+  return result;
+}
+
+// What a signature explains of the residual at the size and the shape that it would need: least
+// squares, with sizes that only grow, and with each value of the shape as far from where it was
+// looked at as its prior allows. A shape acts in proportion to the size, so that b_k = size * z_k
+// with z_k ~ N(0, 1) is found for the size of the step before.
+class Reach {
+ public:
+  Reach(const Candidate& as_it_is, const Signature& signature, const ResidualSpace& space,
+        const vjm::Manipulator& bare)
+      : candidate_(as_it_is), values_(values_of_columns(as_it_is, bare)) {
+    const Eigen::MatrixXd left = space.left_of(signature.columns);
+    gram_ = left.transpose() * left;
+    along_ = left.transpose() * space.residual();
+    for (int step = 0; step < 8; ++step) find_shares();
+  }
+
+  double explained() const { return 2 * shares_.dot(along_) - shares_.dot(penalised() * shares_); }
+
+  Candidate start() const {
+    Candidate start = resized(candidate_, size_);
+    for (Eigen::Index c = 1; c < shares_.size(); ++c) {
+      const Eigen::Index k = value_of(c);
+      const double lower = parameter(c).lower, upper = parameter(c).upper;
+      const double change = shares_[c] / (is_shape(c) ? size_ : 1);
+      double& value = start.effect.values[k];
+      // Not to the end of its range, where laws may have no sense.
+      value = std::clamp(value + change * start.deviations[static_cast<std::size_t>(k)],
+                         lower + 0.2 * (value - lower), upper - 0.2 * (upper - value));
+    }
+    return start;
+  }
+
+ private:
+  Eigen::Index value_of(Eigen::Index column) const {
+    return values_[static_cast<std::size_t>(column)];
+  }
+  const vjm::EffectParameter& parameter(Eigen::Index column) const {
+    return candidate_.effect.kind->parameters[static_cast<std::size_t>(value_of(column))];
+  }
+  bool is_shape(Eigen::Index column) const { return column > 0 && parameter(column).is_shape; }
+  bool only_grows(Eigen::Index column) const {
+    return !is_shape(column) && can_only_grow(parameter(column));
+  }
+
+  Eigen::MatrixXd penalised() const {
+    Eigen::MatrixXd a = gram_;
+    for (Eigen::Index c = 0; c < a.cols(); ++c)
+      if (is_shape(c)) a(c, c) += 1 / (size_ * size_);
+    return a;
+  }
+
+  // Columns that would have to shrink are left out, the worst first, and how an effect acts with
+  // it.
+  void find_shares() {
+    const Eigen::MatrixXd a = penalised();
+    std::vector<Eigen::Index> used;
+    for (Eigen::Index c = 0; c < along_.size(); ++c)
+      if (std::sqrt(gram_(c, c)) > least_visible) used.push_back(c);
+    shares_.setZero(along_.size());
+    while (!used.empty()) {
+      const Eigen::VectorXd some = spatial::solve_symmetric(a(used, used), along_(used)).col(0);
+      std::optional<Eigen::Index> worst;
+      double most = 0;
+      for (std::size_t u = 0; u < used.size(); ++u) {
+        const double beyond =
+            -some[static_cast<Eigen::Index>(u)] * std::sqrt(gram_(used[u], used[u]));
+        if (only_grows(used[u]) && beyond > most) most = beyond, worst = used[u];
+      }
+      if (!worst) {
+        shares_(used) = some;
+        break;
+      }
+      std::erase_if(used,
+                    [&](Eigen::Index c) { return c == *worst || (*worst == 0 && is_shape(c)); });
+    }
+    constexpr double least = 0.002, largest = 20;  // as far as a size is looked for
+    size_ = std::clamp(shares_[0], least, largest);
+  }
+
+  const Candidate& candidate_;
+  std::vector<Eigen::Index> values_;
+  Eigen::MatrixXd gram_;
+  Eigen::VectorXd along_, shares_;
+  double size_ = 1;
+};
 
 // Fits from both would be the same.
 bool are_near(const Candidate& a, const Candidate& b) {
@@ -41,10 +139,18 @@ Candidate resized(Candidate start, double size) {
   return start;
 }
 
-FitStarts::FitStarts(const Candidate& candidate, const ResidualSpace& space)
-    : space_(space), turned_(other_phases(candidate)) {}
+FitStarts::FitStarts(const Candidate& candidate, const ResidualSpace& space,
+                     const vjm::Manipulator& bare)
+    : space_(space), bare_(bare), turned_(other_phases(candidate)) {}
 
 void FitStarts::add(const Candidate& as_it_is, const Signature& signature, double explained) {
+  if (can_only_grow(as_it_is.effect.kind->parameters.front())) {
+    const Reach reach(as_it_is, signature, space_, bare_);
+    promised_ = std::max(promised_, reach.explained());
+    looks_.push_back({reach.explained(), as_it_is, reach.start()});
+  } else {
+    promised_ = std::max(promised_, explained);
+  }
   const Eigen::VectorXd left = space_.left_of(signature.columns.col(0));
   const double length = std::max(1e-300, left.norm());
   const double along = left.dot(space_.residual()) / length;

@@ -17,7 +17,7 @@ Candidate resized(Candidate start, double size);
 /// breakaway forces, corners and phases have several minima. Keeps references.
 class FitStarts {
  public:
-  FitStarts(const Candidate& candidate, const ResidualSpace& space);
+  FitStarts(const Candidate& candidate, const ResidualSpace& space, const vjm::Manipulator& bare);
 
   /// A signature, at which size of the candidate it was looked at, and how much of the squared
   /// residual it explains. Where the candidate has a phase, only the effect itself counts, in its
@@ -28,6 +28,10 @@ class FitStarts {
   void add_other_phases(const CandidateFitter& fitter, const std::vector<Candidate>& present,
                         const BaseFit& fit, common::Progress& progress);
 
+  /// How much of the squared residual a fit should explain, to first order: what the best signature
+  /// does. What can only grow does not explain its opposite, and how it acts is not farther from
+  /// what is usual than the readings are worth.
+  double promised() const { return promised_; }
   /// At most so many, those first whose signatures explain most, at the size that each asks for,
   /// then as they are; none that is near another.
   std::vector<Candidate> best(std::size_t most = most_starts);
@@ -39,8 +43,10 @@ class FitStarts {
   };
 
   const ResidualSpace& space_;
+  const vjm::Manipulator& bare_;
   std::vector<Candidate> turned_;
   std::vector<Look> looks_;
+  double promised_ = 0;
 };
 
 }  // namespace kinetostat::calibration

@@ -289,25 +289,17 @@ void Search::confuse(const Screen& screen, DiagnosisStep& step) const {
                 std::max(step.confusion(a, b), screen.confusion(i, j));
 }
 
-double Search::explained_by(std::size_t candidate, const std::vector<double>& explained) const {
-  double most = 0;
-  for (std::size_t i = 0; i < signatures_.size(); ++i)
-    if (owner_[i].first == candidate) most = std::max(most, explained[i]);
-  return most;
-}
-
-std::vector<Candidate> Search::starts_of(std::size_t candidate,
-                                         const std::vector<Candidate>& present, const BaseFit& fit,
-                                         const std::vector<double>& explained,
-                                         const ResidualSpace& space) const {
-  FitStarts starts(candidates_[candidate], space);
+FitStarts Search::starts_of(std::size_t candidate, const std::vector<Candidate>& present,
+                            const BaseFit& fit, const std::vector<double>& explained,
+                            const ResidualSpace& space) const {
+  FitStarts starts(candidates_[candidate], space, fitter_.bare());
   for (std::size_t i = 0; i < signatures_.size(); ++i)
     if (owner_[i].first == candidate)
       starts.add(candidate_signatures_[candidate].starts[owner_[i].second], signatures_[i],
                  explained[i]);
   common::SilentPart silent(progress_);
   starts.add_other_phases(fitter_, present, fit, silent);
-  return starts.best();
+  return starts;
 }
 
 std::vector<std::vector<Candidate>> Search::masked_pairs(const BaseFit& fit) const {
@@ -355,8 +347,8 @@ void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit&
   const std::vector<std::size_t> order = most_significant(step);
   shared_out("fits", order.size(), [&](std::size_t o) {
     const std::size_t c = order[o];
-    fits[c] = best_fit(present, fit, explained_by(c, explained),
-                       starts_of(c, present, fit, explained, space), step.ranking[c].not_fitted);
+    FitStarts starts = starts_of(c, present, fit, explained, space);
+    fits[c] = best_fit(present, fit, starts.promised(), starts.best(), step.ranking[c].not_fitted);
   });
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kinetostat/calibration/search/diagnosis_options.h"
+#include "kinetostat/calibration/search/fit_starts.h"
 #include "kinetostat/calibration/search/ranking.h"
 #include "kinetostat/calibration/search/signature_table.h"
 
@@ -80,10 +81,9 @@ class Search {
   MaxScoreTest max_score_test_under_noise_of(const BaseFit& fit, const Screen& screen,
                                              const ResidualSpace& space) const;
   double longest_signature(std::size_t candidate) const;
-  double explained_by(std::size_t candidate, const std::vector<double>& explained) const;
-  std::vector<Candidate> starts_of(std::size_t candidate, const std::vector<Candidate>& present,
-                                   const BaseFit& fit, const std::vector<double>& explained,
-                                   const ResidualSpace& space) const;
+  FitStarts starts_of(std::size_t candidate, const std::vector<Candidate>& present,
+                      const BaseFit& fit, const std::vector<double>& explained,
+                      const ResidualSpace& space) const;
   void find_confounded(const BaseFit& without, const BaseFit& best, DiagnosisStep& step) const;
   void confuse(const Screen& screen, DiagnosisStep& step) const;
 
