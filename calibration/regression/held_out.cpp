@@ -104,7 +104,8 @@ HeldOut held_out(const Linearisation& fit, const VectorXd& information, const He
     const VectorXd residual = -fit.residual(group);
     MatrixXd rest = -exponent * part * factor.solve(part.transpose());
     rest.diagonal().array() += 1;  // I - H
-    // A group alone may determine an unknown; nothing is then predicted in that direction.
+    // A group alone may determine an unknown; nothing is then predicted in that direction, as where
+    // the others predict it a hundred times worse than it is read: a frame of two postures.
     const spatial::SymmetricEigen eigen = spatial::symmetric_eigen(0.5 * (rest + rest.transpose()));
     const VectorXd values = eigen.values.cwiseMax(1e-9);
     const VectorXd along = eigen.vectors.transpose() * residual;
@@ -112,7 +113,10 @@ HeldOut held_out(const Linearisation& fit, const VectorXd& information, const He
                                0.5 * values.array().log().sum() +
                                0.5 * static_cast<double>(count) *
                                    std::log(exponent / (2 * std::numbers::pi)));
-    const VectorXd errors = eigen.vectors * along.cwiseQuotient(values);
+    constexpr double predicted = 1e-4;  // variance of the noise, over that of the prediction
+    const VectorXd errors =
+        eigen.vectors *
+        along.cwiseQuotient((values.array() < predicted).select(1, values.array()).matrix());
     for (Index k = 0; k < count; ++k) result.error[group[static_cast<std::size_t>(k)]] = errors[k];
   }
   return result;
