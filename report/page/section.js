@@ -13,6 +13,6 @@ export function section(name, ...about) {
   return { node, add: (spec, view) => charts.append(new Figure(spec, view).node) };
 }
 
-export const headingOf = (result) => `${result.command ?? "result"}: ${result.inputs?.name ?? ""}`;
+export const headingOf = (result) => `${result.command ?? "result"}: ${result.inputs?.name ?? result.link ?? ""}`;
 export const sourceOf = (result) =>
   `Source: ${result.inputs?.robot?.file ?? result.inputs?.name ?? "result"}.`;

@@ -2,7 +2,7 @@
 import { element, list } from "../dom.js";
 import { axis, layout } from "../look.js";
 import { section } from "../section.js";
-import { number } from "../units.js";
+import { number, unitFor } from "../units.js";
 
 export const isFleet = ({ result }) => result.command === "fleet" && Array.isArray(result.series);
 
@@ -25,7 +25,17 @@ function limitLines(limits, last, look) {
   }));
 }
 
+/** Lengths and angles in the unit that the largest of them reads best in. */
+function readable(series) {
+  const kind = { m: "length", rad: "angle" }[series.unit];
+  if (!kind) return { unit: series.unit, factor: 1 };
+  return unitFor(kind, Math.max(...series.values.map((v) => Math.abs(v.value))));
+}
+
 function chart(result, series, k) {
+  const { unit, factor } = readable(series);
+  const scaled = (x) => x / factor;
+  const limits = series.limits && Object.fromEntries(Object.entries(series.limits).map(([name, x]) => [name, scaled(x)]));
   const outside = new Set(series.outside.map((one) => one.member));
   const names = series.values.map((value) => called(result.members[value.member]));
   return {
@@ -37,20 +47,20 @@ function chart(result, series, k) {
       ? "Whiskers: two standard deviations. Dashed: mean ± 2.66 times the mean moving range; filled red: outside."
       : "Whiskers: two standard deviations. Too few values for limits.",
     numbers: () => ({
-      columns: ["robot", `value${series.unit ? ` [${series.unit}]` : ""}`, "standard deviation", "outside"],
-      rows: series.values.map((v, i) => [names[i], v.value, v.deviation, outside.has(v.member) ? "yes" : ""]),
+      columns: ["robot", `value${unit ? ` [${unit}]` : ""}`, "standard deviation", "outside"],
+      rows: series.values.map((v, i) => [names[i], scaled(v.value), v.deviation === null ? null : scaled(v.deviation), outside.has(v.member) ? "yes" : ""]),
     }),
     draw: (look) => ({
       data: [
-        ...limitLines(series.limits, series.values.length - 1, look),
+        ...limitLines(limits, series.values.length - 1, look),
         {
           type: "scatter",
           mode: "lines+markers",
           name: "value",
           x: series.values.map((_, i) => i),
-          y: series.values.map((v) => v.value),
+          y: series.values.map((v) => scaled(v.value)),
           text: names,
-          error_y: { type: "data", array: series.values.map((v) => 2 * (v.deviation ?? 0)), color: look.quiet, thickness: 1 },
+          error_y: { type: "data", array: series.values.map((v) => 2 * scaled(v.deviation ?? 0)), color: look.quiet, thickness: 1 },
           line: { color: look.line },
           marker: {
             color: series.values.map((v) => (outside.has(v.member) ? look.bad : look.nominal)),
@@ -65,7 +75,7 @@ function chart(result, series, k) {
           ticktext: names,
           tickangle: -60,
         }),
-        yaxis: axis(look, series.unit ? `value [${series.unit}]` : "value"),
+        yaxis: axis(look, unit ? `value [${unit}]` : "value"),
       }),
     }),
   };
