@@ -14,7 +14,8 @@ namespace kinetostat::calibration {
 namespace {
 
 constexpr std::size_t most_open = 10;
-constexpr double visible = 4;  // d' from which readings show an effect
+constexpr double visible = 4;       // d' from which readings show an effect
+constexpr double ruled_out = 1e-6;  // probability below which there is nothing to distinguish
 
 // In the words of ranking.h, or in those of a diagnosis that was written before.
 bool says_confounded(const std::string& reason) {
@@ -155,7 +156,8 @@ class Questioner {
     for (const RecordedCandidate& entry : ranking(question)) {
       if (!entry.is_fitted) continue;
       question.in_catalogue += entry.probability;
-      if (question.open.size() < 4) question.open.push_back(open_candidate_of(entry));
+      if (question.open.size() < 4 && entry.probability > ruled_out)
+        question.open.push_back(open_candidate_of(entry));
     }
   }
 

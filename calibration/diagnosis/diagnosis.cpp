@@ -303,11 +303,13 @@ void take_growth(const Search& search, Growth& growth, Diagnosis& d) {
     d.correlated_noise = search.correlated_noise().what(*way);
 }
 
-// Several errors of the geometry and nothing else, which leave more.
+// Several errors of the geometry, and what moves the target as they do, and nothing else, which
+// leave more.
 bool is_geometry_in_part(const Diagnosis& d) {
   return d.or_something_else && d.found.size() > 1 &&
          std::all_of(d.found.begin(), d.found.end(), [](const FoundEffect& one) {
-           return one.candidate.effect.kind->effect_class == vjm::EffectClass::geometry;
+           const vjm::EffectKind& kind = *one.candidate.effect.kind;
+           return kind.moves_like.value_or(kind.effect_class) == vjm::EffectClass::geometry;
          });
 }
 

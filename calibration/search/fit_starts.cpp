@@ -144,17 +144,18 @@ FitStarts::FitStarts(const Candidate& candidate, const ResidualSpace& space,
     : space_(space), bare_(bare), turned_(other_phases(candidate)) {}
 
 void FitStarts::add(const Candidate& as_it_is, const Signature& signature, double explained) {
-  if (can_only_grow(as_it_is.effect.kind->parameters.front())) {
-    const Reach reach(as_it_is, signature, space_, bare_);
-    promised_ = std::max(promised_, reach.explained());
-    looks_.push_back({reach.explained(), as_it_is, reach.start()});
-  } else {
-    promised_ = std::max(promised_, explained);
-  }
   const Eigen::VectorXd left = space_.left_of(signature.columns.col(0));
   const double length = std::max(1e-300, left.norm());
   const double along = left.dot(space_.residual()) / length;
+  double promised = explained;
   if (!turned_.empty()) explained = std::pow(std::max(0.0, along), 2);
+  if (can_only_grow(as_it_is.effect.kind->parameters.front())) {
+    const Reach reach(as_it_is, signature, space_, bare_);
+    promised = reach.explained();
+    explained = std::min(explained, promised);
+    looks_.push_back({promised, as_it_is, reach.start()});
+  }
+  promised_ = std::max(promised_, promised);
   looks_.push_back({explained, as_it_is, resized(as_it_is, along / length)});
 }
 

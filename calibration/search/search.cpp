@@ -375,8 +375,11 @@ BaseFit Search::best_fit(const std::vector<Candidate>& present, const BaseFit& f
       failure = error.what();
     }
   }
-  // An unhappy fit proves nothing against a candidate.
-  if (best.values > 0 && fit.squared_error - best.squared_error < least_kept * promised) {
+  // An unhappy fit proves nothing against a candidate; where little was promised, there is no
+  // other.
+  constexpr double little = 1;
+  if (best.values > 0 && promised > little &&
+      fit.squared_error - best.squared_error < least_kept * promised) {
     best = {};
     failure = "its fits ended in minima that explain far less than its signature does";
   }

@@ -527,18 +527,29 @@ TEST(Plan, ConfirmsWhatOutweighsOnlyTheOtherOfTheList) {
 // the other may not have been fitted at all.
 TEST(PlanQuestion, WeighsByAnswers) {
   const Laboratory laboratory(slide);
-  const auto ranked = [](const std::string& effect, bool is_fitted, double probability) {
-    return RecordedCandidate{.effect = {.effect = effect, .at = "cell.q"},
-                             .is_fitted = is_fitted,
-                             .probability = probability};
+  const auto at_q = [](const std::string& effect) {
+    RecordedEffect result;
+    result.effect = effect;
+    result.at = "cell.q";
+    return result;
   };
-  DiagnosisRecord record{.verdict = Verdict::narrowed_down};
-  record.found = {{.effect = {.effect = "clearance", .at = "cell.q", .values = {2e-5}},
-                   .answers = {{{"clearance at cell.q", "biased_clearance at cell.q"}, 0.55},
-                               {{"friction at cell.q"}, 0.41}},
-                   .nothing = 0.03}};
+  const auto ranked = [&](const std::string& effect, bool is_fitted, double probability) {
+    RecordedCandidate result;
+    result.effect = at_q(effect);
+    result.is_fitted = is_fitted;
+    result.probability = probability;
+    return result;
+  };
+  RecordedFinding found;
+  found.effect = at_q("clearance");
+  found.answers = {{{"clearance at cell.q", "biased_clearance at cell.q"}, 0.55},
+                   {{"friction at cell.q"}, 0.41}};
+  found.nothing = 0.03;
+  DiagnosisRecord record;
+  record.verdict = Verdict::narrowed_down;
+  record.found = {found};
   record.ambiguous = {"clearance at cell.q", "friction at cell.q"};
-  record.steps = {{.ranking = {ranked("clearance", true, 0.98), ranked("friction", false, 0)}}};
+  record.steps = {{{}, {ranked("clearance", true, 0.98), ranked("friction", false, 0)}}};
   const PlanQuestion question = question_of(laboratory.robot(), record, {});
   ASSERT_EQ(question.open.size(), 2u);
   EXPECT_EQ(question.open[0].probability, 0.55);
