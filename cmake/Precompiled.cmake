@@ -8,10 +8,6 @@ find_package(fmt REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(Threads REQUIRED)
 
-# GCC looks for garbage when its memory has grown by a third, which is a seventh of its time: it may keep 1.5 GB first.
-target_compile_options(kinetostat_settings INTERFACE
-  "$<$<CXX_COMPILER_ID:GNU>:SHELL:--param ggc-min-expand=100 --param ggc-min-heapsize=1500000>")
-
 # Text, files, pages, commands, tests.
 add_library(kinetostat_light INTERFACE)
 target_compile_options(kinetostat_light INTERFACE $<$<CONFIG:Release>:-O1>)
@@ -31,6 +27,9 @@ function(kinetostat_precompiled name)
 endfunction()
 
 if(KINETOSTAT_PRECOMPILED_HEADERS)
+  # GCC looks for garbage when its memory has grown by a third, which is a seventh of its time: it may keep 1.5 GB first.
+  target_compile_options(kinetostat_settings INTERFACE
+    "$<$<CXX_COMPILER_ID:GNU>:SHELL:--param ggc-min-expand=100 --param ggc-min-heapsize=1500000>")
   # GCC 12 forgets that std::string is a system header, and warns wrongly about it (its bugs 105329, 105651).
   target_compile_options(kinetostat_settings INTERFACE
     $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow;-Wno-stringop-overread;-Wno-array-bounds>)
