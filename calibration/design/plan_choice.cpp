@@ -433,6 +433,7 @@ Prospects prospects_of(const PlanTask& task, DisplacementKind kind) {
     const auto count =
         static_cast<Index>(task.choices.blocks[b].pattern->steps.size() * task.components.size());
     std::vector<Forecast> rows;
+    rows.reserve(all.size());
     for (const Forecast& f : all) rows.push_back(rows_of(f, first, count));
     const MatrixXd unknowns = common.middleRows(first, count);
     first += count;
