@@ -228,8 +228,9 @@ RecordedFinding finding_of(const Json& json) {
                           .false_alarm_chance = json.at("gate_p_value").get<double>(),
                           .instead = json.at("instead").get<std::vector<std::string>>(),
                           .nothing = decision.value("nothing", 0.0)};
-  for (const Json& answer : list_of(decision, "answers"))
-    finding.answers.push_back(answer_of(answer));
+  if (decision.contains("answers"))
+    for (const Json& answer : list_of(decision, "answers"))
+      finding.answers.push_back(answer_of(answer));
   return finding;
 }
 
