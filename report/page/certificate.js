@@ -31,7 +31,7 @@ export function certificateTable(readings) {
           which,
           model.name,
           errors.length,
-          ...[mean(errors), rms(errors), quantile(sizes, 0.95), sizes.at(-1), noise].map((v) =>
+          ...[seenMean(errors), rms(errors), quantile(sizes, 0.95), sizes.at(-1), noise].map((v) =>
             v === null ? "-" : number(v / factor),
           ),
           unit,
@@ -44,6 +44,9 @@ export function certificateTable(readings) {
     "Accuracy certificate: 95 % of the errors are smaller than the column says",
   );
 }
+
+/** What a frame or an offset that is fitted leaves of a mean is rounding: 0. */
+const seenMean = (errors) => (Math.abs(mean(errors)) < 1e-6 * rms(errors) ? 0 : mean(errors));
 
 /** The readings that a model explains least, each with its line in the file and its expanded uncertainty. */
 export function worstReadings(readings, model, most = 10) {
