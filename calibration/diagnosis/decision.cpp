@@ -14,11 +14,6 @@ std::string class_of(const vjm::EffectKind& kind) {
   return kind.effect_class == vjm::EffectClass::other ? kind.name : to_string(kind.effect_class);
 }
 
-// The class that readings of the platform show.
-vjm::EffectClass shown_class(const vjm::EffectKind& kind) {
-  return kind.moves_like.value_or(kind.effect_class);
-}
-
 // Something that may be so, and its log weight.
 struct Hypothesis {
   std::string family, place;

@@ -60,6 +60,11 @@ struct Decision {
   bool is_none_needed = false;       // "nothing is missing" is the most probable answer of all
 };
 
+/// The class that readings of the platform show.
+inline vjm::EffectClass shown_class(const vjm::EffectKind& kind) {
+  return kind.moves_like.value_or(kind.effect_class);
+}
+
 /// Kinds that a decision counts together: backlash and stiffening are laws of one curve of load
 /// over deflection, else those of a class.
 std::string family_of(const vjm::EffectKind& kind);

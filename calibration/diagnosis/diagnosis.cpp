@@ -12,6 +12,7 @@
 #include "kinetostat/calibration/campaign/replicates.h"
 #include "kinetostat/calibration/comparison/missing_sensor.h"
 #include "kinetostat/calibration/comparison/unit_error.h"
+#include "kinetostat/calibration/diagnosis/decision.h"
 #include "kinetostat/calibration/diagnosis/growth.h"
 #include "kinetostat/calibration/diagnosis/judgement.h"
 #include "kinetostat/calibration/regression/campaign_noise.h"
@@ -308,8 +309,7 @@ void take_growth(const Search& search, Growth& growth, Diagnosis& d) {
 bool is_geometry_in_part(const Diagnosis& d) {
   return d.or_something_else && d.found.size() > 1 &&
          std::all_of(d.found.begin(), d.found.end(), [](const FoundEffect& one) {
-           const vjm::EffectKind& kind = *one.candidate.effect.kind;
-           return kind.moves_like.value_or(kind.effect_class) == vjm::EffectClass::geometry;
+           return shown_class(*one.candidate.effect.kind) == vjm::EffectClass::geometry;
          });
 }
 
