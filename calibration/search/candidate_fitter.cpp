@@ -357,8 +357,8 @@ std::optional<CandidateFitter::Look> CandidateFitter::look_at(const Predictor& p
   // Whitened residuals are predicted minus measured; so a signature is their change.
   const VectorXd change = there->residual - fit.at.residual;
   Signature signature{.columns = change, .growth = Eigen::RowVectorXd::Constant(1, growth)};
-  for (Index k = 1; k < count; ++k) {
-    if (!usual_values(candidate.effect, k, robot_.without_effects()).empty()) continue;
+  for (const Index k : values_of_columns(candidate.effect, robot_.without_effects())) {
+    if (k == 0) continue;
     const auto i = static_cast<std::size_t>(k);
     const Index at = signature.columns.cols();
     signature.columns.conservativeResize(Eigen::NoChange, at + 1);

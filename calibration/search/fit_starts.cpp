@@ -11,6 +11,9 @@
 namespace kinetostat::calibration {
 namespace {
 
+// As many times as it was looked at a size is sought.
+constexpr double least_size = 0.002, largest_size = 20;
+
 // The candidate turned by a quarter, a half and three quarters.
 std::vector<Candidate> other_phases(const Candidate& candidate) {
   const auto& parameters = candidate.effect.kind->parameters;
@@ -24,15 +27,6 @@ std::vector<Candidate> other_phases(const Candidate& candidate) {
   return result;
 }
 
-// Of the columns of a signature, the values that they are of.
-std::vector<Eigen::Index> values_of_columns(const Candidate& candidate,
-                                            const vjm::Manipulator& bare) {
-  std::vector<Eigen::Index> result;
-  for (Eigen::Index k = 0; k < candidate.effect.values.size(); ++k)
-    if (k == 0 || usual_values(candidate.effect, k, bare).empty()) result.push_back(k);
-  return result;
-}
-
 // What a signature explains of the residual at the size and the shape that it would need: least
 // squares, with sizes that only grow, and with each value of the shape as far from where it was
 // looked at as its prior allows. A shape acts in proportion to the size, so that b_k = size * z_k
@@ -41,7 +35,7 @@ class Reach {
  public:
   Reach(const Candidate& as_it_is, const Signature& signature, const ResidualSpace& space,
         const vjm::Manipulator& bare)
-      : candidate_(as_it_is), values_(values_of_columns(as_it_is, bare)) {
+      : candidate_(as_it_is), values_(values_of_columns(as_it_is.effect, bare)) {
     const Eigen::MatrixXd left = space.left_of(signature.columns);
     gram_ = left.transpose() * left;
     along_ = left.transpose() * space.residual();
@@ -107,8 +101,7 @@ class Reach {
       std::erase_if(used,
                     [&](Eigen::Index c) { return c == *worst || (*worst == 0 && is_shape(c)); });
     }
-    constexpr double least = 0.002, largest = 20;  // as far as a size is looked for
-    size_ = std::clamp(shares_[0], least, largest);
+    size_ = std::clamp(shares_[0], least_size, largest_size);
   }
 
   const Candidate& candidate_;
@@ -129,7 +122,7 @@ bool are_near(const Candidate& a, const Candidate& b) {
 Candidate resized(Candidate start, double size) {
   const auto& parameters = start.effect.kind->parameters;
   const bool one_sided = can_only_grow(parameters.front());
-  const double factor = std::clamp(size, one_sided ? 0.002 : -20.0, 20.0);
+  const double factor = std::clamp(size, one_sided ? least_size : -largest_size, largest_size);
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     if (!is_size(*start.effect.kind, k)) continue;
     const vjm::EffectParameter& p = parameters[k];

@@ -393,10 +393,9 @@ namespace {
 std::vector<bool> one_sided_columns(const Candidate& candidate, const vjm::Manipulator& bare) {
   std::vector<bool> result;
   const auto& parameters = candidate.effect.kind->parameters;
-  for (std::size_t k = 0; k < parameters.size(); ++k) {
-    const auto value = static_cast<Index>(k);
-    if (k > 0 && !usual_values(candidate.effect, value, bare).empty()) continue;
-    result.push_back(!parameters[k].is_shape && can_only_grow(parameters[k]));
+  for (const Index value : values_of_columns(candidate.effect, bare)) {
+    const vjm::EffectParameter& p = parameters[static_cast<std::size_t>(value)];
+    result.push_back(!p.is_shape && can_only_grow(p));
   }
   return result;
 }
