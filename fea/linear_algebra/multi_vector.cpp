@@ -68,10 +68,10 @@ void from_multi_vector(const MultiVector& lanes, Eigen::Ref<Eigen::MatrixXd> col
 }
 
 KINETOSTAT_FOR_SEVERAL_PROCESSORS
-void add(double weight, const Lanes* b_lanes, int count, Lanes* a_lanes) {
+void add(double weight, const Lanes* b_lanes, std::ptrdiff_t count, Lanes* a_lanes) {
   const auto* b = reinterpret_cast<const Register*>(b_lanes);
   auto* a = reinterpret_cast<Register*>(a_lanes);
-  for (int i = 0; i < count; ++i) a[i] += weight * b[i];
+  for (std::ptrdiff_t i = 0; i < count; ++i) a[i] += weight * b[i];
 }
 
 MultiVectorProduct::MultiVectorProduct(const BlockMatrix& matrix, common::ThreadPool& pool)

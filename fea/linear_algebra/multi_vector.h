@@ -27,7 +27,7 @@ MultiVector to_multi_vector(const Eigen::Ref<const Eigen::MatrixXd>& columns);
 void from_multi_vector(const MultiVector& lanes, Eigen::Ref<Eigen::MatrixXd> columns);
 
 /// a += weight * b.
-void add(double weight, const Lanes* b, int count, Lanes* a);
+void add(double weight, const Lanes* b, std::ptrdiff_t count, Lanes* a);
 
 /// Products with a symmetric matrix on several threads. Rows are worked on in pieces that depend
 /// on the matrix alone; what a piece adds to rows of later pieces is kept apart and added in the

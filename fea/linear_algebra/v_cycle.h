@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 
 #include "kinetostat/common/progress.h"
 #include "kinetostat/fea/linear_algebra/chebyshev_smoother.h"
@@ -27,20 +28,25 @@ class VCycle {
   template <class Correct>
   void operator()(const MultiVector& r, MultiVector& z, const Correct& correct) {
     product_.for_each_piece([&](int first, int blocks) {
-      std::copy_n(r.begin() + 3 * first, 3 * blocks, residual_.begin() + 3 * first);
-      std::fill_n(z.begin() + 3 * first, 3 * blocks, Lanes{});
+      const std::ptrdiff_t from = lanes(first), count = lanes(blocks);
+      std::copy_n(r.begin() + from, count, residual_.begin() + from);
+      std::fill_n(z.begin() + from, count, Lanes{});
     });
     smoother_.smooth(z, residual_, direction_, work_, true);
     correct(residual_, direction_);
     product_(direction_, work_, [&](int piece) {
-      const int first = product_.first(piece), count = 3 * (product_.end(piece) - first);
-      add(1, direction_.data() + 3 * first, count, z.data() + 3 * first);
-      add(-1, work_.data() + 3 * first, count, residual_.data() + 3 * first);
+      const std::ptrdiff_t from = lanes(product_.first(piece));
+      const std::ptrdiff_t count = lanes(product_.end(piece)) - from;
+      add(1, direction_.data() + from, count, z.data() + from);
+      add(-1, work_.data() + from, count, residual_.data() + from);
     });
     smoother_.smooth(z, residual_, direction_, work_, false);
   }
 
  private:
+  // Of so many blocks of three.
+  static std::ptrdiff_t lanes(int blocks) { return 3 * std::ptrdiff_t{blocks}; }
+
   MultiVectorProduct& product_;
   ChebyshevSmoother smoother_;
   MultiVector residual_, direction_, work_;

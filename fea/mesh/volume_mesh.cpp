@@ -160,6 +160,7 @@ std::vector<BoundaryFace> outside(const FileMesh& file, const std::vector<FileTe
     i = j;
   }
   std::vector<BoundaryFace> faces;
+  faces.reserve(single.size());
   for (const Use& use : single)
     faces.push_back({.nodes = {use.face[0], use.face[1], use.face[2], -1, -1, -1}, .tag = 0});
   return faces;

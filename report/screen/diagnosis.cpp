@@ -108,6 +108,7 @@ std::string size_in_words(const vjm::Robot& robot, const calibration::Campaign& 
   if (shown.empty()) return {};
   if (shown.size() == 1 && shown.front().name == values.front().name) return shown.front().text;
   std::vector<std::string> words;
+  words.reserve(shown.size());
   for (const Value& value : shown) words.push_back(value.name + " " + value.text);
   return listed(words, "and");
 }
