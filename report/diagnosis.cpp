@@ -30,6 +30,8 @@ constexpr std::size_t shown_candidates = 12, most_places = 6;
 std::string named_readings(const calibration::Campaign& campaign, vjm::NamesReadings names,
                            double value) {
   const auto number = static_cast<std::size_t>(value);
+  if (names == vjm::NamesReadings::axes)
+    return number == 1 ? "along axes of the platform" : "along axes of the readings";
   if (names == vjm::NamesReadings::session && number - 1 < campaign.sessions.size())
     return fmt::format("session = {} ('{}')", number, campaign.sessions[number - 1]);
   if (names != vjm::NamesReadings::cycle) return {};

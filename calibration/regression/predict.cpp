@@ -561,6 +561,23 @@ void Predictor::enter(const Run& run, const CaseResult& result, std::size_t inde
     predictions.derivatives[index] = std::move(derivatives);
 }
 
+// Of a rotation vector v its increment w about axes of the platform is read as J(-v)^-1 w.
+PlatformAxes Predictor::platform_axes() const {
+  PlatformAxes axes;
+  const bool is_absolute = campaign_.displacement == DisplacementKind::absolute;
+  if (!is_absolute || !campaign_.reads_platform()) return axes;
+  axes.reserve(campaign_.readings.size());
+  for (std::size_t r = 0; r < campaign_.readings.size(); ++r) {
+    const spatial::Pose seen = campaign_.observation.seen(posture_of(r).platform);
+    const Vector3 turned = nearest_rotation_vector(spatial::log_rotation(seen.rotation()),
+                                                   measured_by(0, campaign_.readings[r]).tail<3>());
+    spatial::Matrix6& of = axes.emplace_back(spatial::Matrix6::Zero());
+    of.topLeftCorner<3, 3>() = seen.rotation();
+    of.bottomRightCorner<3, 3>() = spatial::left_jacobian_inverse(-turned);
+  }
+  return axes;
+}
+
 // What was measured by one sensor, NaN elsewhere.
 Vector6 Predictor::measured_by(std::size_t sensor, const Reading& reading) const {
   Vector6 result = Vector6::Constant(std::numeric_limits<double>::quiet_NaN());
@@ -838,7 +855,7 @@ Predictions Predictor::predict(const Run& run, common::Progress& progress) const
   add_unloaded(run, unloaded, predictions);
   if (on_numbers_) {
     add_lag(campaign_, run.model.effects(), run.parameters, predictions);
-    add_offsets(campaign_, run.model.effects(), run.parameters, predictions);
+    add_offsets(campaign_, platform_axes(), run.model.effects(), run.parameters, predictions);
   }
   return predictions;
 }

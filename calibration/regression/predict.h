@@ -12,6 +12,7 @@
 #include "kinetostat/calibration/campaign/campaign.h"
 #include "kinetostat/calibration/regression/parameter.h"
 #include "kinetostat/calibration/regression/predictions.h"
+#include "kinetostat/calibration/regression/reading_offsets.h"
 #include "kinetostat/common/faults.h"
 #include "kinetostat/common/progress.h"
 #include "kinetostat/vjm/effects/effect_model.h"
@@ -88,6 +89,8 @@ class Predictor {
   const vjm::Posture& posture_of(std::size_t reading) const {
     return (*postures_)[campaign_.readings[reading].configuration].posture;
   }
+  /// In the posture without load.
+  PlatformAxes platform_axes() const;
   /// The same campaign and manipulator with other effects: postures are not sought again.
   Predictor with_effects(std::vector<vjm::Effect> effects) const;
   /// The same on so many threads.

@@ -1,10 +1,12 @@
 #include "kinetostat/calibration/regression/reading_offsets.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 
 #include "kinetostat/calibration/campaign/load_history.h"
 #include "kinetostat/calibration/regression/instrument_lag.h"
+#include "kinetostat/spatial/rotation.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -12,18 +14,6 @@ namespace {
 using Eigen::Index;
 
 constexpr std::size_t fewest = 3;  // readings, and cycles
-
-// What one effect adds to one component.
-void add_offset(const vjm::EffectKind& kind, const Eigen::VectorXd& values, Index axis,
-                std::optional<Index> column, Index component,
-                const std::vector<vjm::ReadingMoment>& moments, Predictions& predictions) {
-  for (std::size_t r = 0; r < moments.size(); ++r) {
-    if (!kind.is_off(moments[r], values)) continue;
-    predictions.displacement[r][component] += values[axis];
-    if (column && !predictions.derivatives.empty() && predictions.derivatives[r].rows() > component)
-      predictions.derivatives[r](component, *column) += 1;
-  }
-}
 
 Index value_that_names(const vjm::EffectKind& kind, vjm::NamesReadings names) {
   for (std::size_t k = 0; k < kind.parameters.size(); ++k)
@@ -59,6 +49,26 @@ std::vector<vjm::Effect> slips(const vjm::Effect& effect, const Campaign& campai
       slip.values[time] = times[k];
     }
   return result;
+}
+
+// Whether the axes of the platform are not the same in all readings in use.
+bool turns(const Campaign& campaign, const PlatformAxes& axes) {
+  constexpr double least = 0.02;  // [rad]
+  std::optional<spatial::Matrix3> first;
+  for (std::size_t r = 0; r < axes.size(); ++r) {
+    if (!is_used(campaign.readings[r])) continue;
+    const spatial::Matrix3 rotation = axes[r].topLeftCorner<3, 3>();
+    if (!first) first = rotation;
+    if (spatial::log_rotation(first->transpose() * rotation).norm() > least) return true;
+  }
+  return false;
+}
+
+// Then as many that turn along with the platform.
+void add_those_that_turn(Index axes, std::vector<vjm::Effect>& all) {
+  const std::size_t count = all.size();
+  all.reserve(2 * count);
+  for (std::size_t i = 0; i < count; ++i) all.emplace_back(all[i]).values[axes] = 1;
 }
 
 std::vector<vjm::Effect> bad_cycles(const vjm::Effect& effect, const Campaign& campaign) {
@@ -97,23 +107,49 @@ std::vector<vjm::ReadingMoment> moments_of(const Campaign& campaign) {
   return moments;
 }
 
-void add_offsets(const Campaign& campaign, const std::vector<vjm::Effect>& effects,
+ReadingOffsets::ReadingOffsets(const Campaign& campaign, const PlatformAxes& axes)
+    : campaign_(campaign), axes_(axes), moments_(moments_of(campaign)) {}
+
+Eigen::Matrix<double, 1, 6> ReadingOffsets::shown(const vjm::Effect& effect, std::size_t reading,
+                                                  Index component) const {
+  if (!may_lag(campaign_, component) || !effect.kind->is_off(moments_[reading], effect.values))
+    return Eigen::Matrix<double, 1, 6>::Zero();
+  const Index axis = campaign_.component(component).axis;
+  if (axes_.empty() || !effect.kind->turns_along(effect.values))
+    return spatial::Vector6::Unit(axis).transpose();
+  if (campaign_.is_of_platform(component)) return axes_[reading].row(axis);
+  return Eigen::Matrix<double, 1, 6>::Zero();
+}
+
+void add_offsets(const Campaign& campaign, const PlatformAxes& axes,
+                 const std::vector<vjm::Effect>& effects,
                  const std::vector<vjm::ModelParameter>& parameters, Predictions& predictions) {
-  const std::vector<vjm::ReadingMoment> moments = moments_of(campaign);
+  const ReadingOffsets offsets(campaign, axes);
   for (std::size_t e = 0; e < effects.size(); ++e) {
     if (!effects[e].kind->offsets_readings) continue;
-    for (Index k = 0; k < campaign.size(); ++k) {
-      const Index axis = campaign.component(k).axis;
-      if (may_lag(campaign, k))
-        add_offset(*effects[e].kind, effects[e].values, axis, column_of(parameters, e, axis), k,
-                   moments, predictions);
-    }
+    std::array<std::optional<Index>, 6> columns;
+    for (std::size_t v = 0; v < columns.size(); ++v)
+      columns[v] = column_of(parameters, e, static_cast<Index>(v));
+    for (std::size_t r = 0; r < campaign.readings.size(); ++r)
+      for (Index k = 0; k < campaign.size(); ++k) {
+        const auto shown = offsets.shown(effects[e], r, k);
+        predictions.displacement[r][k] += shown.dot(effects[e].values.head<6>());
+        if (predictions.derivatives.empty() || predictions.derivatives[r].rows() <= k) continue;
+        for (std::size_t v = 0; v < columns.size(); ++v)
+          if (columns[v])
+            predictions.derivatives[r](k, *columns[v]) += shown[static_cast<Index>(v)];
+      }
   }
 }
 
-std::vector<vjm::Effect> placements(const vjm::Effect& effect, const Campaign& campaign) {
+std::vector<vjm::Effect> placements(const vjm::Effect& effect, const Campaign& campaign,
+                                    const PlatformAxes& axes) {
   const bool is_of_cycles = value_that_names(*effect.kind, vjm::NamesReadings::cycle) >= 0;
-  return is_of_cycles ? bad_cycles(effect, campaign) : slips(effect, campaign);
+  std::vector<vjm::Effect> all =
+      is_of_cycles ? bad_cycles(effect, campaign) : slips(effect, campaign);
+  const Index value = value_that_names(*effect.kind, vjm::NamesReadings::axes);
+  if (value >= 0 && turns(campaign, axes)) add_those_that_turn(value, all);
+  return all;
 }
 
 }  // namespace kinetostat::calibration

@@ -13,15 +13,38 @@ namespace kinetostat::calibration {
 /// cycles_as_run().
 std::vector<vjm::ReadingMoment> moments_of(const Campaign& campaign);
 
-/// Adds to predictions what effects are off that offset readings (EffectKind::offsets_readings),
-/// with derivatives by `parameters` where the predictions have them; in the components that may lag
-/// (instrument_lag.h).
-void add_offsets(const Campaign& campaign, const std::vector<vjm::Effect>& effects,
+/// [translation; rotation increment] of the platform in its own axes to what is read of it, one a
+/// reading; empty where differences are read.
+using PlatformAxes = std::vector<spatial::Matrix6>;
+
+/// What readings show of effects that offset them (EffectKind::offsets_readings), in the components
+/// that may lag (instrument_lag.h).
+class ReadingOffsets {
+ public:
+  /// Keeps references to both.
+  ReadingOffsets(const Campaign& campaign, const PlatformAxes& axes);
+  /// What a component shows of each of the first six values of an effect: zero where it is not off.
+  Eigen::Matrix<double, 1, 6> shown(const vjm::Effect& effect, std::size_t reading,
+                                    Eigen::Index component) const;
+
+ private:
+  const Campaign& campaign_;
+  const PlatformAxes& axes_;
+  std::vector<vjm::ReadingMoment> moments_;
+};
+
+/// Adds to predictions what they are off, with derivatives by `parameters` where the predictions
+/// have them.
+void add_offsets(const Campaign& campaign, const PlatformAxes& axes,
+                 const std::vector<vjm::Effect>& effects,
                  const std::vector<vjm::ModelParameter>& parameters, Predictions& predictions);
 
 /// The effect at all readings that it may name, in the order of time: from a reading of a session
 /// on whose readings all have a time, with three at least before and after; each of three or more
-/// load cycles with three readings or more. Only readings in use count. Empty where there are none.
-std::vector<vjm::Effect> placements(const vjm::Effect& effect, const Campaign& campaign);
+/// load cycles with three readings or more. Only readings in use count. What may turn along with
+/// the platform does so in as many more where the platform turns by 0.02 rad at least. Empty where
+/// there are none.
+std::vector<vjm::Effect> placements(const vjm::Effect& effect, const Campaign& campaign,
+                                    const PlatformAxes& axes);
 
 }  // namespace kinetostat::calibration

@@ -415,7 +415,8 @@ CandidateFitter::Signatures CandidateFitter::computed_signatures(const Candidate
                                                                  common::Progress& progress) const {
   Signatures signatures;
   if (candidate.effect.kind->offsets_readings) {
-    if (auto placed = best_placement(candidate, campaign_, noise_, beside.fit())) {
+    if (auto placed = best_placement(candidate, campaign_, predictor_.platform_axes(), noise_,
+                                     beside.fit())) {
       const Index count = placed->columns.cols();
       signatures.all.push_back(
           {.columns = std::move(placed->columns), .growth = Eigen::RowVectorXd::Ones(count)});

@@ -3,8 +3,6 @@
 #include <algorithm>
 
 #include "kinetostat/calibration/campaign/datum.h"
-#include "kinetostat/calibration/regression/instrument_lag.h"
-#include "kinetostat/calibration/regression/reading_offsets.h"
 
 namespace kinetostat::calibration {
 namespace {
@@ -18,26 +16,23 @@ constexpr Index axes_of_readings = 6;
 // Signatures of offsets of some readings, and what they explain beside a fit.
 class OffsetSignatures {
  public:
-  OffsetSignatures(const Candidate& candidate, const Campaign& campaign, const Noise& noise,
-                   const BaseFit& fit)
+  OffsetSignatures(const Candidate& candidate, const Campaign& campaign, const PlatformAxes& axes,
+                   const Noise& noise, const BaseFit& fit)
       : values_(values_in_use(campaign)),
-        moments_(moments_of(campaign)),
+        offsets_(campaign, axes),
+        noise_(noise),
         shared_(noise, values_),
         space_(-fit.at.residual, fit.at.jacobian),
-        of_all_(MatrixXd::Zero(static_cast<Index>(values_.size()), axes_of_readings)) {
-    for (std::size_t v = 0; v < values_.size(); ++v)
-      if (may_lag(campaign, values_[v].component)) {
-        const Index axis = campaign.component(values_[v].component).axis;
-        of_all_(static_cast<Index>(v), axis) = candidate.deviations[static_cast<std::size_t>(axis)];
-      }
-    whiten_singly(noise, values_, of_all_);
-  }
+        deviations_(Eigen::Map<const Eigen::Matrix<double, 1, axes_of_readings>>(
+            candidate.deviations.data())) {}
 
   MatrixXd columns(const vjm::Effect& effect) const {
-    MatrixXd result = MatrixXd::Zero(of_all_.rows(), axes_of_readings);
+    MatrixXd result(static_cast<Index>(values_.size()), axes_of_readings);
     for (std::size_t v = 0; v < values_.size(); ++v)
-      if (effect.kind->is_off(moments_[values_[v].reading], effect.values))
-        result.row(static_cast<Index>(v)) = of_all_.row(static_cast<Index>(v));
+      result.row(static_cast<Index>(v)) =
+          offsets_.shown(effect, values_[v].reading, values_[v].component)
+              .cwiseProduct(deviations_);
+    whiten_singly(noise_, values_, result);
     shared_.whiten(result);
     return result;
   }
@@ -49,10 +44,11 @@ class OffsetSignatures {
 
  private:
   std::vector<Value> values_;
-  std::vector<vjm::ReadingMoment> moments_;
+  ReadingOffsets offsets_;
+  const Noise& noise_;
   SharedNoise shared_;
   ResidualSpace space_;
-  MatrixXd of_all_;  // each reading whitened by itself
+  Eigen::Matrix<double, 1, axes_of_readings> deviations_;
 };
 
 // The number of the one that explains most, of every so many between two.
@@ -71,10 +67,11 @@ std::size_t best_among(const OffsetSignatures& offsets, const std::vector<vjm::E
 }  // namespace
 
 std::optional<Placement> best_placement(const Candidate& candidate, const Campaign& campaign,
-                                        const Noise& noise, const BaseFit& fit) {
-  const std::vector<vjm::Effect> all = placements(candidate.effect, campaign);
+                                        const PlatformAxes& axes, const Noise& noise,
+                                        const BaseFit& fit) {
+  const std::vector<vjm::Effect> all = placements(candidate.effect, campaign, axes);
   if (all.empty()) return std::nullopt;
-  const OffsetSignatures offsets(candidate, campaign, noise, fit);
+  const OffsetSignatures offsets(candidate, campaign, axes, noise, fit);
   const std::size_t stride = (all.size() + most_placements - 1) / most_placements;
   std::size_t best = best_among(offsets, all, 0, all.size(), stride);
   if (stride > 1)

@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "kinetostat/calibration/regression/reading_offsets.h"
 #include "kinetostat/calibration/search/candidate.h"
 
 namespace kinetostat::calibration {
@@ -17,6 +18,7 @@ struct Placement {
 /// (reading_offsets.h); of more than 400 every so many first, then those between. nullopt where
 /// there are none.
 std::optional<Placement> best_placement(const Candidate& candidate, const Campaign& campaign,
-                                        const Noise& noise, const BaseFit& fit);
+                                        const PlatformAxes& axes, const Noise& noise,
+                                        const BaseFit& fit);
 
 }  // namespace kinetostat::calibration

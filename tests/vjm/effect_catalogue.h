@@ -92,7 +92,7 @@ inline Bench parallel_bench() {
            make("target_lever_arm", "sensor", {0.03, -0.02, 0.05}),
            make("session_drift", "sensor", {3e-9, -2e-9, 1e-9, 4e-9, 2e-9, -1e-9, 0.7}),
            make("gauge_play", "sensor", {3e-6, 2e-6, 4e-6, 1e-5, 2e-5, 1e-5}),
-           make("target_slip", "sensor", {2e-6, -1e-6, 3e-6, 1e-5, -2e-5, 1e-5, 1, 2000}),
+           make("target_slip", "sensor", {2e-6, -1e-6, 3e-6, 1e-5, -2e-5, 1e-5, 1, 2000, 1}),
            make("cycle_offset", "sensor", {2e-6, -1e-6, 3e-6, 1e-5, -2e-5, 1e-5, 3})}};
 }
 
@@ -142,7 +142,7 @@ inline Bench arm_bench() {
            make("target_lever_arm", "sensor", {0.03, -0.02, 0.05}),
            make("session_drift", "sensor", {3e-8, -2e-8, 1e-8, 4e-8, 2e-8, -1e-8, 0.7}),
            make("gauge_play", "sensor", {5e-5, 8e-5, 6e-5, 5e-5, 4e-5, 5e-5}),
-           make("target_slip", "sensor", {5e-5, -8e-5, 6e-5, 5e-5, 4e-5, -5e-5, 1, 1500}),
+           make("target_slip", "sensor", {5e-5, -8e-5, 6e-5, 5e-5, 4e-5, -5e-5, 1, 1500, 0}),
            make("cycle_offset", "sensor", {5e-5, -8e-5, 6e-5, 5e-5, 4e-5, -5e-5, 5})}};
 }
 

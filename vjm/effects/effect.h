@@ -65,8 +65,8 @@ enum class PriorUnit {
 };
 
 /// What a value says of the readings that an effect is of: a search takes those that a campaign
-/// has.
-enum class NamesReadings { no, session, time, cycle };
+/// has. `axes`: 1 where what they are off turns along with the platform, else 0.
+enum class NamesReadings { no, session, time, cycle, axes };
 
 /// Which reading of a campaign: session and cycle, counted from 1 (0: of no cycle), and the time
 /// since the first reading of the session [s].
@@ -270,6 +270,8 @@ class EffectKind {
   virtual Lag lag(double moved, double state, double value) const;
   /// Where offsets_readings.
   virtual bool is_off(const ReadingMoment& reading, const Eigen::VectorXd& values) const;
+  /// Whether its first six values are along axes of the platform; else along those of the readings.
+  virtual bool turns_along(const Eigen::VectorXd& values) const;
   /// Carries the history over an equilibrium. Required where history > 0.
   virtual HistoryStep advance(const ChainState& state, const std::string& element,
                               const EffectInput& input) const;

@@ -1,4 +1,6 @@
 // A target that slips once, and a cycle whose zero was taken wrong: found, and which readings.
+#include <cmath>
+
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -81,6 +83,37 @@ TEST_P(OffsetReadings, AreThoseAfterATargetHasSlipped) {
   EXPECT_LT(slip->deviations[0], 2e-6);
   EXPECT_THAT(report::headline(bench.robot(), campaign, d),
               testing::ContainsRegex("from reading 'r[45].' of session 'pm' on"));
+}
+
+// Read in poses that turn, a target in its own axes, an instrument in the axes of the readings.
+TEST_P(OffsetReadings, OfATargetTurnWithItAndOfAnInstrumentDoNot) {
+  for (const bool turns : {true, false}) {
+    Bench bench(GetParam());
+    bench.options().displacement = DisplacementKind::absolute;
+    std::string csv = "id,session,time,q1,q2\n";
+    for (int r = 0; r < 60; ++r)
+      csv += fmt::format("r{},am,{},{},{}\n", r, 60 * r, 1.5 * std::sin(0.9 * r),
+                         1 + std::cos(1.3 * r));
+    Campaign campaign = bench.measure(csv);
+    for (std::size_t r = 35; r < 60; ++r) {
+      const double x = static_cast<double>(r);
+      const double angle = turns ? 1.5 * std::sin(0.9 * x) + 1 + std::cos(1.3 * x) : 0;
+      campaign.readings[r].displacement[0] += 15e-6 * std::cos(angle) + 9e-6 * std::sin(angle);
+      campaign.readings[r].displacement[1] += 15e-6 * std::sin(angle) - 9e-6 * std::cos(angle);
+    }
+    const Diagnosis d = bench.diagnose(campaign, {});
+    EXPECT_EQ(d.verdict, Verdict::identified) << said(d);
+    const FoundEffect* slip = found(d, "target_slip");
+    ASSERT_NE(slip, nullptr) << said(d);
+    EXPECT_EQ(d.found.size(), 1u);
+    const Eigen::VectorXd& values = slip->candidate.effect.values;
+    EXPECT_NEAR(values[7], 60 * 35, 61);
+    EXPECT_EQ(values[8], turns ? 1 : 0);
+    EXPECT_NEAR(values[0], 15e-6, 4 * slip->deviations[0]);
+    EXPECT_NEAR(values[1], -9e-6, 4 * slip->deviations[1]);
+    EXPECT_THAT(report::text(bench.robot(), campaign, d),
+                testing::HasSubstr(turns ? "along axes of the platform" : "axes of the readings"));
+  }
 }
 
 TEST_P(OffsetReadings, AreThoseOfOneCycle) {

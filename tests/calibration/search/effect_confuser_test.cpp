@@ -109,7 +109,7 @@ class Signatures {
   std::vector<vjm::Effect> somewhere(const vjm::Effect& effect) const {
     if (!effect.kind->offsets_readings) return {effect};
     std::vector<vjm::Effect> some;
-    const std::vector<vjm::Effect> all = placements(effect, campaign_);
+    const std::vector<vjm::Effect> all = placements(effect, campaign_, {});
     const std::size_t every = 1 + all.size() / 6;
     for (std::size_t i = every / 2; i < all.size(); i += every) some.push_back(all[i]);
     return some;
