@@ -30,7 +30,7 @@ inline bool displaces_without_load(const std::string& kind) {
   static const std::set<std::string> kinds = {
       "geometric_error",  "thermal_expansion", "eccentricity",        "preload",
       "self_weight",      "payload",           "gravity_compensator", "sensor_frame",
-      "target_lever_arm", "session_drift"};
+      "target_lever_arm", "session_drift",     "transmission_ratio"};
   return kinds.contains(kind);
 }
 
@@ -63,6 +63,7 @@ inline Bench parallel_bench() {
            make("geometric_error", "y.foot", {1e-4, -2e-4, 1.5e-4, 4e-4, -3e-4, 2e-4}),
            make("thermal_expansion", "leg", {2.3e-5, 21}),
            make("eccentricity", "rho", {4e-6, -3e-6, 600}),
+           make("transmission_ratio", "y.rho", {4e-5}),
            make("creep", "x.rho", {5e-9, 300}),
            make("hardening", "y.rho", {5e19}),
            make("load_hardening", "y.rho", {1e-12}),

@@ -60,6 +60,7 @@ const EffectKinds& effect_kinds() {
                                     effects::geometric_error(),
                                     effects::thermal_expansion(),
                                     effects::eccentricity(),
+                                    effects::transmission_ratio(),
                                     effects::joint_coupling(),
                                     effects::creep(),
                                     effects::hardening(),

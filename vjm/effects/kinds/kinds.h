@@ -15,6 +15,7 @@ Kind platform_compliance();
 Kind geometric_error();
 Kind thermal_expansion();
 Kind eccentricity();
+Kind transmission_ratio();
 Kind joint_coupling();
 Kind creep();
 Kind hardening();
