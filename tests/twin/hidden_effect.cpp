@@ -245,9 +245,10 @@ void apply_to_structure(const HiddenEffect& effect, const RobotSpec& robot, cons
       coupling.law = gear_loss_law(coupling.law, effect.size, deflection / 25);
     if (effect.name == "rippling_stiffness")
       coupling.law = linear_law(k * (1 + effect.size * periodic(effect.form, joint.command)));
-    // The free length of a screw adds to a compliance.
+    // The free length of a screw adds to a compliance: its bearing is half a metre before home.
     if (effect.name == "screw_stiffness")
-      coupling.law = linear_law(k / (1 + effect.size * joint.command));
+      coupling.law =
+          linear_law(k / (1 + effect.size * (0.5 + travel_of(robot, posture, effect.at, false))));
     if (effect.name == "preload") coupling.rest[coupling.axis] += effect.size / k;
     if (effect.name == "eccentricity")
       coupling.rest[coupling.axis] += effect.size * periodic(effect.form, joint.command);
