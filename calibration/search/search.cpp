@@ -426,16 +426,20 @@ double left_beside(const MatrixXd& columns, const std::vector<bool>& one_sided,
 }  // namespace
 
 // Candidates without a fit that do what the best does just as well, as far as their signatures
-// tell.
+// tell: they look like it, and explain half as much at least.
 void Search::find_confounded(const BaseFit& without, const BaseFit& best,
                              DiagnosisStep& step) const {
-  const ResidualSpace space(VectorXd::Zero(without.at.residual.size()), without.at.jacobian);
+  const ResidualSpace space(-without.at.residual, without.at.jacobian);
   const VectorXd signature = space.left_of(best.at.residual - without.at.residual);
+  const double explained = without.squared_error - best.squared_error;
   for (std::size_t i = 0; i < signatures_.size(); ++i) {
     RankedCandidate& ranked = step.ranking[owner_[i].first];
     if (ranked.fit || ranked.not_fitted.empty()) continue;
-    const double left = left_beside(space.left_of(signatures_[i].columns),
-                                    one_sided_columns(ranked.candidate, fitter_.bare()), signature);
+    const MatrixXd columns = space.left_of(signatures_[i].columns);
+    const MatrixXd span = span_of(columns, least_visible);
+    if ((span.transpose() * space.residual()).squaredNorm() < explained / 2) continue;
+    const double left =
+        left_beside(columns, one_sided_columns(ranked.candidate, fitter_.bare()), signature);
     ranked.confounded |= left < discriminable_from;
   }
 }
