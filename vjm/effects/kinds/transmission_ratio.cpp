@@ -43,11 +43,6 @@ class TransmissionRatio : public EffectKind {
     const double command = state.x[k] - state.travel[k];
     columns.add_transmission_error(0, k, command - home_of(state.chain, k));
   }
-
- private:
-  static double home_of(const Chain& chain, Eigen::Index coordinate) {
-    return chain.coordinates()[static_cast<std::size_t>(coordinate)].home;
-  }
 };
 
 }  // namespace
