@@ -205,7 +205,39 @@ void Predictor::refuse_blind_levels(common::Faults& faults) const {
 
 namespace {
 
+// Of each session in which all readings have a time and a temperature: those, in the order of time.
+std::map<std::size_t, vjm::TemperaturePast> temperatures_of(const Campaign& campaign) {
+  std::map<std::size_t, std::vector<vjm::TemperatureAt>> records;
+  std::set<std::size_t> unknown;
+  for (const Reading& r : campaign.readings) {
+    if (!r.time || !r.temperature) unknown.insert(r.session);
+    records[r.session].push_back({r.time.value_or(0), r.temperature.value_or(0)});
+  }
+  std::map<std::size_t, vjm::TemperaturePast> result;
+  for (auto& [session, record] : records) {
+    if (unknown.contains(session)) continue;
+    std::stable_sort(record.begin(), record.end(),
+                     [](const auto& a, const auto& b) { return a.time < b.time; });
+    result[session].of_session =
+        std::make_shared<const std::vector<vjm::TemperatureAt>>(std::move(record));
+  }
+  return result;
+}
+
+// Up to a time.
+vjm::TemperaturePast past_of(const std::map<std::size_t, vjm::TemperaturePast>& temperatures,
+                             const Reading& reading) {
+  const auto found = temperatures.find(reading.session);
+  if (found == temperatures.end()) return {};
+  vjm::TemperaturePast past = found->second;
+  const auto end = std::upper_bound(past.of_session->begin(), past.of_session->end(), *reading.time,
+                                    [](double time, const auto& at) { return time < at.time; });
+  past.count = static_cast<std::size_t>(end - past.of_session->begin());
+  return past;
+}
+
 std::vector<vjm::Conditions> conditions_of(const Campaign& campaign) {
+  const std::map<std::size_t, vjm::TemperaturePast> temperatures = temperatures_of(campaign);
   std::map<std::size_t, double> start;  // of sessions
   for (const Reading& r : campaign.readings)
     if (r.time) {
@@ -217,6 +249,7 @@ std::vector<vjm::Conditions> conditions_of(const Campaign& campaign) {
     const Reading& r = campaign.readings[i];
     result.push_back({.time = r.time ? *r.time - start[r.session] : 0,
                       .temperature = r.temperature,
+                      .past = past_of(temperatures, r),
                       .session = campaign.sessions[r.session],
                       .setting = r.setting});
     for (const Covariate& c : campaign.covariates) {

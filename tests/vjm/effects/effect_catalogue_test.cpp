@@ -24,6 +24,7 @@ struct Step {
 // A load path: time goes on, the temperature wanders, the load does as it likes.
 std::vector<Step> random_path(const Bench& bench, Random& random, int length) {
   std::vector<Step> path;
+  const auto temperatures = std::make_shared<std::vector<TemperatureAt>>();
   double time = 0;
   for (int k = 0; k < length; ++k) {
     const double elapsed = k == 0 ? 0 : random.uniform(20, 200);
@@ -36,6 +37,8 @@ std::vector<Step> random_path(const Bench& bench, Random& random, int length) {
     step.conditions.elapsed = elapsed;
     step.conditions.unloaded = k == 0;
     step.conditions.temperature = random.uniform(15, 35);
+    temperatures->push_back({step.conditions.time, *step.conditions.temperature});
+    step.conditions.past = {temperatures, temperatures->size()};
     path.push_back(step);
   }
   return path;

@@ -37,6 +37,23 @@ EffectParameter order_of_ripple() {
           .usual_angular = {1, 2}};
 }
 
+EffectParameter lag_of_temperature() {
+  return {.name = "lag",
+          .linear = spatial::dimension::time,
+          .angular = spatial::dimension::time,
+          .lower = 0,
+          .upper = 1e6,
+          .prior_sd = 1800,
+          .required = false,
+          .is_shape = true};
+}
+
+Warming warming(const Conditions& conditions, double reference, double lag) {
+  if (!conditions.temperature) return {};
+  const TemperatureLag lagged = temperature_lag(conditions.past, lag);
+  return {*conditions.temperature + lagged.behind - reference, lagged.by_lag};
+}
+
 double home_of(const Chain& chain, Index coordinate) {
   return chain.coordinates()[static_cast<std::size_t>(coordinate)].home;
 }

@@ -60,6 +60,15 @@ EffectParameter optional_parameter(std::string name, const spatial::Dimension& d
 /// once a turn of a screw with a lead of 5, 10 or 20 mm.
 EffectParameter order_of_ripple();
 
+/// `lag` [s] of a part behind the temperature that is read (temperature_lag).
+EffectParameter lag_of_temperature();
+/// How far such a part is above the reference, and how that changes with its lag; 0 where no
+/// temperature is read.
+struct Warming {
+  double above = 0, by_lag = 0;
+};
+Warming warming(const Conditions& conditions, double reference, double lag);
+
 /// Where a coordinate is at home [m or rad].
 double home_of(const Chain& chain, Eigen::Index coordinate);
 /// The spring of a joint. Throws std::invalid_argument when the joint has none.

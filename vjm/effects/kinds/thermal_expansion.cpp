@@ -10,7 +10,7 @@ namespace kinetostat::vjm::effects {
 namespace thermal_expansion_kind {
 namespace {
 
-enum Value { alpha, reference };
+enum Value { alpha, reference, lag_time };
 
 // Where the rigid parts of an element end, and the way along each [m], in the axes there.
 struct Part {
@@ -36,18 +36,16 @@ std::vector<Part> parts_of(const Chain& chain, const std::string& element) {
   return parts;
 }
 
-double warming(const EffectInput& input) {
-  const auto& temperature = input.conditions.temperature;
-  return temperature ? *temperature - input.values[reference] : 0;
-}
-
 class ThermalExpansion : public EffectKind {
  public:
   ThermalExpansion() {
     name = "thermal_expansion";
     effect_class = EffectClass::temperature;
     summary = "the part that leads to a joint, or a link, grows with the temperature";
-    law = "its length vector times 1 + alpha (T - reference), T the temperature of the reading";
+    law =
+        "its length vector times 1 + alpha (T' - reference), lag dT'/dt + T' = T for the "
+        "temperature "
+        "T of the readings";
     source = "linear expansion; ISO 230-3, thermal effects on machine tools";
     signature =
         "an offset in proportion to the temperature, along the link; the load plays no part";
@@ -65,30 +63,36 @@ class ThermalExpansion : public EffectKind {
                    .prior_sd = 5,
                    .none = 20,
                    .required = false,
-                   .is_shape = true}};
+                   .is_shape = true},
+                  lag_of_temperature()};
     parameters[alpha].required = true;
   }
 
   void act(ChainModifier& modifier, const std::string& element,
            const EffectInput& input) const override {
-    const std::vector<Part> parts = parts_of(modifier.chain(), element);
-    for (const Part& part : parts)
+    const Warming warm = warming_of(input);
+    for (const Part& part : parts_of(modifier.chain(), element))
       modifier.add_displacement(part.element, true,
-                                translation(input.values[alpha] * warming(input) * part.length));
+                                translation(input.values[alpha] * warm.above * part.length));
   }
 
   void differentiate(ChainColumns& columns, const std::string& element,
                      const EffectInput& input) const override {
+    const Warming warm = warming_of(input);
     for (const Part& part : parts_of(columns.state().chain, element)) {
-      columns.add_displacement(alpha, part.element, true,
-                               translation(warming(input) * part.length));
-      if (input.conditions.temperature)
-        columns.add_displacement(reference, part.element, true,
-                                 translation(-input.values[alpha] * part.length));
+      columns.add_displacement(alpha, part.element, true, translation(warm.above * part.length));
+      if (!input.conditions.temperature) continue;
+      columns.add_displacement(reference, part.element, true,
+                               translation(-input.values[alpha] * part.length));
+      columns.add_displacement(lag_time, part.element, true,
+                               translation(input.values[alpha] * warm.by_lag * part.length));
     }
   }
 
  private:
+  static Warming warming_of(const EffectInput& input) {
+    return warming(input.conditions, input.values[reference], input.values[lag_time]);
+  }
   static spatial::Vector6 translation(const spatial::Vector3& v) {
     spatial::Vector6 displacement = spatial::Vector6::Zero();
     displacement.head<3>() = v;

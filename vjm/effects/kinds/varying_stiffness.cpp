@@ -139,7 +139,9 @@ class ThermalSoftening : public EffectKind {
     acts_on_joint_alone = true;
     varies = true;
     summary = "a joint whose stiffness falls with its temperature";
-    law = "k(T) = k exp(-rate (T - reference))";
+    law =
+        "k(T') = k exp(-rate (T' - reference)), lag dT'/dt + T' = T for the temperature T of the "
+        "readings";
     source =
         "temperature dependence of elastic moduli: ISO 6721-1; Wachtman et al., Exponential "
         "temperature dependence of Young's modulus, Phys. Rev. 122 (1961) 1754";
@@ -159,13 +161,14 @@ class ThermalSoftening : public EffectKind {
                    .prior_sd = 5,
                    .none = 20,
                    .required = false,
-                   .is_shape = true}};
+                   .is_shape = true},
+                  lag_of_temperature()};
   }
 
   void act(ChainModifier& modifier, const std::string& joint,
            const EffectInput& input) const override {
     const std::string spring = spring_of_joint(modifier.chain(), joint).name;
-    modifier.scale_spring(spring, std::exp(-input.values[rate] * warming(input)));
+    modifier.scale_spring(spring, std::exp(-input.values[rate] * warming_of(input).above));
   }
 
   // d(1/k) of the part of the compliance that is scaled.
@@ -174,16 +177,18 @@ class ThermalSoftening : public EffectKind {
     if (!input.conditions.temperature) return;
     const Spring& spring = spring_of_joint(columns.state().chain, joint);
     const double scaled = 1 / spring.stiffness(0, 0) - spring.series;
-    add_series_compliance(columns, rate, spring.first, warming(input) * scaled);
+    const Warming warm = warming_of(input);
+    add_series_compliance(columns, rate, spring.first, warm.above * scaled);
     add_series_compliance(columns, reference, spring.first, -input.values[rate] * scaled);
+    add_series_compliance(columns, lag_time, spring.first,
+                          input.values[rate] * warm.by_lag * scaled);
   }
 
  private:
-  enum Value { rate, reference };
+  enum Value { rate, reference, lag_time };
 
-  static double warming(const EffectInput& input) {
-    const auto& temperature = input.conditions.temperature;
-    return temperature ? *temperature - input.values[reference] : 0;
+  static Warming warming_of(const EffectInput& input) {
+    return warming(input.conditions, input.values[reference], input.values[lag_time]);
   }
 };
 
