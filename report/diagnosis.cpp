@@ -59,7 +59,9 @@ std::string values_text(const vjm::Robot& robot, const calibration::Campaign& ca
     const double factor = unit.empty() ? 1 : spatial::parse_unit(unit).factor;
     const std::vector<double>& usual =
         angular ? kind.parameters[k].usual_angular : kind.parameters[k].usual_linear;
-    const bool at_bound = std::isnan(deviations[i]) && usual.empty();  // else it was tried
+    // Else it was tried, or need not be.
+    const bool is_none = !kind.parameters[k].required && values[i] == kind.parameters[k].none;
+    const bool at_bound = std::isnan(deviations[i]) && usual.empty() && !is_none;
     texts.push_back(fmt::format(
         "{} = {}{}{}{}", kind.parameters[k].name, number(values[i] / factor, 4),
         std::isnan(deviations[i]) ? "" : fmt::format(" +- {}", number(deviations[i] / factor, 2)),

@@ -55,9 +55,10 @@ double usual_interval(const Campaign& campaign) {
   return *middle;
 }
 
-// A time over which an effect comes or goes: readings farther apart do not determine it.
+// A time over which an effect comes or goes: readings farther apart do not determine it. One that
+// may be left out may be none.
 bool is_duration(const vjm::EffectParameter& parameter) {
-  return parameter.is_shape && parameter.linear == spatial::dimension::time;
+  return parameter.is_shape && parameter.required && parameter.linear == spatial::dimension::time;
 }
 
 // The first `count` unknowns start where another fit has them, which may know them by design. Fewer
