@@ -258,15 +258,13 @@ std::string load_in_words(const vjm::Robot& robot, const vjm::Equilibrium& e,
 std::string distance_in_words(const vjm::Robot& robot, const vjm::Equilibrium& e,
                               const std::optional<vjm::Uncertainty>& uncertainty) {
   constexpr Eigen::Index moved = vjm::DeflectionNumbers::moved;
-  const auto shown = [&](double distance) {
-    return fmt::format("{} {}", number(distance / length_of(robot), 3), robot.units.length);
-  };
-  const std::string distance = shown(e.displacement.translation.norm());
+  const std::string distance =
+      length_in_words(e.displacement.translation.norm(), robot.units.length);
   if (!uncertainty || !is_off_estimate(*uncertainty, moved))
     return distance + spread(uncertainty, moved);
   return fmt::format("{}{}, however the links are clamped; {} as their files have it",
-                     shown(uncertainty->first_order.estimate[moved]), spread(uncertainty, moved),
-                     distance);
+                     length_in_words(uncertainty->first_order.estimate[moved], robot.units.length),
+                     spread(uncertainty, moved), distance);
 }
 
 std::string headline(const vjm::Robot& robot, const vjm::Equilibrium& e,
@@ -274,7 +272,8 @@ std::string headline(const vjm::Robot& robot, const vjm::Equilibrium& e,
   if (e.status != vjm::EquilibriumStatus::converged)
     return fmt::format("No equilibrium: {} of the load was reached. {}", short_percent(e.reached),
                        e.reason);
-  const Vector3 moved = e.displacement.translation / length_of(robot);
+  const std::string unit = length_unit_for(e.displacement.translation.norm(), robot.units.length);
+  const Vector3 moved = e.displacement.translation / spatial::parse_unit(unit).factor;
   const double turned = e.displacement.rotation.norm() / angle_of(robot);
   return fmt::format("{}: the platform moves {} {} and turns {} {}{}. {}{}",
                      load_in_words(robot, e, uncertainty), distance_in_words(robot, e, uncertainty),
@@ -354,9 +353,9 @@ std::string headline(const vjm::Robot& robot, const vjm::Assembly& assembly) {
       most = robot.manipulator.chains()[c].name();
     }
   return fmt::format(
-      "Assembled, the platform is off by {} {} and {} {}; the largest internal force is "
-      "{} {}, in chain {}.",
-      number(e.displacement.translation.norm() / length_of(robot), 3), robot.units.length,
+      "Assembled, the platform is off by {} and {} {}; the largest internal force is {} {}, in "
+      "chain {}.",
+      length_in_words(e.displacement.translation.norm(), robot.units.length),
       number(e.displacement.rotation.norm() / angle_of(robot), 3), robot.units.angle,
       figure(force / force_of(robot)), robot.units.force, most);
 }

@@ -34,8 +34,7 @@ std::string purpose(const vjm::Robot& robot, const calibration::PlanQuestion& qu
                     const Plan& plan) {
   if (question.open.empty()) {
     if (std::isnan(plan.work_before)) return "sharpen the model";
-    constexpr double small = 1e-4;  // [m]: stated in micrometres
-    const std::string unit = plan.work_before < small ? "um" : robot.units.length;
+    const std::string unit = length_unit_for(plan.work_before, robot.units.length);
     const double length = spatial::parse_unit(unit).factor;
     return fmt::format("sharpen the model: displacements unsure by {} {} now, by {} {} after",
                        number(plan.work_before / length, 2), unit,

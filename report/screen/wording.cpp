@@ -213,6 +213,17 @@ std::string effect_in_words(const vjm::Manipulator& manipulator, const std::stri
   return words + " at " + place_in_words(manipulator, at);
 }
 
+std::string length_unit_for(double length, const std::string& own) {
+  constexpr double small = 1e-4;
+  const bool is_metric = own == "m" || own == "cm" || own == "mm";
+  return is_metric && length < small ? "um" : own;
+}
+
+std::string length_in_words(double length, const std::string& own) {
+  const std::string unit = length_unit_for(length, own);
+  return fmt::format("{} {}", number(length / spatial::parse_unit(unit).factor, 3), unit);
+}
+
 std::string unit_in_words(const std::string& unit) {
   std::istringstream tokens(unit);
   std::string above, below;

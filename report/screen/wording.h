@@ -51,6 +51,11 @@ std::string short_name(const vjm::Manipulator& manipulator, const std::string& n
 std::string effect_in_words(const vjm::Manipulator& manipulator, const std::string& kind,
                             const std::string& at);
 
+/// The unit in which people read a length of that size [m]: micrometres where it is below a tenth
+/// of a millimetre and `own` is metric, else `own`.
+std::string length_unit_for(double length, const std::string& own);
+/// A length [m] in that unit: "8.17 um", "0.244 mm".
+std::string length_in_words(double length, const std::string& own);
 /// "N m^-1" as people write it: "N/m"; "K^-1": "1/K"; "N m rad^-1": "N m/rad".
 std::string unit_in_words(const std::string& unit);
 

@@ -10,6 +10,13 @@
 namespace kinetostat::report::wording_test {
 namespace {
 
+TEST(Wording, SmallLengthsAreInMicrometres) {
+  EXPECT_EQ(length_in_words(3.03e-6, "mm"), "3.03 um");
+  EXPECT_EQ(length_in_words(2.44e-4, "mm"), "0.244 mm");
+  EXPECT_EQ(length_in_words(5e-5, "m"), "50 um");
+  EXPECT_EQ(length_in_words(2.54e-6, "inch"), "0.0001 inch");
+}
+
 TEST(Wording, LinesAreNoWiderThanAScreenAndNoWordIsLost) {
   std::string text;
   for (int i = 0; i < 80; ++i) text += "word" + std::to_string(i * i) + " ";
