@@ -60,7 +60,10 @@ function physicalPictures({ result, picture }, source) {
   return [new Figure(againstLoad(readings, view, source), view).node];
 }
 
-const hasLoad = ({ load }) => !load || load.force.some((f) => f !== 0);
+const titleOf = ({ load, skeletons }) => {
+  if (skeletons.length < 2) return "The robot";
+  return !load || load.force.some((f) => f !== 0) ? "The robot under load" : "The robot under its own weight";
+};
 
 function bentRobot({ result, picture }, source) {
   if (!picture?.robot) return null;
@@ -69,7 +72,7 @@ function bentRobot({ result, picture }, source) {
     load: picture.robot.load,
     joint: picture.joint_curve?.joint ?? picture.robot.joint,
   });
-  return new Figure({ ...spec, title: hasLoad(picture.robot) ? "The robot under load" : "The robot under its own weight", wide: false, height: 420 }, view).node;
+  return new Figure({ ...spec, title: titleOf(picture.robot), wide: false, height: 420 }, view).node;
 }
 
 /** The joint's curve, the robot beside it, then the rest. */
