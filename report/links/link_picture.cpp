@@ -19,51 +19,63 @@ using spatial::Vector3;
 constexpr double point_steps = 20000;  // over the size of the link
 constexpr double shape_steps = 10000;  // over the largest displacement
 
+// Of triangles between points, made coarser.
 struct Surface {
-  std::vector<int> nodes;                         // of the mesh, one a point
+  std::vector<int> nodes;                         // of those given, one a point
   std::vector<std::array<std::size_t, 3>> faces;  // of points
-  std::vector<int> tags;
-  std::vector<std::size_t> of_boundary;  // number of the boundary face
+  std::vector<std::size_t> of;                    // which of the triangles given each is
 };
 
 // Corners of one cell of a grid become one point; triangles that collapse are left out.
-Surface joined(const TetMesh& mesh, double cell) {
+Surface joined(const fea::SurfaceMesh& given, double cell) {
   Surface surface;
   std::map<std::array<long long, 3>, std::size_t> known;
   const auto point = [&](int node) {
-    const Vector3& p = mesh.nodes[static_cast<std::size_t>(node)];
+    const Vector3& p = given.points[static_cast<std::size_t>(node)];
     const std::array<long long, 3> key{std::llround(p.x() / cell), std::llround(p.y() / cell),
                                        std::llround(p.z() / cell)};
     const auto [at, is_new] = known.emplace(key, surface.nodes.size());
     if (is_new) surface.nodes.push_back(node);
     return at->second;
   };
-  for (const BoundaryFace& face : mesh.boundary) {
-    const std::array<std::size_t, 3> corners{point(face.nodes[0]), point(face.nodes[1]),
-                                             point(face.nodes[2])};
+  for (std::size_t t = 0; t < given.triangles.size(); ++t) {
+    const fea::Triangle& triangle = given.triangles[t];
+    const std::array<std::size_t, 3> corners{point(triangle[0]), point(triangle[1]),
+                                             point(triangle[2])};
     if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
     surface.faces.push_back(corners);
-    surface.tags.push_back(face.tag);
-    surface.of_boundary.push_back(static_cast<std::size_t>(&face - mesh.boundary.data()));
+    surface.of.push_back(t);
   }
   return surface;
 }
 
-double size_of(const TetMesh& mesh) {
-  Vector3 low = mesh.nodes.front(), high = low;
-  for (const Vector3& p : mesh.nodes) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  return (high - low).norm();
+double size_of(const fea::SurfaceMesh& given) {
+  return given.points.empty() ? 0 : fea::bounding_box(given.points).sizes().norm();
 }
 
-Surface surface_of(const TetMesh& mesh, double size, std::size_t most_points) {
+Surface surface_of(const fea::SurfaceMesh& given, double size, std::size_t most_points) {
   double cell = 1e-6 * size;
-  Surface surface = joined(mesh, cell);
+  Surface surface = joined(given, cell);
   for (cell = size / 1000; surface.nodes.size() > most_points; cell *= 1.3)
-    surface = joined(mesh, cell);
+    surface = joined(given, cell);
   return surface;
+}
+
+// Points and triangles, and the face that each of these is of.
+Json triangles_json(const fea::SurfaceMesh& given, const Surface& surface, double unit,
+                    const FaceSelectors& faces) {
+  Json json{{"point_unit", unit},
+            {"points", Json::array()},
+            {"triangles", Json::array()},
+            {"faces", faces.selectors},
+            {"of_face", Json::array()}};
+  for (const int node : surface.nodes)
+    for (const double x : given.points[static_cast<std::size_t>(node)])
+      json["points"].push_back(std::llround(x / unit));
+  for (const auto& face : surface.faces)
+    for (const std::size_t corner : face) json["triangles"].push_back(corner);
+  for (const std::size_t t : surface.of) json["of_face"].push_back(faces.of_facets[t]);
+  return json;
 }
 
 Json shape_json(const Surface& surface, const std::string& name, const Eigen::Matrix3Xd& field) {
@@ -76,12 +88,17 @@ Json shape_json(const Surface& surface, const std::string& name, const Eigen::Ma
   return {{"load", name}, {"unit", unit}, {"displacements", std::move(shifts)}};
 }
 
-FaceSelectors selectors_of(const LinkResult& result) {
-  fea::SurfaceMesh boundary{.points = result.mesh.nodes};
-  for (const BoundaryFace& face : result.mesh.boundary)
+// Of the corners of its elements.
+fea::SurfaceMesh boundary_of(const TetMesh& mesh) {
+  fea::SurfaceMesh boundary{.points = mesh.nodes};
+  for (const BoundaryFace& face : mesh.boundary)
     boundary.triangles.push_back({face.nodes[0], face.nodes[1], face.nodes[2]});
+  return boundary;
+}
+
+FaceSelectors selectors_of(fea::SurfaceMesh boundary, const std::string& unit) {
   drop_unused_points(boundary);
-  return face_selectors(boundary, {result.unit, spatial::parse_unit(result.unit).factor});
+  return face_selectors(boundary, {unit, spatial::parse_unit(unit).factor});
 }
 
 // 0: none, 1: the fixed one, 2 and up: loaded.
@@ -95,21 +112,15 @@ int interface_of(const LinkResult& result, int tag) {
 
 Json link_picture(const LinkResult& result, std::size_t most_points) {
   static constexpr const char* loads[] = {"Fx", "Fy", "Fz", "Mx", "My", "Mz"};
-  const double size = size_of(result.mesh), unit = size / point_steps;
-  const Surface surface = surface_of(result.mesh, size, most_points);
-  Json json{{"point_unit", unit},          {"points", Json::array()},
-            {"triangles", Json::array()},  {"of_interface", Json::array()},
-            {"interfaces", Json::array()}, {"shapes", Json::array()},
-            {"of_face", Json::array()}};
-  for (const int node : surface.nodes)
-    for (const double x : result.mesh.nodes[static_cast<std::size_t>(node)])
-      json["points"].push_back(std::llround(x / unit));
-  for (const auto& face : surface.faces)
-    for (const std::size_t corner : face) json["triangles"].push_back(corner);
-  for (const int tag : surface.tags) json["of_interface"].push_back(interface_of(result, tag));
-  const FaceSelectors faces = selectors_of(result);
-  json["faces"] = faces.selectors;
-  for (const std::size_t f : surface.of_boundary) json["of_face"].push_back(faces.of_facets[f]);
+  const fea::SurfaceMesh boundary = boundary_of(result.mesh);
+  const double size = size_of(boundary);
+  const Surface surface = surface_of(boundary, size, most_points);
+  Json json =
+      triangles_json(boundary, surface, size / point_steps, selectors_of(boundary, result.unit));
+  json.update(
+      {{"of_interface", Json::array()}, {"interfaces", Json::array()}, {"shapes", Json::array()}});
+  for (const std::size_t f : surface.of)
+    json["of_interface"].push_back(interface_of(result, result.mesh.boundary[f].tag));
   for (const CoupledInterface& interface : result.interfaces)
     json["interfaces"].push_back(
         {{"name", interface.name}, {"point", io::to_json(interface.point)}});
@@ -118,6 +129,23 @@ Json link_picture(const LinkResult& result, std::size_t most_points) {
         result.interfaces.size() > 2 ? result.interfaces[c / 6 + 1].name + " " : std::string();
     json["shapes"].push_back(shape_json(surface, where + loads[c % 6], result.response.fields[c]));
   }
+  return json;
+}
+
+Json surface_picture(const fea::SurfaceMesh& surface, const fea::SurfaceReport& report,
+                     const MeshCheckUnits& units, std::size_t most_points) {
+  const double size = size_of(surface);
+  if (!(size > 0)) return Json::object();
+  const Surface shown = surface_of(surface, size, most_points);
+  Json json = triangles_json(surface, shown, size / point_steps, face_selectors(surface, units));
+  json["defects"] = Json::array();
+  std::vector<int> of_facets(surface.triangles.size(), -1);
+  for (std::size_t d = 0; d < report.defects.size(); ++d) {
+    json["defects"].push_back(fea::name(report.defects[d].kind));
+    for (const int facet : report.defects[d].facets)
+      of_facets[static_cast<std::size_t>(facet)] = static_cast<int>(d);
+  }
+  for (const std::size_t t : shown.of) json["of_defect"].push_back(of_facets[t]);
   return json;
 }
 

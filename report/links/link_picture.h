@@ -1,8 +1,10 @@
-// The surface of a link and how it deforms: what a picture of an identified link needs.
+// The surface of a link and how it deforms, or where it is broken: what pictures of them need.
 #pragma once
 
 #include "kinetostat/fea/link/identify.h"
+#include "kinetostat/fea/surface/surface_check.h"
 #include "kinetostat/io/json.h"
+#include "kinetostat/report/links/mesh_check.h"
 
 namespace kinetostat::report {
 
@@ -12,5 +14,11 @@ namespace kinetostat::report {
 /// its flat and round faces for a link file, `of_face` says which each triangle has (-1: none). A
 /// surface of more than `most_points` corners is made coarser by joining near ones.
 io::Json link_picture(const fea::LinkResult& result, std::size_t most_points = 15000);
+
+/// The triangles of a surface that is checked, likewise, with their faces (selectors in `units`);
+/// `of_defect` says which of the `defects` each triangle has (-1: none). Empty for an empty
+/// surface.
+io::Json surface_picture(const fea::SurfaceMesh& surface, const fea::SurfaceReport& report,
+                         const MeshCheckUnits& units, std::size_t most_points = 15000);
 
 }  // namespace kinetostat::report

@@ -31,7 +31,8 @@ function faceControls(surface, view) {
   return { take, nodes: faces.length > 0 ? [element("p", { class: "faces" }, picker, " ", button, " ", said)] : [] };
 }
 
-export function surfaceFigure(surface, view, source) {
+/** Points of a surface [m], how many there are, and how large it is along its longest axis. */
+function extentOfSurface(surface) {
   const count = surface.points.length / 3;
   const p = (i, k) => surface.points[3 * i + k] * surface.point_unit;
   const range = [0, 1, 2].map((k) => {
@@ -42,7 +43,96 @@ export function surfaceFigure(surface, view, source) {
     }
     return high - low;
   });
-  const size = Math.max(...range);
+  return { count, p, size: Math.max(...range) };
+}
+
+/** Some of its triangles, with their corners at x, y, z. */
+function trianglesOf(surface, [x, y, z], members, extra) {
+  const corners = (k) => members.map((t) => surface.triangles[3 * t + k]);
+  return {
+    type: "mesh3d",
+    x,
+    y,
+    z,
+    i: corners(0),
+    j: corners(1),
+    k: corners(2),
+    flatshading: true,
+    hoverinfo: "none",
+    lighting: {
+      ambient: 0.7,
+      diffuse: 0.6,
+      specular: 0.1,
+      facenormalsepsilon: 0,
+      vertexnormalsepsilon: 0,
+    },
+    ...extra,
+  };
+}
+
+const faceOf = (surface) => (t) => surface.of_face?.[t] ?? -1;
+
+/** Some triangles, a trace for each face: a click says which trace it met. The chosen one stands out. */
+const tracesByFace = (surface, at, members, view, look, { color, name, group }) =>
+  [...new Set(members.map(faceOf(surface)))].map((face, k) =>
+    trianglesOf(
+      surface,
+      at,
+      members.filter((t) => faceOf(surface)(t) === face),
+      {
+        color: face >= 0 && face === view.get("face") ? look.good : color,
+        name: plain(name),
+        legendgroup: String(group),
+        showlegend: k === 0,
+        face,
+      },
+    ),
+  );
+
+/** The surface that was checked, with the facets that its defects are of. */
+export function checkedSurfaceFigure(surface, view, source) {
+  const { count, p, size } = extentOfSurface(surface);
+  const faces = faceControls(surface, view);
+  const has = (t) => surface.of_defect[t] ?? -1;
+  const defects = surface.defects.map((name, d) => [name, surface.of_defect.filter((of) => of === d).length]);
+  const broken = defects.length > 0;
+  return {
+    id: "surface",
+    title: broken ? "Where the surface is broken" : "The surface",
+    n: count,
+    source,
+    height: 560,
+    wide: true,
+    heavy: true,
+    follows: ["face"],
+    choose: (point) => faces.take(point.data.face),
+    say: `${broken ? "Coloured: facets that a defect is of. " : ""}A click on a face copies its selector for the link file.`,
+    controls: faces.nodes,
+    numbers: () =>
+      broken
+        ? { columns: ["defect", "facets shown"], rows: defects }
+        : { columns: ["x [m]", "y [m]", "z [m]"], rows: Array.from({ length: count }, (_, i) => [0, 1, 2].map((k) => p(i, k))) },
+    draw(look) {
+      const { factor, unit } = unitFor("length", size);
+      const at = [0, 1, 2].map((k) => Array.from({ length: count }, (_, i) => p(i, k) / factor));
+      const every = surface.of_defect.map((_, t) => t);
+      const palette = [look.bad, look.held, "#8a4fbf", "#b0136f"];
+      const of = (d) => every.filter((t) => has(t) === d);
+      return {
+        data: [
+          ...tracesByFace(surface, at, of(-1), view, look, { color: "#9fb0c2", name: broken ? "sound facets" : "surface", group: -1 }),
+          ...surface.defects
+            .map((name, d) => trianglesOf(surface, at, of(d), { color: palette[d % palette.length], name: plain(name), showlegend: true }))
+            .filter((trace) => trace.i.length > 0),
+        ],
+        layout: layout(look, { margin: { l: 0, r: 0, t: 30, b: 0 }, scene: scene(look, unit) }),
+      };
+    },
+  };
+}
+
+export function surfaceFigure(surface, view, source) {
+  const { count, p, size } = extentOfSurface(surface);
   const shape = () => surface.shapes[view.get("shape")];
   const largest = () => {
     let most = 0;
@@ -53,7 +143,6 @@ export function surfaceFigure(surface, view, source) {
   };
   const standard = () => roundFactor((0.12 * size) / largest());
   const faces = faceControls(surface, view);
-  const face_of = (t) => surface.of_face?.[t] ?? -1;
   const colours = (look) => ["#9fb0c2", look.bad, look.held, "#8a4fbf", "#12805c", "#b0136f"];
   const names = [
     "free surface",
@@ -117,38 +206,19 @@ export function surfaceFigure(surface, view, source) {
       const { factor, unit } = unitFor("length", size);
       const magnify = standard() * view.get("scale");
       const s = shape();
-      const at = (k) =>
+      const at = [0, 1, 2].map((k) =>
         Array.from(
           { length: count },
           (_, i) => (p(i, k) + magnify * s.displacements[3 * i + k] * s.unit) / factor,
-        );
-      const corners = (k, members) => members.map((t) => surface.triangles[3 * t + k]);
+        ),
+      );
       const palette = colours(look);
-      const mesh = (members, extra) => ({
-        type: "mesh3d",
-        x: at(0),
-        y: at(1),
-        z: at(2),
-        i: corners(0, members),
-        j: corners(1, members),
-        k: corners(2, members),
-        flatshading: true,
-        hoverinfo: "none",
-        lighting: {
-          ambient: 0.7,
-          diffuse: 0.6,
-          specular: 0.1,
-          facenormalsepsilon: 0,
-          vertexnormalsepsilon: 0,
-        },
-        ...extra,
-      });
       const every = surface.of_interface.map((_, t) => t);
       const u = unitFor("length", largest());
       const data =
         view.get("paint") === "size"
           ? [
-              mesh(every, {
+              trianglesOf(surface, at, every, {
                 intensity: Array.from({ length: count }, (_, i) => size_of(i) / u.factor),
                 colorscale: "Viridis",
                 colorbar: {
@@ -159,22 +229,7 @@ export function surfaceFigure(surface, view, source) {
             ]
           : names.flatMap((name, tag) => {
               const own = every.filter((t) => surface.of_interface[t] === tag);
-              // One trace for each face: a click says which trace it met.
-              return [...new Set(own.map(face_of))].map((face, k) =>
-                mesh(
-                  own.filter((t) => face_of(t) === face),
-                  {
-                    color:
-                      face >= 0 && face === view.get("face")
-                        ? look.good
-                        : palette[tag % palette.length],
-                    name: plain(name),
-                    legendgroup: String(tag),
-                    showlegend: k === 0,
-                    face,
-                  },
-                ),
-              );
+              return tracesByFace(surface, at, own, view, look, { color: palette[tag % palette.length], name, group: tag });
             });
       return {
         data,

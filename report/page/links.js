@@ -1,7 +1,7 @@
 // Section of identify: surface, compliance, bounds of the clamping assumption, convergence.
 import { element, list } from "./dom.js";
 import { Figure } from "./figure.js";
-import { surfaceFigure } from "./link_surface.js";
+import { checkedSurfaceFigure, surfaceFigure } from "./link_surface.js";
 import { axis, layout } from "./look.js";
 import { matrixFigure } from "./matrix.js";
 import { number, quantity } from "./units.js";
@@ -154,4 +154,19 @@ export function linkSection({ result, picture }) {
   if (isLinkMatrix(result.bracket?.rigid)) add(bracketFigure(result, source));
   if (result.error?.meshes?.length > 1) add(convergenceFigure(result, source));
   return node;
+}
+
+export const isCheckedSurface = ({ result, picture }) => result.command === "mesh check" && Boolean(picture?.surface?.of_defect);
+
+/** A picture of the surface, and what the command printed of it. */
+export function checkedSurfaceSection({ result, picture, text }) {
+  const source = `Source: ${result.options?.mesh ?? "mesh"}, ${number(result.facets ?? picture.surface.of_defect.length, 6)} facets.`;
+  const view = new View({ face: -1 });
+  return element(
+    "section",
+    {},
+    element("h2", {}, "The mesh"),
+    element("div", { class: "charts" }, new Figure(checkedSurfaceFigure(picture.surface, view, source), view).node),
+    text ? element("pre", { tabindex: "0" }, text) : null,
+  );
 }

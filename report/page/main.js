@@ -7,7 +7,7 @@ import { choice, element } from "./dom.js";
 import { fleetSection, isFleet } from "./sections/fleet.js";
 import { forgetFigures, redrawAll } from "./figure.js";
 import { glossaryOfPage, linkTerms } from "./glossary.js";
-import { isLink, linkSection } from "./links.js";
+import { checkedSurfaceSection, isCheckedSurface, isLink, linkSection } from "./links.js";
 import { isMap, mapSection } from "./sections/maps.js";
 import { campaigns, isMeasurement, measurementSection } from "./measurements.js";
 import { isModes, modesSection } from "./sections/modes.js";
@@ -21,6 +21,7 @@ import { inPrint } from "./words.js";
 
 const kinds = [
   [isLink, linkSection],
+  [isCheckedSurface, checkedSurfaceSection],
   [isBeam, beamSection],
   [isPosture, postureSection],
   [isPath, pathSection],

@@ -375,6 +375,22 @@ async function link(browser) {
   await faces(browser);
 }
 
+/** A box whose lid has a hole: the page says so, and shows beside which facets. */
+async function brokenMesh(browser) {
+  const at = (i) => [i & 4 ? 40 : 0, i & 2 ? 30 : 0, i & 1 ? 20 : 0].join(" ");
+  const facets = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7]];
+  const written = facets.map((f) => `facet normal 0 0 0\nouter loop\n${f.map((i) => `vertex ${at(i)}`).join("\n")}\nendloop\nendfacet`);
+  shop.write("broken.stl", ["solid box", ...written, "endsolid box"]);
+  assert.throws(() => run("mesh", "check", "broken.stl", "--unit", "mm", "--html", "broken.html"), /does not bound a solid/);
+  await look(browser, "broken.html");
+  await look(browser, "broken.html", phone);
+  const drawn = await browser.evaluate(
+    `document.getElementById("surface").figure.plot.data.map((t) => [t.name, t.i.length])`,
+  );
+  assert.deepEqual(drawn.filter(([name]) => name === "open edge"), [["open edge", 3]]);
+  assert.equal(drawn.filter(([name]) => name === "sound facets").reduce((sum, [, count]) => sum + count, 0), 8);
+}
+
 async function assembly(browser) {
   run("identify", "meshes/cad/post_on_plate.yaml", "--no-cache", "--html", "assembly.html");
   await look(browser, "assembly.html");
@@ -427,6 +443,7 @@ try {
   await paper(browser);
   await savedFiles(browser);
   await link(browser);
+  await brokenMesh(browser);
   await assembly(browser);
   await large(browser);
 } finally {

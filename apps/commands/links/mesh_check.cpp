@@ -9,6 +9,7 @@
 #include "kinetostat/apps/cli/command.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/io/text_file.h"
+#include "kinetostat/report/links/link_picture.h"
 #include "kinetostat/report/links/mesh_check.h"
 #include "kinetostat/report/links/mesh_faces.h"
 #include "kinetostat/report/screen/link.h"
@@ -97,6 +98,8 @@ io::Json check_surface(Run& run, const MeshOptions& options, const MeshRequest& 
     io::write_vtu(options.vtu, fea::offending_facets(surface, check.report));
     run.print(fmt::format("offending facets written to {}\n", options.vtu));
   }
+  if (run.wants_page())
+    run.draw({{"surface", report::surface_picture(surface, check.report, request.shown)}});
   if (run.out()) io::write_atomically(*run.out(), fea::stl_bytes(surface, request.shown.length));
   if (!check.report.sound())
     run.refuse({options.mesh, "the surface does not bound a solid, see above",

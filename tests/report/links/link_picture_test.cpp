@@ -1,5 +1,6 @@
 #include "kinetostat/report/links/link_picture.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <map>
 #include <set>
@@ -8,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "fea/reference_bar.h"
+#include "fea/shapes.h"
 
 namespace kinetostat::report::link_picture_test {
 namespace {
@@ -110,6 +112,23 @@ TEST_F(LinkPicture, KeepsToTheNumberOfPoints) {
   EXPECT_EQ(picture["triangles"].size(), 3 * picture["of_interface"].size());
   for (const Json& corner : picture["triangles"]) EXPECT_LT(corner.get<std::size_t>(), count);
   for (const Json& shape : picture["shapes"]) EXPECT_EQ(shape["displacements"].size(), 3 * count);
+}
+
+// A box without one facet: the three that lie beside the hole, and no others.
+TEST(SurfacePicture, ShowsTheFacetsOfEveryDefect) {
+  fea::SurfaceMesh box = fea::box_surface({0, 0, 0}, {0.04, 0.03, 0.02});
+  const fea::Triangle gone = box.triangles.back();
+  box.triangles.pop_back();
+  const Json picture = surface_picture(box, fea::check_surface(box, 1e-7), {"mm", 1e-3});
+  ASSERT_EQ(picture["defects"], Json::array({"open edge"}));
+  ASSERT_EQ(picture["of_defect"].size(), box.triangles.size());
+  for (std::size_t t = 0; t < box.triangles.size(); ++t) {
+    const auto shared = std::count_if(gone.begin(), gone.end(), [&](int corner) {
+      return std::find(box.triangles[t].begin(), box.triangles[t].end(), corner) !=
+             box.triangles[t].end();
+    });
+    EXPECT_EQ(picture["of_defect"][t], shared == 2 ? 0 : -1) << t;
+  }
 }
 
 }  // namespace
