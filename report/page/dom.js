@@ -19,8 +19,9 @@ export function table(columns, rows, caption) {
   // Not what goes on in words, or is several numbers.
   const isNumber = (value) =>
     typeof value === "number" || (/^[-+]?[\d.]/.test(value) && !/, | along |% \S|[a-z]{4,} [a-z]/.test(value));
-  const cell = (value) =>
-    element("td", { class: isNumber(value) ? "number" : undefined }, String(value));
+  // A sentence would become a column of words on a narrow screen.
+  const kind = (value) => (isNumber(value) ? "number" : String(value).length > 40 ? "sentence" : undefined);
+  const cell = (value) => element("td", { class: kind(value) }, String(value));
   const heading = (name, k) =>
     element(
       "th",
