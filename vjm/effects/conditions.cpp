@@ -6,7 +6,7 @@
 namespace kinetostat::vjm {
 namespace {
 
-// Where the past begins that a part with that lag still knows, to rounding.
+// Where the past starts that a part with that lag still knows, to rounding.
 std::size_t start_of(const TemperaturePast& past, double lag) {
   constexpr double remembered = 40;  // times the lag: exp(-40) is below rounding
   const auto begin = past.of_session->begin(), last = begin + std::ptrdiff_t(past.count) - 1;
