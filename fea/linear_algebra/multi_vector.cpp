@@ -19,6 +19,9 @@ constexpr int wanted_pieces = 16;
 // Rows of a piece: enough pieces to share them out evenly, each small enough for a cache.
 int rows_per_piece(int blocks) { return std::clamp(blocks / wanted_pieces, least_rows, most_rows); }
 
+// The first of the three unknowns of a block.
+constexpr std::ptrdiff_t first_of(int block) { return 3 * std::ptrdiff_t{block}; }
+
 // One block row: y_row = sum of A_k x_k, and y_k += A_k' x_row for the blocks right of the
 // diagonal. Those up to `inside` have their y in `y`, the others in `sum` at their slots.
 KINETOSTAT_FOR_SEVERAL_PROCESSORS
@@ -29,15 +32,17 @@ void multiply_rows(const BlockPattern& pattern, const double* values, int first,
   auto* sum = reinterpret_cast<Register*>(sum_lanes);
   for (int row = first; row < end; ++row) {
     const std::size_t begin = pattern.begin(row), last = pattern.end(row);
-    const Register x0 = x[3 * row], x1 = x[3 * row + 1], x2 = x[3 * row + 2];
+    const Register* own = x + first_of(row);
+    Register* result = y + first_of(row);
+    const Register x0 = own[0], x1 = own[1], x2 = own[2];
     const double* a = values + 9 * begin;
-    Register y0 = y[3 * row] + a[0] * x0 + a[1] * x1 + a[2] * x2;
-    Register y1 = y[3 * row + 1] + a[3] * x0 + a[4] * x1 + a[5] * x2;
-    Register y2 = y[3 * row + 2] + a[6] * x0 + a[7] * x1 + a[8] * x2;
+    Register y0 = result[0] + a[0] * x0 + a[1] * x1 + a[2] * x2;
+    Register y1 = result[1] + a[3] * x0 + a[4] * x1 + a[5] * x2;
+    Register y2 = result[2] + a[6] * x0 + a[7] * x1 + a[8] * x2;
     for (std::size_t k = begin + 1; k < last; ++k) {
       const int column = pattern.partner[k];
-      const Register* in = x + 3 * column;
-      Register* out = column < end ? y + 3 * column : sum + 3 * *slot++;
+      const Register* in = x + first_of(column);
+      Register* out = column < end ? y + first_of(column) : sum + first_of(*slot++);
       a += 9;
       const Register i0 = in[0], i1 = in[1], i2 = in[2];
       y0 += a[0] * i0 + a[1] * i1 + a[2] * i2;
@@ -47,9 +52,9 @@ void multiply_rows(const BlockPattern& pattern, const double* values, int first,
       out[1] += a[1] * x0 + a[4] * x1 + a[7] * x2;
       out[2] += a[2] * x0 + a[5] * x1 + a[8] * x2;
     }
-    y[3 * row] = y0;
-    y[3 * row + 1] = y1;
-    y[3 * row + 2] = y2;
+    result[0] = y0;
+    result[1] = y1;
+    result[2] = y2;
   }
 }
 
@@ -108,7 +113,7 @@ MultiVectorProduct::MultiVectorProduct(const BlockMatrix& matrix, common::Thread
 void MultiVectorProduct::multiply(int piece, const Lanes* x, Lanes* y) {
   Overhang& over = overhangs_[at(piece)];
   std::fill(over.sum.begin(), over.sum.end(), Lanes{});
-  std::fill(y + 3 * first(piece), y + 3 * end(piece), Lanes{});
+  std::fill(y + first_of(first(piece)), y + first_of(end(piece)), Lanes{});
   multiply_rows(matrix_.pattern, matrix_.value.data(), first(piece), end(piece), over.slot.data(),
                 x, y, over.sum.data());
 }

@@ -271,7 +271,7 @@ std::string next_step(const std::string& command, const std::string& why) {
 }
 
 std::string quoted(const std::filesystem::path& file) {
-  const std::string text = file.string();
+  std::string text = file.string();
   const auto is_plain = [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
            std::string("/._-+:,=@%").find(c) != std::string::npos;
