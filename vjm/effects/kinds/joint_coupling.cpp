@@ -36,19 +36,15 @@ class JointCoupling : public EffectKind {
   void act(ChainModifier& modifier, const std::string& joint,
            const EffectInput& input) const override {
     const Chain& chain = modifier.chain();
-    const Index k = chain.index_of(joint), leader = leader_of(chain, k);
-    modifier.add_transmission_error({.coordinate = k,
-                                     .leader = leader,
-                                     .ratio = input.values[0],
-                                     .from = home_of(chain, leader)});
+    const Index k = chain.index_of(joint);
+    lead_by_ratio(modifier, k, leader_of(chain, k), input.values[0]);
   }
 
   void differentiate(ChainColumns& columns, const std::string& joint,
                      const EffectInput&) const override {
-    const ChainState& state = columns.state();
-    const Index k = state.chain.index_of(joint), leader = leader_of(state.chain, k);
-    const double command = state.x[leader] - state.travel[leader];
-    columns.add_transmission_error(0, k, command - home_of(state.chain, leader));
+    const Chain& chain = columns.state().chain;
+    const Index k = chain.index_of(joint);
+    add_ratio(columns, 0, k, leader_of(chain, k));
   }
 
  private:

@@ -58,6 +58,19 @@ double home_of(const Chain& chain, Index coordinate) {
   return chain.coordinates()[static_cast<std::size_t>(coordinate)].home;
 }
 
+void lead_by_ratio(ChainModifier& modifier, Index k, Index leader, double ratio) {
+  modifier.add_transmission_error({.coordinate = k,
+                                   .leader = leader,
+                                   .ratio = ratio,
+                                   .from = home_of(modifier.chain(), leader)});
+}
+
+void add_ratio(ChainColumns& columns, Index column, Index k, Index leader) {
+  const ChainState& state = columns.state();
+  const double command = state.x[leader] - state.travel[leader];
+  columns.add_transmission_error(column, k, command - home_of(state.chain, leader));
+}
+
 const Spring& spring_of_joint(const Chain& chain, const std::string& joint) {
   const Index k = chain.index_of(joint);
   for (const Spring& spring : chain.springs())

@@ -71,6 +71,10 @@ Warming warming(const Conditions& conditions, double reference, double lag);
 
 /// Where a coordinate is at home [m or rad].
 double home_of(const Chain& chain, Eigen::Index coordinate);
+/// Lets a drive lead coordinate `k` too far by a ratio of how far `leader` is commanded from home.
+void lead_by_ratio(ChainModifier& modifier, Eigen::Index k, Eigen::Index leader, double ratio);
+/// The column of that ratio.
+void add_ratio(ChainColumns& columns, Eigen::Index column, Eigen::Index k, Eigen::Index leader);
 /// The spring of a joint. Throws std::invalid_argument when the joint has none.
 const Spring& spring_of_joint(const Chain& chain, const std::string& joint);
 /// The change with a compliance in series with the spring of coordinate `k`.

@@ -30,18 +30,13 @@ class TransmissionRatio : public EffectKind {
   void act(ChainModifier& modifier, const std::string& joint,
            const EffectInput& input) const override {
     const Eigen::Index k = modifier.chain().index_of(joint);
-    modifier.add_transmission_error({.coordinate = k,
-                                     .leader = k,
-                                     .ratio = input.values[0],
-                                     .from = home_of(modifier.chain(), k)});
+    lead_by_ratio(modifier, k, k, input.values[0]);
   }
 
   void differentiate(ChainColumns& columns, const std::string& joint,
                      const EffectInput&) const override {
-    const ChainState& state = columns.state();
-    const Eigen::Index k = state.chain.index_of(joint);
-    const double command = state.x[k] - state.travel[k];
-    columns.add_transmission_error(0, k, command - home_of(state.chain, k));
+    const Eigen::Index k = columns.state().chain.index_of(joint);
+    add_ratio(columns, 0, k, k);
   }
 };
 
