@@ -888,7 +888,12 @@ Predictions Predictor::predict(const Run& run, common::Progress& progress) const
   add_unloaded(run, unloaded, predictions);
   if (on_numbers_) {
     add_lag(campaign_, run.model.effects(), run.parameters, predictions);
-    add_offsets(campaign_, platform_axes(), run.model.effects(), run.parameters, predictions);
+    const std::vector<vjm::Effect>& effects = run.model.effects();
+    const bool turns = std::any_of(effects.begin(), effects.end(), [](const vjm::Effect& effect) {
+      return effect.kind->turns_along(effect.values);
+    });
+    add_offsets(campaign_, turns ? platform_axes() : PlatformAxes(), effects, run.parameters,
+                predictions);
   }
   return predictions;
 }
