@@ -11,7 +11,7 @@
 
 namespace kinetostat::vjm {
 
-/// A temperature and when it was read, since the first reading of the session [s].
+/// A temperature and when it was read [s], counted from any moment.
 struct TemperatureAt {
   double time = 0, temperature = 0;
 };

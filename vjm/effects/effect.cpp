@@ -47,7 +47,6 @@ Lag EffectKind::lag(double, double, double) const {
   throw std::logic_error(fmt::format("the effect '{}' lags behind nothing", name));
 }
 bool EffectKind::is_off(const ReadingMoment&, const Eigen::VectorXd&) const { return false; }
-
 bool EffectKind::turns_along(const Eigen::VectorXd&) const { return false; }
 HistoryStep EffectKind::advance(const ChainState&, const std::string&, const EffectInput&) const {
   throw std::logic_error(fmt::format("the effect '{}' has no history", name));
