@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "kinetostat/vjm/chain/chain_modifier.h"
+
 namespace kinetostat::vjm {
 
 using Eigen::Index;
