@@ -165,26 +165,36 @@ std::vector<Parameter> CandidateFitter::own_parameters(const std::vector<Candida
 
 BaseFit CandidateFitter::fit(const std::vector<Candidate>& added, const BaseFit* start,
                              common::Progress& progress) const {
-  if (start != nullptr) return fit_near(added, *start, threads_, progress);
+  if (start != nullptr) return fit_near(added, *start, {}, threads_, progress);
   const std::vector<vjm::Effect> effects = effects_with(robot_, added);
   // A missing effect may look like an infinite stiffness; so does a sign error.
   return fit_near_design(
       parameters(effects, added),
       [&](const std::vector<Parameter>& unknowns) {
-        return fitted(effects, unknowns, nullptr, threads_, progress);
+        return fitted(effects, unknowns, nullptr, {}, threads_, progress);
       },
       [&] { return unit_error(campaign_, predictor_, progress).empty(); });
 }
 
 BaseFit CandidateFitter::fit_on_one_thread(const std::vector<Candidate>& added,
-                                           const BaseFit& start, common::Progress& progress) const {
-  return fit_near(added, start, 1, progress);
+                                           const BaseFit& start, double least_gain,
+                                           common::Progress& progress) const {
+  return fit_near(added, start, {.least_gain = least_gain}, 1, progress);
+}
+
+BaseFit CandidateFitter::finished(const std::vector<Candidate>& added, const BaseFit& fit,
+                                  common::Progress& progress) const {
+  const std::vector<vjm::Effect> effects = effects_with(robot_, added);
+  std::vector<Parameter> unknowns = parameters(effects, added);
+  begin_at(fit, unknowns.size(), unknowns);
+  return fitted(effects, unknowns, &fit, {}, 1, progress);
 }
 
 BaseFit CandidateFitter::fit_near(const std::vector<Candidate>& added, const BaseFit& start,
-                                  int threads, common::Progress& progress) const {
+                                  const FitEffort& effort, int threads,
+                                  common::Progress& progress) const {
   const std::vector<vjm::Effect> effects = effects_with(robot_, added);
-  return fitted(effects, unknowns_near(effects, added, start), &start, threads, progress);
+  return fitted(effects, unknowns_near(effects, added, start), &start, effort, threads, progress);
 }
 
 BaseFit CandidateFitter::fit_roughly(const std::vector<Candidate>& added, const BaseFit& start,
@@ -210,7 +220,7 @@ BaseFit CandidateFitter::fit_held(const std::vector<Candidate>& added, const Bas
   begin_at(start, unknowns.size(), unknowns);
   unknowns[held].start = unknowns[held].lower = unknowns[held].upper = value;
   unknowns[held].bounds_stated = true;  // held, not diverging
-  return fitted(effects, unknowns, &start, threads_, progress);
+  return fitted(effects, unknowns, &start, {}, threads_, progress);
 }
 
 BaseFit CandidateFitter::as_fitted(const std::vector<Candidate>& added, const BaseFit& fit,
@@ -236,11 +246,12 @@ BaseFit CandidateFitter::computed(const std::vector<vjm::Effect>& effects,
 
 BaseFit CandidateFitter::fitted(const std::vector<vjm::Effect>& effects,
                                 const std::vector<Parameter>& unknowns, const BaseFit* near,
-                                int threads, common::Progress& progress) const {
+                                const FitEffort& effort, int threads,
+                                common::Progress& progress) const {
   const Predictions* model = near == nullptr ? nullptr : &near->model;
-  const auto compute = [&] { return computed(effects, unknowns, near, {}, threads, progress); };
+  const auto compute = [&] { return computed(effects, unknowns, near, effort, threads, progress); };
   if (journal_ == nullptr) return compute();
-  const std::string key = fit_key(scope_, effects, unknowns, model);
+  const std::string key = fit_key(scope_, effects, unknowns, model, effort.least_gain);
   if (const auto record = recorded(key))
     if (auto fit = recorded_fit(*record, unknowns)) return *std::move(fit);
   try {

@@ -59,9 +59,13 @@ class CandidateFitter {
   /// common::NotIdentifiable where that does not help.
   BaseFit fit(const std::vector<Candidate>& added, const BaseFit* start,
               common::Progress& progress) const;
-  /// The same on one thread, for fits that are shared out among threads.
+  /// The same on one thread, for fits that are shared out among threads, as long as it gains so
+  /// much (BaseFitOptions::least_gain).
   BaseFit fit_on_one_thread(const std::vector<Candidate>& added, const BaseFit& start,
-                            common::Progress& progress) const;
+                            double least_gain, common::Progress& progress) const;
+  /// Goes on from such a fit until it has settled.
+  BaseFit finished(const std::vector<Candidate>& added, const BaseFit& fit,
+                   common::Progress& progress) const;
 
   /// fit() as far as `effort` goes, for a first look at many starts: nothing of it is in the
   /// journal.
@@ -125,13 +129,14 @@ class CandidateFitter {
   std::vector<FreeFormWays::Drive> drives(const BaseFit& fit, common::Progress& progress) const;
   std::vector<Parameter> parameters(const std::vector<vjm::Effect>& effects,
                                     const std::vector<Candidate>& added) const;
-  BaseFit fit_near(const std::vector<Candidate>& added, const BaseFit& start, int threads,
-                   common::Progress& progress) const;
+  BaseFit fit_near(const std::vector<Candidate>& added, const BaseFit& start,
+                   const FitEffort& effort, int threads, common::Progress& progress) const;
   std::vector<Parameter> unknowns_near(const std::vector<vjm::Effect>& effects,
                                        const std::vector<Candidate>& added,
                                        const BaseFit& start) const;
   BaseFit fitted(const std::vector<vjm::Effect>& effects, const std::vector<Parameter>& unknowns,
-                 const BaseFit* near, int threads, common::Progress& progress) const;
+                 const BaseFit* near, const FitEffort& effort, int threads,
+                 common::Progress& progress) const;
   BaseFit computed(const std::vector<vjm::Effect>& effects, const std::vector<Parameter>& unknowns,
                    const BaseFit* near, const FitEffort& effort, int threads,
                    common::Progress& progress) const;

@@ -193,8 +193,9 @@ std::string fit_scope(const Campaign& campaign, const Noise& noise) {
 }
 
 std::string fit_key(const std::string& scope, const std::vector<vjm::Effect>& effects,
-                    const std::vector<Parameter>& unknowns, const Predictions* near) {
-  return io::sha256(bytes_of(Outcome::fit, scope) + joined(effects, bytes_of_effect) +
+                    const std::vector<Parameter>& unknowns, const Predictions* near,
+                    double least_gain) {
+  return io::sha256(bytes_of(Outcome::fit, scope, least_gain) + joined(effects, bytes_of_effect) +
                     bytes_of(unknowns, near != nullptr) + (near == nullptr ? "" : bytes_of(*near)));
 }
 

@@ -10,9 +10,11 @@ namespace kinetostat::calibration {
 /// Key of the data that a campaign is fitted by: the readings in use and their noise.
 std::string fit_scope(const Campaign& campaign, const Noise& noise);
 
-/// Keys. `scope`: of fit_scope(). `near`: predictions of a similar model, or nullptr.
+/// Keys. `scope`: of fit_scope(). `near`: predictions of a similar model, or nullptr. `least_gain`:
+/// for which the fit goes on.
 std::string fit_key(const std::string& scope, const std::vector<vjm::Effect>& effects,
-                    const std::vector<Parameter>& unknowns, const Predictions* near);
+                    const std::vector<Parameter>& unknowns, const Predictions* near,
+                    double least_gain);
 /// `beside`: fitted_key() of the model that signatures are looked at in.
 std::string signatures_key(const std::string& scope, const Candidate& candidate,
                            const std::string& beside);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -28,6 +29,8 @@ using Eigen::VectorXd;
 constexpr std::size_t most_fits = 16;  // in one round
 constexpr std::size_t most_pairs = 4;  // of masked ones
 constexpr double least_kept = 0.3;     // of what a signature explains: a fit with less has failed
+constexpr double first_gain = 1;       // of the squared error, for which a first fit goes on
+constexpr double hopeless = 50;        // in log evidence: fits that are so much worse are left so
 
 // Reason why a candidate is not observable although it has signatures.
 std::string why_unobservable(const Candidate& candidate, double longest,
@@ -350,6 +353,37 @@ void Search::fit_survivors(const std::vector<Candidate>& present, const BaseFit&
     FitStarts starts = starts_of(c, present, fit, explained, space);
     fits[c] = best_fit(present, fit, starts.promised(), starts.best(), step.ranking[c].not_fitted);
   });
+  finish(present, step, fits);
+}
+
+// Takes those fits to their ends that may still be what is missing.
+void Search::finish(const std::vector<Candidate>& present, DiagnosisStep& step,
+                    std::vector<BaseFit>& fits) const {
+  double least = std::numeric_limits<double>::infinity(), exponent = 0;
+  for (const BaseFit& fit : fits)
+    if (fit.values > 0) {
+      least = std::min(least, penalised_error(fit));
+      exponent = std::max(exponent, exponent_of(fit));
+    }
+  std::vector<std::size_t> open;
+  for (std::size_t c = 0; c < fits.size(); ++c)
+    if (fits[c].values > 0 && exponent * (penalised_error(fits[c]) - least) < 2 * hopeless)
+      open.push_back(c);
+  shared_out("fits to the end", open.size(), [&](std::size_t o) {
+    const std::size_t c = open[o];
+    std::vector<Candidate> added = present;
+    added.push_back(step.ranking[c].candidate);
+    added.back().effect.values = fitted_values(fits[c], {added.back()}).front().values;
+    try {
+      common::SilentPart silent(progress_);
+      fits[c] = fitter_.finished(added, fits[c], silent);
+    } catch (const common::Cancelled&) {
+      throw;
+    } catch (const std::runtime_error& error) {
+      fits[c] = {};
+      step.ranking[c].not_fitted = error.what();
+    }
+  });
 }
 
 // The best of the fits from some starts; none, and a reason, where no fit explains what the
@@ -364,7 +398,7 @@ BaseFit Search::best_fit(const std::vector<Candidate>& present, const BaseFit& f
     added.push_back(start);
     try {
       common::SilentPart silent(progress_);
-      BaseFit found = fitter_.fit_on_one_thread(added, fit, silent);
+      BaseFit found = fitter_.fit_on_one_thread(added, fit, first_gain, silent);
       if (best.values == 0 || penalised_error(found) < penalised_error(best))
         best = std::move(found);
       // What its signature promised; far less is a minimum that is not the lowest.

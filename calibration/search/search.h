@@ -76,6 +76,8 @@ class Search {
                      DiagnosisStep& step, std::vector<BaseFit>& fits);
   BaseFit best_fit(const std::vector<Candidate>& present, const BaseFit& fit, double promised,
                    const std::vector<Candidate>& starts, std::string& reason) const;
+  void finish(const std::vector<Candidate>& present, DiagnosisStep& step,
+              std::vector<BaseFit>& fits) const;
   void shared_out(std::string_view phase, std::size_t count,
                   const std::function<void(std::size_t)>& work) const;
   MaxScoreTest max_score_test_under_noise_of(const BaseFit& fit, const Screen& screen,

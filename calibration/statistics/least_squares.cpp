@@ -28,6 +28,8 @@ constexpr double lost = 1e-7;
 constexpr double careful_damping = 1e3;
 // Share of the way from the start to a bound at which an unknown counts as being on it.
 constexpr double on_bound = 1e-9;
+// After a step in vain the next one is shorter by this, at most.
+constexpr double shorter = 0.5;
 // In a row that may promise too little to go on for.
 constexpr int few_steps = 4;
 // Beyond this damping a step is too short to change the unknowns in double precision.
@@ -204,11 +206,17 @@ class Solver {
   LeastSquaresStatus iterate_from_there(double first_damping) {
     scale_ = options_.scale > 0 ? options_.scale : result_.at.residual.norm();
     double damping = first_damping, growth = 2;
+    double too_long = infinity;  // the change that was promised in vain from where it stands
     int in_vain = 0;
     while (result_.iterations < options_.max_iterations) {
       const StepProblem problem = step_problem();
-      const VectorXd step = bounded_step(problem, damping);
-      const double change = (problem.jacobian * step).norm();
+      VectorXd step = bounded_step(problem, damping);
+      double change = (problem.jacobian * step).norm();
+      while (change > shorter * too_long && damping <= largest_damping) {
+        raise(damping, growth);
+        step = bounded_step(problem, damping);
+        change = (problem.jacobian * step).norm();
+      }
       const VectorXd candidate = (result_.x + step).cwiseMax(lower_).cwiseMin(upper_);
       // A short step may be short because it is damped: polishing takes whole ones.
       if (change <= options_.tolerance * scale_ || candidate == result_.x)
@@ -225,14 +233,20 @@ class Solver {
         const double ratio = (result_.cost - cost) / promised;
         damping *= std::max(1.0 / 3, 1 - std::pow(2 * ratio - 1, 3));
         growth = 2;
+        too_long = infinity;
         accept(candidate, std::move(*next));
       } else {
         if (damping > largest_damping) return LeastSquaresStatus::stalled;
-        damping = std::max(damping, 1e-6) * growth;
-        growth *= 2;
+        raise(damping, growth);
+        too_long = change;
       }
     }
     return LeastSquaresStatus::max_iterations;
+  }
+
+  static void raise(double& damping, double& growth) {
+    damping = std::max(damping, 1e-6) * growth;
+    growth *= 2;
   }
 
   // Undamped steps as long as each is at most half as long as the one before.
