@@ -225,9 +225,13 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
   DiagnosisStep step;
   for (const Candidate& candidate : present) step.beside.push_back(candidate.name());
   const ResidualSpace space(-fit.at.residual, fit.at.jacobian);
-  std::optional<Screen> screen(std::in_place, space, signatures_);
   progress_.report("detection threshold", 0);
-  step.max_score = max_score_test_under_noise_of(fit, *screen, space);
+  const std::optional<std::size_t> correlated = correlated_.prevailing(fit);
+  if (correlated) step.max_score = correlated_max_score_test(fit, *correlated);
+  std::optional<Screen> screen(std::in_place, space, signatures_);
+  if (!correlated)
+    step.max_score = max_score_test(*screen, space, significance_level, options_.draws,
+                                    options_.seed, threads_);
   for (std::size_t c = 0; c < candidates_.size(); ++c)
     step.ranking.emplace_back().candidate = candidates_[c];
   std::vector<bool> seen(candidates_.size(), false);
@@ -260,20 +264,14 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
   return step;
 }
 
-// With the noise that a fit seems to have.
-MaxScoreTest Search::max_score_test_under_noise_of(const BaseFit& fit, const Screen& screen,
-                                                   const ResidualSpace& space) const {
-  const auto pass = [&](const Screen& candidates, const ResidualSpace& beside) {
-    return max_score_test(candidates, beside, significance_level, options_.draws, options_.seed,
-                          threads_);
+// With noise that is correlated in the way that a fit seems to have.
+MaxScoreTest Search::correlated_max_score_test(const BaseFit& fit, std::size_t way) const {
+  const auto decorrelated = [&](const MatrixXd& columns) {
+    return correlated_.decorrelated(way, columns);
   };
-  const std::optional<std::size_t> way = correlated_.prevailing(fit);
-  if (!way) return pass(screen, space);
-  const ResidualSpace independent(correlated_.decorrelated(*way, -fit.at.residual),
-                                  correlated_.decorrelated(*way, fit.at.jacobian));
-  std::vector<Signature> signatures = signatures_;
-  for (Signature& s : signatures) s.columns = correlated_.decorrelated(*way, s.columns);
-  return pass(Screen(independent, signatures), independent);
+  const ResidualSpace space(decorrelated(-fit.at.residual), decorrelated(fit.at.jacobian));
+  return max_score_test(Screen(space, signatures_, decorrelated), space, significance_level,
+                        options_.draws, options_.seed, threads_);
 }
 
 // Rows of the ranking are still those of the candidates.

@@ -80,8 +80,7 @@ class Search {
               std::vector<BaseFit>& fits) const;
   void shared_out(std::string_view phase, std::size_t count,
                   const std::function<void(std::size_t)>& work) const;
-  MaxScoreTest max_score_test_under_noise_of(const BaseFit& fit, const Screen& screen,
-                                             const ResidualSpace& space) const;
+  MaxScoreTest correlated_max_score_test(const BaseFit& fit, std::size_t way) const;
   double longest_signature(std::size_t candidate) const;
   FitStarts starts_of(std::size_t candidate, const std::vector<Candidate>& present,
                       const BaseFit& fit, const std::vector<double>& explained,

@@ -42,17 +42,22 @@ MatrixXd ResidualSpace::left_of(const MatrixXd& columns) const {
 }
 
 Screen::Screen(const ResidualSpace& space, const std::vector<Signature>& signatures)
+    : Screen(space, signatures, [](const MatrixXd& columns) { return columns; }) {}
+
+Screen::Screen(const ResidualSpace& space, const std::vector<Signature>& signatures,
+               const std::function<MatrixXd(const MatrixXd& columns)>& seen)
     : dimension_(space.dimension()) {
   Index columns = 0;
   for (const Signature& signature : signatures) columns += signature.columns.cols();
   basis_.resize(space.residual().size(), columns);
   first_.push_back(0);
   for (const Signature& signature : signatures) {
-    const MatrixXd left = space.left_of(signature.columns);
+    const MatrixXd columns_seen = seen(signature.columns);
+    const MatrixXd left = space.left_of(columns_seen);
     handicap_.push_back(signature.handicap);
     detectability_.push_back(left.cols() == 0 ? 0 : left.col(0).norm());
     // Rounding of the part that the fit produces is no signature either.
-    const MatrixXd span = span_of(left, std::max(least_visible, 1e-7 * signature.columns.norm()));
+    const MatrixXd span = span_of(left, std::max(least_visible, 1e-7 * columns_seen.norm()));
     basis_.middleCols(first_.back(), span.cols()) = span;
     first_.push_back(first_.back() + span.cols());
   }

@@ -2,6 +2,7 @@
 // signature that is not confounded with the fitted parameters.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -71,6 +72,9 @@ struct Score {
 class Screen {
  public:
   Screen(const ResidualSpace& space, const std::vector<Signature>& signatures);
+  /// Of signatures that are seen otherwise, with the residual and the fit: none is copied.
+  Screen(const ResidualSpace& space, const std::vector<Signature>& signatures,
+         const std::function<Eigen::MatrixXd(const Eigen::MatrixXd& columns)>& seen);
 
   std::size_t size() const { return detectability_.size(); }
   double detectability(std::size_t i) const { return detectability_[i]; }
