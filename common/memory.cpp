@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <limits>
+#include <malloc.h>
 #include <string>
 #include <sys/resource.h>
 
@@ -52,5 +53,11 @@ double address_space_left() {
 double resident_memory() { return 1024 * number_after("/proc/self/status", "VmRSS", 0); }
 
 double peak_memory() { return 1024 * number_after("/proc/self/status", "VmHWM", 0); }
+
+void give_back_free_memory() {
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
+}
 
 }  // namespace kinetostat::common

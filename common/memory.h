@@ -16,4 +16,7 @@ double address_space_left();
 double resident_memory();
 double peak_memory();
 
+/// Gives back to the system what is free inside the heap, where the allocator can do so.
+void give_back_free_memory();
+
 }  // namespace kinetostat::common

@@ -16,6 +16,7 @@
 #include "kinetostat/calibration/search/usual_values.h"
 #include "kinetostat/calibration/statistics/goodness_of_fit.h"
 #include "kinetostat/common/error.h"
+#include "kinetostat/common/memory.h"
 #include "kinetostat/common/thread_pool.h"
 #include "kinetostat/spatial/decomposition.h"
 
@@ -228,10 +229,11 @@ DiagnosisStep Search::step(const std::vector<Candidate>& present, const BaseFit&
   progress_.report("detection threshold", 0);
   const std::optional<std::size_t> correlated = correlated_.prevailing(fit);
   if (correlated) step.max_score = correlated_max_score_test(fit, *correlated);
+  common::give_back_free_memory();  // the largest step comes next
   std::optional<Screen> screen(std::in_place, space, signatures_);
   if (!correlated)
-    step.max_score = max_score_test(*screen, space, significance_level, options_.draws,
-                                    options_.seed, threads_);
+    step.max_score =
+        max_score_test(*screen, space, significance_level, options_.draws, options_.seed, threads_);
   for (std::size_t c = 0; c < candidates_.size(); ++c)
     step.ranking.emplace_back().candidate = candidates_[c];
   std::vector<bool> seen(candidates_.size(), false);
