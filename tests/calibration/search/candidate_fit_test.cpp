@@ -75,6 +75,21 @@ TEST(Screen, FindsTheLargestSignificanceOfManyResidualsAtOnce) {
   }
 }
 
+TEST(Screen, OfWhatIsSeenOtherwiseIsThatOfTheSignaturesTurned) {
+  const MatrixXd turn = random_matrix(40, 40, 7);
+  const ResidualSpace space(turn * random_matrix(40, 1, 1), turn * random_matrix(40, 3, 2));
+  std::vector<Signature> turned = signatures(40);
+  for (Signature& s : turned) s.columns = turn * s.columns;
+  const Screen expected(space, turned);
+  const Screen screen(space, signatures(40),
+                      [&](const MatrixXd& columns) -> MatrixXd { return turn * columns; });
+  ASSERT_EQ(screen.size(), expected.size());
+  for (std::size_t i = 0; i < screen.size(); ++i) {
+    EXPECT_EQ(screen.detectability(i), expected.detectability(i));
+    EXPECT_EQ(MatrixXd(screen.span(i)), MatrixXd(expected.span(i)));
+  }
+}
+
 // Family-wise: one campaign in twenty with nothing missing exceeds the detection threshold, though
 // many candidates are tried. Without the maximum over all of them it would be about half of them.
 TEST(MaxScoreTest, HoldsItsLevelOverManyCandidates) {

@@ -200,11 +200,14 @@ TEST_F(FitJournalTest, OtherQuestionsHaveOtherKeys) {
   const auto key_with = [&](const auto& change) {
     std::vector<Parameter> changed = unknowns;
     change(changed[0]);
-    return fit_key(scope, effects, changed, &base.model);
+    return fit_key(scope, effects, changed, &base.model, 0);
   };
   std::vector<std::string> keys = {
-      fit_key(scope, effects, unknowns, &base.model), fit_key(scope, effects, unknowns, nullptr),
-      fit_key(scope, {}, unknowns, &base.model), fit_key("", effects, unknowns, &base.model)};
+      fit_key(scope, effects, unknowns, &base.model, 0),
+      fit_key(scope, effects, unknowns, &base.model, 1),
+      fit_key(scope, effects, unknowns, nullptr, 0),
+      fit_key(scope, {}, unknowns, &base.model, 0),
+      fit_key("", effects, unknowns, &base.model, 0)};
   keys.push_back(key_with([](Parameter& p) { p.start += 1e-9; }));
   keys.push_back(key_with([](Parameter& p) { p.lower /= 2; }));
   keys.push_back(key_with([](Parameter& p) { p.upper /= 2; }));
@@ -212,12 +215,12 @@ TEST_F(FitJournalTest, OtherQuestionsHaveOtherKeys) {
   keys.push_back(key_with([](Parameter& p) { p.prior = {0, 1, 0}; }));
   keys.push_back(key_with([](Parameter& p) { p.prior = {0, 2, 0}; }));
   effects[0].values[0] *= 2;
-  keys.push_back(fit_key(scope, effects, unknowns, &base.model));
+  keys.push_back(fit_key(scope, effects, unknowns, &base.model, 0));
   effects[0].at = "elsewhere";
-  keys.push_back(fit_key(scope, effects, unknowns, &base.model));
+  keys.push_back(fit_key(scope, effects, unknowns, &base.model, 0));
   Predictions elsewhere = base.model;
   elsewhere.loaded.front().coordinates.front()[0] += 1e-12;
-  keys.push_back(fit_key(scope, effects, unknowns, &elsewhere));
+  keys.push_back(fit_key(scope, effects, unknowns, &elsewhere, 0));
 
   const Candidate candidate = candidates(robot_, {"clearance"}).front();
   BaseFit moved = base;

@@ -1,6 +1,7 @@
 #include "kinetostat/calibration/statistics/least_squares.h"
 
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include <Eigen/LU>
@@ -46,6 +47,31 @@ TEST(LeastSquares, AnUnknownThatApproachesItsBoundEndsOnIt) {
     EXPECT_EQ(result.x[0], 0) << start;
     EXPECT_EQ(result.hit[0], BoundHit::lower) << start;
   }
+}
+
+// Newton's steps on the arctangent overshoot from afar.
+TEST(LeastSquares, AStepAfterOneInVainIsHalfAsLongAtMost) {
+  std::vector<double> tried;
+  const ResidualFunction arctangent = [&](const VectorXd& x) {
+    tried.push_back(x[0]);
+    return Linearisation{VectorXd::Constant(1, std::atan(x[0])),
+                         MatrixXd::Constant(1, 1, 1 / (1 + x[0] * x[0]))};
+  };
+  LeastSquaresOptions options;
+  options.first_damping = 0;
+  const LeastSquaresResult result = minimise(arctangent, VectorXd::Constant(1, 20), options);
+  EXPECT_NEAR(result.x[0], 0, 1e-12);
+  double at = tried[0], in_vain = std::numeric_limits<double>::infinity();
+  int shortened = 0;
+  for (std::size_t i = 1; i < tried.size(); ++i) {
+    const double step = std::abs(tried[i] - at);
+    EXPECT_LE(step, in_vain / 2 * (1 + 1e-12)) << i;
+    shortened += std::isfinite(in_vain);
+    const bool better = std::abs(tried[i]) < std::abs(at);
+    in_vain = better ? std::numeric_limits<double>::infinity() : step;
+    if (better) at = tried[i];
+  }
+  EXPECT_GE(shortened, 2);
 }
 
 // Steps on x^3 take x to two thirds, and each promises all of the cost x^6.
