@@ -70,6 +70,24 @@ class Parts(unittest.TestCase):
         self.assertEqual((self.folder / "parts.csv").read_bytes(), whole)
         self.assertGreater(whole.count(b"\n"), 10)
 
+    def test_the_program_runs_a_sweep_on_workers(self):
+        file = self.folder / "sweep.yaml"
+        file.write_text(DIAGNOSES)
+        whole = one_process(["sweep", str(file)], "-o", self.folder / "whole.csv")
+        for scheduler in (self.workers.scheduler_address, "local"):
+            parts = self.folder / "parts.csv"
+            self.assertEqual(one_process(["sweep", str(file), "--scheduler", scheduler], "-o", parts), whole)
+            self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["parts.csv", "sweep.yaml", "whole.csv"])
+
+    def test_where_no_scheduler_answers_the_program_says_so(self):
+        file = self.folder / "sweep.yaml"
+        file.write_text(DIAGNOSES)
+        done = subprocess.run([PROGRAM, "sweep", str(file), "--scheduler", "tcp://127.0.0.1:1", "-o", str(self.folder / "x.csv")],
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("no scheduler answers at tcp://127.0.0.1:1", done.stderr)
+        self.assertEqual([p.name for p in self.folder.iterdir()], ["sweep.yaml"])
+
     def test_draws_are_those_of_one_process(self):
         cluster.run(DRAWS, self.folder / "parts.csv", scheduler=self.client, parts=3)
         self.assertEqual((self.folder / "parts.csv").read_bytes(), one_process(DRAWS, "--drawn", self.folder / "whole.csv"))

@@ -16,6 +16,7 @@
 #include "kinetostat/apps/cli/option_values.h"
 #include "kinetostat/apps/commands/commands.h"
 #include "kinetostat/apps/commands/sweeps/sweep_plan.h"
+#include "kinetostat/apps/commands/sweeps/workers.h"
 #include "kinetostat/common/child_process.h"
 #include "kinetostat/io/csv.h"
 #include "kinetostat/io/table_parts.h"
@@ -28,7 +29,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct SweepRequest {
-  std::string file, part;
+  std::string file, part, scheduler;
 };
 
 // The columns of the table, then a line for each run.
@@ -57,6 +58,9 @@ void replace_word(const std::string& place, const std::string& value,
     for (std::size_t at = 0; (at = word.find(place, at)) != std::string::npos; at += value.size())
       word.replace(at, place.size(), value);
 }
+
+// By its exit code, the last cell.
+bool has_failed(const std::string& line) { return !line.ends_with(",0\n"); }
 
 class Sweep {
  public:
@@ -97,7 +101,7 @@ class Sweep {
   }
   std::size_t failed() const {
     return static_cast<std::size_t>(std::count_if(
-        lines_.begin(), lines_.end(), [](const auto& l) { return !l.second.ends_with(",0\n"); }));
+        lines_.begin(), lines_.end(), [](const auto& l) { return has_failed(l.second); }));
   }
   std::size_t count() const { return lines_.size(); }
 
@@ -202,27 +206,65 @@ class Sweep {
   std::size_t known_ = 0;
 };
 
-io::Json sweep(Run& run, const SweepRequest& request) {
-  const io::Part part = part_of("--part", request.part);
-  const SweepPlan plan = read_sweep(request.file);
+// What a sweep has come to.
+struct SweepTable {
+  std::string text;
+  std::size_t runs = 0, failed = 0;
+};
+
+SweepTable made_here(Run& run, const SweepRequest& request, const SweepPlan& plan) {
   fs::path kept;
   if (run.out()) kept = run.out()->string() + ".part";
-  Sweep work(plan, part, kept);
+  Sweep work(plan, part_of("--part", request.part), kept);
   if (work.known() > 0) run.remark(fmt::format("{} runs were done before", work.known()));
   work.run(run);
-  const std::string table = work.table();
+  SweepTable table{work.table(), work.count(), work.failed()};
   if (run.out()) {
-    io::write_atomically(*run.out(), table);
+    io::write_atomically(*run.out(), table.text);
     std::error_code ignored;
     fs::remove(kept, ignored);
-    run.print(report::wrapped(
-        fmt::format("{}: {} runs, written to {}.", plan.name, work.count(), run.out()->string())));
-  } else {
-    run.print(table);
   }
-  if (work.failed() > 0)
-    run.print(fmt::format("{} runs ended without a full result: see 'exit'.\n", work.failed()));
-  return {{"name", plan.name}, {"runs", work.count()}, {"failed", work.failed()}, {"table", table}};
+  return table;
+}
+
+// A file that does not outlive this.
+struct Removed {
+  explicit Removed(fs::path path) : file(std::move(path)) {}
+  Removed(const Removed&) = delete;
+  Removed& operator=(const Removed&) = delete;
+  ~Removed() {
+    std::error_code ignored;
+    fs::remove(file, ignored);
+  }
+  fs::path file;
+};
+
+SweepTable made_by_workers(Run& run, const SweepRequest& request) {
+  if (!run.out())
+    throw UsageError("--scheduler", "a table from workers is written to a file", "Add -o FILE");
+  const Removed joined{run.out()->string() + ".joined"};
+  run_on_workers(request.scheduler, {"sweep", request.file}, joined.file, run);
+  const io::NumberedTable table = io::read_numbered_table(joined.file);
+  io::write_atomically(*run.out(), table.text());
+  return {table.text(), table.lines.size(),
+          static_cast<std::size_t>(
+              std::count_if(table.lines.begin(), table.lines.end(),
+                            [](const auto& line) { return has_failed(line.second); }))};
+}
+
+io::Json sweep(Run& run, const SweepRequest& request) {
+  const SweepPlan plan = read_sweep(request.file);
+  const SweepTable table =
+      request.scheduler.empty() ? made_here(run, request, plan) : made_by_workers(run, request);
+  if (run.out())
+    run.print(report::wrapped(
+        fmt::format("{}: {} runs, written to {}.", plan.name, table.runs, run.out()->string())));
+  else
+    run.print(table.text);
+  if (table.failed > 0)
+    run.print(fmt::format("{} runs ended without a full result: see 'exit'.\n", table.failed));
+  return {
+      {"name", plan.name}, {"runs", table.runs}, {"failed", table.failed}, {"table", table.text}};
 }
 
 struct JoinRequest {
@@ -254,8 +296,14 @@ void add_sweep(Program& program) {
                    .out = "Write the table (CSV); an interrupted run goes on from FILE.part"},
                   [request](Run& run) { return sweep(run, *request); });
   app.add_option("FILE", request->file, "Sweep file").required();
-  app.add_option("--part", request->part, "Only the i-th of n parts of the runs, for join")
-      .type_name("i/n");
+  const auto part =
+      app.add_option("--part", request->part, "Only the i-th of n parts of the runs, for join")
+          .type_name("i/n");
+  app.add_option("--scheduler", request->scheduler,
+                 "Run on the workers of this Dask scheduler, 'tcp://host:8786', or 'local': of a "
+                 "cluster on this machine; with -o")
+      .type_name("ADDRESS")
+      .excludes(part);
   const auto parts = std::make_shared<JoinRequest>();
   OptionList join_app = program.add(
       {.name = "join",
