@@ -28,6 +28,8 @@ namespace {
 
 struct ModesRequest {
   PostureRequest robot;  // its file may be a link file
+  LoadRequest load;
+  bool weight = false;
   std::string vtu, response;
   std::vector<std::string> reduced;
   std::optional<double> damping, loss_factor;
@@ -80,8 +82,12 @@ io::Json modes_of_link(Run& run, const ModesRequest& request) {
   if (!request.robot.at.empty() || !request.robot.joints.empty())
     throw UsageError(request.robot.at.empty() ? "--joints" : "--at", "a link has no posture",
                      "Leave it out, or name a robot file");
-  if (!request.response.empty())
-    throw UsageError("--response", "a link has no platform", "Name a robot file");
+  for (const auto& [given, name] : {std::pair{!request.response.empty(), "--response"},
+                                    {!request.load.wrench.empty(), "--wrench"},
+                                    {!request.load.node_loads.empty(), "--node-load"},
+                                    {request.weight, "--weight"}})
+    if (given)
+      throw UsageError(name, "this is about a robot", "Leave it out, or name a robot file");
   const fea::LinkSpec spec = fea::read_link(file);
   const fea::ModalResult result = study_link(run, request, spec);
   if (!result.accuracy.shortfall.empty())
@@ -95,8 +101,19 @@ io::Json modes_of_link(Run& run, const ModesRequest& request) {
   return json;
 }
 
+bool is_loaded(const ModesRequest& request) { return request.weight || request.load.given(); }
+
 vjm::NaturalModes modes_in_posture(const ModesRequest& request, const vjm::Robot& robot) {
-  return natural_modes(robot.manipulator, request.robot.posture(robot), request.modes);
+  const vjm::Posture posture = request.robot.posture(robot);
+  return is_loaded(request)
+             ? natural_modes(robot.manipulator, posture, request.load.load(robot), request.modes)
+             : natural_modes(robot.manipulator, posture, request.modes);
+}
+
+vjm::SmallMotions motions_in_posture(const ModesRequest& request, const vjm::Robot& robot) {
+  const vjm::Posture posture = request.robot.posture(robot);
+  return is_loaded(request) ? small_motions(robot.manipulator, posture, request.load.load(robot))
+                            : small_motions(robot.manipulator, posture);
 }
 
 // The largest change of a frequency with finer beams, beside it.
@@ -144,11 +161,10 @@ vjm::Damping damping_of(const ModesRequest& request) {
                    "Add --damping 0.02, the damping ratio of every mode, or --loss-factor 0.04");
 }
 
-void add_response(const ModesRequest& request, const vjm::Robot& robot, const vjm::Posture& posture,
-                  report::RobotModes& modes) {
+void add_response(const ModesRequest& request, const vjm::Robot& robot, report::RobotModes& modes) {
   if (request.response.empty()) return;
   modes.damping = damping_of(request);
-  modes.response = frequency_response(robot.manipulator, posture, modes.damping,
+  modes.response = frequency_response(motions_in_posture(request, robot), modes.damping,
                                       frequencies_of(request.response, modes.found));
 }
 
@@ -156,16 +172,18 @@ io::Json modes_of_robot(Run& run, const ModesRequest& request) {
   refuse_options_of_links(request);
   const vjm::Robot robot = request.robot.read();
   const vjm::Posture posture = request.robot.posture(robot);
-  report::RobotModes modes{.found = modes_in_posture(request, robot)};
+  report::RobotModes modes{.found = modes_in_posture(request, robot),
+                           .is_loaded = is_loaded(request)};
   if (!(modes.found.mass > 0))
     throw common::InputError(robot.file, "nothing in this robot has a mass",
                              "Write 'mass: {mass: 12 kg, center: [0, 0, 100]}' in a link, or a "
                              "'mass' between the elements of a chain");
   if (robot.has_beams) modes.lumping_error = lumping_error(request, modes.found);
-  add_response(request, robot, posture, modes);
+  add_response(request, robot, modes);
   run.print(report::first_screen(robot, modes));
   run.print_more("\n" + report::text(robot, posture));
-  run.draw(report::picture(robot.manipulator.without_errors(), posture, modes.found.modes));
+  run.draw(
+      report::picture(robot.manipulator.without_errors(), modes.found.posture, modes.found.modes));
   io::Json json = report::inputs_and_posture(robot, posture);
   json["headline"] = report::headline(robot, modes);
   json.update(report::to_json(robot, modes));
@@ -194,6 +212,11 @@ void add_modes(Program& program) {
       .required()
       .type_name("FILE");
   request->robot.add_posture_options(app);
+  app.add_flag(
+      "--weight", request->weight,
+      "Of a robot: about the equilibrium under its own weight, which adds to the stiffness "
+      "or takes off it; with a load below it acts as well");
+  request->load.add_load_options(app);
   app.add_option("--modes", request->modes, "How many, from the lowest on")
       .type_name("N")
       .between(1, 200)

@@ -154,8 +154,8 @@ std::string first_screen(const vjm::Robot& robot, const RobotModes& modes) {
   out += table.text();
   if (shown < modes.found.modes.size())
     out += fmt::format("  {} more in the result (--json)\n", modes.found.modes.size() - shown);
-  out +=
-      fmt::format("\n{} kg; drives hold their commands, no load.\n", number(modes.found.mass, 4));
+  out += fmt::format("\n{} kg; drives hold their commands, {}.\n", number(modes.found.mass, 4),
+                     modes.is_loaded ? "about the equilibrium under load and weight" : "no load");
   if (modes.found.free_motions > 0)
     out += fmt::format("{} motion{} that nothing resists {} left out.\n", modes.found.free_motions,
                        modes.found.free_motions == 1 ? "" : "s",
@@ -177,6 +177,7 @@ io::Json to_json(const vjm::Robot& robot, const RobotModes& modes) {
   return {{"modes", list},
           {"response", std::move(response)},
           {"mass", modes.found.mass},
+          {"loaded", modes.is_loaded},
           {"free_motions", modes.found.free_motions},
           {"lumping_error", modes.lumping_error ? io::Json(*modes.lumping_error) : io::Json()}};
 }

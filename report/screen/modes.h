@@ -21,6 +21,7 @@ std::string first_screen(const fea::ModalResult& result);
 /// beside it; none where there are no beams. The response of the platform where it was asked for.
 struct RobotModes {
   vjm::NaturalModes found;
+  bool is_loaded = false;  // about an equilibrium under load
   std::optional<double> lumping_error = {};
   std::optional<vjm::FrequencyResponse> response = {};
   vjm::Damping damping = {};

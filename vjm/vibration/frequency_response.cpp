@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "kinetostat/vjm/vibration/mass_spectrum.h"
-#include "kinetostat/vjm/vibration/natural_modes.h"
 
 namespace kinetostat::vjm {
 namespace response {
@@ -38,11 +37,9 @@ std::vector<Motion> motions_of(const SmallMotions& small) {
 }  // namespace
 }  // namespace response
 
-FrequencyResponse frequency_response(const Manipulator& manipulator, const Posture& posture,
-                                     const Damping& damping,
+FrequencyResponse frequency_response(const SmallMotions& small, const Damping& damping,
                                      const std::vector<double>& frequencies) {
-  const std::vector<response::Motion> motions =
-      response::motions_of(small_motions(manipulator, posture));
+  const std::vector<response::Motion> motions = response::motions_of(small);
   FrequencyResponse result{frequencies, {}};
   for (const double frequency : frequencies) {
     Receptance receptance = Receptance::Zero();

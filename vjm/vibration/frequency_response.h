@@ -4,7 +4,7 @@
 #include <complex>
 #include <vector>
 
-#include "kinetostat/vjm/manipulator/manipulator.h"
+#include "kinetostat/vjm/vibration/natural_modes.h"
 
 namespace kinetostat::vjm {
 
@@ -34,10 +34,9 @@ struct FrequencyResponse {
 /// over all modes, u_k the displacement of the platform for a modal mass of 1 (natural_modes()),
 /// and with what yields without a mass, as at rest (over 1 + i eta where damping is structural): at
 /// 0 Hz and without damping it is the compliance of unloaded_stiffness(). A motion that no spring
-/// resists has omega_k = 0, and its part at 0 Hz is infinite. Small motions about the posture,
-/// drives holding their commands, as natural_modes(). Source: Ewins, Modal Testing, 2.4 and 2.5.
-FrequencyResponse frequency_response(const Manipulator& manipulator, const Posture& posture,
-                                     const Damping& damping,
+/// resists has omega_k = 0, and its part at 0 Hz is infinite. Drives hold their commands. Source:
+/// Ewins, Modal Testing, 2.4 and 2.5.
+FrequencyResponse frequency_response(const SmallMotions& motions, const Damping& damping,
                                      const std::vector<double>& frequencies);
 
 /// `count` frequencies from `least` to `most` [Hz], evenly spaced by their logarithms, and those of

@@ -3,9 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
+#include "kinetostat/common/error.h"
 #include "kinetostat/spatial/decomposition.h"
 #include "kinetostat/vjm/chain/particles.h"
+#include "kinetostat/vjm/statics/equilibrium_residuals.h"
+#include "kinetostat/vjm/statics/equilibrium_state.h"
+#include "kinetostat/vjm/statics/equilibrium_tangent.h"
 #include "kinetostat/vjm/vibration/mass_spectrum.h"
 
 namespace kinetostat::vjm::vibration {
@@ -31,12 +36,12 @@ spatial::Matrix6 carried(const Vector3& arm) {
 // multiplied by a length.
 class System {
  public:
-  System(const Manipulator& manipulator, const Posture& posture)
-      : manipulator_(manipulator), posture_(posture), kinematics_(manipulator.size()) {
+  System(const Manipulator& manipulator, Posture posture)
+      : manipulator_(manipulator), posture_(std::move(posture)), kinematics_(manipulator.size()) {
     for (std::size_t c = 0; c < manipulator.size(); ++c) {
       const Chain& chain = manipulator.chains()[c];
-      evaluate(chain, posture.coordinates_of(chain, c), kinematics_[c],
-               posture.body(manipulator.span(c).from));
+      evaluate(chain, posture_.coordinates_of(chain, c), kinematics_[c],
+               posture_.body(manipulator.span(c).from));
       first_.push_back(size_);
       size_ += chain.size();
       length_ = std::max(length_, kinematics_[c].reach);
@@ -59,6 +64,9 @@ class System {
     return scale().cwiseInverse().asDiagonal() * basis;
   }
 
+  const Posture& posture() const { return posture_; }
+
+  // Of relaxed springs.
   MatrixXd stiffness() const {
     MatrixXd stiffness = MatrixXd::Zero(size_, size_);
     for (std::size_t c = 0; c < chains().size(); ++c)
@@ -68,6 +76,27 @@ class System {
       const std::vector<Index> places = places_of(body);
       stiffness(places, places) += body.stiffness;
     }
+    return stiffness;
+  }
+
+  // Second derivative of the energy at an equilibrium of the same chains in this posture.
+  MatrixXd stiffness(const EquilibriumTangent& tangent) const {
+    const EquilibriumSystem& equations = tangent.system();
+    std::vector<Index> places;  // of its rows
+    std::vector<double> scale;
+    for (Index k = bodies_; k < size_; ++k) {
+      places.push_back(k);
+      scale.push_back(equations.scale().twist()[(k - bodies_) % 6]);
+    }
+    for (std::size_t c = 0; c < chains().size(); ++c)
+      for (Index k = 0; k < equations.chains()[c].size(); ++k) {
+        places.push_back(first_[c] + chains()[c].free_coordinates()[static_cast<std::size_t>(k)]);
+        scale.push_back(equations.chains()[c].unit()[k]);
+      }
+    const Eigen::Map<const VectorXd> scales(scale.data(), std::ssize(scale));
+    MatrixXd stiffness = MatrixXd::Zero(size_, size_);
+    stiffness(places, places) = equations.scale().stiffness * scales.asDiagonal() *
+                                tangent.energy_hessian(false).hessian * scales.asDiagonal();
     return stiffness;
   }
 
@@ -101,26 +130,35 @@ class System {
     if (motion[bodies_ + largest] < 0) motion = -motion;
     ManipulatorMode mode{.frequency = std::sqrt(omega_squared) / (2 * std::numbers::pi),
                          .platform = motion.segment<6>(bodies_)};
-    for (std::size_t c = 0; c < chains().size(); ++c) {
+    for (std::size_t c = 0; c < chains().size(); ++c)
       mode.coordinates.emplace_back(motion.segment(first_[c], chains()[c].size()));
-      for (const Spring& spring : chains()[c].springs()) {
-        const VectorXd d = mode.coordinates[c].segment(spring.first, spring.stiffness.rows());
-        const double share = d.dot(spring.stiffness * d) / omega_squared;
-        if (share > least_share) mode.springs.push_back({c, spring.name, share});
-      }
-    }
-    for (const ElasticBody& body : manipulator_.elastic_bodies()) {
-      const VectorXd d = motion(places_of(body));
-      const double share = d.dot(body.stiffness * d) / omega_squared;
-      if (share > least_share) mode.springs.push_back({body.chains[0], body.name, share});
-    }
-    std::stable_sort(mode.springs.begin(), mode.springs.end(),
-                     [](const SpringShare& a, const SpringShare& b) { return a.share > b.share; });
+    mode.springs = shares_of(mode, motion);
     return mode;
   }
 
  private:
   const std::vector<Chain>& chains() const { return manipulator_.chains(); }
+
+  // Of each spring in the energy of all of them.
+  std::vector<SpringShare> shares_of(const ManipulatorMode& mode, const VectorXd& motion) const {
+    std::vector<SpringShare> shares;
+    for (std::size_t c = 0; c < chains().size(); ++c)
+      for (const Spring& spring : chains()[c].springs()) {
+        const VectorXd d = mode.coordinates[c].segment(spring.first, spring.stiffness.rows());
+        shares.push_back({c, spring.name, d.dot(spring.stiffness * d)});
+      }
+    for (const ElasticBody& body : manipulator_.elastic_bodies()) {
+      const VectorXd d = motion(places_of(body));
+      shares.push_back({body.chains[0], body.name, d.dot(body.stiffness * d)});
+    }
+    double all = 0;
+    for (const SpringShare& one : shares) all += one.share;
+    for (SpringShare& one : shares) one.share /= all;
+    std::erase_if(shares, [](const SpringShare& one) { return !(one.share > least_share); });
+    std::stable_sort(shares.begin(), shares.end(),
+                     [](const SpringShare& a, const SpringShare& b) { return a.share > b.share; });
+    return shares;
+  }
 
   // What a rotation is multiplied by, coordinate by coordinate; 1 for a translation.
   VectorXd scale() const {
@@ -191,7 +229,7 @@ class System {
   }
 
   const Manipulator& manipulator_;
-  const Posture& posture_;
+  Posture posture_;
   std::vector<ChainKinematics> kinematics_;
   std::vector<Index> first_;  // coordinate of each chain
   Index bodies_ = 0, size_ = 0;
@@ -215,6 +253,64 @@ MatrixXd motions_with_energy(const System& system, const MatrixXd& stiffness,
   return motions * sum.vectors.rightCols(sum.values.size() - none);
 }
 
+// K and M of a system in motions that are independent.
+struct Equations {
+  System system;
+  MatrixXd motions, stiffness, mass;
+
+  Equations(System of, const MatrixXd& k) : system(std::move(of)) {
+    const MatrixXd m = system.mass();
+    motions = motions_with_energy(system, k, m);
+    stiffness = seen_by(k, motions);
+    mass = seen_by(m, motions);
+  }
+};
+
+Equations at_rest(const Manipulator& manipulator, const Posture& posture) {
+  System system(manipulator, posture);
+  const MatrixXd stiffness = system.stiffness();
+  return {std::move(system), stiffness};
+}
+
+Equations under_load(const Manipulator& manipulator, const Posture& posture, const Load& load) {
+  const EquilibriumSystem equations(manipulator, posture);
+  const FoundState found = state_under_load(equations, load, {});
+  if (found.status != EquilibriumStatus::converged) throw common::NoConvergence(found.reason);
+  const EquilibriumResiduals at(equations, found.state, load);
+  const EquilibriumTangent tangent(at);
+  if (!stability_of(energy_spectrum(tangent.energy_hessian(false))).stable())
+    throw common::NoConvergence(
+        "the equilibrium under this load is unstable: it has no natural frequencies");
+  const std::vector<spatial::Pose>& bodies = found.state.bodies;
+  System system(manipulator, {.platform = bodies.front(),
+                              .coordinates = found.state.coordinates,
+                              .inner_bodies = {bodies.begin() + 1, bodies.end()}});
+  const MatrixXd stiffness = system.stiffness(tangent);
+  return {std::move(system), stiffness};
+}
+
+NaturalModes modes_of(const Equations& equations, double mass, int count) {
+  NaturalModes result;
+  result.mass = mass;
+  result.posture = equations.system.posture();
+  if (!(equations.mass.norm() > 0)) return result;
+  const MassSpectrum spectrum(equations.stiffness, equations.mass);
+  for (Index i = spectrum.size(); i-- > 0;) {
+    if (!spectrum.has_mass(i) || std::ssize(result.modes) == count) break;
+    if (spectrum.is_free(i)) {
+      ++result.free_motions;
+      continue;
+    }
+    const VectorXd y = spectrum.vector(i) / std::sqrt(spectrum.theta(i));
+    result.modes.push_back(equations.system.mode(spectrum.omega_squared(i), equations.motions * y));
+  }
+  return result;
+}
+
+SmallMotions small_motions_of(const Equations& equations) {
+  return {equations.stiffness, equations.mass, equations.system.platform_of(equations.motions)};
+}
+
 }  // namespace
 }  // namespace kinetostat::vjm::vibration
 
@@ -229,35 +325,24 @@ double mass_of(const Manipulator& manipulator) {
 }
 
 NaturalModes natural_modes(const Manipulator& manipulator, const Posture& posture, int count) {
-  using namespace vibration;
   if (manipulator.has_errors()) return natural_modes(manipulator.without_errors(), posture, count);
-  NaturalModes result;
-  result.mass = mass_of(manipulator);
-  const System system(manipulator, posture);
-  const MatrixXd stiffness = system.stiffness(), mass = system.mass();
-  const MatrixXd motions = motions_with_energy(system, stiffness, mass);
-  const MatrixXd k = seen_by(stiffness, motions), m = seen_by(mass, motions);
-  if (!(m.norm() > 0)) return result;
-  const MassSpectrum spectrum(k, m);
-  for (Index i = spectrum.size(); i-- > 0;) {
-    if (!spectrum.has_mass(i) || std::ssize(result.modes) == count) break;
-    if (spectrum.is_free(i)) {
-      ++result.free_motions;
-      continue;
-    }
-    const VectorXd y = spectrum.vector(i) / std::sqrt(spectrum.theta(i));
-    result.modes.push_back(system.mode(spectrum.omega_squared(i), motions * y));
-  }
-  return result;
+  return vibration::modes_of(vibration::at_rest(manipulator, posture), mass_of(manipulator), count);
+}
+
+NaturalModes natural_modes(const Manipulator& manipulator, const Posture& posture, const Load& load,
+                           int count) {
+  return vibration::modes_of(vibration::under_load(manipulator, posture, load),
+                             mass_of(manipulator), count);
 }
 
 SmallMotions small_motions(const Manipulator& manipulator, const Posture& posture) {
-  using namespace vibration;
   if (manipulator.has_errors()) return small_motions(manipulator.without_errors(), posture);
-  const System system(manipulator, posture);
-  const MatrixXd stiffness = system.stiffness(), mass = system.mass();
-  const MatrixXd motions = motions_with_energy(system, stiffness, mass);
-  return {seen_by(stiffness, motions), seen_by(mass, motions), system.platform_of(motions)};
+  return vibration::small_motions_of(vibration::at_rest(manipulator, posture));
+}
+
+SmallMotions small_motions(const Manipulator& manipulator, const Posture& posture,
+                           const Load& load) {
+  return vibration::small_motions_of(vibration::under_load(manipulator, posture, load));
 }
 
 }  // namespace kinetostat::vjm

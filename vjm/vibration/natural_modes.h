@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "kinetostat/vjm/manipulator/manipulator.h"
+#include "kinetostat/vjm/statics/load.h"
 #include "kinetostat/vjm/statics/spring_shares.h"
 
 namespace kinetostat::vjm {
@@ -24,6 +25,7 @@ struct NaturalModes {
   /// among the modes.
   int free_motions = 0;
   double mass = 0;  // [kg] of all chains
+  Posture posture;  // about which
 };
 
 /// Of all chains and elastic bodies [kg].
@@ -36,6 +38,15 @@ double mass_of(const Manipulator& manipulator);
 /// left out. The weight's and the preloads' geometric stiffness is left out, too.
 NaturalModes natural_modes(const Manipulator& manipulator, const Posture& posture, int count);
 
+/// The same about the equilibrium that is found from the posture under dead loads and gravity. K is
+/// the second derivative of the energy there on motions that keep the chains together: springs,
+/// laws in joints, and what the loads, the weight and the preloads add to them (geometric
+/// stiffness, MMT11 eq. 23); M is that of the displaced masses. A moment that is constant in base
+/// axes has no energy: of its part of K the symmetric one is taken. Geometric errors stay. Throws
+/// common::NoConvergence where there is no equilibrium, or an unstable one.
+NaturalModes natural_modes(const Manipulator& manipulator, const Posture& posture, const Load& load,
+                           int count);
+
 /// The equations that these are the modes of, K y + M y'' = J' F for a wrench F = [force; moment]
 /// on the platform at its reference point, base axes; J y is its displacement. y are coordinates in
 /// which all motions are independent and the chains agree; what has neither mass nor stiffness is
@@ -45,5 +56,8 @@ struct SmallMotions {
   Eigen::Matrix<double, 6, Eigen::Dynamic> platform;
 };
 SmallMotions small_motions(const Manipulator& manipulator, const Posture& posture);
+/// About the equilibrium under a load, as natural_modes() has it.
+SmallMotions small_motions(const Manipulator& manipulator, const Posture& posture,
+                           const Load& load);
 
 }  // namespace kinetostat::vjm

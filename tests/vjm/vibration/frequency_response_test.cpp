@@ -23,8 +23,9 @@ const std::vector<double> somewhere = {0, 0.7, 4, 12.5, 31, 90, 700};  // [Hz]
 
 FrequencyResponse response_of(const Manipulator& manipulator, const Damping& damping,
                               const std::map<std::string, double>& joints = {}) {
-  return frequency_response(manipulator, posture_from_joints(manipulator, joints).posture, damping,
-                            somewhere);
+  return frequency_response(
+      small_motions(manipulator, posture_from_joints(manipulator, joints).posture), damping,
+      somewhere);
 }
 
 double distance(const Receptance& a, const Receptance& b) { return (a - b).norm() / b.norm(); }
@@ -78,7 +79,7 @@ TEST(FrequencyResponse, AtRestIsTheStaticCompliance) {
   const spatial::Matrix6 compliance =
       unloaded_stiffness(arm().manipulator, posture).compliance->matrix();
   const FrequencyResponse found =
-      frequency_response(arm().manipulator, posture, {Damping::Kind::modal, 0}, {0});
+      frequency_response(small_motions(arm().manipulator, posture), {Damping::Kind::modal, 0}, {0});
   EXPECT_LT(distance(found.receptance[0], compliance.cast<Complex>()), 1e-6);
 }
 
@@ -88,8 +89,8 @@ TEST(FrequencyResponse, IsThatOfTheWholeEquationsAndOfTheSummedModes) {
   const SmallMotions small = small_motions(arm().manipulator, posture);
   const NaturalModes modes = natural_modes(arm().manipulator, posture, 1000);
   const FrequencyResponse found =
-      frequency_response(arm().manipulator, posture, structural, somewhere);
-  const auto rest = frequency_response(arm().manipulator, posture, structural, {0});
+      frequency_response(small_motions(arm().manipulator, posture), structural, somewhere);
+  const auto rest = frequency_response(small_motions(arm().manipulator, posture), structural, {0});
   for (std::size_t i = 0; i < somewhere.size(); ++i) {
     const double w2 = std::pow(2 * M_PI * somewhere[i], 2);
     const Complex spring(1, structural.value);
