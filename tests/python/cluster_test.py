@@ -83,7 +83,8 @@ class Parts(unittest.TestCase):
         file = self.folder / "sweep.yaml"
         file.write_text(DIAGNOSES)
         done = subprocess.run([PROGRAM, "sweep", str(file), "--scheduler", "tcp://127.0.0.1:1", "-o", str(self.folder / "x.csv")],
-                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                              env={**os.environ, "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "1s"})
         self.assertEqual(done.returncode, 2)
         self.assertIn("no scheduler answers at tcp://127.0.0.1:1", done.stderr)
         self.assertEqual([p.name for p in self.folder.iterdir()], ["sweep.yaml"])
